@@ -5,16 +5,14 @@ from __future__ import annotations
 import asyncio
 import os
 import signal
-import time
 from pathlib import Path
 from typing import Any
 
 import pytest
-from rigs.clock.busy_machine import PATIENCE, PATIENT, SCALE
+from rigs.clock.busy_machine import PATIENCE, SCALE
 
 from openpendant.simplemsg.pendant import (
     Activity,
-    LinkState,
     Motion,
     OperatorAction,
     OperatorEvent,
@@ -69,19 +67,6 @@ async def test_joints_poses_and_paths_arrive_without_a_violation(shared_cell: An
         await (await pendant.follow_joints([moved(pendant, 1, 0.1), target], speed=0.3)).done()
 
 
-@with_a_cell_of_its_own
-async def test_type_11_points_drive_the_robot_too(start_cell: Any, tmp_path: Any) -> None:
-    config = tmp_path / "cell.toml"
-    config.write_text(f'{PATIENT}controller.points = "simple"\n')
-    cell = await start_cell(server=("--config", str(config)))
-    pendant = await cell.ready_pendant()
-    async with pendant.control():
-        target = moved(pendant, 2, -0.2)
-        await (await pendant.move_joints(target, speed=0.3)).done()
-        await pendant.next_state()
-        assert pendant.joints() == pytest.approx(target, abs=1e-4)
-
-
 WRONG_TARGETS = [
     (0, 7.0, V.OUT_OF_RANGE),
     (2, float("nan"), V.NOT_FINITE),
@@ -134,46 +119,6 @@ async def test_a_target_with_too_few_joints_is_refused_and_moves_nothing(shared_
     assert pendant.joints() == before
 
 
-async def test_an_unreachable_pose_is_refused_and_the_next_request_works(shared_cell: Any) -> None:
-    pendant = await shared_cell.ready_pendant()
-    here = pendant.tool_pose()
-    far = Pose((5.0, 0.0, 0.0), here.orientation)
-    async with pendant.control():
-        for motion in Motion:
-            with pytest.raises(Refused) as refused:
-                await pendant.move_to_pose(far, motion=motion)
-            assert refused.value.code == V.UNREACHABLE
-        await (await pendant.move_joints(moved(pendant, 5, 0.1))).done()
-
-
-async def test_who_is_not_in_control_moves_nothing_but_may_stop(shared_cell: Any) -> None:
-    holder = await shared_cell.ready_pendant(client="holder")
-    observer = await shared_cell.ready_pendant(client="observer")
-    await holder.take_control()
-
-    with pytest.raises(Refused) as refused:
-        await observer.take_control()
-    assert refused.value.code == V.HELD_BY_OTHER
-    assert "holder" in refused.value.text
-    with pytest.raises(Refused):
-        await observer.move_joints(moved(observer, 0, 0.1))
-
-    move = await holder.move_joints(moved(holder, 0, FAR), speed=0.05)
-    await observer.stop("seen something")
-    with pytest.raises(Aborted) as aborted:
-        await move.done()
-    assert aborted.value.code == V.STOPPED
-
-    with pytest.raises(Refused) as latched:
-        await holder.move_joints(moved(holder, 0, 0.1))
-    assert latched.value.code == V.STOP_LATCHED
-    with pytest.raises(Refused):
-        await observer.reset_stop()
-    await holder.wait_until(lambda state: state.activity == Activity.IDLE)
-    await holder.reset_stop()
-    await (await holder.move_joints(moved(holder, 0, 0.05))).done()
-
-
 async def test_a_pendant_that_is_killed_in_motion_leaves_a_robot_at_rest(shared_cell: Any) -> None:
     observer = await shared_cell.ready_pendant()
     holder = await shared_cell.ready_pendant()
@@ -190,30 +135,6 @@ async def test_a_pendant_that_is_killed_in_motion_leaves_a_robot_at_rest(shared_
     assert state.positions[0] - before < FAR - 0.1
     async with observer.control():
         await (await observer.move_joints(moved(observer, 1, 0.05))).done()
-
-
-@with_a_cell_of_its_own
-async def test_a_controller_that_dies_in_motion_aborts_it_and_nothing_resumes(
-    start_cell: Any,
-) -> None:
-    cell = await start_cell()
-    pendant = await cell.ready_pendant()
-    await pendant.take_control()
-    further = moved(pendant, 0, 0.1)  # afterwards nobody knows where the robot stands
-    move = await pendant.move_joints(moved(pendant, 0, FAR), speed=0.05)
-    await pendant.wait_until(lambda state: state.in_motion == 1)
-
-    began = time.monotonic()
-    os.kill(cell.emulator.pid, signal.SIGKILL)
-    with pytest.raises(Aborted) as aborted:
-        await asyncio.wait_for(move.done(), PATIENCE)
-
-    assert aborted.value.code in (V.CONTROLLER_LOST, V.FEEDBACK_STALE)
-    assert time.monotonic() - began < 1.0 * SCALE
-    await pendant.wait_until(lambda state: state.link == LinkState.DOWN)
-    with pytest.raises(Refused) as refused:
-        await pendant.move_joints(further)
-    assert refused.value.code == V.CONTROLLER_DOWN
 
 
 async def test_an_emergency_stop_at_the_controller_aborts_and_its_reset_moves_nothing(
@@ -316,16 +237,6 @@ def planners_of(pid: int) -> list[int]:
         for child in children
         if b"planning.pool.planning_process" in Path(f"/proc/{child}/cmdline").read_bytes()
     ]
-
-
-async def test_the_snapshot_describes_the_cell(shared_cell: Any) -> None:
-    pendant = await shared_cell.ready_pendant(client="who asks")
-    async with pendant.control():
-        snapshot = await pendant.snapshot()
-    assert snapshot["robot"] == "ur5"
-    assert [joint["unit"] for joint in snapshot["joints"]] == ["rad"] * 6
-    assert snapshot["owner"]["client"] == "who asks"
-    assert snapshot["obstacle"] == ""
 
 
 async def test_garbage_on_every_port_disturbs_nobody(shared_cell: Any) -> None:

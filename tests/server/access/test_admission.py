@@ -22,6 +22,14 @@ def code_of(answer: object) -> V | None:
     return answer.code if isinstance(answer, Refusal) else None
 
 
+@pytest.fixture
+def desk() -> Desk:
+    """A desk at which connection 1 has arrived."""
+    desk = Desk()
+    desk.arrive(1)
+    return desk
+
+
 # Who needs no login.
 
 
@@ -57,10 +65,8 @@ def test_looking_on_from_outside_needs_a_login_unless_configured(
 
 
 @pytest.mark.parametrize("session", [1, 2])
-def test_every_connection_that_said_hello_may_stop(session: int) -> None:
+def test_every_connection_that_said_hello_may_stop(desk: Desk, session: int) -> None:
     """Promise 19: logged in or not, and while locked out (promise 29)."""
-    desk = Desk()
-    desk.arrive(1)
     desk.arrive(2)
     desk.log_in(2, "vera")
     for _ in range(10):
@@ -78,9 +84,7 @@ def test_before_hello_nobody_may_do_anything() -> None:
 # Passwords.
 
 
-def test_the_right_password_grants_the_accounts_role() -> None:
-    desk = Desk()
-    desk.arrive(1)
+def test_the_right_password_grants_the_accounts_role(desk: Desk) -> None:
     assert desk.log_in(1, "otto") == Granted(1, Role.OPERATOR, "otto", Basis.ACCOUNT)
     assert desk.login.may(1, Permission.MOVE) is None
     refusal = desk.login.may(1, Permission.EDIT_PROGRAM)
@@ -94,18 +98,14 @@ def test_the_right_password_grants_the_accounts_role() -> None:
     [("ann", "wrong"), ("nobody", "ann's password"), ("gone", "gone's password"), ("", "")],
 )
 def test_wrong_unknown_and_disabled_are_answered_in_the_same_words(
-    name: str, password: str
+    desk: Desk, name: str, password: str
 ) -> None:
-    desk = Desk()
-    desk.arrive(1)
     assert desk.attempt(1, name, password) == Refusal(V.LOGIN_FAILED)
     assert desk.login.grant_of(1) is None
 
 
-def test_an_unknown_user_is_checked_too() -> None:
+def test_an_unknown_user_is_checked_too(desk: Desk) -> None:
     """Promise 29: the same job with a hash of the same cost."""
-    desk = Desk()
-    desk.arrive(1)
     job = desk.login.try_password(1, "nobody", Secret("guess"), START)
     assert isinstance(job, VerifyJob)
     assert job.kept is NOBODYS_HASH
@@ -122,9 +122,7 @@ def test_unknown_names_are_locked_as_known_ones_are() -> None:
     assert answers("ann")[5] is V.LOCKED_OUT
 
 
-def test_a_lock_refuses_the_right_password_too_and_says_for_how_long() -> None:
-    desk = Desk()
-    desk.arrive(1)
+def test_a_lock_refuses_the_right_password_too_and_says_for_how_long(desk: Desk) -> None:
     for _ in range(5):
         desk.attempt(1, "ann", "wrong")
     refusal = desk.attempt(1, "ann", "ann's password", START + 10 * SECOND_NS)
@@ -157,17 +155,13 @@ def test_a_thousand_tries_of_many_names_reach_the_hash_thirty_times() -> None:
     assert checked == 30
 
 
-def test_one_connection_checks_one_password_at_a_time() -> None:
-    desk = Desk()
-    desk.arrive(1)
+def test_one_connection_checks_one_password_at_a_time(desk: Desk) -> None:
     assert isinstance(desk.login.try_password(1, "ann", Secret("a"), START), VerifyJob)
     second = desk.login.try_password(1, "ann", Secret("b"), START)
     assert code_of(second) is V.LOGIN_BUSY
 
 
-def test_a_check_that_the_worker_had_no_room_for_is_no_attempt() -> None:
-    desk = Desk()
-    desk.arrive(1)
+def test_a_check_that_the_worker_had_no_room_for_is_no_attempt(desk: Desk) -> None:
     for _ in range(10):
         job = desk.login.try_password(1, "ann", Secret("x"), START)
         assert isinstance(job, VerifyJob)
@@ -175,10 +169,8 @@ def test_a_check_that_the_worker_had_no_room_for_is_no_attempt() -> None:
     assert desk.log_in(1, "ann").name == "ann"
 
 
-def test_a_grant_belongs_to_one_connection() -> None:
+def test_a_grant_belongs_to_one_connection(desk: Desk) -> None:
     """Promise 28: an outcome counts once, for the connection that asked, and dies with it."""
-    desk = Desk()
-    desk.arrive(1)
     desk.arrive(2)
     job = desk.login.try_password(1, "ann", Secret("ann's password"), START)
     assert isinstance(job, VerifyJob)
@@ -189,9 +181,7 @@ def test_a_grant_belongs_to_one_connection() -> None:
     assert desk.login.grant_of(1) is None
 
 
-def test_an_outcome_that_comes_after_its_connection_grants_nothing() -> None:
-    desk = Desk()
-    desk.arrive(1)
+def test_an_outcome_that_comes_after_its_connection_grants_nothing(desk: Desk) -> None:
     job = desk.login.try_password(1, "ann", Secret("ann's password"), START)
     assert isinstance(job, VerifyJob)
     desk.login.closed(1, START)
@@ -200,9 +190,7 @@ def test_an_outcome_that_comes_after_its_connection_grants_nothing() -> None:
     assert desk.login.grant_of(1) is None
 
 
-def test_a_failed_login_leaves_what_was_granted() -> None:
-    desk = Desk()
-    desk.arrive(1)
+def test_a_failed_login_leaves_what_was_granted(desk: Desk) -> None:
     granted = desk.log_in(1, "otto")
     desk.attempt(1, "ann", "wrong")
     assert desk.login.grant_of(1) == granted
@@ -220,18 +208,14 @@ def test_a_failed_login_leaves_what_was_granted() -> None:
     ],
     ids=["removed", "disabled", "another password"],
 )
-def test_whose_account_is_changed_is_logged_out(book: AccountBook) -> None:
-    desk = Desk()
-    desk.arrive(1)
+def test_whose_account_is_changed_is_logged_out(desk: Desk, book: AccountBook) -> None:
     desk.log_in(1, "otto")
     (change,) = desk.login.accounts_changed(book, START)
     assert isinstance(change, GrantEnded)
     assert code_of(desk.login.may(1, Permission.MOVE)) is V.LOGIN_NEEDED
 
 
-def test_another_role_holds_at_once() -> None:
-    desk = Desk()
-    desk.arrive(1)
+def test_another_role_holds_at_once(desk: Desk) -> None:
     desk.log_in(1, "otto")
     book = AccountBook([account("otto", Role.VIEWER), account("ann", Role.ADMIN)])
     (change,) = desk.login.accounts_changed(book, START)
@@ -239,9 +223,7 @@ def test_another_role_holds_at_once() -> None:
     assert code_of(desk.login.may(1, Permission.MOVE)) is V.ROLE_TOO_LOW
 
 
-def test_an_account_changed_while_its_password_is_checked_is_not_granted() -> None:
-    desk = Desk()
-    desk.arrive(1)
+def test_an_account_changed_while_its_password_is_checked_is_not_granted(desk: Desk) -> None:
     job = desk.login.try_password(1, "otto", Secret("otto's password"), START)
     assert isinstance(job, VerifyJob)
     desk.login.accounts_changed(AccountBook([account("ann", Role.ADMIN)]), START)
@@ -338,9 +320,7 @@ def test_the_end_of_the_lesson_takes_back_what_guests_were_granted() -> None:
 # What is noted.
 
 
-def test_logins_and_failures_are_noted_with_who_and_from_where() -> None:
-    desk = Desk()
-    desk.arrive(1)
+def test_logins_and_failures_are_noted_with_who_and_from_where(desk: Desk) -> None:
     desk.attempt(1, "ann", "wrong")
     desk.log_in(1, "ann")
     desk.login.closed(1, START)

@@ -100,14 +100,17 @@ def test_logging_in_as_somebody_else_gives_the_authority_back(rig: GuardedRig) -
 
 
 @pytest.mark.parametrize(
-    ("after", "reason", "word"),
+    ("after", "reason", "word", "code"),
     [
-        (account("otto", Role.VIEWER), AuthorityReason.ROLE_LOST, "role lost"),
-        (account("otto", Role.OPERATOR, disabled=True), AuthorityReason.LOGGED_OUT, "logged out"),
+        (account("otto", Role.VIEWER), AuthorityReason.ROLE_LOST, "role lost", V.ROLE_TOO_LOW),
+        (
+            account("otto", Role.OPERATOR, disabled=True),
+            *(AuthorityReason.LOGGED_OUT, "logged out", V.LOGIN_NEEDED),
+        ),
     ],
 )
 def test_who_loses_the_authority_is_told_whether_it_was_for_the_role_or_the_login(
-    rig: GuardedRig, after: Account, reason: AuthorityReason, word: str
+    rig: GuardedRig, after: Account, reason: AuthorityReason, word: str, code: V
 ) -> None:
     otto = rig.user("otto")
     otto.take()
@@ -115,16 +118,9 @@ def test_who_loses_the_authority_is_told_whether_it_was_for_the_role_or_the_logi
     ann = rig.user("ann")
     rig.follow(AccountBook([*BOOK, after]))
     assert ann.all(AuthorityChanged)[-1].reason == reason
-    assert otto.all(Outcome)[0].text == f"the motion authority ended: {word}"
-
-
-def test_an_account_that_is_disabled_loses_the_authority_and_its_motion(rig: GuardedRig) -> None:
-    otto = rig.user("otto")
-    otto.take()
-    otto.move(1.0, 0.0)
-    rig.follow(AccountBook([*BOOK, account("otto", Role.OPERATOR, disabled=True)]))
-    assert otto.outcomes()[0][1] is V.AUTHORITY_LOST
-    assert otto.take() is V.LOGIN_NEEDED
+    (ended,) = otto.all(Outcome)[:1]
+    assert (ended.code, ended.text) == (V.AUTHORITY_LOST, f"the motion authority ended: {word}")
+    assert otto.take() is code
 
 
 def test_a_promotion_does_not_stop_the_motion(rig: GuardedRig) -> None:

@@ -11,7 +11,7 @@ from rigs.peers.server_clients import Pendant
 from openpendant.server.access.account_store import AccountChange
 from openpendant.server.access.accounts import AccountBook
 from openpendant.server.access.audit import AuditEvent
-from openpendant.server.access.permissions import FREE, OF_MESSAGE, TOPICS, needs_of, permission_of
+from openpendant.server.access.permissions import FREE, OF_MESSAGE, TOPICS, needs_of
 from openpendant.server.refusal import Refusal
 from openpendant.simplemsg import CommType, JointTrajPt, Message, ReplyCode, joint_array, refused
 from openpendant.simplemsg.declaration import Direction
@@ -34,7 +34,6 @@ from openpendant.simplemsg.pendant.roles import LEAST_ROLE, Permission
 from openpendant.simplemsg.verdicts import VerdictCode as V
 
 _BY_ROLE = {"vera": 1, "otto": 2, "ann": 4}
-_RANK = {"viewer": 1, "operator": 2, "programmer": 3, "admin": 4}
 
 
 @pytest.fixture
@@ -59,18 +58,6 @@ REQUESTS: tuple[Message, ...] = (
     ProgramRun(1, 1, 0, 1, 0, 1.0, "nothing"),
     SetAccount(1, AccountRole.OPERATOR, "new", "a new long password"),
 )
-
-
-@pytest.mark.parametrize("name", _BY_ROLE)
-@pytest.mark.parametrize("request_", REQUESTS, ids=lambda each: type(each).__name__)
-def test_a_request_is_refused_for_the_role_exactly_where_it_is_too_low(
-    rig: GuardedRig, name: str, request_: Message
-) -> None:
-    permission = permission_of(request_)
-    assert permission is not None
-    too_low = _BY_ROLE[name] < _RANK[LEAST_ROLE[permission].value]
-    code = rig.user(name).code(request_)
-    assert (code is V.ROLE_TOO_LOW) == too_low
 
 
 @pytest.mark.parametrize("op", sorted(OPERATIONS))

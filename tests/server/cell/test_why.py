@@ -26,10 +26,6 @@ def ask(pad: JogPad, **request: str) -> Any:
     return json.loads(reply.body)
 
 
-def nothing(rig: ServerRig, pad: JogPad) -> None:
-    return
-
-
 def no_authority(rig: ServerRig, pad: JogPad) -> None:
     pad.pendant.release()
 
@@ -214,13 +210,6 @@ def test_an_onlooker_asks_for_whoever_is_in_control_or_for_itself() -> None:
     onlooker = JogPad(rig, "onlooker", takes=False)
     assert ask(onlooker)["ready"]
     assert ask(onlooker, whose="mine")["broken"] == "authority"
-
-
-def test_each_kind_of_motion_has_its_own_answer() -> None:
-    rig = ready()
-    pad = JogPad(rig)
-    assert ask(pad, kind="program")["ready"]
-    assert ask(pad, kind="jog")["broken"] == "mode"
 
 
 def test_asking_changes_nothing() -> None:

@@ -110,14 +110,6 @@ async def test_a_software_stop_stays_in_its_cell() -> None:
         await right.close()
 
 
-@pytest.mark.asyncio
-@pytest.mark.virtual_clock
-async def test_a_pendant_that_names_no_cell_is_told_which_there_are() -> None:
-    async with running_room() as room:
-        with pytest.raises(Refused, match="left, right"):
-            await PendantClient.connect("127.0.0.1", room.port)
-
-
 def raising(after: int, tick: Callable[[int], list[Effect]]) -> Callable[[int], list[Effect]]:
     ticks = 0
 

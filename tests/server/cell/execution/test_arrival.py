@@ -27,7 +27,6 @@ from openpendant.simplemsg import (
     ValidField,
     joint_array,
 )
-from openpendant.simplemsg.verdicts import VerdictCode as V
 
 MS = 1_000_000
 LINK = ControllerLink()
@@ -96,22 +95,6 @@ def test_no_report_from_before_the_end_of_a_motion_tells_of_it() -> None:
     sent = Sent(END - 50 * MS)
     assert not sent.arrives(GOAL, 0.0, END - 1)
     assert sent.arrives(GOAL, 0.0, END)
-
-
-def test_no_report_from_before_the_last_point_was_taken_tells_of_the_end() -> None:
-    sent = Sent(END + 50 * MS)
-    assert not sent.arrives(GOAL, 0.0, END + 50 * MS - 1)
-    assert sent.arrives(GOAL, 0.0, END + 50 * MS)
-
-
-def test_a_robot_that_is_elsewhere_2_s_after_the_end_has_not_arrived() -> None:
-    sent = Sent()
-    late = END + 2_000 * MS
-    reported(sent.feedback, (0.4, -0.1), 0.0, late)
-    assert sent.advance(late - 1) is None
-    refusal = sent.advance(late)
-    assert refusal is not None
-    assert (refusal.code, refusal.joint) == (V.NOT_ARRIVED, 1)
 
 
 def following(started: int, count: int = 10) -> TrackingMonitor:

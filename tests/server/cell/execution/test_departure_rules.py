@@ -14,6 +14,7 @@ from openpendant.motion.description.limits import JointLimits
 from openpendant.motion.trajectory.trajectory import Row
 from openpendant.server.cell.execution.setpoint_guard import SetpointGuard
 from openpendant.server.refusal import Refusal
+from openpendant.simplemsg.verdicts import VerdictCode as V
 
 # No two joints, and no two sides, are alike: a rule that reads the wrong one shows.
 LIMITS = JointLimits(
@@ -101,8 +102,9 @@ def test_what_breaks_one_limit_does_not_leave(
 ) -> None:
     count, refusal = judged(rows)
     assert refusal is not None
-    assert (count, refusal.joint) == (leave, joint)
+    assert (count, refusal.joint, refusal.code) == (leave, joint, V.CERTIFICATE_REFUSED)
     assert f"joint {joint + 1} {what}:" in refusal.text
+    assert "not sent" in refusal.text
     assert refusal.limit == pytest.approx(limit)
 
 

@@ -114,17 +114,6 @@ def test_one_request_is_under_way_at_a_time(player: Player) -> None:
     assert player.next(END) is not None
 
 
-def test_it_has_arrived_when_a_report_from_after_the_end_shows_the_goal(player: Player) -> None:
-    player.send_all()
-    player.report(GOAL, END - 1)
-    assert player.advance(END - 1) is None
-    assert player.phase() is StreamPhase.SETTLING
-    player.report(GOAL, END)
-    player.tell_status(END)
-    assert player.advance(END + MS) is None
-    assert player.phase() is StreamPhase.ARRIVED
-
-
 def test_a_report_from_before_a_late_last_point_was_taken_ends_no_motion(player: Player) -> None:
     player.send_all()
     late = END + 60 * MS
@@ -161,19 +150,6 @@ def test_a_status_that_comes_only_when_it_changes_counts_100_ms_after_the_end(
         player.report(GOAL, END + after * MS)
         assert player.advance(END + after * MS) is None
         assert player.phase() is phase
-
-
-@pytest.mark.parametrize(
-    ("position", "velocity"),
-    [((0.4, -0.2), (0.002, 0.0)), ((0.4011, -0.2), (0.0, 0.0)), ((0.4, -0.1989), (0.0, 0.0))],
-)
-def test_it_has_not_arrived_while_it_moves_or_is_elsewhere(
-    player: Player, position: tuple[float, ...], velocity: tuple[float, ...]
-) -> None:
-    player.send_all()
-    player.report(position, END + MS, velocity)
-    assert player.advance(END + MS) is None
-    assert player.phase() is StreamPhase.SETTLING
 
 
 def test_not_arriving_within_2_s_is_told_with_the_worst_joint(player: Player) -> None:

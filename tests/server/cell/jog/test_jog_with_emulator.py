@@ -7,7 +7,7 @@ from rigs.peers.server_clients import Pendant
 
 from openpendant.motion.description.robot import serial_robot
 from openpendant.motion.kinematics.serial import Kinematics
-from openpendant.simplemsg import JointTrajPt, Message, SpecialSequence, joint_array
+from openpendant.simplemsg import joint_array
 from openpendant.simplemsg.pendant import (
     Enabling,
     JogBeat,
@@ -18,7 +18,6 @@ from openpendant.simplemsg.pendant import (
     JogStart,
     JogStep,
     JogUndo,
-    JointMove,
     OperatingMode,
     ResetStop,
     SetMode,
@@ -28,7 +27,6 @@ from openpendant.simplemsg.pendant import (
 from openpendant.simplemsg.standard import JointTrajPtFull
 from openpendant.simplemsg.verdicts import VerdictCode as V
 
-TEN_MS = 10
 UR5 = Kinematics(serial_robot("ur5"))
 
 
@@ -101,10 +99,6 @@ class JogClient:
         return UR5.forward(self.cell.position).position
 
 
-def is_stop(message: Message) -> bool:
-    return isinstance(message, JointTrajPt) and message.sequence == SpecialSequence.STOP
-
-
 def violations(client: JogClient) -> int:
     return client.cell.controller.referee.total
 
@@ -149,49 +143,6 @@ def test_a_held_tool_key_moves_the_tool_along_its_axis(
     assert way @ direction > 0.03
     assert np.linalg.norm(way - (way @ direction) * direction) < 1e-4
     assert violations(client) == 0
-
-
-def test_a_jog_without_beats_begins_its_ramp_by_the_deadline_and_a_tick() -> None:
-    client = JogClient()
-    client.start(JogSpace.JOINTS, (1.0, 0.0, 0.0, 0.0, 0.0, 0.0), deadline=0.15)
-    client.hold(300)
-    last_beat = client.cell.now - 50_000_000
-    slower = None
-    speed = abs(client.sent()[-1].velocities[0])
-    while slower is None:
-        client.enable()
-        client.cell.wait(10)
-        now = abs(client.sent()[-1].velocities[0])
-        if now < speed - 1e-6:
-            slower = client.cell.now
-        speed = now
-        assert client.cell.now - last_beat <= 160_000_000
-    assert client.come_to_rest().reason == JogEnd.SILENT
-    assert violations(client) == 0
-
-
-def test_a_lost_connection_stops_a_jog_on_the_same_call_stack() -> None:
-    client = JogClient()
-    client.start(JogSpace.JOINTS, (1.0, 0.0, 0.0, 0.0, 0.0, 0.0))
-    client.hold(300)
-    client.pendant.close()
-    assert is_stop(client.cell.sent[-1])
-    client.cell.wait(500)
-    at = client.cell.position
-    client.cell.wait(500)
-    assert client.cell.position == at
-    assert violations(client) == 0
-
-
-def test_releasing_the_enabling_device_stops_a_jog() -> None:
-    client = JogClient()
-    client.start(JogSpace.JOINTS, (1.0, 0.0, 0.0, 0.0, 0.0, 0.0))
-    client.hold(300)
-    client.pendant.send(Enabling(0))
-    client.cell.wait(10)
-    assert is_stop(client.cell.sent[-1])
-    client.cell.wait(500)
-    assert client.pendant.outcomes()[-1][1] is V.ENABLING_LOST
 
 
 def test_a_second_key_takes_over_without_a_stop() -> None:
@@ -258,21 +209,6 @@ def test_the_rest_of_an_undo_goes_on_along_the_way_and_not_over_what_it_had_done
     assert np.abs(np.array(client.cell.position) - before).max() < 1e-4
     assert client.pendant.code(JogUndo(903, 1.0)) is V.NO_JOG_TO_UNDO
     assert violations(client) == 0
-
-
-def test_after_another_motion_there_is_no_jog_to_undo() -> None:
-    client = JogClient()
-    client.start(JogSpace.JOINTS, (0.0, 0.0, 0.0, 0.0, 0.0, 1.0))
-    client.hold(300)
-    client.release()
-    client.come_to_rest()
-    goal = [value + 0.05 for value in client.cell.position]
-    assert client.pendant.code(JointMove(900, 0.5, 6, joint_array(goal))) is V.ACCEPTED
-    for _ in range(40):
-        client.enable()
-        client.cell.wait(50)
-    assert client.pendant.outcomes()[-1] == (900, V.ACCEPTED)
-    assert client.pendant.code(JogUndo(901, 1.0)) is V.NO_JOG_TO_UNDO
 
 
 def test_a_step_moves_the_tool_by_its_increment() -> None:
