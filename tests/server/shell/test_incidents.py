@@ -1,6 +1,5 @@
 from __future__ import annotations
 
-import asyncio
 import logging
 from collections.abc import AsyncIterator, Callable
 from contextlib import AsyncExitStack, asynccontextmanager
@@ -8,12 +7,9 @@ from typing import NoReturn
 
 import pytest
 from rigs.processes.bare_app import bare_app
-from rigs.processes.judged_server import running_emulator
+from rigs.processes.judged_server import ROBOT, LoopPlanner, running_emulator
 
 from openpendant.motion.description.robot import serial_robot
-from openpendant.server.planning.jobs import Job
-from openpendant.server.planning.task import Deliver
-from openpendant.server.planning.worker.job_planner import answer
 from openpendant.server.settings.cell_settings import make_settings
 from openpendant.server.shell.app import App
 from openpendant.server.shell.cell_shell import CellParts
@@ -21,17 +17,7 @@ from openpendant.simplemsg.pendant import Activity, StopKind
 from openpendant.simplemsg.verdicts import VerdictCode as V
 from openpendant.tools.pendants.client import Aborted, ConnectionLost, PendantClient
 
-ROBOT = "ur5"
-
 pytestmark = [pytest.mark.asyncio, pytest.mark.virtual_clock]
-
-
-class LaterPlanner:
-    def submit(self, job: Job, deliver: Deliver) -> None:
-        asyncio.get_running_loop().call_later(0.03, deliver, answer(ROBOT, job))
-
-    def withdraw(self, job_id: int) -> None:
-        """An answer nobody waits for is ignored by the cell."""
 
 
 @asynccontextmanager
@@ -41,7 +27,7 @@ async def running_app() -> AsyncIterator[tuple[App, int]]:
         link = {"motion_port": emulator.motion_port, "state_port": emulator.state_port}
         ports = {"pendant_port": 0, "ros_motion_port": 0, "ros_state_port": 0}
         settings = make_settings({"robot": ROBOT, "listen": ports, "controller": link}, "test")
-        app = bare_app([CellParts(settings, serial_robot(ROBOT), LaterPlanner())])
+        app = bare_app([CellParts(settings, serial_robot(ROBOT), LoopPlanner())])
         listening = await stack.enter_async_context(app.running())
         yield app, listening.pendant
 
