@@ -12,11 +12,6 @@ from openpendant.simplemsg.pendant import Authority, AuthorityAction, Management
 from openpendant.simplemsg.verdicts import VerdictCode as V
 
 
-@pytest.fixture
-def rig() -> GuardedRig:
-    return GuardedRig()
-
-
 def told(rig: GuardedRig, *events: AuditEvent) -> list[tuple[AuditEvent, str]]:
     return [(entry.event, entry.who) for entry in rig.desk.log if entry.event in events]
 

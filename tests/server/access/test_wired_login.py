@@ -28,11 +28,6 @@ from openpendant.simplemsg.pendant.roles import Role
 from openpendant.simplemsg.verdicts import VerdictCode as V
 
 
-@pytest.fixture
-def rig() -> GuardedRig:
-    return GuardedRig()
-
-
 def code_of(messages: list[Message]) -> str:
     (reply,) = [message for message in messages if isinstance(message, PairingReply)]
     return reply.code

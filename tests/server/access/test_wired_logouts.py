@@ -8,7 +8,7 @@ from rigs.cells.admission_desk import BOOK, LAN, LOCAL, account
 from rigs.cells.guarded_rig import GuardedRig, log_in
 from rigs.clock.busy_machine import PATIENCE
 from rigs.peers.server_clients import Pendant
-from rigs.processes.guarded_server import PASSWORDS, guarded_server
+from rigs.processes.guarded_server import served_operator
 
 from openpendant.server.access import grants
 from openpendant.server.access.accounts import Account, AccountBook
@@ -32,12 +32,7 @@ from openpendant.simplemsg.pendant import (
 )
 from openpendant.simplemsg.pendant.roles import Role
 from openpendant.simplemsg.verdicts import VerdictCode as V
-from openpendant.tools.pendants.client import PendantClient, Refused
-
-
-@pytest.fixture
-def rig() -> GuardedRig:
-    return GuardedRig()
+from openpendant.tools.pendants.client import Refused
 
 
 def guest(rig: GuardedRig, teacher: Pendant, address: str = LAN) -> Pendant:
@@ -165,12 +160,7 @@ async def test_a_client_on_another_machine_ends_its_wait_when_its_account_is_dis
 ) -> None:
     """Over sockets, whose addresses count as another machine's."""
     monkeypatch.setattr(grants, "is_loopback", lambda address: False)
-    async with (
-        guarded_server(tmp_path) as server,
-        await PendantClient.connect(
-            port=server.port, user="otto", password=PASSWORDS["otto"], state_rate=50
-        ) as otto,
-    ):
+    async with served_operator(tmp_path) as (server, otto):
         await otto.next_state()
         await otto.take_control()
         assert users_main(["disable", "otto", "--store", str(server.store)]) == 0

@@ -21,11 +21,6 @@ from openpendant.simplemsg.pendant import (
 from openpendant.simplemsg.verdicts import VerdictCode as V
 
 
-@pytest.fixture
-def rig() -> GuardedRig:
-    return GuardedRig()
-
-
 def impostor(rig: GuardedRig, name: str = "ann", address: str = LAN) -> Pendant:
     pendant = rig.stranger(Port.PENDANT, address)
     pendant.hello(name)

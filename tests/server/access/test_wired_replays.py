@@ -89,11 +89,6 @@ NEEDS_AUTHORITY = [
 ]
 
 
-@pytest.fixture
-def rig() -> GuardedRig:
-    return GuardedRig()
-
-
 def code_of(pendant: Pendant, message: Message) -> V:
     answers = pendant.send(message)
     for answer in answers:

@@ -36,11 +36,6 @@ from openpendant.simplemsg.verdicts import VerdictCode as V
 _BY_ROLE = {"vera": 1, "otto": 2, "ann": 4}
 
 
-@pytest.fixture
-def rig() -> GuardedRig:
-    return GuardedRig()
-
-
 def asked(pendant: Pendant, **body: object) -> dict[str, Any]:
     request = Management(77, json.dumps(body).encode())
     (answer,) = [each for each in pendant.send(request) if isinstance(each, Management)]

@@ -14,7 +14,7 @@ from pathlib import Path
 import pytest
 from rigs.clock.busy_machine import PATIENCE
 from rigs.peers.tls_certificates import make_certificate
-from rigs.processes.guarded_server import PASSWORDS, guarded_server
+from rigs.processes.guarded_server import PASSWORDS, guarded_server, served_operator
 
 from openpendant.server.access import open_access
 from openpendant.server.access.audit_file import AuditLog
@@ -126,12 +126,7 @@ def as_recorded(goal: tuple[float, ...]) -> list[Message]:
 
 async def test_promise_28_recorded_frames_do_nothing_on_another_connection(tmp_path: Path) -> None:
     """What an operator sends, pasted byte for byte on a second connection, is refused."""
-    async with (
-        guarded_server(tmp_path) as server,
-        await PendantClient.connect(
-            port=server.port, user="otto", password=PASSWORDS["otto"], state_rate=50
-        ) as otto,
-    ):
+    async with served_operator(tmp_path) as (server, otto):
         await otto.wait_until(lambda state: state.motion_possible == 1)
         async with otto.control():
             before = otto.joints()
@@ -208,12 +203,7 @@ async def test_the_terminal_pendant_speaks_tls_with_whom_it_trusts(
 
 async def test_an_account_that_is_removed_beside_the_server_is_logged_out(tmp_path: Path) -> None:
     """By `openpendant users`, which writes the store's file while the server runs."""
-    async with (
-        guarded_server(tmp_path) as server,
-        await PendantClient.connect(
-            port=server.port, user="otto", password=PASSWORDS["otto"], state_rate=50
-        ) as otto,
-    ):
+    async with served_operator(tmp_path) as (server, otto):
         await otto.take_control()
         lost = asyncio.Event()
         otto.on_authority = lambda _: lost.set()
@@ -246,12 +236,7 @@ async def test_a_full_disk_of_the_audit_log_moves_no_robot_and_is_said_once(
 ) -> None:
     log = partial(AuditLog, retry=0.02, opener=FullDisk().open)
     monkeypatch.setattr(open_access, "AuditLog", log)
-    async with (
-        guarded_server(tmp_path) as server,
-        await PendantClient.connect(
-            port=server.port, user="otto", password=PASSWORDS["otto"], state_rate=50
-        ) as otto,
-    ):
+    async with served_operator(tmp_path) as (_, otto):
         await otto.wait_until(lambda state: state.motion_possible == 1)
         async with otto.control():
             goal = [angle + 0.05 for angle in otto.joints()]

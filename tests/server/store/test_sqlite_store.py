@@ -37,11 +37,6 @@ PROGRAM, RECORDING = DocumentKind.PROGRAM, DocumentKind.RECORDING
 
 
 @pytest.fixture
-def path(tmp_path: Path) -> Path:
-    return tmp_path / "store.db"
-
-
-@pytest.fixture
 def store(path: Path) -> Iterator[SqliteStore]:
     with opened(path) as store:
         yield store

@@ -27,11 +27,6 @@ LARGE = '{"text": "' + "x" * 9_000 + '"}'
 
 
 @pytest.fixture
-def path(tmp_path: Path) -> Path:
-    return tmp_path / "store.db"
-
-
-@pytest.fixture
 def store(path: Path) -> Iterator[SqliteStore]:
     with opened(path) as store:
         with contextlib.closing(open_for_reading(path)) as reader:
