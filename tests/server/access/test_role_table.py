@@ -62,24 +62,11 @@ LEAST: tuple[tuple[str, Message], ...] = (
     *(
         ("programmer", managed(op))
         for op in (
-            "programs.save",
-            "programs.delete",
-            "programs.edit",
-            "programs.record",
-            "recordings.start",
-            "recordings.delete",
-            "frames.add",
-            "frames.move",
-            "frames.import",
-            "tools.select",
-            "tools.move",
-            "tools.import",
-            "scene.add",
-            "scene.remove",
-            "scene.allow",
-            "scene.attach",
-            "scene.import",
-            "robots.load",
+            *("programs.save", "programs.delete", "programs.edit", "programs.record"),
+            *("recordings.start", "recordings.delete", "robots.load"),
+            *("frames.add", "frames.move", "frames.import"),
+            *("tools.select", "tools.move", "tools.import"),
+            *("scene.add", "scene.remove", "scene.allow", "scene.attach", "scene.import"),
         )
     ),
     *(

@@ -8,17 +8,15 @@ from collections.abc import Callable
 from typing import Any
 
 import pytest
+from rigs.processes.planning_children import WARM, running_pool
 
 from openpendant.server.planning.jobs import JointPathJob, RecordingJob
-from openpendant.server.planning.pool.planning_pool import PlanningPool
 from openpendant.server.planning.task import PlanTask, read_question, split_question
 from openpendant.server.refusal import Refusal
 from openpendant.server.store.recording_format import Extract
 from openpendant.simplemsg.verdicts import VerdictCode as V
 
 MIB = 1 << 20
-WARM = r"printf '\004\000\000\000\200\004N.';"
-"""The pickled None of a planning process that is warm, behind its length; for a shell."""
 
 
 def _job(pieces: tuple[bytes, ...]) -> RecordingJob:
@@ -71,17 +69,11 @@ async def _ask(command: str, monkeypatch: pytest.MonkeyPatch, use: Callable[[Any
         return child
 
     monkeypatch.setattr(asyncio, "create_subprocess_exec", start_another)
-    pool = PlanningPool(["ur5"])
-    keeper = asyncio.create_task(pool.keep_up())
     answers: asyncio.Queue[Any] = asyncio.Queue()
-    try:
+    async with running_pool() as pool, asyncio.timeout(30):
         job = _job(tuple(bytes([number]) * MIB for number in range(60)))
         pool.submit(PlanTask("ur5", job, answers.put_nowait))
-        async with asyncio.timeout(30):
-            return await answers.get()
-    finally:
-        keeper.cancel()
-        await asyncio.gather(keeper, return_exceptions=True)
+        return await answers.get()
 
 
 @pytest.mark.realtime

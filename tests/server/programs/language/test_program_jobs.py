@@ -4,11 +4,11 @@ import asyncio
 import gc
 import statistics
 import time
-from contextlib import suppress
 from dataclasses import dataclass
 
 import pytest
 from rigs.data.large_programs import large_text
+from rigs.processes.planning_children import running_pool
 
 from openpendant.server.planning.jobs import JointPathJob, PlanAnswer, ProgramJob
 from openpendant.server.planning.pool.planning_pool import CellPlanner, PlanningPool
@@ -76,15 +76,9 @@ def test_one_process_plans_for_several_robots(watched: Watched) -> None:
 
 
 async def _watched() -> Watched:
-    pool = PlanningPool(["ur5"])
-    keeping = asyncio.create_task(pool.keep_up())
-    try:
+    async with running_pool() as pool:
         rounds = [await _round(pool.planner_of("ur5")) for _ in range(ROUNDS)]
         return Watched(rounds, [await _plan(pool, robot) for robot in ("ur5", "abb_irb120")])
-    finally:
-        keeping.cancel()
-        with suppress(asyncio.CancelledError):
-            await keeping
 
 
 async def _plan(pool: PlanningPool, robot: str) -> PlanAnswer:
