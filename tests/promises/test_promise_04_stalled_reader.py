@@ -26,7 +26,6 @@ LISTENING = said(Subscribe(1, 100.0))
 
 
 def queued(client: ClientConnection) -> int:
-    """Return how many bytes of a client wait outside the kernel."""
     transport = client._transport
     return 0 if transport is None else transport.get_write_buffer_size()
 

@@ -19,7 +19,6 @@ SOON = 0.02
 
 
 async def closed_for(served: AppOnLoop, port: int, begin: bytes, length: int) -> None:
-    """Send what a face knows, and then a length; wait until the connection is closed."""
     sock = await served.visitor(port, begin=begin)
     await until(lambda: served.connections == 1, 1.0)
     sock.send(struct.pack("<i", length) + bytes(64))

@@ -25,7 +25,6 @@ SLOW = 60
 
 
 async def drip(sock: socket.socket, data: bytes) -> None:
-    """Send a byte at a time, until the connection is closed."""
     for at in range(len(data)):
         try:
             await asyncio.get_running_loop().sock_sendall(sock, data[at : at + 1])

@@ -25,7 +25,6 @@ reals = st.floats(width=32)
 
 
 def judge(rig: ServerRig) -> None:
-    """Fail where something was planned or sent that no joint may do."""
     for job in rig.jobs:
         for number in _numbers(job):
             assert math.isfinite(number), job
@@ -38,7 +37,6 @@ def judge(rig: ServerRig) -> None:
 
 
 def _numbers(value: object) -> list[float]:
-    """Return all numbers inside a job, however deep."""
     if isinstance(value, float):
         return [value]
     if isinstance(value, tuple | list):

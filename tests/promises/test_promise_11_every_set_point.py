@@ -35,7 +35,6 @@ STRAIGHT, PLANNED = 42, 2
 
 
 def judge(trajectory: Trajectory, limits: JointLimits) -> None:
-    """Fail where a sample, or a difference between two, breaks a limit."""
     lower, upper = np.array(limits.lower), np.array(limits.upper)
     assert np.all(np.isfinite(trajectory.position))
     assert np.all((lower <= trajectory.position) & (trajectory.position <= upper))
@@ -105,7 +104,6 @@ def finish(cell: EmulatedCell, pendant: Pendant) -> None:
 
 
 def judge_sent(points: list[JointTrajPtFull], limits: JointLimits) -> None:
-    """Fail where a set-point as the controller got it, or the step to it, breaks a limit."""
     dof = limits.dof
     position, velocity, acceleration = (
         np.array([getattr(point, name)[:dof] for point in points])

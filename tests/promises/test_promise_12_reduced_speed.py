@@ -13,26 +13,13 @@ import numpy as np
 import pytest
 from promises.promise_table import figure
 from rigs.cells.emulated_cell import EmulatedCell
-from rigs.peers.server_clients import Pendant, pose
+from rigs.motion.jog_pad import EmulatedPad
+from rigs.peers.server_clients import pose
 
 from openpendant.motion.description.robot import serial_robot
 from openpendant.motion.kinematics.serial import Kinematics
 from openpendant.motion.trajectory.point_speed import elbow_link
-from openpendant.simplemsg import joint_array
-from openpendant.simplemsg.pendant import (
-    Activity,
-    Enabling,
-    EnablingPosition,
-    JogBeat,
-    JogRelease,
-    JogSpace,
-    JogStart,
-    OperatingMode,
-    SetMode,
-    SetSpeed,
-    State,
-    Subscribe,
-)
+from openpendant.simplemsg.pendant import JogSpace
 from openpendant.simplemsg.standard import JointTrajPtFull
 from openpendant.simplemsg.verdicts import VerdictCode as V
 
@@ -50,48 +37,19 @@ JOGS = [
 ]
 
 
-class T1:
-    """A cell in T1 and the pendant that enables it."""
-
+class T1(EmulatedPad):
     def __init__(self) -> None:
-        self.cell = EmulatedCell("ur5", jog=JOG)
-        self.pendant: Pendant = self.cell.holder()
-        assert self.pendant.code(Subscribe(self.request(), 100.0)) is V.ACCEPTED
-        mode = SetMode(self.request(), OperatingMode.MANUAL_REDUCED)
-        assert self.pendant.code(mode) is V.ACCEPTED
-        self.hold(50)
+        super().__init__(EmulatedCell("ur5", jog=JOG))
 
-    def request(self) -> int:
-        self.pendant.last_request += 1
-        return self.pendant.last_request
-
-    def hold(self, milliseconds: int, press: int = 0) -> None:
-        for beat in range(1, milliseconds // 50 + 1):
-            self.pendant.send(Enabling(EnablingPosition.HELD))
-            if press:
-                self.pendant.send(JogBeat(press, beat))
-            self.cell.wait(50)
-
-    def jog(self, press: int, space: JogSpace, frame: str, values: tuple[float, ...]) -> None:
-        newest = self.pendant.all(State)[-1].sequence
-        start = JogStart(self.request(), press, newest, 0.2, space, frame, 6, joint_array(values))
-        assert self.pendant.code(start) is V.ACCEPTED
-        self.hold(600, press)
-        self.pendant.send(JogRelease(self.request(), press))
+    def jog(self, space: JogSpace, frame: str, values: tuple[float, ...]) -> None:
+        assert self.press(*values, deadline=0.2, space=space, frame=frame) is V.ACCEPTED
+        self.hold(600)
+        assert self.release() is V.ACCEPTED
         self.finish()
 
-    def finish(self) -> None:
-        for _ in range(200):
-            self.hold(50)
-            if self.cell.core.cell.activity is Activity.IDLE:
-                return
-        raise AssertionError("the motion does not end")
-
     def runs(self) -> list[list[JointTrajPtFull]]:
-        """Return the set-points that were sent, motion by motion."""
-        points = [item for item in self.cell.sent if isinstance(item, JointTrajPtFull)]
         runs: list[list[JointTrajPtFull]] = []
-        for point in points:
+        for point in self.sent:
             if point.sequence == 0:
                 runs.append([])
             runs[-1].append(point)
@@ -116,8 +74,8 @@ def fastest(run: list[JointTrajPtFull]) -> float:
 
 def test_promise_12_every_jog_keeps_tool_and_elbow_below_250_mm_a_second() -> None:
     hands = T1()
-    for press, jog in enumerate(JOGS, 1):
-        hands.jog(press, *jog)
+    for jog in JOGS:
+        hands.jog(*jog)
     runs = hands.runs()
     assert len(runs) == len(JOGS)
     speeds = [fastest(run) for run in runs]
@@ -136,7 +94,7 @@ def test_promise_12_every_planned_motion_keeps_below_it_too() -> None:
     assert hands.pendant.path((home[0] + 0.3, *home[1:]), home) is V.ACCEPTED
     hands.finish()
     goal = pose(2, 1.0, (x, y + 0.1, z - 0.05), tool.quaternion.tolist())
-    goal.request_id = hands.request()
+    goal.request_id = hands._request()
     assert hands.pendant.code(goal) is V.ACCEPTED
     hands.finish()
     runs = hands.runs()
@@ -147,8 +105,8 @@ def test_promise_12_every_planned_motion_keeps_below_it_too() -> None:
 @pytest.mark.parametrize(("override", "cap"), [(0.3, 0.25), (1.0, 0.1)])
 def test_promise_12_override_and_cap_only_lower_it(override: float, cap: float) -> None:
     hands = T1()
-    assert hands.pendant.code(SetSpeed(hands.request(), override, cap)) is V.ACCEPTED
-    hands.jog(1, *JOGS[0])
+    assert hands.speed(override, cap) is V.ACCEPTED
+    hands.jog(*JOGS[0])
     (run,) = hands.runs()
     assert 0.0 < fastest(run) <= min(CAP, cap) * (1 + 1e-6)
 
@@ -156,4 +114,4 @@ def test_promise_12_override_and_cap_only_lower_it(override: float, cap: float) 
 @pytest.mark.parametrize(("override", "cap"), [(1.0, 0.2501), (1.01, 0.25)])
 def test_promise_12_what_would_raise_it_is_refused(override: float, cap: float) -> None:
     hands = T1()
-    assert hands.pendant.code(SetSpeed(hands.request(), override, cap)) is V.BAD_ARGUMENT
+    assert hands.speed(override, cap) is V.BAD_ARGUMENT

@@ -64,7 +64,6 @@ def stretched() -> Pose:
 
 
 def turned_round(pose: Pose) -> PoseGoal:
-    """Return the same place with the tool turned to look the other way."""
     x, y, z, w = pose.quaternion.tolist()
     return PoseGoal(tuple(pose.position.tolist()), (w, z, -y, -x))
 
@@ -107,7 +106,6 @@ def test_promise_13_a_thousand_poses_out_of_reach_are_refused_within_100_ms(robo
 
 
 def asked_by(pendant: WirePendant, random: np.random.Generator) -> PoseMove:
-    """Return a pendant's next request, for a pose out of reach."""
     goal = out_of_reach("ur5", random)
     request = pose(1, 0.5, goal.position, goal.orientation)
     request.request_id = pendant.request()

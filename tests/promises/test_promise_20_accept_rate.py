@@ -52,8 +52,6 @@ def test_promise_20_who_waits_as_long_as_told_is_taken_and_not_a_nanosecond_soon
 
 
 class Noted(asyncio.Protocol):
-    """A connection that is written down and closed."""
-
     def __init__(self, name: str, log: list[tuple[str, float]]) -> None:
         self._entry, self._log = name, log
 
@@ -63,7 +61,6 @@ class Noted(asyncio.Protocol):
 
 
 def knock(port: int, count: int) -> list[socket.socket]:
-    """Begin connections; the system keeps them until they are taken."""
     sockets = [socket.socket() for _ in range(count)]
     for sock in sockets:
         sock.setblocking(False)
@@ -99,7 +96,6 @@ async def test_promise_20_a_storm_is_taken_at_its_rate_and_no_port_starves_anoth
 
 @pytest.fixture
 def few_files() -> Iterator[None]:
-    """Let nobody open another file; what is open stays."""
     limits = resource.getrlimit(resource.RLIMIT_NOFILE)
     free = os.open(os.devnull, os.O_RDONLY)
     os.close(free)
@@ -133,7 +129,6 @@ async def test_promise_21_without_descriptors_nobody_is_taken_for_a_second_and_t
 
 
 def timers_of(listening: Listening) -> int:
-    """Return how many timers of the listening sockets are set."""
     scheduled: list[asyncio.TimerHandle] = vars(asyncio.get_running_loop())["_scheduled"]
     callbacks = [callback_of(timer) for timer in scheduled if not timer.cancelled()]
     return sum(getattr(callback, "__self__", None) is listening for callback in callbacks)

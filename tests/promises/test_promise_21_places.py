@@ -19,7 +19,7 @@ from openpendant.server.shell.clients import MOST_TURNED_AWAY, place_refusal
 from openpendant.server.shell.server_process import files_needed, provide_files
 from openpendant.simplemsg import PENDANT, ByteOrder, Connection, Received, Role
 from openpendant.simplemsg.pendant import Verdict
-from openpendant.simplemsg.verdicts import VerdictCode
+from openpendant.simplemsg.verdicts import VerdictCode as V
 from openpendant.tools.pendants.client import PendantClient, Refused
 
 PLACES = 16
@@ -71,7 +71,6 @@ async def test_promise_21_who_has_no_place_is_closed_at_once_and_the_others_stay
 
 
 async def answers(sock: socket.socket, wire: Connection, within: float) -> list[Received]:
-    """Return all that a connection is told until it is closed."""
     loop, heard = asyncio.get_running_loop(), list[Received]()
     async with asyncio.timeout(within):
         while data := await loop.sock_recv(sock, 4_096):
@@ -97,7 +96,7 @@ async def test_promise_20_who_has_no_place_is_told_when_to_come_again(
             await asyncio.get_running_loop().sock_sendall(late, greeting[begin : begin + piece])
         (told,) = await answers(late, wire, 0.05)
         assert isinstance(told, Verdict)
-        assert (told.code, told.value) == (VerdictCode.NO_PLACE, 5.0)
+        assert (told.code, told.value) == (V.NO_PLACE, 5.0)
         assert told.text == "more than 16 connections; come again in 5 s"
         assert served.connections == PLACES
 
@@ -113,7 +112,7 @@ async def test_promise_20_who_does_as_told_finds_a_place_that_strangers_took() -
         assert served.connections == MOST_STRANGERS
         with pytest.raises(Refused, match="64 pendants") as refused:
             await PendantClient.connect("127.0.0.1", served.pendant)
-        assert refused.value.code == VerdictCode.NO_PLACE
+        assert refused.value.code == V.NO_PLACE
         await asyncio.sleep(refused.value.value)
         async with await PendantClient.connect("127.0.0.1", served.pendant):
             assert served.connections == 1
@@ -162,7 +161,6 @@ def test_promise_21_connections_that_agree_on_tls_are_counted_beside_all_places(
 
 @pytest.fixture
 def system(monkeypatch: pytest.MonkeyPatch) -> list[tuple[int, int]]:
-    """Limits as the test sets them; the last is in force."""
     limits = [(1_024, 4_096)]
     monkeypatch.setattr(resource, "getrlimit", lambda _: limits[-1])
     monkeypatch.setattr(resource, "setrlimit", lambda _, pair: limits.append(pair))

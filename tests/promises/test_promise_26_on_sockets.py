@@ -18,7 +18,7 @@ from rigs.peers.wire_pendant import WirePendant
 from rigs.processes.promise_rig import PromiseRig, promise_rig
 
 from openpendant.simplemsg.pendant import StopKind
-from openpendant.simplemsg.verdicts import VerdictCode
+from openpendant.simplemsg.verdicts import VerdictCode as V
 
 REAL, EMULATED = figure(26, "stopped"), figure(26, "emulated_stopped")
 EXPLICIT = {"deadline": figure(26, "stop").seconds}
@@ -35,7 +35,6 @@ def moves(arrival: Arrival) -> bool:
 
 
 def stop_after_freeze(rig: PromiseRig) -> tuple[int, Arrival | None]:
-    """Let the server stand still until somebody stops the robot; return both times."""
     frozen = time.monotonic_ns()
     os.kill(rig.server_pid, signal.SIGSTOP)
     try:
@@ -45,11 +44,10 @@ def stop_after_freeze(rig: PromiseRig) -> tuple[int, Arrival | None]:
 
 
 def come_back(pendant: WirePendant) -> None:
-    """Let go of the key and reset what the watchdog's stop has latched."""
     pendant.beats = False
     pendant.wait_until(lambda state: state.stop != StopKind.NONE)
     pendant.come_to_rest()
-    assert pendant.reset() is VerdictCode.ACCEPTED
+    assert pendant.reset() is V.ACCEPTED
     pendant.wait_until(lambda state: state.stop == StopKind.NONE)
 
 

@@ -26,7 +26,6 @@ GROWTH = figure(31, "growth")
 
 
 def come_and_go(rig: ServerRig, number: int) -> None:
-    """Connect, jog for a moment, and be gone in one way or another."""
     pad = JogPad(rig, f"pad {number}")
     pad.squeeze()
     assert pad.press(1.0 if number % 2 else -1.0, 0.0) is V.ACCEPTED
@@ -42,7 +41,6 @@ def come_and_go(rig: ServerRig, number: int) -> None:
 
 
 def growth(cycles: int) -> int:
-    """Return by how many bytes the server's own memory grew over so many cycles."""
     rig = ready(modes={"initial": "manual_high"})
     # Sessions of the rig are numbered by those it has, so one stays.
     rig.pendant("witness")

@@ -76,8 +76,6 @@ def arm(name: str) -> Arm:
 
 
 class Trial:
-    """One motion of one robot, with lags, noise and delays of its own."""
-
     def __init__(self, seed: int) -> None:
         self.chance = chance = Random(seed)
         self.arm = arm(SERIAL[seed % len(SERIAL)])
@@ -99,7 +97,6 @@ class Trial:
         )
 
     def run(self) -> None:
-        """Make the motion; half of them are stopped on their way."""
         drive, chance, driving = self.drive, self.chance, self.drive.driving
         work = ActiveMotion(
             MotionRequest(1, 1), MotionKind.JOG if self.kind == "jog" else MotionKind.MOVE, 1
@@ -150,7 +147,6 @@ class Trial:
 
 
 def alarms(seeds: range) -> dict[int, str]:
-    """Run trials and return what was wrong with which; what nobody could time is left out."""
     wrong: dict[int, str] = {}
     kinds: Counter[str] = Counter()
     for seed in seeds:

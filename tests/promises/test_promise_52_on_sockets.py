@@ -23,8 +23,6 @@ MOST_POINTS = figure(52, "points").count
 
 
 class WrongReports:
-    """Shifts what emulated controllers report from a moment on, and notes what reaches them."""
-
     def __init__(self, monkeypatch: pytest.MonkeyPatch) -> None:
         self.is_wrong = False
         self.has_told = False

@@ -1,5 +1,3 @@
-"""What a late machine makes void is told and measured again; too much of it repeats the run."""
-
 from __future__ import annotations
 
 import pytest
@@ -12,8 +10,6 @@ MS = 1_000_000
 
 
 class Idle(StallWatch):
-    """An idle process that is late when the test says so, on the clock of the test."""
-
     def __init__(self) -> None:
         self.time = 100.0
         self.told: list[tuple[float, float]] = []
@@ -33,7 +29,6 @@ def idle() -> Idle:
 def measure(
     figures: Figures, idle: Idle, count: int, delay: float = 5.0, late: float = 0.0
 ) -> None:
-    """Measure a second long each; let the idle process be late in the middle of each."""
     for _ in range(count):
         began = idle.time
         if late:

@@ -45,7 +45,6 @@ def parsed(file: str) -> ast.Module:
 
 
 def defined(tree: ast.Module) -> dict[str, ast.AST]:
-    """Return what a test file defines at its top, by name."""
     found: dict[str, ast.AST] = {}
     for node in tree.body:
         match node:
@@ -74,7 +73,6 @@ def texts(row: str) -> list[str]:
 
 
 def reads(tree: ast.Module) -> Iterator[tuple[str, str]]:
-    """Yield which figures a file reads, by row and name."""
     for node in ast.walk(tree):
         match node:
             case ast.Call(func=ast.Name(id="figure"), args=[ast.Constant(row), ast.Constant(name)]):
@@ -85,7 +83,6 @@ def reads(tree: ast.Module) -> Iterator[tuple[str, str]]:
 
 @cache
 def readers() -> dict[tuple[str, str], set[str]]:
-    """Return which files read a figure."""
     found: dict[tuple[str, str], set[str]] = {}
     for path in sorted(TESTS.rglob("*.py")):
         file = path.relative_to(TESTS).as_posix()

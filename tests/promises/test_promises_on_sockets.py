@@ -41,7 +41,7 @@ from openpendant.simplemsg.pendant import (
     Subscribe,
     Verdict,
 )
-from openpendant.simplemsg.verdicts import VerdictCode
+from openpendant.simplemsg.verdicts import VerdictCode as V
 
 pytestmark = [pytest.mark.realtime, pytest.mark.timeout(3_600)]
 
@@ -87,7 +87,6 @@ def moves(arrival: Arrival) -> bool:
 
 
 def slows_down(rig: PromiseRig, since: int) -> Callable[[Arrival], bool]:
-    """Return what tells the first set-point that is slower than the one before it."""
     before = [abs(each.joint_velocity or 0.0) for each in rig.controller.arrivals[-20:]]
     last = max(before)
 
@@ -127,8 +126,6 @@ def no_motion(rig: PromiseRig, since: int) -> None:
 
 
 class End(Enum):
-    """How a connection ends."""
-
     FIN = "fin"
     RESET = "reset"
     KILL = "kill"
@@ -183,7 +180,7 @@ def test_promise_19_a_stop_passes_200_listeners_and_a_planning_job_within_20_ms(
             figures.idle.append(rig.idle_delay())
             pendant.come_to_rest()
             observer.listen(0.001)
-            assert pendant.reset() is VerdictCode.ACCEPTED
+            assert pendant.reset() is V.ACCEPTED
             pendant.wait_until(lambda state: state.stop == StopKind.NONE)
     figures.judge(OBSERVED_STOP.ms, slack=slack, most=figure(19, "most").ms)
 
@@ -270,7 +267,7 @@ def test_a_press_changes_the_set_point_within_30_ms(
         if moved is None:
             refused = [each for each in pendant.got[before:] if isinstance(each, Verdict)]
             assert refused, "a press that was neither obeyed nor refused"
-            assert refused[0].code != VerdictCode.ACCEPTED, refused
+            assert refused[0].code != V.ACCEPTED, refused
             void.add()
             pendant.come_to_rest()
             continue
@@ -282,7 +279,6 @@ def test_a_press_changes_the_set_point_within_30_ms(
 
 
 def frame_of_its_own(pendant: WirePendant, number: int) -> Message:
-    """Return one of the frames in front of a stop: questions, moves, and what means nothing."""
     match number % 3:
         case 0:
             return Management(pendant.request(), b'{"op": "why", "key": "a question of 88 bytes"}')
@@ -355,9 +351,9 @@ def test_promise_18_of_thirty_that_ask_at_once_one_gets_it_and_the_others_hear_w
     for pendant in crowd:
         pendant.wait_for(Verdict)
         answers += [each for each in pendant.got if isinstance(each, Verdict)]
-    codes = Counter(VerdictCode(each.code) for each in answers)
-    assert codes == {VerdictCode.ACCEPTED: 1, VerdictCode.HELD_BY_OTHER: 29}
-    (winner,) = [n for n, each in enumerate(answers) if each.code == VerdictCode.ACCEPTED]
+    codes = Counter(V(each.code) for each in answers)
+    assert codes == {V.ACCEPTED: 1, V.HELD_BY_OTHER: 29}
+    (winner,) = [n for n, each in enumerate(answers) if each.code == V.ACCEPTED]
     assert all(f"racer {winner}" in each.text for each in answers if each.code)
     for pendant in crowd:
         pendant.close()
@@ -376,7 +372,7 @@ def test_promise_18_a_second_one_is_refused_within_20_ms(
         code = second.verdict(Authority(second.request(), AuthorityAction.REQUEST))
         figures.take(asked, (time.monotonic_ns() - asked) / 1e6)
         figures.idle.append(rig.idle_delay())
-        assert code is VerdictCode.HELD_BY_OTHER
+        assert code is V.HELD_BY_OTHER
     holder.close()
     second.close()
     figures.judge(REFUSED.ms, slack=slack)
@@ -389,7 +385,7 @@ def broke_off_late(message: Message) -> bool:
     """
     match message:
         case Outcome():
-            return message.code == VerdictCode.CONTROLLER_REFUSED or "under-run" in message.text
+            return message.code == V.CONTROLLER_REFUSED or "under-run" in message.text
         case JogEnded():
             return message.reason == JogEnd.SILENT
     return False

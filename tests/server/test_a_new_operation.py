@@ -1,5 +1,3 @@
-"""An operation is added in two places, its declaration and its handler, and is everywhere."""
-
 from __future__ import annotations
 
 import json

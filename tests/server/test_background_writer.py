@@ -1,5 +1,3 @@
-"""The process log on a stream that nobody reads: the server goes on, and tells what is missing."""
-
 from __future__ import annotations
 
 import os
@@ -36,7 +34,6 @@ def pipe() -> Iterator[tuple[int, int]]:
 
 
 def read_until(descriptor: int, wanted: str) -> str:
-    """Return what can be read until it holds the wanted text."""
     text, until = "", time.monotonic() + WAIT_S
     os.set_blocking(descriptor, False)
     while wanted not in text:

@@ -1,5 +1,3 @@
-"""Every reason has a code, and every code a cause and a remedy."""
-
 from __future__ import annotations
 
 import re

@@ -1,5 +1,3 @@
-"""A whole cell as processes on loopback: emulated controller and server, on free ports."""
-
 from __future__ import annotations
 
 import asyncio
@@ -18,14 +16,13 @@ import pytest
 import pytest_asyncio
 from rigs.clock.busy_machine import PATIENCE, PATIENT, SCALE
 
+from openpendant.simplemsg import PENDANT, Message, codec_for
 from openpendant.simplemsg.pendant import State
-from openpendant.simplemsg.verdicts import VerdictCode
+from openpendant.simplemsg.verdicts import VerdictCode as V
 from openpendant.tools.pendants.client import PendantClient
 
 
 class PatientPendant(PendantClient):
-    """The client, which waits longer where a test does not say how long."""
-
     async def wait_until(
         self, condition: Callable[[State], bool], *, within: float = PATIENCE
     ) -> State:
@@ -58,28 +55,33 @@ class RunningCell:
         await pendant.wait_until(lambda state: state.motion_possible == 1)
         # The store is read while the first clients come, and no motion begins before.
         while any(  # noqa: ASYNC110 - what is waited for tells nobody
-            each["code"] == VerdictCode.CHANGE_WHILE_MOVING
-            for each in (await pendant.why())["conditions"]
+            each["code"] == V.CHANGE_WHILE_MOVING for each in (await pendant.why())["conditions"]
         ):
             await asyncio.sleep(0.01)
         return pendant
 
+    async def tell_controller(self, message: Message) -> int:
+        """Send a message to the controller's motion port; return the reply's code."""
+        reader, writer = await asyncio.open_connection("127.0.0.1", self.controller["motion"])
+        writer.write(codec_for(PENDANT).encode(message))
+        async with asyncio.timeout(PATIENCE):
+            reply = codec_for(PENDANT).decode(await reader.readexactly(16))
+        writer.close()
+        await writer.wait_closed()
+        return reply.reply_code
+
     def at_end(self, close: Callable[[], Awaitable[None]]) -> None:
-        """Have something closed before the processes are stopped."""
         self._stack.push_async_callback(close)
 
     async def hang_up(self) -> None:
-        """Close what tests opened; the processes go on."""
         await self._stack.aclose()
 
     async def stop(self) -> None:
-        """Hang up, and stop both processes in order."""
         await self.hang_up()
         for process in (self.server, self.emulator):
             await stop_process(process)
 
     async def end(self) -> dict[str, Any]:
-        """Stop both processes in order and return the referee's report."""
         await self.stop()
         report: dict[str, Any] = json.loads(self.referee_report.read_text(encoding="utf-8"))
         return report
@@ -109,8 +111,6 @@ async def _spawn(
 
 
 class StartCell:
-    """Starts cells, and ends those that are left."""
-
     def __init__(self, folder: Path) -> None:
         self._folder = folder
         self._cells: list[RunningCell] = []
@@ -160,7 +160,6 @@ class StartCell:
         return cell
 
     async def end(self) -> None:
-        """End those that were started; none may have been sent what no controller may be sent."""
         for cell in self._cells:
             await cell.stop()
         # An emulator that was killed has left no report.
@@ -181,7 +180,6 @@ async def start_cell(tmp_path: Path) -> AsyncIterator[StartCell]:
 async def cell_of_the_file(
     request: pytest.FixtureRequest, tmp_path_factory: pytest.TempPathFactory
 ) -> AsyncIterator[RunningCell]:
-    """A cell that runs for a whole file, started with the `CELL` that the file may have."""
     cells = StartCell(tmp_path_factory.mktemp("cell"))
     yield await cells(**getattr(request.module, "CELL", {}))
     await cells.end()

@@ -1,5 +1,3 @@
-"""Server and emulated controller on uvloop: all that they do on Python's own event loop."""
-
 from __future__ import annotations
 
 import asyncio
@@ -19,7 +17,7 @@ from rigs.peers.wire_pendant import WirePendant
 
 from openpendant.simplemsg import TriState
 from openpendant.simplemsg.pendant import Activity, Motion
-from openpendant.simplemsg.verdicts import VerdictCode
+from openpendant.simplemsg.verdicts import VerdictCode as V
 from openpendant.tools.packets.rerun import main as rerun
 from openpendant.tools.pendants.client import Aborted, Pose
 
@@ -67,7 +65,7 @@ async def test_a_robot_moves_and_stops_over_tls_and_the_run_can_be_repeated(
         await pendant.stop("a test")
         with pytest.raises(Aborted) as aborted:
             await move.done()
-        assert aborted.value.code == VerdictCode.STOPPED
+        assert aborted.value.code == V.STOPPED
         await pendant.wait_until(lambda state: state.activity == Activity.IDLE)
     for process in (cell.server, cell.emulator):
         process.send_signal(signal.SIGINT)
@@ -78,7 +76,6 @@ async def test_a_robot_moves_and_stops_over_tls_and_the_run_can_be_repeated(
 
 
 def lose(pendant: WirePendant, end: str) -> None:
-    """End a connection: by FIN, by RST, or with the process that alone holds the socket."""
     match end:
         case "fin":
             pendant.close()

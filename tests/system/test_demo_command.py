@@ -1,5 +1,3 @@
-"""`openpendant demo`, as `make demo` runs it."""
-
 from __future__ import annotations
 
 import os
@@ -83,7 +81,6 @@ def test_an_output_that_cannot_be_written_is_told_before_anything_starts(
 
 
 def processes_marked(mark: str) -> dict[int, str]:
-    """Processes with this mark in their environment, which they hand down to their children."""
     found = {}
     for folder in Path("/proc").glob("[0-9]*"):
         try:

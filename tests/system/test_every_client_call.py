@@ -6,17 +6,14 @@ What each test used of the library is noted, and the last one demands that nothi
 from __future__ import annotations
 
 import asyncio
-import json
 import math
-import subprocess
-import sys
-from collections.abc import AsyncIterator, Callable, Iterator
+from collections.abc import AsyncIterator, Callable
 from contextlib import asynccontextmanager
 from itertools import count
 from typing import Any, ClassVar
 
 import pytest
-from rigs.clock.busy_machine import PATIENCE, PATIENT, SCALE
+from rigs.clock.busy_machine import PATIENCE
 
 from openpendant.simplemsg.pendant import (
     AccountRole,
@@ -28,13 +25,15 @@ from openpendant.simplemsg.pendant import (
     State,
     StopKind,
 )
-from openpendant.simplemsg.verdicts import VerdictCode
+from openpendant.simplemsg.verdicts import VerdictCode as V
 from openpendant.tools.pendants.client import Aborted, Motion, PendantClient, Pose, Refused, RunKind
 from openpendant.tools.pendants.roboanalyzer import RoboAnalyzerClient
 
 pytestmark = [pytest.mark.realtime, pytest.mark.asyncio]
 
 SECRET = "a long enough password"
+
+CELL = {"has_store": True, "server": ("--signals", "openpendant")}
 
 NUMBERS = count(1)
 """For what is kept under a name, so that a test can begin anew."""
@@ -44,8 +43,6 @@ DEADLINE = 0.25
 
 
 class Noting:
-    """Notes which public names of an object are used."""
-
     used: ClassVar[set[str]]
 
     def __getattribute__(self, name: str) -> Any:
@@ -55,14 +52,10 @@ class Noting:
 
 
 class Pendant(Noting, PendantClient):
-    """The asynchronous client."""
-
     used: ClassVar[set[str]] = set()
 
 
 class RoboAnalyzer(Noting, RoboAnalyzerClient):
-    """RoboAnalyzer's calls."""
-
     used: ClassVar[set[str]] = set()
 
 
@@ -70,40 +63,9 @@ def public(kind: type) -> set[str]:
     return {name for name in dir(kind) if not name.startswith("_")} - {"connect"}
 
 
-@pytest.fixture(scope="module")
-def port(tmp_path_factory: pytest.TempPathFactory) -> Iterator[int]:
-    """The pendant port of one server with an emulated UR5, for the whole module."""
-    folder = tmp_path_factory.mktemp("cell")
-    config = folder / "cell.toml"
-    config.write_text(PATIENT, "utf-8")
-    emulator, controller = started(
-        "openpendant.controller_emulator",
-        *("--robot", "ur5", "--motion-port", "0", "--state-port", "0"),
-        *("--report", str(folder / "referee.json")),
-    )
-    server, ports = started(
-        "openpendant.server",
-        *("--config", str(config), "--robot", "ur5"),
-        *("--pendant-port", "0", "--ros-motion-port", "0"),
-        *("--ros-state-port", "0", "--store", str(folder / "store.db")),
-        *("--controller", f"127.0.0.1:{controller['motion']}:{controller['state']}"),
-        *("--signals", "openpendant"),
-    )
-    try:
-        yield ports["pendant"]
-    finally:
-        for process in (server, emulator):
-            process.terminate()
-            process.communicate(timeout=20 * SCALE)
-    assert json.loads((folder / "referee.json").read_text("utf-8"))["violations"] == 0
-
-
-def started(module: str, *arguments: str) -> tuple[subprocess.Popen[str], dict[str, int]]:
-    process = subprocess.Popen(
-        [sys.executable, "-m", module, *arguments, "--json"], stdout=subprocess.PIPE, text=True
-    )
-    assert process.stdout is not None
-    return process, json.loads(process.stdout.readline())
+@pytest.fixture
+def port(cell_of_the_file: Any) -> int:
+    return int(cell_of_the_file.ports["pendant"])
 
 
 async def connected(port: int, **options: Any) -> Pendant:
@@ -114,7 +76,6 @@ async def connected(port: int, **options: Any) -> Pendant:
 
 @asynccontextmanager
 async def in_control(port: int) -> AsyncIterator[Pendant]:
-    """A pendant in control of a robot that stands at home, in automatic."""
     async with await connected(port) as pendant, pendant.control():
         assert pendant.state is not None
         if pendant.state.stop != StopKind.NONE:  # of an attempt before
@@ -179,7 +140,7 @@ async def test_looking_on_hellos_states_snapshots_and_news(port: int) -> None:
         async with await connected(port, client="another") as other:
             with pytest.raises(Refused) as refused:
                 await other.take_control()
-            assert refused.value.code == VerdictCode.HELD_BY_OTHER
+            assert refused.value.code == V.HELD_BY_OTHER
         await pendant.set_mode(OperatingMode.MANUAL_HIGH)
         await pendant.stop("a look at the news")
         await pendant.wait_until(lambda state: state.stop == StopKind.SOFTWARE)
@@ -232,7 +193,7 @@ async def test_each_motion_arrives_where_it_was_asked_to(port: int) -> None:
         await pendant.program_stop()
         with pytest.raises(Aborted) as aborted:
             await long.done()
-        assert aborted.value.code == VerdictCode.PROGRAM_STOPPED
+        assert aborted.value.code == V.PROGRAM_STOPPED
 
 
 JOGS: list[tuple[str, Callable[[Pendant], Any], Callable[[list[float], list[float]], bool]]] = [
@@ -276,7 +237,6 @@ JOGS: list[tuple[str, Callable[[Pendant], Any], Callable[[list[float], list[floa
 
 
 async def jogged(pendant: Pendant, press: Callable[[Pendant], Any]) -> tuple[list[float], ...]:
-    """Hold a key for a moment; return where the joints were, and how far they and the tool went."""
     joints, tool = pendant.joints(), pendant.tool_pose().position
     async with pendant.enabling(), press(pendant) as jog:
         await jog.hold(0.25)

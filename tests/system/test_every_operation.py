@@ -1,5 +1,3 @@
-"""Every management operation by its typed call, over sockets; every reply against its schema."""
-
 from __future__ import annotations
 
 import asyncio
@@ -14,7 +12,7 @@ from rigs.clock.busy_machine import PATIENCE, PATIENT
 from openpendant.simplemsg.pendant import AccountRole, Activity, OperatingMode
 from openpendant.simplemsg.pendant.management.declaration import PlacedPose
 from openpendant.simplemsg.pendant.management.edits import Move
-from openpendant.simplemsg.verdicts import VerdictCode
+from openpendant.simplemsg.verdicts import VerdictCode as V
 from openpendant.tools.pendants.client import MotionHandle, PendantClient, Pose, Refused
 from openpendant.tools.pendants.motions import quaternion_of, roll_pitch_yaw
 from openpendant.tools.pendants.sync_client import SyncPendantClient
@@ -56,7 +54,7 @@ class Pendant(PendantClient):
         return reply
 
 
-async def refused(asked: Any) -> VerdictCode | int:
+async def refused(asked: Any) -> V | int:
     with pytest.raises(Refused) as told:
         await asked
     return told.value.code
@@ -93,17 +91,17 @@ async def programs(pendant: Pendant) -> None:
     at = (await calls.edit(name, at, {"edit": "insert", "statements": [pause]}))["revision"]
     at = (await calls.undo(name, at))["revision"]
     at = (await calls.redo(name, at))["revision"]
-    assert await refused(calls.undo(name, at - 1)) is VerdictCode.REVISION_CONFLICT
+    assert await refused(calls.undo(name, at - 1)) is V.REVISION_CONFLICT
     assert (await calls.breakpoints(name, [1]))["statements"] == [1]
     assert (await calls.breakpoints(name, []))["statements"] == []
     trial = await calls.dry_run(name)
     assert (trial["revision"], trial["refused"], trial["complete"]) == (at, 0, True)
     assert not (await calls.dry_run_progress())["running"]
-    assert await refused(calls.run(name, revision=at - 1)) is VerdictCode.REVISION_CONFLICT
+    assert await refused(calls.run(name, revision=at - 1)) is V.REVISION_CONFLICT
     await (await calls.run(name, speed=0.5, revision=at)).done()
     text = (await calls.load(name))["body"]
     assert (await calls.check(text))["statements"] == 3
-    assert await refused(calls.check("no program")) is VerdictCode.PROGRAM_SYNTAX
+    assert await refused(calls.check("no program")) is V.PROGRAM_SYNTAX
     half = len(text) // 2
     first = await calls.save(name, text[:half], at, part=1, parts=2)
     assert first == {"part": 1, "parts": 2}
@@ -127,7 +125,7 @@ async def recordings(pendant: Pendant) -> None:
     assert (await calls.describe("part"))["robot"] == "ur5"
     renamed = await calls.rename("part", "piece", (await calls.describe("part"))["revision"])
     await calls.delete("piece", renamed["revision"])
-    assert await refused(calls.play("piece")) is VerdictCode.NOT_FOUND
+    assert await refused(calls.play("piece")) is V.NOT_FOUND
     assert (await calls.list())["total"] == 1
 
 
@@ -161,7 +159,6 @@ async def tools(pendant: Pendant) -> None:
 
 
 async def turned(pendant: Pendant, *angles: float) -> tuple[float, ...]:
-    """Turn the flange about its own point; return the joints that hold it there."""
     here = pendant.tool_pose()
     now = roll_pitch_yaw(here.orientation)
     turn = quaternion_of(*(old + new for old, new in zip(now, angles, strict=True)))
@@ -189,7 +186,7 @@ async def scene(pendant: Pendant) -> None:
 async def devices(pendant: Pendant) -> None:
     await pendant.signals.set(2, True)
     assert (await pendant.signals.read())["outputs"][2]
-    assert await refused(pendant.signals.set(9_999, True)) is VerdictCode.NO_SIGNAL
+    assert await refused(pendant.signals.set(9_999, True)) is V.NO_SIGNAL
     assert (await pendant.robots.list())["loaded"] == "ur5"
     assert (await pendant.robots.load("ur5"))["loaded"] == "ur5"
     assert (await pendant.robots.describe())["facts"]["name"] == "ur5"
@@ -215,7 +212,6 @@ async def accounts(pendant: Pendant) -> None:
 
 
 def blocking(port: int) -> None:
-    """A part of it by the blocking client, whose groups come from the same definitions."""
     with SyncPendantClient.connect("127.0.0.1", port) as pendant, pendant.control():
         pendant.set_mode(OperatingMode.AUTOMATIC)
         at = pendant.programs.create("waits")["revision"]

@@ -1,5 +1,3 @@
-"""Robots that no catalogue holds, used through the command by someone who has only a URDF."""
-
 import json
 from pathlib import Path
 from typing import Any
@@ -38,10 +36,7 @@ def command(capsys: pytest.CaptureFixture[str], *arguments: str) -> str:
 
 @pytest.mark.parametrize("name", FOREIGN)
 def test_a_urdf_alone_makes_a_robot_that_all_commands_take(
-    name: str,
-    tmp_path: Path,
-    monkeypatch: pytest.MonkeyPatch,
-    capsys: pytest.CaptureFixture[str],
+    name: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
     monkeypatch.chdir(tmp_path)
     foreign, file = FOREIGN[name], f"{name}.yaml"

@@ -14,7 +14,7 @@ import pytest
 from rigs.peers.minimum_controller import CODEC, STOP
 
 from openpendant.simplemsg.pendant import StopKind
-from openpendant.simplemsg.verdicts import VerdictCode
+from openpendant.simplemsg.verdicts import VerdictCode as V
 from openpendant.tools.pendants.client import Aborted
 
 pytestmark = [pytest.mark.realtime, pytest.mark.asyncio]
@@ -35,7 +35,6 @@ def stops_received(journal: Path) -> list[int]:
 
 
 async def freeze_in_motion(cell: Any, journal: Path) -> dict[str, int]:
-    """Freeze the server of a moving robot for a second; return what the referee counted."""
     pendant = await cell.ready_pendant()
     async with pendant.control():
         start = pendant.joints()
@@ -52,7 +51,7 @@ async def freeze_in_motion(cell: Any, journal: Path) -> dict[str, int]:
 
         with pytest.raises(Aborted) as aborted:
             await move.done()
-        assert aborted.value.code == VerdictCode.SERVER_LATE
+        assert aborted.value.code == V.SERVER_LATE
         state = await pendant.wait_until(lambda state: state.stop != StopKind.NONE, within=5)
         assert state.stop == StopKind.PROTECTIVE
         await pendant.wait_until(lambda state: not any(state.velocities), within=5)

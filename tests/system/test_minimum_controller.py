@@ -1,5 +1,3 @@
-"""Our server drives the minimum controller, as processes on real sockets."""
-
 from __future__ import annotations
 
 import asyncio
@@ -18,7 +16,7 @@ from rigs.clock.busy_machine import PATIENCE, UNHURRIED
 from rigs.peers.minimum_controller import Controller, compiled
 
 from openpendant.simplemsg.pendant import Activity, LinkState, Motion
-from openpendant.simplemsg.verdicts import VerdictCode
+from openpendant.simplemsg.verdicts import VerdictCode as V
 from openpendant.tools.pendants.client import Aborted, PendantClient, Pose, Refused
 
 pytestmark = [pytest.mark.realtime, pytest.mark.asyncio]
@@ -34,7 +32,6 @@ class Cell:
     pendant: PendantClient
 
     async def is_ready(self) -> None:
-        """Wait until nothing keeps the robot from moving."""
         async with asyncio.timeout(PATIENCE):
             while (await self.pendant.snapshot())["obstacle"]:
                 await self.pendant.next_state()
@@ -52,8 +49,6 @@ def program(tmp_path_factory: pytest.TempPathFactory) -> Path:
 
 @dataclass
 class Served:
-    """The processes of a cell."""
-
     controller: Controller
     server: asyncio.subprocess.Process
     port: int
@@ -96,7 +91,6 @@ async def in_control(served: Served) -> AsyncIterator[Cell]:
 
 @pytest_asyncio.fixture
 async def cell(program: Path, tmp_path: Path) -> AsyncIterator[Cell]:
-    """A cell for a test that breaks it."""
     async with serving(program, tmp_path) as served, in_control(served) as cell:
         yield cell
 
@@ -109,7 +103,6 @@ async def served(program: Path, tmp_path_factory: pytest.TempPathFactory) -> Asy
 
 @pytest_asyncio.fixture(loop_scope="module")
 async def shared_cell(served: Served) -> AsyncIterator[Cell]:
-    """The cell for all tests that leave it ready, wherever the robot stands then."""
     async with in_control(served) as cell:
         yield cell
 
@@ -149,17 +142,16 @@ async def test_joint_moves_poses_and_taught_paths_arrive(shared_cell: Cell) -> N
 
 
 async def begin(cell: Cell) -> Any:
-    """Begin a long motion and wait until the robot is under way."""
     start = cell.pendant.joints()[0]
     move = await cell.pendant.move_joints(cell.moved(0, FAR), speed=0.1)
     await cell.pendant.wait_until(lambda state: state.positions[0] > start + 0.02)
     return move
 
 
-async def aborted(move: Any) -> VerdictCode:
+async def aborted(move: Any) -> V:
     with pytest.raises(Aborted) as error:
         await asyncio.wait_for(move.done(), PATIENCE)
-    return VerdictCode(error.value.code)
+    return V(error.value.code)
 
 
 @on_the_shared_loop
@@ -168,12 +160,12 @@ async def test_a_software_stop_stops_it_and_latches(shared_cell: Cell) -> None:
     before = pendant.joints()[0]
     move = await begin(cell)
     await pendant.stop("seen something")
-    assert await aborted(move) is VerdictCode.STOPPED
+    assert await aborted(move) is V.STOPPED
     at_rest = await pendant.wait_until(lambda state: state.activity == Activity.IDLE)
     assert at_rest.positions[0] - before < FAR / 2
     with pytest.raises(Refused) as refused:
         await pendant.move_joints(cell.moved(0, 0.1))
-    assert refused.value.code == VerdictCode.STOP_LATCHED
+    assert refused.value.code == V.STOP_LATCHED
     await pendant.reset_stop()
     await (await pendant.move_joints(cell.moved(0, -0.05), speed=0.5)).done()
 
@@ -183,7 +175,7 @@ async def test_its_emergency_stop_aborts_and_the_reset_moves_nothing(shared_cell
     cell, pendant = shared_cell, shared_cell.pendant
     move = await begin(cell)
     cell.controller.press(signal.SIGUSR1)
-    assert await aborted(move) is VerdictCode.CONTROLLER_STOPPED
+    assert await aborted(move) is V.CONTROLLER_STOPPED
     state = await pendant.wait_until(
         lambda state: (
             state.e_stopped == 1 and state.activity == Activity.IDLE and state.in_motion == 0
@@ -191,7 +183,7 @@ async def test_its_emergency_stop_aborts_and_the_reset_moves_nothing(shared_cell
     )
     with pytest.raises(Refused) as refused:
         await pendant.move_joints(cell.moved(0, 0.1))
-    assert refused.value.code == VerdictCode.CONTROLLER_NOT_READY
+    assert refused.value.code == V.CONTROLLER_NOT_READY
 
     cell.controller.press(signal.SIGUSR2)
     again = await pendant.wait_until(lambda state: state.motion_possible == 1)
@@ -206,11 +198,11 @@ async def test_when_it_dies_in_motion_the_server_says_so_and_nothing_resumes(
     pendant = cell.pendant
     move = await begin(cell)
     cell.controller.press(signal.SIGKILL)
-    assert await aborted(move) is VerdictCode.CONTROLLER_LOST
+    assert await aborted(move) is V.CONTROLLER_LOST
     await pendant.wait_until(lambda state: state.link == LinkState.DOWN)
     with pytest.raises(Refused) as refused:
         await pendant.move_joints([0.0] * 6)
-    assert refused.value.code == VerdictCode.CONTROLLER_DOWN
+    assert refused.value.code == V.CONTROLLER_DOWN
 
     again = await Controller.start(program, cell.controller.motion, cell.controller.state)
     try:
@@ -233,7 +225,6 @@ async def test_a_server_that_dies_in_motion_leaves_the_robot_at_rest(cell: Cell)
 
 
 async def judged(program: Path, sections: str) -> list[dict[str, Any]]:
-    """Have a controller judged on some sections of its profile; return what was found."""
     controller = await Controller.start(program)
     tester = await asyncio.create_subprocess_exec(
         *(sys.executable, "-m", "openpendant.tools", "packets", "conformance"),

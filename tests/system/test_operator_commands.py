@@ -1,5 +1,3 @@
-"""`openpendant stop`, `reset`, `home` and `run` against a running cell."""
-
 from __future__ import annotations
 
 import asyncio
@@ -30,7 +28,6 @@ Main = Callable[[list[str]], int]
 async def command(
     cell: Any, main: Main, capsys: pytest.CaptureFixture[str], *arguments: str
 ) -> tuple[int, str, str]:
-    """Run a command; return its exit code and what it said on both outputs."""
     where = ["--server", f"127.0.0.1:{cell.ports['pendant']}"]
     code = await asyncio.to_thread(main, [*arguments, *where])
     said = capsys.readouterr()
@@ -38,7 +35,6 @@ async def command(
 
 
 async def away_from_home(cell: Any) -> PendantClient:
-    """Return an onlooker, with the robot beside its home and no stop latched."""
     pendant: PendantClient = await cell.ready_pendant()
     async with pendant.control():
         await pendant.reset_stop()
@@ -114,7 +110,6 @@ async def test_who_holds_the_authority_is_named(
 
 
 async def taught(pendant: PendantClient) -> str:
-    """Make a program that goes slowly from beside home to there, once; return its name."""
     async with pendant.control():
         made: Any = await pendant.programs.create("slow")
         for number, offset in enumerate((0.0, -AWAY)):

@@ -5,23 +5,20 @@ from __future__ import annotations
 import asyncio
 import os
 import signal
-import time
 from pathlib import Path
 from typing import Any
 
 import pytest
-from rigs.clock.busy_machine import PATIENCE, PATIENT, SCALE
+from rigs.clock.busy_machine import PATIENCE, SCALE
 
-from openpendant.simplemsg import PENDANT, codec_for
 from openpendant.simplemsg.pendant import (
     Activity,
-    LinkState,
     Motion,
     OperatorAction,
     OperatorEvent,
     StateField,
 )
-from openpendant.simplemsg.verdicts import VerdictCode
+from openpendant.simplemsg.verdicts import VerdictCode as V
 from openpendant.tools.pendants.client import (
     Aborted,
     ConnectionLost,
@@ -70,25 +67,12 @@ async def test_joints_poses_and_paths_arrive_without_a_violation(shared_cell: An
         await (await pendant.follow_joints([moved(pendant, 1, 0.1), target], speed=0.3)).done()
 
 
-@with_a_cell_of_its_own
-async def test_type_11_points_drive_the_robot_too(start_cell: Any, tmp_path: Any) -> None:
-    config = tmp_path / "cell.toml"
-    config.write_text(f'{PATIENT}controller.points = "simple"\n')
-    cell = await start_cell(server=("--config", str(config)))
-    pendant = await cell.ready_pendant()
-    async with pendant.control():
-        target = moved(pendant, 2, -0.2)
-        await (await pendant.move_joints(target, speed=0.3)).done()
-        await pendant.next_state()
-        assert pendant.joints() == pytest.approx(target, abs=1e-4)
-
-
 WRONG_TARGETS = [
-    (0, 7.0, VerdictCode.OUT_OF_RANGE),
-    (2, float("nan"), VerdictCode.NOT_FINITE),
-    (2, float("inf"), VerdictCode.NOT_FINITE),
-    (8, 0.5, VerdictCode.WRONG_JOINT_COUNT),
-    (0, None, VerdictCode.NO_MOTION),
+    (0, 7.0, V.OUT_OF_RANGE),
+    (2, float("nan"), V.NOT_FINITE),
+    (2, float("inf"), V.NOT_FINITE),
+    (8, 0.5, V.WRONG_JOINT_COUNT),
+    (0, None, V.NO_MOTION),
 ]
 """Joint, what it is asked to be (None: what it is), and the refusal."""
 
@@ -104,7 +88,7 @@ async def test_a_wrong_target_is_refused_with_its_joint_and_moves_nothing(shared
             with pytest.raises(Refused) as refused:
                 await pendant.move_joints(target)
             assert refused.value.code == code
-            if code is VerdictCode.OUT_OF_RANGE:
+            if code is V.OUT_OF_RANGE:
                 assert (refused.value.joint, refused.value.value) == (0, 7.0)
                 assert refused.value.limit == pytest.approx(6.283185, abs=1e-5)
     await pendant.next_state()
@@ -121,7 +105,7 @@ async def test_a_target_with_too_few_joints_is_refused_and_moves_nothing(shared_
         ):
             with pytest.raises(Refused) as refused:
                 await ask
-            assert refused.value.code == VerdictCode.WRONG_JOINT_COUNT
+            assert refused.value.code == V.WRONG_JOINT_COUNT
             assert (refused.value.value, refused.value.limit) == (5, 6)
         for wrong in (
             pendant.move_joints([0.0] * 11),
@@ -133,46 +117,6 @@ async def test_a_target_with_too_few_joints_is_refused_and_moves_nothing(shared_
                 await wrong
     await pendant.next_state()
     assert pendant.joints() == before
-
-
-async def test_an_unreachable_pose_is_refused_and_the_next_request_works(shared_cell: Any) -> None:
-    pendant = await shared_cell.ready_pendant()
-    here = pendant.tool_pose()
-    far = Pose((5.0, 0.0, 0.0), here.orientation)
-    async with pendant.control():
-        for motion in Motion:
-            with pytest.raises(Refused) as refused:
-                await pendant.move_to_pose(far, motion=motion)
-            assert refused.value.code == VerdictCode.UNREACHABLE
-        await (await pendant.move_joints(moved(pendant, 5, 0.1))).done()
-
-
-async def test_who_is_not_in_control_moves_nothing_but_may_stop(shared_cell: Any) -> None:
-    holder = await shared_cell.ready_pendant(client="holder")
-    observer = await shared_cell.ready_pendant(client="observer")
-    await holder.take_control()
-
-    with pytest.raises(Refused) as refused:
-        await observer.take_control()
-    assert refused.value.code == VerdictCode.HELD_BY_OTHER
-    assert "holder" in refused.value.text
-    with pytest.raises(Refused):
-        await observer.move_joints(moved(observer, 0, 0.1))
-
-    move = await holder.move_joints(moved(holder, 0, FAR), speed=0.05)
-    await observer.stop("seen something")
-    with pytest.raises(Aborted) as aborted:
-        await move.done()
-    assert aborted.value.code == VerdictCode.STOPPED
-
-    with pytest.raises(Refused) as latched:
-        await holder.move_joints(moved(holder, 0, 0.1))
-    assert latched.value.code == VerdictCode.STOP_LATCHED
-    with pytest.raises(Refused):
-        await observer.reset_stop()
-    await holder.wait_until(lambda state: state.activity == Activity.IDLE)
-    await holder.reset_stop()
-    await (await holder.move_joints(moved(holder, 0, 0.05))).done()
 
 
 async def test_a_pendant_that_is_killed_in_motion_leaves_a_robot_at_rest(shared_cell: Any) -> None:
@@ -193,41 +137,6 @@ async def test_a_pendant_that_is_killed_in_motion_leaves_a_robot_at_rest(shared_
         await (await observer.move_joints(moved(observer, 1, 0.05))).done()
 
 
-@with_a_cell_of_its_own
-async def test_a_controller_that_dies_in_motion_aborts_it_and_nothing_resumes(
-    start_cell: Any,
-) -> None:
-    cell = await start_cell()
-    pendant = await cell.ready_pendant()
-    await pendant.take_control()
-    further = moved(pendant, 0, 0.1)  # afterwards nobody knows where the robot stands
-    move = await pendant.move_joints(moved(pendant, 0, FAR), speed=0.05)
-    await pendant.wait_until(lambda state: state.in_motion == 1)
-
-    began = time.monotonic()
-    os.kill(cell.emulator.pid, signal.SIGKILL)
-    with pytest.raises(Aborted) as aborted:
-        await asyncio.wait_for(move.done(), PATIENCE)
-
-    assert aborted.value.code in (VerdictCode.CONTROLLER_LOST, VerdictCode.FEEDBACK_STALE)
-    assert time.monotonic() - began < 1.0 * SCALE
-    await pendant.wait_until(lambda state: state.link == LinkState.DOWN)
-    with pytest.raises(Refused) as refused:
-        await pendant.move_joints(further)
-    assert refused.value.code == VerdictCode.CONTROLLER_DOWN
-
-
-async def operate(port: int, action: OperatorAction) -> int:
-    """Do at the emulated controller what its operator would do; return the reply code."""
-    reader, writer = await asyncio.open_connection("127.0.0.1", port)
-    writer.write(codec_for(PENDANT).encode(OperatorEvent(action=action)))
-    async with asyncio.timeout(PATIENCE):
-        reply = await reader.readexactly(16)
-    writer.close()
-    await writer.wait_closed()
-    return codec_for(PENDANT).decode(reply).reply_code
-
-
 async def test_an_emergency_stop_at_the_controller_aborts_and_its_reset_moves_nothing(
     shared_cell: Any,
 ) -> None:
@@ -236,10 +145,10 @@ async def test_an_emergency_stop_at_the_controller_aborts_and_its_reset_moves_no
     move = await pendant.move_joints(moved(pendant, 0, FAR), speed=0.05)
     await pendant.wait_until(lambda state: state.in_motion == 1)
 
-    assert await operate(shared_cell.controller["motion"], OperatorAction.EMERGENCY_STOP) == 1
+    assert await shared_cell.tell_controller(OperatorEvent(OperatorAction.EMERGENCY_STOP)) == 1
     with pytest.raises(Aborted) as aborted:
         await asyncio.wait_for(move.done(), PATIENCE)
-    assert aborted.value.code == VerdictCode.CONTROLLER_STOPPED
+    assert aborted.value.code == V.CONTROLLER_STOPPED
     state = await pendant.wait_until(
         lambda state: (
             state.e_stopped == 1 and state.activity == Activity.IDLE and state.in_motion == 0
@@ -247,9 +156,9 @@ async def test_an_emergency_stop_at_the_controller_aborts_and_its_reset_moves_no
     )
     with pytest.raises(Refused) as refused:
         await pendant.move_joints(moved(pendant, 0, 0.1))
-    assert refused.value.code == VerdictCode.CONTROLLER_NOT_READY
+    assert refused.value.code == V.CONTROLLER_NOT_READY
 
-    assert await operate(shared_cell.controller["motion"], OperatorAction.RESET) == 1
+    assert await shared_cell.tell_controller(OperatorEvent(OperatorAction.RESET)) == 1
     again = await pendant.wait_until(lambda state: state.motion_possible == 1)
     assert again.positions == state.positions
     await (await pendant.move_joints(moved(pendant, 0, 0.1))).done()
@@ -268,7 +177,7 @@ async def test_a_frozen_controller_is_noticed_by_its_silence(shared_cell: Any) -
     finally:
         os.kill(shared_cell.emulator.pid, signal.SIGCONT)
 
-    assert aborted.value.code in (VerdictCode.FEEDBACK_STALE, VerdictCode.CONTROLLER_SILENT)
+    assert aborted.value.code in (V.FEEDBACK_STALE, V.CONTROLLER_SILENT)
     state = await pendant.wait_until(lambda state: state.in_motion == 0 and 0 <= state.age < 0.1)
     later = await pendant.wait_until(lambda now: now.sequence > state.sequence + 30)
     assert later.positions == state.positions
@@ -312,11 +221,11 @@ async def test_a_dead_planner_refuses_and_comes_back(shared_cell: Any) -> None:
         await pendant.wait_until(lambda state: state.activity == Activity.PLANNING)
         with pytest.raises(Refused) as busy:
             await pendant.move_joints(moved(pendant, 0, 0.1))
-        assert busy.value.code == VerdictCode.PLANNING
+        assert busy.value.code == V.PLANNING
         os.kill(child, signal.SIGKILL)
         with pytest.raises(Refused) as refused:
             await waiting
-        assert refused.value.code == VerdictCode.PLANNER_FAILED
+        assert refused.value.code == V.PLANNER_FAILED
 
     await (await pendant.move_to_pose(here)).done()
 
@@ -328,16 +237,6 @@ def planners_of(pid: int) -> list[int]:
         for child in children
         if b"planning.pool.planning_process" in Path(f"/proc/{child}/cmdline").read_bytes()
     ]
-
-
-async def test_the_snapshot_describes_the_cell(shared_cell: Any) -> None:
-    pendant = await shared_cell.ready_pendant(client="who asks")
-    async with pendant.control():
-        snapshot = await pendant.snapshot()
-    assert snapshot["robot"] == "ur5"
-    assert [joint["unit"] for joint in snapshot["joints"]] == ["rad"] * 6
-    assert snapshot["owner"]["client"] == "who asks"
-    assert snapshot["obstacle"] == ""
 
 
 async def test_garbage_on_every_port_disturbs_nobody(shared_cell: Any) -> None:

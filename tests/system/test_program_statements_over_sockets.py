@@ -1,13 +1,9 @@
-"""What a program does beside moving, on processes: carries, waits, branches, keeps to its frame."""
-
 from __future__ import annotations
 
-import asyncio
 from typing import Any
 
 import pytest
 
-from openpendant.simplemsg import PENDANT, codec_for
 from openpendant.simplemsg.pendant import ProgramState, SetInputs
 from openpendant.tools.pendants.client import PendantClient
 
@@ -40,17 +36,7 @@ move LIN up speed 100 mm/s
 """
 
 
-async def set_input(port: int, number: int, value: bool) -> None:
-    """Switch an input as the cabling of the emulated controller would."""
-    reader, writer = await asyncio.open_connection("127.0.0.1", port)
-    writer.write(codec_for(PENDANT).encode(SetInputs(0, 1 << number, value << number)))
-    await reader.readexactly(16)
-    writer.close()
-    await writer.wait_closed()
-
-
 async def prepare(pendant: PendantClient) -> tuple[float, ...]:
-    """Make tool, frame, object and program; return where the tool stands."""
     placed = {"position": (0.0, 0.0, 0.1), "orientation": UPRIGHT}
     made = await pendant.manage(
         {"op": "tools.add", "name": "gripper", "tcp": placed, "expected_revision": 0}
@@ -108,8 +94,8 @@ async def test_a_program_carries_waits_branches_and_follows_its_frame(
         assert await carried_by(pendant) is not None
         assert pendant.tool_pose().position == pytest.approx((x + SHIFT, y, z + LIFT), abs=1e-3)
 
-        await set_input(cell.controller["motion"], 2, True)
-        await set_input(cell.controller["motion"], 1, True)
+        for number in (2, 1):
+            await cell.tell_controller(SetInputs(0, 1 << number, 1 << number))
         await run.done()
         signals = await pendant.manage({"op": "signals.read"})
         assert [n for n, value in enumerate(signals["outputs"]) if value] == [3]

@@ -79,7 +79,6 @@ def motion_packets(scenario: str) -> list[Packet]:
 
 
 def trajectories(packets: list[Packet]) -> Iterator[list[Packet]]:
-    """Split packets where a trajectory or a STOP begins."""
     group: list[Packet] = []
     for packet in packets:
         begins = packet.sequence in (0, START_DOWNLOAD, STOP)
@@ -100,7 +99,11 @@ class RosClient:
         self._streams: tuple[asyncio.StreamReader, asyncio.StreamWriter] | None = None
         self.answered = 0
 
-    async def send(self, packet: Packet) -> None:
+    async def send(self, *packets: Packet) -> None:
+        for packet in packets:
+            await self._send(packet)
+
+    async def _send(self, packet: Packet) -> None:
         if self._streams is None or packet.connection != self._connection:
             await self.close()
             self._streams = await asyncio.open_connection("127.0.0.1", self._port)
@@ -123,7 +126,6 @@ class RosClient:
         return int(reply_code)
 
     async def lose_reply_and_reconnect(self, packet: Packet) -> None:
-        """Send a point and lose the link before its reply, as the capture's server did."""
         assert self._streams is not None
         _, writer = self._streams
         writer.write(packet.data)
@@ -139,22 +141,16 @@ class RosClient:
             self._streams = None
 
 
-def ros_client(cell: Any) -> RosClient:
-    """Return a client of the cell's server, which is closed with the cell at the latest."""
-    client = RosClient(cell.ports["ros_motion"])
-    cell.at_end(client.close)
-    return client
-
-
-async def at_zero(cell: Any) -> PendantClient:
-    """Return a pendant that has brought the robot to zero, where every capture begins."""
+async def at_zero(cell: Any) -> tuple[PendantClient, RosClient]:
     pendant: PendantClient = await cell.ready_pendant()
     if distance(pendant, ZERO) > EXACT:
         async with pendant.control():
             await (await pendant.move_joints(ZERO, speed=1.0)).done()
         await pendant.next_state()
     assert distance(pendant, ZERO) < EXACT
-    return pendant
+    client = RosClient(cell.ports["ros_motion"])
+    cell.at_end(client.close)
+    return pendant, client
 
 
 def distance(pendant: PendantClient, goal: tuple[float, ...]) -> float:
@@ -162,8 +158,6 @@ def distance(pendant: PendantClient, goal: tuple[float, ...]) -> float:
 
 
 async def arrive(pendant: PendantClient, goal: tuple[float, ...]) -> float:
-    """Wait until the robot stands at a goal; return when the last state of motion was seen."""
-
     def stands_there(state: State) -> bool:
         assert state.error_code == 0, f"the controller shows error {state.error_code}"
         gap = max(abs(a - b) for a, b in zip(state.positions, goal, strict=False))
@@ -174,7 +168,6 @@ async def arrive(pendant: PendantClient, goal: tuple[float, ...]) -> float:
 
 
 async def replay(client: RosClient, pendant: PendantClient, packets: list[Packet]) -> None:
-    """Send every trajectory, letting the robot arrive at each before the next packet."""
     for group in trajectories(packets):
         stop = group[0].sequence == STOP
         for number, packet in enumerate(group):
@@ -204,11 +197,7 @@ ENDS = {
 }
 """Scenario: the pose where it ends; None where the last point of the capture says it."""
 
-SLOW = {
-    "stream_no_velocities",
-    "stream_reordered_joints",
-    "stream_invalid_reply_header",
-}
+SLOW = {"stream_no_velocities", "stream_reordered_joints", "stream_invalid_reply_header"}
 """Near to others in what the server does with them, and seconds long: for the soak run."""
 
 QUICK = [scenario for scenario in ENDS if scenario not in SLOW]
@@ -231,8 +220,7 @@ def final_pose(scenario: str) -> tuple[float, ...]:
 async def test_the_robot_ends_where_the_real_client_sent_it(
     scenario: str, shared_cell: Any
 ) -> None:
-    pendant = await at_zero(shared_cell)
-    client = ros_client(shared_cell)
+    pendant, client = await at_zero(shared_cell)
     packets = motion_packets(scenario)
 
     await replay(client, pendant, packets)
@@ -240,21 +228,18 @@ async def test_the_robot_ends_where_the_real_client_sent_it(
     requests = {packet.data for packet in packets if packet.comm_type == REQUEST}
     assert client.answered >= len(requests)
     await arrive(pendant, final_pose(scenario))
-    await client.close()
 
 
 @pytest.mark.realtime
 @pytest.mark.asyncio(loop_scope="module")
 async def test_the_robot_arrives_no_sooner_than_the_durations_allow(shared_cell: Any) -> None:
-    pendant = await at_zero(shared_cell)
-    client = ros_client(shared_cell)
+    pendant, client = await at_zero(shared_cell)
     group = next(trajectories(motion_packets("stream_no_velocities")))
     asked = sum(packet.duration for packet in group[1:])
 
     seen: list[State] = []
     pendant.on_state = seen.append
-    for packet in group:
-        await client.send(packet)
+    await client.send(*group)
     arrived = await arrive(pendant, group[-1].joints)
     await client.close()
     begun = next(state for state in seen if state.in_motion == 1)
@@ -269,29 +254,24 @@ async def test_the_robot_arrives_no_sooner_than_the_durations_allow(shared_cell:
 async def test_a_stop_while_idle_is_answered_and_moves_nothing(
     scenario: str, shared_cell: Any
 ) -> None:
-    pendant = await at_zero(shared_cell)
-    client = ros_client(shared_cell)
+    pendant, client = await at_zero(shared_cell)
     packets = motion_packets(scenario)
 
-    for packet in packets:
-        await client.send(packet)
+    await client.send(*packets)
 
     assert client.answered == len(packets)
     assert distance(pendant, ZERO) < EXACT
-    await client.close()
 
 
 @pytest.mark.realtime
 @pytest.mark.asyncio(loop_scope="module")
 async def test_a_stop_in_motion_brings_the_robot_to_rest_on_the_way(shared_cell: Any) -> None:
-    pendant = await at_zero(shared_cell)
-    client = ros_client(shared_cell)
+    pendant, client = await at_zero(shared_cell)
     first, *_ = trajectories(motion_packets("stream_three_points_success"))
     stop = motion_packets("stream_three_points_success")[-1]
     assert stop.sequence == STOP
 
-    for packet in first:
-        await client.send(packet)
+    await client.send(*first)
     await pendant.wait_until(lambda state: max(state.positions) > 0.2)
     await client.send(stop)
     state = await pendant.wait_until(lambda state: state.in_motion == 0, within=2 * SCALE)
@@ -300,24 +280,20 @@ async def test_a_stop_in_motion_brings_the_robot_to_rest_on_the_way(shared_cell:
     assert 0.2 < max(at_rest) < max(STEPS) - 0.05
     later = await pendant.wait_until(lambda later: later.sequence > state.sequence + 50)
     assert later.positions == at_rest
-    await client.close()
 
 
 @pytest.mark.realtime
 @pytest.mark.asyncio(loop_scope="module")
 async def test_a_trajectory_broken_by_the_clients_stop_is_discarded(shared_cell: Any) -> None:
-    pendant = await at_zero(shared_cell)
-    client = ros_client(shared_cell)
+    pendant, client = await at_zero(shared_cell)
     packets = motion_packets("stream_new_trajectory_while_streaming")
     assert [packet.sequence for packet in packets] == [0, 1, STOP, STOP]
 
-    for packet in packets:
-        await client.send(packet)
+    await client.send(*packets)
     await asyncio.sleep(1.0)  # far more than the gap that ends a trajectory
 
     assert client.answered == len(packets)
     assert distance(pendant, ZERO) < EXACT
-    await client.close()
 
 
 @pytest.mark.realtime
@@ -325,44 +301,35 @@ async def test_a_trajectory_broken_by_the_clients_stop_is_discarded(shared_cell:
 async def test_points_before_a_lost_link_are_forgotten_when_the_client_begins_anew(
     shared_cell: Any,
 ) -> None:
-    pendant = await at_zero(shared_cell)
-    client = ros_client(shared_cell)
+    pendant, client = await at_zero(shared_cell)
     before, after = list(trajectories(motion_packets("stream_server_gone_then_back")))[:2]
     assert before[0].connection != after[0].connection
 
-    for packet in before:
-        await client.send(packet)
+    await client.send(*before)
     await client.close()
     await asyncio.sleep(1.0)
     assert distance(pendant, ZERO) < EXACT
-    for packet in after:
-        await client.send(packet)
+    await client.send(*after)
 
     await arrive(pendant, STEPS)
-    await client.close()
 
 
 @pytest.mark.realtime
 @pytest.mark.asyncio(loop_scope="module")
 async def test_the_whole_client_stack_gets_its_goal_and_its_cancel(shared_cell: Any) -> None:
-    pendant = await at_zero(shared_cell)
-    client = ros_client(shared_cell)
+    pendant, client = await at_zero(shared_cell)
     groups = list(trajectories(motion_packets("full_stack_action")))
     goal, cancelled, cancel = groups[0], groups[1], groups[2]
     assert cancel[0].sequence == STOP
 
-    for packet in goal:
-        await client.send(packet)
+    await client.send(*goal)
     await arrive(pendant, goal[-1].joints)
-    for packet in cancelled:
-        await client.send(packet)
+    await client.send(*cancelled)
     await pendant.wait_until(lambda state: state.in_motion == 1)
-    for packet in cancel:
-        await client.send(packet)
+    await client.send(*cancel)
     await pendant.wait_until(lambda state: state.in_motion == 0, within=2 * SCALE)
 
     assert distance(pendant, cancelled[-1].joints) > 0.1
-    await client.close()
 
 
 def test_the_capture_holds_what_these_tests_rely_on() -> None:

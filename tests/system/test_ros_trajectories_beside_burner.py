@@ -39,7 +39,8 @@ from openpendant.simplemsg import (
     TriState,
     joint_array,
 )
-from openpendant.simplemsg.verdicts import STATUS_ERROR_OFFSET, VerdictCode
+from openpendant.simplemsg.verdicts import STATUS_ERROR_OFFSET
+from openpendant.simplemsg.verdicts import VerdictCode as V
 
 VECTORS = Path(__file__).parents[1] / "vectors"
 HOME = serial_robot("ur5").home_position
@@ -97,8 +98,6 @@ class Peer:
 
 @dataclass
 class Listener:
-    """The state reader: what it heard last."""
-
     peer: Peer
     joints: tuple[float, ...] = ()
     status: Status | None = None
@@ -125,8 +124,6 @@ class Listener:
 
 @dataclass
 class Outcomes:
-    """What became of a run's trajectories."""
-
     arrived: int = 0
     spoiled: int = 0
     void: list[str] = field(default_factory=list)
@@ -136,8 +133,6 @@ class Outcomes:
 
 
 class Client:
-    """The motion writer and the state reader of one stock client, and the server's log beside."""
-
     def __init__(self, ports: dict[str, Any], log: Path) -> None:
         self._ports = ports
         self._log = log
@@ -148,7 +143,6 @@ class Client:
         self.goal = HOME
 
     async def begin(self) -> None:
-        """Listen, and wait until the robot may move."""
         self.listener = Listener(await _peer(self._ports["ros_state"]))
         self._listening = asyncio.create_task(self.listener.listen())
         deadline = time.monotonic() + PATIENCE
@@ -163,7 +157,6 @@ class Client:
             self._motion.writer.close()
 
     def line(self) -> str:
-        """Return the next line that was logged of a trajectory; empty for none."""
         told = [line for line in self._log.read_text().splitlines() if "ROS-I trajectory" in line]
         if len(told) == self._told:
             return ""
@@ -171,11 +164,9 @@ class Client:
         return told[self._told - 1]
 
     def further_lines(self) -> list[str]:
-        """Return what was logged of trajectories beside their one line."""
         return list(iter(self.line, ""))
 
     async def trajectory(self, count: int, *, spoiled: bool = False) -> str:
-        """Send a way of so many points; return the line of its end, empty where it arrived."""
         start = self.listener.joints[: len(HOME)]
         target = HOME[0] + (REACH if start[0] < HOME[0] + REACH / 2 else 0.0)
         duration = max(LEAST_SEGMENT, LEAST_WAY / (count - 1))
@@ -195,7 +186,6 @@ class Client:
         return await self._outcome(goal, 2 * PATIENCE)
 
     async def _send(self, point: JointTrajPt) -> None:
-        """Send a point as the client does: a lost link is made anew, any answer will do."""
         for _ in range(5):
             try:
                 if self._motion is None:
@@ -216,10 +206,9 @@ class Client:
         return line
 
     async def shows(self, line: str) -> bool:
-        """Tell whether STATUS comes to show what a line says, or the controller's own error."""
         said = re.search(r": ([A-Z_]+) \((\d+)\): ", line)
         assert said is not None, line
-        verdict = VerdictCode(int(said.group(2)))
+        verdict = V(int(said.group(2)))
         assert verdict.name == said.group(1)
         of_controller = verdict.name.startswith("CONTROLLER_")
         deadline = time.monotonic() + PATIENCE
@@ -232,7 +221,6 @@ class Client:
         return False
 
     async def recover(self, ports: dict[str, Any]) -> None:
-        """Reset what is latched, and wait until the robot stands and its positions are told."""
         from openpendant.tools.pendants.client import PendantClient, PendantError
 
         async with asyncio.timeout(PATIENCE):
@@ -268,7 +256,6 @@ async def a_client(
 async def drive(
     client: Client, cell: Any, counts: list[int], spoiled: set[int], void: VoidTime
 ) -> Outcomes:
-    """Send trajectories of so many points each, some of them spoiled; tell what became of them."""
     outcomes = Outcomes()
     run_began = time.monotonic()
     for number, count in enumerate(counts):

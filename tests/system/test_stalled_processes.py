@@ -1,5 +1,3 @@
-"""Processes that are not run for a time: stopped by a signal, or beside one that burns a core."""
-
 from __future__ import annotations
 
 import asyncio

@@ -1,5 +1,3 @@
-"""Teaching, editing and playing back as an app does it, over sockets; and its journal rerun."""
-
 from __future__ import annotations
 
 import asyncio
@@ -10,10 +8,16 @@ from typing import Any
 import pytest
 from rigs.clock.busy_machine import PATIENT
 
-from openpendant.simplemsg.pendant import Activity
-from openpendant.simplemsg.verdicts import VerdictCode
+from openpendant.simplemsg.pendant import Activity, ProgramState
+from openpendant.simplemsg.verdicts import VerdictCode as V
 from openpendant.tools.packets.rerun import main as rerun
-from openpendant.tools.pendants.client import OperatingMode, PendantClient, Refused, RunKind
+from openpendant.tools.pendants.client import (
+    Aborted,
+    OperatingMode,
+    PendantClient,
+    Refused,
+    RunKind,
+)
 
 pytestmark = [pytest.mark.realtime, pytest.mark.asyncio]
 
@@ -21,8 +25,6 @@ CONFIG = f'{PATIENT}controller.signals = "openpendant"\n'
 
 
 class Taught:
-    """A program that is edited from revision to revision."""
-
     def __init__(self, pendant: PendantClient, name: str) -> None:
         self.pendant = pendant
         self.name = name
@@ -49,7 +51,6 @@ class Taught:
         return str(answer["body"])
 
     async def moves(self) -> list[str]:
-        """The points of the moves, in order."""
         lines = [line.split() for line in (await self.text()).splitlines()]
         return [words[2] for words in lines if words[:1] == ["move"]]
 
@@ -62,7 +63,6 @@ async def go_aside(pendant: PendantClient, by: float) -> None:
 
 
 async def edited(pendant: PendantClient) -> Taught:
-    """Go through every edit; what each left is looked at."""
     program = Taught(pendant, "taught")
     await program.change("create")
     await program.record("p0")
@@ -87,7 +87,7 @@ async def edited(pendant: PendantClient) -> Taught:
     await program.change("undo")
     with pytest.raises(Refused) as late:
         await pendant.manage({"op": "programs.undo", "name": "taught", "expected_revision": 1})
-    assert late.value.code == VerdictCode.REVISION_CONFLICT
+    assert late.value.code == V.REVISION_CONFLICT
     assert f"{program.revision}" in str(late.value)
     assert await program.moves() == ["p0", "p1", "middle"]
     return program
@@ -104,6 +104,7 @@ async def played_back(pendant: PendantClient, program: Taught) -> None:
     await (await pendant.run_program("taught", run=RunKind.STEP_FORWARD)).done()
     await (await pendant.run_program("taught", run=RunKind.STEP_FORWARD)).done()
     await (await pendant.run_program("taught", run=RunKind.STEP_BACKWARD)).done()
+    assert (await pendant.next_state()).program_state == ProgramState.STEPPED
     rest = await pendant.run_program("taught")
     await pendant.wait_until(lambda state: state.activity == Activity.MOVING)
     await pendant.pause()
@@ -112,6 +113,14 @@ async def played_back(pendant: PendantClient, program: Taught) -> None:
     await rest.done()
     lines = (await program.text()).splitlines()
     line = next(n for n, each in enumerate(lines, start=1) if each.startswith("move PTP p1"))
+    stopped = await pendant.run_program("taught", line=line)
+    await pendant.wait_until(lambda state: state.activity == Activity.MOVING)
+    await pendant.program_stop()
+    with pytest.raises(Aborted) as aborted:
+        await stopped.done()
+    assert aborted.value.code == V.PROGRAM_STOPPED
+    await pendant.wait_until(lambda state: state.activity == Activity.IDLE)
+    assert (await pendant.next_state()).program_state == ProgramState.NONE
     await (await pendant.run_program("taught", line=line)).done()
 
 
@@ -149,6 +158,9 @@ async def test_an_app_teaches_edits_and_plays_back_and_its_journal_runs_again_ex
         await recorded(pendant)
         await jogged(pendant)
     assert (await cell.end())["violations"] == 0
+    reader = await (await start_cell(server=more)).ready_pendant()
+    listed = await reader.programs.list()
+    assert [each["name"] for each in listed["programs"]] == ["taught"]
     # The rerun has a loop of its own, which must not be nested in this one.
     assert await asyncio.to_thread(rerun, [str(journal), "--json"]) == 0
     assert json.loads(capsys.readouterr().out)["identical"]

@@ -1,5 +1,3 @@
-"""The command `openpendant pendant` in a pseudo-terminal, with the server and the emulator."""
-
 from __future__ import annotations
 
 import asyncio
@@ -28,7 +26,7 @@ from openpendant.simplemsg.pendant import (
     State,
     StopKind,
 )
-from openpendant.simplemsg.verdicts import VerdictCode
+from openpendant.simplemsg.verdicts import VerdictCode as V
 from openpendant.tools.pendants.client import PendantClient, Refused
 
 pytestmark = [pytest.mark.realtime, pytest.mark.asyncio]
@@ -41,8 +39,6 @@ _ESCAPES = re.compile(r"\x1b(\[[0-9;?>$]*[a-zA-Z]|\][^\x07]*\x07|[=>])")
 
 
 class Terminal:
-    """The keyboard and the screen of one process."""
-
     def __init__(self, process: asyncio.subprocess.Process, end: int) -> None:
         self.process = process
         self._end = end
@@ -56,7 +52,6 @@ class Terminal:
         self._grown.set()
 
     def hang_up(self) -> None:
-        """Close the window, once."""
         if not self._is_closed:
             self._is_closed = True
             asyncio.get_running_loop().remove_reader(self._end)
@@ -67,7 +62,6 @@ class Terminal:
 
     @property
     def text(self) -> str:
-        """All that was written so far, without colours and places."""
         return _ESCAPES.sub("", self._output.decode("utf-8", "replace"))
 
     async def shows(self, text: str) -> None:
@@ -103,7 +97,6 @@ async def terminal(port: int) -> AsyncIterator[Terminal]:
 
 @asynccontextmanager
 async def nobody() -> AsyncIterator[int]:
-    """Yield a port that is taken, and at which nobody listens."""
     with socket.socket() as taken:
         taken.bind(("127.0.0.1", 0))
         yield taken.getsockname()[1]
@@ -119,7 +112,6 @@ def stamp(state: State) -> int:
 
 
 async def enable(shown: Terminal, observer: PendantClient) -> None:
-    """Have the enabling device (training) held, which a machine that stalls may have let go."""
     assert observer.state is not None
     if observer.state.enabling != EnablingPosition.HELD:
         shown.strike("v")
@@ -208,7 +200,7 @@ async def test_a_held_key_moves_and_silence_ends_it_within_the_deadline(start_ce
         assert next(each for each in idle if each > struck) - struck < 1.0e9 * SCALE
         with pytest.raises(Refused) as refused:
             await observer.take_control()
-        assert refused.value.code == VerdictCode.HELD_BY_OTHER
+        assert refused.value.code == V.HELD_BY_OTHER
     assert (await cell.end())["violations"] == 0
 
 

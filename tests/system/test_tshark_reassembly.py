@@ -17,7 +17,6 @@ TSHARK = shutil.which("tshark")
 
 
 def disordered(seed: int, stream: bytes) -> list[Stamped]:
-    """A connection whose client's segments overlap, repeat and overtake each other by a few."""
     choose = random.Random(seed)
     link = Conversation(client=("10.0.0.1", 40_000 + seed), sequences=[2**32 - 5_000, 77])
     opened = link.opened()
@@ -29,10 +28,7 @@ def disordered(seed: int, stream: bytes) -> list[Stamped]:
         spans += [(start, at)] * choose.choice([1, 1, 1, 2])
     late = [index + choose.choice([0, 0, 0, 2.5]) for index in range(len(spans))]
     spans = [span for _, span in sorted(zip(late, spans, strict=True))]
-    return [
-        *opened,
-        *(link.segment(0, stream[start:end], at=base + start) for start, end in spans),
-    ]
+    return [*opened, *(link.segment(0, stream[start:end], at=base + start) for start, end in spans)]
 
 
 @pytest.mark.realtime

@@ -10,20 +10,17 @@ from typing import Any
 import pytest
 from rigs.clock.busy_machine import SCALE
 
-from openpendant.simplemsg import PENDANT, codec_for
 from openpendant.simplemsg.pendant import Activity, OperatingMode, OperatorAction, OperatorEvent
-from openpendant.simplemsg.verdicts import CATALOGUE, VerdictCode
+from openpendant.simplemsg.verdicts import CATALOGUE
+from openpendant.simplemsg.verdicts import VerdictCode as V
 from openpendant.tools import why
 
 pytestmark = [pytest.mark.realtime, pytest.mark.asyncio]
 
-V = VerdictCode
 READY, NOT_READY = 0, 1
 
 
 class ReplyTo:
-    """Runs the command against one server."""
-
     def __init__(self, port: int, capsys: pytest.CaptureFixture[str]) -> None:
         self._address = f"127.0.0.1:{port}"
         self._capsys = capsys
@@ -32,7 +29,7 @@ class ReplyTo:
         code = await asyncio.to_thread(why.main, [self._address, "--kind", kind])
         return code, self._capsys.readouterr().out
 
-    async def expect(self, condition: str, code: VerdictCode, kind: str = "move") -> None:
+    async def expect(self, condition: str, code: V, kind: str = "move") -> None:
         """Ask until that condition is the first broken one; cause and remedy stand below."""
         for _ in range(20):
             exit_code, said = await self.asked(kind)
@@ -43,14 +40,6 @@ class ReplyTo:
                 return
             await asyncio.sleep(0.1 * SCALE)
         raise AssertionError(said)
-
-
-async def operate(port: int, action: OperatorAction) -> None:
-    reader, writer = await asyncio.open_connection("127.0.0.1", port)
-    writer.write(codec_for(PENDANT).encode(OperatorEvent(action=action)))
-    await reader.readexactly(16)
-    writer.close()
-    await writer.wait_closed()
 
 
 async def test_each_condition_is_named_as_it_is_broken(
@@ -95,9 +84,9 @@ async def test_each_condition_is_named_as_it_is_broken(
     await reply_to.expect("scene", V.START_IN_COLLISION)
     await pendant.manage({"op": "scene.remove", "name": "ball", "expected_revision": 1})
 
-    await operate(cell.controller["motion"], OperatorAction.EMERGENCY_STOP)
+    await cell.tell_controller(OperatorEvent(action=OperatorAction.EMERGENCY_STOP))
     await reply_to.expect("controller", V.CONTROLLER_NOT_READY)
-    await operate(cell.controller["motion"], OperatorAction.RESET)
+    await cell.tell_controller(OperatorEvent(action=OperatorAction.RESET))
 
 
 async def test_a_silent_controller_and_a_dead_one_are_named(

@@ -5,11 +5,16 @@ Beats go out every 50 ms while time passes, as a real pendant sends them.
 
 from __future__ import annotations
 
+import json
+from typing import Any
+
+from rigs.cells.emulated_cell import EmulatedCell
 from rigs.cells.server_rig import ServerRig
 from rigs.peers.server_clients import Pendant
 
-from openpendant.simplemsg import joint_array
+from openpendant.simplemsg import JointTrajPtFull, joint_array
 from openpendant.simplemsg.pendant import (
+    Activity,
     AuthorityBeat,
     Enabling,
     EnablingPosition,
@@ -18,8 +23,10 @@ from openpendant.simplemsg.pendant import (
     JogRelease,
     JogSpace,
     JogStart,
+    Management,
     MotionControl,
     MotionControlAction,
+    OperatingMode,
     SetMode,
     SetSpeed,
     State,
@@ -61,7 +68,13 @@ class JogPad:
         self.squeeze(EnablingPosition.RELEASED)
 
     def press(
-        self, *rates: float, deadline: float = 0.15, number: int | None = None, quoted: int = 0
+        self,
+        *rates: float,
+        deadline: float = 0.15,
+        number: int | None = None,
+        quoted: int = 0,
+        space: int = JogSpace.JOINTS,
+        frame: str = "",
     ) -> VerdictCode | None:
         """Press a key; further keys add up. Quotes the newest state unless told otherwise."""
         self.press_number = self.press_number + 1 if number is None else number
@@ -71,8 +84,8 @@ class JogPad:
             press=self.press_number,
             state_sequence=quoted or self.newest_state.sequence,
             deadline=deadline,
-            space=JogSpace.JOINTS,
-            frame="",
+            space=space,
+            frame=frame,
             value_count=len(rates),
             values=joint_array(rates),
         )
@@ -113,3 +126,39 @@ class JogPad:
                 if self.is_pressed:
                     self.beat()
             self.rig.wait(10)
+
+
+class EmulatedPad(JogPad):
+    """The same hands at an emulated robot, in a manual mode with the enabling device squeezed."""
+
+    def __init__(self, cell: EmulatedCell, mode: int = OperatingMode.MANUAL_REDUCED) -> None:
+        super().__init__(cell)  # type: ignore[arg-type]  # it keeps time and lets pendants in, too
+        self.cell = cell
+        self.turn_to(mode)
+
+    def turn_to(self, mode: int) -> None:
+        """Turn the selector, for which the enabling device is let go once."""
+        self.let_go()
+        assert self.mode(mode) is VerdictCode.ACCEPTED
+        self.squeeze()
+        self.hold(50)
+
+    def ask(self, op: str, **fields: Any) -> dict[str, Any]:
+        """Make a management request that is fulfilled on this call stack; return the answer."""
+        request = Management(self._request(), json.dumps({"op": op, **fields}).encode())
+        (reply,) = [each for each in self.pendant.send(request) if isinstance(each, Management)]
+        answer: dict[str, Any] = json.loads(reply.body)
+        assert "code" not in answer, answer
+        return answer
+
+    def finish(self) -> None:
+        """Keep on until the robot has nothing more to do."""
+        for _ in range(1_200):
+            self.hold(50)
+            if self.cell.core.cell.activity is Activity.IDLE:
+                return
+        raise AssertionError("the motion does not end")
+
+    @property
+    def sent(self) -> list[JointTrajPtFull]:
+        return [each for each in self.cell.sent if isinstance(each, JointTrajPtFull)]

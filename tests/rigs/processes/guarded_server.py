@@ -32,6 +32,7 @@ from openpendant.server.store.sqlite_store import open_store
 from openpendant.server.store.store_client import opened_store
 from openpendant.simplemsg.journal import Journal
 from openpendant.simplemsg.pendant.roles import Role
+from openpendant.tools.pendants.client import PendantClient
 
 ROBOT = "ur5"
 CHEAP = ScryptCost(n=2**14, r=8, p=1)
@@ -102,3 +103,15 @@ async def guarded_server(
                     async with app.running() as ports:
                         await asyncio.sleep(0.1)
                         yield GuardedServer(app, ports.pendant, journal, audit, store)
+
+
+@asynccontextmanager
+async def served_operator(folder: Path) -> AsyncIterator[tuple[GuardedServer, PendantClient]]:
+    """Run such a server; yields it with a pendant at which its operator has logged in."""
+    async with (
+        guarded_server(folder) as server,
+        await PendantClient.connect(
+            port=server.port, user="otto", password=PASSWORDS["otto"], state_rate=50
+        ) as otto,
+    ):
+        yield server, otto

@@ -5,8 +5,8 @@ from __future__ import annotations
 import asyncio
 import os
 import signal
-from collections.abc import Coroutine
-from contextlib import suppress
+from collections.abc import AsyncIterator, Callable, Coroutine
+from contextlib import asynccontextmanager, suppress
 from importlib.util import find_spec
 from typing import Any
 
@@ -14,6 +14,7 @@ import pytest
 
 from openpendant.server.planning.jobs import JointPathJob
 from openpendant.server.planning.pool import planning_process
+from openpendant.server.planning.pool.planning_pool import PlanningPool
 from openpendant.server.settings.cell_settings import EventLoop
 from openpendant.server.shell.server_process import loop_factory
 
@@ -69,6 +70,25 @@ class Children:
             os.kill(child.pid, signal.SIGKILL)
             with suppress(ChildProcessError):  # where a thread of the loop was the first to ask
                 os.waitid(os.P_PID, child.pid, os.WEXITED | os.WNOWAIT)
+
+
+@asynccontextmanager
+async def running_pool(processes: int = 1) -> AsyncIterator[PlanningPool]:
+    """Keep up a pool of processes for an UR5, to the end of the test."""
+    pool = PlanningPool(["ur5"] * processes)
+    keeper = asyncio.create_task(pool.keep_up())
+    try:
+        yield pool
+        assert not keeper.done()
+    finally:
+        keeper.cancel()
+        await asyncio.gather(keeper, return_exceptions=True)
+
+
+async def until(holds: Callable[[], bool]) -> None:
+    """Come back in the very turn in which something holds."""
+    while not holds():  # noqa: ASYNC110 - what is waited for tells nobody
+        await asyncio.sleep(0)
 
 
 def run(loop: EventLoop, test: Coroutine[Any, Any, None]) -> list[dict[str, Any]]:

@@ -1,5 +1,3 @@
-"""Accounts: names, and who can manage the others."""
-
 from __future__ import annotations
 
 import pytest
@@ -10,7 +8,7 @@ from rigs.cells.admission_desk import account
 
 from openpendant.server.access.accounts import Account, AccountBook, name_fault
 from openpendant.simplemsg.pendant.roles import Role
-from openpendant.simplemsg.verdicts import VerdictCode
+from openpendant.simplemsg.verdicts import VerdictCode as V
 
 
 @pytest.mark.parametrize("name", ["ann", "Ann B. Clark", "jörg", "a", "李", "robot-7_b", "x" * 32])
@@ -28,7 +26,7 @@ def test_a_name_is_letters_digits_and_a_few_signs_between(name: str) -> None:
 def test_another_name_is_refused_with_its_code(name: str) -> None:
     fault = name_fault(name)
     assert fault is not None
-    assert fault.code is VerdictCode.BAD_ACCOUNT_NAME
+    assert fault.code is V.BAD_ACCOUNT_NAME
 
 
 @given(st.text(max_size=40))

@@ -1,5 +1,3 @@
-"""Admission: who is granted what, and when that ends."""
-
 from __future__ import annotations
 
 import random
@@ -17,11 +15,19 @@ from openpendant.server.access.passwords import NOBODYS_HASH
 from openpendant.server.access.secret import Secret
 from openpendant.server.refusal import Refusal
 from openpendant.simplemsg.pendant.roles import Permission, Role
-from openpendant.simplemsg.verdicts import VerdictCode
+from openpendant.simplemsg.verdicts import VerdictCode as V
 
 
-def code_of(answer: object) -> VerdictCode | None:
+def code_of(answer: object) -> V | None:
     return answer.code if isinstance(answer, Refusal) else None
+
+
+@pytest.fixture
+def desk() -> Desk:
+    """A desk at which connection 1 has arrived."""
+    desk = Desk()
+    desk.arrive(1)
+    return desk
 
 
 # Who needs no login.
@@ -42,7 +48,7 @@ def test_with_accounts_or_from_outside_nobody_is_admin_by_himself(
 ) -> None:
     desk = Desk(book, single_user_host)
     assert desk.arrive(1, address) is None
-    assert code_of(desk.login.may(1, Permission.MOVE)) is VerdictCode.LOGIN_NEEDED
+    assert code_of(desk.login.may(1, Permission.MOVE)) is V.LOGIN_NEEDED
 
 
 @pytest.mark.parametrize(
@@ -59,37 +65,31 @@ def test_looking_on_from_outside_needs_a_login_unless_configured(
 
 
 @pytest.mark.parametrize("session", [1, 2])
-def test_every_connection_that_said_hello_may_stop(session: int) -> None:
+def test_every_connection_that_said_hello_may_stop(desk: Desk, session: int) -> None:
     """Promise 19: logged in or not, and while locked out (promise 29)."""
-    desk = Desk()
-    desk.arrive(1)
     desk.arrive(2)
     desk.log_in(2, "vera")
     for _ in range(10):
         desk.attempt(1, "ann", "wrong")
-    assert code_of(desk.attempt(1, "ann", "wrong")) is VerdictCode.LOCKED_OUT
+    assert code_of(desk.attempt(1, "ann", "wrong")) is V.LOCKED_OUT
     assert desk.login.may(session, Permission.STOP) is None
 
 
 def test_before_hello_nobody_may_do_anything() -> None:
     desk = Desk()
-    assert {code_of(desk.login.may(7, permission)) for permission in Permission} == {
-        VerdictCode.HELLO_FIRST
-    }
-    assert code_of(desk.attempt(7, "ann", "x")) is VerdictCode.HELLO_FIRST
+    assert {code_of(desk.login.may(7, permission)) for permission in Permission} == {V.HELLO_FIRST}
+    assert code_of(desk.attempt(7, "ann", "x")) is V.HELLO_FIRST
 
 
 # Passwords.
 
 
-def test_the_right_password_grants_the_accounts_role() -> None:
-    desk = Desk()
-    desk.arrive(1)
+def test_the_right_password_grants_the_accounts_role(desk: Desk) -> None:
     assert desk.log_in(1, "otto") == Granted(1, Role.OPERATOR, "otto", Basis.ACCOUNT)
     assert desk.login.may(1, Permission.MOVE) is None
     refusal = desk.login.may(1, Permission.EDIT_PROGRAM)
     assert refusal is not None
-    assert refusal.code is VerdictCode.ROLE_TOO_LOW
+    assert refusal.code is V.ROLE_TOO_LOW
     assert refusal.text == "edit-program needs the role programmer; otto is operator"
 
 
@@ -98,42 +98,36 @@ def test_the_right_password_grants_the_accounts_role() -> None:
     [("ann", "wrong"), ("nobody", "ann's password"), ("gone", "gone's password"), ("", "")],
 )
 def test_wrong_unknown_and_disabled_are_answered_in_the_same_words(
-    name: str, password: str
+    desk: Desk, name: str, password: str
 ) -> None:
-    desk = Desk()
-    desk.arrive(1)
-    assert desk.attempt(1, name, password) == Refusal(VerdictCode.LOGIN_FAILED)
+    assert desk.attempt(1, name, password) == Refusal(V.LOGIN_FAILED)
     assert desk.login.grant_of(1) is None
 
 
-def test_an_unknown_user_is_checked_too() -> None:
+def test_an_unknown_user_is_checked_too(desk: Desk) -> None:
     """Promise 29: the same job with a hash of the same cost."""
-    desk = Desk()
-    desk.arrive(1)
     job = desk.login.try_password(1, "nobody", Secret("guess"), START)
     assert isinstance(job, VerifyJob)
     assert job.kept is NOBODYS_HASH
-    assert code_of(desk.login.verified(job.job_id, True, START)) is VerdictCode.LOGIN_FAILED
+    assert code_of(desk.login.verified(job.job_id, True, START)) is V.LOGIN_FAILED
 
 
 def test_unknown_names_are_locked_as_known_ones_are() -> None:
-    def answers(name: str) -> list[VerdictCode | None]:
+    def answers(name: str) -> list[V | None]:
         desk = Desk()
         desk.arrive(1)
         return [code_of(desk.attempt(1, name, "wrong")) for _ in range(8)]
 
     assert answers("ann") == answers("nobody")
-    assert answers("ann")[5] is VerdictCode.LOCKED_OUT
+    assert answers("ann")[5] is V.LOCKED_OUT
 
 
-def test_a_lock_refuses_the_right_password_too_and_says_for_how_long() -> None:
-    desk = Desk()
-    desk.arrive(1)
+def test_a_lock_refuses_the_right_password_too_and_says_for_how_long(desk: Desk) -> None:
     for _ in range(5):
         desk.attempt(1, "ann", "wrong")
     refusal = desk.attempt(1, "ann", "ann's password", START + 10 * SECOND_NS)
     assert isinstance(refusal, Refusal)
-    assert (refusal.code, refusal.value) == (VerdictCode.LOCKED_OUT, 50.0)
+    assert (refusal.code, refusal.value) == (V.LOCKED_OUT, 50.0)
     assert "50 s" in refusal.text
     assert desk.log_in(1, "ann", START + 60 * SECOND_NS).role is Role.ADMIN
 
@@ -147,7 +141,7 @@ def test_reconnecting_does_not_escape_the_lock() -> None:
         desk.login.closed(session, START)
         desk.login.verified(job.job_id, False, START)
     desk.arrive(6)
-    assert code_of(desk.attempt(6, "ann", "wrong")) is VerdictCode.LOCKED_OUT
+    assert code_of(desk.attempt(6, "ann", "wrong")) is V.LOCKED_OUT
 
 
 def test_a_thousand_tries_of_many_names_reach_the_hash_thirty_times() -> None:
@@ -156,59 +150,47 @@ def test_a_thousand_tries_of_many_names_reach_the_hash_thirty_times() -> None:
     checked = 0
     for session in range(1_000):
         desk.arrive(session)
-        checked += (
-            code_of(desk.attempt(session, f"name {session}", "x")) is VerdictCode.LOGIN_FAILED
-        )
+        checked += code_of(desk.attempt(session, f"name {session}", "x")) is V.LOGIN_FAILED
         desk.login.closed(session, START)
     assert checked == 30
 
 
-def test_one_connection_checks_one_password_at_a_time() -> None:
-    desk = Desk()
-    desk.arrive(1)
+def test_one_connection_checks_one_password_at_a_time(desk: Desk) -> None:
     assert isinstance(desk.login.try_password(1, "ann", Secret("a"), START), VerifyJob)
     second = desk.login.try_password(1, "ann", Secret("b"), START)
-    assert code_of(second) is VerdictCode.LOGIN_BUSY
+    assert code_of(second) is V.LOGIN_BUSY
 
 
-def test_a_check_that_the_worker_had_no_room_for_is_no_attempt() -> None:
-    desk = Desk()
-    desk.arrive(1)
+def test_a_check_that_the_worker_had_no_room_for_is_no_attempt(desk: Desk) -> None:
     for _ in range(10):
         job = desk.login.try_password(1, "ann", Secret("x"), START)
         assert isinstance(job, VerifyJob)
-        assert desk.login.not_verified(job.job_id).code is VerdictCode.LOGIN_BUSY
+        assert desk.login.not_verified(job.job_id).code is V.LOGIN_BUSY
     assert desk.log_in(1, "ann").name == "ann"
 
 
-def test_a_grant_belongs_to_one_connection() -> None:
+def test_a_grant_belongs_to_one_connection(desk: Desk) -> None:
     """Promise 28: an outcome counts once, for the connection that asked, and dies with it."""
-    desk = Desk()
-    desk.arrive(1)
     desk.arrive(2)
     job = desk.login.try_password(1, "ann", Secret("ann's password"), START)
     assert isinstance(job, VerifyJob)
     assert isinstance(desk.login.verified(job.job_id, is_right(job), START), Granted)
     assert desk.login.grant_of(2) is None
     desk.login.logout(1, START)
-    assert code_of(desk.login.verified(job.job_id, True, START)) is VerdictCode.LOGIN_FAILED
+    assert code_of(desk.login.verified(job.job_id, True, START)) is V.LOGIN_FAILED
     assert desk.login.grant_of(1) is None
 
 
-def test_an_outcome_that_comes_after_its_connection_grants_nothing() -> None:
-    desk = Desk()
-    desk.arrive(1)
+def test_an_outcome_that_comes_after_its_connection_grants_nothing(desk: Desk) -> None:
     job = desk.login.try_password(1, "ann", Secret("ann's password"), START)
     assert isinstance(job, VerifyJob)
     desk.login.closed(1, START)
-    assert code_of(desk.login.verified(job.job_id, True, START)) is VerdictCode.LOGIN_FAILED
+    assert code_of(desk.login.verified(job.job_id, True, START)) is V.LOGIN_FAILED
     desk.arrive(1)
     assert desk.login.grant_of(1) is None
 
 
-def test_a_failed_login_leaves_what_was_granted() -> None:
-    desk = Desk()
-    desk.arrive(1)
+def test_a_failed_login_leaves_what_was_granted(desk: Desk) -> None:
     granted = desk.log_in(1, "otto")
     desk.attempt(1, "ann", "wrong")
     assert desk.login.grant_of(1) == granted
@@ -226,32 +208,26 @@ def test_a_failed_login_leaves_what_was_granted() -> None:
     ],
     ids=["removed", "disabled", "another password"],
 )
-def test_whose_account_is_changed_is_logged_out(book: AccountBook) -> None:
-    desk = Desk()
-    desk.arrive(1)
+def test_whose_account_is_changed_is_logged_out(desk: Desk, book: AccountBook) -> None:
     desk.log_in(1, "otto")
     (change,) = desk.login.accounts_changed(book, START)
     assert isinstance(change, GrantEnded)
-    assert code_of(desk.login.may(1, Permission.MOVE)) is VerdictCode.LOGIN_NEEDED
+    assert code_of(desk.login.may(1, Permission.MOVE)) is V.LOGIN_NEEDED
 
 
-def test_another_role_holds_at_once() -> None:
-    desk = Desk()
-    desk.arrive(1)
+def test_another_role_holds_at_once(desk: Desk) -> None:
     desk.log_in(1, "otto")
     book = AccountBook([account("otto", Role.VIEWER), account("ann", Role.ADMIN)])
     (change,) = desk.login.accounts_changed(book, START)
     assert change == Granted(1, Role.VIEWER, "otto", Basis.ACCOUNT)
-    assert code_of(desk.login.may(1, Permission.MOVE)) is VerdictCode.ROLE_TOO_LOW
+    assert code_of(desk.login.may(1, Permission.MOVE)) is V.ROLE_TOO_LOW
 
 
-def test_an_account_changed_while_its_password_is_checked_is_not_granted() -> None:
-    desk = Desk()
-    desk.arrive(1)
+def test_an_account_changed_while_its_password_is_checked_is_not_granted(desk: Desk) -> None:
     job = desk.login.try_password(1, "otto", Secret("otto's password"), START)
     assert isinstance(job, VerifyJob)
     desk.login.accounts_changed(AccountBook([account("ann", Role.ADMIN)]), START)
-    assert code_of(desk.login.verified(job.job_id, True, START)) is VerdictCode.LOGIN_FAILED
+    assert code_of(desk.login.verified(job.job_id, True, START)) is V.LOGIN_FAILED
 
 
 def test_the_first_account_ends_the_single_user() -> None:
@@ -260,7 +236,7 @@ def test_the_first_account_ends_the_single_user() -> None:
     (change,) = desk.login.accounts_changed(BOOK, START)
     assert isinstance(change, GrantEnded)
     assert desk.login.may(1, Permission.OBSERVE) is None
-    assert code_of(desk.login.may(1, Permission.MOVE)) is VerdictCode.LOGIN_NEEDED
+    assert code_of(desk.login.may(1, Permission.MOVE)) is V.LOGIN_NEEDED
 
 
 # Pairing.
@@ -287,7 +263,7 @@ def test_the_code_of_one_cell_opens_no_other() -> None:
     code = teacher(desk)
     desk.arrive(2, cell="another cell")
     answer = desk.login.pair(2, Secret(code.shown), "Tim", START)
-    assert code_of(answer) is VerdictCode.PAIRING_WRONG
+    assert code_of(answer) is V.PAIRING_WRONG
 
 
 @pytest.mark.parametrize("session", [2, 3])
@@ -296,7 +272,7 @@ def test_only_who_may_pair_gets_a_code(session: int) -> None:
     desk.arrive(2)
     desk.arrive(3)
     desk.log_in(3, "otto")
-    expected = {2: VerdictCode.LOGIN_NEEDED, 3: VerdictCode.ROLE_TOO_LOW}[session]
+    expected = {2: V.LOGIN_NEEDED, 3: V.ROLE_TOO_LOW}[session]
     assert code_of(desk.login.issue_pairing(session, START, random.Random(1))) is expected
     assert code_of(desk.login.withdraw_pairing(session, START)) is expected
 
@@ -306,9 +282,9 @@ def test_guessing_a_code_is_locked_after_five_tries() -> None:
     code = teacher(desk)
     desk.arrive(2)
     answers = [code_of(desk.login.pair(2, Secret("WRONG"), "Tim", START)) for _ in range(6)]
-    assert answers == [VerdictCode.PAIRING_WRONG] * 5 + [VerdictCode.LOCKED_OUT]
+    assert answers == [V.PAIRING_WRONG] * 5 + [V.LOCKED_OUT]
     right = desk.login.pair(2, Secret(code.shown), "Tim", START)
-    assert code_of(right) is VerdictCode.LOCKED_OUT
+    assert code_of(right) is V.LOCKED_OUT
 
 
 @pytest.mark.parametrize("name", ["ANN", "otto", "tim"])
@@ -319,7 +295,7 @@ def test_nobody_is_called_like_an_account_or_another_guest(name: str) -> None:
     desk.arrive(3)
     desk.login.pair(2, Secret(code.shown), "Tim", START)
     answer = desk.login.pair(3, Secret(code.shown), name, START)
-    assert code_of(answer) is VerdictCode.NAME_TAKEN
+    assert code_of(answer) is V.NAME_TAKEN
 
 
 def test_a_bad_name_is_told_before_the_code_is_looked_at() -> None:
@@ -328,7 +304,7 @@ def test_a_bad_name_is_told_before_the_code_is_looked_at() -> None:
     desk.arrive(2)
     for _ in range(10):
         answer = desk.login.pair(2, Secret("WRONG"), "a/b", START)
-        assert code_of(answer) is VerdictCode.BAD_ACCOUNT_NAME
+        assert code_of(answer) is V.BAD_ACCOUNT_NAME
 
 
 def test_the_end_of_the_lesson_takes_back_what_guests_were_granted() -> None:
@@ -337,18 +313,14 @@ def test_the_end_of_the_lesson_takes_back_what_guests_were_granted() -> None:
     desk.arrive(2)
     desk.login.pair(2, Secret(code.shown), "Tim", START)
     assert desk.login.withdraw_pairing(1, START) == [GrantEnded(2, "the lesson is over")]
-    assert code_of(desk.login.may(2, Permission.MOVE)) is VerdictCode.LOGIN_NEEDED
-    assert (
-        code_of(desk.login.pair(2, Secret(code.shown), "Tim", START)) is VerdictCode.PAIRING_WRONG
-    )
+    assert code_of(desk.login.may(2, Permission.MOVE)) is V.LOGIN_NEEDED
+    assert code_of(desk.login.pair(2, Secret(code.shown), "Tim", START)) is V.PAIRING_WRONG
 
 
 # What is noted.
 
 
-def test_logins_and_failures_are_noted_with_who_and_from_where() -> None:
-    desk = Desk()
-    desk.arrive(1)
+def test_logins_and_failures_are_noted_with_who_and_from_where(desk: Desk) -> None:
     desk.attempt(1, "ann", "wrong")
     desk.log_in(1, "ann")
     desk.login.closed(1, START)

@@ -1,5 +1,3 @@
-"""What the audit log must prove: that nothing was taken out of it, and that the disk has it."""
-
 from __future__ import annotations
 
 import os

@@ -1,5 +1,3 @@
-"""The audit log on disk: rotation, crashes, a full disk, one writer."""
-
 from __future__ import annotations
 
 import contextlib
@@ -26,8 +24,6 @@ TIME = "2026-01-02T03:04:05.678+00:00"
 
 
 class SmallDisk:
-    """A disk with so many bytes of room."""
-
     def __init__(self, room: int) -> None:
         self.room = room
 
@@ -59,7 +55,6 @@ def stamped(n: int) -> Stamped:
 
 
 def checked(path: Path) -> ChainCheck:
-    """Check a whole log; it has to be intact."""
     check = ChainCheck()
     assert [fault for line in read_lines(path) if (fault := check.feed(line))] == []
     assert check.finish() is None

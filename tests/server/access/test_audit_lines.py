@@ -1,5 +1,3 @@
-"""The audit log's lines and their chain, without a file."""
-
 from __future__ import annotations
 
 import json
@@ -80,9 +78,7 @@ def test_an_untouched_chain_is_intact() -> None:
     ],
     ids=["edit", "gap", "swap", "twice", "head", "torn", "blank", "number", "other chain"],
 )
-def test_every_change_of_a_chain_is_noticed(
-    change: Callable[[list[bytes]], list[bytes]],
-) -> None:
+def test_every_change_of_a_chain_is_noticed(change: Callable[[list[bytes]], list[bytes]]) -> None:
     assert faults(change(lines())) != []
 
 

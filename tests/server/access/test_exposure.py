@@ -14,7 +14,7 @@ from openpendant.server.access.exposure import (
     is_loopback,
 )
 from openpendant.simplemsg.pendant.roles import Role
-from openpendant.simplemsg.verdicts import VerdictCode
+from openpendant.simplemsg.verdicts import VerdictCode as V
 
 LAN = "192.0.2.5"
 
@@ -79,4 +79,4 @@ def test_clear_text_ports_serve_loopback_or_the_list(
 ) -> None:
     fault = clear_text_fault(Exposure(host, False, ["192.0.2.7"]), address)
     assert (fault is None) is is_taken
-    assert fault is None or fault.code is VerdictCode.ADDRESS_NOT_ALLOWED
+    assert fault is None or fault.code is V.ADDRESS_NOT_ALLOWED

@@ -33,7 +33,6 @@ def fail(lockout: Lockout, now: int, address: str = "192.0.2.1", name: str = "an
 
 
 def lock(lockout: Lockout, now: int) -> int:
-    """Fail until refused; return for how long."""
     for _ in range(PAIR_FAILURES):
         assert fail(lockout, now) == 0
     return fail(lockout, now)
@@ -133,7 +132,6 @@ def test_ten_thousand_tries_at_one_account_reach_the_hash_a_few_hundred_times() 
 
 
 def remembered(names: int, sources: int, most_records: int = MOST_RECORDS) -> int:
-    """Try many names; return how many pairs and sources are remembered then."""
     lockout = Lockout(most_records)
     for n in range(names):
         network = n % sources

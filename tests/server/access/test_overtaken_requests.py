@@ -1,5 +1,3 @@
-"""Which requests a stop of their own connection overtakes: the one table of it."""
-
 from __future__ import annotations
 
 import json
@@ -7,12 +5,8 @@ import json
 import pytest
 from rigs.peers.server_clients import hello
 
-from openpendant.server.access.permissions import (
-    OF_MESSAGE,
-    OVERTAKEN,
-    is_overtaken,
-)
-from openpendant.server.events.management_requests import parse
+from openpendant.server.access.permissions import OF_MESSAGE, OVERTAKEN, is_overtaken
+from openpendant.server.events.management_body import parse
 from openpendant.simplemsg import CommType, Message, Ping, joint_array
 from openpendant.simplemsg.pendant import (
     Authority,
@@ -37,6 +31,7 @@ from openpendant.simplemsg.pendant.roles import Permission
 
 REQUEST = CommType.REQUEST
 JOINTS = RATES = joint_array((0.5, 0.5))
+MOVING = {"recordings.play", "scene.attach", "scene.detach", "signals.set", "tools.select"}
 
 
 def told(number: int, **body: object) -> Management:
@@ -67,11 +62,7 @@ def test_what_is_in_no_table_is_overtaken() -> None:
         SetMode(1, OperatingMode.AUTOMATIC),
         ResetStop(1),
         MotionControl(1, MotionControlAction.RESUME),
-        told(1, op="signals.set"),
-        told(1, op="tools.select"),
-        told(1, op="scene.attach"),
-        told(1, op="scene.detach"),
-        told(1, op="recordings.play"),
+        *(told(1, op=op) for op in sorted(MOVING)),
     ],
 )
 def test_what_would_undo_a_stop_is_overtaken(message: Message) -> None:
@@ -89,11 +80,8 @@ def test_what_would_undo_a_stop_is_overtaken(message: Message) -> None:
         MotionControl(1, MotionControlAction.PAUSE),
         MotionControl(1, MotionControlAction.PROGRAM_STOP),
         Ping(comm_type=REQUEST),
-        told(1, op="snapshot"),
-        told(1, op="programs.save"),
-        told(1, op="programs.dry_run"),
-        told(1, op="recordings.start"),
-        told(1, op="access.logout"),
+        *(told(1, op=op) for op in ("snapshot", "programs.save", "programs.dry_run")),
+        *(told(1, op=op) for op in ("recordings.start", "access.logout")),
     ],
 )
 def test_what_moves_nothing_is_not(message: Message) -> None:
@@ -103,10 +91,4 @@ def test_what_moves_nothing_is_not(message: Message) -> None:
 def test_every_message_and_operation_that_moves_is_overtaken() -> None:
     moving = {kind for kind, needed in OF_MESSAGE.items() if OVERTAKEN[needed]}
     assert {ResetStop, JointMove, JogStart, Home, SetMode, Authority} <= moving
-    assert {op for op in OPERATIONS if is_overtaken(told(1), op)} == {
-        "recordings.play",
-        "scene.attach",
-        "scene.detach",
-        "signals.set",
-        "tools.select",
-    }
+    assert {op for op in OPERATIONS if is_overtaken(told(1), op)} == MOVING

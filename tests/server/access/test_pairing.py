@@ -1,5 +1,3 @@
-"""Pairing codes, with a seeded source of randomness and numbers for time."""
-
 from __future__ import annotations
 
 import random

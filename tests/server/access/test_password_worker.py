@@ -1,5 +1,3 @@
-"""Passwords are checked beside the loop, in turn, and never more than may wait."""
-
 from __future__ import annotations
 
 import asyncio

@@ -24,7 +24,7 @@ from openpendant.server.access.passwords import (
     password_fault,
 )
 from openpendant.server.access.secret import Secret
-from openpendant.simplemsg.verdicts import VerdictCode
+from openpendant.simplemsg.verdicts import VerdictCode as V
 
 CHEAP = ScryptCost(n=2**14, r=8, p=1)
 SALT = bytes(range(16))
@@ -86,7 +86,7 @@ def test_a_kept_cost_that_is_too_low_or_too_high_is_not_read(cost: dict[str, int
 def test_a_password_that_is_easily_guessed_is_refused(password: str) -> None:
     fault = password_fault(Secret(password), "robert")
     assert fault is not None
-    assert fault.code is VerdictCode.BAD_PASSWORD
+    assert fault.code is V.BAD_PASSWORD
 
 
 @pytest.mark.parametrize(
@@ -102,7 +102,7 @@ def test_a_little_around_what_everybody_tries_first_changes_nothing(password: st
     """NIST SP 800-63B: dictionary words, repetitions, sequences, names and derivatives of them."""
     fault = password_fault(Secret(password), "robert")
     assert fault is not None
-    assert fault.code is VerdictCode.BAD_PASSWORD
+    assert fault.code is V.BAD_PASSWORD
 
 
 @pytest.mark.parametrize(

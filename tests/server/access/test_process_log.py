@@ -14,8 +14,6 @@ from openpendant.server.access.process_log import LimitedHandler
 
 
 class Logged:
-    """A logger of its own whose lines are kept, on a clock that is set by hand."""
-
     def __init__(self) -> None:
         self.now = 0
         self.stream = io.StringIO()

@@ -33,7 +33,7 @@ from openpendant.simplemsg.pendant import (
     Verdict,
 )
 from openpendant.simplemsg.pendant.roles import Role
-from openpendant.simplemsg.verdicts import VerdictCode
+from openpendant.simplemsg.verdicts import VerdictCode as V
 
 _RISING = ("viewer", "operator", "programmer", "admin")
 _USERS = dict(zip(_RISING, ("vera", "otto", "paul", "ann"), strict=True))
@@ -62,24 +62,11 @@ LEAST: tuple[tuple[str, Message], ...] = (
     *(
         ("programmer", managed(op))
         for op in (
-            "programs.save",
-            "programs.delete",
-            "programs.edit",
-            "programs.record",
-            "recordings.start",
-            "recordings.delete",
-            "frames.add",
-            "frames.move",
-            "frames.import",
-            "tools.select",
-            "tools.move",
-            "tools.import",
-            "scene.add",
-            "scene.remove",
-            "scene.allow",
-            "scene.attach",
-            "scene.import",
-            "robots.load",
+            *("programs.save", "programs.delete", "programs.edit", "programs.record"),
+            *("recordings.start", "recordings.delete", "robots.load"),
+            *("frames.add", "frames.move", "frames.import"),
+            *("tools.select", "tools.move", "tools.import"),
+            *("scene.add", "scene.remove", "scene.allow", "scene.attach", "scene.import"),
         )
     ),
     *(
@@ -91,10 +78,10 @@ LEAST: tuple[tuple[str, Message], ...] = (
 
 def is_refused_for_its_role(answers: list[Message]) -> bool:
     for answer in answers:
-        if isinstance(answer, Verdict) and answer.code == VerdictCode.ROLE_TOO_LOW:
+        if isinstance(answer, Verdict) and answer.code == V.ROLE_TOO_LOW:
             return True
         if isinstance(answer, Management) and answer.reply_code == ReplyCode.FAILURE:
-            return bool(json.loads(answer.body).get("code") == VerdictCode.ROLE_TOO_LOW)
+            return bool(json.loads(answer.body).get("code") == V.ROLE_TOO_LOW)
     return False
 
 

@@ -1,5 +1,3 @@
-"""TLS: what is taken, what is refused by name, and that its records cannot be replayed."""
-
 from __future__ import annotations
 
 import shutil
@@ -51,8 +49,6 @@ def pairs(tmp_path_factory: pytest.TempPathFactory) -> tuple[Pair, Pair]:
 
 @dataclass
 class End:
-    """One end of a connection without a socket."""
-
     incoming: ssl.MemoryBIO
     outgoing: ssl.MemoryBIO
     tls: ssl.SSLObject
@@ -72,18 +68,15 @@ class End:
         return True
 
     def encrypted(self, data: bytes) -> bytes:
-        """Return a message as the record that would cross the network."""
         self.tls.write(data)
         return self.outgoing.read()
 
     def take(self, record: bytes) -> bytes:
-        """Take a record off the network."""
         self.incoming.write(record)
         return self.tls.read()
 
 
 def connect(server: ssl.SSLContext, client: ssl.SSLContext) -> tuple[End, End]:
-    """Shake hands; return the server's end and the client's."""
     ends = End.of(server, is_server=True), End.of(client, is_server=False)
     done = [False, False]
     for _ in range(6):

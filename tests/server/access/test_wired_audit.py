@@ -1,5 +1,3 @@
-"""What the audit log says of a cell: who moved, stopped and changed what."""
-
 from __future__ import annotations
 
 import json
@@ -10,22 +8,11 @@ from rigs.cells.server_rig import ServerRig
 
 from openpendant.server.access.audit import AuditEvent, ChainCheck, Link, write_line
 from openpendant.server.refusal import Refusal
-from openpendant.simplemsg.pendant import (
-    Authority,
-    AuthorityAction,
-    Management,
-    SetMode,
-)
-from openpendant.simplemsg.verdicts import VerdictCode
-
-
-@pytest.fixture
-def rig() -> GuardedRig:
-    return GuardedRig()
+from openpendant.simplemsg.pendant import Authority, AuthorityAction, Management, SetMode
+from openpendant.simplemsg.verdicts import VerdictCode as V
 
 
 def told(rig: GuardedRig, *events: AuditEvent) -> list[tuple[AuditEvent, str]]:
-    """Return what was noted of some kinds, and who it was, in order."""
     return [(entry.event, entry.who) for entry in rig.desk.log if entry.event in events]
 
 
@@ -50,7 +37,7 @@ def test_a_stop_and_its_reset_are_noted_with_who_and_why(rig: GuardedRig) -> Non
     otto.move(1.0, 0.0)
     visitor.stop("a hand in the way")
     rig.wait(2_000)
-    assert otto.reset() is VerdictCode.ACCEPTED
+    assert otto.reset() is V.ACCEPTED
     stop, reset = (
         next(entry for entry in rig.desk.log if entry.event is event)
         for event in (AuditEvent.STOP, AuditEvent.RESET)
@@ -58,18 +45,15 @@ def test_a_stop_and_its_reset_are_noted_with_who_and_why(rig: GuardedRig) -> Non
     assert (stop.session, stop.detail["reason"]) == (visitor.session, "a hand in the way")
     assert (reset.who, reset.role) == ("otto", "operator")
     (ended,) = [entry for entry in rig.desk.log if entry.event is AuditEvent.MOTION_ENDED]
-    assert ended.detail["code"] == VerdictCode.STOPPED
+    assert ended.detail["code"] == V.STOPPED
 
 
 def test_a_take_over_is_noted_for_both(rig: GuardedRig) -> None:
     otto, ann = rig.user("otto"), rig.user("ann")
     otto.take()
-    assert ann.code(Authority(1, AuthorityAction.FORCE)) is VerdictCode.ACCEPTED
+    assert ann.code(Authority(1, AuthorityAction.FORCE)) is V.ACCEPTED
     noted = told(rig, AuditEvent.AUTHORITY_ENDED, AuditEvent.AUTHORITY_FORCED)
-    assert noted == [
-        (AuditEvent.AUTHORITY_ENDED, "otto"),
-        (AuditEvent.AUTHORITY_FORCED, "ann"),
-    ]
+    assert noted == [(AuditEvent.AUTHORITY_ENDED, "otto"), (AuditEvent.AUTHORITY_FORCED, "ann")]
 
 
 def test_a_change_of_the_mode_is_noted(rig: GuardedRig) -> None:
@@ -88,13 +72,13 @@ def test_a_motion_that_is_refused_is_noted_with_who_what_and_why(rig: GuardedRig
     otto.move(9.0, 0.0)
     refused = [entry for entry in rig.desk.log if entry.event is AuditEvent.REFUSED]
     assert [(entry.who, entry.detail["code"]) for entry in refused] == [
-        ("ann", VerdictCode.HELD_BY_OTHER),
-        ("otto", VerdictCode.OUT_OF_RANGE),
+        ("ann", V.HELD_BY_OTHER),
+        ("otto", V.OUT_OF_RANGE),
     ]
     assert refused[1].detail["wanted"] == "joint_move"
     rig.plans_at_once = False
     otto.path((0.1, 0.1))
-    rig.plan(Refusal(VerdictCode.TOO_FAST, "joint 1 is too fast"))
+    rig.plan(Refusal(V.TOO_FAST, "joint 1 is too fast"))
     last = rig.desk.log[-1]
     assert (last.event, last.who, last.detail["text"]) == (
         AuditEvent.REFUSED,
@@ -158,4 +142,4 @@ def test_a_ros_client_is_noted_by_its_address() -> None:
 def test_without_a_log_nothing_is_kept() -> None:
     rig = ServerRig()
     rig.connect_controller()
-    assert rig.holder().move(0.1, 0.0) is VerdictCode.ACCEPTED
+    assert rig.holder().move(0.1, 0.0) is V.ACCEPTED

@@ -1,5 +1,3 @@
-"""Whoever is logged out or sent away hears of it, also where he may not look on any more."""
-
 from __future__ import annotations
 
 from collections.abc import Callable
@@ -10,7 +8,7 @@ from rigs.cells.admission_desk import BOOK, LAN, LOCAL, account
 from rigs.cells.guarded_rig import GuardedRig, log_in
 from rigs.clock.busy_machine import PATIENCE
 from rigs.peers.server_clients import Pendant
-from rigs.processes.guarded_server import PASSWORDS, guarded_server
+from rigs.processes.guarded_server import served_operator
 
 from openpendant.server.access import grants
 from openpendant.server.access.accounts import Account, AccountBook
@@ -33,28 +31,21 @@ from openpendant.simplemsg.pendant import (
     StopChanged,
 )
 from openpendant.simplemsg.pendant.roles import Role
-from openpendant.simplemsg.verdicts import VerdictCode
-from openpendant.tools.pendants.client import PendantClient, Refused
-
-
-@pytest.fixture
-def rig() -> GuardedRig:
-    return GuardedRig()
+from openpendant.simplemsg.verdicts import VerdictCode as V
+from openpendant.tools.pendants.client import Refused
 
 
 def guest(rig: GuardedRig, teacher: Pendant, address: str = LAN) -> Pendant:
-    """Return a pendant that paired, and is sent the state."""
     (reply,) = teacher.send(Pairing(5, PairingAction.ISSUE))
     assert isinstance(reply, PairingReply)
     paired = rig.visitor(address, state_rate=50)
     request = Login(1, LoginKind.PAIRING, "Mia", reply.code)
-    assert paired.code(request) is VerdictCode.ACCEPTED
+    assert paired.code(request) is V.ACCEPTED
     paired.got.clear()
     return paired
 
 
 def sent_away(pendant: Pendant) -> list[Outcome]:
-    """Return what a pendant was told of the end of what it was granted."""
     return [outcome for outcome in pendant.all(Outcome) if outcome.request_id == 0]
 
 
@@ -82,7 +73,7 @@ def test_whoever_loses_his_login_hears_that_he_has_lost_control_and_may_not_look
     assert (lost.holder, lost.reason) == (0, AuthorityReason.LOGGED_OUT)
     (told,) = sent_away(otto)
     assert (told.comm_type, told.outcome) == (CommType.TOPIC, OutcomeKind.ABORTED)
-    assert told.code == VerdictCode.LOGIN_NEEDED
+    assert told.code == V.LOGIN_NEEDED
     assert "the account was changed; log in again" in told.text
 
 
@@ -90,7 +81,7 @@ def test_a_guest_hears_that_the_lesson_is_over_and_nothing_after_that(rig: Guard
     ann = rig.user("ann")
     mia = guest(rig, ann)
     mia.take()
-    assert ann.code(Pairing(6, PairingAction.WITHDRAW)) is VerdictCode.ACCEPTED
+    assert ann.code(Pairing(6, PairingAction.WITHDRAW)) is V.ACCEPTED
     assert [news.holder for news in mia.all(AuthorityChanged)] == [mia.session, 0]
     assert "the lesson is over" in sent_away(mia)[-1].text
     mia.got.clear()
@@ -146,7 +137,7 @@ def test_whoever_was_sent_away_is_told_why_with_each_refusal(rig: GuardedRig) ->
     ann.code(Pairing(6, PairingAction.WITHDRAW))
     mia.take()
     (_, code), text = mia.verdicts()[-1], mia.got[-1]
-    assert code is VerdictCode.LOGIN_NEEDED
+    assert code is V.LOGIN_NEEDED
     assert "the lesson is over" in getattr(text, "text", "")
 
 
@@ -154,8 +145,8 @@ def test_whoever_was_sent_away_may_stop_and_log_in_again(rig: GuardedRig) -> Non
     ann = rig.user("ann")
     mia = guest(rig, ann)
     ann.code(Pairing(6, PairingAction.WITHDRAW))
-    assert mia.code(SoftwareStop(7, "still here")) is VerdictCode.ACCEPTED
-    assert log_in(mia, "vera") is VerdictCode.ACCEPTED
+    assert mia.code(SoftwareStop(7, "still here")) is V.ACCEPTED
+    assert log_in(mia, "vera") is V.ACCEPTED
     ann.reset()
     ann.take()
     ann.reset()
@@ -169,12 +160,7 @@ async def test_a_client_on_another_machine_ends_its_wait_when_its_account_is_dis
 ) -> None:
     """Over sockets, whose addresses count as another machine's."""
     monkeypatch.setattr(grants, "is_loopback", lambda address: False)
-    async with (
-        guarded_server(tmp_path) as server,
-        await PendantClient.connect(
-            port=server.port, user="otto", password=PASSWORDS["otto"], state_rate=50
-        ) as otto,
-    ):
+    async with served_operator(tmp_path) as (server, otto):
         await otto.next_state()
         await otto.take_control()
         assert users_main(["disable", "otto", "--store", str(server.store)]) == 0

@@ -1,5 +1,3 @@
-"""Whose name stands beside what was done: that of a login, and never one that was only claimed."""
-
 from __future__ import annotations
 
 import json
@@ -20,16 +18,10 @@ from openpendant.simplemsg.pendant import (
     StopChanged,
     Verdict,
 )
-from openpendant.simplemsg.verdicts import VerdictCode
-
-
-@pytest.fixture
-def rig() -> GuardedRig:
-    return GuardedRig()
+from openpendant.simplemsg.verdicts import VerdictCode as V
 
 
 def impostor(rig: GuardedRig, name: str = "ann", address: str = LAN) -> Pendant:
-    """Return a pendant that says it is called so, and does not log in."""
     pendant = rig.stranger(Port.PENDANT, address)
     pendant.hello(name)
     pendant.got.clear()
@@ -70,7 +62,7 @@ def test_everybody_is_shown_that_whoever_stopped_has_not_logged_in(rig: GuardedR
     impostor(rig).stop("boo")
     assert ann.all(StopChanged)[-1].client == "ann (not logged in)"
     ann.take()
-    assert ann.move(0.1, 0.0) is VerdictCode.STOP_LATCHED
+    assert ann.move(0.1, 0.0) is V.STOP_LATCHED
     assert ann.all(Verdict)[-1].text == "software stop by ann (not logged in): boo"
     ann.send(Management(901, b'{"op": "snapshot"}'))
     answer = ann.all(Management)[-1]

@@ -89,13 +89,7 @@ NEEDS_AUTHORITY = [
 ]
 
 
-@pytest.fixture
-def rig() -> GuardedRig:
-    return GuardedRig()
-
-
 def code_of(pendant: Pendant, message: Message) -> V:
-    """Return the code that a request is refused with, or ACCEPTED, whatever form the answer has."""
     answers = pendant.send(message)
     for answer in answers:
         match answer:
@@ -107,7 +101,6 @@ def code_of(pendant: Pendant, message: Message) -> V:
 
 
 def points(rig: GuardedRig) -> int:
-    """Return how many set-points left for the robot."""
     return sum(isinstance(item, SendToController) for _, item in rig.log)
 
 
@@ -205,7 +198,6 @@ def held_press(rig: GuardedRig) -> Pendant:
 
 
 def keep_pressing(rig: GuardedRig, sender: Pendant, beat: Message, holder: Pendant) -> None:
-    """Have one beat sent again and again for longer than the deadline, enabling held."""
     for _ in range(6):
         rig.wait(50)
         holder.send(Enabling(1))

@@ -54,7 +54,6 @@ class Lesson:
 
 
 async def hold(port: int) -> Lesson:
-    """Do everything that a secret is needed for."""
     lesson, connect = Lesson(), PendantClient.connect
     async with (
         await connect(port=port, user="ann", password=PASSWORDS["ann"]) as ann,
@@ -97,7 +96,6 @@ def forms(secret: str) -> Iterator[bytes]:
 
 
 def traces(secrets: list[str], written: dict[str, bytes]) -> set[tuple[str, int]]:
-    """Return where a secret was found: the name of what was written, and its number."""
     return {
         (name, number)
         for name, content in written.items()
@@ -118,7 +116,6 @@ def contents(folder: Path) -> dict[str, bytes]:
 
 
 def printed(server: GuardedServer, trace: Path) -> bytes:
-    """Return what the tools print of what a server wrote."""
     output = io.StringIO()
     with redirect_stdout(output), redirect_stderr(output):
         assert rerun([str(server.journal), "--state"]) == 0
@@ -159,7 +156,6 @@ async def _live(folder: Path) -> Lived:
 
 @pytest.fixture(scope="module")
 def lived(tmp_path_factory: pytest.TempPathFactory) -> Lived:
-    """A server in whose life every secret was used once, and its log."""
     log, root = io.StringIO(), logging.getLogger()
     handler, level = logging.StreamHandler(log), root.level
     root.addHandler(handler)

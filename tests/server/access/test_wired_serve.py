@@ -28,7 +28,6 @@ OUTSIDE = "192.0.2.7"
 
 
 def refused(folder: Path, text: str, capsys: pytest.CaptureFixture[str]) -> str:
-    """Have `serve` refuse a file; return what it says."""
     file = folder / "cell.toml"
     file.write_text(text)
     assert (
@@ -102,8 +101,6 @@ def test_two_servers_do_not_write_one_audit_log(tmp_path: Path) -> None:
 
 
 class Peer(NullTransport):
-    """A transport that remembers whether it was broken."""
-
     is_aborted = False
 
     def abort(self) -> None:

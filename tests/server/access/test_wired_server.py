@@ -1,5 +1,3 @@
-"""The whole server with accounts: lock-out, replayed frames, TLS; real sockets."""
-
 from __future__ import annotations
 
 import asyncio
@@ -16,7 +14,7 @@ from pathlib import Path
 import pytest
 from rigs.clock.busy_machine import PATIENCE
 from rigs.peers.tls_certificates import make_certificate
-from rigs.processes.guarded_server import PASSWORDS, guarded_server
+from rigs.processes.guarded_server import PASSWORDS, guarded_server, served_operator
 
 from openpendant.server.access import open_access
 from openpendant.server.access.audit_file import AuditLog
@@ -47,7 +45,7 @@ from openpendant.simplemsg.pendant import (
     SetSpeed,
     Verdict,
 )
-from openpendant.simplemsg.verdicts import VerdictCode
+from openpendant.simplemsg.verdicts import VerdictCode as V
 from openpendant.tools.pendants.client import PendantClient, Refused
 from openpendant.tools.pendants.connection_errors import PendantError
 from openpendant.tools.pendants.terminal.cli import main as terminal
@@ -68,9 +66,9 @@ async def test_promise_29_a_lock_is_told_at_once_and_a_stop_goes_through(tmp_pat
             with pytest.raises(Refused) as refused:
                 await pendant.login("otto", password=WRONG)
             codes.append(refused.value.code)
-            if refused.value.code == VerdictCode.LOCKED_OUT:
+            if refused.value.code == V.LOCKED_OUT:
                 took.append(time.monotonic() - began)
-        assert codes == [VerdictCode.LOGIN_FAILED] * 5 + [VerdictCode.LOCKED_OUT] * 5
+        assert codes == [V.LOGIN_FAILED] * 5 + [V.LOCKED_OUT] * 5
         # A busy machine delays one of them or another, a hash that is computed each of them.
         assert statistics.median(took) < 0.1, took
         await pendant.stop("locked out, and stopping")
@@ -88,7 +86,7 @@ async def guess(source: str, port: int, name: str) -> float:
     (answer,) = answers.receive(await reader.read(65_536))
     taken = time.perf_counter() - began
     assert isinstance(answer, Verdict)
-    assert answer.code == VerdictCode.LOGIN_FAILED
+    assert answer.code == V.LOGIN_FAILED
     writer.close()
     return taken
 
@@ -113,7 +111,6 @@ CODEC = codec_for(PENDANT, ByteOrder.LITTLE, 4)
 
 
 def as_recorded(goal: tuple[float, ...]) -> list[Message]:
-    """Return what an operator sends to take the authority, move, jog and reset."""
     joints = joint_array(goal)
     return [
         Authority(2, AuthorityAction.REQUEST),
@@ -129,12 +126,7 @@ def as_recorded(goal: tuple[float, ...]) -> list[Message]:
 
 async def test_promise_28_recorded_frames_do_nothing_on_another_connection(tmp_path: Path) -> None:
     """What an operator sends, pasted byte for byte on a second connection, is refused."""
-    async with (
-        guarded_server(tmp_path) as server,
-        await PendantClient.connect(
-            port=server.port, user="otto", password=PASSWORDS["otto"], state_rate=50
-        ) as otto,
-    ):
+    async with served_operator(tmp_path) as (server, otto):
         await otto.wait_until(lambda state: state.motion_possible == 1)
         async with otto.control():
             before = otto.joints()
@@ -159,7 +151,7 @@ async def test_promise_28_recorded_frames_do_nothing_on_another_connection(tmp_p
                     await read_codes()
             with suppress(TimeoutError):  # nothing else comes
                 await asyncio.wait_for(read_codes(), 0.3)
-            assert codes == [VerdictCode.LOGIN_NEEDED] * 5
+            assert codes == [V.LOGIN_NEEDED] * 5
             holder = server.app.cells[0].core.cell.authority.holder
             assert holder is not None
             assert holder.client == "otto"
@@ -211,12 +203,7 @@ async def test_the_terminal_pendant_speaks_tls_with_whom_it_trusts(
 
 async def test_an_account_that_is_removed_beside_the_server_is_logged_out(tmp_path: Path) -> None:
     """By `openpendant users`, which writes the store's file while the server runs."""
-    async with (
-        guarded_server(tmp_path) as server,
-        await PendantClient.connect(
-            port=server.port, user="otto", password=PASSWORDS["otto"], state_rate=50
-        ) as otto,
-    ):
+    async with served_operator(tmp_path) as (server, otto):
         await otto.take_control()
         lost = asyncio.Event()
         otto.on_authority = lambda _: lost.set()
@@ -226,12 +213,10 @@ async def test_an_account_that_is_removed_beside_the_server_is_logged_out(tmp_pa
         assert server.app.cells[0].core.cell.authority.holder is None
         with pytest.raises(Refused) as refused:
             await otto.take_control()
-        assert refused.value.code == VerdictCode.LOGIN_NEEDED
+        assert refused.value.code == V.LOGIN_NEEDED
 
 
 class FullDisk:
-    """A disk that takes nothing."""
-
     def open(self, path: Path) -> FullDisk:
         path.touch()
         return self
@@ -251,12 +236,7 @@ async def test_a_full_disk_of_the_audit_log_moves_no_robot_and_is_said_once(
 ) -> None:
     log = partial(AuditLog, retry=0.02, opener=FullDisk().open)
     monkeypatch.setattr(open_access, "AuditLog", log)
-    async with (
-        guarded_server(tmp_path) as server,
-        await PendantClient.connect(
-            port=server.port, user="otto", password=PASSWORDS["otto"], state_rate=50
-        ) as otto,
-    ):
+    async with served_operator(tmp_path) as (_, otto):
         await otto.wait_until(lambda state: state.motion_possible == 1)
         async with otto.control():
             goal = [angle + 0.05 for angle in otto.joints()]

@@ -1,5 +1,3 @@
-"""Whether a controller says that it is emulated: asked once, on the state connection only."""
-
 from __future__ import annotations
 
 import pytest
@@ -12,7 +10,7 @@ from openpendant.server.settings.cell_settings import ControllerPath
 from openpendant.simplemsg import HeaderOnly, Malformed, Unasked
 from openpendant.simplemsg.errors import MessageFault
 from openpendant.simplemsg.pendant import Activity, OperatorAction, OperatorEvent
-from openpendant.simplemsg.verdicts import VerdictCode
+from openpendant.simplemsg.verdicts import VerdictCode as V
 
 STATE, MOTION, STOP = ControllerPath.STATE, ControllerPath.MOTION, ControllerPath.STOP
 TYPE = OperatorEvent.PLACE.msg_type
@@ -26,7 +24,6 @@ def asked(rig: ServerRig) -> int:
 
 
 def say(rig: ServerRig, code: int, *, again: bool = False) -> list[str]:
-    """Have the controller answer; return what is logged of it."""
     reply = HeaderOnly(TYPE, reply_code=code)
     out = rig.hear(STATE, Unasked(reply) if again else reply)
     return [item.text for item in out if isinstance(item, LogLine)]
@@ -121,14 +118,14 @@ def test_a_controller_that_changes_its_mind_is_a_real_one_and_its_robot_stands(a
     rig = ready()
     say(rig, SUCCESS)
     pendant = rig.holder()
-    assert pendant.move(0.5, 0.0) is VerdictCode.ACCEPTED
+    assert pendant.move(0.5, 0.0) is V.ACCEPTED
     rig.wait(100)
     assert rig.activity() is Activity.MOVING
     stops = len(rig.stops)
     # With `again` false it answered before another question of ours, say about signals.
     assert "and then that it is not" in say(rig, FAILURE, again=again)[0]
     assert len(rig.stops) > stops
-    assert [code for _, code in pendant.outcomes()] == [VerdictCode.CONTROLLER_MISMATCH]
+    assert [code for _, code in pendant.outcomes()] == [V.CONTROLLER_MISMATCH]
     assert not rig.core.cell.feedback.says_emulated
     say(rig, SUCCESS, again=True)
     assert not rig.core.cell.feedback.says_emulated

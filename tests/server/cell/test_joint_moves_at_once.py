@@ -1,5 +1,3 @@
-"""Which joint moves begin on the spot, and which wait for the planning process."""
-
 from __future__ import annotations
 
 import json
@@ -27,8 +25,6 @@ from openpendant.simplemsg.verdicts import VerdictCode as V
 
 
 class PlanningCell(EmulatedCell):
-    """Counts what it gives to the planning process."""
-
     def __init__(self, **settings: Any) -> None:
         self.jobs: list[object] = []
         super().__init__(has_surroundings=True, **settings)
@@ -48,11 +44,7 @@ class PlanningCell(EmulatedCell):
         raise AssertionError("the motion does not end")
 
     def add_ball(self, position: list[float], radius: float) -> None:
-        ball = {
-            "name": "ball",
-            "shape": {"type": "sphere", "radius": radius},
-            "position": position,
-        }
+        ball = {"name": "ball", "shape": {"type": "sphere", "radius": radius}, "position": position}
         body = json.dumps({"op": "scene.add", "object": ball, "expected_revision": 0})
         self.operator.last_request += 1
         request = Management(self.operator.last_request, body.encode())

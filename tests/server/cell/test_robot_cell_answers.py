@@ -1,5 +1,3 @@
-"""Faults of the controller's answers and links, in every phase of a motion."""
-
 from __future__ import annotations
 
 from collections.abc import Callable

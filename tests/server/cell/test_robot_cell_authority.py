@@ -1,5 +1,3 @@
-"""A motion whose asker loses the authority: lease, release, disconnection."""
-
 from __future__ import annotations
 
 import pytest

@@ -1,5 +1,3 @@
-"""What a motion needs in order to start, and a motion that goes well."""
-
 from __future__ import annotations
 
 import math

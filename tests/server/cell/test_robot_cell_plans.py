@@ -1,5 +1,3 @@
-"""What planning may answer, and when a plan is worth nothing any more."""
-
 from __future__ import annotations
 
 from collections.abc import Callable

@@ -1,5 +1,3 @@
-"""What the controller's reports end: stale ones, its own stops, a goal not reached."""
-
 from __future__ import annotations
 
 from collections.abc import Callable

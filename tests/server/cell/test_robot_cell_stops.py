@@ -1,5 +1,3 @@
-"""Stops in every phase of a motion: they leave first, are repeated, and nothing follows them."""
-
 from __future__ import annotations
 
 from collections.abc import Callable

@@ -1,5 +1,3 @@
-"""A robot outside its range is moved by a jog that leads it back, and by nothing else."""
-
 from __future__ import annotations
 
 import pytest

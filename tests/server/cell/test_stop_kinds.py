@@ -210,7 +210,6 @@ def test_promise_18_a_second_one_is_refused_by_name_and_the_holder_is_told() -> 
 
 
 def freeze(rig: ServerRig, milliseconds: int) -> None:
-    """Let time pass without the server's loop."""
     rig.now += milliseconds * MS
 
 

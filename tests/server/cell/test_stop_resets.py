@@ -1,5 +1,3 @@
-"""When a latched stop may be reset, and what a reset demands of whoever wants to move."""
-
 from __future__ import annotations
 
 import pytest

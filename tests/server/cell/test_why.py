@@ -1,5 +1,3 @@
-"""Why is it not moving: the whole chain, the first broken condition, its cause and remedy."""
-
 from __future__ import annotations
 
 import json
@@ -7,6 +5,17 @@ from collections.abc import Callable
 from typing import Any
 
 import pytest
+from rigs.cells.broken_conditions import (
+    give_the_authority_back,
+    lose_the_link,
+    lose_the_reports,
+    lower_the_override,
+    stand_outside,
+    stop,
+    stop_the_controller,
+    turn_to_manual,
+    turn_to_recovery,
+)
 from rigs.cells.guarded_rig import GuardedRig
 from rigs.cells.server_rig import ServerRig, ready
 from rigs.motion.jog_pad import JogPad
@@ -16,9 +25,8 @@ from openpendant.server.cell.interlocks import InterlockKind
 from openpendant.server.settings.cell_settings import ControllerPath
 from openpendant.simplemsg import ReplyCode, TriState
 from openpendant.simplemsg.pendant import Management
-from openpendant.simplemsg.verdicts import CATALOGUE, VerdictCode
-
-V = VerdictCode
+from openpendant.simplemsg.verdicts import CATALOGUE
+from openpendant.simplemsg.verdicts import VerdictCode as V
 
 
 def ask(pad: JogPad, **request: str) -> Any:
@@ -28,86 +36,42 @@ def ask(pad: JogPad, **request: str) -> Any:
     return json.loads(reply.body)
 
 
-def nothing(rig: ServerRig, pad: JogPad) -> None:
-    return
-
-
-def no_authority(rig: ServerRig, pad: JogPad) -> None:
-    pad.pendant.release()
-
-
-def stopped(rig: ServerRig, pad: JogPad) -> None:
-    pad.pendant.stop("tea")
-
-
-def no_link(rig: ServerRig, pad: JogPad) -> None:
-    rig.path(ControllerPath.MOTION, False)
-
-
-def stale(rig: ServerRig, pad: JogPad) -> None:
-    rig.controller.reports = False
-    rig.wait(200)
-
-
 def moving(rig: ServerRig, pad: JogPad) -> None:
     pad.pendant.move(1.0, 0.5)
     pad.hold(100)
 
 
-def emergency_stop(rig: ServerRig, pad: JogPad) -> None:
-    rig.controller.e_stopped = True
-    rig.wait(20)
-
-
-def manual(rig: ServerRig, pad: JogPad) -> None:
-    pad.mode(1)
-
-
-def recovery(rig: ServerRig, pad: JogPad) -> None:
-    pad.mode(4)
-
-
-def outside(rig: ServerRig, pad: JogPad) -> None:
-    rig.controller.position = (2.1, 0.0)
-    rig.wait(20)
-
-
-def emergency_stop_in_manual(rig: ServerRig, pad: JogPad) -> None:
-    emergency_stop(rig, pad)
-    manual(rig, pad)
-
-
-def override_of_0(rig: ServerRig, pad: JogPad) -> None:
-    pad.speed(0.0)
+def stopped_controller_in_manual(rig: ServerRig, pad: JogPad) -> None:
+    stop_the_controller(rig, pad)
+    turn_to_manual(rig, pad)
 
 
 def lowered_to_0(rig: ServerRig, pad: JogPad) -> None:
-    """A motion was paused by it: raising comes before resuming."""
     moving(rig, pad)
-    override_of_0(rig, pad)
+    lower_the_override(rig, pad)
     pad.hold(500)
 
 
 def dead_and_free(rig: ServerRig, pad: JogPad) -> None:
     for path in ControllerPath:
         rig.path(path, False)
-    no_authority(rig, pad)
+    give_the_authority_back(rig, pad)
 
 
 CASES: list[tuple[Callable[[ServerRig, JogPad], None], str, V]] = [
-    (no_authority, "authority", V.NOT_IN_CONTROL),
-    (stopped, "stop", V.STOP_LATCHED),
-    (no_link, "link", V.CONTROLLER_DOWN),
-    (stale, "feedback", V.FEEDBACK_STALE),
+    (give_the_authority_back, "authority", V.NOT_IN_CONTROL),
+    (stop, "stop", V.STOP_LATCHED),
+    (lose_the_link, "link", V.CONTROLLER_DOWN),
+    (lose_the_reports, "feedback", V.FEEDBACK_STALE),
     (moving, "standing", V.MOVING),
-    (emergency_stop, "controller", V.CONTROLLER_NOT_READY),
-    (manual, "enabling", V.NOT_ENABLED),
-    (recovery, "mode", V.MODE_FORBIDS),
-    (outside, "limits", V.OUTSIDE_LIMITS),
-    (override_of_0, "override", V.OVERRIDE_ZERO),
+    (stop_the_controller, "controller", V.CONTROLLER_NOT_READY),
+    (turn_to_manual, "enabling", V.NOT_ENABLED),
+    (turn_to_recovery, "mode", V.MODE_FORBIDS),
+    (stand_outside, "limits", V.OUTSIDE_LIMITS),
+    (lower_the_override, "override", V.OVERRIDE_ZERO),
     (lowered_to_0, "override", V.OVERRIDE_ZERO),
     (dead_and_free, "link", V.CONTROLLER_DOWN),
-    (emergency_stop_in_manual, "enabling", V.NOT_ENABLED),
+    (stopped_controller_in_manual, "enabling", V.NOT_ENABLED),
 ]
 
 
@@ -145,7 +109,7 @@ def test_an_override_of_0_is_told_of_every_kind_of_motion(kind: str) -> None:
     pad = JogPad(rig)
     pad.squeeze()
     assert ask(pad, kind=kind)["ready"]
-    override_of_0(rig, pad)
+    lower_the_override(rig, pad)
     assert (ask(pad, kind=kind)["ready"], ask(pad, kind=kind)["broken"]) == (False, "override")
 
 
@@ -168,7 +132,7 @@ def test_without_reports_nobody_says_that_the_robot_moves() -> None:
 def test_when_reports_stop_coming_nobody_says_that_the_robot_still_stands() -> None:
     rig = ready()
     pad = JogPad(rig)
-    stale(rig, pad)
+    lose_the_reports(rig, pad)
     conditions = {each["condition"]: each for each in ask(pad)["conditions"]}
     assert "nobody knows" in conditions["standing"]["text"]
 
@@ -184,7 +148,6 @@ def test_a_controller_that_calls_itself_unable_while_it_moves_is_said_to_move() 
 
 
 def _role_of(pendant: Pendant) -> tuple[str, int]:
-    """Return what is broken first, and the code of the condition of the role."""
     (reply,) = [
         each
         for each in pendant.send(Management(7, b'{"op": "why"}'))
@@ -218,13 +181,6 @@ def test_an_onlooker_asks_for_whoever_is_in_control_or_for_itself() -> None:
     onlooker = JogPad(rig, "onlooker", takes=False)
     assert ask(onlooker)["ready"]
     assert ask(onlooker, whose="mine")["broken"] == "authority"
-
-
-def test_each_kind_of_motion_has_its_own_answer() -> None:
-    rig = ready()
-    pad = JogPad(rig)
-    assert ask(pad, kind="program")["ready"]
-    assert ask(pad, kind="jog")["broken"] == "mode"
 
 
 def test_asking_changes_nothing() -> None:

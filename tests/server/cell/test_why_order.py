@@ -13,6 +13,17 @@ from typing import Any
 import pytest
 from hypothesis import example, given, settings
 from hypothesis import strategies as st
+from rigs.cells.broken_conditions import (
+    give_the_authority_back,
+    lose_the_link,
+    lose_the_reports,
+    lower_the_override,
+    stand_outside,
+    stop,
+    stop_the_controller,
+    turn_to_automatic,
+    turn_to_recovery,
+)
 from rigs.cells.guarded_rig import GuardedRig, log_in
 from rigs.cells.server_rig import ServerRig, ready
 from rigs.data.example_counts import examples
@@ -31,11 +42,6 @@ from openpendant.simplemsg.pendant import (
 from openpendant.simplemsg.verdicts import VerdictCode as V
 
 KINDS = ("move", "jog", "program")
-AUTOMATIC, MANUAL, RECOVERY = (
-    OperatingMode.AUTOMATIC,
-    OperatingMode.MANUAL_REDUCED,
-    OperatingMode.RECOVERY,
-)
 PROGRAM_STOP = MotionControlAction.PROGRAM_STOP
 
 
@@ -52,51 +58,12 @@ def _is_answer(message: object) -> bool:
 # How each condition is broken.
 
 
-def lose_the_link(rig: ServerRig, pad: JogPad) -> None:
-    rig.path(ControllerPath.MOTION, False)
-
-
-def lose_the_reports(rig: ServerRig, pad: JogPad) -> None:
-    rig.controller.reports = False
-    rig.wait(200)
-
-
-def give_the_authority_back(rig: ServerRig, pad: JogPad) -> None:
-    pad.pendant.release()
-
-
-def stand_outside(rig: ServerRig, pad: JogPad) -> None:
-    rig.controller.position = (2.1, 0.0)
-    rig.wait(20)
-
-
-def turn_to_automatic(rig: ServerRig, pad: JogPad) -> None:
-    pad.mode(AUTOMATIC)
-
-
-def turn_to_recovery(rig: ServerRig, pad: JogPad) -> None:
-    pad.mode(RECOVERY)
-
-
-def stop(rig: ServerRig, pad: JogPad) -> None:
-    pad.pendant.stop("tea")
-
-
 def let_go(rig: ServerRig, pad: JogPad) -> None:
     pad.let_go()
 
 
 def press_through(rig: ServerRig, pad: JogPad) -> None:
     pad.squeeze(2)
-
-
-def stop_the_controller(rig: ServerRig, pad: JogPad) -> None:
-    rig.controller.e_stopped = True
-    rig.wait(20)
-
-
-def lower_the_override(rig: ServerRig, pad: JogPad) -> None:
-    pad.speed(0.0)
 
 
 def pause_a_motion(rig: ServerRig, pad: JogPad) -> None:
@@ -146,9 +113,8 @@ def take(rig: ServerRig, pad: JogPad, kind: str) -> None:
 
 
 def come_back_inside(rig: ServerRig, pad: JogPad, kind: str) -> None:
-    """As the remedy says: set the recovery mode and jog, which has conditions of its own."""
     is_ours = rig.core.cell.modes.is_ours
-    assert pad.mode(RECOVERY) is (V.ACCEPTED if is_ours else V.MODE_NOT_OURS)
+    assert pad.mode(OperatingMode.RECOVERY) is (V.ACCEPTED if is_ours else V.MODE_NOT_OURS)
     mend_all(rig, pad, "jog")
     assert pad.press(-1.0, 0.0) is V.ACCEPTED
     pad.hold(3_000)
@@ -157,7 +123,7 @@ def come_back_inside(rig: ServerRig, pad: JogPad, kind: str) -> None:
 
 
 def set_a_mode(rig: ServerRig, pad: JogPad, kind: str) -> None:
-    assert pad.mode(MANUAL) is V.ACCEPTED
+    assert pad.mode(OperatingMode.MANUAL_REDUCED) is V.ACCEPTED
 
 
 def reset(rig: ServerRig, pad: JogPad, kind: str) -> None:
@@ -212,7 +178,6 @@ def settle(rig: ServerRig, pad: JogPad) -> None:
 
 
 def mend_all(rig: ServerRig, pad: JogPad, kind: str) -> list[str]:
-    """Mend what is broken first until nothing is; return what was mended, in order."""
     mended: list[str] = []
     while (broken := ask(pad, kind)["broken"]) and broken not in mended:
         mended.append(broken)

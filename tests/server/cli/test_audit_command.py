@@ -1,5 +1,3 @@
-"""`openpendant audit`: showing and checking a log."""
-
 from __future__ import annotations
 
 import json

@@ -1,5 +1,3 @@
-"""`openpendant serve` as a command: what it says and returns when it cannot run."""
-
 from __future__ import annotations
 
 import json

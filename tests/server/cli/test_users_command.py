@@ -1,5 +1,3 @@
-"""`openpendant users`: accounts in a real store, by arguments and standard input."""
-
 from __future__ import annotations
 
 import io
@@ -42,7 +40,6 @@ def file(tmp_path: Path) -> Path:
 
 @cache
 def hashed(password: str) -> PasswordHash:
-    """Return what is kept of a password, with little effort and one salt for all tests."""
     return hash_password(Secret(password), os.urandom(SALT_BYTES), CHEAP)
 
 
@@ -177,7 +174,6 @@ def test_a_document_that_is_no_account_is_named_without_its_hash(file: Path) -> 
 
 @pytest.fixture
 def eve(file: Path) -> None:
-    """Keep a document that should be an account and is none."""
     store = open_store(file)
     body = '{"role":"admin"}'
     store.save(DocumentKind.ACCOUNT, "eve", body, expected_revision=0, author="test")

@@ -1,5 +1,3 @@
-"""The lease: one holder, alive by beats."""
-
 from __future__ import annotations
 
 import pytest

@@ -2,42 +2,27 @@
 
 from __future__ import annotations
 
-import json
 import math
 from collections.abc import Callable, Iterator
-from typing import Any
 
 import numpy as np
 import pytest
 from rigs.cells.emulated_cell import EmulatedCell
-from rigs.peers.server_clients import Pendant
+from rigs.motion.jog_pad import EmulatedPad
 
 from openpendant.motion.description.robot import serial_robot
 from openpendant.motion.kinematics.serial import Kinematics, with_tool
 from openpendant.motion.pose import Pose
 from openpendant.motion.trajectory.point_speed import elbow_link
-from openpendant.simplemsg import ReplyCode, joint_array
+from openpendant.simplemsg import joint_array
 from openpendant.simplemsg.pendant import (
-    AuthorityBeat,
-    Enabling,
-    JogBeat,
-    JogRelease,
     JogSpace,
-    JogStart,
     JogStep,
     JogUndo,
-    JointMove,
-    JointPath,
-    JointWaypoint,
-    Management,
     Motion,
-    OperatingMode,
     PoseMove,
     ProgramRun,
     RunKind,
-    SetMode,
-    State,
-    Subscribe,
 )
 from openpendant.simplemsg.standard import JointTrajPtFull
 from openpendant.simplemsg.verdicts import VerdictCode as V
@@ -55,59 +40,31 @@ FOLDED = (0.0, -1.2, 2.2, -1.0, 1.5, 0.0)
 STRETCHED = (1.2, -0.4, 0.5, -1.6, 1.2, 1.0)
 
 
-class ManualCell:
+class ManualCell(EmulatedPad):
     """A UR5 in T1 whose selected tool is 150 mm long, and a pendant with the enabling held."""
 
     def __init__(self) -> None:
-        self.cell = EmulatedCell(has_surroundings=True)
-        self.pendant: Pendant = self.cell.holder()
+        super().__init__(EmulatedCell(has_surroundings=True))
         self.ask("tools.add", name="torch", expected_revision=0, tcp=_placed(TCP))
         self.ask("tools.select", name="torch", expected_revision=1)
-        assert self.pendant.code(Subscribe(self.request(), 100.0)) is V.ACCEPTED
-        assert (
-            self.pendant.code(SetMode(self.request(), OperatingMode.MANUAL_REDUCED)) is V.ACCEPTED
-        )
-        self.beat = 0
-        self.pass_time(100)
-        self.begun = len(self.cell.sent)
-
-    def request(self) -> int:
-        self.pendant.last_request += 1
-        return self.pendant.last_request
-
-    def ask(self, op: str, **fields: Any) -> dict[str, Any]:
-        request = Management(self.request(), json.dumps({"op": op, **fields}).encode())
-        (reply,) = [each for each in self.pendant.send(request) if isinstance(each, Management)]
-        answer: dict[str, Any] = json.loads(reply.body)
-        assert reply.reply_code == ReplyCode.SUCCESS, answer
-        return answer
-
-    def pass_time(self, milliseconds: int) -> None:
-        for _ in range(0, milliseconds, 50):
-            self.pendant.send(Enabling(1))
-            self.pendant.send(AuthorityBeat())
-            self.cell.wait(50)
+        self.hold(100)
+        self.begun = len(self.sent)
 
     def until_ended(self) -> V:
         before = len(self.pendant.outcomes())
-        for _ in range(1200):
-            self.pass_time(50)
+        for _ in range(1_200):
+            self.hold(50)
             if len(self.pendant.outcomes()) > before:
                 return self.pendant.outcomes()[-1][1]
         raise AssertionError("the motion does not end")
 
     def points(self) -> list[JointTrajPtFull]:
-        return [each for each in self.cell.sent[self.begun :] if isinstance(each, JointTrajPtFull)]
+        return self.sent[self.begun :]
 
     def jogged(self, space: JogSpace, values: tuple[float, ...], frame: str) -> None:
-        newest = self.pendant.all(State)[-1].sequence
-        start = JogStart(self.request(), 1, newest, 0.15, space, frame, 6, joint_array(values))
-        assert self.pendant.code(start) is V.ACCEPTED
-        for _ in range(30):
-            self.beat += 1
-            self.pendant.send(JogBeat(1, self.beat))
-            self.pass_time(50)
-        assert self.pendant.code(JogRelease(self.request(), 1)) is V.ACCEPTED
+        assert self.press(*values, space=space, frame=frame) is V.ACCEPTED
+        self.hold(1_500)
+        assert self.release() is V.ACCEPTED
 
 
 def _placed(pose: Pose) -> dict[str, list[float]]:
@@ -139,20 +96,16 @@ def turning_jog(cell: ManualCell) -> None:
 
 
 def joint_move(cell: ManualCell) -> None:
-    move = JointMove(cell.request(), 1.0, 6, joint_array(STRETCHED))
-    assert cell.pendant.code(move) is V.ACCEPTED
+    assert cell.pendant.move(*STRETCHED) is V.ACCEPTED
 
 
 def joint_path(cell: ManualCell) -> None:
-    way = (JointWaypoint(joint_array(FOLDED)), JointWaypoint(joint_array(STRETCHED)))
-    assert cell.pendant.code(JointPath(cell.request(), 1.0, 6, way)) is V.ACCEPTED
+    assert cell.pendant.path(FOLDED, STRETCHED) is V.ACCEPTED
 
 
 def wrist_turn(cell: ManualCell) -> None:
-    """The flange stands almost still, and the tip is far from its axis."""
     here = cell.cell.position
-    goal = (*here[:4], here[4] + 2.0, here[5] + 3.0)
-    assert cell.pendant.code(JointMove(cell.request(), 1.0, 6, joint_array(goal))) is V.ACCEPTED
+    assert cell.pendant.move(*here[:4], here[4] + 2.0, here[5] + 3.0) is V.ACCEPTED
 
 
 def line(cell: ManualCell) -> None:
@@ -161,21 +114,21 @@ def line(cell: ManualCell) -> None:
     goal = here.compose(turn)
     there = (goal.position + np.array((0.05, 0.2, 0.1))).tolist()
     move = PoseMove(
-        cell.request(), Motion.LIN, 1.0, "base", tuple(there), tuple(goal.quaternion.tolist())
+        cell._request(), Motion.LIN, 1.0, "base", tuple(there), tuple(goal.quaternion.tolist())
     )
     assert cell.pendant.code(move) is V.ACCEPTED
 
 
 def step(cell: ManualCell) -> None:
     by = (0.0, 0.2, 0.0, 0.4, 0.0, 0.0)
-    asked = JogStep(cell.request(), 1.0, JogSpace.TOOL, "tool", 6, joint_array(by))
+    asked = JogStep(cell._request(), 1.0, JogSpace.TOOL, "tool", 6, joint_array(by))
     assert cell.pendant.code(asked) is V.ACCEPTED
 
 
 def undo(cell: ManualCell) -> None:
     tool_jog(cell)
     assert cell.until_ended() is V.ACCEPTED
-    assert cell.pendant.code(JogUndo(cell.request(), 1.0)) is V.ACCEPTED
+    assert cell.pendant.code(JogUndo(cell._request(), 1.0)) is V.ACCEPTED
 
 
 def program(cell: ManualCell) -> None:
@@ -188,7 +141,7 @@ def program(cell: ManualCell) -> None:
         if name == "a":
             line(cell)
             assert cell.until_ended() is V.ACCEPTED
-    run = ProgramRun(cell.request(), RunKind.ALL, 0, 1, 0, 1.0, "main")
+    run = ProgramRun(cell._request(), RunKind.ALL, 0, 1, 0, 1.0, "main")
     assert cell.pendant.code(run) is V.ACCEPTED
 
 
@@ -202,16 +155,8 @@ def cell() -> Iterator[ManualCell]:
 @pytest.mark.parametrize(
     "moves",
     [
-        joint_jog,
-        tool_jog,
-        turning_jog,
-        joint_move,
-        joint_path,
-        wrist_turn,
-        line,
-        step,
-        undo,
-        program,
+        *(joint_jog, tool_jog, turning_jog, joint_move, joint_path),
+        *(wrist_turn, line, step, undo, program),
     ],
     ids=lambda moves: moves.__name__,
 )

@@ -1,5 +1,3 @@
-"""What the server does first after its loop stood still: it stops, whatever is served first."""
-
 from __future__ import annotations
 
 from rigs.cells.program_cell import ProgramCell
@@ -25,8 +23,6 @@ def test_promise_26_a_plan_that_is_served_first_after_a_freeze_begins_no_motion(
 
 
 class SlowStore(ProgramCell):
-    """A cell whose store takes its time."""
-
     kept: list[Ask] | None = None
 
     def _run(self, asked: Ask) -> None:

@@ -75,12 +75,10 @@ class Cell(RuleBasedStateMachine):
 
     @property
     def is_driving(self) -> bool:
-        """Whether set-points of a motion may leave."""
         standing = (Activity.IDLE, Activity.PLANNING, Activity.STOPPING)
         return self.rig.activity() not in standing
 
     def _note(self, what: str) -> None:
-        """Count something that comes amid what the robot does."""
         self.counts[what, self.rig.activity()] += 1
 
     # What an operator does until the robot moves.
@@ -121,7 +119,6 @@ class Cell(RuleBasedStateMachine):
         self._hold(ticks)
 
     def _ready(self, mode: OperatingMode) -> JogPad:
-        """Let a pendant, the one in control where there is one, meet what a motion asks for."""
         self._hold(5)
         holder = self.rig.core.cell.authority.holder
         held = [pad for pad in self.pads if holder and pad.pendant.session == holder.session]
@@ -255,7 +252,6 @@ class Cell(RuleBasedStateMachine):
 
     @invariant()
     def what_left_was_allowed_to(self) -> None:
-        """Each set-point was inside the limits; none left against a condition."""
         cell, now = self.rig.core.cell, self.rig.now
         new = self.rig.log[self.seen :]
         self.seen = len(self.rig.log)
@@ -298,7 +294,6 @@ class Cell(RuleBasedStateMachine):
             assert cell.driving.driven_jog is None
 
     def in_manual_only_what_is_enabled_moves(self) -> None:
-        """Asked after each tick: a release in between takes effect with the next one."""
         cell, now = self.rig.core.cell, self.rig.now
         if cell.modes.mode(cell.feedback.mode) in MANUAL and cell.activity is not Activity.PAUSED:
             work = cell.driving.request
@@ -306,20 +301,15 @@ class Cell(RuleBasedStateMachine):
 
 
 class LongCell(Cell):
-    """The same at length."""
-
     counts: ClassVar[Counter[object]] = Counter()
 
 
 def judge(counts: Counter[object], share: float = 1.0) -> None:
-    """Fail where the steps hardly met a robot that moved; a short run owes a `share` of that."""
     tell(f"promises 18 and 32: {dict(counts)}")
     assert counts["driven"] >= share * counts["steps"] / ONE_IN, counts
 
 
 class TestCell(Cell.TestCase):  # type: ignore[misc, valid-type]  # made by hypothesis when it is asked for
-    """A thousand steps and more, the same in every run."""
-
     settings = settings(max_examples=30, stateful_step_count=STEPS_OF_A_RUN)
 
     def runTest(self) -> None:
@@ -334,8 +324,6 @@ class TestCell(Cell.TestCase):  # type: ignore[misc, valid-type]  # made by hypo
 @pytest.mark.soak
 @pytest.mark.timeout(3_600)
 class TestCellAtLength(LongCell.TestCase):  # type: ignore[misc, valid-type]  # as above
-    """So many steps that chance leaves nothing out."""
-
     # Not every run has all its steps.
     settings = settings(
         max_examples=3 * STEPS // STEPS_OF_A_RUN // 2, stateful_step_count=STEPS_OF_A_RUN

@@ -1,5 +1,3 @@
-"""Several cells behind one pendant port: hello names the cell, and a fault stays where it is."""
-
 from __future__ import annotations
 
 from collections.abc import Sequence
@@ -33,7 +31,7 @@ from openpendant.simplemsg.pendant import (
     StopKind,
     Verdict,
 )
-from openpendant.simplemsg.verdicts import VerdictCode
+from openpendant.simplemsg.verdicts import VerdictCode as V
 
 NOW = 1_000 * MS
 GUEST = 7
@@ -45,15 +43,11 @@ def core(name: str) -> CellCore:
 
 
 class Handled(NamedTuple):
-    """What followed from an event, and which cell it came from last."""
-
     cell: int
     outgoing: list[Effect]
 
 
 class Room:
-    """Several cells, and what an event of a connection leads to."""
-
     def __init__(self, names: Sequence[str]) -> None:
         self._server = ServerCore([core(name) for name in names])
         self.cores = self._server.cores
@@ -84,7 +78,6 @@ def sent(outgoing: list[Effect]) -> list[Message]:
 
 
 def refusal(outgoing: list[Effect]) -> Verdict:
-    """Return the verdict of a hello that was refused, and see that the connection is closed."""
     (answer,) = sent(outgoing)
     assert isinstance(answer, Verdict)
     assert any(item.session == GUEST for item in outgoing if isinstance(item, Close))
@@ -114,7 +107,7 @@ def test_a_second_hello_does_not_lead_to_another_cell() -> None:
     routed = cells.handle(Received(GUEST, asking_for("left")))
     (answer,) = sent(routed.outgoing)
     assert isinstance(answer, Verdict)
-    assert (routed.cell, answer.code) == (1, VerdictCode.BAD_ARGUMENT)
+    assert (routed.cell, answer.code) == (1, V.BAD_ARGUMENT)
 
 
 def test_the_only_cell_needs_no_name() -> None:
@@ -125,7 +118,7 @@ def test_the_only_cell_needs_no_name() -> None:
 @pytest.mark.parametrize("name", ["", "nowhere"])
 def test_no_name_or_an_unknown_one_is_refused_with_the_names_there_are(name: str) -> None:
     answer = refusal(room("left", "right").handle(Received(GUEST, asking_for(name))).outgoing)
-    assert answer.code == VerdictCode.UNKNOWN_CELL
+    assert answer.code == V.UNKNOWN_CELL
     assert "left, right" in answer.text
 
 
@@ -149,13 +142,13 @@ def test_before_hello_a_ping_is_answered_and_a_request_refused() -> None:
     (answer,) = sent(cells.handle(Received(GUEST, SoftwareStop(1, "enough"))).outgoing)
     assert isinstance(pong, Ping)
     assert isinstance(answer, Verdict)
-    assert answer.code == VerdictCode.HELLO_FIRST
+    assert answer.code == V.HELLO_FIRST
 
 
 def test_another_version_is_refused_before_the_cell_is_looked_for() -> None:
     cells = room("left", "right")
     answer = refusal(cells.handle(Received(GUEST, asking_for("nowhere", 99))).outgoing)
-    assert answer.code == VerdictCode.VERSION
+    assert answer.code == V.VERSION
 
 
 def test_a_connection_that_says_no_hello_is_closed_in_time() -> None:
@@ -208,7 +201,7 @@ def test_a_faulted_cell_says_nothing_more_and_welcomes_nobody() -> None:
     cells.handle(Closed(GUEST))
     cells.handle(Opened(GUEST, Port.PENDANT, "127.0.0.1"))
     answer = refusal(cells.handle(Received(GUEST, asking_for("left"))).outgoing)
-    assert answer.code == VerdictCode.CELL_FAULTED
+    assert answer.code == V.CELL_FAULTED
 
 
 def test_the_other_cells_go_on_beside_a_faulted_one() -> None:

@@ -1,5 +1,3 @@
-"""Which cells the watchdog process stops: those whose bit is set, each by its own connection."""
-
 from __future__ import annotations
 
 from collections.abc import Callable
@@ -11,8 +9,6 @@ from openpendant.server.watchdog import watchdog_main
 
 
 class Connection:
-    """Counts the stops of one cell."""
-
     def __init__(self) -> None:
         self.stops = 0
 

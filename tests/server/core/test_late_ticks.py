@@ -1,5 +1,3 @@
-"""A tick that comes late judges nobody's silence before what has arrived was read."""
-
 from __future__ import annotations
 
 import asyncio
@@ -25,7 +23,6 @@ async def test_what_arrives_in_the_turn_of_a_late_tick_is_read_before_it() -> No
         assert isinstance(loop, VirtualLoop)
 
         def stand_still() -> None:
-            """Behind the look for what is readable, and before the tick of the same turn."""
             stranger.send(said())
             loop._virtual.now_ns += LATE_NS
 

@@ -15,13 +15,7 @@ from rigs.cells.server_rig import IDENTITY, LIMITS, MS, NoTool, ServerRig
 from rigs.peers.server_clients import hello
 
 from openpendant.server.core.cell_core import CellCore
-from openpendant.server.events.effects import (
-    Ask,
-    Backend,
-    Close,
-    Effect,
-    SendStop,
-)
+from openpendant.server.events.effects import Ask, Backend, Close, Effect, SendStop
 from openpendant.server.events.events import (
     TICK,
     Answered,
@@ -74,7 +68,7 @@ from openpendant.simplemsg.pendant import (
     SetSpeed,
     SoftwareStop,
 )
-from openpendant.simplemsg.verdicts import VerdictCode
+from openpendant.simplemsg.verdicts import VerdictCode as V
 
 SESSIONS = range(1, 6)
 ROS = 5
@@ -91,7 +85,6 @@ _BODIES = (
 
 
 def _message(chance: random.Random) -> Arrival:
-    """Return a message of a pendant."""
     number = chance.randrange(1, 1_000_000)
     goal = joint_array([chance.uniform(-2.1, 2.1) for _ in LIMITS.names])
     rates = joint_array([chance.choice((-1.0, 0.0, 1.0)) for _ in LIMITS.names])
@@ -136,7 +129,6 @@ class Disorder:
         self.handle(Received(1, Authority(1, AuthorityAction.REQUEST)))
 
     def handle(self, event: Event) -> list[Effect]:
-        """Hand over an event; fail where a stop does not leave first."""
         is_repeated = self.core.cell.driving.activity is Activity.STOPPING and event is TICK
         out = self.core.handle(event, self._now)
         self._asked += [each for each in out if isinstance(each, Ask)]
@@ -147,7 +139,6 @@ class Disorder:
         return out
 
     def step(self) -> list[Effect]:
-        """Let anything happen."""
         # A freeze now and then.
         self._now += self._chance.choice((0, 1, 10, 10, 10, 500)) * MS
         return self.handle(self._event())
@@ -170,7 +161,7 @@ class Disorder:
             lambda: self._stop(session),
             lambda: Opened(session, port, "127.0.0.1"),
             lambda: Closed(session),
-            lambda: Misdirected(9, Refusal(VerdictCode.UNKNOWN_CELL)),
+            lambda: Misdirected(9, Refusal(V.UNKNOWN_CELL)),
             lambda: ClientFailed(session, "1-1"),
             lambda: Skipped((session, session)),
             lambda: Regranted(session),
@@ -221,7 +212,6 @@ class Disorder:
         return ControllerReport(ControllerPath.MOTION, accepted(message), self._chance.randrange(3))
 
     def _answer(self) -> Event:
-        """Answer a question, or one that was answered already."""
         asked = [each for each in self._asked if _answer_to(each) is not None]
         if not asked:
             return TICK
@@ -230,19 +220,17 @@ class Disorder:
 
 
 def _answer_to(ask: Ask) -> object:
-    """Return what may come back; None for what is not answered here."""
     if ask.backend is Backend.STORE:
         return NotFound("program", "a")
     question = ask.question
     if isinstance(question, JointPathJob):
         return ServerRig.plan_of(question)
     if isinstance(question, Job):
-        return ServerRig.plan_of(question, Refusal(VerdictCode.PLANNER_FAILED))
+        return ServerRig.plan_of(question, Refusal(V.PLANNER_FAILED))
     return None
 
 
 def _live(seed: int) -> int:
-    """Let one cell live through disorder and fail at its end; return how many stops left."""
     cell = Disorder(seed)
     for _ in range(EVENTS):
         cell.step()

@@ -1,5 +1,3 @@
-"""Any order of events: what must hold after each of them."""
-
 from __future__ import annotations
 
 from hypothesis import settings
@@ -21,15 +19,13 @@ from openpendant.simplemsg.pendant import (
     OutcomeKind,
     Verdict,
 )
-from openpendant.simplemsg.verdicts import VerdictCode
+from openpendant.simplemsg.verdicts import VerdictCode as V
 
 COORDINATE = st.sampled_from([-2.5, -2.0, -0.7, 0.0, 0.1, 1.3, 2.0])
 WHO = st.integers(0, 2)
 
 
 class WatchedRig(ServerRig):
-    """A rig that checks each order to the controller at the moment it is given."""
-
     def perform(self, outgoing: list[Effect]) -> list[Effect]:
         stopped = False
         for item in outgoing:
@@ -53,8 +49,6 @@ class WatchedRig(ServerRig):
 
 
 class AnyOrder(RuleBasedStateMachine):
-    """Three pendants, one ROS-I client, a controller that may fail, and time."""
-
     def __init__(self) -> None:
         super().__init__()
         self.rig = WatchedRig(plans_at_once=False)
@@ -80,7 +74,7 @@ class AnyOrder(RuleBasedStateMachine):
     def release(self, who: int) -> None:
         pendant = self.pendant(who)
         before = self.rig.core.cell.authority.holder
-        if pendant.release() is not VerdictCode.ACCEPTED:
+        if pendant.release() is not V.ACCEPTED:
             assert self.rig.core.cell.authority.holder == before
 
     @rule(who=WHO)
@@ -107,7 +101,6 @@ class AnyOrder(RuleBasedStateMachine):
 
     @rule(who=WHO, planned=st.booleans(), ticks=st.integers(0, 30))
     def set_off(self, who: int, planned: bool, ticks: int) -> None:
-        """Make a motion likely: a sound controller, the authority, a target a way off."""
         self.mend()
         pendant = self.pendant(who)
         pendant.take()
@@ -189,7 +182,7 @@ class AnyOrder(RuleBasedStateMachine):
         for pendant in self.everybody:
             verdicts = [message.request_id for message in pendant.all(Verdict)]
             assert len(verdicts) == len(set(verdicts))
-            begun = {m.request_id for m in pendant.all(Verdict) if m.code == VerdictCode.ACCEPTED}
+            begun = {m.request_id for m in pendant.all(Verdict) if m.code == V.ACCEPTED}
             outcomes = [message.request_id for message in pendant.all(Outcome)]
             assert len(outcomes) == len(set(outcomes))
             assert set(outcomes) <= begun
@@ -221,7 +214,6 @@ class AnyOrder(RuleBasedStateMachine):
         assert self.rig.controller.awaited <= 1 or fault or self.rig.stops
 
     def teardown(self) -> None:
-        """However it went: mended and left alone, the cell comes to rest and works again."""
         self.mend()
         if self.client is not None:
             self.client.close()
@@ -232,10 +224,10 @@ class AnyOrder(RuleBasedStateMachine):
         assert self.rig.activity() is Activity.IDLE
         pendant = self.rig.pendant("last")
         pendant.take()
-        assert pendant.reset() is VerdictCode.ACCEPTED
+        assert pendant.reset() is V.ACCEPTED
         here = self.rig.controller.position
         goal = (here[0] + (0.3 if here[0] < 1 else -0.3), here[1])
-        assert pendant.move(*goal) is VerdictCode.ACCEPTED
+        assert pendant.move(*goal) is V.ACCEPTED
         self.rig.wait(2_000)
         assert pendant.all(Outcome)[-1].outcome == OutcomeKind.COMPLETED
 
@@ -251,5 +243,5 @@ def test_the_machine_itself_gets_a_motion_done() -> None:
     pendant.path((0.1, 0.0), (1.3, 0.1))
     rig.plan()
     rig.wait(2_000)
-    assert pendant.outcomes() == [(pendant.last_request, VerdictCode.ACCEPTED)]
+    assert pendant.outcomes() == [(pendant.last_request, V.ACCEPTED)]
     assert rig.now % MS == 0

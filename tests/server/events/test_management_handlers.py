@@ -1,5 +1,3 @@
-"""Every declared operation has one handler, which takes its request and answers with its reply."""
-
 from __future__ import annotations
 
 from typing import Any, get_args, get_type_hints
@@ -63,8 +61,6 @@ def test_a_handler_takes_its_request_and_answers_with_its_reply(name: str) -> No
 
 
 class Twice:
-    """Has two handlers for one request."""
-
     @handles(ClearTrace)
     def first(self, asked: ClearTrace, reply: ReplyTo[Done], now: int) -> list[Effect]:
         return reply.answer({})
@@ -75,8 +71,6 @@ class Twice:
 
 
 class Once:
-    """Has one."""
-
     clear = Twice.first
 
 

@@ -1,5 +1,3 @@
-"""Pending questions: each answer reaches who waits for it, and long work has one turn a tick."""
-
 from __future__ import annotations
 
 import pytest
@@ -12,15 +10,13 @@ from openpendant.server.refusal import Refusal
 from openpendant.server.store.documents import DocumentKind
 from openpendant.server.store.requests import Answer, ListHeadings, Load
 from openpendant.server.store.store_errors import NotFound
-from openpendant.simplemsg.verdicts import VerdictCode
+from openpendant.simplemsg.verdicts import VerdictCode as V
 
 LOAD = Load(DocumentKind.PROGRAM, "a")
 MISSING = NotFound("program", "a")
 
 
 class Book:
-    """A book of questions, and what was told of them."""
-
     def __init__(self) -> None:
         self.pending = Pending()
         self.told: list[tuple[object, int]] = []
@@ -70,7 +66,7 @@ def test_a_job_is_cancelled_once_and_its_answer_ignored(book: Book) -> None:
     ask = asked(book.pending.ask(job, book.take))
     assert book.pending.cancel(5) == [Cancel(5)]
     assert book.pending.cancel(5) == []
-    planned = PlanAnswer(5, Refusal(VerdictCode.PLANNER_FAILED), 0.0)
+    planned = PlanAnswer(5, Refusal(V.PLANNER_FAILED), 0.0)
     assert book.pending.resume(ask, planned, 1) == []
     assert book.told == []
 

@@ -1,5 +1,3 @@
-"""What is planned though nobody waits for it any more is withdrawn, and nothing else is."""
-
 from __future__ import annotations
 
 import asyncio
@@ -38,11 +36,7 @@ def withdrawn_of(rig: ServerRig) -> list[int]:
     return withdrawn([item for _, item in rig.log])
 
 
-@pytest.mark.parametrize(
-    "end",
-    [Pendant.release, Pendant.stop],
-    ids=["release", "software stop"],
-)
+@pytest.mark.parametrize("end", [Pendant.release, Pendant.stop], ids=["release", "software stop"])
 def test_a_motion_that_ends_while_it_is_planned_withdraws_its_job(
     end: Callable[[Pendant], object],
 ) -> None:
@@ -93,7 +87,6 @@ def test_a_look_that_was_answered_is_not_withdrawn() -> None:
 
 
 async def _ask_and_drop(folder: Path) -> None:
-    """Have a journalled cell plan three paths that are dropped, and move along a fourth."""
     async with journalled_cell(folder / "emulator", folder / "server") as cell:
         pendant = await cell.pendant()
         async with pendant, pendant.control():

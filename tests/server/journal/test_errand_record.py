@@ -1,5 +1,3 @@
-"""The store's answers in a journal, and back."""
-
 from __future__ import annotations
 
 import pytest

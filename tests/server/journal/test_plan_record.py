@@ -28,10 +28,10 @@ from openpendant.server.programs.language.program import Program
 from openpendant.server.programs.language.statements import Attach, Detach
 from openpendant.server.refusal import Refusal
 from openpendant.simplemsg.journal import LongValue, json_parts
-from openpendant.simplemsg.verdicts import VerdictCode
+from openpendant.simplemsg.verdicts import VerdictCode as V
 
 START = (0.1, -0.2)
-REFUSAL = Refusal(VerdictCode.OUT_OF_RANGE, "too far", joint=1, value=2.5, limit=2.0)
+REFUSAL = Refusal(V.OUT_OF_RANGE, "too far", joint=1, value=2.5, limit=2.0)
 
 
 @pytest.fixture

@@ -1,5 +1,3 @@
-"""A recording on its way to a planning process: whole, and never much of it in one turn."""
-
 from __future__ import annotations
 
 import asyncio
@@ -10,17 +8,15 @@ from collections.abc import Callable
 from typing import Any
 
 import pytest
+from rigs.processes.planning_children import WARM, running_pool
 
 from openpendant.server.planning.jobs import JointPathJob, RecordingJob
-from openpendant.server.planning.pool.planning_pool import PlanningPool
 from openpendant.server.planning.task import PlanTask, read_question, split_question
 from openpendant.server.refusal import Refusal
 from openpendant.server.store.recording_format import Extract
-from openpendant.simplemsg.verdicts import VerdictCode
+from openpendant.simplemsg.verdicts import VerdictCode as V
 
 MIB = 1 << 20
-WARM = r"printf '\004\000\000\000\200\004N.';"
-"""The pickled None of a planning process that is warm, behind its length; for a shell."""
 
 
 def _job(pieces: tuple[bytes, ...]) -> RecordingJob:
@@ -28,8 +24,6 @@ def _job(pieces: tuple[bytes, ...]) -> RecordingJob:
 
 
 class Pickles:
-    """Counts the bytes of all that is pickled."""
-
     def __init__(self, monkeypatch: pytest.MonkeyPatch) -> None:
         self.sizes: list[int] = []
         self._dumps = pickle.dumps
@@ -75,17 +69,11 @@ async def _ask(command: str, monkeypatch: pytest.MonkeyPatch, use: Callable[[Any
         return child
 
     monkeypatch.setattr(asyncio, "create_subprocess_exec", start_another)
-    pool = PlanningPool(["ur5"])
-    keeper = asyncio.create_task(pool.keep_up())
     answers: asyncio.Queue[Any] = asyncio.Queue()
-    try:
+    async with running_pool() as pool, asyncio.timeout(30):
         job = _job(tuple(bytes([number]) * MIB for number in range(60)))
         pool.submit(PlanTask("ur5", job, answers.put_nowait))
-        async with asyncio.timeout(30):
-            return await answers.get()
-    finally:
-        keeper.cancel()
-        await asyncio.gather(keeper, return_exceptions=True)
+        return await answers.get()
 
 
 @pytest.mark.realtime
@@ -113,7 +101,7 @@ def test_no_turn_of_the_loop_handles_more_than_a_piece(monkeypatch: pytest.Monke
         # Answers None by ending once it has read all, as a process that dies does.
         command = f"{WARM} head -c {60 * MIB} >/dev/null"
         answer = await _ask(command, monkeypatch, watch)
-        assert answer.result == Refusal(VerdictCode.PLANNER_FAILED)
+        assert answer.result == Refusal(V.PLANNER_FAILED)
 
     asyncio.run(test())
     assert sum(in_turn.values()) > 60 * MIB
@@ -122,9 +110,7 @@ def test_no_turn_of_the_loop_handles_more_than_a_piece(monkeypatch: pytest.Monke
 
 
 @pytest.mark.realtime
-def test_a_process_that_dies_over_a_long_question_fails_it(
-    monkeypatch: pytest.MonkeyPatch,
-) -> None:
+def test_a_process_that_dies_over_a_long_question_fails_it(monkeypatch: pytest.MonkeyPatch) -> None:
     command = f"{WARM} head -c {3 * MIB} >/dev/null"
     answer = asyncio.run(_ask(command, monkeypatch, lambda stdin: None))
-    assert answer.result == Refusal(VerdictCode.PLANNER_FAILED)
+    assert answer.result == Refusal(V.PLANNER_FAILED)

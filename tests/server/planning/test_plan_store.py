@@ -1,5 +1,3 @@
-"""The folder of kept motions: a disk that hangs costs motions that are named, and no memory."""
-
 from __future__ import annotations
 
 import json
@@ -32,8 +30,6 @@ def motion(number: int) -> StoredMotion:
 
 
 class SlowDisk:
-    """Takes a file only when the test lets it."""
-
     def __init__(self, monkeypatch: pytest.MonkeyPatch) -> None:
         self.is_asked = threading.Event()
         self.goes_on = threading.Event()

@@ -33,7 +33,7 @@ from openpendant.server.refusal import Refusal
 from openpendant.server.store.recording_format import Extract
 from openpendant.server.store.samples import pack_rows
 from openpendant.simplemsg.pendant import Motion
-from openpendant.simplemsg.verdicts import VerdictCode
+from openpendant.simplemsg.verdicts import VerdictCode as V
 
 HOME = serial_robot("ur5").home_position
 THERE = (HOME[0] + 0.8, *HOME[1:])
@@ -45,8 +45,6 @@ Planner = Callable[..., Any]
 
 
 def forgetful(plan: Planner) -> Planner:
-    """Return a planner that knows of no speed limits of points."""
-
     def planned(*arguments: Any, tool_speed: Sequence[ToolSpeedLimit] = (), **named: Any) -> Any:
         assert tool_speed
         return plan(*arguments, **named)
@@ -65,7 +63,7 @@ def _forgets_the_cap(monkeypatch: pytest.MonkeyPatch) -> None:
 def refused(job: Job) -> Refusal:
     result = answer("ur5", job).result
     assert isinstance(result, Refusal)
-    assert result.code is VerdictCode.CERTIFICATE_REFUSED
+    assert result.code is V.CERTIFICATE_REFUSED
     return result
 
 

@@ -1,5 +1,3 @@
-"""Loading what is played of a recording: never much at once, and no more than the part."""
-
 from __future__ import annotations
 
 from collections.abc import Callable
@@ -34,15 +32,12 @@ def _recording(rows_in_chunk: int, chunks: int) -> list[bytes]:
 
 @pytest.fixture(scope="module")
 def too_large() -> list[bytes]:
-    """More than may be played, in the largest chunks."""
     rows = np.zeros((16_384 * 65, WIDTH), "<f8")
     rows[:, 0] = 0.01 * np.arange(len(rows))
     return [part.tobytes() for part in np.split(rows, 65)]
 
 
 class Kept:
-    """A store with one recording, by the rule of the real one for how much it hands over."""
-
     def __init__(self, chunks: list[bytes]) -> None:
         self.chunks = chunks
         self.answered: list[int] = []

@@ -1,5 +1,3 @@
-"""Recording: which reports are taken, what is on the disk when, and what ends it."""
-
 from __future__ import annotations
 
 from collections.abc import Iterator
@@ -115,27 +113,6 @@ def test_nothing_to_stop_is_refused(cell: RecordedCell) -> None:
     assert _code(cell.stop()) is V.NOT_RECORDING
 
 
-def test_a_full_disk_ends_the_recording_and_keeps_what_it_has(cell: RecordedCell) -> None:
-    cell.start()
-    for _ in range(60):
-        cell.report((0.0, 0.0))
-    cell.refuse_with = DiskFull("disk full")
-    for _ in range(60):
-        cell.report((0.0, 0.0))
-    assert cell.recorder.status is None
-    assert len(cell.rows()) == 51
-
-
-def test_whoever_records_is_told_at_once_that_the_disk_is_full(cell: RecordedCell) -> None:
-    cell.start()
-    cell.refuse_with = DiskFull("no room")
-    for _ in range(60):
-        cell.report((0.0, 0.0))
-    (why,) = cell.lost
-    assert why.code is V.DISK_FULL
-    assert why.text == "recording 'arc' ended by itself, 0 samples kept: no room"
-
-
 def test_a_stop_after_the_end_is_told_why_it_ended(cell: RecordedCell) -> None:
     cell.start()
     cell.refuse_with = DiskFull("no room")
@@ -173,17 +150,6 @@ def test_why_it_ended_is_kept_where_there_is_room_again(cell: RecordedCell) -> N
     assert isinstance(document, RecordingDocument)
     assert not document.finished
     assert "input/output error" in document.problem
-
-
-def test_a_busy_disk_only_delays(cell: RecordedCell) -> None:
-    cell.start()
-    cell.refuse_with = StoreBusy("busy")
-    for step in range(100):
-        cell.report((step / 100, 0.0))
-    cell.refuse_with = None
-    cell.report((1.0, 0.0))
-    cell.stop()
-    assert [row[1] for row in cell.rows()] == pytest.approx([n / 100 for n in range(101)])
 
 
 @pytest.fixture
@@ -243,7 +209,6 @@ def test_all_that_waits_is_written_when_the_server_goes_down(
 
 
 def _stopped_at_a_busy_disk(cell: RecordedCell, is_description: bool) -> None:
-    """Stop a recording whose last rows, or whose final description, find the disk busy."""
     cell.start()
     for _ in range(10):
         cell.report((0.0, 0.0))
@@ -324,14 +289,6 @@ def test_a_stop_while_a_chunk_is_under_way_keeps_every_row(tmp_path: Path) -> No
         cell.answer()
     assert _ended(cell).samples == len(cell.rows()) == 70
     cell.store.close()
-
-
-def test_what_waits_is_written_when_the_server_goes_down(cell: RecordedCell) -> None:
-    cell.start()
-    for _ in range(7):
-        cell.report((0.0, 0.0))
-    cell.perform(cell.recorder.flush())
-    assert len(cell.rows()) == 7
 
 
 @pytest.mark.usefixtures("small_chunks")

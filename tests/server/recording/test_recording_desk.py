@@ -1,5 +1,3 @@
-"""Recordings as pendants ask for them."""
-
 from __future__ import annotations
 
 import json
@@ -35,7 +33,6 @@ def _record(cell: SurroundedCell, name: str = "arc", reports: int = 100) -> dict
 
 
 def _import(cell: SurroundedCell, about: dict[str, Any], rows: list[tuple[float, ...]]) -> None:
-    """Save a recording as the import of a CSV file does."""
     columns = ["t", *(f"j{number}" for number in range(1, 7))]
     body = json.dumps({"columns": columns} | about)
     cell.store.save(DocumentKind.RECORDING, "csv", body, expected_revision=0, author="ann")
@@ -93,7 +90,6 @@ def test_a_store_that_fails_is_told(cell: SurroundedCell) -> None:
 
 
 def _crashed(cell: SurroundedCell, folder: Path, reports: int) -> SurroundedCell:
-    """Record, kill the server, and return the cell of the next one."""
     cell.ask("recordings.start", name="arc")
     home = robot().home_position
     for step in range(reports):

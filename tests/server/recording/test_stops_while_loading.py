@@ -1,5 +1,3 @@
-"""A stop while a recording is loaded to be played: nothing of it begins afterwards."""
-
 from __future__ import annotations
 
 import json
@@ -33,8 +31,6 @@ at_each_step = pytest.mark.parametrize("answered", range(4))
 
 
 class SlowCell(EmulatedCell):
-    """A cell whose store answers when it is asked to."""
-
     def __init__(self) -> None:
         self.held: list[Ask] | None = None
         super().__init__(has_surroundings=True)
@@ -56,7 +52,6 @@ class SlowCell(EmulatedCell):
             super()._run(asked)
 
     def played(self, pendant: Pendant) -> list[dict[str, Any]]:
-        """Return the answers to requests to play, each with `done`."""
         return [
             {"done": each.reply_code == ReplyCode.SUCCESS} | json.loads(each.body)
             for each in pendant.all(Management)
@@ -77,13 +72,11 @@ def cell() -> Iterator[SlowCell]:
 
 
 def _number(pendant: Pendant) -> int:
-    """Return a number for its next request."""
     pendant.last_request += 1
     return pendant.last_request
 
 
 def _loading(cell: SlowCell, answered: int) -> Pendant:
-    """Have a recording loaded to be played, and the store answer so many questions."""
     holder = cell.holder()
     cell.held = []
     holder.send(Management(_number(holder), PLAY))

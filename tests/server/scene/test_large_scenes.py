@@ -1,5 +1,3 @@
-"""A scene whose model takes the event loop too long is refused with its number of pairs."""
-
 from __future__ import annotations
 
 from collections.abc import Iterator
@@ -59,7 +57,6 @@ def test_a_program_takes_no_object_that_makes_too_many_pairs(cell: SurroundedCel
 def again(
     cell: SurroundedCell, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> Iterator[SurroundedCell]:
-    """Return the cell after a new start, for which its stored scene is too large."""
     cell.ask("scene.import", content=balls(20), expected_revision=0)
     cell.store.close()
     monkeypatch.setattr(robot_kinematics, "MOST_PAIRS", 100)

@@ -76,7 +76,6 @@ def test_nothing_is_asked_while_the_robot_stands() -> None:
 
 
 def planning() -> GuardedRig:
-    """Return a robot whose motion is being planned for the scene of before."""
     rig = GuardedRig(plans_at_once=False)
     assert rig.change_scene(EMPTY) == []
     return rig

@@ -1,5 +1,3 @@
-"""A robot that is held for its way, beside whoever pauses, resumes and enables it."""
-
 from __future__ import annotations
 
 from collections.abc import Callable
@@ -34,7 +32,6 @@ def held(mode: str = "automatic") -> tuple[GuardedRig, WayCheckJob]:
 
 
 def moves(rig: GuardedRig) -> bool:
-    """Tell whether the robot moves within half a second."""
     before = rig.rig.controller.position
     rig.wait(500)
     return rig.rig.controller.position != before

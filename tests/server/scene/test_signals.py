@@ -1,5 +1,3 @@
-"""Inputs and outputs as the server knows them."""
-
 from __future__ import annotations
 
 from collections import deque
@@ -19,8 +17,6 @@ MS = 1_000_000
 
 
 class SignalRig:
-    """The server's signals and an emulated controller's, joined by hand."""
-
     def __init__(self, *, is_offered: bool = True) -> None:
         self.controller = DigitalSignals(20, 18)
         self.signals = CellSignals(is_offered=is_offered)

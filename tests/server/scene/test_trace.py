@@ -1,5 +1,3 @@
-"""The trace of the tool: thinned, bounded, clearable."""
-
 from __future__ import annotations
 
 import math

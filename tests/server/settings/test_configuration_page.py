@@ -1,5 +1,3 @@
-"""The page about configuration names every key that a cell file may have, with its default."""
-
 from __future__ import annotations
 
 import tomllib
@@ -14,7 +12,6 @@ DEFAULTS = CellSettings().model_dump(mode="json")
 
 
 def documented() -> dict[str, object]:
-    """Return the first TOML example of the page, which is to have everything."""
     example = PAGE.read_text("utf-8").partition("```toml\n")[2].partition("```")[0]
     shown = tomllib.loads(example)
     del shown["emulator"]

@@ -1,5 +1,3 @@
-"""Files of several cells: what is taken, and what is refused with the key and the cell's name."""
-
 from __future__ import annotations
 
 import socket
@@ -46,7 +44,6 @@ def refusal(data: dict[str, Any]) -> str:
 
 
 def settings_of(data: dict[str, Any]) -> ServerSettings:
-    """Return settings as `openpendant serve` takes them, controllers told apart by address."""
     settings = make_server_settings(data, "room.toml")
     check_controllers_apart(settings, "room.toml")
     return settings
@@ -127,7 +124,6 @@ NAMES = {"arm.plant": ["10.1.2.3"], "arm-old.plant": ["fe80::7", "10.1.2.3"]}
 
 @pytest.fixture
 def name_service(monkeypatch: pytest.MonkeyPatch) -> None:
-    """Know these names, and addresses in all forms as the system does."""
     ask = socket.getaddrinfo
 
     def answer(host: str, *more: Any, **named: Any) -> Any:

@@ -1,5 +1,3 @@
-"""Cell files: what is taken, and what is refused with file, key and expectation."""
-
 from __future__ import annotations
 
 import tomllib

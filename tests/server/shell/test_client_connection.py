@@ -1,5 +1,3 @@
-"""The shell round a client's connection: lost ones are logged, bursts taken in parts."""
-
 from __future__ import annotations
 
 import asyncio

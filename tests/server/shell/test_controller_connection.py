@@ -1,5 +1,3 @@
-"""The shell round a connection to the controller: which answer belongs to which request."""
-
 from __future__ import annotations
 
 import asyncio
@@ -56,7 +54,6 @@ def connected(wire: socket.socket) -> tuple[ControllerConnection, Mock, Mock]:
 
 
 def owed(cell: Mock) -> list[int]:
-    """Return how many answers were owed after each message that the cell heard."""
     return [
         event.pending
         for event in (call.args[0] for call in cell.deliver.call_args_list)
@@ -113,10 +110,7 @@ def test_what_is_sent_because_of_an_answer_counts_for_those_behind_it(wire: sock
     ],
 )
 async def test_whatever_keeps_it_from_connecting_is_said_once_and_it_tries_again(
-    monkeypatch: pytest.MonkeyPatch,
-    caplog: pytest.LogCaptureFixture,
-    fault: Exception,
-    said: str,
+    monkeypatch: pytest.MonkeyPatch, caplog: pytest.LogCaptureFixture, fault: Exception, said: str
 ) -> None:
     loop = asyncio.get_running_loop()
     connect = AsyncMock(side_effect=fault)

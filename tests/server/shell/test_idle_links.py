@@ -1,5 +1,3 @@
-"""An idle link to the controller outlives one lost probe; the kernel still finds a dead peer."""
-
 from __future__ import annotations
 
 import socket

@@ -1,8 +1,5 @@
-"""A fault of ours on a pendant's message: its robot stops, it is parted with, the rest goes on."""
-
 from __future__ import annotations
 
-import asyncio
 import logging
 from collections.abc import AsyncIterator, Callable
 from contextlib import AsyncExitStack, asynccontextmanager
@@ -10,32 +7,17 @@ from typing import NoReturn
 
 import pytest
 from rigs.processes.bare_app import bare_app
-from rigs.processes.judged_server import running_emulator
+from rigs.processes.judged_server import ROBOT, LoopPlanner, running_emulator
 
 from openpendant.motion.description.robot import serial_robot
-from openpendant.server.planning.jobs import Job
-from openpendant.server.planning.task import Deliver
-from openpendant.server.planning.worker.job_planner import answer
 from openpendant.server.settings.cell_settings import make_settings
 from openpendant.server.shell.app import App
 from openpendant.server.shell.cell_shell import CellParts
 from openpendant.simplemsg.pendant import Activity, StopKind
-from openpendant.simplemsg.verdicts import VerdictCode
+from openpendant.simplemsg.verdicts import VerdictCode as V
 from openpendant.tools.pendants.client import Aborted, ConnectionLost, PendantClient
 
-ROBOT = "ur5"
-
 pytestmark = [pytest.mark.asyncio, pytest.mark.virtual_clock]
-
-
-class LaterPlanner:
-    """Plans at once, and delivers as late as a real planner would."""
-
-    def submit(self, job: Job, deliver: Deliver) -> None:
-        asyncio.get_running_loop().call_later(0.03, deliver, answer(ROBOT, job))
-
-    def withdraw(self, job_id: int) -> None:
-        """An answer nobody waits for is ignored by the cell."""
 
 
 @asynccontextmanager
@@ -45,7 +27,7 @@ async def running_app() -> AsyncIterator[tuple[App, int]]:
         link = {"motion_port": emulator.motion_port, "state_port": emulator.state_port}
         ports = {"pendant_port": 0, "ros_motion_port": 0, "ros_state_port": 0}
         settings = make_settings({"robot": ROBOT, "listen": ports, "controller": link}, "test")
-        app = bare_app([CellParts(settings, serial_robot(ROBOT), LaterPlanner())])
+        app = bare_app([CellParts(settings, serial_robot(ROBOT), LoopPlanner())])
         listening = await stack.enter_async_context(app.running())
         yield app, listening.pendant
 
@@ -76,7 +58,7 @@ async def test_a_fault_on_a_message_stops_the_robot_and_ends_that_connection_alo
                 await other.release_control()
         with pytest.raises(Aborted) as aborted:
             await move.done()
-        assert aborted.value.code == VerdictCode.PROTECTIVE_STOP
+        assert aborted.value.code == V.PROTECTIVE_STOP
         assert "incident" in aborted.value.text
         state = await holder.wait_until(lambda state: state.activity == Activity.IDLE)
         assert state.stop == StopKind.PROTECTIVE
@@ -118,7 +100,6 @@ def fail_to_look_at_deadlines(app: App, patch: pytest.MonkeyPatch) -> None:
 
 
 async def talk(other: PendantClient | None, port: int) -> None:
-    """Listen and ask on a connection, or on a new one, until it is closed."""
     pendant = other or await PendantClient.connect("127.0.0.1", port)
     while True:
         await pendant.next_state()
@@ -151,7 +132,7 @@ async def test_a_fault_anywhere_in_serving_a_client_is_one_incident(
                 await talk(other, port)
             with pytest.raises(Aborted) as aborted:
                 await move.done()
-        assert aborted.value.code == VerdictCode.PROTECTIVE_STOP
+        assert aborted.value.code == V.PROTECTIVE_STOP
         assert app.cells[0].core.fault is None
         await holder.wait_until(lambda state: state.activity == Activity.IDLE)
         await holder.reset_stop()

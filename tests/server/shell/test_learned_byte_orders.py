@@ -1,5 +1,3 @@
-"""The byte orders that ROS-Industrial addresses were heard in: kept, but not without end."""
-
 from __future__ import annotations
 
 from unittest.mock import Mock
@@ -24,7 +22,6 @@ def client(address: str, port: Port = Port.ROS_MOTION) -> Mock:
 
 
 def spoke(clients: Clients, address: str) -> None:
-    """Have an address speak on a motion connection that then ends."""
     clients.learn_byte_order(client(address))
 
 

@@ -1,5 +1,3 @@
-"""The server runs before ordinary programs where the system lets it, and says where it does not."""
-
 from __future__ import annotations
 
 import logging
@@ -11,8 +9,6 @@ from openpendant.server.shell.server_process import asked_niceness
 
 
 class Scheduler:
-    """The system's idea of the priority of this process."""
-
     def __init__(self, lowest: int) -> None:
         self.niceness, self._lowest = 3, lowest
 

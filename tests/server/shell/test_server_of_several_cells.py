@@ -1,5 +1,3 @@
-"""One server for two emulated robots, with real sockets on a virtual clock."""
-
 from __future__ import annotations
 
 import asyncio
@@ -12,14 +10,11 @@ from pathlib import Path
 import pytest
 from rigs.clock.virtual_clock import VirtualLoop
 from rigs.processes.bare_app import bare_app
-from rigs.processes.judged_server import running_emulator
+from rigs.processes.judged_server import ROBOT, LoopPlanner, running_emulator
 
 from openpendant.motion.description.robot import serial_robot
 from openpendant.server.cli import serve
 from openpendant.server.events.effects import Effect
-from openpendant.server.planning.jobs import Job
-from openpendant.server.planning.task import Deliver
-from openpendant.server.planning.worker.job_planner import answer
 from openpendant.server.settings.server_settings import ServerSettings, make_server_settings
 from openpendant.server.shell.app import App
 from openpendant.server.shell.cell_shell import CellParts
@@ -28,18 +23,7 @@ from openpendant.simplemsg.journal import Journal
 from openpendant.tools.packets.rerun import main as rerun
 from openpendant.tools.pendants.client import ConnectionLost, PendantClient, Refused
 
-ROBOT = "ur5"
 NAMES = ("left", "right")
-
-
-class LaterPlanner:
-    """Plans at once, and delivers as late as a real planner would."""
-
-    def submit(self, job: Job, deliver: Deliver) -> None:
-        asyncio.get_running_loop().call_later(0.03, deliver, answer(ROBOT, job))
-
-    def withdraw(self, job_id: int) -> None:
-        """An answer nobody waits for is ignored by the cell."""
 
 
 @dataclass
@@ -77,7 +61,7 @@ async def running_room(file: Path | None = None) -> AsyncIterator[Room]:
 
 
 def _served(settings: ServerSettings) -> list[CellParts]:
-    return [CellParts(cell, serial_robot(ROBOT), LaterPlanner()) for cell in settings.cells]
+    return [CellParts(cell, serial_robot(ROBOT), LoopPlanner()) for cell in settings.cells]
 
 
 async def moved(pendant: PendantClient, joint: int) -> None:
@@ -114,16 +98,7 @@ async def test_a_software_stop_stays_in_its_cell() -> None:
         await right.close()
 
 
-@pytest.mark.asyncio
-@pytest.mark.virtual_clock
-async def test_a_pendant_that_names_no_cell_is_told_which_there_are() -> None:
-    async with running_room() as room:
-        with pytest.raises(Refused, match="left, right"):
-            await PendantClient.connect("127.0.0.1", room.port)
-
-
 def raising(after: int, tick: Callable[[int], list[Effect]]) -> Callable[[int], list[Effect]]:
-    """Return a tick that goes wrong after so many."""
     ticks = 0
 
     def broken(now: int) -> list[Effect]:

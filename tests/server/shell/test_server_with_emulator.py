@@ -1,5 +1,3 @@
-"""Server and emulated controller, core to core on a virtual clock; the referee must see nothing."""
-
 from __future__ import annotations
 
 import pytest
@@ -10,14 +8,7 @@ from rigs.peers.server_clients import RosClient
 from openpendant.motion.description.robot import serial_robot
 from openpendant.motion.kinematics.serial import Kinematics
 from openpendant.server.settings.cell_settings import ControllerPath
-from openpendant.simplemsg import JointTrajPt, JointTrajPtFull
-from openpendant.simplemsg.pendant import (
-    Activity,
-    AuthorityBeat,
-    Motion,
-    OperatorAction,
-    PoseMove,
-)
+from openpendant.simplemsg.pendant import Activity, Motion, PoseMove
 from openpendant.simplemsg.verdicts import VerdictCode as V
 
 
@@ -31,23 +22,6 @@ def let_finish(cell: EmulatedCell) -> None:
         if cell.core.cell.activity is Activity.IDLE:
             return
     raise AssertionError("the motion does not end")
-
-
-@pytest.mark.parametrize("points", ["full", "simple"])
-@pytest.mark.parametrize("speed", [0.1, 1.0])
-def test_a_joint_move_arrives_without_a_violation(points: str, speed: float) -> None:
-    cell = EmulatedCell(controller={"points": points})
-    pendant = cell.holder()
-    goal = tuple(value + 0.3 for value in cell.position)
-    assert pendant.move(*goal, speed=speed) is V.ACCEPTED
-    for _ in range(20):
-        pendant.send(AuthorityBeat())
-        cell.wait(500)
-    assert [code for _, code in pendant.outcomes()] == [V.ACCEPTED]
-    assert cell.position == pytest.approx(goal, abs=1e-6)
-    assert violations(cell) == {}
-    kinds = {type(message) for message in cell.sent}
-    assert kinds == {JointTrajPtFull if points == "full" else JointTrajPt}
 
 
 def test_a_move_onto_the_limits_themselves_arrives() -> None:
@@ -80,18 +54,6 @@ def test_a_pose_is_reached_by_either_motion(motion: Motion) -> None:
     assert violations(cell) == {}
 
 
-def test_a_path_is_timed_and_arrives() -> None:
-    cell = EmulatedCell()
-    pendant = cell.holder()
-    home = cell.position
-    waypoints = [tuple(value + 0.1 * step for value in home) for step in (1, 2, 1, 0, -1)]
-    assert pendant.path(*waypoints, speed=0.5) is V.ACCEPTED
-    let_finish(cell)
-    assert [code for _, code in pendant.outcomes()] == [V.ACCEPTED]
-    assert cell.position == pytest.approx(waypoints[-1], abs=1e-6)
-    assert violations(cell) == {}
-
-
 @pytest.mark.parametrize("after", [10, 200, 600])
 def test_a_stop_brings_it_to_rest_and_a_reset_moves_nothing(after: int) -> None:
     cell = EmulatedCell()
@@ -110,25 +72,6 @@ def test_a_stop_brings_it_to_rest_and_a_reset_moves_nothing(after: int) -> None:
     let_finish(cell)
     assert cell.position == pytest.approx(goal, abs=1e-6)
     assert violations(cell) == {}
-
-
-def test_the_controllers_emergency_stop_aborts_and_its_reset_resumes_nothing() -> None:
-    cell = EmulatedCell()
-    pendant = cell.holder()
-    goal = tuple(value + 1.0 for value in cell.position)
-    pendant.move(*goal)
-    cell.wait(300)
-    cell.controller.operate(OperatorAction.EMERGENCY_STOP, cell.now)
-    cell.wait(1_000)
-    # Which comes first is the network's choice: the failed point or the report.
-    assert pendant.outcomes()[0][1] in (V.CONTROLLER_STOPPED, V.CONTROLLER_REFUSED)
-    assert pendant.move(*goal) is V.CONTROLLER_NOT_READY
-    cell.controller.operate(OperatorAction.RESET, cell.now)
-    rest = cell.position
-    cell.wait(500)
-    assert cell.position == rest
-    pendant.send(AuthorityBeat())
-    assert pendant.move(*goal) is V.ACCEPTED
 
 
 @pytest.mark.parametrize("path", [ControllerPath.MOTION, ControllerPath.STATE])

@@ -1,5 +1,3 @@
-"""STOP first: a STOP that has arrived acts before all that its connection sent in front of it."""
-
 from __future__ import annotations
 
 import asyncio
@@ -99,7 +97,6 @@ def is_read(client: ByteClient) -> bool:
 
 
 def answers(got: list[Any]) -> Counter[int]:
-    """Return how many answers each request id got."""
     verdicts = Counter(each.request_id for each in got if isinstance(each, Verdict))
     return verdicts + Counter(each.request_id for each in got if isinstance(each, Management))
 
@@ -176,11 +173,7 @@ async def test_reset_move_and_stop_in_one_read_move_nothing() -> None:
     verdicts = [
         (each.request_id, V(each.code)) for each in client.heard() if isinstance(each, Verdict)
     ]
-    assert verdicts == [
-        (5, V.ACCEPTED),
-        (3, V.OVERTAKEN_BY_STOP),
-        (4, V.OVERTAKEN_BY_STOP),
-    ]
+    assert verdicts == [(5, V.ACCEPTED), (3, V.OVERTAKEN_BY_STOP), (4, V.OVERTAKEN_BY_STOP)]
     rig.wait(500)
     assert is_stopped(rig)
     assert not any(isinstance(item, Ask) for _, item in rig.log)
@@ -403,12 +396,7 @@ async def acts_at_once_and_in_its_place(
 @pytest.mark.parametrize("kind", ROS_STOPS)
 @pytest.mark.parametrize(
     ("port", "count"),
-    [
-        (Port.ROS_MOTION, 0),
-        (Port.ROS_MOTION, 1_000),
-        (Port.ROS_STATE, 0),
-        (Port.ROS_STATE, 100),
-    ],
+    [(Port.ROS_MOTION, 0), (Port.ROS_MOTION, 1_000), (Port.ROS_STATE, 0), (Port.ROS_STATE, 100)],
 )
 async def test_a_ros_stop_acts_at_once_and_is_answered_in_its_place(
     kind: str, port: Port, order: ByteOrder, count: int

@@ -40,7 +40,6 @@ def question(number: int) -> bytes:
 
 
 async def welcomed(served: AppOnLoop) -> tuple[socket.socket, ClientConnection]:
-    """Return both ends of a pendant's connection."""
     before = set(served.app.clients.by_session)
     sock = await served.visitor(begin=said())
     await until(lambda: served.connections == len(before) + 1, 1.0)
@@ -82,7 +81,6 @@ def closed(sock: socket.socket, client: ClientConnection) -> None:
 
 
 def reset_and_written_to(sock: socket.socket, client: ClientConnection) -> None:
-    """The pendant resets the connection, and the server writes before it reads."""
     sock.setsockopt(socket.SOL_SOCKET, socket.SO_LINGER, RESET)
     sock.close()
     write(client, PING)

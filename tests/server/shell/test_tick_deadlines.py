@@ -1,5 +1,3 @@
-"""A late tick is followed by the next at once; of several missed ones the last is made."""
-
 from __future__ import annotations
 
 import pytest

@@ -1,5 +1,3 @@
-"""Who finds no place hears why and when to come again, or is closed; nobody waits for ever."""
-
 from __future__ import annotations
 
 from dataclasses import dataclass, field
@@ -14,17 +12,15 @@ from openpendant.server.shell.client_connection import ClientConnection
 from openpendant.server.shell.clients import MOST_TURNED_AWAY, Rejections
 from openpendant.simplemsg import Message, Ping, Received
 from openpendant.simplemsg.pendant import Verdict
-from openpendant.simplemsg.verdicts import VerdictCode
+from openpendant.simplemsg.verdicts import VerdictCode as V
 
 MS = 1_000_000
 START = 5_000 * MS
-FULL = Refusal(VerdictCode.NO_PLACE, "more than 16 connections; come again in 5 s", value=5)
+FULL = Refusal(V.NO_PLACE, "more than 16 connections; come again in 5 s", value=5)
 
 
 @dataclass
 class Visitor(ClientConnection):
-    """A connection that notes what is done to it."""
-
     port: Port = Port.PENDANT
     session: int = 1
     done: list[Message | str] = field(default_factory=list)
@@ -48,7 +44,7 @@ def test_a_hello_is_answered_with_the_advice_and_closed_once() -> None:
     doors.check_deadlines(START + 1_000 * MS)
     said, *ended = visitor.done
     assert isinstance(said, Verdict)
-    assert (said.code, said.value, said.text) == (VerdictCode.NO_PLACE, 5.0, FULL.text)
+    assert (said.code, said.value, said.text) == (V.NO_PLACE, 5.0, FULL.text)
     assert ended == [f"closed: {FULL.text}"]
 
 

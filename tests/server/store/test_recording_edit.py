@@ -1,5 +1,3 @@
-"""Trimming and renaming recordings: a copy, all or nothing."""
-
 from __future__ import annotations
 
 import json

@@ -1,5 +1,3 @@
-"""What is counted of a recording's rows, one by one or chunk by chunk."""
-
 from __future__ import annotations
 
 import pytest
@@ -14,7 +12,7 @@ from openpendant.server.store.recording_format import RowCount
 from openpendant.server.store.requests import Answer, LoadChunks, Request
 from openpendant.server.store.samples import pack_rows
 from openpendant.server.store.store_errors import NotFound
-from openpendant.simplemsg.verdicts import VerdictCode
+from openpendant.simplemsg.verdicts import VerdictCode as V
 
 COLUMNS = ("t", "j1", "gap")
 
@@ -27,8 +25,6 @@ rows = st.lists(st.tuples(st.floats(0.001, 1.0), st.booleans()), max_size=60).ma
 
 
 class Chunks:
-    """A store with the chunks of one recording."""
-
     def __init__(self, chunks: list[bytes]) -> None:
         self.chunks = chunks
         self.error: NotFound | None = None
@@ -86,7 +82,7 @@ def test_a_recording_without_marks_has_no_gaps() -> None:
 def test_a_chunk_of_half_rows_is_refused_with_its_size() -> None:
     refused = Chunks([bytes(20)]).count()
     assert isinstance(refused, Refusal)
-    assert refused.code is VerdictCode.BAD_DOCUMENT
+    assert refused.code is V.BAD_DOCUMENT
     assert "20 bytes" in refused.text
 
 
@@ -95,4 +91,4 @@ def test_what_the_store_cannot_is_told() -> None:
     store.error = NotFound("recording", "arc")
     refused = store.count()
     assert isinstance(refused, Refusal)
-    assert refused.code is VerdictCode.NOT_FOUND
+    assert refused.code is V.NOT_FOUND

@@ -37,11 +37,6 @@ PROGRAM, RECORDING = DocumentKind.PROGRAM, DocumentKind.RECORDING
 
 
 @pytest.fixture
-def path(tmp_path: Path) -> Path:
-    return tmp_path / "store.db"
-
-
-@pytest.fixture
 def store(path: Path) -> Iterator[SqliteStore]:
     with opened(path) as store:
         yield store
@@ -365,8 +360,6 @@ def test_a_store_in_memory_keeps_no_room_on_a_disk(
 
 
 class Revisions(RuleBasedStateMachine):
-    """The store against a dictionary, whatever revision is quoted."""
-
     def __init__(self) -> None:
         super().__init__()
         self.store = SqliteStore(

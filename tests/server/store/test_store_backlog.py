@@ -1,5 +1,3 @@
-"""What counts against the bound of the store's queue is what waits now, not what ever waited."""
-
 from __future__ import annotations
 
 import threading

@@ -151,8 +151,6 @@ def test_text_that_a_backtracking_pattern_would_choke_on_is_read() -> None:
 
 
 class Endless(io.RawIOBase):
-    """A file of the same line again and again."""
-
     def __init__(self, line: bytes, lines: int) -> None:
         self.left = lines
         self._line = line

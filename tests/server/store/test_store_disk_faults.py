@@ -18,7 +18,7 @@ from openpendant.server.store.file_check import check_store
 from openpendant.server.store.free_space import RESERVE_BYTES
 from openpendant.server.store.sqlite_store import SqliteStore, open_store
 from openpendant.server.store.store_errors import DiskFull, ReadOnly, StoreFailed
-from openpendant.simplemsg.verdicts import VerdictCode
+from openpendant.simplemsg.verdicts import VerdictCode as V
 
 PROGRAM = DocumentKind.PROGRAM
 BODY = '{"text": "' + "x" * 8_000 + '"}'
@@ -28,7 +28,6 @@ Mount = Callable[[int], Path]
 
 @pytest.fixture
 def mount(tmp_path: Path) -> Iterator[Mount]:
-    """Mounts a small disk of so many KiB; skips where that is not allowed."""
     folder = tmp_path / "disk"
     folder.mkdir()
     mounted = False
@@ -47,7 +46,6 @@ def mount(tmp_path: Path) -> Iterator[Mount]:
 
 
 def fill_up(store: SqliteStore) -> int:
-    """Save programs until the disk is full; return how many were acknowledged."""
     for number in range(10_000):
         try:
             save(store, f"p{number:05d}", BODY)
@@ -61,9 +59,7 @@ def check_all_there(store: SqliteStore, count: int) -> None:
     assert {store.load(PROGRAM, heading.name).body for heading in store.headings()} == {BODY}
 
 
-def test_a_full_file_refuses_what_is_new_and_saves_again_once_there_is_room(
-    tmp_path: Path,
-) -> None:
+def test_a_full_file_refuses_what_is_new_and_saves_again_once_there_is_room(tmp_path: Path) -> None:
     with opened(tmp_path / "store.db") as store:
         store.connection.execute("PRAGMA max_page_count = 40")
         saved = fill_up(store)
@@ -71,7 +67,7 @@ def test_a_full_file_refuses_what_is_new_and_saves_again_once_there_is_room(
         for _ in range(3):
             with pytest.raises(DiskFull, match="full") as refused:
                 save(store, "more", BODY)
-        assert refused.value.refusal().code == VerdictCode.DISK_FULL
+        assert refused.value.refusal().code == V.DISK_FULL
         check_all_there(store, saved)
         store.connection.execute("PRAGMA max_page_count = 4000")
         save(store, "more", BODY)
@@ -94,7 +90,6 @@ def test_a_full_disk_refuses_what_is_new_and_saves_again_once_there_is_room(moun
 
 
 def take_the_rest(disk: Path, number: int = 1) -> None:
-    """Fill a disk to its last page with another file."""
     file = os.open(disk / f"other-{number}", os.O_CREAT | os.O_WRONLY)
     with contextlib.suppress(OSError):
         while True:
@@ -204,7 +199,7 @@ def test_a_read_only_disk_is_read_and_every_change_is_refused(
         check_all_there(store, 1)
         with pytest.raises(ReadOnly) as refused:
             save(store, "more", BODY)
-        assert refused.value.refusal().code == VerdictCode.STORE_READ_ONLY
+        assert refused.value.refusal().code == V.STORE_READ_ONLY
     assert "nothing can be saved" in caplog.text
     assert check_store(path).problems == ()
 

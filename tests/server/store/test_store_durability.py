@@ -119,7 +119,6 @@ _WRITE = re.compile(r"\bp?write(?:64)?\(\d+<(?P<file>[^>]+)>")
 
 @contextlib.contextmanager
 def traced(folder: Path) -> Iterator[list[str]]:
-    """Give what a process asked the system for while it saved; skips aloud where that is hidden."""
     if shutil.which("strace") is None:
         pytest.skip("strace is not here: what SQLite tells the disk is not looked at")
     log = folder / "calls"

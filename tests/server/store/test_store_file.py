@@ -39,11 +39,6 @@ BROKEN_STEP = Migration(LATEST + 2, ("CREATE TABLE other (a)", "CREATE TABLE oth
 PROGRAM = DocumentKind.PROGRAM
 
 
-@pytest.fixture
-def path(tmp_path: Path) -> Path:
-    return tmp_path / "store.db"
-
-
 def fill(path: Path) -> None:
     with opened(path) as store:
         for number in range(20):

@@ -20,20 +20,14 @@ from openpendant.server.store.file_check import check_store
 from openpendant.server.store.file_identity import NotOurFile
 from openpendant.server.store.sqlite_store import SqliteStore, open_for_reading, open_store
 from openpendant.server.store.store_errors import StoreError, StoreFailed
-from openpendant.simplemsg.verdicts import VerdictCode
+from openpendant.simplemsg.verdicts import VerdictCode as V
 
 PROGRAM = DocumentKind.PROGRAM
 LARGE = '{"text": "' + "x" * 9_000 + '"}'
 
 
 @pytest.fixture
-def path(tmp_path: Path) -> Path:
-    return tmp_path / "store.db"
-
-
-@pytest.fixture
 def store(path: Path) -> Iterator[SqliteStore]:
-    """A store with a program in it, and with a copy from before that beside it."""
     with opened(path) as store:
         with contextlib.closing(open_for_reading(path)) as reader:
             sqlite_file.copy(reader.connection, path.with_name("older.db"))
@@ -125,7 +119,7 @@ def test_the_next_change_is_refused_and_says_what_became_of_the_file(
     for _ in range(3):
         with pytest.raises(NotOurFile, match=words) as refused:
             save(store, "more")
-        assert refused.value.refusal().code == VerdictCode.STORE_FAILED
+        assert refused.value.refusal().code == V.STORE_FAILED
     with pytest.raises(NotOurFile, match=words):
         store.delete(PROGRAM, "weld", expected_revision=1, author="ann")
     assert store.load(PROGRAM, "weld").body == "{}"
@@ -290,7 +284,6 @@ with opened(path) as store:
 
 
 def killed(path: Path) -> None:
-    """Leave a file whose log was not moved into it, and an older copy beside it."""
     command = [sys.executable, "-c", KILLED, str(path), str(path.with_name("older.db"))]
     tests = os.environ | {"PYTHONPATH": str(Path(__file__).parents[2])}
     subprocess.run(command, env=tests, check=True)

@@ -1,5 +1,3 @@
-"""`openpendant store import` and `export`: what comes in can be used, or nothing comes in."""
-
 from __future__ import annotations
 
 import itertools

@@ -43,7 +43,6 @@ class Acknowledged:
 
 
 def killed_early(path: Path, delay: float) -> bytes:
-    """Start a recording process and kill it anywhere from the start of the interpreter on."""
     child = subprocess.Popen(
         [sys.executable, store_child.__file__, str(path)], stdout=subprocess.PIPE
     )
@@ -58,8 +57,6 @@ def killed_early(path: Path, delay: float) -> bytes:
 
 
 class Forks:
-    """Recording processes that need not load their libraries first, each killed while it saves."""
-
     def __init__(self, folder: Path) -> None:
         self._fifo = folder / "told"
         os.mkfifo(self._fifo)
@@ -75,7 +72,6 @@ class Forks:
         assert self._parent.returncode == 0
 
     def killed_late(self, path: Path, delay: float) -> bytes:
-        """Fork a process and kill it some time after its first acknowledgement."""
         assert self._parent.stdin is not None
         self._parent.stdin.write(f"{path} {self._fifo}\n")
         with self._fifo.open("rb") as output:
@@ -107,7 +103,6 @@ def check_everything(path: Path, acknowledged: Acknowledged) -> None:
 
 
 def kill(times: int, folder: Path, seed: int) -> int:
-    """Kill a recording process so many times; return how many acknowledgements there were."""
     with Forks(folder) as forks:
         return _kill(times, folder, random.Random(seed), forks)
 

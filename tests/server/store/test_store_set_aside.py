@@ -14,7 +14,6 @@ NO_STORE = b"no database at all\n" * 400
 
 @pytest.fixture(scope="module")
 def left(tmp_path_factory: pytest.TempPathFactory) -> tuple[bytes, bytes]:
-    """The bytes of a store and of its log as a killed server leaves them."""
     path = tmp_path_factory.mktemp("left") / "store.db"
     with opened(path) as store:
         for number in range(20):

@@ -27,12 +27,7 @@ from openpendant.server.store.requests import (
     Save,
 )
 from openpendant.server.store.sqlite_store import SqliteStore, open_store
-from openpendant.server.store.store_errors import (
-    Conflict,
-    NotFound,
-    StoreBusy,
-    StoreFailed,
-)
+from openpendant.server.store.store_errors import Conflict, NotFound, StoreBusy, StoreFailed
 from openpendant.server.store.writer import StoreWriter
 
 PROGRAM, RECORDING = DocumentKind.PROGRAM, DocumentKind.RECORDING
@@ -43,8 +38,6 @@ def at_once(call: Callable[[], None]) -> None:
 
 
 class Stuck:
-    """A store on a disk that answers when it is told to."""
-
     def __init__(self, store: SqliteStore) -> None:
         self.go_on = threading.Event()
         self._store = store
@@ -128,9 +121,7 @@ def test_answers_come_on_the_loop_in_the_order_of_the_requests(tmp_path: Path) -
     assert asyncio.run(run()) == [(number, main) for number in range(20)]
 
 
-def test_a_store_that_cannot_be_opened_is_told_to_whoever_starts_the_writer(
-    tmp_path: Path,
-) -> None:
+def test_a_store_that_cannot_be_opened_is_told_to_whoever_starts_the_writer(tmp_path: Path) -> None:
     with pytest.raises(StoreFailed):
         StoreWriter(lambda: open_store(tmp_path), at_once)
 
@@ -234,7 +225,6 @@ def test_a_full_disk_is_logged_once_each_time_that_it_begins(
 
 
 def on_thread(writer: StoreWriter, call: Callable[[], object]) -> None:
-    """Have something called on the writer's thread."""
     told = threading.Event()
 
     def take(_: Answer) -> None:

@@ -1,5 +1,3 @@
-"""A file that gets its name once it is whole: what the disk is told, and in which order."""
-
 from __future__ import annotations
 
 import os

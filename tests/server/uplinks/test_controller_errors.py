@@ -1,5 +1,3 @@
-"""An error that the controller shows is told by its number and, where that is known, in words."""
-
 from __future__ import annotations
 
 import pytest
@@ -25,8 +23,6 @@ def test_a_number_is_always_told(number: int, words: tuple[str, ...]) -> None:
 
 
 class SlowLine(EmulatedCell):
-    """A cell with few points ahead; its controller is heard late on one connection, or on both."""
-
     def __init__(self) -> None:
         self.late: list[tuple[ControllerPath, Received]] = []
         self.slow: tuple[ControllerPath, ...] = ()

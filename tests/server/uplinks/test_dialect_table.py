@@ -1,5 +1,3 @@
-"""A dialect is a file and a line of one table: a toy that is put there is what a cell speaks."""
-
 from __future__ import annotations
 
 from collections.abc import Sequence
@@ -40,9 +38,7 @@ def _toy_uplink(link: ControllerLink, velocity_limits: Sequence[float]) -> ToyUp
 
 
 TOY = ControllerDialect(
-    _toy_uplink,
-    stop=TOY_STOP,
-    stopped=HeaderOnly(MsgType.PING, reply_code=ReplyCode.SUCCESS),
+    _toy_uplink, stop=TOY_STOP, stopped=HeaderOnly(MsgType.PING, reply_code=ReplyCode.SUCCESS)
 )
 
 

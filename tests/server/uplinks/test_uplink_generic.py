@@ -1,5 +1,3 @@
-"""The generic controller's dialect: how a set-point is written, what an answer means."""
-
 from __future__ import annotations
 
 import pytest
@@ -17,7 +15,7 @@ from openpendant.simplemsg import (
     ReplyCode,
     joint_array,
 )
-from openpendant.simplemsg.verdicts import VerdictCode
+from openpendant.simplemsg.verdicts import VerdictCode as V
 
 MS = 1_000_000
 POINT = (3, Row(0.03, [0.5, -0.5], [1.0, -0.5], [4.0, 0.0]), 0.01)
@@ -87,7 +85,7 @@ def test_any_code_but_success_is_a_refusal(code: int) -> None:
     uplink.point(*POINT, 0)
     refusal = uplink.answer(answer(MsgType.JOINT_TRAJ_PT_FULL, code), 0)
     assert refusal is not None
-    assert refusal.code is VerdictCode.CONTROLLER_REFUSED
+    assert refusal.code is V.CONTROLLER_REFUSED
     assert str(int(code)) in refusal.text
 
 
@@ -97,7 +95,7 @@ def test_an_answer_of_another_type_is_a_mismatch(number: int) -> None:
     uplink.point(*POINT, 0)
     refusal = uplink.answer(answer(number), 0)
     assert refusal is not None
-    assert refusal.code is VerdictCode.CONTROLLER_MISMATCH
+    assert refusal.code is V.CONTROLLER_MISMATCH
 
 
 def test_answers_to_what_was_sent_before_are_not_taken_for_the_points() -> None:
@@ -131,7 +129,7 @@ def test_of_several_points_each_answer_counts_and_none_from_before_them() -> Non
     assert uplink.answer(failure, 2) is None
     refusal = uplink.answer(failure, 1)
     assert refusal is not None
-    assert refusal.code is VerdictCode.CONTROLLER_REFUSED
+    assert refusal.code is V.CONTROLLER_REFUSED
 
 
 def test_of_several_points_the_oldest_is_overdue_first() -> None:
@@ -166,7 +164,7 @@ def test_a_point_is_overdue_exactly_at_the_deadline_and_once(deadline: float) ->
     assert uplink.overdue(due - 1) is None
     refusal = uplink.overdue(due)
     assert refusal is not None
-    assert refusal.code is VerdictCode.CONTROLLER_SILENT
+    assert refusal.code is V.CONTROLLER_SILENT
     assert uplink.overdue(due) is None
 
 

@@ -1,5 +1,3 @@
-"""What the watchdog takes for a freeze the server takes for one too, and the other way round."""
-
 from __future__ import annotations
 
 import asyncio
@@ -35,13 +33,10 @@ def loop() -> VirtualLoop:
 
 
 def stand_still(milliseconds: int) -> None:
-    """Let the loop take its time over what it does."""
     loop()._virtual.now_ns += milliseconds * MS
 
 
 class Judge:
-    """The watchdog's rule at the loop's own clock, in place of its process."""
-
     def __init__(self) -> None:
         self._watch = BeatWatch(DEADLINE, EMULATED, loop().now_ns)
         self.has_stopped = False
@@ -66,7 +61,6 @@ class Judge:
 
 @asynccontextmanager
 async def moved() -> AsyncIterator[tuple[App, Judge, PendantClient]]:
-    """Run a server whose robot somebody moves."""
     async with running_emulator() as emulator:
         link = {"motion_port": emulator.motion_port, "state_port": emulator.state_port}
         listen = {"pendant_port": 0, "ros_motion_port": "off", "ros_state_port": "off"}
@@ -98,11 +92,7 @@ async def moved() -> AsyncIterator[tuple[App, Judge, PendantClient]]:
     ],
 )
 async def test_promise_26_server_and_watchdog_agree_on_a_delay_in_two_halves(
-    deadline: int,
-    before: int | None,
-    within: int,
-    is_freeze: bool,
-    monkeypatch: pytest.MonkeyPatch,
+    deadline: int, before: int | None, within: int, is_freeze: bool, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     """A tick begins late, by so much less than the deadline, and then takes long [ms].
 

@@ -1,5 +1,3 @@
-"""The names of controllers are looked up beside the watch, and a STOP never waits for them."""
-
 from __future__ import annotations
 
 import socket

@@ -1,5 +1,3 @@
-"""The watchdog's connection to a controller: STOP is owed until it is answered."""
-
 from __future__ import annotations
 
 import selectors
@@ -25,8 +23,6 @@ def frame(body: bytes) -> bytes:
 
 
 class Rig:
-    """A connection on a clock that is set by hand, and the controller's listener."""
-
     def __init__(self, *, is_kept: bool = True, backlog: int = 8) -> None:
         self.listener = socket.create_server((HOST, 0), backlog=backlog)
         self.listener.settimeout(WAIT_S)
@@ -40,7 +36,6 @@ class Rig:
 
     @property
     def own(self) -> socket.socket:
-        """The socket that the connection uses."""
         (key,) = self.selector.get_map().values()
         assert isinstance(key.fileobj, socket.socket)
         return key.fileobj
@@ -50,7 +45,6 @@ class Rig:
         self.link.keep_up(self.now)
 
     def take(self) -> None:
-        """Have the connection take what comes next from the network."""
         events = self.selector.select(WAIT_S)
         assert events, "nothing came"
         for key, mask in events:
@@ -63,7 +57,6 @@ class Rig:
         return connection
 
     def connected(self) -> socket.socket:
-        """Return the controller's end of a connection that is up."""
         self.link.keep_up(self.now)
         connection = self.accept()
         self.take()
@@ -87,7 +80,6 @@ def rig() -> Iterator[Rig]:
 
 @pytest.fixture
 def full() -> Iterator[tuple[Rig, list[socket.socket]]]:
-    """A controller that takes no connection for now: a connect hangs in the kernel."""
     made = Rig(backlog=0)
     others = [socket.create_connection(made.listener.getsockname())]
     yield made, others

@@ -15,8 +15,6 @@ from openpendant.tools.packets.rerun import main as rerun
 
 
 class TellsOnce:
-    """A watchdog that has stopped the robots, and says so in the next beat."""
-
     stopped = 1
 
     def beat(self, moving: Sequence[bool], emulated: Sequence[bool]) -> int:

@@ -9,7 +9,7 @@ from promises.promise_table import figure
 
 from openpendant.server.core.cell_core import LoopMonitor, late_refusal
 from openpendant.server.watchdog.watchdog_rules import AnswerWatch, BeatWatch
-from openpendant.simplemsg.verdicts import VerdictCode
+from openpendant.simplemsg.verdicts import VerdictCode as V
 
 MS = 1_000_000
 DEADLINE, EMULATED = figure(26, "stop").ns, figure(26, "emulated").ns
@@ -166,5 +166,5 @@ def test_a_late_tick_is_found_once_by_whatever_event_comes_first() -> None:
 
 def test_the_refusal_says_for_how_long() -> None:
     refusal = late_refusal(312 * MS)
-    assert refusal.code is VerdictCode.SERVER_LATE
+    assert refusal.code is V.SERVER_LATE
     assert "312 ms" in refusal.text

@@ -1,5 +1,3 @@
-"""The watchdog process on real pipes and sockets: it stops the robot where the server cannot."""
-
 from __future__ import annotations
 
 import os
@@ -170,9 +168,7 @@ def test_promise_26_a_log_that_nobody_reads_delays_no_stop(controller: socket.so
     port = str(controller.getsockname()[1])
     with filled_pipe() as writing:
         server = subprocess.Popen(
-            [sys.executable, "-c", SERVER, port, STOP.hex()],
-            stdout=subprocess.PIPE,
-            stderr=writing,
+            [sys.executable, "-c", SERVER, port, STOP.hex()], stdout=subprocess.PIPE, stderr=writing
         )
         try:
             connection, _ = controller.accept()

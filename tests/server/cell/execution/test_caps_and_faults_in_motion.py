@@ -1,5 +1,3 @@
-"""A cap of the tool speed and a fault of the controller act on the motion that is under way."""
-
 from __future__ import annotations
 
 import pytest

@@ -1,5 +1,3 @@
-"""One set-point a tick, however ticks, answers and reports fall: what is next is never held up."""
-
 from __future__ import annotations
 
 import bisect

@@ -14,6 +14,7 @@ from openpendant.motion.description.limits import JointLimits
 from openpendant.motion.trajectory.trajectory import Row
 from openpendant.server.cell.execution.setpoint_guard import SetpointGuard
 from openpendant.server.refusal import Refusal
+from openpendant.simplemsg.verdicts import VerdictCode as V
 
 # No two joints, and no two sides, are alike: a rule that reads the wrong one shows.
 LIMITS = JointLimits(
@@ -29,7 +30,6 @@ STEP = 0.1
 
 
 def motion(*speeds: float, joint: int = 1, at: Sequence[float] = (0.0, 0.0)) -> list[Row]:
-    """Return a motion of one joint from rest, by its speeds; each way is that of the mean speed."""
     rows = [Row(0.0, list(at), [0.0, 0.0], [])]
     for index, speed in enumerate(speeds):
         position, velocity = list(rows[-1].position), [0.0, 0.0]
@@ -40,19 +40,16 @@ def motion(*speeds: float, joint: int = 1, at: Sequence[float] = (0.0, 0.0)) -> 
 
 
 def shifted(rows: list[Row], shift: float, joint: int = 1) -> list[Row]:
-    """Return a motion whose last sample lies elsewhere."""
     position = list(rows[-1].position)
     position[joint] += shift
     return [*rows[:-1], Row(rows[-1].time, position, rows[-1].velocity, [])]
 
 
 def timed(rows: list[Row], time: float) -> list[Row]:
-    """Return a motion whose last sample has another time."""
     return [*rows[:-1], Row(time, rows[-1].position, rows[-1].velocity, [])]
 
 
 def judged(rows: list[Row], start: Sequence[float] | None = None) -> tuple[int, Refusal | None]:
-    """Return how many samples leave, and why the next one does not."""
     check = SetpointGuard(LIMITS, start)
     for index, row in enumerate(rows):
         if (refusal := check.check(row)) is not None:
@@ -105,8 +102,9 @@ def test_what_breaks_one_limit_does_not_leave(
 ) -> None:
     count, refusal = judged(rows)
     assert refusal is not None
-    assert (count, refusal.joint) == (leave, joint)
+    assert (count, refusal.joint, refusal.code) == (leave, joint, V.CERTIFICATE_REFUSED)
     assert f"joint {joint + 1} {what}:" in refusal.text
+    assert "not sent" in refusal.text
     assert refusal.limit == pytest.approx(limit)
 
 

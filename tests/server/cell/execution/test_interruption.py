@@ -1,12 +1,10 @@
-"""What a status must show to end what is under way: something new."""
-
 from __future__ import annotations
 
 import pytest
 
 from openpendant.server.cell.execution.feedback import Shown, interruption
 from openpendant.simplemsg import ControllerMode
-from openpendant.simplemsg.verdicts import VerdictCode
+from openpendant.simplemsg.verdicts import VerdictCode as V
 
 AUTO, MANUAL = ControllerMode.AUTO, ControllerMode.MANUAL
 SOUND = Shown(AUTO, "", 0)
@@ -28,7 +26,7 @@ SOUND = Shown(AUTO, "", 0)
 def test_what_is_new_ends_what_is_under_way(before: Shown, after: Shown, said: str) -> None:
     refusal = interruption(before, after)
     assert refusal is not None
-    assert refusal.code is VerdictCode.CONTROLLER_STOPPED
+    assert refusal.code is V.CONTROLLER_STOPPED
     assert said in refusal.text
 
 

@@ -9,22 +9,10 @@ import pytest
 from promises.promise_table import figure
 from rigs.cells.server_rig import MS
 from rigs.cells.stalling_cell import StallingCell, Who
-from rigs.peers.server_clients import Pendant
+from rigs.motion.jog_pad import EmulatedPad
 
 from openpendant.server.cell.execution.tracking import EMULATED
-from openpendant.simplemsg import JointTrajPtFull, joint_array
-from openpendant.simplemsg.pendant import (
-    Activity,
-    Enabling,
-    EnablingPosition,
-    JogBeat,
-    JogSpace,
-    JogStart,
-    OperatingMode,
-    SetMode,
-    State,
-    Subscribe,
-)
+from openpendant.simplemsg.pendant import Activity
 from openpendant.simplemsg.verdicts import VerdictCode as V
 
 BEAT = 50
@@ -34,52 +22,40 @@ ROUND = 0.015
 """Between two looks of the server, and of the controller, the robot goes on [s]."""
 
 
-class HeldJog:
+class HeldJog(EmulatedPad):
     """A key of the first joint, held however either end stalls."""
 
     def __init__(self, lead: float) -> None:
-        self.cell = StallingCell(jog={"lead": lead})
-        self.pendant: Pendant = self.cell.holder()
-        self.pendant.send(Subscribe(2, 100.0))
-        assert self.pendant.code(SetMode(3, OperatingMode.MANUAL_REDUCED)) is V.ACCEPTED
-        self._press = self._beats = 0
+        self.stalling = StallingCell(jog={"lead": lead})
+        super().__init__(self.stalling)
         self.most_ahead = 0.0
-        self.press()
+        self.hold_key()
 
-    def press(self) -> None:
-        self.pendant.send(Enabling(EnablingPosition.RELEASED))
-        self.pendant.send(Enabling(EnablingPosition.HELD))
+    def hold_key(self) -> None:
+        self.let_go()
+        self.squeeze()
         self.cell.wait(50)
-        self._press += 1
-        newest = self.pendant.all(State)[-1].sequence
-        share = joint_array((0.15, 0.0, 0.0, 0.0, 0.0, 0.0))
-        start = JogStart(
-            100 + self._press, self._press, newest, 0.25, JogSpace.JOINTS, "", 6, share
-        )
-        assert self.pendant.code(start) is V.ACCEPTED
+        assert self.press(0.15, 0.0, 0.0, 0.0, 0.0, 0.0, deadline=0.25) is V.ACCEPTED
 
-    def beat(self) -> None:
-        self._beats += 1
-        self.pendant.send(Enabling(EnablingPosition.HELD))
-        self.pendant.send(JogBeat(self._press, self._beats))
-
-    def hold(self, milliseconds: int) -> None:
+    def keep(self, milliseconds: int) -> None:
         for _ in range(0, milliseconds, BEAT):
-            self.beat()
-            self.cell.wait(BEAT)
+            self.hold(BEAT)
             self.most_ahead = max(self.most_ahead, self.ahead)
 
     def stall(self, who: Who, milliseconds: int) -> None:
-        """Stall one end; the key is held on, and its beats wait for a server that stalls."""
-        self.cell.stall(who, milliseconds, (BEAT, self.beat))
+        self.stalling.stall(who, milliseconds, (BEAT, self.touch))
         self.most_ahead = max(self.most_ahead, self.ahead)
+
+    def touch(self) -> None:
+        self.squeeze()
+        self.beat()
 
     @property
     def ahead(self) -> float:
         """Return how much the controller has in stock, by where the robot is [s]."""
         # Of a second: far more than is ever ahead.
-        points = [sent for sent in self.cell.sent[-100:] if isinstance(sent, JointTrajPtFull)]
-        times, places = zip(*((each.time, each.positions[0]) for each in points), strict=True)
+        newest = self.sent[-100:]
+        times, places = zip(*((each.time, each.positions[0]) for each in newest), strict=True)
         return float(times[-1] - np.interp(self.cell.position[0], places, times))
 
     @property
@@ -92,10 +68,10 @@ class HeldJog:
 
 
 def stalls(jog: HeldJog, who: Who, lengths: list[int], between: int) -> None:
-    jog.hold(300)
+    jog.keep(300)
     for length in lengths:
         jog.stall(who, length)
-        jog.hold(between)
+        jog.keep(between)
 
 
 @pytest.mark.parametrize("lead", [0.05, 0.1])
@@ -129,13 +105,13 @@ def test_twenty_stalls_of_the_server_within_the_lead_end_no_jog() -> None:
 def test_a_longer_one_ends_it_names_the_server_and_latches_nothing(lead: float, away: int) -> None:
     """A jog has no more under way than its lead, so that the robot runs out of points."""
     jog = HeldJog(lead)
-    jog.hold(300)
+    jog.keep(300)
     jog.stall("server", away)
-    jog.hold(300)
+    jog.keep(300)
     assert jog.ends == [V.SERVER_LATE]
     assert jog.cell.core.cell.stop is None
-    jog.press()
-    jog.hold(300)
+    jog.hold_key()
+    jog.keep(300)
     assert jog.is_held
 
 

@@ -1,5 +1,3 @@
-"""A jog of a real robot, whose joints lag: its controller never runs dry, and it must follow."""
-
 from __future__ import annotations
 
 from random import Random
@@ -32,8 +30,6 @@ HOLD_NS = 60_000_000_000
 
 
 class StandingRobot(LaggingRobot):
-    """Stands still from a time on, as if somebody held it at its own pendant."""
-
     stands_from: int | None = None
 
     def advance(self, now: int) -> None:

@@ -1,5 +1,3 @@
-"""A set-point that became faulty on its way out: it is held, and the robot is stopped."""
-
 from __future__ import annotations
 
 import pytest

@@ -39,7 +39,6 @@ def reversed_order(place: Place) -> Place:
 
 
 def another_robot(place: Place) -> Place:
-    """Return where a robot of the same kind stands beside it."""
     return tuple(0.1 * (number + 1) for number in range(len(place)))
 
 

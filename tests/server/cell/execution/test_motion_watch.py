@@ -41,8 +41,6 @@ class TwoLinks:
 
 @dataclass
 class Watched:
-    """A motion whose robot is told to be anywhere."""
-
     tolerances: TrackingTolerances = CLOSE
     start: tuple[float, float] = (0.0, 0.5)
     cap: float | None = None
@@ -70,7 +68,6 @@ class Watched:
     def along(
         self, place: Callable[[float], tuple[float, float]], seconds: float
     ) -> Refusal | None:
-        """Report places by the time for so long; return the first refusal."""
         for _ in range(round(seconds * 100)):
             refusal = self.report(*place(self.now / 1e9))
             if refusal is not None:
@@ -187,8 +184,6 @@ def test_noise_counts_twice_for_the_tool_by_the_levers_of_all_joints(
 
 
 class ElbowOnly(TwoLinks):
-    """The slide moves the elbow alone."""
-
     def speed_points(self, position: Sequence[float]) -> tuple[tuple[float, ...], ...]:
         return (0.0, 0.0, 0.0), (0.0, position[1], 0.0)
 
@@ -269,9 +264,7 @@ def test_joints_in_the_wrong_order_have_left_the_path() -> None:
     ],
 )
 def test_what_a_file_names_counts_and_the_rest_is_closer_on_an_emulated_controller(
-    given: dict[str, float],
-    emulated: bool,
-    expected: tuple[tuple[float, ...], float, float],
+    given: dict[str, float], emulated: bool, expected: tuple[tuple[float, ...], float, float]
 ) -> None:
     link = ControllerLink.model_validate(given)
     found = tracking_tolerances(link, LIMITS, says_emulated=emulated)

@@ -1,5 +1,3 @@
-"""A pause shows as PAUSED soon after the joints rest, whatever is reported of their speeds."""
-
 from __future__ import annotations
 
 import random
@@ -32,8 +30,6 @@ SHOWN_NS = round((RAMP + 0.2) * 1e9)
 
 
 class ShiveringCell(EmulatedCell):
-    """A cell whose controller reports speeds and places with noise, or no speeds at all."""
-
     def __init__(
         self, *, speed_noise: float = 0.0, place_noise: float = 0.0, has_speeds: bool = True
     ) -> None:
@@ -84,7 +80,6 @@ NOISES: dict[str, dict[str, Any]] = {
 
 
 def paused(cell: ShiveringCell, after: int) -> Pendant:
-    """Move for some milliseconds, then pause."""
     cell.wait(300)
     pendant = cell.holder()
     assert pendant.move(*(value + 0.8 for value in cell.position), speed=0.3) is V.ACCEPTED

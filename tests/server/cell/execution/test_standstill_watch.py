@@ -1,5 +1,3 @@
-"""A robot at rest that moves although nobody commanded it is told of, and not stopped."""
-
 from __future__ import annotations
 
 from dataclasses import replace
@@ -18,7 +16,6 @@ MS = 1_000_000
 
 
 def told(speed: float, seconds: float, period_ms: int = 10) -> list[tuple[int, float]]:
-    """Return when a robot was told to move, and how far, whose first joint moves so fast."""
     watch = StandstillWatch(LIMITS)
     found = []
     for at in range(0, round(seconds * 1e3) + 1, period_ms):
@@ -29,13 +26,7 @@ def told(speed: float, seconds: float, period_ms: int = 10) -> list[tuple[int, f
 
 
 @pytest.mark.parametrize(
-    ("speed", "expected"),
-    [
-        (0.0, []),
-        (0.0199, []),
-        (0.021, [(960, 0.02016)]),
-        (0.5, [(40, 0.02)]),
-    ],
+    ("speed", "expected"), [(0.0, []), (0.0199, []), (0.021, [(960, 0.02016)]), (0.5, [(40, 0.02)])]
 )
 def test_two_hundredths_of_a_radian_within_a_second_are_a_motion(
     speed: float, expected: list[tuple[int, float]]
@@ -71,8 +62,6 @@ def test_it_begins_anew_where_the_robot_was_commanded_or_not_seen_meanwhile() ->
 
 
 class LoggedCell(EmulatedCell):
-    """A cell that keeps the lines of its log."""
-
     def perform(self, outgoing: list[Effect]) -> list[Effect]:
         self.lines = getattr(self, "lines", [])
         self.lines += [item.text for item in outgoing if isinstance(item, LogLine)]

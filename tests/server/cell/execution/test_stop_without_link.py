@@ -1,5 +1,3 @@
-"""What a drive does without one of the connections to its controller."""
-
 from __future__ import annotations
 
 import pytest
@@ -11,10 +9,10 @@ from openpendant.server.events.effects import ReconnectController, SendStop
 from openpendant.server.refusal import Refusal
 from openpendant.server.settings.cell_settings import ControllerLink, ControllerPath
 from openpendant.simplemsg import JointFeedback, ValidField, joint_array
-from openpendant.simplemsg.verdicts import VerdictCode
+from openpendant.simplemsg.verdicts import VerdictCode as V
 
 SECOND = 1_000_000_000
-WHY = Refusal(VerdictCode.STOPPED, "why")
+WHY = Refusal(V.STOPPED, "why")
 
 
 @pytest.fixture

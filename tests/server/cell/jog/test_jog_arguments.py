@@ -1,5 +1,3 @@
-"""What is said of a jog whose numbers are none: the joint or axis, and the number as meant."""
-
 from __future__ import annotations
 
 import math

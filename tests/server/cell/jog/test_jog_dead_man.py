@@ -32,7 +32,6 @@ FULL_SPEED = 0.25
 
 
 def jogging(mode: str = "manual_high", **jog: float) -> tuple[ServerRig, JogPad]:
-    """Return a rig in the middle of a jog at full speed."""
     rig = ready(modes={"initial": mode}, jog=jog)
     pad = JogPad(rig)
     pad.squeeze()
@@ -43,7 +42,6 @@ def jogging(mode: str = "manual_high", **jog: float) -> tuple[ServerRig, JogPad]
 
 
 def sent(rig: ServerRig, since: int = 0) -> Iterator[tuple[int, JointTrajPtFull]]:
-    """Yield each set-point with the time at which it left."""
     for time, item in rig.log:
         if (
             time >= since
@@ -54,7 +52,6 @@ def sent(rig: ServerRig, since: int = 0) -> Iterator[tuple[int, JointTrajPtFull]
 
 
 def begin_of_ramp(rig: ServerRig, since: int) -> int:
-    """Return when the first set-point left that is slower than the one before."""
     before = 0.0
     for time, point in sent(rig, since):
         if point.velocities[0] < before - 1e-9:
@@ -64,7 +61,6 @@ def begin_of_ramp(rig: ServerRig, since: int) -> int:
 
 
 def squeeze_on(pad: JogPad) -> None:
-    """Keep the enabling device and the authority, but beat no press."""
     pad.pendant.send(Enabling(EnablingPosition.HELD))
     pad.rig.wait(10)
 

@@ -1,37 +1,19 @@
-"""A press that takes over from another: in the surroundings of that one, or not at all."""
-
 from __future__ import annotations
 
-import json
 from collections.abc import Callable
-from typing import Any
 
 import pytest
 from rigs.cells.emulated_cell import EmulatedCell
 from rigs.cells.server_rig import ServerRig, ready
-from rigs.motion.jog_pad import JogPad
-from rigs.peers.server_clients import Pendant
+from rigs.motion.jog_pad import EmulatedPad, JogPad
 
-from openpendant.simplemsg import ReplyCode, joint_array
-from openpendant.simplemsg.pendant import (
-    Activity,
-    AuthorityBeat,
-    Enabling,
-    EnablingPosition,
-    JogEnd,
-    JogEnded,
-    JogSpace,
-    JogStart,
-    Management,
-    State,
-)
+from openpendant.simplemsg.pendant import Activity, JogEnd, JogEnded, OperatingMode
 from openpendant.simplemsg.verdicts import VerdictCode as V
 
 BALL = {"name": "ball", "shape": {"type": "sphere", "radius": 0.05}, "position": [0.0, 0.0, 3.0]}
 
 
 def jogging() -> tuple[ServerRig, JogPad]:
-    """Return a rig in the middle of a jog at full speed."""
     rig = ready(modes={"initial": "manual_high"})
     pad = JogPad(rig)
     pad.squeeze()
@@ -88,72 +70,38 @@ def test_a_press_that_was_taken_over_is_told_as_it_ended(
 # Where scene, frames or tools are others than those that the jog began with.
 
 
-class JoggedCell:
-    """A robot in its scene, and a pendant whose key repeats by itself, as a terminal's does."""
-
-    def __init__(self) -> None:
-        self.cell = EmulatedCell(has_surroundings=True, modes={"initial": "manual_high"})
-        self.pendant: Pendant = self.cell.pendant("keys", state_rate=100.0)
-        assert self.pendant.take() is V.ACCEPTED
-        self.presses = 0
-        self.hold(100)
-
-    def hold(self, milliseconds: int) -> None:
-        for _ in range(0, milliseconds, 10):
-            self.pendant.send(AuthorityBeat())
-            self.pendant.send(Enabling(EnablingPosition.HELD))
-            self.cell.wait(10)
-
-    def press(self) -> V | None:
-        self.presses += 1
-        sequence = self.pendant.all(State)[-1].sequence
-        rates = joint_array((1.0, 0.0, 0.0, 0.0, 0.0, 0.0))
-        message = JogStart(
-            self.pendant._next(), self.presses, sequence, 0.15, JogSpace.JOINTS, "", 6, rates
-        )
-        return self.pendant.code(message)
-
-    def repeat(self, milliseconds: int) -> list[V | None]:
-        """Press every 30 ms, as a key that is held in a terminal does."""
-        codes = []
-        for _ in range(0, milliseconds, 30):
-            codes.append(self.press())
-            self.hold(30)
-        return codes
-
-    def ask(self, op: str, **fields: Any) -> None:
-        body = json.dumps({"op": op, **fields}).encode()
-        replies = self.pendant.send(Management(self.pendant._next(), body))
-        assert [r.reply_code for r in replies if isinstance(r, Management)] == [ReplyCode.SUCCESS]
-
-    def swap_tools(self) -> None:
-        """Let other frames and tools be in force, as a change does that was being saved."""
-        view = self.cell.core.environment
-        assert view is not None
-        view.world._view.apply_scene(view.world.frames, view.world.scene)
+def repeat(pad: EmulatedPad, milliseconds: int) -> list[V | None]:
+    """Press every 30 ms, as a key that is held in a terminal does."""
+    codes = []
+    for _ in range(0, milliseconds, 30):
+        codes.append(pad.press(1.0, 0.0, 0.0, 0.0, 0.0, 0.0))
+        pad.hold(30)
+    return codes
 
 
-def add_to_the_scene(jogged: JoggedCell) -> None:
-    jogged.ask("scene.add", object=BALL, expected_revision=0)
+def add_to_the_scene(pad: EmulatedPad) -> None:
+    pad.ask("scene.add", object=BALL, expected_revision=0)
 
 
-def swap_tools(jogged: JoggedCell) -> None:
-    jogged.swap_tools()
+def swap_tools(pad: EmulatedPad) -> None:
+    view = pad.cell.core.environment
+    assert view is not None
+    view.world._view.apply_scene(view.world.frames, view.world.scene)
 
 
 @pytest.mark.parametrize("change", [add_to_the_scene, swap_tools])
 def test_a_key_that_repeats_does_not_jog_on_in_the_surroundings_of_before(
-    change: Callable[[JoggedCell], None],
+    change: Callable[[EmulatedPad], None],
 ) -> None:
-    jogged = JoggedCell()
-    assert jogged.repeat(300) == [V.ACCEPTED] * 10
-    began = jogged.cell.core.cell.driving.driven_jog
-    change(jogged)
-    codes = jogged.repeat(900)
+    pad = EmulatedPad(EmulatedCell(has_surroundings=True), OperatingMode.MANUAL_HIGH)
+    assert repeat(pad, 300) == [V.ACCEPTED] * 10
+    began = pad.cell.core.cell.driving.driven_jog
+    change(pad)
+    codes = repeat(pad, 900)
     assert codes[0] is V.MOVING
     rested = codes.index(V.ACCEPTED)
     assert set(codes[:rested]) == {V.MOVING}
     assert set(codes[rested:]) == {V.ACCEPTED}
-    driven = jogged.cell.core.cell.driving.driven_jog
+    driven = pad.cell.core.cell.driving.driven_jog
     assert driven is not None
     assert driven is not began

@@ -1,5 +1,3 @@
-"""What an undo takes back: the last motion that began, where that was a jog, and nothing else."""
-
 from __future__ import annotations
 
 from collections.abc import Callable
@@ -27,7 +25,6 @@ def pad() -> JogPad:
 
 @pytest.fixture
 def stepped(pad: JogPad) -> JogPad:
-    """The same after an increment to `STEPPED`."""
     assert step(pad, *STEPPED) is V.ACCEPTED
     assert at_rest(pad) == pytest.approx(STEPPED)
     return pad

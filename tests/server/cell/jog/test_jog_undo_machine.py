@@ -30,14 +30,10 @@ while_ticks = st.integers(1, 60)
 
 
 class Jog(NamedTuple):
-    """The last motion that began, where an undo takes it back: where that leads."""
-
     began_at: tuple[float, ...]
 
 
 class Undo(RuleBasedStateMachine):
-    """One pendant that holds the authority, one robot."""
-
     @initialize(mode=st.sampled_from(MODES))
     def start(self, mode: OperatingMode) -> None:
         caps = {"joint_speed": 1.0, "tool_speed": 1.0}
@@ -53,7 +49,6 @@ class Undo(RuleBasedStateMachine):
         return self.rig.controller.position
 
     def _end(self, how: str, ticks: int) -> bool:
-        """Let what began run for a while and end it; return whether it had arrived before."""
         if how == "arrival":
             at_rest(self.pad)
             return True

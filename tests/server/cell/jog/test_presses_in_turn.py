@@ -1,5 +1,3 @@
-"""A press that follows another: what of the old one still counts, and what never does again."""
-
 from __future__ import annotations
 
 from collections.abc import Callable
@@ -18,7 +16,6 @@ from openpendant.simplemsg.verdicts import VerdictCode as V
 
 
 def jogging() -> tuple[ServerRig, JogPad]:
-    """Return a rig in the middle of a jog at full speed."""
     rig = ready(modes={"initial": "manual_high"})
     pad = JogPad(rig)
     pad.squeeze()

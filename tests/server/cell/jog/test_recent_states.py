@@ -1,11 +1,10 @@
-"""Which state messages a press may quote: those of the last half second, and no others."""
-
 from __future__ import annotations
 
 import pytest
 
-from openpendant.server.endpoints.pendant.notifications import RECENT_NS, RecentStates
-from openpendant.simplemsg.verdicts import VerdictCode
+from openpendant.server.endpoints.pendant.jog_requests import RecentStates
+from openpendant.server.endpoints.pendant.notifications import RECENT_NS
+from openpendant.simplemsg.verdicts import VerdictCode as V
 
 
 @pytest.mark.parametrize("rate", [50, 100, 250])
@@ -18,5 +17,5 @@ def test_all_of_the_last_half_second_may_be_quoted_at_any_tick_rate(rate: int) -
     assert all(states.fault(sequence, now) is None for sequence in range(oldest, 1000))
     stale = states.fault(oldest - 1, now)
     assert stale is not None
-    assert stale.code is VerdictCode.PRESS_STALE
+    assert stale.code is V.PRESS_STALE
     assert "the newest is 999" in stale.text

@@ -1,5 +1,3 @@
-"""Management: one JSON object in, one out, whatever came in."""
-
 from __future__ import annotations
 
 import json
@@ -15,7 +13,7 @@ from openpendant.server.events.management_requests import ReplyTo
 from openpendant.server.refusal import Refusal
 from openpendant.simplemsg import ReplyCode
 from openpendant.simplemsg.pendant import MAX_PENDANT_FRAME, Capability, HelloReply, Management
-from openpendant.simplemsg.verdicts import VerdictCode
+from openpendant.simplemsg.verdicts import VerdictCode as V
 
 
 def ask(pendant: Pendant, body: bytes) -> tuple[int, Any]:
@@ -95,15 +93,14 @@ def test_a_cell_without_surroundings_offers_nothing_of_them() -> None:
 def test_anything_else_is_refused_with_code_and_text(body: bytes) -> None:
     code, answer = ask(ready().pendant(), body)
     assert code == ReplyCode.FAILURE
-    assert answer["code"] == VerdictCode.BAD_ARGUMENT
+    assert answer["code"] == V.BAD_ARGUMENT
     assert answer["text"]
 
 
 def _refusals() -> list[dict[str, Any]]:
-    """Return the bodies of a request that is refused at once, later, and for a program's text."""
     reply_to: ReplyTo[Any] = ReplyTo(1, 7, "ann")
-    later = reply_to.refuse(Refusal(VerdictCode.OUT_OF_RANGE, "too far", 2, 1.5, 1.25))
-    in_text = reply_to.refuse(Refusal(VerdictCode.PROGRAM_SYNTAX), line=3, column=4)
+    later = reply_to.refuse(Refusal(V.OUT_OF_RANGE, "too far", 2, 1.5, 1.25))
+    in_text = reply_to.refuse(Refusal(V.PROGRAM_SYNTAX), line=3, column=4)
     bodies = [ask(ready().pendant(), b'{"op": "nonsense"}')[1]]
     for (out,) in (later, in_text):
         assert isinstance(out, Send)

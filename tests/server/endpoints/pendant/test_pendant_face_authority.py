@@ -1,19 +1,8 @@
-"""The pendant face: who holds the authority, and who may stop and reset."""
-
 from __future__ import annotations
 
 from rigs.cells.server_rig import MS, ready
 
-from openpendant.server.events.effects import SendStop
-from openpendant.server.events.events import Received
-from openpendant.simplemsg.pendant import (
-    AuthorityBeat,
-    AuthorityChanged,
-    AuthorityReason,
-    SoftwareStop,
-    StopChanged,
-    Verdict,
-)
+from openpendant.simplemsg.pendant import AuthorityBeat, AuthorityChanged, AuthorityReason, Verdict
 from openpendant.simplemsg.verdicts import VerdictCode as V
 
 
@@ -63,22 +52,6 @@ def test_a_refused_request_is_no_sign_of_life() -> None:
     pendant.move(9.0, 9.0)
     rig.wait(1_000)
     assert rig.core.cell.authority.holder is None
-
-
-def test_an_observer_may_stop_but_not_reset() -> None:
-    rig = ready()
-    holder, observer = rig.holder(), rig.pendant("observer")
-    holder.move(1.0, 0.5)
-    rig.wait(200)
-    out = rig.core.handle(Received(observer.session, SoftwareStop(7, "hey")), rig.now)
-    assert isinstance(out[0], SendStop)
-    rig.perform(out)
-    rig.wait(50)
-    assert observer.reset() is V.HELD_BY_OTHER
-    assert holder.reset() is V.ACCEPTED
-    (latched, reset) = observer.all(StopChanged)
-    assert (latched.stop, latched.client, latched.reason) == (1, "observer", "hey")
-    assert (reset.stop, reset.client) == (0, "holder")
 
 
 def test_nobody_resets_without_the_authority() -> None:

@@ -1,5 +1,3 @@
-"""The pendant face: state, at which rate it comes and what it carries."""
-
 from __future__ import annotations
 
 from types import SimpleNamespace

@@ -1,5 +1,3 @@
-"""The pendant face: one verdict for each request, and one outcome if its motion began."""
-
 from __future__ import annotations
 
 import math

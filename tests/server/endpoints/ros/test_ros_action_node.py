@@ -1,5 +1,3 @@
-"""The goal of a stock action node ends, whatever becomes of its trajectory."""
-
 from __future__ import annotations
 
 from collections.abc import Callable
@@ -20,8 +18,6 @@ WAY = (0.0, 0.1, 0.2, 0.3, 0.4)
 
 
 class LoggedCell(EmulatedCell):
-    """One that keeps the lines that would be logged."""
-
     def __init__(self) -> None:
         self.lines: list[str] = []
         super().__init__()
@@ -32,8 +28,6 @@ class LoggedCell(EmulatedCell):
 
 
 class Stack:
-    """The three nodes of a stock driver: motion writer, state reader and action server."""
-
     def __init__(self) -> None:
         self.cell = LoggedCell()
         self.motion: RosClient = self.cell.ros()

@@ -1,5 +1,3 @@
-"""What the ROS-I face answers, and what its state connections and STATUS say."""
-
 from __future__ import annotations
 
 from collections.abc import Callable

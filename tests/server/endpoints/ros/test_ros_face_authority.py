@@ -1,5 +1,3 @@
-"""Who may move over the ROS-I face, when, and until when."""
-
 from __future__ import annotations
 
 from collections.abc import Callable

@@ -1,5 +1,3 @@
-"""The ROS-I face collects points into trajectories: streams, downloads, gaps, repetitions."""
-
 from __future__ import annotations
 
 import pytest

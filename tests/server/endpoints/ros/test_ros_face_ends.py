@@ -1,5 +1,3 @@
-"""When a ROS-I trajectory is complete, and how late it may still begin."""
-
 from __future__ import annotations
 
 from dataclasses import replace

@@ -1,5 +1,3 @@
-"""What is left of a trajectory that a stop or a bad point ended: nothing that could still move."""
-
 from __future__ import annotations
 
 import math

@@ -1,5 +1,3 @@
-"""ROS-I links that are lost: who may go on where it was, and what is left behind."""
-
 from __future__ import annotations
 
 from collections.abc import Callable

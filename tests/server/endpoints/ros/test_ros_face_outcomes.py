@@ -1,5 +1,3 @@
-"""A ROS-I user learns why: one log line, the number in STATUS, and no positions for a while."""
-
 from __future__ import annotations
 
 from collections.abc import Callable
@@ -175,9 +173,7 @@ def test_each_set_back_stands_in_status_with_the_offset_of_verdicts(
 
 
 @pytest.mark.parametrize("phase", [collecting, planning, moving])
-def test_what_its_own_client_ends_is_one_line_and_no_error(
-    phase: Callable[[], Situation],
-) -> None:
+def test_what_its_own_client_ends_is_one_line_and_no_error(phase: Callable[[], Situation]) -> None:
     rig, client = phase()
     client.stop()
     rig.wait(20)

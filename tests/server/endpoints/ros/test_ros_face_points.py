@@ -1,5 +1,3 @@
-"""The ROS-I face reads points: times, speeds and limits, and why a point is refused."""
-
 from __future__ import annotations
 
 import pytest

@@ -1,5 +1,3 @@
-"""Stops over the ROS-I face: asked for, or by a new trajectory during the old one."""
-
 from __future__ import annotations
 
 from collections.abc import Callable

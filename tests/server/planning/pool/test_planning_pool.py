@@ -1,5 +1,3 @@
-"""The planning pool: one job to a process at a time, cells take turns, and none is lost."""
-
 from __future__ import annotations
 
 from dataclasses import dataclass, field
@@ -12,7 +10,7 @@ from openpendant.server.planning.pool import planning_pool
 from openpendant.server.planning.pool.planning_pool import PlanningPool
 from openpendant.server.planning.task import PlanTask
 from openpendant.server.refusal import Refusal
-from openpendant.simplemsg.verdicts import VerdictCode
+from openpendant.simplemsg.verdicts import VerdictCode as V
 
 
 def path_job(number: int) -> JointPathJob:
@@ -21,8 +19,6 @@ def path_job(number: int) -> JointPathJob:
 
 @dataclass
 class FakeProcess:
-    """A planning process that finishes when the test says so."""
-
     is_free: bool = True
     is_warm: bool = True
     is_down: bool = False
@@ -49,8 +45,6 @@ class FakeProcess:
 
 @dataclass
 class Bench:
-    """A pool of two such processes, and what was delivered."""
-
     pool: PlanningPool
     processes: list[FakeProcess]
     answers: list[PlanAnswer] = field(default_factory=list)
@@ -68,11 +62,9 @@ class Bench:
             self.pool.submit(PlanTask("ur5", job, self.answers.append, cell))
 
     def keep_busy(self) -> None:
-        """Give both processes something."""
         self.ask_for(0, 0, 0)
 
     def next_of_first(self, times: int) -> list[int]:
-        """Return the numbers of the jobs that the first process gets next."""
         before = len(self.processes[0].given)
         for _ in range(times):
             self.processes[0].is_free = True
@@ -135,7 +127,7 @@ def test_waiting_jobs_fail_only_where_no_process_is_left(bench: Bench) -> None:
     assert bench.answers == []
     bench.processes[1].is_down = True
     bench.pool.hand_out()
-    assert bench.answers == [PlanAnswer(1, Refusal(VerdictCode.PLANNER_FAILED), 0.0)]
+    assert bench.answers == [PlanAnswer(1, Refusal(V.PLANNER_FAILED), 0.0)]
 
 
 def test_the_planners_of_two_cells_take_turns(bench: Bench) -> None:

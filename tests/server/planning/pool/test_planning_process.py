@@ -1,5 +1,3 @@
-"""The planning process: another is started when it ends, and no job stays without an answer."""
-
 from __future__ import annotations
 
 import asyncio
@@ -10,18 +8,26 @@ from contextlib import asynccontextmanager
 from typing import Any
 
 import pytest
-from rigs.processes.planning_children import FLOOD, JOB, MUTE, Children, on_both_loops, run
+from rigs.processes.planning_children import (
+    FLOOD,
+    JOB,
+    MUTE,
+    Children,
+    on_both_loops,
+    run,
+    running_pool,
+    until,
+)
 
 from openpendant.server.planning.pool import planning_process
-from openpendant.server.planning.pool.planning_pool import PlanningPool
 from openpendant.server.planning.pool.planning_process import PlanningProcess
 from openpendant.server.planning.task import PlanTask
 from openpendant.server.refusal import Refusal
 from openpendant.server.settings.cell_settings import EventLoop
-from openpendant.simplemsg.verdicts import VerdictCode
+from openpendant.simplemsg.verdicts import VerdictCode as V
 
 PLANNED = ("ur5", JOB, 0)
-FAILED = Refusal(VerdictCode.PLANNER_FAILED)
+FAILED = Refusal(V.PLANNER_FAILED)
 
 Ask = Callable[[int], Awaitable[list[Any]]]
 
@@ -48,16 +54,8 @@ def test_a_process_that_cannot_be_started_is_logged_and_tried_again(
     assert "temporarily unavailable" in caplog.text
 
 
-@pytest.fixture
-def children(monkeypatch: pytest.MonkeyPatch) -> Children:
-    return Children(monkeypatch)
-
-
 @asynccontextmanager
 async def planning(processes: int) -> AsyncIterator[Ask]:
-    """A pool that is kept up; yields what has it plan some jobs and returns the answers."""
-    pool = PlanningPool(["ur5"] * processes)
-    keeper = asyncio.create_task(pool.keep_up())
     answers: asyncio.Queue[Any] = asyncio.Queue()
 
     async def ask(jobs: int) -> list[Any]:
@@ -65,12 +63,8 @@ async def planning(processes: int) -> AsyncIterator[Ask]:
             pool.submit(PlanTask("ur5", JOB, answers.put_nowait))
         return [await answers.get() for _ in range(jobs)]
 
-    try:
+    async with running_pool(processes) as pool:
         yield ask
-        assert not keeper.done()
-    finally:
-        keeper.cancel()
-        await asyncio.gather(keeper, return_exceptions=True)
 
 
 async def turn(times: int) -> None:
@@ -78,13 +72,7 @@ async def turn(times: int) -> None:
         await asyncio.sleep(0)
 
 
-async def until(holds: Callable[[], bool]) -> None:
-    while not holds():  # noqa: ASYNC110 - a test of the very turn in which something comes to hold
-        await asyncio.sleep(0)
-
-
 def outlast(seconds: float) -> None:
-    """Keep the loop from turning for longer than a timer; that is due in the next turn then."""
     time.sleep(2 * seconds)
 
 
@@ -137,8 +125,7 @@ def test_a_process_that_dies_just_before_it_took_too_long_is_no_fault(
     async def test() -> None:
         async with planning(1) as ask:
             asked = asyncio.ensure_future(ask(1))
-            while not children.started:
-                await turn(1)
+            await until(lambda: bool(children.started))
             children.kill()
             await turn(turns)
             outlast(0.01)

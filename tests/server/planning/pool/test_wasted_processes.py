@@ -1,29 +1,26 @@
-"""A planning process that is busy with what nobody waits for gives way to who does wait."""
-
 from __future__ import annotations
 
 import asyncio
-from collections.abc import AsyncIterator, Callable
+from collections.abc import AsyncIterator
 from contextlib import asynccontextmanager
 from typing import Any
 
 import pytest
-from rigs.processes.planning_children import BUSY, ECHO, JOB, Children, on_both_loops, run
+from rigs.processes.planning_children import (
+    BUSY,
+    ECHO,
+    JOB,
+    Children,
+    on_both_loops,
+    run,
+    running_pool,
+    until,
+)
 
 from openpendant.server.planning.pool import planning_process
 from openpendant.server.planning.pool.planning_pool import PlanningPool
 from openpendant.server.planning.task import PlanTask
 from openpendant.server.settings.cell_settings import EventLoop
-
-
-@pytest.fixture
-def children(monkeypatch: pytest.MonkeyPatch) -> Children:
-    return Children(monkeypatch)
-
-
-async def until(is_so: Callable[[], bool]) -> None:
-    while not is_so():  # noqa: ASYNC110 - what is waited for tells nobody
-        await asyncio.sleep(0.001)
 
 
 @asynccontextmanager
@@ -33,19 +30,13 @@ async def busy_process(children: Children) -> AsyncIterator[tuple[PlanningPool, 
     Any process after that echoes what it is sent.
     """
     children.command = BUSY
-    pool = PlanningPool(["ur5"])
-    keeper = asyncio.create_task(pool.keep_up())
     answers: list[Any] = []
-    pool.submit(PlanTask("ur5", JOB, answers.append, 1))
-    try:
+    async with running_pool() as pool:
+        pool.submit(PlanTask("ur5", JOB, answers.append, 1))
         # Warm, or else nothing is cut short.
         await until(lambda: pool._processes[0].is_warm)
         children.command = ECHO
         yield pool, answers
-        assert not keeper.done()
-    finally:
-        keeper.cancel()
-        await asyncio.gather(keeper, return_exceptions=True)
 
 
 @pytest.mark.realtime
@@ -96,20 +87,15 @@ def test_the_answer_to_a_withdrawn_job_is_not_delivered_and_its_process_goes_on(
     children: Children,
 ) -> None:
     async def test() -> None:
-        pool = PlanningPool(["ur5"])
-        keeper = asyncio.create_task(pool.keep_up())
         dropped: list[Any] = []
         answers: asyncio.Queue[Any] = asyncio.Queue()
-        await until(lambda: pool._processes[0].is_warm)
-        pool.submit(PlanTask("ur5", JOB, dropped.append, 1))
-        pool.withdraw(1, JOB.job_id)
-        pool.submit(PlanTask("ur5", JOB, answers.put_nowait, 2))
-        try:
+        async with running_pool() as pool:
+            await until(lambda: pool._processes[0].is_warm)
+            pool.submit(PlanTask("ur5", JOB, dropped.append, 1))
+            pool.withdraw(1, JOB.job_id)
+            pool.submit(PlanTask("ur5", JOB, answers.put_nowait, 2))
             await answers.get()
             assert dropped == []
             assert len(children.started) == 1
-        finally:
-            keeper.cancel()
-            await asyncio.gather(keeper, return_exceptions=True)
 
     assert run("asyncio", test()) == []

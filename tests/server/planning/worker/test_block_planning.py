@@ -33,7 +33,6 @@ TREE = (
 
 
 def block(statements: str, first: int = 0) -> MotionBlock:
-    """The block that begins with a statement of a program of points a, b and c."""
     gatherer = Gatherer(ControlFlow(linked(statements)))
     return gatherer.block((Level("main", first, ((-1, 1),)),), lambda _: False).block
 

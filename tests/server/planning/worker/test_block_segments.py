@@ -1,5 +1,3 @@
-"""Which of a point's two descriptions the planner gets."""
-
 from __future__ import annotations
 
 import math

@@ -1,5 +1,3 @@
-"""What of a long dry run comes back from the planning process."""
-
 from __future__ import annotations
 
 import json
@@ -24,9 +22,9 @@ from openpendant.server.programs.language.linking import Linked
 from openpendant.server.programs.language.parser import parse
 from openpendant.server.programs.language.statements import Attach, SetOutput
 from openpendant.server.refusal import Refusal
-from openpendant.simplemsg.verdicts import VerdictCode
+from openpendant.simplemsg.verdicts import VerdictCode as V
 
-FAR = Refusal(VerdictCode.UNREACHABLE)
+FAR = Refusal(V.UNREACHABLE)
 
 
 def found(moves: int, refused_from: int) -> DryRunFound:
@@ -60,7 +58,7 @@ def test_of_a_long_one_what_is_refused_comes_first_and_all_of_it_is_counted() ->
 def test_an_answer_of_long_texts_fits_a_frame_and_cuts_none_of_them() -> None:
     name, count = "ü" * 32, 500
     text = f"something at fault that takes many words to say {'and more ' * 30}than 3.14 rad"
-    far = Refusal(VerdictCode.UNREACHABLE, text)
+    far = Refusal(V.UNREACHABLE, text)
     head = f'openpendant-program/1\nprogram "{name}" robot ur5\n'
     program = parse(head + "wait 1 s\n" * count)
     linked = Linked(name, {name: program}, revisions={name: 1})

@@ -1,5 +1,3 @@
-"""Playing recordings back: smooth, under the limits, softly approached, and honest about it."""
-
 from __future__ import annotations
 
 from dataclasses import replace
@@ -37,7 +35,6 @@ def _kinematics() -> Kinematics:
 
 
 def _waved(seconds: float = 6.0, amplitude: float = 0.3) -> tuple[Array, Array]:
-    """Return times and noisy positions of a hand-led wave of all joints."""
     times = np.arange(round(seconds * 100) + 1) / 100
     phases = 2 * np.pi * times[:, np.newaxis] / (3.0 + np.arange(6))
     noise = np.random.default_rng(5).normal(0.0, NOISE, (len(times), 6))
@@ -53,7 +50,6 @@ WAVE = _job(*_waved())
 
 
 def _distance(played: Array, samples: Array) -> float:
-    """Return how far the worst sample lies from the played path, in any joint."""
     gaps = [np.abs(played - sample).max(axis=1).min() for sample in samples]
     return float(max(gaps))
 

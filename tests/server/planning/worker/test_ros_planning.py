@@ -1,5 +1,3 @@
-"""Planning a ROS-I trajectory: a first point elsewhere is bound by its speed and its duration."""
-
 from __future__ import annotations
 
 import numpy as np

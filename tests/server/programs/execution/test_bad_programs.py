@@ -1,5 +1,3 @@
-"""Programs that nobody should send: each is refused by a code, within bounded memory."""
-
 from __future__ import annotations
 
 import json
@@ -25,7 +23,6 @@ LONG = program_to_json(parse(large_text(300, 300)))
 
 
 def changed(change: Callable[[dict[str, object]], object]) -> str:
-    """The JSON of the program after something was done to it."""
     fields = json.loads(JSON)
     change(fields)
     return json.dumps(fields)
@@ -69,12 +66,7 @@ BAD: list[tuple[str, str, str, V]] = [
     ),
     ("another format", "text", TEXT.replace("/1", "/2"), V.PROGRAM_SYNTAX),
     ("an unknown field", "json", changed(lambda program: program.update(x=1)), V.PROGRAM_SYNTAX),
-    (
-        "a program of another name",
-        "text",
-        TEXT.replace('"main"', "other"),
-        V.PROGRAM_INVALID,
-    ),
+    ("a program of another name", "text", TEXT.replace('"main"', "other"), V.PROGRAM_INVALID),
 ]
 
 
@@ -103,7 +95,6 @@ IN_FILES = [each for each in BAD if each[0] not in ONLY_OF_A_CELL]
 
 
 def brought_in(body: str) -> ImportedDocument:
-    """Return the document that an import of a file would keep."""
     (entry,) = check_entries((program_entry(body, "x"),), "x", lambda kind, name: None)
     return entry
 

@@ -1,5 +1,3 @@
-"""Breakpoints are set only before statements that the program has."""
-
 from __future__ import annotations
 
 import pytest

@@ -1,5 +1,3 @@
-"""Breakpoints stay with their statements when the program changes, and who may change them."""
-
 from __future__ import annotations
 
 from typing import Any
@@ -21,7 +19,6 @@ LOST = "breakpoints dropped, their statements are gone: 1 of 'main'"
 
 @pytest.fixture
 def cell() -> ProgramCell:
-    """A cell with a breakpoint before the last of three moves."""
     made = ProgramCell(main=THREE)
     assert breakpoints(made, 2)["statements"] == [2]
     return made
@@ -48,7 +45,6 @@ def save(cell: ProgramCell, statements: str, revision: int = 1) -> dict[str, Any
 
 
 def pauses_at(cell: ProgramCell, name: str = "main") -> list[str]:
-    """Run a program to its end; return the statements that it paused before."""
     lines = ask(cell.user, "programs.load", name=name)["body"].splitlines()
     assert cell.run(name) is V.ACCEPTED
     paused: list[str] = []
@@ -197,7 +193,6 @@ def test_anybody_may_set_breakpoints_of_a_program_that_is_not_under_way() -> Non
 
 @pytest.fixture
 def foreign() -> ProgramCell:
-    """A cell whose store has a program of another robot."""
     cell = ProgramCell()
     program = parse(HEAD.format(name="main").replace("ur5", "puma560") + THREE)
     kind, body = DocumentKind.PROGRAM, program_to_json(program)

@@ -1,5 +1,3 @@
-"""A motion that is paused, and a hand that lets go before the robot stands."""
-
 from __future__ import annotations
 
 from rigs.cells.server_rig import ready

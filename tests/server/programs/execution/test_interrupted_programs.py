@@ -1,5 +1,3 @@
-"""A program that waits is ended by what would end a motion: nothing resumes by itself."""
-
 from __future__ import annotations
 
 import dataclasses
@@ -23,14 +21,10 @@ from openpendant.simplemsg.verdicts import VerdictCode as V
 PAUSE, RESUME, STOP = MotionControlAction
 
 
-WAITS = {
-    "a wait": "wait 2 s\nmove PTP b\n",
-    "a dwell": "move PTP a dwell 2 s\nmove PTP b\n",
-}
+WAITS = {"a wait": "wait 2 s\nmove PTP b\n", "a dwell": "move PTP a dwell 2 s\nmove PTP b\n"}
 
 
 def waiting(statements: str) -> ProgramCell:
-    """A cell whose program waits and will move then, if nothing ends it."""
     cell = ProgramCell(main=statements)
     assert cell.run() is V.ACCEPTED
     for _ in range(1_000):

@@ -1,5 +1,3 @@
-"""A program that is being loaded: nothing else begins meanwhile, and what ends a motion ends it."""
-
 from __future__ import annotations
 
 from collections.abc import Callable
@@ -37,7 +35,6 @@ GOAL = (0.1, -1.5, 1.5, -1.5, -1.5, 0.0)
 
 @pytest.fixture
 def cell() -> WorkingCell:
-    """A cell whose program is too long to be read at once, and not asked for yet."""
     cell = WorkingCell()
     cell.store.save(DocumentKind.PROGRAM, "main", SHORT, expected_revision=0, author="test")
     return cell
@@ -45,7 +42,6 @@ def cell() -> WorkingCell:
 
 @pytest.fixture
 def loading(cell: WorkingCell) -> WorkingCell:
-    """A cell whose program is being loaded: the planning process has it."""
     assert cell.run() is None
     assert len(cell.jobs) == 1
     return cell
@@ -76,7 +72,6 @@ def program_stop(cell: WorkingCell) -> None:
 
 
 def override_of_0(cell: WorkingCell) -> None:
-    """And raised again."""
     for override in (0.0, 1.0):
         assert cell.user.code(SetSpeed(cell.user._next(), override, 0.0)) is V.ACCEPTED
 

@@ -1,5 +1,3 @@
-"""Pause, resume and speed override act on the path at once and never leave it."""
-
 from __future__ import annotations
 
 import random

@@ -1,5 +1,3 @@
-"""Pauses, resumes and overrides never lead the robot off the path that it was planned along."""
-
 from __future__ import annotations
 
 import random
@@ -80,13 +78,11 @@ class WatchedCell(ProgramCell):
 
 @pytest.fixture(autouse=True)
 def _points(monkeypatch: pytest.MonkeyPatch) -> None:
-    """More points than other programs have."""
     monkeypatch.setattr(program_cell, "HEAD", program_cell.HEAD + _POINTS)
 
 
 @cache
 def unpaused_paths(statements: str) -> list[Path]:
-    """Return what is planned for a program, as functions of a parameter: no samples, no chords."""
     paths: list[Path] = []
     sampled = VelocityProfile.sampled
 
@@ -141,7 +137,6 @@ def pauses(cell: WatchedCell, seed: int) -> Iterator[None]:
 
 
 def stays_on_the_path(kind: str, seed: int, between: float = BOUND) -> None:
-    """Set-points lie on the path but for rounding; so does what the controller interpolates."""
     paths = unpaused_paths(PROGRAMS[kind])
     cell = WatchedCell(PROGRAMS[kind])
     before = len(cell.set_points)

@@ -1,5 +1,3 @@
-"""A program that is paused: shown as such, gone on with only on demand, and taught beside."""
-
 from __future__ import annotations
 
 from collections.abc import Callable
@@ -29,8 +27,6 @@ def activity(cell: ProgramCell) -> Activity:
 
 
 class SlowPlanning(ProgramCell):
-    """A cell whose motions are planned when the test says so."""
-
     def __init__(self, **programs: str) -> None:
         self.held: list[Effect] = []
         super().__init__(**programs)

@@ -1,5 +1,3 @@
-"""Which kept recordings are played: those that say they are of this robot, stopped or not."""
-
 from __future__ import annotations
 
 import json
@@ -29,7 +27,6 @@ def cell() -> Iterator[EmulatedCell]:
 
 
 def _keep(cell: EmulatedCell, **about: Any) -> None:
-    """Keep two seconds of one joint turning, from where the robot stands."""
     columns = about.setdefault("columns", COLUMNS)
     body = json.dumps(about)
     cell.store.save(DocumentKind.RECORDING, "arc", body, expected_revision=0, author="ann")

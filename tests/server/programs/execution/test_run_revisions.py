@@ -196,11 +196,7 @@ def test_a_program_kept_under_another_name_has_the_revision_it_is_kept_as() -> N
     body = json.loads(program_to_json(parse(HEAD.format(name="main") + FIRST)))
     for before in (0, 1):
         cell.store.save(
-            DocumentKind.PROGRAM,
-            "copy",
-            json.dumps(body),
-            expected_revision=before,
-            author="test",
+            DocumentKind.PROGRAM, "copy", json.dumps(body), expected_revision=before, author="test"
         )
     assert cell.run("copy", revision=1) is V.REVISION_CONFLICT
     assert cell.run("copy", revision=2) is V.ACCEPTED

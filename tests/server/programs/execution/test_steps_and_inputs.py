@@ -1,5 +1,3 @@
-"""Steps that are paused, steps out of pauses, and inputs with short limits, in a cell."""
-
 from __future__ import annotations
 
 import pytest
@@ -17,8 +15,6 @@ JOINED = "move PTP a\nmove PTP b zone 1 deg\nmove PTP c zone 1 deg\nmove PTP a\n
 
 
 class AllOff(BareEnvironment):
-    """Inputs that are off, and outputs that nobody looks at."""
-
     def input(self, signal: int, now: int) -> bool:
         return False
 

@@ -1,5 +1,3 @@
-"""What a pendant is told by a dry run of statements that a run would end at."""
-
 from __future__ import annotations
 
 from typing import Any
@@ -17,8 +15,6 @@ NAME = "a-point-with-a-name-that-says-where-it-is"
 
 
 class Signals(BareEnvironment):
-    """A controller that offers some signals, or has not said which."""
-
     def __init__(self, offer: Offer) -> None:
         self._offer = offer
 

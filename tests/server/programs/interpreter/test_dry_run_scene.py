@@ -1,5 +1,3 @@
-"""A dry run knows what the tool carries, from the statement that takes it on."""
-
 from __future__ import annotations
 
 import math
@@ -16,7 +14,7 @@ from openpendant.server.planning.worker.dry_run_planning import DryRuns
 from openpendant.server.programs.interpreter import dry_walk
 from openpendant.server.programs.language.linking import Linked
 from openpendant.server.programs.language.parser import parse
-from openpendant.simplemsg.verdicts import VerdictCode
+from openpendant.simplemsg.verdicts import VerdictCode as V
 
 UR5 = Kinematics(serial_robot("ur5"))
 TURN = 1.0
@@ -56,10 +54,7 @@ def test_what_is_carried_may_not_touch_what_stands() -> None:
     assert found("move PTP a\nmove PTP b\n").run.refusals == ()
     run = found("move PTP a\nattach part\nmove PTP b\n").run
     (refused,) = run.refusals
-    assert (refused.index, refused.refusal and refused.refusal.code) == (
-        2,
-        VerdictCode.PATH_IN_COLLISION,
-    )
+    assert (refused.index, refused.refusal and refused.refusal.code) == (2, V.PATH_IN_COLLISION)
     assert [each.index for each in run.hand_overs] == [1]
 
 

@@ -1,5 +1,3 @@
-"""A dry run says of statements that do not move whether a run goes on there."""
-
 from __future__ import annotations
 
 import pytest
@@ -24,9 +22,7 @@ def planned(start: JointVector, block: MotionBlock, scene: object) -> BlockPlan:
 
 
 def walked(
-    statements: str,
-    others: dict[str, str] | None = None,
-    signals: OfferedSignals | None = SIGNALS,
+    statements: str, others: dict[str, str] | None = None, signals: OfferedSignals | None = SIGNALS
 ) -> DryRunResult:
     absent = None if signals is None else signals.absent
     return dry_run(linked(statements, others), START, planned, absent=absent)

@@ -1,5 +1,3 @@
-"""A time limit of an input: the input is looked at before the limit counts."""
-
 from __future__ import annotations
 
 import pytest

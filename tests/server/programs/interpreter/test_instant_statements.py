@@ -1,5 +1,3 @@
-"""Statements that take no time: passed a few hundred at once, and never for ever."""
-
 from __future__ import annotations
 
 import pytest
@@ -29,8 +27,6 @@ ZONE = "move PTP b zone 1 deg\n"
 
 
 class Work:
-    """Counts how often a run looks behind a statement."""
-
     def __init__(self) -> None:
         self.count = 0
 

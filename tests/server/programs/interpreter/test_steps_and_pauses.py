@@ -1,5 +1,3 @@
-"""A step that is paused, and a step out of a pause: one statement each, and never more."""
-
 from __future__ import annotations
 
 import pytest
@@ -16,14 +14,13 @@ from openpendant.server.programs.interpreter.run_events import (
     StepBack,
     StepForward,
 )
-from openpendant.simplemsg.verdicts import VerdictCode
+from openpendant.simplemsg.verdicts import VerdictCode as V
 
 MOVES = "move PTP a\nmove PTP b\nmove PTP c\nmove PTP a"
 JOINED = "move PTP a\nmove PTP b zone 1 deg\nmove PTP c zone 1 deg\nmove PTP a\nmove PTP b"
 
 
 def answer(rig: ProgramRig) -> list[str]:
-    """Have done what was asked for last; inputs are on."""
     return rig.value(True) if isinstance(rig.actions[-1], QueryInput) else rig.done()
 
 
@@ -155,5 +152,5 @@ def test_a_step_back_inside_of_joined_moves_is_refused_with_what_is_accepted_the
     rig.do(StepBack())
     refused = rig.actions[-1]
     assert isinstance(refused, EventRefused)
-    assert refused.refusal.code is VerdictCode.STEP_BACK_REFUSED
+    assert refused.refusal.code is V.STEP_BACK_REFUSED
     assert accepted in refused.refusal.text

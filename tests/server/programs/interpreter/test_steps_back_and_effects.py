@@ -1,5 +1,3 @@
-"""A step back is refused where it would cross an effect, and nowhere else."""
-
 from __future__ import annotations
 
 import pytest
@@ -21,7 +19,6 @@ MOVES = ("move PTP a", "move PTP b", "move LIN c")
 
 
 def stepped(statements: str) -> ProgramRig:
-    """A run that was stepped through all statements; waits at the end keep it from being over."""
     rig = ProgramRig(statements + "\nwait 1 s\nwait 1 s")
     rig.start(step=True)
     for _ in statements.splitlines()[1:]:
@@ -32,7 +29,6 @@ def stepped(statements: str) -> ProgramRig:
 
 
 def answer(rig: ProgramRig) -> None:
-    """Have done what was asked for last; inputs are on."""
     if isinstance(rig.actions[-1], QueryInput):
         rig.value(True)
     else:
@@ -40,7 +36,6 @@ def answer(rig: ProgramRig) -> None:
 
 
 def stepped_back(rig: ProgramRig) -> list[str]:
-    """Where steps back lead, one after the other, up to and with the refusal."""
     log: list[str] = []
     while not log or log[-1] != REFUSED[0]:
         log += rig.do(StepBack())

@@ -1,5 +1,3 @@
-"""Every legal line is one that the parser takes: the longest of each kind, printed and read."""
-
 from __future__ import annotations
 
 from collections.abc import Callable

@@ -1,5 +1,3 @@
-"""A point is where the robot stood when it was asked for, however long it takes to be kept."""
-
 from __future__ import annotations
 
 from typing import Any
@@ -35,7 +33,6 @@ def teach(cell: BusyCell, asked: dict[str, Any], revision: int = 1, name: str = 
 
 @pytest.fixture
 def cell() -> BusyCell:
-    """Return a cell whose robot stands at A."""
     made = BusyCell()
     go(made, A)
     made.store.save(

@@ -1,5 +1,3 @@
-"""What the audit log says of programs: which one, who ran it, and why it ended."""
-
 from __future__ import annotations
 
 import pytest
@@ -12,12 +10,7 @@ from openpendant.server.access.audit import AuditEvent
 from openpendant.server.programs.language.parser import parse
 from openpendant.server.programs.language.program_json import program_to_json
 from openpendant.server.store.documents import DocumentKind
-from openpendant.simplemsg.pendant import (
-    MotionControl,
-    MotionControlAction,
-    ProgramRun,
-    RunKind,
-)
+from openpendant.simplemsg.pendant import MotionControl, MotionControlAction, ProgramRun, RunKind
 from openpendant.simplemsg.pendant.roles import Role
 from openpendant.simplemsg.verdicts import VerdictCode as V
 
@@ -31,7 +24,6 @@ def rig() -> GuardedRig:
 
 @pytest.fixture
 def otto(rig: GuardedRig) -> Pendant:
-    """Somebody who is logged in and has the authority."""
     otto = rig.user("otto")
     assert otto.take() is V.ACCEPTED
     return otto
@@ -59,7 +51,6 @@ def program_stop(otto: Pendant) -> None:
 
 
 def noted(rig: GuardedRig) -> list[tuple[AuditEvent, str, object, object]]:
-    """Which programs began and ended, in order: who ran them, name and revision."""
     return [
         (entry.event, entry.who, entry.detail["program"], entry.detail["revision"])
         for entry in rig.desk.log

@@ -12,7 +12,6 @@ START = "move PTP a\n"
 
 
 def first_block(statements: str, others: dict[str, str] | None = None) -> str:
-    """What is asked for behind the approach."""
     rig = ProgramRig(START + statements, others)
     rig.start()
     return rig.done()[0]

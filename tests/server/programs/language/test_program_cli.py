@@ -1,5 +1,3 @@
-"""`openpendant program`: what it prints and how it ends."""
-
 from __future__ import annotations
 
 import json
@@ -111,11 +109,7 @@ def test_there_and_back_is_the_same_program(folder: Path) -> None:
     ],
 )
 def test_what_cannot_be_done_is_said_in_one_line(
-    folder: Path,
-    arguments: list[str],
-    code: int,
-    message: str,
-    capsys: pytest.CaptureFixture[str],
+    folder: Path, arguments: list[str], code: int, message: str, capsys: pytest.CaptureFixture[str]
 ) -> None:
     write(folder, "one", "")
     (folder / "broken").write_text("hello")

@@ -1,5 +1,3 @@
-"""Programs run on the emulated robot, core to core on a virtual clock."""
-
 from __future__ import annotations
 
 from collections.abc import Sequence

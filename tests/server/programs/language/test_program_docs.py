@@ -1,5 +1,3 @@
-"""What `docs/programs.md` shows is what the parser takes."""
-
 from __future__ import annotations
 
 import re

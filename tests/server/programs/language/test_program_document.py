@@ -1,5 +1,3 @@
-"""A program's JSON: what is refused says the field."""
-
 from __future__ import annotations
 
 import json
@@ -18,7 +16,7 @@ from openpendant.server.programs.language.program_json import (
     program_to_json,
     source_of,
 )
-from openpendant.simplemsg.verdicts import VerdictCode
+from openpendant.simplemsg.verdicts import VerdictCode as V
 
 
 @pytest.fixture
@@ -42,47 +40,22 @@ def test_the_format_is_named(document: dict[str, Any]) -> None:
 @pytest.mark.parametrize(
     ("path", "value", "message", "code"),
     [
-        (["format"], "openpendant-program/2", "body: format: ", VerdictCode.PROGRAM_SYNTAX),
-        (["name"], "a/b", "the name of the program has '/'", VerdictCode.BAD_NAME),
-        (["name"], 7, "body: name: ", VerdictCode.PROGRAM_SYNTAX),
-        (["extra"], 7, "body: extra: ", VerdictCode.PROGRAM_SYNTAX),
-        (
-            ["points", 0, "joints", 2],
-            "1",
-            "body: points[0].joints[2]: ",
-            VerdictCode.PROGRAM_SYNTAX,
-        ),
-        (
-            ["points", 0, "joints", 2],
-            1e9,
-            "body: points[0]: joint 3 of ",
-            VerdictCode.PROGRAM_INVALID,
-        ),
-        (["points", 1, "name"], "a", "there is a point 'a' already", VerdictCode.POINT_EXISTS),
-        (["statements", 0, "point"], "x", "no point is named 'x'", VerdictCode.POINT_UNKNOWN),
-        (
-            ["statements", 0, "statement"],
-            "fly",
-            "body: statements[0]: ",
-            VerdictCode.PROGRAM_SYNTAX,
-        ),
-        (
-            ["statements", 0, "way"],
-            "ptp",
-            "body: statements[0].move.way: ",
-            VerdictCode.PROGRAM_SYNTAX,
-        ),
-        (
-            ["statements", 0, "zone"],
-            True,
-            "body: statements[0].move.zone: ",
-            VerdictCode.PROGRAM_SYNTAX,
-        ),
-        (["linear_axes"], [2, 1], "the linear axes are [2, 1]", VerdictCode.PROGRAM_INVALID),
+        (["format"], "openpendant-program/2", "body: format: ", V.PROGRAM_SYNTAX),
+        (["name"], "a/b", "the name of the program has '/'", V.BAD_NAME),
+        (["name"], 7, "body: name: ", V.PROGRAM_SYNTAX),
+        (["extra"], 7, "body: extra: ", V.PROGRAM_SYNTAX),
+        (["points", 0, "joints", 2], "1", "body: points[0].joints[2]: ", V.PROGRAM_SYNTAX),
+        (["points", 0, "joints", 2], 1e9, "body: points[0]: joint 3 of ", V.PROGRAM_INVALID),
+        (["points", 1, "name"], "a", "there is a point 'a' already", V.POINT_EXISTS),
+        (["statements", 0, "point"], "x", "no point is named 'x'", V.POINT_UNKNOWN),
+        (["statements", 0, "statement"], "fly", "body: statements[0]: ", V.PROGRAM_SYNTAX),
+        (["statements", 0, "way"], "ptp", "body: statements[0].move.way: ", V.PROGRAM_SYNTAX),
+        (["statements", 0, "zone"], True, "body: statements[0].move.zone: ", V.PROGRAM_SYNTAX),
+        (["linear_axes"], [2, 1], "the linear axes are [2, 1]", V.PROGRAM_INVALID),
     ],
 )
 def test_a_wrong_field_is_named(
-    document: dict[str, Any], path: list[Any], value: Any, message: str, code: VerdictCode
+    document: dict[str, Any], path: list[Any], value: Any, message: str, code: V
 ) -> None:
     place: Any = document
     for step in path[:-1]:
@@ -101,7 +74,7 @@ def test_a_wrong_field_is_named(
     ],
 )
 def test_what_is_no_program_is_refused(body: str) -> None:
-    assert refused(body).refusal.code is VerdictCode.PROGRAM_SYNTAX
+    assert refused(body).refusal.code is V.PROGRAM_SYNTAX
 
 
 def test_numbers_that_are_none_are_refused(document: dict[str, Any]) -> None:
@@ -126,17 +99,13 @@ def test_a_body_that_is_too_large_is_refused_unread() -> None:
     "read", [program_from_source, lambda text, file: source_of(text.encode(), file).program]
 )
 def test_a_key_that_stands_twice_in_what_somebody_wrote_is_refused(
-    document: dict[str, Any],
-    read: Callable[[str, str], Program],
-    once: str,
-    twice: str,
-    key: str,
+    document: dict[str, Any], read: Callable[[str, str], Program], once: str, twice: str, key: str
 ) -> None:
     text = json.dumps(document, separators=(",", ":"))
     assert text.count(once) == 1
     with pytest.raises(ProgramError, match=f"^body: has the key '{key}' twice") as caught:
         read(text.replace(once, twice), "body")
-    assert caught.value.refusal.code is VerdictCode.PROGRAM_SYNTAX
+    assert caught.value.refusal.code is V.PROGRAM_SYNTAX
 
 
 @pytest.mark.parametrize(
@@ -155,4 +124,4 @@ def test_a_byte_order_mark_is_taken_before_json_as_before_text(
 def test_what_is_no_json_is_refused_as_what_is_no_program(body: str | bytes) -> None:
     with pytest.raises(ProgramError) as caught:
         program_from_source(body)
-    assert caught.value.refusal.code is VerdictCode.PROGRAM_SYNTAX
+    assert caught.value.refusal.code is V.PROGRAM_SYNTAX

@@ -1,5 +1,3 @@
-"""Walking through a program without moving."""
-
 from __future__ import annotations
 
 import pytest
@@ -17,10 +15,10 @@ from openpendant.server.programs.interpreter.dry_run_results import (
 from openpendant.server.programs.interpreter.motion_blocks import MotionBlock
 from openpendant.server.programs.language.points import JointVector, TeachPoint
 from openpendant.server.refusal import Refusal
-from openpendant.simplemsg.verdicts import VerdictCode
+from openpendant.simplemsg.verdicts import VerdictCode as V
 
 START = (0.0,) * 6
-BEYOND = Refusal(VerdictCode.UNREACHABLE, "0.2 m too far", value=0.2)
+BEYOND = Refusal(V.UNREACHABLE, "0.2 m too far", value=0.2)
 
 
 class Planner:

@@ -1,5 +1,3 @@
-"""Edits, and their undo and redo."""
-
 from __future__ import annotations
 
 import json
@@ -31,7 +29,7 @@ from openpendant.server.programs.language.printer import print_program
 from openpendant.server.programs.language.program_errors import ProgramError
 from openpendant.server.programs.language.statements import Call, End, Loop, Move, Wait, Way
 from openpendant.simplemsg.pendant.management.programs import EditProgram
-from openpendant.simplemsg.verdicts import VerdictCode
+from openpendant.simplemsg.verdicts import VerdictCode as V
 
 D = TeachPoint("d", (0.5,) * 6)
 BEFORE = program("move PTP a\nloop 2\nmove CIRC b via a\nend\nwait 1 s")
@@ -77,7 +75,7 @@ def test_a_used_point_is_not_deleted_and_its_statements_are_named() -> None:
         ProgramError, match=r"is used in line 11, 'move PTP a' and line 13, 'move CIRC b via a'$"
     ) as caught:
         apply(BEFORE, DeletePoint("a"))
-    assert caught.value.refusal.code is VerdictCode.POINT_IN_USE
+    assert caught.value.refusal.code is V.POINT_IN_USE
 
 
 def test_an_unused_point_is_deleted() -> None:
@@ -134,43 +132,37 @@ def test_the_whole_program_is_described() -> None:
 @pytest.mark.parametrize(
     ("edit", "code", "message"),
     [
-        (RecordPoint(TeachPoint("a", (0.0,) * 6)), VerdictCode.POINT_EXISTS, "'a' already"),
-        (RecordPoint(D, Move(Way.LIN, "a")), VerdictCode.PROGRAM_INVALID, "accepted: a move to d"),
-        (RecordPoint(TeachPoint("d", (0.0,))), VerdictCode.PROGRAM_INVALID, "d has 1 joints"),
-        (TouchUp("x", (0.0,) * 6), VerdictCode.POINT_UNKNOWN, "points: 'a', 'b', 'c'"),
-        (RenamePoint("a", "b"), VerdictCode.POINT_EXISTS, "'b' already"),
-        (RenamePoint("a", "x/y"), VerdictCode.BAD_NAME, "accepted: a name without"),
+        (RecordPoint(TeachPoint("a", (0.0,) * 6)), V.POINT_EXISTS, "'a' already"),
+        (RecordPoint(D, Move(Way.LIN, "a")), V.PROGRAM_INVALID, "accepted: a move to d"),
+        (RecordPoint(TeachPoint("d", (0.0,))), V.PROGRAM_INVALID, "d has 1 joints"),
+        (TouchUp("x", (0.0,) * 6), V.POINT_UNKNOWN, "points: 'a', 'b', 'c'"),
+        (RenamePoint("a", "b"), V.POINT_EXISTS, "'b' already"),
+        (RenamePoint("a", "x/y"), V.BAD_NAME, "accepted: a name without"),
         (
             DeleteStatements(3),
-            VerdictCode.PROGRAM_INVALID,
+            V.PROGRAM_INVALID,
             "line 12 of the edited text, 'loop 2': the block is not closed",
         ),
-        (
-            DeleteStatements(4, 2),
-            VerdictCode.PROGRAM_INVALID,
-            "there are 5; 4 is line 15, 'wait 1 s'",
-        ),
-        (ReorderStatements(3, 1, 0), VerdictCode.PROGRAM_INVALID, "end closes nothing"),
-        (InsertStatements((Move(Way.PTP, "x"),)), VerdictCode.POINT_UNKNOWN, "named 'x'"),
+        (DeleteStatements(4, 2), V.PROGRAM_INVALID, "there are 5; 4 is line 15, 'wait 1 s'"),
+        (ReorderStatements(3, 1, 0), V.PROGRAM_INVALID, "end closes nothing"),
+        (InsertStatements((Move(Way.PTP, "x"),)), V.POINT_UNKNOWN, "named 'x'"),
         (
             InsertStatements((), at=6),
-            VerdictCode.PROGRAM_INVALID,
+            V.PROGRAM_INVALID,
             "is 6, counted from 0; accepted: 0 to 5; 4 is line 15, 'wait 1 s'",
         ),
-        (InsertStatements((), at=-1), VerdictCode.PROGRAM_INVALID, "is -1, counted from 0"),
-        (DeleteStatements(0, 0), VerdictCode.PROGRAM_INVALID, "the count is 0; accepted: 1"),
+        (InsertStatements((), at=-1), V.PROGRAM_INVALID, "is -1, counted from 0"),
+        (DeleteStatements(0, 0), V.PROGRAM_INVALID, "the count is 0; accepted: 1"),
         (
             InsertStatements((Move(Way.PTP, "x"),), at=1),
-            VerdictCode.POINT_UNKNOWN,
+            V.POINT_UNKNOWN,
             "line 12 of the edited text, 'move PTP x': no point is named 'x'",
         ),
-        (CommentStatement(0, "a\nb"), VerdictCode.PROGRAM_INVALID, "U+000A"),
-        (DescribeProgram(name=""), VerdictCode.BAD_NAME, "has 0 characters"),
+        (CommentStatement(0, "a\nb"), V.PROGRAM_INVALID, "U+000A"),
+        (DescribeProgram(name=""), V.BAD_NAME, "has 0 characters"),
     ],
 )
-def test_an_edit_that_leaves_no_valid_program_is_refused(
-    edit: Edit, code: VerdictCode, message: str
-) -> None:
+def test_an_edit_that_leaves_no_valid_program_is_refused(edit: Edit, code: V, message: str) -> None:
     with pytest.raises(ProgramError) as caught:
         apply(BEFORE, edit)
     assert caught.value.refusal.code is code

@@ -1,5 +1,3 @@
-"""Undo and redo, on the JSON of a program."""
-
 from __future__ import annotations
 
 import pytest
@@ -27,7 +25,7 @@ from openpendant.server.programs.language.points import TeachPoint
 from openpendant.server.programs.language.program_errors import NothingToUndo
 from openpendant.server.programs.language.program_json import program_from_json, program_to_json
 from openpendant.server.programs.language.statements import Move, Way
-from openpendant.simplemsg.verdicts import VerdictCode
+from openpendant.simplemsg.verdicts import VerdictCode as V
 
 BEFORE = program_to_json(program("move PTP a\nloop 2\nmove CIRC b via a\nend\nwait 1 s"))
 EDITS: list[Edit] = [
@@ -85,7 +83,7 @@ def test_an_edit_after_an_undo_ends_what_could_be_redone() -> None:
 def test_there_is_nothing_before_the_first_edit() -> None:
     with pytest.raises(NothingToUndo) as caught:
         History().undone()
-    assert caught.value.refusal.code is VerdictCode.NOTHING_TO_UNDO
+    assert caught.value.refusal.code is V.NOTHING_TO_UNDO
 
 
 def test_a_history_is_bounded_in_edits() -> None:

@@ -1,16 +1,14 @@
-"""A real planning process: what the event loop spends on the largest program, and two robots."""
-
 from __future__ import annotations
 
 import asyncio
 import gc
 import statistics
 import time
-from contextlib import suppress
 from dataclasses import dataclass
 
 import pytest
 from rigs.data.large_programs import large_text
+from rigs.processes.planning_children import running_pool
 
 from openpendant.server.planning.jobs import JointPathJob, PlanAnswer, ProgramJob
 from openpendant.server.planning.pool.planning_pool import CellPlanner, PlanningPool
@@ -59,7 +57,6 @@ class Watched:
 
 @pytest.fixture(scope="module")
 def watched() -> Watched:
-    """A planning process that takes seconds to load all that it needs."""
     return asyncio.run(_watched())
 
 
@@ -79,19 +76,12 @@ def test_one_process_plans_for_several_robots(watched: Watched) -> None:
 
 
 async def _watched() -> Watched:
-    pool = PlanningPool(["ur5"])
-    keeping = asyncio.create_task(pool.keep_up())
-    try:
+    async with running_pool() as pool:
         rounds = [await _round(pool.planner_of("ur5")) for _ in range(ROUNDS)]
         return Watched(rounds, [await _plan(pool, robot) for robot in ("ur5", "abb_irb120")])
-    finally:
-        keeping.cancel()
-        with suppress(asyncio.CancelledError):
-            await keeping
 
 
 async def _plan(pool: PlanningPool, robot: str) -> PlanAnswer:
-    """Have a robot's motion planned."""
     answers: asyncio.Queue[PlanAnswer] = asyncio.Queue()
     start = (0.0, -1.0, 1.0, 0.1, 0.2, 0.3)
     job = JointPathJob(1, start, (tuple(value + 0.1 for value in start),), 0.5)

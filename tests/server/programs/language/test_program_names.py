@@ -1,5 +1,3 @@
-"""What a program may be called, as pendants are told."""
-
 from __future__ import annotations
 
 import pytest
@@ -7,17 +5,17 @@ from rigs.cells import memory_store
 from rigs.cells.program_cell import ProgramCell, ask
 
 from openpendant.server.store.documents import check_name
-from openpendant.simplemsg.verdicts import VerdictCode
+from openpendant.simplemsg.verdicts import VerdictCode as V
 
 
 def test_a_name_that_no_message_could_carry_is_refused_when_the_program_is_made() -> None:
     """What can be made can be run: the start of a program has 64 bytes for its name."""
     user = ProgramCell().user
     refused = ask(user, "programs.create", name="ü" * 33)
-    assert (refused["code"], refused["value"], refused["limit"]) == (VerdictCode.BAD_NAME, 66, 64)
+    assert (refused["code"], refused["value"], refused["limit"]) == (V.BAD_NAME, 66, 64)
     assert ask(user, "programs.create", name="ü" * 32)["revision"] == 1
     renamed = ask(user, "programs.rename", name="ü" * 32, new_name="ü" * 33, expected_revision=1)
-    assert renamed["code"] == VerdictCode.BAD_NAME
+    assert renamed["code"] == V.BAD_NAME
 
 
 @pytest.mark.parametrize("name", ["ü" * 64, "𝔭" * 64], ids=["128 bytes", "256 bytes"])
@@ -34,7 +32,7 @@ def test_an_older_program_with_a_longer_name_is_listed_loaded_and_renamed(
     renamed = ask(cell.user, "programs.rename", name=name, new_name="short", expected_revision=1)
     assert (renamed["name"], renamed["revision"]) == ("short", 1)
     assert [each["name"] for each in ask(cell.user, "programs.list")["programs"]] == ["short"]
-    assert cell.run("short") is VerdictCode.ACCEPTED
+    assert cell.run("short") is V.ACCEPTED
 
 
 @pytest.mark.parametrize(

@@ -1,5 +1,3 @@
-"""From text to program: what is taken, and what an error says and where."""
-
 from __future__ import annotations
 
 import math
@@ -28,7 +26,7 @@ from openpendant.server.programs.language.statements import (
 )
 from openpendant.server.programs.language.tokens import MOST_BYTES
 from openpendant.simplemsg.pendant.management.programs import MOST_STATEMENTS
-from openpendant.simplemsg.verdicts import VerdictCode
+from openpendant.simplemsg.verdicts import VerdictCode as V
 
 
 def error_of(text: str) -> ProgramSyntaxError:
@@ -294,9 +292,7 @@ def test_a_byte_order_mark_is_no_character_of_the_first_line() -> None:
 
 
 @pytest.mark.parametrize("read", [parse_source, lambda text: parse_bytes(text.encode())])
-def test_a_byte_order_mark_is_taken_from_text_as_from_bytes(
-    read: Callable[[str], Source],
-) -> None:
+def test_a_byte_order_mark_is_taken_from_text_as_from_bytes(read: Callable[[str], Source]) -> None:
     assert read("\ufeff" + HEAD).program == parse(HEAD)
 
 
@@ -326,19 +322,19 @@ def test_a_text_that_is_no_program_is_refused(text: str, place: str, message: st
 def test_bytes_that_are_no_text_are_refused_with_their_place() -> None:
     with pytest.raises(ProgramSyntaxError, match=r"^x:2:3: byte 0xFF is not UTF-8") as caught:
         parse_bytes(b"a\nbc\xff", "x")
-    assert caught.value.refusal.code is VerdictCode.PROGRAM_SYNTAX
+    assert caught.value.refusal.code is V.PROGRAM_SYNTAX
 
 
 @pytest.mark.parametrize(
     ("statements", "code"),
     [
-        ("move PTP x", VerdictCode.POINT_UNKNOWN),
-        ("call a/b", VerdictCode.BAD_NAME),
-        ("loop", VerdictCode.PROGRAM_INVALID),
-        ("move", VerdictCode.PROGRAM_SYNTAX),
+        ("move PTP x", V.POINT_UNKNOWN),
+        ("call a/b", V.BAD_NAME),
+        ("loop", V.PROGRAM_INVALID),
+        ("move", V.PROGRAM_SYNTAX),
     ],
 )
-def test_a_refusal_has_the_code_of_the_rule(statements: str, code: VerdictCode) -> None:
+def test_a_refusal_has_the_code_of_the_rule(statements: str, code: V) -> None:
     assert error_of(HEAD + statements).refusal.code is code
 
 

@@ -1,5 +1,3 @@
-"""What a teach point may hold, and whether its joints agree with its pose."""
-
 from __future__ import annotations
 
 import math
@@ -26,7 +24,7 @@ from openpendant.server.programs.language.program_errors import (
     ProgramNameRefused,
     WrongRobot,
 )
-from openpendant.simplemsg.verdicts import VerdictCode
+from openpendant.simplemsg.verdicts import VerdictCode as V
 
 SQUARE = PointPose((0.4, 0.0, 0.3), (0.0, 0.0, 0.0, 1.0), "base", "gripper")
 POINT = TeachPoint("home", (0.0, 1.0), SQUARE)
@@ -55,7 +53,7 @@ def test_joints_that_put_it_elsewhere_are_refused_with_numbers(
         check_consistency(POINT, lambda *_: reaching(distance, angle))
     assert caught.value.distance == pytest.approx(distance)
     assert caught.value.angle == pytest.approx(angle)
-    assert caught.value.refusal.code is VerdictCode.POINT_INCONSISTENT
+    assert caught.value.refusal.code is V.POINT_INCONSISTENT
 
 
 def test_a_point_without_a_pose_agrees_with_everything() -> None:
@@ -72,7 +70,7 @@ def test_the_words_of_a_configuration_are_those_of_motion() -> None:
 def test_a_name_that_is_a_path_or_not_printable_is_refused(name: str) -> None:
     with pytest.raises(ProgramNameRefused) as caught:
         TeachPoint(name, (0.0,))
-    assert caught.value.refusal.code is VerdictCode.BAD_NAME
+    assert caught.value.refusal.code is V.BAD_NAME
 
 
 @pytest.mark.parametrize("joints", [(), (0.0,) * 17, (math.nan,), (math.inf,)])
@@ -119,4 +117,4 @@ def test_a_program_of_another_robot_is_refused(
 ) -> None:
     with pytest.raises(WrongRobot, match=message) as caught:
         check_robot(program, robot, limits)
-    assert caught.value.refusal.code is VerdictCode.PROGRAM_WRONG_ROBOT
+    assert caught.value.refusal.code is V.PROGRAM_WRONG_ROBOT

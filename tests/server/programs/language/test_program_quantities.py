@@ -1,5 +1,3 @@
-"""Degrees and millimetres in a text keep every bit."""
-
 from __future__ import annotations
 
 import math

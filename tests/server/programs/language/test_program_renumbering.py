@@ -1,5 +1,3 @@
-"""Which statement is which after a change, as edits and as texts that somebody wrote."""
-
 from __future__ import annotations
 
 import pytest

@@ -1,5 +1,3 @@
-"""A run from start to end: what is asked for, in which order, and how it ends."""
-
 from __future__ import annotations
 
 import pytest
@@ -19,9 +17,9 @@ from openpendant.server.programs.interpreter.run_events import (
 )
 from openpendant.server.programs.language.statements import MOST_PASSES, SpeedKind
 from openpendant.server.refusal import Refusal
-from openpendant.simplemsg.verdicts import VerdictCode
+from openpendant.simplemsg.verdicts import VerdictCode as V
 
-FAULT = Refusal(VerdictCode.CONTROLLER_LOST, "the link is gone")
+FAULT = Refusal(V.CONTROLLER_LOST, "the link is gone")
 
 
 @pytest.mark.parametrize(
@@ -221,7 +219,7 @@ def test_a_request_that_is_aborted_fails_the_run_with_its_reason(statements: str
 def test_a_robot_that_stands_at_the_point_already_is_no_failure() -> None:
     rig = ProgramRig("move PTP a\nmove PTP b")
     rig.start()
-    assert rig.abort(Refusal(VerdictCode.NO_MOTION)) == ["move b"]
+    assert rig.abort(Refusal(V.NO_MOTION)) == ["move b"]
 
 
 def test_a_second_start_during_a_run_is_refused() -> None:

@@ -1,5 +1,3 @@
-"""What holds of every run, whatever comes in: nothing moves after a stop, one request at a time."""
-
 from __future__ import annotations
 
 from hypothesis import given
@@ -34,7 +32,7 @@ from openpendant.server.programs.interpreter.run_events import (
 )
 from openpendant.server.programs.interpreter.runner import Runner
 from openpendant.server.refusal import Refusal
-from openpendant.simplemsg.verdicts import VerdictCode
+from openpendant.simplemsg.verdicts import VerdictCode as V
 
 PROGRAM = """move PTP a zone 5 deg
 move PTP b
@@ -52,7 +50,7 @@ end
 """
 LINKED = linked(PROGRAM, {"x": "move LIN b\nread input 4 into ok\nif flag ok on\nmove PTP c\nend"})
 REQUESTS = st.integers(1, 12)
-FAULT = Refusal(VerdictCode.CONTROLLER_LOST)
+FAULT = Refusal(V.CONTROLLER_LOST)
 EVENTS: st.SearchStrategy[Event] = st.one_of(
     st.builds(Start, st.integers(0, 13), st.one_of(st.none(), st.integers(1, 2)), st.booleans()),
     st.sampled_from(

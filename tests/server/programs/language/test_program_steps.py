@@ -1,5 +1,3 @@
-"""Pauses, single steps in both directions, and breakpoints."""
-
 from __future__ import annotations
 
 import pytest

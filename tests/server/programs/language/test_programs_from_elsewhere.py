@@ -1,5 +1,3 @@
-"""Programs as other tools wrote them: byte order marks, keys that are doubled."""
-
 from __future__ import annotations
 
 import pytest

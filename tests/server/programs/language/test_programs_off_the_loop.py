@@ -1,5 +1,3 @@
-"""No program holds up the event loop: what the core reads of the largest is counted, not timed."""
-
 from __future__ import annotations
 
 import pickle

@@ -1,5 +1,3 @@
-"""Frames and tools come into force at rest: no motion begins while a change of them is kept."""
-
 from __future__ import annotations
 
 from collections.abc import Callable
@@ -62,7 +60,6 @@ def jog(cell: BusyCell) -> V | None:
 
 
 def hold(cell: BusyCell, milliseconds: int) -> None:
-    """Hold the jog's key and the enabling device."""
     for beat in range(milliseconds // 50):
         cell.user.send(JogBeat(cell.user.last_request, beat + 1))
         cell.user.send(Enabling(1))
@@ -149,9 +146,7 @@ def test_a_change_that_is_refused_at_once_holds_up_nothing(cell: BusyCell) -> No
     assert jog(cell) is V.ACCEPTED
 
 
-def test_a_change_of_frames_and_one_of_tools_at_once_do_not_undo_each_other(
-    cell: BusyCell,
-) -> None:
+def test_a_change_of_frames_and_one_of_tools_at_once_do_not_undo_each_other(cell: BusyCell) -> None:
     cell.is_busy = True
     cell.begin(cell.user, **ADD_FRAME)
     cell.begin(cell.user, **SELECT)
@@ -189,8 +184,6 @@ def test_documents_that_cannot_be_read_hold_up_nothing_once_that_is_known() -> N
 
 
 class SlowStart(BusyCell):
-    """A cell whose disk has not answered anything yet."""
-
     def perform(self, outgoing: list[Any]) -> list[Any]:
         self.is_busy = self.is_busy or not hasattr(self, "user")
         return super().perform(outgoing)

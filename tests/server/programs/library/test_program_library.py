@@ -1,5 +1,3 @@
-"""Programs as two pendants keep and edit them; the store is in memory."""
-
 from __future__ import annotations
 
 import json
