@@ -99,9 +99,7 @@ def test_demo_moves_a_ur5_unless_told_otherwise(project: Project) -> None:
     assert project.calls[-1] == "demo --robot ur5"
 
 
-def test_test_installs_what_tests_and_runs_lanes_with_lint_beside(
-    project: Project,
-) -> None:
+def test_test_installs_what_tests_and_runs_lanes_with_lint_beside(project: Project) -> None:
     assert project.make("test").returncode == 0
     assert project.installed == ["hatchling", "--no-build-isolation -e .[server,plot,terminal,dev]"]
     assert project.calls[-1] == (
@@ -203,10 +201,7 @@ def test_a_moved_project_is_installed_again(project: Project) -> None:
 
 @pytest.mark.parametrize(
     ("trouble", "said"),
-    [
-        ({"TOO_OLD": "1"}, "is older than Python 3.11"),
-        ({"NO_VENV": "1"}, "has no venv module"),
-    ],
+    [({"TOO_OLD": "1"}, "is older than Python 3.11"), ({"NO_VENV": "1"}, "has no venv module")],
 )
 def test_an_unfit_interpreter_is_named_in_one_line(
     project: Project, trouble: dict[str, str], said: str

@@ -8,14 +8,7 @@ from pathlib import Path
 import pytest
 from rigs.peers.minimum_controller import CODEC, SOURCE, STOP
 
-from openpendant.simplemsg import (
-    JointPosition,
-    JointTrajPt,
-    Message,
-    Status,
-    accepted,
-    joint_array,
-)
+from openpendant.simplemsg import JointPosition, JointTrajPt, Message, Status, accepted, joint_array
 
 PAGE = Path(__file__).parents[2] / "docs" / "minimum-controller.md"
 JOINTS = joint_array((0.5, -1.5, 1.5, -1.5, -1.5, 0.0))

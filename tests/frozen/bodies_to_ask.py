@@ -349,14 +349,7 @@ FRAMES = [
         **{"expected_revision": 5},
         content={
             "schema": "openpendant-frames/1",
-            "frames": [
-                {
-                    "name": "cell",
-                    "parent": "base",
-                    "xyz": [0, 0, 1],
-                    "quat": [0, 0, 0, 1],
-                }
-            ],
+            "frames": [{"name": "cell", "parent": "base", "xyz": [0, 0, 1], "quat": [0, 0, 0, 1]}],
             "tools": [],
             "selected_tool": None,
         },

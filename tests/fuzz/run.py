@@ -57,16 +57,7 @@ def fuzz(target: str, limit: str, keep: Path, seed: int = 0) -> Outcome:
     """
     before = set(keep.glob("*"))
     with tempfile.TemporaryDirectory() as corpus:
-        command = [
-            sys.executable,
-            __file__,
-            "--child",
-            target,
-            corpus,
-            limit,
-            str(keep),
-            str(seed),
-        ]
+        command = [sys.executable, __file__, "--child", target, corpus, limit, str(keep), str(seed)]
         path = os.pathsep.join([str(FOLDER.parent), os.environ.get("PYTHONPATH", "")])
         done = subprocess.run(
             command,

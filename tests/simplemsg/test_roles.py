@@ -6,12 +6,7 @@ from itertools import pairwise
 
 import pytest
 
-from openpendant.simplemsg.pendant.roles import (
-    LEAST_ROLE,
-    PERMISSIONS_OF,
-    Permission,
-    Role,
-)
+from openpendant.simplemsg.pendant.roles import LEAST_ROLE, PERMISSIONS_OF, Permission, Role
 
 
 def test_every_permission_has_a_least_role() -> None:

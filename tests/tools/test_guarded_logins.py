@@ -47,10 +47,7 @@ async def run(
 
 @pytest.mark.parametrize("name", PLAIN)
 async def test_a_user_comes_in_with_a_certificate_and_a_password_that_is_no_argument(
-    name: str,
-    tmp_path: Path,
-    capsys: pytest.CaptureFixture[str],
-    monkeypatch: pytest.MonkeyPatch,
+    name: str, tmp_path: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
 ) -> None:
     certificate, key = make_certificate(tmp_path)
     (tmp_path / "other").mkdir()

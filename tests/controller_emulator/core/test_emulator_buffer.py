@@ -50,10 +50,7 @@ def test_a_ping_is_answered_while_a_point_waits() -> None:
 def test_stop_overtakes_waiting_points_and_fails_them_first(stopping_link: int) -> None:
     rig = full()
     rig.code(point(3))
-    assert rig.send(STOP, link=stopping_link) == [
-        (LINK, 11, FAILURE),
-        (stopping_link, 11, SUCCESS),
-    ]
+    assert rig.send(STOP, link=stopping_link) == [(LINK, 11, FAILURE), (stopping_link, 11, SUCCESS)]
     assert rig.wait(5000) == []
 
 

@@ -74,10 +74,7 @@ def test_one_long_wait_equals_many_short_ones() -> None:
 
 def test_the_point_times_of_four_byte_reals_read_as_the_decimals_that_were_meant() -> None:
     rig = ControllerRig()
-    rig.stream(
-        full_point(0, 0.0, (0.0, 0.0)),
-        full_point(1, 0.07000000029802322, (0.0, 0.0)),
-    )
+    rig.stream(full_point(0, 0.0, (0.0, 0.0)), full_point(1, 0.07000000029802322, (0.0, 0.0)))
     rig.now = 70 * MS
     rig.wait(0)
     assert not rig.status.in_motion

@@ -71,10 +71,7 @@ def test_every_output_holds_every_sample(capsys: Capture, scene: str, tmp_path: 
 
 def test_a_program_visits_joints_and_poses(capsys: Capture, scene: str, tmp_path: Path) -> None:
     pose = TASK.collision.kinematics.forward(TASK.start)
-    goals = [
-        TASK.goal.tolist(),
-        {"xyz": pose.position.tolist(), "quat": pose.quaternion.tolist()},
-    ]
+    goals = [TASK.goal.tolist(), {"xyz": pose.position.tolist(), "quat": pose.quaternion.tolist()}]
     (tmp_path / "program.json").write_text(json.dumps(goals))
     argv = ["--robot", "ur5", "--start", START, "--program", str(tmp_path / "program.json")]
     assert main([*argv, "--scene", scene, "--json", "-", "--speed", "0.5"]) == 0

@@ -59,10 +59,7 @@ class TestSpeedBounds:
         ],
     )
     def test_are_those_of_the_joint_that_leaves_least(
-        self,
-        rate: Sequence[float],
-        before: Sequence[float],
-        bounds: tuple[float, float],
+        self, rate: Sequence[float], before: Sequence[float], bounds: tuple[float, float]
     ) -> None:
         assert speed_bounds(LIMITS, rate, before, DT) == pytest.approx(bounds)
 

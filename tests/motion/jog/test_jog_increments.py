@@ -8,11 +8,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from openpendant.motion.errors import BadArgument, NotFinite
-from openpendant.motion.jog.jog_commands import (
-    shifted,
-    turned,
-    with_rpy_changed,
-)
+from openpendant.motion.jog.jog_commands import shifted, turned, with_rpy_changed
 from openpendant.motion.orientation import roll_pitch_yaw
 from openpendant.motion.pose import Pose
 

@@ -168,11 +168,7 @@ def test_a_circle_in_the_root_frame_is_the_same_circle() -> None:
             math.pi * 0.075,
         ),
         (FullAboutCentre(point(0.0, 0.05, 0.0), [0, 0, 1]), None, math.pi * 0.1),
-        (
-            FullThroughPoints(point(0.05, 0.05, 0.0), point(0.0, 0.1, 0.0)),
-            None,
-            math.pi * 0.1,
-        ),
+        (FullThroughPoints(point(0.05, 0.05, 0.0), point(0.0, 0.1, 0.0)), None, math.pi * 0.1),
     ],
     ids=["via", "half", "less", "more", "full about", "full through"],
 )
@@ -241,11 +237,7 @@ def test_segments_to_where_the_robot_stands_add_nothing() -> None:
         ([Ptp(START, zone=0.05), Lin(at(0, 0.1, 0))], 0, 0.0),
         ([Ptp(joints(0.1), zone=0.11), Ptp(joints(0.1, 0.3))], 0, 0.1),
         ([Ptp(joints(0.3)), Ptp(joints(0.1), zone=0.05), Ptp(joints(0.1, 0.04))], 1, 0.04),
-        (
-            [Ptp(joints(0.3), zone=0.1), Ptp(joints(0.3, 0.1), zone=0.06), Ptp(START)],
-            0,
-            0.05,
-        ),
+        ([Ptp(joints(0.3), zone=0.1), Ptp(joints(0.3, 0.1), zone=0.06), Ptp(START)], 0, 0.05),
         ([Lin(at(0, 0.1, 0), zone=0.03), Lin(at(0, 0.1, 0.02))], 0, 0.02),
         ([Lin(at(0, 0.1, 0), zone=0.03), Lin(at(0, 0.1, 0))], 0, 0.0),
         ([Ptp(joints(0.1), zone=0.03), Ptp(joints(0.1))], 0, 0.0),

@@ -9,13 +9,7 @@ from numpy.typing import NDArray
 from rigs.data.example_counts import few
 from rigs.motion.loaded_robots import serial_robot
 
-from openpendant.motion.errors import (
-    BadArgument,
-    NoMotion,
-    NotFinite,
-    OutOfRange,
-    WrongJointCount,
-)
+from openpendant.motion.errors import BadArgument, NoMotion, NotFinite, OutOfRange, WrongJointCount
 from openpendant.motion.paths.smoothing import SmoothedRecording, smooth
 from openpendant.motion.timing.parameterization import time_path
 from openpendant.motion.trajectory.certificate import certify

@@ -6,16 +6,7 @@ from pathlib import Path
 import numpy as np
 import pinocchio
 import pytest
-from rigs.data.urdf_files import (
-    FIRST,
-    ROBOTS_FILES,
-    SECOND,
-    SOUND,
-    THIRD,
-    joint,
-    robot,
-    written,
-)
+from rigs.data.urdf_files import FIRST, ROBOTS_FILES, SECOND, SOUND, THIRD, joint, robot, written
 
 from openpendant.motion.errors import RobotFileError
 from openpendant.motion.robot_import.dh_derivation import chain_pose

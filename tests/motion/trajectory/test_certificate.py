@@ -83,14 +83,8 @@ def test_a_certificate_is_plain_data(move: Trajectory) -> None:
 
 # Each fault is planted alone: what is altered, and the check that must find it.
 FAULTS: list[tuple[str, Callable[[Trajectory], Trajectory]]] = [
-    (
-        "position",
-        lambda m: altered(m, position=put(m.position, 9, 0, math.nextafter(3.0, 4.0))),
-    ),
-    (
-        "position",
-        lambda m: altered(m, position=put(m.position, 9, 1, math.nextafter(-2.0, -3.0))),
-    ),
+    ("position", lambda m: altered(m, position=put(m.position, 9, 0, math.nextafter(3.0, 4.0)))),
+    ("position", lambda m: altered(m, position=put(m.position, 9, 1, math.nextafter(-2.0, -3.0)))),
     ("finite", lambda m: altered(m, position=put(m.position, MIDDLE, 1, math.nan))),
     ("finite", lambda m: altered(m, position=put(m.position, MIDDLE, 1, math.inf))),
     ("finite", lambda m: altered(m, velocity=put(m.velocity, MIDDLE, 2, math.nan))),

@@ -54,9 +54,7 @@ def test_csv_gives_the_same_numbers_again_to_the_last_bit(swing: Trajectory) -> 
 
 
 @pytest.mark.usefixtures("comma_locale")
-def test_csv_has_a_column_with_a_unit_for_each_quantity_and_decimal_dots(
-    swing: Trajectory,
-) -> None:
+def test_csv_has_a_column_with_a_unit_for_each_quantity_and_decimal_dots(swing: Trajectory) -> None:
     header, first, second, *_ = to_csv(swing, LIMITS).splitlines()
 
     assert header.startswith('time [s],turn position [rad],"a ""quoted"", name position [rad]",')

@@ -24,15 +24,7 @@ from openpendant.server.shell.clients import Clients
 from openpendant.server.shell.inbox import Inbox
 from openpendant.server.shell.observations import Observations
 from openpendant.server.shell.outbox import SentFrames
-from openpendant.simplemsg import (
-    PENDANT,
-    STANDARD,
-    ByteOrder,
-    Connection,
-    Message,
-    Role,
-    Unasked,
-)
+from openpendant.simplemsg import PENDANT, STANDARD, ByteOrder, Connection, Message, Role, Unasked
 from openpendant.simplemsg.journal import Journal
 from openpendant.simplemsg.pendant import MAX_PENDANT_FRAME
 

@@ -108,10 +108,7 @@ class VirtualLoop(asyncio.SelectorEventLoop):
         return self._virtual.now_ns / 1e9
 
     def run_in_executor(
-        self,
-        executor: Executor | None,
-        func: Callable[[*_Arguments], _Result],
-        *args: *_Arguments,
+        self, executor: Executor | None, func: Callable[[*_Arguments], _Result], *args: *_Arguments
     ) -> asyncio.Future[_Result]:
         """Call `func` here and now; its outcome arrives in the next turn of the loop.
 

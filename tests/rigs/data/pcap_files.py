@@ -102,11 +102,7 @@ class Conversation:
         return [self.segment(0, flags=SYN), self.segment(1, flags=SYN | ACK), self.segment(0)]
 
     def closed(self) -> list[Stamped]:
-        return [
-            self.segment(0, flags=FIN | ACK),
-            self.segment(1, flags=FIN | ACK),
-            self.segment(0),
-        ]
+        return [self.segment(0, flags=FIN | ACK), self.segment(1, flags=FIN | ACK), self.segment(0)]
 
     def asked(self, request: bytes, reply: bytes) -> list[Stamped]:
         return [self.segment(0, request, PSH | ACK), self.segment(1, reply, PSH | ACK)]

@@ -53,10 +53,7 @@ def write_pcap(path: Path, segments: list[Segment], snaplen: int = 262_144) -> N
 def _packet(segment: Segment, sequence: int, acknowledged: int) -> bytes:
     client, server = (
         (bytes([10, 0, 0, 1]), 40_000 + segment.stream % 10_000),
-        (
-            bytes([10, 0, 0, 2]),
-            segment.port,
-        ),
+        (bytes([10, 0, 0, 2]), segment.port),
     )
     source, target = (client, server) if segment.to_server else (server, client)
     push_and_ack = 0x5018

@@ -317,20 +317,12 @@ LIMITS = [
     Fault("starts in motion", "LC07", point=adding("velocities", 0.3), at=0),
     Fault("ends in motion", "LC10", point=adding("velocities", 0.3), at=29),
     Fault(
-        "ends in motion, Motoman",
-        "LC10",
-        form=Form.MOTOMAN,
-        point=adding("velocities", 0.3),
-        at=29,
+        "ends in motion, Motoman", "LC10", form=Form.MOTOMAN, point=adding("velocities", 0.3), at=29
     ),
     Fault("negates its velocities", "LC09", point=_scaled(-1.0), at=None),
     Fault("triples its velocities", "LC09", point=_scaled(3.0), at=None),
     Fault(
-        "triples its velocities, Motoman",
-        "LC09",
-        form=Form.MOTOMAN,
-        point=_scaled(3.0),
-        at=None,
+        "triples its velocities, Motoman", "LC09", form=Form.MOTOMAN, point=_scaled(3.0), at=None
     ),
     Fault("sends a whole trajectory", "LC08", extra=JointTraj((TrajPoint(0, _NOTHING, 0.1, 1.0),))),
 ]

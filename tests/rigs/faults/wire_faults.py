@@ -397,12 +397,7 @@ REPLIES = (
     Fault("answers twice", ("RS14", "RS20"), frame_out=lambda _, f: f + f),
     Fault("answers the newest request first", ("RS15",), frame_out=_reversed_replies),
     Fault("takes points that are too short", ("RS16",), message_in=_body_of_any_size(11)),
-    Fault(
-        "takes points that are too long",
-        ("RS17",),
-        DEVIATES,
-        message_in=_body_of_any_size(11),
-    ),
+    Fault("takes points that are too long", ("RS17",), DEVIATES, message_in=_body_of_any_size(11)),
     Fault("does not answer full points", ("RS18",), message_in=_no_answer_to_full_points),
     Fault("takes trajectories of any count", ("RS19",), message_in=_body_of_any_size(12)),
     Fault("greets its clients", ("RS20",), link=_TalkativeLink),

@@ -28,10 +28,7 @@ from openpendant.simplemsg import (
     message_type,
     refused,
 )
-from openpendant.simplemsg.motoman import (
-    MotomanMotionCtrl,
-    MotomanMotionReply,
-)
+from openpendant.simplemsg.motoman import MotomanMotionCtrl, MotomanMotionReply
 from openpendant.tools.packets.conformance.client.actions import ClientLinkId
 from openpendant.tools.packets.conformance.client.setup import Purpose, Setup
 

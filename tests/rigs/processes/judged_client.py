@@ -20,10 +20,7 @@ from openpendant.simplemsg import (
     SpecialSequence,
     joint_array,
 )
-from openpendant.simplemsg.motoman import (
-    MotomanGroup,
-    MotomanJointTrajPtFullEx,
-)
+from openpendant.simplemsg.motoman import MotomanGroup, MotomanJointTrajPtFullEx
 from openpendant.tools.packets.conformance.client.actions import (
     Act,
     Action,

@@ -401,9 +401,7 @@ def test_a_file_that_breaks_off_is_shown_up_to_there(tool: Tool, tmp_path: Path)
     for command in ("decode", "show"):
         found, lines, errors = tool.run(command, str(file))
         assert (found, len(lines)) == (2, 2)
-        assert errors == [
-            f"{file}: offset 423: the file ends inside a record: 69 of 70 bytes",
-        ]
+        assert errors == [f"{file}: offset 423: the file ends inside a record: 69 of 70 bytes"]
     found, lines, errors = tool.run("show", str(file), "--count")
     assert (found, len(lines), len(errors)) == (2, 2, 1)
 

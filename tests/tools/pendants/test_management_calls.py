@@ -20,11 +20,7 @@ from openpendant.tools.pendants.client import PendantClient
 from openpendant.tools.pendants.loop_thread import LoopThread
 from openpendant.tools.pendants.management.calls import AsyncCalls, call
 from openpendant.tools.pendants.sync_client import SyncPendantClient
-from openpendant.tools.reference.operations import (
-    GROUPS,
-    PublishedOperation,
-    published_operations,
-)
+from openpendant.tools.reference.operations import GROUPS, PublishedOperation, published_operations
 from openpendant.tools.reference.typed_data import is_optional
 
 ALL = published_operations()

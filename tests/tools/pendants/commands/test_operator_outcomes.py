@@ -276,8 +276,7 @@ def test_who_interrupts_a_motion_has_the_robot_stopped_and_gets_130(interrupted:
 
 
 @pytest.mark.parametrize(
-    ("code", "asked"),
-    [(V.NOTHING_TO_CONTROL, []), (V.HELD_BY_OTHER, ["stop"])],
+    ("code", "asked"), [(V.NOTHING_TO_CONTROL, []), (V.HELD_BY_OTHER, ["stop"])]
 )
 def test_who_cannot_end_a_motion_stops_the_robot(
     interrupted: Scripted, code: V, asked: list[str]

@@ -34,12 +34,7 @@ from openpendant.simplemsg.pendant import (
     StopKind,
 )
 from openpendant.simplemsg.verdicts import VerdictCode
-from openpendant.tools.pendants.client import (
-    PendantClient,
-    PendantError,
-    Refused,
-    WrongArgument,
-)
+from openpendant.tools.pendants.client import PendantClient, PendantError, Refused, WrongArgument
 from openpendant.tools.pendants.terminal.app import PendantApp
 from openpendant.tools.pendants.terminal.panel import Panel
 

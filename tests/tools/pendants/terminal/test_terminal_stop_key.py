@@ -8,13 +8,7 @@ import pytest
 from rigs.cells.panel_rig import HELLO, PanelRig, snapshot
 from rigs.peers.driven_pendant import driven
 
-from openpendant.simplemsg.pendant import (
-    Hello,
-    LinkState,
-    SoftwareStop,
-    StopChanged,
-    StopKind,
-)
+from openpendant.simplemsg.pendant import Hello, LinkState, SoftwareStop, StopChanged, StopKind
 from openpendant.simplemsg.verdicts import VerdictCode
 from openpendant.tools.pendants.client import PendantClient
 from openpendant.tools.pendants.terminal import commands as do
