@@ -42,10 +42,9 @@ def printed(*command: str) -> str:
 
 
 def test_the_commands_find_in_the_files_what_they_found(folder: Path) -> None:
-    then = json.loads(READINGS.read_text("utf-8"))
     found = [
         f"{was['command']}:\n  then {was}\n  now  {now}"
-        for was, now in zip(then, readings(), strict=True)
+        for was, now in zip(json.loads(READINGS.read_text("utf-8")), readings(), strict=True)
         if was != now
     ]
     assert not found, "\n".join(found)

@@ -265,8 +265,7 @@ def test_a_topic_of_ours_awaits_nothing() -> None:
 
 def test_a_malformed_request_keeps_the_link_and_may_be_answered() -> None:
     connection = _server()
-    short = struct.pack("<5i", 16, 11, 2, 0, 7)
-    received = connection.receive(short + PING)
+    received = connection.receive(struct.pack("<5i", 16, 11, 2, 0, 7) + PING)
     (malformed, ping) = received
     assert isinstance(malformed, Malformed)
     assert (malformed.msg_type, malformed.comm_type) == (11, CommType.REQUEST)

@@ -170,8 +170,7 @@ class Hands:
 
     def manage(self, operation: str, **fields: Any) -> Management:
         """Return a management request."""
-        body = json.dumps({"op": operation, **fields}).encode()
-        return Management(self.request(), body)
+        return Management(self.request(), json.dumps({"op": operation, **fields}).encode())
 
     @property
     def state(self) -> State:
@@ -227,8 +226,7 @@ class WalkedCell:
 
     def ticks(self, frame: FrameType) -> bool:
         """Return True if a tick of the cell begins."""
-        is_delivered = _is_method(frame, "deliver", self._shell)
-        return is_delivered and frame.f_locals["event"] is TICK
+        return _is_method(frame, "deliver", self._shell) and frame.f_locals["event"] is TICK
 
     def is_told(self, frame: FrameType) -> bool:
         """Return True if a round of three reports of the controller comes in."""

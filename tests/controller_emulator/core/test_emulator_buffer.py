@@ -78,8 +78,7 @@ def test_waiting_points_are_bounded() -> None:
     rig = full()
     for n in range(3, 67):
         assert rig.code(point(n)) is None
-    replies = rig.send(point(67))
-    assert replies == [(LINK, 11, FAILURE)] * 65
+    assert rig.send(point(67)) == [(LINK, 11, FAILURE)] * 65
     assert rig.status.error_code == ErrorCode.BUFFER_OVERFLOW
 
 

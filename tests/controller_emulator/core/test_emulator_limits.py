@@ -137,8 +137,7 @@ def test_velocity_over_time_may_exceed_the_acceleration_limit_by_a_thousandth(
 
 @pytest.mark.parametrize(("gap", "code"), [(0.0, 1), (0.0099, 1), (-0.0099, 1), (0.0101, 2)])
 def test_a_first_point_must_be_near_the_robot(gap: float, code: int) -> None:
-    rig = ControllerRig()
-    assert rig.code(full_point(0, 0.0, (0.0, gap))) == code
+    assert ControllerRig().code(full_point(0, 0.0, (0.0, gap))) == code
 
 
 def test_a_small_gap_to_the_first_point_is_closed_before_the_clock_starts() -> None:
@@ -275,8 +274,7 @@ def test_the_referee_stores_the_first_and_counts_them_all() -> None:
     referee = Referee(keep=2)
     for n in range(5):
         referee.note(Violation(ViolationKind.NOT_FINITE, "j", math.nan, 0.0, n, 0.0, 1))
-    record = referee.as_dict()
-    assert record["violations"] == 5
+    assert referee.as_dict()["violations"] == 5
     assert [violation.sequence for violation in referee.kept] == [0, 1]
     assert referee.kept[0].as_dict()["value"] == "nan"
     assert "and 3 more" in str(referee)

@@ -130,8 +130,7 @@ def test_a_message_that_the_profile_does_not_take_is_refused() -> None:
 
 def test_the_operator_message_as_a_topic_is_obeyed_and_not_answered() -> None:
     rig = ControllerRig()
-    event = OperatorEvent(OperatorAction.EMERGENCY_STOP, comm_type=CommType.TOPIC)
-    assert rig.send(event) == []
+    assert rig.send(OperatorEvent(OperatorAction.EMERGENCY_STOP, comm_type=CommType.TOPIC)) == []
     assert rig.status.e_stopped == 1
 
 

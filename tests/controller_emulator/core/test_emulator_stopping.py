@@ -163,8 +163,7 @@ def test_an_under_run_starts_the_ramp_at_the_time_of_the_last_point() -> None:
 
 
 def test_a_stream_that_ends_too_fast_to_stop_at_its_last_point_runs_dry() -> None:
-    rule = StartRule(points=3, lead=0, wait=20 * MS, patience=20 * MS)
-    rig = ControllerRig(start_rule=rule)
+    rig = ControllerRig(start_rule=StartRule(points=3, lead=0, wait=20 * MS, patience=20 * MS))
     speeding_up = (0.02, 0.08, 0.18, 0.30, 0.42)
     rig.stream(*(ratio_point(n, (q, 0.0), 0.1) for n, q in enumerate(speeding_up)))
     rig.wait(600)

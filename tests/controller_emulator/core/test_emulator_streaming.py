@@ -147,8 +147,7 @@ def test_a_stream_on_a_slow_line_runs_dry_and_is_no_violation(gap: float) -> Non
 
 
 def test_a_stream_that_fell_behind_at_a_point_of_rest_is_waited_for_again() -> None:
-    rule = StartRule(points=1, lead=0, wait=0, patience=200 * MS)
-    rig = ControllerRig(start_rule=rule)
+    rig = ControllerRig(start_rule=StartRule(points=1, lead=0, wait=0, patience=200 * MS))
     rig.stream(ratio_point(0, (0.1, 0.0), 1.0))
     rig.wait(500)
     # From rest to rest this would need 8 rad/s²: it begins as soon as the next point is known.
@@ -220,8 +219,7 @@ def test_what_is_under_way_of_a_broken_trajectory_is_refused_but_not_counted() -
 
 def test_a_lenient_controller_takes_points_in_order_of_arrival() -> None:
     rig = ControllerRig(is_strict=False)
-    codes = rig.stream(*(ratio_point(n, (0.1, 0.1), 1.0) for n in (3, 7, 4)))
-    assert codes == [SUCCESS] * 3
+    assert rig.stream(*(ratio_point(n, (0.1, 0.1), 1.0) for n in (3, 7, 4))) == [SUCCESS] * 3
     assert not rig.violations
 
 

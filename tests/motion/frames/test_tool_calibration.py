@@ -46,8 +46,7 @@ def test_four_clean_touches_give_the_tcp_exactly(tcp: tuple[float, ...]) -> None
 @pytest.mark.parametrize("noise", [1e-5, 1e-4, 5e-4])
 def test_under_noise_the_tcp_is_found_as_closely_as_is_stated(noise: float) -> None:
     found = tool_centre(touching(TCP, TURNS, noise))
-    error = float(np.linalg.norm(found.position - TCP))
-    assert error <= 4.0 * found.uncertainty
+    assert float(np.linalg.norm(found.position - TCP)) <= 4.0 * found.uncertainty
     assert 0.2 * noise <= found.mean_residual <= found.max_residual <= 4.0 * noise
     assert noise / 10.0 <= found.uncertainty <= 3.0 * noise
 

@@ -114,8 +114,7 @@ class TestLook:
         assert guard.look((0.1, 0.15)) == pytest.approx({0: 0.025})
 
     def test_looks_again_from_where_it_looked_last(self) -> None:
-        bodies = BodiesOnRails(standing_at(0.5))
-        guard = CollisionGuard(bodies.model)
+        guard = CollisionGuard(BodiesOnRails(standing_at(0.5)).model)
         for place in (0.0, 0.3, 0.4, 0.461):
             found = guard.look((place, 0.0))
         assert found == pytest.approx({0: 0.039})

@@ -286,8 +286,7 @@ class TestStopSurroundings:
             watches_posture=True,
         )
         ahead_of = StopOutlook([0.25, 0.0], [0.0025, 0.0], [0.01, 0.0], 0.01)
-        surroundings = StopSurroundings(cast(JogModel, model))
-        found = surroundings.left(DT, [0.0, 0.0], [0.25, 0.0], ahead_of)
+        found = StopSurroundings(cast(JogModel, model)).left(DT, [0.0, 0.0], [0.25, 0.0], ahead_of)
         return None if found is None else (found[0], found[1].reason)
 
     @pytest.mark.parametrize(

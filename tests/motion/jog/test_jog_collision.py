@@ -43,8 +43,7 @@ def block_below(clearance: float) -> CollisionModel:
     """A block so far below the tool of the bent UR5, and nothing else near."""
     kinematics = ur5()
     x, y, _ = kinematics.forward(UR5_BENT).position.tolist()
-    block = SceneObject("block", Box((0.2, 0.2, 0.1)), (x, y, -1.0))
-    scene = Scene((block,))
+    scene = Scene((SceneObject("block", Box((0.2, 0.2, 0.1)), (x, y, -1.0)),))
     model = CollisionModel(kinematics, scene)
     pairs = [index for index, pair in enumerate(model.pairs) if "block" in pair]
     low, high = -1.0, 1.0

@@ -63,8 +63,7 @@ def test_a_user_frame_turns_the_directions() -> None:
 
 
 def test_the_tools_own_axes_move_along() -> None:
-    caps = JogCaps(tool_speed=0.1, rotation_speed=0.4)
-    watched = referee("ur5", UR5_BENT, caps)
+    watched = referee("ur5", UR5_BENT, JogCaps(tool_speed=0.1, rotation_speed=0.4))
     step = watched.run(ToolJog((1.0, 0.0, 0.0), (0.0, 0.0, 1.0), axes=None), 100)
     before, after = robot("ur5").forward(UR5_BENT), robot("ur5").forward(step.position)
     # A screw of pitch zero: the tool goes round a circle of radius v/ω in its own x-y plane.
@@ -121,8 +120,7 @@ def test_promise_14_a_line_slows_and_halts_before_a_singularity() -> None:
         off, turned = line_error(robot("ur5"), UR5_BENT, Z, each)
         assert off < 1e-5
         assert turned < 1e-5
-    back = watched.run(ToolJog((0.0, 0.0, -1.0)), 50)
-    assert back.scale == 1.0
+    assert watched.run(ToolJog((0.0, 0.0, -1.0)), 50).scale == 1.0
     assert not watched.faults
 
 

@@ -136,8 +136,7 @@ def test_one_joint_alone_is_looked_at_but_once() -> None:
 
 def test_a_coupled_joint_bends_the_way_of_another() -> None:
     """The IRB 4400 turns two axes of its model with the key of one joint."""
-    points = LinePoints(kinematics("abb_irb4400l30"))
-    assert min(points.bends([0.0, 0.5, 0.0, 0.0, 0.0, 0.0])) > 0.0
+    assert min(LinePoints(kinematics("abb_irb4400l30")).bends([0.0, 0.5, 0.0, 0.0, 0.0, 0.0])) > 0.0
     assert LinePoints(kinematics("ur5")).bends([0.0, 0.5, 0.0, 0.0, 0.0, 0.0]) == [0.0, 0.0]
 
 

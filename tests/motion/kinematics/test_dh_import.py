@@ -96,8 +96,7 @@ def test_the_two_conventions_of_the_same_rows_are_different_arms(tmp_path: Path)
 def test_limits_rates_and_home_are_taken_in_the_declared_units(tmp_path: Path) -> None:
     turning = {"joint": "t", "lower": -90, "upper": 180, "velocity": 360, "acceleration": 720}
     sliding = {"joint": "s", "variable": "d", "lower": 0, "upper": 500, "velocity": 250}
-    table = content(joints=[turning, sliding], home=[45, 100])
-    chain = read_dh_file(written(tmp_path, table))
+    chain = read_dh_file(written(tmp_path, content(joints=[turning, sliding], home=[45, 100])))
     first, second = chain.driven
     assert (first.lower, first.upper) == pytest.approx((-math.pi / 2, math.pi))
     assert (first.velocity, first.acceleration) == pytest.approx((2 * math.pi, 4 * math.pi))

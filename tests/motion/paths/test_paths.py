@@ -84,9 +84,8 @@ def test_a_timed_tool_line_is_certified(name: str) -> None:
 def test_turning_on_the_spot_is_a_line_too() -> None:
     kinematics, start = robot("ur5"), READY["ur5"]
     begin = kinematics.forward(start)
-    end = moved(begin, [0.0, 0.0, 0.0], [0.0, 0.0, 0.5])
 
-    path = linear_path(kinematics, start, end)
+    path = linear_path(kinematics, start, moved(begin, [0.0, 0.0, 0.0], [0.0, 0.0, 0.5]))
 
     for position in path.evaluate(np.linspace(0.0, path.length, 300)):
         assert kinematics.forward(position).position_distance(begin) <= 1e-4

@@ -121,9 +121,8 @@ def test_the_path_stays_in_the_hull_of_its_polyline(seed: int, count: int) -> No
 
 
 def test_the_extent_is_that_of_the_zone_where_a_motion_turns_back() -> None:
-    path = JointPolyline([[0.0], [1.0], [0.25]], [0.5])
 
-    least, greatest = path.extent()
+    least, greatest = JointPolyline([[0.0], [1.0], [0.25]], [0.5]).extent()
 
     assert (float(least[0]), float(greatest[0])) == pytest.approx((0.0, 13.0 / 16.0))
 
@@ -260,18 +259,16 @@ def test_what_is_no_path_with_zones_is_refused(
 @pytest.mark.parametrize("rest", [0.0, 1e-12, 1e-9, 1e-7, 1e-5, 1e-3])
 def test_a_leg_that_its_zones_leave_almost_nothing_of_is_timed_like_any_other(rest: float) -> None:
     points = [[0.0, 0.0], [1.0, 0.0], [1.0, 1.0], [0.0, 1.0]]
-    path = JointPolyline(points, [0.5, 0.5 - rest], TWO)
 
-    trajectory = time_path(path, TWO)
+    trajectory = time_path(JointPolyline(points, [0.5, 0.5 - rest], TWO), TWO)
 
     certify(trajectory, TWO)
     assert np.array_equal(trajectory.position[-1], points[-1])
 
 
 def test_turning_back_within_a_zone_stays_short_of_the_corner() -> None:
-    path = JointPolyline([[0.0, 0.0], [1.0, 0.0], [0.0, 0.0]], [0.2], TWO)
 
-    trajectory = time_path(path, TWO)
+    trajectory = time_path(JointPolyline([[0.0, 0.0], [1.0, 0.0], [0.0, 0.0]], [0.2], TWO), TWO)
 
     certify(trajectory, TWO)
     assert float(trajectory.position[:, 0].max()) == pytest.approx(1.0 - 3.0 / 8.0 * 0.2, abs=1e-3)
@@ -283,9 +280,7 @@ def test_a_thousand_corners_are_one_motion() -> None:
     points = np.cumsum(steps, axis=0)
     points -= points.mean(axis=0)
 
-    trajectory = time_path(JointPolyline(points, [0.02] * 999, TWO), TWO)
-
-    certify(trajectory, TWO)
+    certify(time_path(JointPolyline(points, [0.02] * 999, TWO), TWO), TWO)
 
 
 def test_a_third_derivative_is_not_offered() -> None:

@@ -19,8 +19,7 @@ SINGLE = JointLimits(("a",), (-9.0,), (9.0,), (1.0,), (10.0,), (False,))
 
 @pytest.fixture(scope="module")
 def swing() -> Trajectory:
-    waypoints = np.random.default_rng(1).uniform(-1.0, 1.0, (8, 6))
-    return time_path(JointSpline(waypoints), LIMITS)
+    return time_path(JointSpline(np.random.default_rng(1).uniform(-1.0, 1.0, (8, 6))), LIMITS)
 
 
 def interval(v: float, v_next: float, moved: float) -> Trajectory:

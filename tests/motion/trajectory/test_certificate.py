@@ -210,8 +210,7 @@ def test_standing_still_is_certified() -> None:
 
 
 def test_a_curve_with_every_joint_busy_loses_its_certificate_when_run_faster() -> None:
-    points = np.random.default_rng(5).uniform(-0.6, 0.6, (8, 3))
-    trajectory = time_path(JointSpline(points), LIMITS)
+    trajectory = time_path(JointSpline(np.random.default_rng(5).uniform(-0.6, 0.6, (8, 3))), LIMITS)
 
     certify(trajectory, LIMITS)
     with pytest.raises(CertificateRefused):

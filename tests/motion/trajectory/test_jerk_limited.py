@@ -80,8 +80,7 @@ def test_moves_from_a_moving_state_are_certified(seed: int, period: float) -> No
         sample_period=period,
     )
 
-    certificate = certify(move, LIMITS, start=start, start_velocity=velocity, jerk=jerk)
-    assert certificate.jerk is not None
+    assert certify(move, LIMITS, start=start, start_velocity=velocity, jerk=jerk).jerk is not None
     assert move.acceleration[0] == pytest.approx(acceleration)
     assert np.array_equal(move.position[-1], goal)
 

@@ -83,5 +83,4 @@ def test_the_start_alone(off: float) -> None:
 
 @pytest.mark.parametrize(("steps", "ramp", "period"), [(20, 0, 0.1), (20, 11, 0.1), (20, 5, -0.1)])
 def test_a_move_that_is_none_in_time(steps: int, ramp: int, period: float) -> None:
-    nowhere = StraightMove((0.0, 0.0), (0.0, 0.0), steps, ramp, period)
-    assert refused(nowhere)[0] == "time"
+    assert refused(StraightMove((0.0, 0.0), (0.0, 0.0), steps, ramp, period))[0] == "time"

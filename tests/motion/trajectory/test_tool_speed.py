@@ -123,9 +123,8 @@ def test_legs_keep_the_tool_speed_too() -> None:
 def test_a_tool_centre_point_off_the_flange_is_the_one_that_is_limited() -> None:
     kinematics = arm("ur5")
     points = reduced_speed(kinematics, tool=(0.0, 0.0, 0.3))
-    path = sweep(kinematics, 3)
 
-    trajectory = time_path(path, kinematics.limits, tool_speed=points)
+    trajectory = time_path(sweep(kinematics, 3), kinematics.limits, tool_speed=points)
 
     assert certify(trajectory, kinematics.limits, tool_speed=points).tool_speed[0].ratio > 0.9
     here = kinematics.forward([0.1] * 6)
@@ -201,9 +200,8 @@ def test_the_certificate_of_tool_speed_is_plain_data() -> None:
 def test_the_tool_turns_no_faster_than_its_limit_and_about_as_fast(name: str) -> None:
     kinematics = arm(name)
     limits = [rotation_speed(kinematics, 0.4), *reduced_speed(kinematics)]
-    path = sweep(kinematics, 4)
 
-    trajectory = time_path(path, kinematics.limits, tool_speed=limits)
+    trajectory = time_path(sweep(kinematics, 4), kinematics.limits, tool_speed=limits)
 
     found = certify(trajectory, kinematics.limits, tool_speed=limits).tool_speed
     assert max(point.ratio for point in found) > 0.95

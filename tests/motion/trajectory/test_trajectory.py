@@ -41,9 +41,8 @@ def test_a_trajectory_survives_the_way_between_processes(move: Trajectory, field
 
 
 def test_pickling_adds_little_to_the_numbers(move: Trajectory) -> None:
-    numbers = sum(getattr(move, field).nbytes for field in FIELDS)
 
-    assert len(pickle.dumps(move)) < numbers + 1000
+    assert len(pickle.dumps(move)) < sum(getattr(move, field).nbytes for field in FIELDS) + 1000
 
 
 def test_the_shapes_must_agree(move: Trajectory) -> None:

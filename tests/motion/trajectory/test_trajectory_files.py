@@ -26,8 +26,7 @@ LIMITS = JointLimits(
 
 @pytest.fixture(scope="module")
 def swing() -> Trajectory:
-    waypoints = [[0.0, 0.0, 0.0], [1.0, -1.0, 1e-5], [0.5, 1.0, -0.3]]
-    return time_path(JointSpline(waypoints), LIMITS)
+    return time_path(JointSpline([[0.0, 0.0, 0.0], [1.0, -1.0, 1e-5], [0.5, 1.0, -0.3]]), LIMITS)
 
 
 @pytest.fixture

@@ -85,8 +85,7 @@ async def journalled_cell(emulator_file: Path, server_file: Path) -> AsyncIterat
         ports = await service.start()
         link = {"host": "127.0.0.1", "motion_port": ports.motion, "state_port": ports.state}
         listen = {"pendant_port": 0, "ros_motion_port": 0, "ros_state_port": 0}
-        values = {"robot": ROBOT, "controller": link, "listen": listen}
-        settings = make_settings(values, "test")
+        settings = make_settings({"robot": ROBOT, "controller": link, "listen": listen}, "test")
         second = Journal(server_inbox.loop_time)
         app = bare_app([CellParts(settings, serial_robot(ROBOT), PlannerInLine())], second)
         with server_cli.kept_journal(second, server_file, ServerSettings((settings,))):

@@ -16,8 +16,7 @@ TOPIC = CommType.TOPIC
 
 
 def jobs(rig: ServerRig) -> list[RosPathJob]:
-    plans = jobs_in(item for _, item in rig.log)
-    return [job for job in plans if isinstance(job, RosPathJob)]
+    return [job for job in jobs_in(item for _, item in rig.log) if isinstance(job, RosPathJob)]
 
 
 def moving() -> tuple[ServerRig, RosClient]:

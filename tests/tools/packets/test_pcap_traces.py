@@ -139,8 +139,7 @@ def test_the_resolution_and_offset_of_an_interface_count() -> None:
 
 
 def test_simple_and_unknown_blocks_and_a_second_section_are_read() -> None:
-    link = Conversation()
-    first, second = link.asked(PING, PONG)
+    first, second = Conversation().asked(PING, PONG)
     file = section() + block(0x0BAD, b"whatever") + interface() + simple(first[1])
     file += section(">") + interface(">") + enhanced(0, second[1], ">")
     assert sent(file) == [PING, PONG]
@@ -248,8 +247,7 @@ def test_after_a_hole_a_frame_is_found_inside_a_segment() -> None:
 
 def test_a_stream_that_ends_inside_a_frame_says_so() -> None:
     link = Conversation()
-    frames = [*link.opened(), link.segment(0, PING + VERSION[:10]), *link.closed()]
-    last = packets(pcap(frames))[-1]
+    last = packets(pcap([*link.opened(), link.segment(0, PING + VERSION[:10]), *link.closed()]))[-1]
     assert (last.data, last.is_frame) == (VERSION[:10], False)
 
 
@@ -262,8 +260,7 @@ def test_a_reset_ends_the_connection() -> None:
 
 def test_data_with_the_last_flag_still_count() -> None:
     link = Conversation()
-    frames = [*link.opened(), link.segment(0, PING, FIN | ACK)]
-    assert sent(pcap(frames)) == [PING]
+    assert sent(pcap([*link.opened(), link.segment(0, PING, FIN | ACK)])) == [PING]
 
 
 def test_the_same_ports_used_again_are_another_connection() -> None:
@@ -277,8 +274,7 @@ def test_the_same_ports_used_again_are_another_connection() -> None:
 
 
 def test_without_its_beginning_a_known_port_tells_the_server() -> None:
-    link = Conversation(client=("10.0.0.1", 5_000))
-    first = packets(pcap(link.asked(PING, PONG)))[0]
+    first = packets(pcap(Conversation(client=("10.0.0.1", 5_000)).asked(PING, PONG)))[0]
     assert (first.direction, first.port) == (TraceDirection.TO_SERVER, 11_000)
 
 
@@ -326,11 +322,9 @@ def test_fragments_and_cut_headers_are_counted() -> None:
 
 
 def test_an_interface_of_a_strange_link_type_does_not_hide_the_others() -> None:
-    link = Conversation()
-    frame = link.segment(0, PING)[1]
+    frame = Conversation().segment(0, PING)[1]
     file = section() + interface(link_type=189) + interface(link_type=113)
-    cooked = linux_cooked(frame[14:])
-    file += enhanced(0, b"usb") + enhanced(0, cooked, number=1)
+    file += enhanced(0, b"usb") + enhanced(0, linux_cooked(frame[14:]), number=1)
     assert sent(file) == [PING]
     assert events(file)[-1] == "frames not read: 1 of link type 189"
 
@@ -351,8 +345,7 @@ def test_a_flood_of_holes_keeps_a_bounded_amount() -> None:
     for _ in range(5_000):
         link.sequences[0] += 1
         frames.append(link.segment(0, b"x" * 100))
-    missing = [text for text in events(pcap(frames)) if text.endswith("missing")]
-    assert len(missing) == 5_000
+    assert len([text for text in events(pcap(frames)) if text.endswith("missing")]) == 5_000
 
 
 WRONG: dict[str, tuple[bytes, str]] = {
