@@ -66,9 +66,7 @@ def check_random_paths(name: str, short: int) -> None:
     counts = np.random.default_rng(1).integers(2, 10, short).tolist()
     for seed, count in enumerate([*counts, 20, 50]):
         waypoints = random_waypoints(limits, seed, count)
-
         trajectory = time_path(JointSpline(waypoints, limits), limits)
-
         certify(trajectory, limits, start=waypoints[0].tolist())
         assert np.array_equal(trajectory.position[-1], waypoints[-1])
         assert len(trajectory.waypoint_times) == count
@@ -96,9 +94,7 @@ def test_the_continuous_motion_keeps_the_limits_at_any_sample_period(
     seed: int, count: int, speed: float, period: float
 ) -> None:
     path = JointSpline(random_waypoints(WIDE, seed, count) * 0.05)
-
     trajectory = time_path(path, WIDE, speed=speed, sample_period=period)
-
     slowed = replace(WIDE, velocity=tuple(speed * limit for limit in WIDE.velocity))
     certify(trajectory, slowed)
 
@@ -128,9 +124,7 @@ HARD: dict[str, Sequence[Array] | Array] = {
 @pytest.mark.parametrize("name", HARD)
 def test_hard_paths_are_certified(name: str) -> None:
     waypoints = np.array(HARD[name])
-
     trajectory = time_path(JointSpline(waypoints, WIDE), WIDE)
-
     certify(trajectory, WIDE, start=waypoints[0].tolist())
     assert np.array_equal(trajectory.position[-1], waypoints[-1])
 
@@ -143,13 +137,11 @@ def test_a_move_below_ten_microradians_is_no_motion() -> None:
 @pytest.mark.parametrize("count", [3, 5, 10, 25, 50])
 def test_durations_are_within_five_percent_of_a_thousand_grid_points(count: int) -> None:
     path = JointSpline(np.random.default_rng(count).uniform(-2.0, 2.0, (count, 6)))
-
     assert time_path(path, WIDE).duration <= 1.05 * toppra_directly.duration(path, WIDE) + 0.01
 
 
 def test_a_line_takes_as_long_as_the_closed_form_says() -> None:
     goal = np.array([2.0, -1.0, 0.5, 0.3, -0.2, 1.0])
-
     assert time_path(JointLine(ORIGIN, goal), WIDE).duration == pytest.approx(
         plan_joint_move(ORIGIN, goal, WIDE).duration, rel=0.02, abs=0.01
     )
@@ -158,7 +150,6 @@ def test_a_line_takes_as_long_as_the_closed_form_says() -> None:
 def test_samples_are_ten_milliseconds_apart_and_end_exactly_on_the_goal_at_rest() -> None:
     waypoints = random_waypoints(WIDE, 3, 7)
     trajectory = time_path(JointSpline(waypoints), WIDE)
-
     assert trajectory.times.tolist() == pytest.approx(
         [index * 0.01 for index in range(len(trajectory.times))], abs=1e-12
     )
@@ -170,18 +161,14 @@ def test_samples_are_ten_milliseconds_apart_and_end_exactly_on_the_goal_at_rest(
 def test_the_waypoint_times_are_when_the_motion_passes_the_waypoints() -> None:
     waypoints = random_waypoints(WIDE, 4, 9) * 0.1
     waypoints = np.insert(waypoints, 4, waypoints[3], axis=0)
-
     trajectory = time_path(JointSpline(waypoints), WIDE)
-
     passed = np.array([trajectory.sample(t).position for t in trajectory.waypoint_times.tolist()])
     assert passed == pytest.approx(waypoints, abs=1e-3)
 
 
 def test_speed_scales_the_velocity_and_leaves_the_acceleration() -> None:
     path = JointSpline(random_waypoints(WIDE, 5, 6) * 0.1)
-
     slow = certify(time_path(path, WIDE, speed=0.1), WIDE)
-
     assert slow.velocity.ratio == pytest.approx(0.1, rel=0.01)
     assert slow.acceleration.ratio > 0.5
 
@@ -201,9 +188,7 @@ def test_speed_scales_the_velocity_and_leaves_the_acceleration() -> None:
 )
 def test_no_segment_is_faster_than_its_rule(seed: int, rules: list[SegmentRule]) -> None:
     path = JointSpline(random_waypoints(WIDE, seed, len(rules) + 1) * 0.05)
-
     trajectory = time_path(path, WIDE, segments=rules)
-
     certify(trajectory, WIDE)
     passing = trajectory.waypoint_times
     for rule, begin, end in zip(rules, passing[:-1], passing[1:], strict=True):
@@ -217,9 +202,7 @@ def test_a_slow_segment_leaves_the_others_fast() -> None:
     path = JointSpline(random_waypoints(WIDE, 6, 7) * 0.05)
     free = np.diff(time_path(path, WIDE).waypoint_times)
     rules = [SegmentRule(min_duration=300.0 if index == 2 else None) for index in range(6)]
-
     ruled = np.diff(time_path(path, WIDE, segments=rules).waypoint_times)
-
     assert 300.0 <= ruled[2] <= 310.0
     assert ruled[[0, 4, 5]] == pytest.approx(free[[0, 4, 5]], rel=0.05)
 
@@ -229,9 +212,7 @@ def test_the_time_asked_for_between_coinciding_waypoints_is_spent_beside_them(pl
     waypoints = random_waypoints(WIDE, 7, 5) * 0.05
     waypoints = np.insert(waypoints, place, waypoints[place - 1], axis=0)
     rules = [SegmentRule(1.0) for _ in range(5)]
-
     times = time_path(JointSpline(waypoints), WIDE, segments=rules).waypoint_times
-
     # Every waypoint after the pair is passed no earlier than asked, and all of the time is spent.
     assert (times[place + 1 :] >= np.arange(place + 1, 6)).all()
     assert times[-1] >= 5.0
@@ -251,7 +232,6 @@ def test_the_time_asked_for_between_coinciding_waypoints_is_spent_beside_them(pl
 )
 def test_rules_that_make_no_sense_are_refused(rules: list[SegmentRule], words: str) -> None:
     path = JointSpline([ORIGIN, ONE, ONE + TWO])
-
     with pytest.raises(BadArgument, match=words):
         time_path(path, WIDE, segments=rules)
 
@@ -276,18 +256,14 @@ def test_a_motion_of_more_than_an_hour_is_refused() -> None:
 
 def test_the_same_path_is_timed_the_same_to_the_last_bit() -> None:
     path = JointSpline(random_waypoints(WIDE, 8, 20))
-
     first, second = time_path(path, WIDE), time_path(path, WIDE)
-
     assert np.array_equal(first.position, second.position)
     assert np.array_equal(first.acceleration, second.acceleration)
 
 
 def test_legs_are_timed_with_a_stop_at_each_joint() -> None:
     legs = [JointLine(ORIGIN, ONE), JointLine(ONE, ONE + TWO)]
-
     whole = time_legs(legs, WIDE, speed=0.5)
-
     certify(whole, WIDE, start=[0.0] * 6)
     assert not whole.sample(float(whole.waypoint_times[1])).velocity.any()
 
@@ -303,9 +279,7 @@ def test_where_the_solver_fails_a_slower_motion_is_certified(
 ) -> None:
     path = JointSpline(random_waypoints(WIDE, 3, 6) / 50.0)
     fastest = time_path(path, WIDE)
-
     monkeypatch.setattr("openpendant.motion.timing.parameterization.fastest_rates", lambda *_: None)
     slower = time_path(path, WIDE)
-
     certify(slower, WIDE)
     assert slower.duration > fastest.duration

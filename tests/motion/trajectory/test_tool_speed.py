@@ -75,9 +75,7 @@ def test_a_tool_that_turns_about_one_axis_takes_as_long_as_its_arc() -> None:
     start = np.array([0.0, -1.0, 1.0, 0.0, 1.0, 0.0])
     radius = math.hypot(*kinematics.forward(start).position[:2])
     line = JointLine(start, start + np.eye(6)[0])
-
     slow = time_path(line, kinematics.limits, tool_speed=reduced_speed(kinematics))
-
     # Speeding up and slowing down add one ramp: the speed over the acceleration.
     rate = REDUCED_SPEED / radius
     ideal = 1.0 / rate + rate / kinematics.limits.acceleration[0]
@@ -88,11 +86,9 @@ def test_the_elbow_alone_may_set_the_pace() -> None:
     kinematics = arm("ur5")
     elbow = [point for point in reduced_speed(kinematics) if point.name == "elbow"]
     path = sweep(kinematics, 4)
-
     certificate = certify(
         time_path(path, kinematics.limits, tool_speed=elbow), kinematics.limits, tool_speed=elbow
     )
-
     (found,) = certificate.tool_speed
     assert 0.95 < found.ratio <= 1.0 + 1e-6
 
@@ -100,12 +96,10 @@ def test_the_elbow_alone_may_set_the_pace() -> None:
 def test_the_speed_fraction_does_not_lower_the_tool_speed() -> None:
     kinematics = arm("ur5")
     path, points = sweep(kinematics, 3), reduced_speed(kinematics, 0.05)
-
     full, half = (
         time_path(path, kinematics.limits, speed=speed, tool_speed=points).duration
         for speed in (1.0, 0.5)
     )
-
     assert half == pytest.approx(full, rel=0.01)
 
 
@@ -114,18 +108,14 @@ def test_legs_keep_the_tool_speed_too() -> None:
     points = reduced_speed(kinematics)
     home = np.zeros(6)
     legs = [JointLine(home, home + 0.3), JointLine(home + 0.3, home)]
-
     whole = time_legs(legs, kinematics.limits, tool_speed=points)
-
     certify(whole, kinematics.limits, tool_speed=points)
 
 
 def test_a_tool_centre_point_off_the_flange_is_the_one_that_is_limited() -> None:
     kinematics = arm("ur5")
     points = reduced_speed(kinematics, tool=(0.0, 0.0, 0.3))
-
     trajectory = time_path(sweep(kinematics, 3), kinematics.limits, tool_speed=points)
-
     assert certify(trajectory, kinematics.limits, tool_speed=points).tool_speed[0].ratio > 0.9
     here = kinematics.forward([0.1] * 6)
     there = tool_point(kinematics, (0.0, 0.0, 0.3))(np.full((1, 6), 0.1))[0]
@@ -135,7 +125,6 @@ def test_a_tool_centre_point_off_the_flange_is_the_one_that_is_limited() -> None
 def test_reduced_speed_watches_the_named_tool_and_the_elbow() -> None:
     kinematics = arm("ur5")
     tool, elbow = reduced_speed(kinematics, tool=(0.0, 0.0, 0.3))
-
     here = kinematics.forward([0.1] * 6)
     joints = np.full((1, 6), 0.1)
     assert tool.position(joints)[0] == pytest.approx(here.position + here.rotation[:, 2] * 0.3)
@@ -156,17 +145,14 @@ def test_reduced_speed_watches_the_named_tool_and_the_elbow() -> None:
 )
 def test_the_elbow_is_where_upper_arm_and_forearm_meet(name: str, joint: int) -> None:
     kinematics = arm(name)
-
     assert elbow_link(kinematics) == kinematics.robot.driven[joint - 1].child
 
 
 def test_the_certificate_names_the_point_that_is_too_fast() -> None:
     kinematics = arm("ur5")
     trajectory = time_path(sweep(kinematics, 3), kinematics.limits)
-
     with pytest.raises(CertificateRefused, match=r"the tool has .* m/s") as refused:
         certify(trajectory, kinematics.limits, tool_speed=reduced_speed(kinematics))
-
     assert (refused.value.check, refused.value.limit) == ("tool speed", 0.25)
 
 
@@ -187,11 +173,9 @@ def test_the_certificate_of_tool_speed_is_plain_data() -> None:
     kinematics = arm("ur5")
     points = reduced_speed(kinematics)
     trajectory = time_path(sweep(kinematics, 3), kinematics.limits, tool_speed=points)
-
     data = json.loads(
         json.dumps(certify(trajectory, kinematics.limits, tool_speed=points).as_dict())
     )
-
     assert [point["point"] for point in data["tool_speed"]] == ["tool", "elbow"]
     assert set(data["tool_speed"][0]) == {"point", "limit", "ratio", "time"}
 
@@ -216,9 +200,7 @@ def test_a_turn_about_one_axis_takes_as_long_as_its_angle() -> None:
     kinematics = arm("ur5")
     start = np.array([0.0, -1.0, 1.0, 0.0, 1.0, 0.0])
     limit = rotation_speed(kinematics, 0.5)
-
     slow = time_path(JointLine(start, start + np.eye(6)[5]), kinematics.limits, tool_speed=[limit])
-
     ramp = 0.5 / kinematics.limits.acceleration[5]
     assert slow.duration == pytest.approx(1.0 / 0.5 + ramp, rel=0.02)
 
@@ -226,7 +208,6 @@ def test_a_turn_about_one_axis_takes_as_long_as_its_angle() -> None:
 def test_the_certificate_tells_that_the_tool_turns_too_fast_in_radians() -> None:
     kinematics = arm("ur5")
     trajectory = time_path(sweep(kinematics, 3), kinematics.limits)
-
     with pytest.raises(CertificateRefused, match=r"tool's turn has .* rad/s"):
         certify(trajectory, kinematics.limits, tool_speed=[rotation_speed(kinematics, 0.1)])
     with pytest.raises(BadArgument, match="more than 0 rad/s"):
