@@ -57,7 +57,11 @@ HOMES = {
     "ruckig": {"motion/trajectory/jerk_limited.py"},
     "uvloop": {"controller_emulator/shell/cli.py", "server/shell/event_loop.py"},
     "textual": {"tools/pendants/terminal/app.py"},
-    "matplotlib": {"motion/cli/plan_plot.py", "motion/visuals/drawing.py", "tools/demo_report.py"},
+    "matplotlib": {
+        "motion/cli/plan_plot.py",
+        "motion/visuals/drawing.py",
+        "tools/demo_report.py",
+    },
 }
 
 # These take longer to import than the whole program does without them, or are asked for by few.

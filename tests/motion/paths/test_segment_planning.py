@@ -245,21 +245,14 @@ CORNER = joints(0.2, 0.1)
 MIXED: dict[str, list[Segment]] = {
     "PTP LIN": [Ptp(CORNER, zone=0.1), Lin(HERE)],
     "LIN PTP": [Lin(at(0.0, 0.1, 0.0), zone=0.05), Ptp(CORNER)],
-    "PTP CIRC": [
-        Ptp(CORNER, zone=0.1),
-        Circ(FullAboutCentre(UR5.forward(CORNER).position + np.array([0.0, 0.05, 0.0]), [0, 0, 1])),
-    ],
+    "PTP CIRC": [Ptp(CORNER, zone=0.1), Circ(FullAboutCentre(
+        UR5.forward(CORNER).position + np.array([0.0, 0.05, 0.0]), [0, 0, 1]))],
     "PTP LIN PTP": [Ptp(CORNER, zone=0.1), Lin(HERE, zone=0.03), Ptp(joints(-0.3))],
-    "all": [
-        Ptp(joints(0.2), zone=0.05),
-        Ptp(CORNER, zone=0.05),
-        Lin(at(0.0, 0.1, 0.0), zone=0.02),
+    "all": [Ptp(joints(0.2), zone=0.05), Ptp(CORNER, zone=0.05), Lin(at(0.0, 0.1, 0.0), zone=0.02),
         Circ(ThroughPoint(point(0.05, 0.15, 0.0)), at(0.1, 0.1, 0.0), zone=0.02),
-        Ptp(joints(0.3), zone=0.1),
-        Lin(at(0.1, 0.1, 0.1)),
-    ],
+        Ptp(joints(0.3), zone=0.1), Lin(at(0.1, 0.1, 0.1))],
     "there and back": [Ptp(joints(0.1), zone=0.1), Lin(HERE)],
-}
+}  # fmt: skip
 
 
 @pytest.mark.parametrize("name", MIXED)

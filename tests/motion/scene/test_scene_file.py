@@ -73,21 +73,17 @@ def test_a_bad_scene_file_is_refused_by_field(tmp_path: Path, text: str, field: 
 @pytest.mark.parametrize(
     ("text", "refusal"),
     [
-        (
-            f"objects: [{BALL}, link: moon}}]",
-            "objects[0].link: is 'moon'; accepted: a link of the robot: base_link, tool0",
-        ),
-        (
-            f"objects: [{BALL}}}]\nallowed: [[ball, tool0], [ball, zz]]",
-            "allowed[1][1]: is 'zz'; accepted: an object: ball; or a link: base_link, tool0",
-        ),
+        (f"objects: [{BALL}, link: moon}}]",
+            "objects[0].link: is 'moon'; accepted: a link of the robot: base_link, tool0"),
+        (f"objects: [{BALL}}}]\nallowed: [[ball, tool0], [ball, zz]]",
+            "allowed[1][1]: is 'zz'; accepted: an object: ball; or a link: base_link, tool0"),
         (
             f"objects: [{BALL}}}, {BALL.replace('ball', 'tool0')}}}]",
             "objects[1].name: is 'tool0', which is taken;"
             " accepted: a name of no other object and no link",
         ),
     ],
-)
+)  # fmt: skip
 def test_what_names_a_link_is_checked_against_the_robot_it_is_for(
     tmp_path: Path, text: str, refusal: str
 ) -> None:

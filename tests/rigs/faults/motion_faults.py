@@ -161,42 +161,25 @@ TOPICS = (
     Fault("pauses for 0.8 s now and then", ("TS03",), state_out=_pauses(while_moving=False)),
     Fault("tells STATUS every three seconds", ("TS04",), state_out=_status_once),
     Fault("tells STATUS before the joints", ("TS05",), state_out=_status_first),
-    Fault(
-        "leaves values in slots without a joint",
-        ("TS06",),
-        state_out=_joints(lambda joints: (*joints[:9], 0.5)),
-    ),
+    Fault("leaves values in slots without a joint", ("TS06",),
+        state_out=_joints(lambda joints: (*joints[:9], 0.5))),
     Fault("counts its reports", ("TS07",), state_out=_counting),
     Fault("has a STATUS of eight integers", ("TS08",), state_out=_four_bytes_more),
-    Fault(
-        "reports type 15 only",
-        ("TS09",),
-        DEVIATES,
-        state_out=_each(lambda m: None if isinstance(m, JointPosition) else m),
-    ),
+    Fault("reports type 15 only", ("TS09",), DEVIATES,
+        state_out=_each(lambda m: None if isinstance(m, JointPosition) else m)),
     Fault("reports noise of 0.01 rad", ("TS10",), state_out=_noise),
-    Fault(
-        "reports degrees",
-        ("TS11",),
-        state_out=_joints(lambda joints: tuple(map(math.degrees, joints))),
-    ),
+    Fault("reports degrees", ("TS11",),
+        state_out=_joints(lambda joints: tuple(map(math.degrees, joints)))),
     Fault("says something else in type 15", ("TS12",), state_out=_each(_feedback_off)),
     Fault("serves no listener when there are two", ("TS13",), state_out=_nothing_for_many),
     Fault("forgets listeners that come again", ("TS14",), link=_FirstListenersOnly),
-    Fault(
-        "pauses for 0.8 s in motion",
-        ("TS16",),
-        settings=AT_USUAL_RATE,
-        state_out=_pauses(while_moving=True),
-    ),
+    Fault("pauses for 0.8 s in motion", ("TS16",), settings=AT_USUAL_RATE,
+        state_out=_pauses(while_moving=True)),
     Fault("reports jumps in motion", ("TS17",), state_out=_jumping),
-    Fault(
-        "moves another joint along",
-        ("TS18",),
-        state_out=_joints(lambda joints: (joints[0] + (joints[1] - 0.4), *joints[1:])),
-    ),
+    Fault("moves another joint along", ("TS18",),
+        state_out=_joints(lambda joints: (joints[0] + (joints[1] - 0.4), *joints[1:]))),
     Fault("reports velocities backwards", ("TS19",), state_out=_each(_velocity_reversed)),
-)
+)  # fmt: skip
 
 
 def _flickering(service: FaultyService, messages: list[Message]) -> list[Message | bytes]:
@@ -382,17 +365,10 @@ MOTION = (
     Fault("goes the other way", ("MS02", "MS08"), message_in=_scaled(-1.0)),
     Fault("goes too far and stays there", ("MS02", "MS08"), message_in=_scaled(1.3)),
     Fault("does not answer the second point", ("MS02",), frame_out=_second_point_unanswered),
-    Fault(
-        "answers points with nine bytes",
-        ("MS03",),
-        frame_out=lambda _, f: frame(11, 3, 1, bytes(9)) if header(f)[1] == 11 else f,
-    ),
-    Fault(
-        "answers points with whole points",
-        ("MS03", "RS12"),
-        DEVIATES,
-        frame_out=lambda _, f: frame(11, 3, 1, bytes(52)) if header(f)[1] == 11 else f,
-    ),
+    Fault("answers points with nine bytes", ("MS03",),
+        frame_out=lambda _, f: frame(11, 3, 1, bytes(9)) if header(f)[1] == 11 else f),
+    Fault("answers points with whole points", ("MS03", "RS12"), DEVIATES,
+        frame_out=lambda _, f: frame(11, 3, 1, bytes(52)) if header(f)[1] == 11 else f),
     Fault("moves more than twice as fast", ("MS06",), DEVIATES, message_in=_timed(0.38)),
     Fault("moves six times as slowly", ("MS07",), message_in=_timed(6.0)),
     Fault("does not move to single points", ("MS09",), controller=_NoSinglePoints),
@@ -405,7 +381,7 @@ MOTION = (
     Fault("answers downloads", ("MS16",), message_in=_answers_downloads),
     Fault("takes full points and does not move", ("MS17",), controller=_NoFullPoints),
     Fault("takes whole trajectories and does not move", ("MS18",), controller=_NoWholeTrajectories),
-)
+)  # fmt: skip
 
 
 class _IgnoresStop(_Answers):
@@ -633,36 +609,22 @@ def _not_a_number_is_nothing(link: FaultyLink, received: Received) -> Iterable[R
 LIMITS = (
     Fault("takes what is no number for 0.5", ("LS01", "LS02"), message_in=_repaired(a=_finite)),
     Fault("drops what is no number silently", ("LS01",), DEVIATES, controller=_SilentlyDropsNan),
-    Fault(
-        "drops a velocity that is no number",
-        ("LS03", "LS04"),
-        DEVIATES,
-        controller=_SilentlyDropsNan,
-    ),
-    Fault(
-        "drops what cannot be silently", ("LS05", "LS06"), DEVIATES, controller=_SilentlyDropsOdd
-    ),
+    Fault("drops a velocity that is no number", ("LS03", "LS04"), DEVIATES,
+        controller=_SilentlyDropsNan),
+    Fault("drops what cannot be silently", ("LS05", "LS06"), DEVIATES,
+        controller=_SilentlyDropsOdd),
     Fault("clips targets to the range", ("LS07",), message_in=_repaired(a=_clipped)),
     Fault("takes targets out of range and stays", ("LS07", "LS08"), controller=_SilentlyDrops),
-    Fault(
-        "does not check the range, as ABB's does not",
-        ("LS07", "LS08"),
-        DEVIATES,
-        controller=_SilentlyDrops,
-        frame_out=_no_ping,
-    ),
+    Fault("does not check the range, as ABB's does not", ("LS07", "LS08"), DEVIATES,
+        controller=_SilentlyDrops, frame_out=_no_ping),
     Fault("moves faster than the joint may", ("LS09",), controller=_TooFast),
     Fault("moves what follows a refused point", ("LS10",), message_in=_rest_is_new),
     Fault("takes full points without a position", ("LS11",), message_in=_any_full_point),
-    Fault(
-        "takes full points that are no numbers",
-        ("LS12",),
-        DEVIATES,
-        message_in=_not_a_number_is_nothing,
-    ),
+    Fault("takes full points that are no numbers", ("LS12",), DEVIATES,
+        message_in=_not_a_number_is_nothing),
     Fault("takes points for other robots", ("LS13",), message_in=_any_full_point),
     Fault("jumps to a point without a duration", ("LS15",), controller=_Teleports),
-)
+)  # fmt: skip
 
 
 class _DiesAfterFive(FaultyService):
@@ -796,19 +758,14 @@ LINK = (
     Fault("ends state links with motion links", ("KS07",), service=_StateNeedsMotion),
     Fault("answers sixty-four PINGs", ("KS08",), frame_out=_sixty_four_pings),
     Fault("carries on without its client", ("KS10", "KS11"), controller=_CarriesOn),
-    Fault(
-        "carries on without its client, as ABB's does",
-        ("KS10", "KS11"),
-        DEVIATES,
-        controller=_CarriesOn,
-        frame_out=_no_ping,
-    ),
+    Fault("carries on without its client, as ABB's does", ("KS10", "KS11"), DEVIATES,
+        controller=_CarriesOn, frame_out=_no_ping),
     Fault("carries on when its client leaves politely", ("KS10",), service=_CarriesOnAfterClose),
     Fault("resumes when somebody connects", ("KS12",), service=_ResumesOnConnect),
     Fault("takes nothing after a lost link", ("KS13",), controller=_DeadAfterLoss),
     Fault("answers a repeated point twice", ("KS14",), message_in=_answers_repeated_twice),
     Fault("obeys two clients at once", ("KS15",), controller=_AnybodyCommands),
-)
+)  # fmt: skip
 
 
 def _old_reports(service: FaultyService, messages: list[Message]) -> list[Message | bytes]:
@@ -830,19 +787,13 @@ class _WrongErrorNumber(EmulatedController):
 
 
 UNFOUND = (
-    (
-        Fault("reports what was 60 ms ago", (), settings=AT_USUAL_RATE, state_out=_old_reports),
-        "the protocol carries no clock, and a stop is granted 0.5 s",
-    ),
-    (
-        Fault("forgets points from the fiftieth", (), controller=_ForgetsTheFiftieth),
-        "the tester sends ten: a robot is not to be moved through hundreds",
-    ),
-    (
-        Fault("gives its errors another number", (), controller=_WrongErrorNumber),
-        "vendors number their errors as they like",
-    ),
-)
+    (Fault("reports what was 60 ms ago", (), settings=AT_USUAL_RATE, state_out=_old_reports),
+        "the protocol carries no clock, and a stop is granted 0.5 s"),
+    (Fault("forgets points from the fiftieth", (), controller=_ForgetsTheFiftieth),
+        "the tester sends ten: a robot is not to be moved through hundreds"),
+    (Fault("gives its errors another number", (), controller=_WrongErrorNumber),
+        "vendors number their errors as they like"),
+)  # fmt: skip
 """Faults that no check finds, with the reason."""
 
 MOTION_FAULTS = (*TOPICS, *STATUS, *MOTION, *STOP, *LIMITS, *LINK)

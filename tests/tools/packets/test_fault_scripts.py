@@ -26,19 +26,15 @@ WRONG: dict[str, tuple[str | bytes, str]] = {
     "a wrong value": (DELAY + "ms = -1", "rule 1: ms: Input should be greater than or equal to 0"),
     "a wrong kind": (DELAY + 'ms = "soon"', "rule 1: ms: Input should be a valid number"),
     "a wrong match": (DELAY + "ms = 1\nmatch = {foo = 1}", "rule 1: match.foo: unknown key; known"),
-    "a wrong direction": (
-        DELAY + 'ms = 1\nmatch = {direction = "up"}',
-        "rule 1: match.direction: Input should be 'to_server' or 'to_client'; got 'up'",
-    ),
-    "an unknown type": (
-        DELAY + 'ms = 1\nmatch = {type = "jump"}',
-        "rule 1: match.type: 'jump' is no message of the standard dialect",
-    ),
+    "a wrong direction": (DELAY + 'ms = 1\nmatch = {direction = "up"}',
+        "rule 1: match.direction: Input should be 'to_server' or 'to_client'; got 'up'"),
+    "an unknown type": (DELAY + 'ms = 1\nmatch = {type = "jump"}',
+        "rule 1: match.type: 'jump' is no message of the standard dialect"),
     "the second rule": (DELAY + "ms = 1\n" + DELAY, "rule 2: ms: is missing"),
     "no way to cut": ('[[rule]]\nfault = "split"', "rule 1: give either at or size"),
     "an unknown key on top": ("sed = 3\nrule = []", "sed: unknown key; known here: about, "),
     "nesting without end": ("a = " + "[" * 20_000, "is no TOML: "),
-}
+}  # fmt: skip
 
 
 @pytest.mark.parametrize("case", WRONG)

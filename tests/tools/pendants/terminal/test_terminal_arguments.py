@@ -68,19 +68,13 @@ def test_a_server_that_is_not_there_is_one_line_and_no_traceback(
 @pytest.mark.parametrize(
     ("failure", "code", "text"),
     [
-        (
-            Refused(VerdictCode.UNKNOWN_CELL, "name a cell; here: left, right", -1, 0.0, 0.0),
-            ExitCode.USAGE,
-            "name a cell; here: left, right; choose one: --cell NAME",
-        ),
-        (
-            Refused(VerdictCode.LOGIN_FAILED, "wrong name or password", -1, 0.0, 0.0),
-            ExitCode.FAILED,
-            "LOGIN_FAILED: wrong name or password -> ",
-        ),
+        (Refused(VerdictCode.UNKNOWN_CELL, "name a cell; here: left, right", -1, 0.0, 0.0),
+            ExitCode.USAGE, "name a cell; here: left, right; choose one: --cell NAME"),
+        (Refused(VerdictCode.LOGIN_FAILED, "wrong name or password", -1, 0.0, 0.0), ExitCode.FAILED,
+            "LOGIN_FAILED: wrong name or password -> "),
         (WrongArgument("the name is too long"), ExitCode.USAGE, "the name is too long"),
     ],
-)
+)  # fmt: skip
 def test_a_server_that_does_not_want_us_is_one_line_with_what_to_change(
     failure: PendantError,
     code: int,

@@ -199,18 +199,12 @@ def test_every_page_is_four_rows_of_twenty_ascii_characters_whatever_comes(
         ({"link": LinkState.STALE}, "◐ server–controller: stale", "● controller–drives: on"),
         ({"drives_powered": 0}, "● server–controller: up", "○ controller–drives: off"),
         ({"drives_powered": -1}, "● server–controller: up", "? controller–drives: unknown"),
-        (
-            {"in_error": 1, "error_code": 42},
-            "● server–controller: up",
-            "○ controller–drives: error 42",
-        ),
-        (
-            {"e_stopped": 1},
-            "● server–controller: up",
-            "○ controller–drives: emergency stop at the controller",
-        ),
+        ({"in_error": 1, "error_code": 42}, "● server–controller: up",
+            "○ controller–drives: error 42"),
+        ({"e_stopped": 1}, "● server–controller: up",
+            "○ controller–drives: emergency stop at the controller"),
     ],
-)
+)  # fmt: skip
 def test_each_lamp_is_a_shape_and_a_word(
     rig: PanelRig, changes: dict[str, Any], controller: str, drives: str
 ) -> None:
@@ -235,21 +229,15 @@ def test_the_lamps_tell_silence_and_loss_and_nothing_of_what_lies_behind(rig: Pa
     [
         ({"holder": 9}, "Observing: bench-2 has control; c asks for it"),
         ({"holder": 0}, "Observing: nobody has control; c asks for it"),
-        (
-            {"stop": StopKind.SOFTWARE},
-            "STOPPED, software stop by bench-2: smoke; x resets, which moves nothing",
-        ),
-        (
-            {"stop": StopKind.PROTECTIVE},
-            "STOPPED, protective stop by bench-2: smoke; x resets, which moves nothing",
-        ),
-        (
-            {"jog_reason": JogReason.JOINT_LIMIT, "jog_scale": 0.5, "jog_joint": 2},
-            "jog at 50 %: joint limit of joint 3",
-        ),
+        ({"stop": StopKind.SOFTWARE},
+            "STOPPED, software stop by bench-2: smoke; x resets, which moves nothing"),
+        ({"stop": StopKind.PROTECTIVE},
+            "STOPPED, protective stop by bench-2: smoke; x resets, which moves nothing"),
+        ({"jog_reason": JogReason.JOINT_LIMIT, "jog_scale": 0.5, "jog_joint": 2},
+            "jog at 50 %: joint limit of joint 3"),
         ({}, ""),
     ],
-)
+)  # fmt: skip
 def test_the_banner_is_the_one_sentence_that_matters(
     rig: PanelRig, changes: dict[str, Any], sentence: str
 ) -> None:

@@ -41,25 +41,15 @@ JOINTS = [joint("shoulder"), joint("rail", "m")]
             "joint 2, rail, at -2500.0 mm is beyond its limit -2000.0 mm;"
             " accepted: -2000.0 mm to 2000.0 mm",
         ),
-        (
-            VerdictCode.TOO_FAST,
-            0,
-            math.pi,
-            math.pi / 2,
-            "joint 1, shoulder, at 180.00°/s is faster than its limit 90.00°/s",
-        ),
-        (
-            VerdictCode.TOO_SHARP,
-            1,
-            3.0,
-            1.5,
-            "joint 2, rail, accelerating at 3000.0 mm/s² exceeds its limit 1500.0 mm/s²",
-        ),
+        (VerdictCode.TOO_FAST, 0, math.pi, math.pi / 2,
+            "joint 1, shoulder, at 180.00°/s is faster than its limit 90.00°/s"),
+        (VerdictCode.TOO_SHARP, 1, 3.0, 1.5,
+            "joint 2, rail, accelerating at 3000.0 mm/s² exceeds its limit 1500.0 mm/s²"),
         (VerdictCode.NOT_FINITE, 0, 0.0, 0.0, "as it was"),
         (VerdictCode.OUT_OF_RANGE, -1, 9.0, 1.0, "as it was"),
         (VerdictCode.OUT_OF_RANGE, 2, 9.0, 1.0, "as it was"),
     ],
-)
+)  # fmt: skip
 def test_a_joint_at_fault_is_told_in_its_unit(
     code: VerdictCode, index: int, value: float, limit: float, sentence: str
 ) -> None:
