@@ -485,7 +485,6 @@ def steps() -> Iterator[tuple[str, Step]]:
 
 
 def _wrong(right: Right) -> Iterator[tuple[str, str, dict[str, Any]]]:
-    """Yield what can be wrong with a request: a label, who asks, and the body."""
     schema = json.loads((SCHEMAS / f"{right.op}-request.json").read_text("utf-8"))
     below = _below(right.op)
     if below is not None:

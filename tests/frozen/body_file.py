@@ -35,7 +35,6 @@ class Question:
 
     @property
     def bytes(self) -> bytes:
-        """The body as it is sent."""
         match self.body:
             case str():
                 return self.body.encode()
@@ -79,7 +78,6 @@ def line_of(cell: str, step: Step, answer: Answer | None) -> str:
 
 
 def read_steps(file: Path) -> Iterator[tuple[str, Step, Answer | None]]:
-    """Yield the steps of a file with the names of their cells."""
     for line in file.read_text("utf-8").splitlines():
         read = json.loads(line)
         if "do" in read:

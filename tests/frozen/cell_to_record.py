@@ -51,8 +51,6 @@ _STORING = 0.005
 
 
 class Lines:
-    """A journal in memory."""
-
     def __init__(self) -> None:
         self._parts: list[str] = []
 

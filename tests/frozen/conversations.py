@@ -70,7 +70,6 @@ async def at_rest(pendant: PendantClient) -> None:
 
 
 async def reset(pendant: PendantClient) -> None:
-    """Reset a stop as soon as that is possible."""
     for _ in range(20):
         with contextlib.suppress(Refused):
             await pendant.reset_stop()

@@ -173,7 +173,6 @@ KINDS: Mapping[str, tuple[Any, tuple[Any, ...]]] = {
 
 
 def kinds_of(union: Any) -> set[type]:
-    """Return the classes of a union."""
     if isinstance(union, UnionType):
         return {kind for each in get_args(union) for kind in kinds_of(each)}
     return {union}

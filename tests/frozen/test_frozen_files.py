@@ -34,7 +34,6 @@ def folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
 
 
 def printed(*command: str) -> str:
-    """Run a command that succeeds; return what it prints."""
     output = io.StringIO()
     with contextlib.redirect_stdout(output):
         assert main(list(command)) == 0, command

@@ -105,7 +105,6 @@ def _inherited_megabytes() -> int:
 
 
 def main(argv: list[str]) -> int:
-    """Run the targets; return the exit code."""
     if argv[:1] == ["--child"]:
         _child(*argv[1:])
     command = argparse.ArgumentParser(description="Fuzz the decoders with atheris.")

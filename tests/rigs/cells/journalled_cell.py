@@ -46,21 +46,12 @@ class PlannerInLine:
         self._deliveries[job.job_id] = loop.call_later(0.03, deliver, planned)
 
     def withdraw(self, job_id: int) -> None:
-        """Deliver no answer."""
         self._deliveries[job_id].cancel()
 
 
 @dataclass
 class JournalledCell:
-    """Both processes and their journals.
-
-    Attributes:
-        service: the emulator.
-        app: the server.
-        pendant_port: where the server listens for pendants.
-        motion_ports: of the emulator and of the server.
-        state_ports: of the emulator and of the server.
-    """
+    """Both processes and their journals."""
 
     service: Service
     app: App

@@ -29,7 +29,6 @@ def moving() -> tuple[ServerRig, RosClient]:
 
 
 def status_of(rig: ServerRig) -> Status:
-    """Ask a fresh state connection for STATUS."""
     (reply,) = rig.ros(port=Port.ROS_STATE).send(Status(0, 0, 0, 0, 0, 0, 0, comm_type=2))
     assert isinstance(reply, Status)
     return reply

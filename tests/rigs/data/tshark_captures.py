@@ -24,10 +24,8 @@ class Segment:
     """One TCP segment with data.
 
     Attributes:
-        data: its bytes.
         stream: number of the connection; segments of one are in order.
         port: port of the server.
-        to_server: whether the client sent it.
     """
 
     data: bytes
@@ -71,8 +69,6 @@ class Shown:
 
     Attributes:
         name: its filter.
-        show: its value as text.
-        raw: its bytes.
         label: the line in the tree.
     """
 

@@ -66,15 +66,11 @@ class Fault:
     """One rule that a client breaks.
 
     Attributes:
-        name: what it does wrong.
         check: number of the check that has to find it.
         mutation: scenario in which it shows.
-        form: the points that it sends.
         point: changes a point's message before it is sent.
-        stop: changes a stop.
         reply: changes an answer to the controller.
         cut: changes the bytes of a point.
-        cut_reply: changes the bytes of an answer.
         extra: what it sends besides, once, on the motion link.
         extra_state: what it sends besides, once, on the state link.
         neglects: what it fails to do.

@@ -50,13 +50,7 @@ Alter = Callable[[Any], None]
 
 @dataclass(frozen=True)
 class PendantFault:
-    """One rule that a pendant server breaks.
-
-    Attributes:
-        name: what it does wrong.
-        check: number of the check that has to find it.
-        plant: breaks the server.
-    """
+    """One rule that a pendant server breaks."""
 
     name: str
     check: str

@@ -89,17 +89,13 @@ class Fault:
     """One broken rule.
 
     Attributes:
-        name: what is wrong with the server.
         found_by: numbers of the checks that must say so.
         verdict: what they must say.
         profile: as what the server is judged.
         settings: settings of the emulator that are part of the fault.
         bytes_in: what becomes of the bytes of a motion link before they are understood.
         message_in: what becomes of a message of a motion link.
-        frame_out: what becomes of a reply.
         state_out: what becomes of a round of the state port.
-        controller: the controller.
-        service: the service.
     """
 
     name: str
@@ -117,13 +113,7 @@ class Fault:
 
 
 class FaultyLink(EmulatorLink):
-    """A link whose bytes pass through a fault.
-
-    Attributes:
-        fault: the fault.
-        memory: what the fault remembers of this link.
-        service: whose link it is.
-    """
+    """A link whose bytes pass through a fault."""
 
     def __init__(
         self,
@@ -150,7 +140,6 @@ class FaultyLink(EmulatorLink):
         super().data_received(data)
 
     def understand(self, data: bytes) -> None:
-        """Take bytes that the fault held back."""
         if self.is_open:
             super().data_received(data)
 
@@ -175,8 +164,6 @@ class FaultyService(Service):
     """A service with faulty links.
 
     Attributes:
-        fault: the fault.
-        memory: what the fault remembers.
         motion_numbers: numbers of the links that were made for the motion port.
     """
 
@@ -230,7 +217,6 @@ SOUND = Fault("nothing at all", ())
 
 
 async def serve(fault: Fault) -> tuple[FaultyService, EmulatorPorts]:
-    """Start an emulator with a fault on free ports."""
     loop = asyncio.get_running_loop()
     settings = EmulatorSettings.model_validate(
         {"motion_port": 0, "state_port": 0, "rate": HALF_RATE, **fault.settings}
@@ -255,7 +241,6 @@ def checks_named(numbers: Iterable[str]) -> list[ServerCheck]:
 
 
 async def judged(fault: Fault, checks: Iterable[ServerCheck] | None = None) -> Judgement:
-    """Judge an emulator with a fault."""
     service, ports = await serve(fault)
     options = Options(
         HOST, ports.motion, ports.state, profile=fault.profile, may_move=True, limits=LIMITS

@@ -36,15 +36,7 @@ _ROLES = {"ann": Role.ADMIN, "otto": Role.OPERATOR}
 
 @dataclass
 class GuardedServer:
-    """A running server and its files.
-
-    Attributes:
-        app: the server.
-        port: where it listens for pendants.
-        journal: its journal.
-        audit: its audit log.
-        store: its store.
-    """
+    """A running server and its files."""
 
     app: App
     port: int
