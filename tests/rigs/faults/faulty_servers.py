@@ -15,7 +15,7 @@ from typing import Any
 from rigs.processes.judged_server import HALF_RATE, USUAL_RATE
 
 from openpendant.controller_emulator.core.admission import Admission, Tolerances
-from openpendant.controller_emulator.core.controller import EmulatedController
+from openpendant.controller_emulator.core.controller import EmulatedController, Outgoing
 from openpendant.controller_emulator.interpolation.servo import StartRule
 from openpendant.controller_emulator.profiles import GENERIC
 from openpendant.controller_emulator.shell.links import EmulatorLink, LinkEvents
@@ -29,9 +29,11 @@ from openpendant.simplemsg import (
     Connection,
     JointTrajPt,
     JointTrajPtFull,
+    Malformed,
     Message,
     Received,
     Role,
+    accepted,
 )
 from openpendant.simplemsg.journal import Journal
 from openpendant.tools.packets.conformance.check import Judgement, Profile
@@ -103,10 +105,10 @@ class Fault:
     verdict: CheckVerdict = CheckVerdict.FAILED
     profile: Profile = Profile.GENERIC
     settings: Mapping[str, object] = field(default_factory=dict)
-    bytes_in: Callable[[FaultyLink, bytes], bytes] | None = None
-    message_in: Callable[[FaultyLink, Received], Iterable[Received]] | None = None
-    frame_out: Callable[[FaultyLink, bytes], bytes] | None = None
-    state_out: Callable[[FaultyService, list[Message]], list[Message | bytes]] | None = None
+    bytes_in: BytesChange | None = None
+    message_in: MessageIn | None = None
+    frame_out: BytesChange | None = None
+    state_out: StateOut | None = None
     controller: type[EmulatedController] = EmulatedController
     link: type[FaultyLink] | None = None
     service: type[FaultyService] | None = None
@@ -138,10 +140,6 @@ class FaultyLink(EmulatorLink):
             if not data:
                 return
         super().data_received(data)
-
-    def understand(self, data: bytes) -> None:
-        if self.is_open:
-            super().data_received(data)
 
     def send(self, message: Message) -> None:
         if self.fault.frame_out is None or not self.is_motion:
@@ -213,7 +211,53 @@ class FaultyService(Service):
             server.close()
 
 
+BytesChange = Callable[[FaultyLink, bytes], bytes]
+MessageIn = Callable[[FaultyLink, Received], Iterable[Received]]
+StateOut = Callable[[FaultyService, list[Message]], list[Message | bytes]]
+
 SOUND = Fault("nothing at all", ())
+
+
+def count(memory: dict[str, Any], name: str) -> int:
+    """Return for the how many-th time this is called with a name."""
+    memory[name] = memory.get(name, 0) + 1
+    return int(memory[name])
+
+
+def each(change: Callable[[FaultyService, Message], Message | bytes | None]) -> StateOut:
+    """Change each message of a round, or leave it out."""
+    return lambda service, messages: [
+        told for message in messages if (told := change(service, message)) is not None
+    ]
+
+
+def each_frame(change: Callable[[bytes], bytes]) -> StateOut:
+    """Change the bytes of each message of a round."""
+    return each(lambda service, message: change(service._codec.encode(message)))
+
+
+def each_point(change: Callable[[JointTrajPt], JointTrajPt]) -> MessageIn:
+    """Change each point that comes in, but no stop."""
+
+    def apply(link: FaultyLink, received: Received) -> Iterable[Received]:
+        is_point = isinstance(received, JointTrajPt) and not is_stop(received)
+        return (change(received) if is_point else received,)
+
+    return apply
+
+
+def disobeying(
+    when: Callable[[EmulatedController, int, Message, int], bool],
+) -> type[EmulatedController]:
+    """Return a controller that takes some messages of a link, and does not obey them."""
+
+    class Disobeying(EmulatedController):
+        def handle(self, link: int, message: Received, now: int) -> Outgoing:
+            if isinstance(message, Malformed) or not when(self, link, message, now):
+                return super().handle(link, message, now)
+            return [(link, accepted(message))] if is_request(message) else []
+
+    return Disobeying
 
 
 async def serve(fault: Fault) -> tuple[FaultyService, EmulatorPorts]:

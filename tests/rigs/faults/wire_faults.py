@@ -7,13 +7,17 @@ from __future__ import annotations
 
 import asyncio
 import struct
-from collections.abc import Callable, Iterable
+from collections.abc import Iterable
 
 from rigs.faults.faulty_servers import (
     AT_USUAL_RATE,
+    BytesChange,
     Fault,
     FaultyLink,
     FaultyService,
+    MessageIn,
+    count,
+    each_frame,
     frame,
     header,
     is_request,
@@ -27,9 +31,6 @@ from openpendant.tools.packets.conformance.check import Profile
 from openpendant.tools.packets.conformance.findings import CheckVerdict
 
 DEVIATES = CheckVerdict.DEVIATES
-
-BytesIn = Callable[[FaultyLink, bytes], bytes]
-MessageIn = Callable[[FaultyLink, Received], Iterable[Received]]
 
 
 def frames_of(data: bytes) -> tuple[list[bytes], bytes]:
@@ -55,7 +56,7 @@ def _first_of_segment(link: FaultyLink, data: bytes) -> bytes:
 
 def _waits_for_boundary(link: FaultyLink, data: bytes) -> bytes:
     held: bytes = link.memory.get("held", b"") + data
-    link.memory["held"] = b"" if not frames_of(held)[1] else held
+    link.memory["held"] = held if frames_of(held)[1] else b""
     return b"" if link.memory["held"] else held
 
 
@@ -138,7 +139,7 @@ FRAMING = (
 )  # fmt: skip
 
 
-def _patch_in(offset: int, wrong: int, right: int, code: int | None = None) -> BytesIn:
+def _patch_in(offset: int, wrong: int, right: int, code: int | None = None) -> BytesChange:
     def change(link: FaultyLink, data: bytes) -> bytes:
         if len(data) >= 16 and struct.unpack_from("<i", data, offset)[0] == wrong:
             data = patched(data, offset, right)
@@ -171,8 +172,7 @@ HEADERS = (
     Fault("has a length one too large", ("HS04",), frame_out=lambda _, f: patched(f, 0, 13)),
     Fault("has a byte behind its replies", ("HS04",), frame_out=lambda _, f: f + b"\0"),
     Fault("marks topics as replies", ("HS05",),
-        state_out=lambda service, messages: [patched(patched(service._codec.encode(message), 8, 3),
-        12, 1) for message in messages]),
+        state_out=each_frame(lambda f: patched(patched(f, 8, 3), 12, 1))),
     Fault("obeys communication type 0", ("HS06",), bytes_in=_patch_in(8, 0, 2)),
     Fault("obeys message type 0", ("HS07",), bytes_in=_type_zero_is_a_ping),
     Fault("takes requests with a reply code", ("HS08",), bytes_in=_patch_in(12, 1, 0)),
@@ -183,15 +183,9 @@ HEADERS = (
 
 
 def _state_swapped_later(service: FaultyService, messages: list[Message]) -> list[Message | bytes]:
-    service.memory["rounds"] = service.memory.get("rounds", 0) + 1
-    is_wrong = service.memory["rounds"] % 150 == 149
+    is_wrong = count(service.memory, "rounds") % 150 == 149
     frames = map(service._codec.encode, messages)
     return [_flip(f) if is_wrong else f for f in frames]
-
-
-def _reals_swapped(service: FaultyService, messages: list[Message]) -> list[Message | bytes]:
-    frames = map(service._codec.encode, messages)
-    return [f[:20] + _flip(f[20:]) if header(f)[1] == 10 else f for f in frames]
 
 
 def _little_only(link: FaultyLink, data: bytes) -> bytes:
@@ -220,7 +214,8 @@ ORDER = (
         state_out=_state_swapped_later),
     Fault("speaks big-endian on the state port and little on the other", ("BS03",),
         settings={"byte_order": "big"}, bytes_in=_little_only),
-    Fault("has its reals in the other order", ("BS04",), state_out=_reals_swapped),
+    Fault("has its reals in the other order", ("BS04",),
+        state_out=each_frame(lambda f: f[:20] + _flip(f[20:]) if header(f)[1] == 10 else f)),
     Fault("hangs at clients of the other order", ("BS05", "BS07"), bytes_in=_little_only),
     Fault("answers little-endian whoever asks", ("BS05",),
         frame_out=lambda _, f: f if _length(f) < 65_536 else _flip(f)),
@@ -229,7 +224,7 @@ ORDER = (
 )  # fmt: skip
 
 
-def _silent_on(kind: int) -> BytesIn:
+def _silent_on(kind: int) -> BytesChange:
     return lambda link, f: b"" if header(f)[1] == kind else f
 
 
@@ -238,7 +233,7 @@ def _late_replies(link: FaultyLink, data: bytes) -> bytes:
     return b""
 
 
-def _answers_topic(kind: int) -> BytesIn:
+def _answers_topic(kind: int) -> BytesChange:
     def change(link: FaultyLink, data: bytes) -> bytes:
         if len(data) >= 16 and header(data)[1:3] == (kind, 1):
             link.write(frame(kind, 3, 1))
