@@ -30,6 +30,11 @@ def arm(name: str) -> Kinematics:
     return Kinematics(serial_robot(name))
 
 
+@pytest.fixture
+def kinematics() -> Kinematics:
+    return arm("ur5")
+
+
 def sweep(kinematics: Kinematics, count: int, seed: int = 3) -> JointSpline:
     random = np.random.default_rng(seed)
     middle, span = (kinematics.lower + kinematics.upper) / 2, kinematics.upper - kinematics.lower
@@ -70,8 +75,7 @@ def test_tool_and_elbow_keep_250_mm_per_second_at_ten_times_the_density(
     assert fastest > 0.95 * REDUCED_SPEED
 
 
-def test_a_tool_that_turns_about_one_axis_takes_as_long_as_its_arc() -> None:
-    kinematics = arm("ur5")
+def test_a_tool_that_turns_about_one_axis_takes_as_long_as_its_arc(kinematics: Kinematics) -> None:
     start = np.array([0.0, -1.0, 1.0, 0.0, 1.0, 0.0])
     radius = math.hypot(*kinematics.forward(start).position[:2])
     line = JointLine(start, start + np.eye(6)[0])
@@ -82,8 +86,7 @@ def test_a_tool_that_turns_about_one_axis_takes_as_long_as_its_arc() -> None:
     assert slow.duration == pytest.approx(ideal, rel=0.02, abs=0.01)
 
 
-def test_the_elbow_alone_may_set_the_pace() -> None:
-    kinematics = arm("ur5")
+def test_the_elbow_alone_may_set_the_pace(kinematics: Kinematics) -> None:
     elbow = [point for point in reduced_speed(kinematics) if point.name == "elbow"]
     path = sweep(kinematics, 4)
     certificate = certify(
@@ -93,8 +96,7 @@ def test_the_elbow_alone_may_set_the_pace() -> None:
     assert 0.95 < found.ratio <= 1.0 + 1e-6
 
 
-def test_the_speed_fraction_does_not_lower_the_tool_speed() -> None:
-    kinematics = arm("ur5")
+def test_the_speed_fraction_does_not_lower_the_tool_speed(kinematics: Kinematics) -> None:
     path, points = sweep(kinematics, 3), reduced_speed(kinematics, 0.05)
     full, half = (
         time_path(path, kinematics.limits, speed=speed, tool_speed=points).duration
@@ -122,8 +124,7 @@ def test_a_tool_centre_point_off_the_flange_is_the_one_that_is_limited() -> None
     assert there == pytest.approx(here.position + here.rotation[:, 2] * 0.3)
 
 
-def test_reduced_speed_watches_the_named_tool_and_the_elbow() -> None:
-    kinematics = arm("ur5")
+def test_reduced_speed_watches_the_named_tool_and_the_elbow(kinematics: Kinematics) -> None:
     tool, elbow = reduced_speed(kinematics, tool=(0.0, 0.0, 0.3))
     here = kinematics.forward([0.1] * 6)
     joints = np.full((1, 6), 0.1)
@@ -148,8 +149,7 @@ def test_the_elbow_is_where_upper_arm_and_forearm_meet(name: str, joint: int) ->
     assert elbow_link(kinematics) == kinematics.robot.driven[joint - 1].child
 
 
-def test_the_certificate_names_the_point_that_is_too_fast() -> None:
-    kinematics = arm("ur5")
+def test_the_certificate_names_the_point_that_is_too_fast(kinematics: Kinematics) -> None:
     trajectory = time_path(sweep(kinematics, 3), kinematics.limits)
     with pytest.raises(CertificateRefused, match=r"the tool has .* m/s") as refused:
         certify(trajectory, kinematics.limits, tool_speed=reduced_speed(kinematics))
@@ -169,8 +169,7 @@ def test_the_certificate_sees_a_chord_that_velocities_do_not_tell_of() -> None:
         certify(trajectory, kinematics.limits, tool_speed=[ToolSpeedLimit("p", leaping, 0.25)])
 
 
-def test_the_certificate_of_tool_speed_is_plain_data() -> None:
-    kinematics = arm("ur5")
+def test_the_certificate_of_tool_speed_is_plain_data(kinematics: Kinematics) -> None:
     points = reduced_speed(kinematics)
     trajectory = time_path(sweep(kinematics, 3), kinematics.limits, tool_speed=points)
     data = json.loads(
@@ -196,8 +195,7 @@ def test_the_tool_turns_no_faster_than_its_limit_and_about_as_fast(name: str) ->
     assert max(turns) <= 0.4 * (1.0 + 1e-6)
 
 
-def test_a_turn_about_one_axis_takes_as_long_as_its_angle() -> None:
-    kinematics = arm("ur5")
+def test_a_turn_about_one_axis_takes_as_long_as_its_angle(kinematics: Kinematics) -> None:
     start = np.array([0.0, -1.0, 1.0, 0.0, 1.0, 0.0])
     limit = rotation_speed(kinematics, 0.5)
     slow = time_path(JointLine(start, start + np.eye(6)[5]), kinematics.limits, tool_speed=[limit])
@@ -220,8 +218,7 @@ def test_a_limit_that_is_no_speed_is_refused(limit: float) -> None:
         reduced_speed(arm("ur5"), limit)
 
 
-def test_a_tool_or_link_that_is_none_is_refused() -> None:
-    kinematics = arm("ur5")
+def test_a_tool_or_link_that_is_none_is_refused(kinematics: Kinematics) -> None:
     with pytest.raises(BadArgument, match="tool"):
         tool_point(kinematics, (0.0, math.nan, 0.0))
     with pytest.raises(FrameUnknown):

@@ -29,7 +29,6 @@ from openpendant.simplemsg import (
     Connection,
     JointTrajPt,
     JointTrajPtFull,
-    Malformed,
     Message,
     Received,
     Role,
@@ -240,8 +239,9 @@ def each_point(change: Callable[[JointTrajPt], JointTrajPt]) -> MessageIn:
     """Change each point that comes in, but no stop."""
 
     def apply(link: FaultyLink, received: Received) -> Iterable[Received]:
-        is_point = isinstance(received, JointTrajPt) and not is_stop(received)
-        return (change(received) if is_point else received,)
+        if isinstance(received, JointTrajPt) and not is_stop(received):
+            return (change(received),)
+        return (received,)
 
     return apply
 
@@ -253,9 +253,9 @@ def disobeying(
 
     class Disobeying(EmulatedController):
         def handle(self, link: int, message: Received, now: int) -> Outgoing:
-            if isinstance(message, Malformed) or not when(self, link, message, now):
-                return super().handle(link, message, now)
-            return [(link, accepted(message))] if is_request(message) else []
+            if isinstance(message, Message) and when(self, link, message, now):
+                return [(link, accepted(message))] if is_request(message) else []
+            return super().handle(link, message, now)
 
     return Disobeying
 

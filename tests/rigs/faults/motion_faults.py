@@ -119,12 +119,8 @@ def _jumping(service: FaultyService, messages: list[Message]) -> list[Message | 
     return _joints(lambda joints: (joints[0], joints[1] + off, *joints[2:]))(service, messages)
 
 
-def _feedback(change: Callable[[JointFeedback], dict[str, tuple[float, ...]]]) -> StateOut:
-    return each(
-        lambda _, told: (
-            dataclasses.replace(told, **change(told)) if isinstance(told, JointFeedback) else told
-        )
-    )
+def _feedback(change: Callable[[JointFeedback], JointFeedback]) -> StateOut:
+    return each(lambda _, told: change(told) if isinstance(told, JointFeedback) else told)
 
 
 TOPICS = (
@@ -143,7 +139,7 @@ TOPICS = (
     Fault("reports degrees", ("TS11",),
         state_out=_joints(lambda joints: tuple(map(math.degrees, joints)))),
     Fault("says something else in type 15", ("TS12",), state_out=_feedback(
-        lambda told: {"positions": tuple(v + 0.1 for v in told.positions)})),
+        lambda told: dataclasses.replace(told, positions=tuple(v + 0.1 for v in told.positions)))),
     Fault("serves no listener when there are two", ("TS13",), state_out=_nothing_for_many),
     Fault("forgets listeners that come again", ("TS14",), link=_FirstListenersOnly),
     Fault("pauses for 0.8 s in motion", ("TS16",), settings=AT_USUAL_RATE,
@@ -152,7 +148,7 @@ TOPICS = (
     Fault("moves another joint along", ("TS18",),
         state_out=_joints(lambda joints: (joints[0] + (joints[1] - 0.4), *joints[1:]))),
     Fault("reports velocities backwards", ("TS19",), state_out=_feedback(
-        lambda told: {"velocities": tuple(-v for v in told.velocities)})),
+        lambda told: dataclasses.replace(told, velocities=tuple(-v for v in told.velocities)))),
 )  # fmt: skip
 
 

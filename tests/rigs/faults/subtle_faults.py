@@ -111,8 +111,9 @@ def _feedback(**changes: Callable[[JointFeedback], object]) -> StateOut:
 
 
 def _numbered_in_motion(service: FaultyService, message: Message) -> Message:
-    is_numbered = isinstance(message, JointPosition) and _moves(service)
-    return dataclasses.replace(message, sequence=7) if is_numbered else message
+    if isinstance(message, JointPosition) and _moves(service):
+        return dataclasses.replace(message, sequence=7)
+    return message
 
 
 def _bursts(pause: float) -> StateOut:
