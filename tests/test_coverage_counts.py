@@ -14,15 +14,12 @@ def test_nothing_that_was_covered_is_lost() -> None:
     assert lost(counted, least()) == []
 
 
-@pytest.mark.parametrize(
-    ("counted", "said"),
-    [
-        ({"promises": 3}, []),
-        ({"promises": 4}, []),
-        ({"promises": 2}, ["2 promises, there must be 3: some were lost"]),
-        ({}, ["0 promises, there must be 3: some were lost"]),
-    ],
-)
+@pytest.mark.parametrize(("counted", "said"), [
+    ({"promises": 3}, []),
+    ({"promises": 4}, []),
+    ({"promises": 2}, ["2 promises, there must be 3: some were lost"]),
+    ({}, ["0 promises, there must be 3: some were lost"]),
+])  # fmt: skip
 def test_a_count_may_not_fall(counted: dict[str, int], said: list[str]) -> None:
     assert lost(counted, {"promises": 3}) == said
 

@@ -199,10 +199,9 @@ def test_a_moved_project_is_installed_again(project: Project) -> None:
     assert project.installed == []
 
 
-@pytest.mark.parametrize(
-    ("trouble", "said"),
-    [({"TOO_OLD": "1"}, "is older than Python 3.11"), ({"NO_VENV": "1"}, "has no venv module")],
-)
+@pytest.mark.parametrize(("trouble", "said"), [
+    ({"TOO_OLD": "1"}, "is older than Python 3.11"), ({"NO_VENV": "1"}, "has no venv module"),
+])  # fmt: skip
 def test_an_unfit_interpreter_is_named_in_one_line(
     project: Project, trouble: dict[str, str], said: str
 ) -> None:

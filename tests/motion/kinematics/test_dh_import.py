@@ -278,26 +278,23 @@ def test_a_declaration_may_be_repeated_where_it_says_the_same(tmp_path: Path) ->
     assert len(read_dh_file(path).driven) == 1
 
 
-@pytest.mark.parametrize(
-    ("text", "field", "says"),
-    [
-        ("", "convention", "required"),
-        (HEAD, "joints", "at least 1"),
-        (HEAD + "joint,a\nj1,ten\n", "row 1.a", "a number"),
-        (HEAD + "joint,a\nj1,1,2\n", "row 1", "3 cells; accepted: 2, one per column (joint, a)"),
-        (HEAD + "joint,a\nj1\n", "row 1", "1 cells; accepted: 2, one per column (joint, a)"),
-        (HEAD + "joint,a,lower\nj1,1,-5\n", "joints[0] (j1).upper", "both, or neither"),
-        (
-            HEAD + "# convention: modified\njoint,a\nj1,1\n",
-            "convention",
-            "'standard' and 'modified'",
-        ),
-        (HEAD + "joint,a, a\nj1,1,2\n", "columns", "2 of the name 'a'; accepted: each name once"),
-        (HEAD + "joint,a\nj1,nan\n", "joints[0].a", "finite"),
-        (HEAD + 'joint,a\n"j1,1\n', "", "not valid CSV"),
-        ("\xff", "", "not UTF-8"),
-    ],
-)
+@pytest.mark.parametrize(("text", "field", "says"), [
+    ("", "convention", "required"),
+    (HEAD, "joints", "at least 1"),
+    (HEAD + "joint,a\nj1,ten\n", "row 1.a", "a number"),
+    (HEAD + "joint,a\nj1,1,2\n", "row 1", "3 cells; accepted: 2, one per column (joint, a)"),
+    (HEAD + "joint,a\nj1\n", "row 1", "1 cells; accepted: 2, one per column (joint, a)"),
+    (HEAD + "joint,a,lower\nj1,1,-5\n", "joints[0] (j1).upper", "both, or neither"),
+    (
+        HEAD + "# convention: modified\njoint,a\nj1,1\n",
+        "convention",
+        "'standard' and 'modified'",
+    ),
+    (HEAD + "joint,a, a\nj1,1,2\n", "columns", "2 of the name 'a'; accepted: each name once"),
+    (HEAD + "joint,a\nj1,nan\n", "joints[0].a", "finite"),
+    (HEAD + 'joint,a\n"j1,1\n', "", "not valid CSV"),
+    ("\xff", "", "not UTF-8"),
+])  # fmt: skip
 def test_a_bad_csv_is_refused(tmp_path: Path, text: str, field: str, says: str) -> None:
     path = tmp_path / "arm.csv"
     path.write_bytes(text.encode("latin-1"))

@@ -218,18 +218,15 @@ def test_the_time_asked_for_between_coinciding_waypoints_is_spent_beside_them(pl
     assert times[-1] >= 5.0
 
 
-@pytest.mark.parametrize(
-    ("rules", "words"),
-    [
-        ([SegmentRule()] * 3, "segments"),
-        ([SegmentRule(), SegmentRule(min_duration=-1.0)], "min_duration"),
-        ([SegmentRule(), SegmentRule(min_duration=math.nan)], "min_duration"),
-        ([SegmentRule(), SegmentRule(min_duration=math.inf)], "min_duration"),
-        ([SegmentRule(), SegmentRule(speed_fraction=0.0)], "speed_fraction"),
-        ([SegmentRule(), SegmentRule(speed_fraction=1.5)], "speed_fraction"),
-        ([SegmentRule(), SegmentRule(speed_fraction=math.nan)], "speed_fraction"),
-    ],
-)
+@pytest.mark.parametrize(("rules", "words"), [
+    ([SegmentRule()] * 3, "segments"),
+    ([SegmentRule(), SegmentRule(min_duration=-1.0)], "min_duration"),
+    ([SegmentRule(), SegmentRule(min_duration=math.nan)], "min_duration"),
+    ([SegmentRule(), SegmentRule(min_duration=math.inf)], "min_duration"),
+    ([SegmentRule(), SegmentRule(speed_fraction=0.0)], "speed_fraction"),
+    ([SegmentRule(), SegmentRule(speed_fraction=1.5)], "speed_fraction"),
+    ([SegmentRule(), SegmentRule(speed_fraction=math.nan)], "speed_fraction"),
+])  # fmt: skip
 def test_rules_that_make_no_sense_are_refused(rules: list[SegmentRule], words: str) -> None:
     path = JointSpline([ORIGIN, ONE, ONE + TWO])
     with pytest.raises(BadArgument, match=words):

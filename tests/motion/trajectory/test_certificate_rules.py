@@ -157,14 +157,11 @@ def test_the_start_alone(off: float) -> None:
     assert certify(moved(WAY, SPEEDS, GAINS), LIMITS, start=[0.0, 0.009]).start_distance == 0.009
 
 
-@pytest.mark.parametrize(
-    "times",
-    [
-        (0.1, 0.2, 0.3, 0.4, 0.5, 0.6),
-        (0.0, 0.1, 0.2, 0.300001, 0.4, 0.5),
-        (0.0, -0.1, -0.2, -0.3, -0.4, -0.5),
-    ],
-)
+@pytest.mark.parametrize("times", [
+    (0.1, 0.2, 0.3, 0.4, 0.5, 0.6),
+    (0.0, 0.1, 0.2, 0.300001, 0.4, 0.5),
+    (0.0, -0.1, -0.2, -0.3, -0.4, -0.5),
+])  # fmt: skip
 def test_time_alone(times: tuple[float, ...]) -> None:
     motion = replace(moved(WAY, SPEEDS, GAINS), times=np.array(times))
     with pytest.raises(CertificateRefused) as refusal:

@@ -133,24 +133,21 @@ def test_a_certificate_without_the_start_velocity_is_refused() -> None:
 
 
 @needs_ruckig
-@pytest.mark.parametrize(
-    ("kind", "given"),
-    [
-        (NoMotion, {"goal": START}),
-        (WrongJointCount, {"goal": [0.0]}),
-        (WrongJointCount, {"jerk": [1.0]}),
-        (NotFinite, {"goal": [math.nan, 0.0, 0.0]}),
-        (OutOfRange, {"goal": [4.0, 0.0, 0.0]}),
-        (OutOfRange, {"start": [2.9, 0.5, 0.0], "start_velocity": [2.0, 0.0, 0.0]}),
-        (TooFast, {"start_velocity": [2.1, 0.0, 0.0]}),
-        (TooSharp, {"start_acceleration": [0.0, 0.0, 2.1]}),
-        (BadArgument, {"jerk": [1.0, 0.0, 1.0]}),
-        (BadArgument, {"jerk": [1.0, math.nan, 1.0]}),
-        (BadArgument, {"speed": 1.5}),
-        (BadArgument, {"sample_period": 0.0}),
-        (NotTimeable, {"speed": 1e-4}),
-    ],
-)
+@pytest.mark.parametrize(("kind", "given"), [
+    (NoMotion, {"goal": START}),
+    (WrongJointCount, {"goal": [0.0]}),
+    (WrongJointCount, {"jerk": [1.0]}),
+    (NotFinite, {"goal": [math.nan, 0.0, 0.0]}),
+    (OutOfRange, {"goal": [4.0, 0.0, 0.0]}),
+    (OutOfRange, {"start": [2.9, 0.5, 0.0], "start_velocity": [2.0, 0.0, 0.0]}),
+    (TooFast, {"start_velocity": [2.1, 0.0, 0.0]}),
+    (TooSharp, {"start_acceleration": [0.0, 0.0, 2.1]}),
+    (BadArgument, {"jerk": [1.0, 0.0, 1.0]}),
+    (BadArgument, {"jerk": [1.0, math.nan, 1.0]}),
+    (BadArgument, {"speed": 1.5}),
+    (BadArgument, {"sample_period": 0.0}),
+    (NotTimeable, {"speed": 1e-4}),
+])  # fmt: skip
 def test_what_cannot_be_planned_is_refused(kind: type[Exception], given: dict[str, object]) -> None:
     asked = {"start": START, "goal": GOAL} | given
     with pytest.raises(kind):

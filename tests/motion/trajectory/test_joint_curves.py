@@ -86,14 +86,11 @@ def test_a_third_derivative_is_not_offered() -> None:
         JointSpline(BEND).evaluate(np.array([0.1]), 3)
 
 
-@pytest.mark.parametrize(
-    ("extra", "place"),
-    [
-        ([0, 0, 1, 2, 3], [0, 0, 1, 2, 3]),
-        ([0, 1, 1, 1, 2, 3], [0, 1, 1, 1, 2, 3]),
-        ([0, 1, 2, 3, 3], [0, 1, 2, 3, 3]),
-    ],
-)
+@pytest.mark.parametrize(("extra", "place"), [
+    ([0, 0, 1, 2, 3], [0, 0, 1, 2, 3]),
+    ([0, 1, 1, 1, 2, 3], [0, 1, 1, 1, 2, 3]),
+    ([0, 1, 2, 3, 3], [0, 1, 2, 3, 3]),
+])  # fmt: skip
 def test_repeated_waypoints_are_dropped_and_keep_their_place(
     extra: list[int], place: list[int]
 ) -> None:
@@ -121,20 +118,17 @@ def test_slow_drift_in_steps_below_the_threshold_is_still_a_motion() -> None:
     assert len(curve.knots) > 300
 
 
-@pytest.mark.parametrize(
-    ("points", "error"),
-    [
-        ([], BadArgument),
-        ([[0.0, 0.0, 0.0]], NoMotion),
-        ([[0.0, 0.0, 0.0]] * 7, NoMotion),
-        ([[0.0, 0.0, 0.0], [9e-6, -9e-6, 0.0]], NoMotion),
-        ([[0.0, 0.0, 0.0], [1.0, 0.0]], WrongJointCount),
-        ([[0.0, 0.0], [1.0, 0.0]], WrongJointCount),
-        ([[0.0, 0.0, 0.0], [1.0, math.nan, 0.0]], NotFinite),
-        ([[0.0, 0.0, -math.inf], [1.0, 0.0, 0.0]], NotFinite),
-        ([[0.0, 0.0, 0.0], [0.0, 3.1, 0.0], [1.0, 0.0, 0.0]], OutOfRange),
-    ],
-)
+@pytest.mark.parametrize(("points", "error"), [
+    ([], BadArgument),
+    ([[0.0, 0.0, 0.0]], NoMotion),
+    ([[0.0, 0.0, 0.0]] * 7, NoMotion),
+    ([[0.0, 0.0, 0.0], [9e-6, -9e-6, 0.0]], NoMotion),
+    ([[0.0, 0.0, 0.0], [1.0, 0.0]], WrongJointCount),
+    ([[0.0, 0.0], [1.0, 0.0]], WrongJointCount),
+    ([[0.0, 0.0, 0.0], [1.0, math.nan, 0.0]], NotFinite),
+    ([[0.0, 0.0, -math.inf], [1.0, 0.0, 0.0]], NotFinite),
+    ([[0.0, 0.0, 0.0], [0.0, 3.1, 0.0], [1.0, 0.0, 0.0]], OutOfRange),
+])  # fmt: skip
 def test_what_is_no_path_is_refused(points: list[list[float]], error: type[MotionError]) -> None:
     with pytest.raises(error):
         JointSpline(points, LIMITS)
@@ -165,14 +159,11 @@ def test_the_extent_is_that_of_the_densely_sampled_curve(seed: int, count: int) 
     assert greatest == pytest.approx(sampled.max(axis=0), abs=1e-3)
 
 
-@pytest.mark.parametrize(
-    ("position", "settled"),
-    [
-        ([0.1, 0.2, 0.3], [0.1, 0.2, 0.3]),
-        ([3.0, -3.0, 1.0], [3.0, -3.0, 1.0]),
-        ([3.0 + 5e-7, -3.0 - 5e-7, 1.0 + 9e-7], [3.0, -3.0, 1.0]),
-    ],
-)
+@pytest.mark.parametrize(("position", "settled"), [
+    ([0.1, 0.2, 0.3], [0.1, 0.2, 0.3]),
+    ([3.0, -3.0, 1.0], [3.0, -3.0, 1.0]),
+    ([3.0 + 5e-7, -3.0 - 5e-7, 1.0 + 9e-7], [3.0, -3.0, 1.0]),
+])  # fmt: skip
 def test_feedback_noise_at_a_limit_is_settled(position: list[float], settled: list[float]) -> None:
     assert settle_start(position, LIMITS) == settled
     assert JointSpline([position, BEND[1]], LIMITS).evaluate(np.zeros(1))[0].tolist() == settled

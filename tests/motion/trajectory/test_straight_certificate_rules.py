@@ -60,15 +60,10 @@ def test_an_acceleration_alone() -> None:
     certify_straight_move(MOVE, replace(LIMITS, acceleration=(90.0, 1.9985)), start=(0.0, 0.0))
 
 
-@pytest.mark.parametrize(
-    ("start", "goal", "value", "limit"),
-    [
-        (0.6, 2.001, 2.001, 2.0),
-        (2.001, 0.6, 2.001, 2.0),
-        (0.0, -1.001, -1.001, -1.0),
-        (-1.001, 0.0, -1.001, -1.0),
-    ],
-)
+@pytest.mark.parametrize(("start", "goal", "value", "limit"), [
+    (0.6, 2.001, 2.001, 2.0), (2.001, 0.6, 2.001, 2.0), (0.0, -1.001, -1.001, -1.0),
+    (-1.001, 0.0, -1.001, -1.0),
+])  # fmt: skip
 def test_both_ends_of_the_move_are_in_the_range(
     start: float, goal: float, value: float, limit: float
 ) -> None:

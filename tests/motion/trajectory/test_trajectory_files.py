@@ -65,17 +65,14 @@ def test_csv_of_a_spreadsheet_is_read_too(swing: Trajectory) -> None:
     assert np.array_equal(from_csv(text, LIMITS).position, swing.position)
 
 
-@pytest.mark.parametrize(
-    ("old", "new", "words"),
-    [
-        ("turn position [rad]", "turn position [deg]", "column 2"),
-        ("time [s],", "", "column 1"),
-        ("\n0.01,", "\n0,01,", "line 3 is .*accepted: 10 values"),
-        ("\n0.01,", "\nx,", "line 3, column 1"),
-        ("\n0.01,", "\nnan,", "line 3, column 1"),
-        ("\n0.02,", "\n0.01,", "time in CSV line 4"),
-    ],
-)
+@pytest.mark.parametrize(("old", "new", "words"), [
+    ("turn position [rad]", "turn position [deg]", "column 2"),
+    ("time [s],", "", "column 1"),
+    ("\n0.01,", "\n0,01,", "line 3 is .*accepted: 10 values"),
+    ("\n0.01,", "\nx,", "line 3, column 1"),
+    ("\n0.01,", "\nnan,", "line 3, column 1"),
+    ("\n0.02,", "\n0.01,", "time in CSV line 4"),
+])  # fmt: skip
 def test_a_csv_that_is_not_as_written_is_refused_with_its_place(
     swing: Trajectory, old: str, new: str, words: str
 ) -> None:

@@ -12,16 +12,12 @@ from openpendant.tools.packets import decode, record, rerun, show
 TRACE = str(Path(__file__).parents[2] / "vectors" / "capture-motoman-driver.json")
 
 
-@pytest.mark.parametrize(
-    ("main", "arguments"),
-    [
-        (decode.main, [TRACE]),
-        (show.main, [TRACE]),
-        (rerun.main, [TRACE, "--json"]),
-        (record.main, ["--listen", "0", "--to", "1", "-o", "-"]),
-    ],
-    ids=["decode", "show", "rerun", "record"],
-)
+@pytest.mark.parametrize(("main", "arguments"), [
+    (decode.main, [TRACE]),
+    (show.main, [TRACE]),
+    (rerun.main, [TRACE, "--json"]),
+    (record.main, ["--listen", "0", "--to", "1", "-o", "-"]),
+], ids=["decode", "show", "rerun", "record"])  # fmt: skip
 def test_a_closed_output_is_one_line_and_exit_code_1(
     main: object,
     arguments: list[str],

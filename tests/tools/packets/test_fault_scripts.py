@@ -89,14 +89,11 @@ def test_every_fault_is_listed_with_what_a_correct_peer_does(
         assert f"\n{name}: " in f"\n{printed}"
 
 
-@pytest.mark.parametrize(
-    ("arguments", "reason"),
-    [
-        ([], "a script is needed"),
-        ([str(EXAMPLES[0])], "--listen and --to are needed"),
-        ([str(EXAMPLES[0]), "--listen", "0"], "1 --listen need as many --to, not 0"),
-    ],
-)
+@pytest.mark.parametrize(("arguments", "reason"), [
+    ([], "a script is needed"),
+    ([str(EXAMPLES[0])], "--listen and --to are needed"),
+    ([str(EXAMPLES[0]), "--listen", "0"], "1 --listen need as many --to, not 0"),
+])  # fmt: skip
 def test_what_is_missing_is_said(
     arguments: list[str], reason: str, capsys: pytest.CaptureFixture[str]
 ) -> None:

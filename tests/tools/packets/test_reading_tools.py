@@ -209,32 +209,29 @@ def test_no_two_dialects_have_the_same_message_number() -> None:
     assert set(ALL.messages) >= {*STANDARD.messages, *MOTOMAN.messages}
 
 
-@pytest.mark.parametrize(
-    ("arguments", "expected"),
-    [
-        (["--type", "status"], [4, 6, 8, 9]),
-        (["--type", "1", "--type", "joint_position"], [1, 5, 7]),
-        (["--comm", "request"], [2, 7, 10]),
-        (["--comm", "reply"], [3, 11]),
-        (["--port", "11002", "--direction", "to-server"], [7]),
-        (["--direction", "to-server"], [2, 7, 10]),
-        (["--conn", "2"], []),
-        (["--scenario", "nowhere"], []),
-        (["--since", "0.06", "--until", "0.15"], [7, 8, 9]),
-        (["--malformed"], []),
-        (["--field", "in_motion=TRUE"], [6]),
-        (["--field", "in_motion=1"], [6]),
-        (["--field", "in_motion!=true"], [4, 8, 9]),
-        (["--field", "sequence>=1"], [10]),
-        (["--field", "joints>0"], [5, 10]),
-        (["--field", "joints[0]<0.06", "--type", "10"], [1, 5]),
-        (["--field", "joints[77]<0.06"], []),
-        (["--max-packets", "2"], [1, 2]),
-        (["--type", "status", "--max-packets", "2"], [4, 6]),
-        (["--follow", "2"], [2, 3, 4, 5, 6, 8]),
-        (["--follow", "10"], [10, 11]),
-    ],
-)
+@pytest.mark.parametrize(("arguments", "expected"), [
+    (["--type", "status"], [4, 6, 8, 9]),
+    (["--type", "1", "--type", "joint_position"], [1, 5, 7]),
+    (["--comm", "request"], [2, 7, 10]),
+    (["--comm", "reply"], [3, 11]),
+    (["--port", "11002", "--direction", "to-server"], [7]),
+    (["--direction", "to-server"], [2, 7, 10]),
+    (["--conn", "2"], []),
+    (["--scenario", "nowhere"], []),
+    (["--since", "0.06", "--until", "0.15"], [7, 8, 9]),
+    (["--malformed"], []),
+    (["--field", "in_motion=TRUE"], [6]),
+    (["--field", "in_motion=1"], [6]),
+    (["--field", "in_motion!=true"], [4, 8, 9]),
+    (["--field", "sequence>=1"], [10]),
+    (["--field", "joints>0"], [5, 10]),
+    (["--field", "joints[0]<0.06", "--type", "10"], [1, 5]),
+    (["--field", "joints[77]<0.06"], []),
+    (["--max-packets", "2"], [1, 2]),
+    (["--type", "status", "--max-packets", "2"], [4, 6]),
+    (["--follow", "2"], [2, 3, 4, 5, 6, 8]),
+    (["--follow", "10"], [10, 11]),
+])  # fmt: skip
 def test_what_is_shown_can_be_chosen(tool: Tool, arguments: list[str], expected: list[int]) -> None:
     assert tool.numbers(MOTION, *arguments) == expected
 
@@ -279,16 +276,13 @@ def test_any_other_request_is_followed_to_its_reply(tool: Tool) -> None:
     assert tool.numbers(entries, "--follow", "1") == [1, 3]
 
 
-@pytest.mark.parametrize(
-    ("number", "found", "reason"),
-    [
-        (7, 1, "request 7 has no reply in this trace"),
-        (3, 2, "packet 3 is no request; it answers request 2"),
-        (4, 2, "packet 4 is no request"),
-        (99, 2, "no packet 99: the trace has 11"),
-        (-1, 2, "no packet -1: the trace has 11"),
-    ],
-)
+@pytest.mark.parametrize(("number", "found", "reason"), [
+    (7, 1, "request 7 has no reply in this trace"),
+    (3, 2, "packet 3 is no request; it answers request 2"),
+    (4, 2, "packet 4 is no request"),
+    (99, 2, "no packet 99: the trace has 11"),
+    (-1, 2, "no packet -1: the trace has 11"),
+])  # fmt: skip
 def test_what_cannot_be_followed_is_told(tool: Tool, number: int, found: int, reason: str) -> None:
     assert tool.show(MOTION, "--follow", str(number))[::2] == (found, [reason])
 
@@ -407,14 +401,11 @@ def test_a_file_that_breaks_off_is_shown_up_to_there(tool: Tool, tmp_path: Path)
 
 
 @pytest.mark.parametrize("command", ["decode", "show"])
-@pytest.mark.parametrize(
-    ("content", "found", "reason"),
-    [
-        (b"[1]", 2, "entry 1: an entry is a JSON object"),
-        (b'{"format": 1}', 2, "line 1: the file ends here: the format is 1, not"),
-        (b"\xd4\xc3\xb2\xa1", 2, "offset 4: the file ends inside the file header"),
-    ],
-)
+@pytest.mark.parametrize(("content", "found", "reason"), [
+    (b"[1]", 2, "entry 1: an entry is a JSON object"),
+    (b'{"format": 1}', 2, "line 1: the file ends here: the format is 1, not"),
+    (b"\xd4\xc3\xb2\xa1", 2, "offset 4: the file ends inside the file header"),
+])  # fmt: skip
 def test_a_file_that_is_no_trace_is_one_line(
     tool: Tool, command: str, content: bytes, found: int, reason: str
 ) -> None:
@@ -438,22 +429,12 @@ def test_a_directory_and_a_missing_file_are_one_line(
     assert tool.run(command, missing) == (2, [], [f"{missing}: No such file or directory"])
 
 
-@pytest.mark.parametrize(
-    "arguments",
-    [
-        [],
-        ["-", "--type", "no_such_message"],
-        ["-", "--comm", "gossip"],
-        ["-", "--since", "nan"],
-        ["-", "--since", "soon"],
-        ["-", "--field", "nothing"],
-        ["-", "--field", "name>text"],
-        ["-", "--count", "--follow", "1"],
-        ["-", "--max-packets", "-3"],
-        ["-", "--input", "hex"],
-        ["-", "--follow", "x"],
-    ],
-)
+@pytest.mark.parametrize("arguments", [
+    [], ["-", "--type", "no_such_message"], ["-", "--comm", "gossip"], ["-", "--since", "nan"],
+    ["-", "--since", "soon"], ["-", "--field", "nothing"], ["-", "--field", "name>text"],
+    ["-", "--count", "--follow", "1"], ["-", "--max-packets", "-3"], ["-", "--input", "hex"],
+    ["-", "--follow", "x"],
+])  # fmt: skip
 def test_wrong_arguments_of_show_are_a_usage_error(tool: Tool, arguments: list[str]) -> None:
     found, lines, errors = tool.run("show", *arguments)
     assert (found, lines) == (2, [])

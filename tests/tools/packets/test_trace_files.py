@@ -53,18 +53,10 @@ def entries(file: bytes, kind: FileKind | None = None) -> list[Entry]:
     return list(read_trace(io.BytesIO(file), kind))
 
 
-@pytest.mark.parametrize(
-    "file",
-    [
-        TRACE,
-        TRACE.replace(b"\n", b"\r\n"),
-        b"\xef\xbb\xbf" + TRACE,
-        b"\n\n" + TRACE.split(b"\n", 1)[1],
-        TRACE.rstrip(),
-        CAPTURE,
-        b"\xef\xbb\xbf\n\t " + CAPTURE,
-    ],
-)
+@pytest.mark.parametrize("file", [
+    TRACE, TRACE.replace(b"\n", b"\r\n"), b"\xef\xbb\xbf" + TRACE,
+    b"\n\n" + TRACE.split(b"\n", 1)[1], TRACE.rstrip(), CAPTURE, b"\xef\xbb\xbf\n\t " + CAPTURE,
+])  # fmt: skip
 def test_both_json_forms_give_the_entries(file: bytes) -> None:
     assert entries(file) == ENTRIES
 
@@ -83,23 +75,12 @@ def test_a_recorded_capture_is_read_whole(name: str) -> None:
     ]
 
 
-@pytest.mark.parametrize(
-    ("file", "kind"),
-    [
-        (TRACE, FileKind.TRACE),
-        (CAPTURE, FileKind.CAPTURE),
-        (pcap([]), FileKind.PCAP),
-        (pcap([], order=">"), FileKind.PCAP),
-        (pcapng([]), FileKind.PCAP),
-        (b"0c00", FileKind.HEX),
-        (b"a1b2c3d4", FileKind.HEX),
-        (b"\n\r\n0c00", FileKind.HEX),
-        (b"\n", FileKind.HEX),
-        (b"\xa1\xb2", FileKind.HEX),
-        (b"", FileKind.HEX),
-        (b" " * 5_000 + b"{", FileKind.HEX),
-    ],
-)
+@pytest.mark.parametrize(("file", "kind"), [
+    (TRACE, FileKind.TRACE), (CAPTURE, FileKind.CAPTURE), (pcap([]), FileKind.PCAP),
+    (pcap([], order=">"), FileKind.PCAP), (pcapng([]), FileKind.PCAP), (b"0c00", FileKind.HEX),
+    (b"a1b2c3d4", FileKind.HEX), (b"\n\r\n0c00", FileKind.HEX), (b"\n", FileKind.HEX),
+    (b"\xa1\xb2", FileKind.HEX), (b"", FileKind.HEX), (b" " * 5_000 + b"{", FileKind.HEX),
+])  # fmt: skip
 def test_the_kind_is_seen_from_the_content(file: bytes, kind: FileKind) -> None:
     found, stream = detect(io.BytesIO(file))
     assert found is kind

@@ -66,15 +66,10 @@ async def test_a_code_that_has_expired_ends_the_pendant_with_the_stop_confirmed(
         assert not pendant.panel.stop_key.is_owed
 
 
-@pytest.mark.parametrize(
-    "failure",
-    [
-        refused(VerdictCode.PAIRING_WRONG),
-        refused(VerdictCode.LOGIN_FAILED),
-        refused(VerdictCode.LOGIN_NEEDED),
-        WrongArgument("the name is too long"),
-    ],
-)
+@pytest.mark.parametrize("failure", [
+    refused(VerdictCode.PAIRING_WRONG), refused(VerdictCode.LOGIN_FAILED),
+    refused(VerdictCode.LOGIN_NEEDED), WrongArgument("the name is too long"),
+])  # fmt: skip
 async def test_a_hopeless_login_ends_the_pendant_only_once_the_stop_is_answered(
     failure: PendantError,
 ) -> None:
