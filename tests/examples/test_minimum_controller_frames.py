@@ -70,14 +70,9 @@ async def moving(listener: Wire) -> None:
 async def test_a_single_point_is_a_point_to_point_motion(controller: Controller) -> None:
     async with controller.link() as link, controller.listener() as listener:
         assert (await listener.status()) == Status(
-            drives_powered=1,
-            e_stopped=0,
-            error_code=0,
-            in_error=0,
-            in_motion=0,
-            mode=2,
+            drives_powered=1, e_stopped=0, error_code=0, in_error=0, in_motion=0, mode=2,
             motion_possible=1,
-        )
+        )  # fmt: skip
         await begin(link, 0.4, 0.3)
         await listener.rounds(lambda status: status.in_motion == 1)
         rounds = await listener.until_rest()

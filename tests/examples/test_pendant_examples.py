@@ -23,17 +23,12 @@ EXAMPLES = Path(__file__).parent.parent.parent / "examples"
 WARNINGS = ("-Wall", "-Wextra", "-Wpedantic", "-Wconversion", "-Wshadow", "-Werror")
 
 PRINTS = {
-    "connect_and_jog.py": "let go: stood after",
-    "move_to_pose.py": "reached the pose in frame",
-    "pause_and_resume.py": "arrived at",
-    "record_and_play.py": "played back in",
-    "roboanalyzer_style.py": "Z from",
-    "sync_notebook_style.py": "let go: JogAccount(",
-    "taught_path.py": "ran through 3 positions",
-    "teach_a_program.py": "of 'five points'",
-    "two_keys.py": "and back to",
-    "watch_state.py": "IDLE",
-}
+    "connect_and_jog.py": "let go: stood after", "move_to_pose.py": "reached the pose in frame",
+    "pause_and_resume.py": "arrived at", "record_and_play.py": "played back in",
+    "roboanalyzer_style.py": "Z from", "sync_notebook_style.py": "let go: JogAccount(",
+    "taught_path.py": "ran through 3 positions", "teach_a_program.py": "of 'five points'",
+    "two_keys.py": "and back to", "watch_state.py": "IDLE",
+}  # fmt: skip
 """What each example says once it has done what it is about."""
 
 
@@ -130,13 +125,9 @@ def test_an_example_says_in_one_line_that_somebody_else_moves_the_robot(
 
 def test_an_example_that_fails_says_so_and_nothing_else(unused_tcp_port: int) -> None:
     failed = subprocess.run(
-        [sys.executable, "connect_and_jog.py", str(unused_tcp_port)],
-        capture_output=True,
-        text=True,
-        timeout=80 * SCALE,
-        check=False,
-        cwd=EXAMPLES,
-    )
+        [sys.executable, "connect_and_jog.py", str(unused_tcp_port)], capture_output=True,
+        text=True, timeout=80 * SCALE, check=False, cwd=EXAMPLES,
+    )  # fmt: skip
     assert (failed.returncode, failed.stdout) == (1, "")
     assert failed.stderr.startswith(f"nobody listens at 127.0.0.1:{unused_tcp_port}; ")
     assert failed.stderr.count("\n") == 1
@@ -192,13 +183,9 @@ def test_an_example_in_another_language_says_why_it_was_refused(
         pytest.skip("no Node here")
     robot.take_control()
     refused = subprocess.run(
-        [node, "pendant.js", str(port)],
-        capture_output=True,
-        text=True,
-        timeout=PATIENCE,
-        check=False,
-        cwd=EXAMPLES,
-    )
+        [node, "pendant.js", str(port)], capture_output=True, text=True, timeout=PATIENCE,
+        check=False, cwd=EXAMPLES,
+    )  # fmt: skip
     assert refused.returncode == 1
     assert refused.stderr.startswith("refused, code 5: ")
 

@@ -451,15 +451,9 @@ UNREADABLE: dict[str, Body] = {
 }  # fmt: skip
 
 TOPICS: dict[str, Sequence[Right | Happening]] = {
-    "cell": CELL,
-    "programs": PROGRAMS,
-    "recordings": RECORDINGS,
-    "frames": FRAMES,
-    "tools": TOOLS,
-    "scene": SCENE,
-    "devices": DEVICES,
-    "access": ACCESS,
-}
+    "cell": CELL, "programs": PROGRAMS, "recordings": RECORDINGS, "frames": FRAMES, "tools": TOOLS,
+    "scene": SCENE, "devices": DEVICES, "access": ACCESS,
+}  # fmt: skip
 
 
 def steps() -> Iterator[tuple[str, Step]]:

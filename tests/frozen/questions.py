@@ -78,24 +78,13 @@ _BLOCK = MotionBlock((BlockMove("main", 1, _MOVE, _POINT, (_POINT,)),), True)
 _PROGRAM_KIND = DocumentKind.PROGRAM
 
 STATEMENTS: tuple[Any, ...] = (
-    _MOVE,
-    Move(Way.PTP, "above", dwell=0.5),
-    Move(Way.LIN, "above"),
-    Move(Way.SPLINE, "above", ("aside",)),
-    statements.Wait(0.5),
-    statements.WaitInput(1, True, 2.0),
-    statements.SetOutput(2, False),
-    statements.ReadInput(3, "there"),
-    statements.Attach("part"),
-    statements.Detach("part"),
-    statements.Loop(3),
-    statements.IfInput(4, True),
-    statements.IfFlag("there", False),
-    statements.Else(),
-    statements.End(),
-    statements.Call("aside"),
-    statements.Comment(comment="nothing"),
-)
+    _MOVE, Move(Way.PTP, "above", dwell=0.5), Move(Way.LIN, "above"),
+    Move(Way.SPLINE, "above", ("aside",)), statements.Wait(0.5), statements.WaitInput(1, True, 2.0),
+    statements.SetOutput(2, False), statements.ReadInput(3, "there"), statements.Attach("part"),
+    statements.Detach("part"), statements.Loop(3), statements.IfInput(4, True),
+    statements.IfFlag("there", False), statements.Else(), statements.End(),
+    statements.Call("aside"), statements.Comment(comment="nothing"),
+)  # fmt: skip
 
 EDITS: tuple[Any, ...] = (
     edits.RecordPoint(_POINT, _MOVE, 1),

@@ -19,13 +19,9 @@ from openpendant.motion.errors import (
 )
 
 LIMITS = JointLimits(
-    names=("rail", "shoulder"),
-    lower=(0.0, -1.1),
-    upper=(3.0, 2.2),
-    velocity=(1.5, 2.6),
-    acceleration=(2.0, 5.2),
-    prismatic=(True, False),
-)
+    names=("rail", "shoulder"), lower=(0.0, -1.1), upper=(3.0, 2.2), velocity=(1.5, 2.6),
+    acceleration=(2.0, 5.2), prismatic=(True, False),
+)  # fmt: skip
 
 
 def float32(value: float) -> float:

@@ -30,15 +30,9 @@ from openpendant.motion.errors import RobotFileError, UnknownRobot, UnsupportedK
 
 SERIAL = tuple(name for name in robot_names() if name != "stewart_classroom")
 COUPLED = {
-    "abb_irb1410": -1,
-    "abb_irb2400": -1,
-    "abb_irb4400l30": -1,
-    "fanuc_m10ia": 1,
-    "fanuc_m410ib": 1,
-    "fanuc_r1000ia": 1,
-    "fanuc_r2000ia": 1,
-    "fanuc_s430i": 1,
-}
+    "abb_irb1410": -1, "abb_irb2400": -1, "abb_irb4400l30": -1, "fanuc_m10ia": 1, "fanuc_m410ib": 1,
+    "fanuc_r1000ia": 1, "fanuc_r2000ia": 1, "fanuc_s430i": 1,
+}  # fmt: skip
 
 COUPLING = {"type": "j2_j3", "state_factor": 1}
 
@@ -323,20 +317,8 @@ def places(value: Any, way: tuple[Any, ...] = ()) -> Iterator[tuple[Any, ...]]:
 
 
 JUNK: tuple[Any, ...] = (
-    None,
-    True,
-    "x",
-    "",
-    -1,
-    0,
-    1e308,
-    -1e-320,
-    10**400,
-    [],
-    [[]],
-    {},
-    {"x": 1},
-)
+    None, True, "x", "", -1, 0, 1e308, -1e-320, 10**400, [], [[]], {}, {"x": 1},
+)  # fmt: skip
 
 
 @settings(few(15), suppress_health_check=[HealthCheck.function_scoped_fixture])

@@ -13,13 +13,9 @@ TCP = np.array([0.012, -0.034, 0.156])
 POINT = np.array([0.8, 0.1, 0.3])
 # Straight down, tilted by 30 to 60 degrees to several sides: what a person would do.
 TURNS = [
-    (math.pi, 0.0, 0.0),
-    (math.pi - 0.6, 0.0, 0.0),
-    (math.pi, 0.7, 0.0),
-    (math.pi + 0.5, -0.4, 1.0),
-    (math.pi, -0.5, -0.8),
-    (math.pi - 0.4, 0.5, 2.0),
-]
+    (math.pi, 0.0, 0.0), (math.pi - 0.6, 0.0, 0.0), (math.pi, 0.7, 0.0), (math.pi + 0.5, -0.4, 1.0),
+    (math.pi, -0.5, -0.8), (math.pi - 0.4, 0.5, 2.0),
+]  # fmt: skip
 
 tcps = st.tuples(st.floats(-0.3, 0.3), st.floats(-0.3, 0.3), st.floats(-0.5, 0.5))
 

@@ -27,13 +27,9 @@ from openpendant.motion.jog.tool_path import JogTwist, ToolPath
 from openpendant.motion.paths.mechanism import SerialMechanism
 
 LIMITS = JointLimits(
-    names=("a", "b"),
-    lower=(-2.0, -2.0),
-    upper=(2.0, 2.0),
-    velocity=(1.0, 1.0),
-    acceleration=(4.0, 8.0),
-    prismatic=(False, False),
-)
+    names=("a", "b"), lower=(-2.0, -2.0), upper=(2.0, 2.0), velocity=(1.0, 1.0),
+    acceleration=(4.0, 8.0), prismatic=(False, False),
+)  # fmt: skip
 DT = 0.01
 """s: in which a joint changes its velocity by 0.04 rad/s, the other by 0.08."""
 
@@ -87,13 +83,9 @@ def excess(
 ) -> tuple[float, JogCause | None]:
     """Return what is judged of a stop from a place, the first joint going by `way`; limit 0.25."""
     model = SimpleNamespace(
-        arm=SimpleNamespace(point_speeds=points, rigid=rigid),
-        unit=[1.0, 1.0],
-        lower=[-2.0, -2.0],
-        upper=[2.0, 2.0],
-        margin=[0.1, 0.1],
-        limits=LIMITS,
-    )
+        arm=SimpleNamespace(point_speeds=points, rigid=rigid), unit=[1.0, 1.0], lower=[-2.0, -2.0],
+        upper=[2.0, 2.0], margin=[0.1, 0.1], limits=LIMITS,
+    )  # fmt: skip
     there = [here[0] + way, *here[1:]]
     ahead = StopOutlook(list(velocity), list(here), there, 0.25)
     return point_excess(cast(JogModel, model), ahead, 0.25)

@@ -29,13 +29,9 @@ Array = NDArray[np.float64]
 
 ROBOTS = ("ur5", "abb_irb2400", "kawasaki_ra10n", "kuka_iiwa14", "puma560", "rail_kr5_arc")
 WIDE = JointLimits(
-    names=tuple("abcdef"),
-    lower=(-100.0,) * 6,
-    upper=(100.0,) * 6,
-    velocity=(3.15,) * 6,
-    acceleration=(8.0, 8.0, 8.0, 16.0, 16.0, 16.0),
-    prismatic=(False,) * 6,
-)
+    names=tuple("abcdef"), lower=(-100.0,) * 6, upper=(100.0,) * 6, velocity=(3.15,) * 6,
+    acceleration=(8.0, 8.0, 8.0, 16.0, 16.0, 16.0), prismatic=(False,) * 6,
+)  # fmt: skip
 ORIGIN: Array = np.zeros(6)
 ONE: Array
 TWO: Array

@@ -21,13 +21,9 @@ from openpendant.motion.trajectory.trajectory import Trajectory
 Array = NDArray[np.float64]
 
 LIMITS = JointLimits(
-    names=("turn", "tilt", "slide"),
-    lower=(-3.0, -2.0, -1.0),
-    upper=(3.0, 2.0, 1.0),
-    velocity=(2.0, 1.5, 0.5),
-    acceleration=(8.0, 6.0, 2.0),
-    prismatic=(False, False, True),
-)
+    names=("turn", "tilt", "slide"), lower=(-3.0, -2.0, -1.0), upper=(3.0, 2.0, 1.0),
+    velocity=(2.0, 1.5, 0.5), acceleration=(8.0, 6.0, 2.0), prismatic=(False, False, True),
+)  # fmt: skip
 START, GOAL = [0.0, 0.5, -0.2], [2.0, -0.5, 0.3]
 MIDDLE = 40
 

@@ -22,13 +22,9 @@ from openpendant.motion.trajectory.trajectory import Trajectory
 Array = NDArray[np.float64]
 
 LIMITS = JointLimits(
-    names=("base", "arm"),
-    lower=(-9.0, -1.0),
-    upper=(9.0, 2.0),
-    velocity=(9.0, 0.8),
-    acceleration=(90.0, 4.0),
-    prismatic=(False, False),
-)
+    names=("base", "arm"), lower=(-9.0, -1.0), upper=(9.0, 2.0), velocity=(9.0, 0.8),
+    acceleration=(90.0, 4.0), prismatic=(False, False),
+)  # fmt: skip
 H = 0.1
 
 SPEEDS = (0.0, 0.4, 0.8, 0.8, 0.4, 0.0)

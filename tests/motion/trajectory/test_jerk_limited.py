@@ -32,13 +32,9 @@ needs_ruckig = pytest.mark.skipif(
 )
 ROBOTS = [name for name in robot_names() if name != "stewart_classroom"]
 LIMITS = JointLimits(
-    names=("turn", "tilt", "slide"),
-    lower=(-3.0, -2.0, -1.0),
-    upper=(3.0, 2.0, 1.0),
-    velocity=(2.0, 1.5, 0.5),
-    acceleration=(8.0, 6.0, 2.0),
-    prismatic=(False, False, True),
-)
+    names=("turn", "tilt", "slide"), lower=(-3.0, -2.0, -1.0), upper=(3.0, 2.0, 1.0),
+    velocity=(2.0, 1.5, 0.5), acceleration=(8.0, 6.0, 2.0), prismatic=(False, False, True),
+)  # fmt: skip
 START, GOAL = [0.0, 0.5, -0.2], [2.0, -0.5, 0.3]
 
 
@@ -71,14 +67,9 @@ def test_moves_from_a_moving_state_are_certified(seed: int, period: float) -> No
     jerk = jerk_limits(LIMITS, 0.05)
 
     move = jerk_limited_move(
-        start,
-        goal,
-        LIMITS,
-        jerk=jerk,
-        start_velocity=velocity,
-        start_acceleration=acceleration,
+        start, goal, LIMITS, jerk=jerk, start_velocity=velocity, start_acceleration=acceleration,
         sample_period=period,
-    )
+    )  # fmt: skip
 
     assert certify(move, LIMITS, start=start, start_velocity=velocity, jerk=jerk).jerk is not None
     assert move.acceleration[0] == pytest.approx(acceleration)

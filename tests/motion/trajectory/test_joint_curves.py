@@ -25,13 +25,9 @@ from openpendant.motion.trajectory.joint_curves import (
 Array = NDArray[np.float64]
 
 LIMITS = JointLimits(
-    names=("a", "b", "c"),
-    lower=(-3.0, -3.0, -1.0),
-    upper=(3.0, 3.0, 1.0),
-    velocity=(2.0, 2.0, 0.5),
-    acceleration=(8.0, 8.0, 2.0),
-    prismatic=(False, False, True),
-)
+    names=("a", "b", "c"), lower=(-3.0, -3.0, -1.0), upper=(3.0, 3.0, 1.0),
+    velocity=(2.0, 2.0, 0.5), acceleration=(8.0, 8.0, 2.0), prismatic=(False, False, True),
+)  # fmt: skip
 BEND = [[0.0, 0.0, 0.0], [1.0, 0.2, 0.1], [1.2, 1.0, -0.1], [2.0, 0.5, 0.3]]
 
 

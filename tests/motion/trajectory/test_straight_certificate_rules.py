@@ -16,13 +16,9 @@ from openpendant.motion.trajectory.ptp import StraightMove
 from openpendant.motion.trajectory.straight_certificate import certify_straight_move
 
 LIMITS = JointLimits(
-    names=("base", "arm"),
-    lower=(-9.0, -1.0),
-    upper=(9.0, 2.0),
-    velocity=(9.0, 1.0),
-    acceleration=(90.0, 2.0),
-    prismatic=(False, False),
-)
+    names=("base", "arm"), lower=(-9.0, -1.0), upper=(9.0, 2.0), velocity=(9.0, 1.0),
+    acceleration=(90.0, 2.0), prismatic=(False, False),
+)  # fmt: skip
 MOVE = StraightMove((0.0, 0.0), (0.0, 1.5), 20, 5, 0.1)
 """The arm goes by 1.5 rad: at 1 rad/s, and 2 rad/s²; both are its limits."""
 

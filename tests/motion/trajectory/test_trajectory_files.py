@@ -15,13 +15,9 @@ from openpendant.motion.trajectory.trajectory import Trajectory
 from openpendant.motion.trajectory.trajectory_files import from_csv, to_csv, to_ros_yaml
 
 LIMITS = JointLimits(
-    names=("turn", 'a "quoted", name', "slide"),
-    lower=(-3.0, -2.0, -1.0),
-    upper=(3.0, 2.0, 1.0),
-    velocity=(2.0, 1.5, 0.5),
-    acceleration=(8.0, 6.0, 2.0),
-    prismatic=(False, False, True),
-)
+    names=("turn", 'a "quoted", name', "slide"), lower=(-3.0, -2.0, -1.0), upper=(3.0, 2.0, 1.0),
+    velocity=(2.0, 1.5, 0.5), acceleration=(8.0, 6.0, 2.0), prismatic=(False, False, True),
+)  # fmt: skip
 
 
 @pytest.fixture(scope="module")

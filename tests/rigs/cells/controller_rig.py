@@ -33,13 +33,9 @@ from openpendant.simplemsg.pendant import OperatorAction
 MS = 1_000_000
 LINK = 1
 LIMITS = JointLimits(
-    names=("shoulder", "elbow"),
-    lower=(-2.0, -2.0),
-    upper=(2.0, 2.0),
-    velocity=(2.0, 2.0),
-    acceleration=(4.0, 4.0),
-    prismatic=(False, False),
-)
+    names=("shoulder", "elbow"), lower=(-2.0, -2.0), upper=(2.0, 2.0), velocity=(2.0, 2.0),
+    acceleration=(4.0, 4.0), prismatic=(False, False),
+)  # fmt: skip
 SUCCESS, FAILURE = ReplyCode.SUCCESS, ReplyCode.FAILURE
 
 
@@ -66,14 +62,9 @@ def full_point(
 ) -> JointTrajPtFull:
     fields = 7 if acceleration is None else 15
     return JointTrajPtFull(
-        robot_id,
-        sequence,
-        fields if valid_fields is None else valid_fields,
-        time,
-        joint_array(joints),
-        joint_array(velocity),
-        joint_array(acceleration or ()),
-    )
+        robot_id, sequence, fields if valid_fields is None else valid_fields, time,
+        joint_array(joints), joint_array(velocity), joint_array(acceleration or ()),
+    )  # fmt: skip
 
 
 STOP = ratio_point(-4, (), 0.0, velocity=0.0)
@@ -95,16 +86,10 @@ class ControllerRig:
 
     def __post_init__(self) -> None:
         self.controller = EmulatedController(
-            Admission(self.limits, Tolerances()),
-            self.start,
-            GENERIC,
-            buffer_depth=self.buffer_depth,
-            start_rule=self.start_rule,
-            is_strict=self.is_strict,
-            operator_events=self.operator_events,
-            signals=self.signals,
-            now=self.now,
-        )
+            Admission(self.limits, Tolerances()), self.start, GENERIC,
+            buffer_depth=self.buffer_depth, start_rule=self.start_rule, is_strict=self.is_strict,
+            operator_events=self.operator_events, signals=self.signals, now=self.now,
+        )  # fmt: skip
 
     @property
     def status(self) -> Status:

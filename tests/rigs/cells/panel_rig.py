@@ -18,13 +18,9 @@ MS = 1_000_000
 S = 1_000 * MS
 
 PROGRAM = TaughtProgram(
-    "pick",
-    3,
-    ("move PTP home", "wait 2 s", "move LIN P1"),
-    ("home", "", "P1"),
-    ("home", "P1"),
+    "pick", 3, ("move PTP home", "wait 2 s", "move LIN P1"), ("home", "", "P1"), ("home", "P1"),
     first_line=9,
-)
+)  # fmt: skip
 
 
 DRY_RUN: dict[str, Any] = {
@@ -77,18 +73,10 @@ def snapshot(dof: int = 6, **changes: Any) -> Snapshot:
 
 
 HELLO = HelloReply(
-    protocol_version=2,
-    session=SESSION,
-    capabilities=1023,
-    max_frame=65_532,
-    dof=6,
-    tick_rate=100.0,
-    max_state_rate=125.0,
-    authority_timeout=3.0,
-    cell="cell",
-    robot="ur5",
+    protocol_version=2, session=SESSION, capabilities=1023, max_frame=65_532, dof=6,
+    tick_rate=100.0, max_state_rate=125.0, authority_timeout=3.0, cell="cell", robot="ur5",
     server="test",
-)
+)  # fmt: skip
 
 
 class PanelRig:

@@ -16,16 +16,9 @@ from openpendant.simplemsg import MOTOMAN, STANDARD, ByteOrder, Codec, Dialect, 
 FOLDER = Path(__file__).parents[2] / "vectors"
 
 FILES = (
-    "standard-le-f32",
-    "standard-be-f32",
-    "standard-le-f64",
-    "standard-be-f64",
-    "motoman-le-f32",
-    "motoman-be-f32",
-    "motoman-le-f64",
-    "motoman-controller-le-f32",
-    "motoman-controller-be-f32",
-)
+    "standard-le-f32", "standard-be-f32", "standard-le-f64", "standard-be-f64", "motoman-le-f32",
+    "motoman-be-f32", "motoman-le-f64", "motoman-controller-le-f32", "motoman-controller-be-f32",
+)  # fmt: skip
 
 
 @dataclass(frozen=True)

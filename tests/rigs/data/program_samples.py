@@ -98,14 +98,10 @@ def _moves(draw: st.DrawFn, names: list[str]) -> Move:
     via = draw(st.lists(st.sampled_from(names), min_size=vias[0], max_size=vias[1]))
     zone = 0.0 if way is Way.SPLINE else draw(_ZONES)
     return Move(
-        way,
-        draw(st.sampled_from(names)),
-        tuple(via),
-        draw(_FRACTIONS if way is Way.PTP else _SPEEDS),
-        zone,
-        0.0 if zone else draw(_TIMES),
+        way, draw(st.sampled_from(names)), tuple(via),
+        draw(_FRACTIONS if way is Way.PTP else _SPEEDS), zone, 0.0 if zone else draw(_TIMES),
         comment=draw(_COMMENTS),
-    )
+    )  # fmt: skip
 
 
 def _simple(names: list[str]) -> st.SearchStrategy[Statement]:
@@ -157,12 +153,7 @@ def programs(draw: st.DrawFn) -> Program:
     joints = draw(st.integers(1, 8))
     axes = draw(st.lists(st.integers(0, joints - 1), unique=True, max_size=2))
     return Program(
-        name=draw(NAMES),
-        robot=draw(NAMES),
-        linear_axes=tuple(sorted(axes)),
-        tool=draw(NAMES),
-        frame=draw(NAMES),
-        points=tuple(draw(points(name, joints)) for name in names),
-        statements=tuple(draw(_bodies(names))),
-        comment=draw(_LINES),
-    )
+        name=draw(NAMES), robot=draw(NAMES), linear_axes=tuple(sorted(axes)), tool=draw(NAMES),
+        frame=draw(NAMES), points=tuple(draw(points(name, joints)) for name in names),
+        statements=tuple(draw(_bodies(names))), comment=draw(_LINES),
+    )  # fmt: skip

@@ -44,13 +44,9 @@ from openpendant.tools.packets.conformance.server.target import Options
 HOST = "127.0.0.1"
 START = (0.3, 0.4)
 LIMITS = JointLimits(
-    names=("shoulder", "elbow"),
-    lower=(-2.0, -2.0),
-    upper=(2.0, 2.0),
-    velocity=(2.0, 2.0),
-    acceleration=(4.0, 4.0),
-    prismatic=(False, False),
-)
+    names=("shoulder", "elbow"), lower=(-2.0, -2.0), upper=(2.0, 2.0), velocity=(2.0, 2.0),
+    acceleration=(4.0, 4.0), prismatic=(False, False),
+)  # fmt: skip
 _MS = 1_000_000
 
 AT_USUAL_RATE: Mapping[str, object] = {"rate": USUAL_RATE}
@@ -266,14 +262,10 @@ async def serve(fault: Fault) -> tuple[FaultyService, EmulatorPorts]:
         {"motion_port": 0, "state_port": 0, "rate": HALF_RATE, **fault.settings}
     )
     controller = fault.controller(
-        Admission(LIMITS, Tolerances()),
-        START,
-        GENERIC,
-        buffer_depth=settings.buffer,
-        start_rule=StartRule(2, 50 * _MS, 20 * _MS, 200 * _MS),
-        is_strict=settings.strict_sequence,
+        Admission(LIMITS, Tolerances()), START, GENERIC, buffer_depth=settings.buffer,
+        start_rule=StartRule(2, 50 * _MS, 20 * _MS, 200 * _MS), is_strict=settings.strict_sequence,
         now=round(loop.time() * 1e9),
-    )
+    )  # fmt: skip
     service = (fault.service or FaultyService)(controller, settings)
     service.fault, service.memory, service.motion_numbers = fault, {}, set()
     return service, await service.start()

@@ -171,18 +171,10 @@ class ScriptedPendantServer:
     @staticmethod
     def _welcome(hello: Hello) -> HelloReply:
         return HelloReply(
-            protocol_version=hello.protocol_version,
-            session=SESSION,
-            capabilities=32,
-            max_frame=65_532,
-            dof=DOF,
-            tick_rate=100.0,
-            max_state_rate=100.0,
-            authority_timeout=3.0,
-            cell=hello.cell or "cell",
-            robot="ur5",
-            server="scripted",
-        )
+            protocol_version=hello.protocol_version, session=SESSION, capabilities=32,
+            max_frame=65_532, dof=DOF, tick_rate=100.0, max_state_rate=100.0, authority_timeout=3.0,
+            cell=hello.cell or "cell", robot="ur5", server="scripted",
+        )  # fmt: skip
 
     def _manage(self, message: Management) -> None:
         answer = self.answers.get(json.loads(message.body)["op"])
@@ -213,17 +205,10 @@ class ScriptedPendantServer:
         kind = OutcomeKind.ABORTED if code else OutcomeKind.COMPLETED
         self.send(
             Outcome(
-                request_id=request_id,
-                outcome=kind,
-                code=code,
-                joint=-1,
-                value=0.0,
-                limit=0.0,
-                plan_time=0.25,
-                motion_time=0.5,
-                text="scripted",
+                request_id=request_id, outcome=kind, code=code, joint=-1, value=0.0, limit=0.0,
+                plan_time=0.25, motion_time=0.5, text="scripted",
             )
-        )
+        )  # fmt: skip
 
     def end_jog(
         self, press: int, why: JogEnd = JogEnd.RELEASED, code: VerdictCode = VerdictCode.ACCEPTED
@@ -231,14 +216,10 @@ class ScriptedPendantServer:
         """Bring the robot to rest after a press."""
         self.send(
             JogEnded(
-                press=press,
-                reason=why,
-                stop_time=0.0625,
-                joint_distance=0.03125,
-                tool_distance=0.015625,
-                positions=joint_array([0.5] * DOF),
+                press=press, reason=why, stop_time=0.0625, joint_distance=0.03125,
+                tool_distance=0.015625, positions=joint_array([0.5] * DOF),
             )
-        )
+        )  # fmt: skip
         self.end_motion(self._jogs.pop(press), code)
 
     # What came.
@@ -289,15 +270,10 @@ class _Line(asyncio.Protocol):
 
 def _verdict(request_id: int, code: VerdictCode, text: str) -> Verdict:
     return Verdict(
-        request_id=request_id,
-        code=code,
-        joint=2 if code else -1,
-        value=7.0 if code else 0.0,
-        limit=6.25 if code else 0.0,
-        text=text,
-        comm_type=CommType.REPLY,
+        request_id=request_id, code=code, joint=2 if code else -1, value=7.0 if code else 0.0,
+        limit=6.25 if code else 0.0, text=text, comm_type=CommType.REPLY,
         reply_code=ReplyCode.FAILURE if code else ReplyCode.SUCCESS,
-    )
+    )  # fmt: skip
 
 
 @asynccontextmanager

@@ -46,13 +46,9 @@ WAY = 0.02
 """Each joint moves so far from point to point [rad]."""
 
 LIMITS = JointLimits(
-    names=tuple(f"joint {number}" for number in range(1, 7)),
-    lower=(-2.0,) * 6,
-    upper=(2.0,) * 6,
-    velocity=(2.0,) * 6,
-    acceleration=(4.0,) * 6,
-    prismatic=(False,) * 6,
-)
+    names=tuple(f"joint {number}" for number in range(1, 7)), lower=(-2.0,) * 6, upper=(2.0,) * 6,
+    velocity=(2.0,) * 6, acceleration=(4.0,) * 6, prismatic=(False,) * 6,
+)  # fmt: skip
 
 
 class Rig:
@@ -143,13 +139,9 @@ class Rig:
 
 def _of_group(group: MotomanGroup, number: int) -> MotomanGroup:
     return MotomanGroup(
-        number,
-        group.valid_fields,
-        group.time,
-        group.positions,
-        group.velocities,
+        number, group.valid_fields, group.time, group.positions, group.velocities,
         group.accelerations,
-    )
+    )  # fmt: skip
 
 
 def judge(fault: Fault) -> dict[str, CheckFinding]:

@@ -52,13 +52,9 @@ async def running_emulator(**settings: object) -> AsyncIterator[Options]:
     ports = await service.start()
     try:
         yield Options(
-            HOST,
-            ports.motion,
-            ports.state,
-            real_size=checked.real_size,
-            may_move=True,
+            HOST, ports.motion, ports.state, real_size=checked.real_size, may_move=True,
             limits=serial_robot(ROBOT).limits,
-        )
+        )  # fmt: skip
     finally:
         await service.close()
         await asyncio.sleep(0)
@@ -91,11 +87,6 @@ async def running_server(rate: int = USUAL_RATE) -> AsyncIterator[Options]:
             assert ros.motion is not None
             assert ros.state is not None
             yield Options(
-                HOST,
-                ros.motion,
-                ros.state,
-                ports.pendant,
-                profile=Profile.GENERIC,
-                may_move=True,
+                HOST, ros.motion, ros.state, ports.pendant, profile=Profile.GENERIC, may_move=True,
                 limits=emulator.limits,
-            )
+            )  # fmt: skip

@@ -33,13 +33,9 @@ MATCHES: dict[str, tuple[dict[str, Any], set[int]]] = {
 def test_a_rule_fits_what_it_says(case: str) -> None:
     match, fitting = MATCHES[case]
     frames = [
-        (UP, point(0)),
-        (DOWN, taken(0)),
-        (UP, point(1)),
-        (UP, point(2)),
-        (DOWN, PONG),
+        (UP, point(0)), (DOWN, taken(0)), (UP, point(1)), (UP, point(2)), (DOWN, PONG),
         (UP, point(-4)),
-    ]
+    ]  # fmt: skip
     run = bench("drop", match)
     dropped = set()
     for index, (direction, frame) in enumerate(frames):

@@ -310,16 +310,12 @@ def read_all(entries: list[Entry]) -> list[Reading]:
 def test_replies_answer_requests_in_order_and_topics_never() -> None:
     readings = read_all(
         [
-            packet(1, UP, point(0)),
-            packet(2, UP, point(1)),
-            packet(3, DOWN, status(0)),
-            packet(4, DOWN, accepted(point(0))),
-            packet(5, DOWN, Ping()),
-            packet(6, DOWN, accepted(point(1))),
-            packet(7, DOWN, accepted(point(1))),
+            packet(1, UP, point(0)), packet(2, UP, point(1)), packet(3, DOWN, status(0)),
+            packet(4, DOWN, accepted(point(0))), packet(5, DOWN, Ping()),
+            packet(6, DOWN, accepted(point(1))), packet(7, DOWN, accepted(point(1))),
             packet(8, UP, accepted(Ping())),
         ]
-    )
+    )  # fmt: skip
     answers = [reading.answers for reading in readings]
     assert answers == [None, None, None, 1, None, 2, None, 5]
     assert [reading.latency for reading in readings if reading.latency] == [3e6, 4e6, 3e6]

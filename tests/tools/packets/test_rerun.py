@@ -217,13 +217,9 @@ def test_what_a_process_put_off_does_not_happen_by_itself(
 
 
 HEADER = {
-    "format": "openpendant-journal/1",
-    "of": "emulator",
-    "version": "0",
-    "started": "",
-    "now": 1,
+    "format": "openpendant-journal/1", "of": "emulator", "version": "0", "started": "", "now": 1,
     "settings": {"robot": "ur5"},
-}
+}  # fmt: skip
 END = {"end": True}
 
 

@@ -116,13 +116,9 @@ def test_both_displays_show_the_offers(rig: PanelRig) -> None:
         " unpick",
     ]
     assert screen_text.program_list(rig.panel).splitlines() == [
-        "open which program? pic_",
-        "  Pick",
-        "> pick2",
-        "  unpick",
-        "  pic  new",
+        "open which program? pic_", "  Pick", "> pick2", "  unpick", "  pic  new",
         "type a part of its name, ↑ ↓, Enter",
-    ]
+    ]  # fmt: skip
 
 
 # The revision that is shown.

@@ -153,17 +153,10 @@ async def test_a_login_that_ends_while_a_stop_waits_ends_the_pendant_after_its_a
         pendant.strike(STOP_KEY)
         pendant.server.send(
             Outcome(
-                request_id=0,
-                outcome=OutcomeKind.ABORTED,
-                code=VerdictCode.LOGIN_NEEDED,
-                joint=-1,
-                value=0.0,
-                limit=0.0,
-                plan_time=0.0,
-                motion_time=0.0,
-                text="the lesson is over",
+                request_id=0, outcome=OutcomeKind.ABORTED, code=VerdictCode.LOGIN_NEEDED, joint=-1,
+                value=0.0, limit=0.0, plan_time=0.0, motion_time=0.0, text="the lesson is over",
             )
-        )
+        )  # fmt: skip
         await pendant.until(lambda: "the lesson is over" in pendant.banner, 6.0)
         assert not pendant.panel.enabling.is_on
         assert not pendant.ran.done()
