@@ -27,9 +27,6 @@ class Right:
     """A right request, or one that is wrong in a way that no rule makes up.
 
     Attributes:
-        op: the operation.
-        fields: its fields.
-        by: who asks.
         label: what is special about it.
     """
 

@@ -21,13 +21,7 @@ Body: TypeAlias = str | list[str | list[Any]] | dict[str, str]
 
 @dataclass(frozen=True)
 class Question:
-    """One request.
-
-    Attributes:
-        name: what is asked.
-        by: who asks.
-        body: how its body is written down.
-    """
+    """One request."""
 
     name: str
     by: str
@@ -54,12 +48,7 @@ class Happening:
 
 @dataclass(frozen=True)
 class Answer:
-    """What came of a request.
-
-    Attributes:
-        done: whether it was carried out.
-        text: the body of the answer.
-    """
+    """What came of a request."""
 
     done: bool
     text: str

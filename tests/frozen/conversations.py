@@ -42,13 +42,7 @@ Talk = Callable[[RecordedCell], Awaitable[None]]
 
 @dataclass(frozen=True)
 class Conversation:
-    """One conversation.
-
-    Attributes:
-        talk: what is said.
-        cells: how many cells the server has.
-        tables: of the server's settings.
-    """
+    """One conversation."""
 
     talk: Talk
     cells: int = 1

@@ -46,9 +46,7 @@ def fuzz(target: str, limit: str, keep: Path, seed: int = 0) -> Outcome:
     """Fuzz one target in a process of its own; what breaks it is kept in a folder.
 
     Args:
-        target: its name.
         limit: the option of libFuzzer that ends it: `-max_total_time=SECONDS` or `-runs=INPUTS`.
-        keep: the folder.
         seed: 0 tries other inputs each time, another number the same ones.
     """
     before = set(keep.glob("*"))

@@ -99,8 +99,6 @@ class Hands:
     """A pendant's connection, its beats and what it was told.
 
     Attributes:
-        got: what came, oldest first.
-        port: its own.
         press: number of the press that is kept alive; 0 where none is.
     """
 
@@ -178,13 +176,7 @@ class Hands:
 
 
 class WalkedCell:
-    """One running server.
-
-    Attributes:
-        planner: plans when it is told to.
-        store: keeps documents, and answers when it is told to.
-        hands: the one pendant.
-    """
+    """One running server."""
 
     def __init__(
         self, shell: object, planner: WaitingPlanner, store: WaitingStore, motion_port: int
