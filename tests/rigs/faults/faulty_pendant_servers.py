@@ -101,10 +101,6 @@ def _swapped(state: State) -> dict[str, Any]:
     return {"positions": (second, first, *rest)}
 
 
-def _faster(state: State) -> dict[str, Any]:
-    return {"velocities": tuple(2 * value for value in state.velocities)}
-
-
 def _expired_goes_on(patch: pytest.MonkeyPatch) -> None:
     gone = RobotCell.authority_gone
 
@@ -293,7 +289,8 @@ PENDANT_FAULTS = (
     PendantFault("swaps joints 1 and 2", "PS22", _shown_as(_swapped)),
     PendantFault("has no age", "PS17", _showing(age=0.0)),
     PendantFault("shows velocities at rest", "PS23", _showing(velocities=(9.0,) * 10)),
-    PendantFault("doubles velocities in motion", "PS36", _shown_as(_faster)),
+    PendantFault("doubles velocities in motion", "PS36",
+        _shown_as(lambda state: {"velocities": tuple(2 * value for value in state.velocities)})),
     PendantFault("shows a holder where there is none", "PS23", _showing(holder=77)),
     PendantFault("shows another holder", "PS31", _showing(holder=77)),
     PendantFault("shows another request", "PS36", _showing(request_id=5)),
@@ -319,4 +316,4 @@ PENDANT_FAULTS = (
     PendantFault("clips a target to its range", "PS35", _clipped),
     PendantFault("sends the controller no STOP", "PS37", _no_stop_sent),
     PendantFault("names a wrong reason", "PS34", _saying(AuthorityChanged, _wrong_reason)),
-)
+)  # fmt: skip

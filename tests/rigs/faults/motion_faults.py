@@ -103,10 +103,6 @@ def _noise(service: FaultyService, messages: list[Message]) -> list[Message | by
     return _joints(lambda joints: (joints[0] + off, *joints[1:]))(service, messages)
 
 
-def _nothing_for_many(service: FaultyService, messages: list[Message]) -> list[Message | bytes]:
-    return [] if len(service.state_links) > 1 else list(messages)
-
-
 class _FirstListenersOnly(FaultyLink):
     def send_state(self, frames: bytes) -> None:
         if self.number < 5:
@@ -140,7 +136,8 @@ TOPICS = (
         state_out=_joints(lambda joints: tuple(map(math.degrees, joints)))),
     Fault("says something else in type 15", ("TS12",), state_out=_feedback(
         lambda told: dataclasses.replace(told, positions=tuple(v + 0.1 for v in told.positions)))),
-    Fault("serves no listener when there are two", ("TS13",), state_out=_nothing_for_many),
+    Fault("serves no listener when there are two", ("TS13",),
+        state_out=lambda service, messages: [] if len(service.state_links) > 1 else list(messages)),
     Fault("forgets listeners that come again", ("TS14",), link=_FirstListenersOnly),
     Fault("pauses for 0.8 s in motion", ("TS16",), settings=AT_USUAL_RATE,
         state_out=_pauses(while_moving=True)),
@@ -363,14 +360,6 @@ def _second_stop_unheard(link: FaultyLink, received: Received) -> Iterable[Recei
     return () if is_point and count(link.memory, "stops") == 2 else (received,)
 
 
-def _loses_second_of_segment(link: FaultyLink, data: bytes) -> bytes:
-    return data[:68] if len(data) == 136 else data
-
-
-def _needs_whole_stop(link: FaultyLink, data: bytes) -> bytes:
-    return b"" if len(data) in (37, 31) else data
-
-
 def _keeps_download(controller: EmulatedController, _: int, message: Message, now: int) -> bool:
     """Answer STOP amid a download and go on as soon as points are forgotten."""
     if is_stop(message) and controller._taking.is_download:
@@ -397,8 +386,10 @@ STOP = (
         lambda c, link, m, now: is_stop(m) and c._taking.owner not in (None, link))),
     Fault("ignores STOP as a topic", ("SS11",), controller=disobeying(
         lambda c, link, m, now: is_stop(m) and not is_request(m))),
-    Fault("loses a STOP behind a point", ("SS12",), bytes_in=_loses_second_of_segment),
-    Fault("loses a STOP in two pieces", ("SS13",), bytes_in=_needs_whole_stop),
+    Fault("loses a STOP behind a point", ("SS12",),
+        bytes_in=lambda _, data: data[:68] if len(data) == 136 else data),
+    Fault("loses a STOP in two pieces", ("SS13",),
+        bytes_in=lambda _, data: b"" if len(data) in (37, 31) else data),
     Fault("moves a download that was stopped", ("SS14",), controller=disobeying(_keeps_download)),
     Fault("ignores STOP in a full point", ("SS15",), controller=disobeying(
         lambda c, link, m, now: is_stop(m) and isinstance(m, JointTrajPtFull))),
@@ -603,10 +594,6 @@ class _DeadAfterLoss(EmulatedController):
         return super().handle(link, message, now)
 
 
-def _sixty_four_pings(link: FaultyLink, data: bytes) -> bytes:
-    return data if count(link.memory, "replies") <= 64 else b""
-
-
 def _answers_repeated_twice(link: FaultyLink, received: Received) -> Iterable[Received]:
     first = "points" not in link.memory
     if isinstance(received, JointTrajPt):
@@ -623,7 +610,8 @@ LINK = (
     Fault("never forgets a client", ("KS04",), service=_NeverForgets),
     Fault("answers the newest client", ("KS05",), service=_ConfusesClients),
     Fault("ends state links with motion links", ("KS07",), service=_StateNeedsMotion),
-    Fault("answers sixty-four PINGs", ("KS08",), frame_out=_sixty_four_pings),
+    Fault("answers sixty-four PINGs", ("KS08",),
+        frame_out=lambda link, data: data if count(link.memory, "replies") <= 64 else b""),
     Fault("carries on without its client", ("KS10", "KS11"), controller=_CarriesOn),
     Fault("carries on without its client, as ABB's does", ("KS10", "KS11"), DEVIATES,
         controller=_CarriesOn, frame_out=_no_ping),

@@ -201,10 +201,6 @@ def _busy(link: FaultyLink, received: Received) -> Iterable[Received]:
     return () if isinstance(received, Ping) and _moves(link.service) else (received,)
 
 
-def _stale_status(link: FaultyLink, data: bytes) -> bytes:
-    return patched(data, 32, 0) if header(data)[1] == 13 else data
-
-
 def _marks_stop(link: FaultyLink, received: Received) -> Iterable[Received]:
     link.memory["late"] = is_stop(received) and _moves(link.service)
     return (received,)
@@ -234,7 +230,8 @@ def _request(data: bytes) -> bytes:
 _ANSWERS = (
     Fault("refuses with a body", ("RS05", "RS06"), frame_out=_talkative_refusals),
     Fault("answers no PING while it moves", ("RS21",), message_in=_busy),
-    Fault("answers STATUS as it was at rest", ("RS22",), frame_out=_stale_status),
+    Fault("answers STATUS as it was at rest", ("RS22",),
+        frame_out=lambda _, data: patched(data, 32, 0) if header(data)[1] == 13 else data),
     Fault("answers STOP after 0.9 s", ("SS01",), message_in=_marks_stop,
         frame_out=_late_stop_reply),
     Fault("swallows frames of 1,024 to 3,000 bytes", ("FS12",), bytes_in=_swallows_large_frames),

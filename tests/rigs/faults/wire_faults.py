@@ -60,10 +60,6 @@ def _waits_for_boundary(link: FaultyLink, data: bytes) -> bytes:
     return b"" if link.memory["held"] else held
 
 
-def _needs_body_with_header(link: FaultyLink, data: bytes) -> bytes:
-    return b"" if len(data) == 16 and header(data)[0] > 12 else data
-
-
 def _deaf(link: FaultyLink, data: bytes, when: bool) -> bytes:
     """Take no bytes any more once a condition was met."""
     link.memory["deaf"] = link.memory.get("deaf", False) or when
@@ -119,7 +115,8 @@ FRAMING = (
     Fault("needs a frame in one segment", ("FS02", "FS03"), bytes_in=_whole_segments_only),
     Fault("takes one frame of a segment", ("FS04", "FS05"), bytes_in=_first_of_segment),
     Fault("waits for the end of the next frame", ("FS06",), bytes_in=_waits_for_boundary),
-    Fault("needs the body with its header", ("FS07",), bytes_in=_needs_body_with_header),
+    Fault("needs the body with its header", ("FS07",),
+        bytes_in=lambda _, data: b"" if len(data) == 16 and header(data)[0] > 12 else data),
     Fault("hangs at a length of 0", ("FS08",),
         bytes_in=lambda link, data: _deaf(link, data, _length(data) == 0)),
     Fault("hangs at a negative length", ("FS09",),
@@ -257,18 +254,6 @@ def _drops_on_large_types(link: FaultyLink, data: bytes) -> bytes:
     return data
 
 
-def _ignores_long_pings(link: FaultyLink, data: bytes) -> bytes:
-    return b"" if header(data)[:2] == (52, 1) else data
-
-
-def _short_version(link: FaultyLink, data: bytes) -> bytes:
-    return frame(2, 3, 1, little(0, 1)) if header(data)[1] == 2 else data
-
-
-def _status_as_joints(link: FaultyLink, data: bytes) -> bytes:
-    return patched(data, 4, 10) if header(data)[1] == 13 else data
-
-
 class _StateDeafLink(FaultyLink):
     def data_received(self, data: bytes) -> None:
         if self.is_motion:
@@ -329,7 +314,8 @@ REPLIES = (
         frame_out=_silent_on(1)),
     Fault("answers PING with failure", ("RS01",),
         frame_out=lambda _, f: patched(f, 12, 2) if header(f)[1] == 1 else f),
-    Fault("ignores a PING with a body", ("RS02",), bytes_in=_ignores_long_pings),
+    Fault("ignores a PING with a body", ("RS02",),
+        bytes_in=lambda _, data: b"" if header(data)[:2] == (52, 1) else data),
     Fault("answers after 0.4 s", ("RS03",), frame_out=_late_replies),
     Fault("answers PING as a topic", ("RS04",), DEVIATES, bytes_in=_answers_topic(1)),
     Fault("does not answer unknown requests", ("RS05", "RS07"), frame_out=_silent_on(9999)),
@@ -338,8 +324,10 @@ REPLIES = (
     Fault("drops links that send large types", ("RS06",), bytes_in=_drops_on_large_types),
     Fault("drops links that send unknown types", ("RS07",), bytes_in=_drops_on_unknown),
     Fault("answers unknown topics", ("RS08",), bytes_in=_answers_topic(9999)),
-    Fault("has a version of two numbers", ("RS09",), frame_out=_short_version),
-    Fault("answers a STATUS request with type 10", ("RS10",), frame_out=_status_as_joints),
+    Fault("has a version of two numbers", ("RS09",),
+        frame_out=lambda _, data: frame(2, 3, 1, little(0, 1)) if header(data)[1] == 2 else data),
+    Fault("answers a STATUS request with type 10", ("RS10",),
+        frame_out=lambda _, data: patched(data, 4, 10) if header(data)[1] == 13 else data),
     Fault("stops reporting when asked on the state port", ("RS11",), link=_StateDeafLink),
     Fault("refuses STOP at rest", ("RS12",), message_in=_refuses_idle_stop),
     Fault("answers STOP as a topic", ("RS13",), bytes_in=_answers_topic(11)),
