@@ -61,8 +61,5 @@ def test_what_is_counted(tmp_path: Path) -> None:
         file.parent.mkdir(parents=True, exist_ok=True)
         file.write_text(text, encoding="utf-8")
     assert counts(tmp_path) == {
-        "planted faults": 2,
-        "golden cases": 3,
-        "promises": 2,
-        "refusal codes": 2,
-    }
+        "planted faults": 2, "golden cases": 3, "promises": 2, "refusal codes": 2,
+    }  # fmt: skip

@@ -353,22 +353,15 @@ SCENE = [
 ]  # fmt: skip
 
 DEVICES = [
-    ask("signals.read"),
-    ask("signals.set", output=2, value=True),
+    ask("signals.read"), ask("signals.set", output=2, value=True),
     ask("signals.set", "that is not there", output=999, value=True),
-    ask("signals.set", "below 0", output=-1, value=True),
-    ask("signals.read", "with one on"),
-    ask("robots.list"),
-    ask("robots.describe"),
-    ask("robots.describe", "by name", name="ur5"),
-    ask("robots.describe", "of nothing", name="nothing"),
-    ask("robots.load", name="ur5"),
+    ask("signals.set", "below 0", output=-1, value=True), ask("signals.read", "with one on"),
+    ask("robots.list"), ask("robots.describe"), ask("robots.describe", "by name", name="ur5"),
+    ask("robots.describe", "of nothing", name="nothing"), ask("robots.load", name="ur5"),
     ask("robots.load", "of another", name="abb_irb120"),
-    ask("robots.load", "of nothing", name="nothing"),
-    ask("trace.clear"),
-    ask("trace.show"),
+    ask("robots.load", "of nothing", name="nothing"), ask("trace.clear"), ask("trace.show"),
     ask("trace.show", "beyond its end", first=10_000),
-]
+]  # fmt: skip
 
 ACCESS = [
     ask("access.whoami"),

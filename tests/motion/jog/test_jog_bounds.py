@@ -170,12 +170,9 @@ class TestNearness:
     @staticmethod
     def model(**other: object) -> JogModel:
         values = {
-            "limits": LIMITS,
-            "lower": [-2.0, -2.0],
-            "upper": [2.0, 2.0],
-            "margin": [0.1, 0.1],
+            "limits": LIMITS, "lower": [-2.0, -2.0], "upper": [2.0, 2.0], "margin": [0.1, 0.1],
             "guard": None,
-        }
+        }  # fmt: skip
         return cast(JogModel, SimpleNamespace(**{**values, **other}))
 
     @staticmethod

@@ -50,24 +50,12 @@ def joint(name: str, unit: Any = "rad") -> JointFacts:
 
 def snapshot(dof: int = 6, **changes: Any) -> Snapshot:
     shot = Snapshot(
-        cell="cell",
-        robot="ur5",
-        joints=[joint(f"joint {number}") for number in range(1, dof + 1)],
-        frames=["base", "root", "table"],
-        activity="idle",
-        link="up",
-        mode="auto",
-        operating_mode="automatic",
-        speed={"override": 1.0, "tool_speed_cap": None},
-        tool=None,
-        signals={"offered": False, "inputs": [], "outputs": []},
-        recording=None,
-        recording_problem="",
-        program=None,
-        owner=None,
-        stop=None,
-        obstacle="",
-    )
+        cell="cell", robot="ur5", joints=[joint(f"joint {number}") for number in range(1, dof + 1)],
+        frames=["base", "root", "table"], activity="idle", link="up", mode="auto",
+        operating_mode="automatic", speed={"override": 1.0, "tool_speed_cap": None}, tool=None,
+        signals={"offered": False, "inputs": [], "outputs": []}, recording=None,
+        recording_problem="", program=None, owner=None, stop=None, obstacle="",
+    )  # fmt: skip
     shot.update(changes)  # type: ignore[typeddict-item]
     return shot
 

@@ -65,12 +65,9 @@ class Golden:
         if "first_int_is_result" in fields:
             return {
                 "robot_id": fields["first_int_is_result"],
-                "sequence": fields["second_int_is_subcode"],
-                "command": 0,
-                "result": 0,
-                "subcode": 0,
-                "data": [0.0] * 10,
-            }
+                "sequence": fields["second_int_is_subcode"], "command": 0, "result": 0,
+                "subcode": 0, "data": [0.0] * 10,
+            }  # fmt: skip
         if "body_ints_then_one_real" in fields:
             real = "f" if self.real_size == 4 else "d"
             values = fields["body_ints_then_one_real"]

@@ -81,12 +81,9 @@ def points(draw: st.DrawFn, name: str, joints: int) -> TeachPoint:
     values = draw(st.lists(st.floats(-1e6, 1e6), min_size=joints, max_size=joints))
     turns = st.lists(st.integers(-100, 100), min_size=joints, max_size=joints).map(tuple)
     arms = st.builds(
-        ArmConfiguration,
-        st.sampled_from(["front", "back"]),
-        st.sampled_from(["up", "down"]),
-        st.sampled_from(["no-flip", "flip"]),
-        st.one_of(st.none(), turns),
-    )
+        ArmConfiguration, st.sampled_from(["front", "back"]), st.sampled_from(["up", "down"]),
+        st.sampled_from(["no-flip", "flip"]), st.one_of(st.none(), turns),
+    )  # fmt: skip
     pose, arm = draw(st.one_of(st.none(), _poses())), draw(st.one_of(st.none(), arms))
     return TeachPoint(name, tuple(values), pose, arm, draw(_LINES))
 

@@ -55,39 +55,16 @@ _M = TypeVar("_M", bound=Message)
 def state(sequence: int, *, mode: OperatingMode = OperatingMode.MANUAL_REDUCED) -> State:
     """Return a state of a robot that stands at (0.1, 0.2, …, 0.6)."""
     return State(
-        sequence=sequence,
-        time_s=0,
-        time_ns=0,
-        age=0.0,
-        dropped=0,
-        activity=Activity.IDLE,
-        request_id=0,
-        holder=0,
-        stop=StopKind.NONE,
-        operating_mode=mode,
-        enabling=EnablingPosition.RELEASED,
-        override=1.0,
-        tool_speed_cap=0.25,
-        jog_scale=1.0,
-        jog_reason=JogReason.NONE,
-        jog_joint=-1,
-        program_state=ProgramState.NONE,
-        program_line=0,
-        link=LinkState.UP,
-        drives_powered=1,
-        e_stopped=0,
-        error_code=0,
-        in_error=0,
-        in_motion=0,
-        mode=2,
-        motion_possible=1,
-        valid_fields=StateField.POSITION | StateField.TOOL,
-        tool_speed=0.0,
-        positions=joint_array([0.125 * (joint + 1) for joint in range(DOF)]),
-        velocities=joint_array(()),
-        tool_position=(0.5, 0.25, 0.75),
+        sequence=sequence, time_s=0, time_ns=0, age=0.0, dropped=0, activity=Activity.IDLE,
+        request_id=0, holder=0, stop=StopKind.NONE, operating_mode=mode,
+        enabling=EnablingPosition.RELEASED, override=1.0, tool_speed_cap=0.25, jog_scale=1.0,
+        jog_reason=JogReason.NONE, jog_joint=-1, program_state=ProgramState.NONE, program_line=0,
+        link=LinkState.UP, drives_powered=1, e_stopped=0, error_code=0, in_error=0, in_motion=0,
+        mode=2, motion_possible=1, valid_fields=StateField.POSITION | StateField.TOOL,
+        tool_speed=0.0, positions=joint_array([0.125 * (joint + 1) for joint in range(DOF)]),
+        velocities=joint_array(()), tool_position=(0.5, 0.25, 0.75),
         tool_orientation=(0.0, 0.0, 0.0, 1.0),
-    )
+    )  # fmt: skip
 
 
 class ScriptedPendantServer:

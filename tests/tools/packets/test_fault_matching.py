@@ -14,19 +14,14 @@ from openpendant.tools.packets.faulty.fault_script import load_script
 MATCHES: dict[str, tuple[dict[str, Any], set[int]]] = {
     "nothing in particular": ({}, {0, 1, 2, 3, 4, 5}),
     "a direction": ({"direction": "to_client"}, {1, 4}),
-    "a type by number": ({"type": 11}, {0, 1, 2, 3, 5}),
-    "a type by name": ({"type": "ping"}, {4}),
-    "a kind of exchange": ({"comm": "reply"}, {1, 4}),
-    "a reply code": ({"reply_code": 1}, {1, 4}),
-    "a sequence": ({"sequence": 2}, {3}),
-    "the n-th": ({"type": 11, "nth": 3}, {2}),
+    "a type by number": ({"type": 11}, {0, 1, 2, 3, 5}), "a type by name": ({"type": "ping"}, {4}),
+    "a kind of exchange": ({"comm": "reply"}, {1, 4}), "a reply code": ({"reply_code": 1}, {1, 4}),
+    "a sequence": ({"sequence": 2}, {3}), "the n-th": ({"type": 11, "nth": 3}, {2}),
     "every n-th": ({"direction": "to_server", "every": 2}, {2, 5}),
-    "at most so often": ({"times": 2}, {0, 1}),
-    "from a time on": ({"after_s": 0.03}, {3, 4, 5}),
+    "at most so often": ({"times": 2}, {0, 1}), "from a time on": ({"after_s": 0.03}, {3, 4, 5}),
     "until a time": ({"before_s": 0.03}, {0, 1, 2}),
-    "another connection": ({"connection": 2}, set()),
-    "another pair": ({"pair": 2}, set()),
-}
+    "another connection": ({"connection": 2}, set()), "another pair": ({"pair": 2}, set()),
+}  # fmt: skip
 
 
 @pytest.mark.parametrize("case", MATCHES)

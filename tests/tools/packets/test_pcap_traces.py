@@ -71,11 +71,8 @@ def link() -> Conversation:
 def test_requests_and_replies_come_out_with_times_and_directions() -> None:
     first, second, *_ = packets(pcap(usual()))
     assert (first.data, first.direction, first.port, first.connection) == (
-        PING,
-        TraceDirection.TO_SERVER,
-        11_000,
-        1,
-    )
+        PING, TraceDirection.TO_SERVER, 11_000, 1,
+    )  # fmt: skip
     assert (second.data, second.direction) == (PONG, TraceDirection.TO_CLIENT)
     assert (first.time, second.time) == (3_000_000, 4_000_000)
 

@@ -99,19 +99,14 @@ def status(in_motion: int) -> Status:
 
 
 MOTION: list[Entry] = [
-    Event(0, "client-connected", 11_000, 1),
-    packet(1, DOWN, JointPosition(0, ZEROS), 11_002),
-    packet(2, UP, point(0)),
-    packet(5, DOWN, accepted(point(0))),
+    Event(0, "client-connected", 11_000, 1), packet(1, DOWN, JointPosition(0, ZEROS), 11_002),
+    packet(2, UP, point(0)), packet(5, DOWN, accepted(point(0))),
     packet(10, DOWN, status(0), 11_002),
     packet(50, DOWN, JointPosition(0, (0.05, *ZEROS[1:])), 11_002),
-    packet(51, DOWN, status(1), 11_002),
-    packet(60, UP, Ping(), 11_002),
-    packet(100, DOWN, status(0), 11_002),
-    packet(150, DOWN, status(0), 11_002),
-    packet(151, UP, point(1)),
-    packet(151.5, DOWN, refused(point(1))),
-]
+    packet(51, DOWN, status(1), 11_002), packet(60, UP, Ping(), 11_002),
+    packet(100, DOWN, status(0), 11_002), packet(150, DOWN, status(0), 11_002),
+    packet(151, UP, point(1)), packet(151.5, DOWN, refused(point(1))),
+]  # fmt: skip
 
 
 @pytest.mark.parametrize("name", CAPTURES)
@@ -255,13 +250,10 @@ def test_a_pendants_motion_is_followed_to_its_outcome(tool: Tool) -> None:
     other = Outcome(6, 1, 0, -1, 0.0, 0.0, 0.1, 1.0, "")
     taken = Verdict(7, 0, -1, 0.0, 0.0, "")
     entries: list[Entry] = [
-        packet(1, UP, move, 11_010),
-        packet(2, DOWN, taken, 11_010),
-        packet(3, DOWN, end, 11_010, connection=2),
-        packet(4, DOWN, other, 11_010),
-        packet(5, DOWN, end, 11_010),
-        packet(6, DOWN, end, 11_010),
-    ]
+        packet(1, UP, move, 11_010), packet(2, DOWN, taken, 11_010),
+        packet(3, DOWN, end, 11_010, connection=2), packet(4, DOWN, other, 11_010),
+        packet(5, DOWN, end, 11_010), packet(6, DOWN, end, 11_010),
+    ]  # fmt: skip
     assert tool.numbers(entries, "--follow", "1") == [1, 2, 5]
 
 
@@ -338,11 +330,8 @@ def test_each_connection_has_a_byte_order_that_it_keeps() -> None:
         ]
     )
     assert [reading.fault for reading in readings] == [
-        "",
-        "",
-        "in big-endian, the connection is little-endian",
-        "",
-    ]
+        "", "", "in big-endian, the connection is little-endian", "",
+    ]  # fmt: skip
     assert readings[1].message == Ping(comm_type=CommType.REQUEST)
 
 

@@ -63,11 +63,8 @@ def at_zero_but_for_the_first(kinematics: Kinematics, position: Array, off: floa
 
 
 PLACES: tuple[Place, ...] = (
-    with_stretched_wrist,
-    with_straight_elbow,
-    at_zero,
-    at_zero_but_for_the_first,
-)
+    with_stretched_wrist, with_straight_elbow, at_zero, at_zero_but_for_the_first,
+)  # fmt: skip
 
 
 def check(name: str, place: Place, count: int) -> None:

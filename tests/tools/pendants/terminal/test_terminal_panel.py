@@ -357,13 +357,9 @@ def test_what_was_appended_is_selected_and_the_selection_stays_inside(rig: Panel
 
 def test_each_edit_names_the_revision_that_it_was_made_from() -> None:
     assert PROGRAM.request(RecordHere("LIN", 1)) == {
-        "op": "programs.record",
-        "name": "pick",
-        "expected_revision": 3,
-        "point": "P2",
-        "move": {"statement": "move", "way": "LIN", "point": "P2"},
-        "at": 1,
-    }
+        "op": "programs.record", "name": "pick", "expected_revision": 3, "point": "P2",
+        "move": {"statement": "move", "way": "LIN", "point": "P2"}, "at": 1,
+    }  # fmt: skip
     assert PROGRAM.request(TouchUpHere(2))["point"] == "P1"
     assert PROGRAM.request(DeleteStatement(1))["edit"]["first"] == 1
     assert PROGRAM.request(HistoryStep.UNDO)["op"] == "programs.undo"
