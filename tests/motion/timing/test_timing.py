@@ -8,7 +8,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 from numpy.typing import NDArray
-from rigs.data.example_counts import few
+from rigs.data.example_counts import counts, few
 from rigs.motion import toppra_directly
 from rigs.motion.loaded_robots import serial_robot
 
@@ -56,27 +56,18 @@ def recorded(count: int, noise: float) -> Array:
     return sweep
 
 
-def check_random_paths(name: str, short: int) -> None:
-    """Time so many paths of few waypoints, and two of many."""
+@pytest.mark.parametrize("short", counts(15, 500))
+@pytest.mark.parametrize("name", ROBOTS)
+def test_random_paths_are_always_certified(name: str, short: int) -> None:
+    """So many paths of few waypoints, and two of many."""
     limits = serial_robot(name).limits
-    counts = np.random.default_rng(1).integers(2, 10, short).tolist()
-    for seed, count in enumerate([*counts, 20, 50]):
+    few_each = np.random.default_rng(1).integers(2, 10, short).tolist()
+    for seed, count in enumerate([*few_each, 20, 50]):
         waypoints = random_waypoints(limits, seed, count)
         trajectory = time_path(JointSpline(waypoints, limits), limits)
         certify(trajectory, limits, start=waypoints[0].tolist())
         assert np.array_equal(trajectory.position[-1], waypoints[-1])
         assert len(trajectory.waypoint_times) == count
-
-
-@pytest.mark.parametrize("name", ROBOTS)
-def test_random_paths_are_always_certified(name: str) -> None:
-    check_random_paths(name, 15)
-
-
-@pytest.mark.soak
-@pytest.mark.parametrize("name", ROBOTS)
-def test_hundreds_of_random_paths_are_always_certified(name: str) -> None:
-    check_random_paths(name, 500)
 
 
 @few(12)
