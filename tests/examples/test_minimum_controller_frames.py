@@ -107,16 +107,11 @@ async def test_a_stream_is_followed_in_time_and_stops_at_its_last_point(
 
 
 @pytest.mark.parametrize(("error", "wrong"), [
-    (101, point(0, turned(2, math.nan), 1.0)),
-    (101, point(0, turned(2, -math.inf), 1.0)),
-    (101, point(0, turned(2, 0.1), math.nan)),
-    (101, point(0, HOME, 1.0, math.nan)),
-    (101, point(0, [*HOME, 0.0, 0.0, 0.0, math.inf], 1.0)),
-    (102, point(0, turned(0, 6.3), 10.0)),
-    (103, point(0, turned(0, 1.0), 0.3)),
-    (103, point(0, turned(0, 0.1), 1.0, 1.5)),
-    (104, point(0, turned(0, 0.1), 0.1)),
-    (105, point(0, turned(0, 0.1), -1.0)),
+    (101, point(0, turned(2, math.nan), 1.0)), (101, point(0, turned(2, -math.inf), 1.0)),
+    (101, point(0, turned(2, 0.1), math.nan)), (101, point(0, HOME, 1.0, math.nan)),
+    (101, point(0, [*HOME, 0.0, 0.0, 0.0, math.inf], 1.0)), (102, point(0, turned(0, 6.3), 10.0)),
+    (103, point(0, turned(0, 1.0), 0.3)), (103, point(0, turned(0, 0.1), 1.0, 1.5)),
+    (104, point(0, turned(0, 0.1), 0.1)), (105, point(0, turned(0, 0.1), -1.0)),
     (107, point(0, turned(0, 0.1), 0.0)),
 ])  # fmt: skip
 async def test_a_point_that_may_not_be_is_refused_and_shown(
@@ -330,12 +325,9 @@ async def test_every_request_has_one_bare_reply(
 
 
 @pytest.mark.parametrize("frame", [
-    struct.pack("<4i", 12, 99, 1, 0),
-    struct.pack("<4i", 12, 1, 3, 1),
-    struct.pack("<4i", 12, 1, 1, 0),
-    struct.pack("<4i", 12, 0, 2, 0),
-    struct.pack("<4i", 12, 1, 0, 0),
-    struct.pack("<4i", 12, 1, 77, 0),
+    struct.pack("<4i", 12, 99, 1, 0), struct.pack("<4i", 12, 1, 3, 1),
+    struct.pack("<4i", 12, 1, 1, 0), struct.pack("<4i", 12, 0, 2, 0),
+    struct.pack("<4i", 12, 1, 0, 0), struct.pack("<4i", 12, 1, 77, 0),
     CODEC.encode(replace(point(0, HOME, 1.0), comm_type=1)),
 ])  # fmt: skip
 async def test_topics_and_replies_are_never_answered(controller: Controller, frame: bytes) -> None:

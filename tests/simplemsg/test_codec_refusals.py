@@ -73,10 +73,8 @@ UNFIT: dict[str, tuple[Message, str]] = {
     "a point too many": (JointTraj((TrajPoint(0, J, 0.1, 1.0),) * 201), "points"),
     "no point": (JointTraj(()), "points"),
     "nothing for points": (JointTraj(_any(None)), "points"),
-    "a bad point": (
-        JointTraj((TrajPoint(0, J, 0.1, 1.0), TrajPoint(1, J, BIG, 1.0))),
-        "points[1].velocity",
-    ),
+    "a bad point": (JointTraj((TrajPoint(0, J, 0.1, 1.0), TrajPoint(1, J, BIG, 1.0))),
+        "points[1].velocity"),
     "no point at all": (JointTraj((_any(None),)), "points[0].sequence"),
     "a text too long": (SoftwareStop(1, "ä" * 33), "reason"),
     "a zero byte": (SoftwareStop(1, "a\0b"), "reason"),
@@ -87,7 +85,7 @@ UNFIT: dict[str, tuple[Message, str]] = {
     "nothing for an opaque body": (Opaque(999, _any(None)), "body"),
     "a number for an opaque body": (Opaque(999, _any(4)), "body"),
     "a bad waypoint": (JointPath(1, 0.5, 3, (JointWaypoint(J[:3]),)), "waypoints[0].joints"),
-}
+}  # fmt: skip
 
 
 @pytest.mark.parametrize("case", UNFIT)

@@ -156,10 +156,8 @@ def test_a_parsed_command_whose_findings_nobody_sees_has_failed(
 
 
 @pytest.mark.parametrize(("text", "mark", "shown"), [
-    ("plain °, µm", None, "plain °, µm"),
-    ("\x1b[2J\r\n", None, "\\x1b[2J\\r\\n"),
-    ("turned\u202eround", None, "turned\\u202eround"),
-    ("\x1b[2J\n", " ", " [2J "),
+    ("plain °, µm", None, "plain °, µm"), ("\x1b[2J\r\n", None, "\\x1b[2J\\r\\n"),
+    ("turned\u202eround", None, "turned\\u202eround"), ("\x1b[2J\n", " ", " [2J "),
     ("\x1b[2J\n", "?", "?[2J?"),
 ])  # fmt: skip
 def test_text_of_others_commands_no_terminal(text: str, mark: str | None, shown: str) -> None:

@@ -128,12 +128,10 @@ ENCODE_ERRORS: dict[str, tuple[str | bytes, str]] = {
     "a huge integer": ("9" * 5_000, "no packet: an integer of thousands of digits"),
     "bytes that are no UTF-8": (b'{"\xff"', "not UTF-8: byte 0xff at 2"),
     "a lone surrogate as key": (r'{"\ud800": 1}', r"a packet has no key '\ud800'"),
-    "33 bits": (
-        json.dumps({**PING_PACKET, "msg_type": 13, "fields": dict.fromkeys("abc", 2**32)}),
-        "status has no field 'a'",
-    ),
+    "33 bits": (json.dumps({**PING_PACKET, "msg_type": 13, "fields": dict.fromkeys("abc", 2**32)}),
+        "status has no field 'a'"),
     "a huge type": (json.dumps({**PING_PACKET, "msg_type": 2**70}), "no integer of 32 bits"),
-}
+}  # fmt: skip
 
 
 @pytest.mark.parametrize("case", DECODE_ERRORS)

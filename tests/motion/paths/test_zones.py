@@ -213,17 +213,10 @@ def test_a_zone_that_does_not_fit_is_refused_with_the_largest_that_does(
 
 
 @pytest.mark.parametrize(("points", "zones", "error"), [
-    ([], [], BadArgument),
-    ([[0.0, 0.0]], [], BadArgument),
-    (CORNER, [], BadArgument),
-    (CORNER, [0.1, 0.1], BadArgument),
-    (CORNER, [-0.1], BadArgument),
-    (CORNER, [0.0], BadArgument),
-    (CORNER, [9e-5], BadArgument),
-    (CORNER, [math.nan], NotFinite),
-    (CORNER, [math.inf], NotFinite),
-    (CORNER, [1.1], ZoneTooLarge),
-    ([CORNER[0], CORNER[0]], [], NoMotion),
+    ([], [], BadArgument), ([[0.0, 0.0]], [], BadArgument), (CORNER, [], BadArgument),
+    (CORNER, [0.1, 0.1], BadArgument), (CORNER, [-0.1], BadArgument), (CORNER, [0.0], BadArgument),
+    (CORNER, [9e-5], BadArgument), (CORNER, [math.nan], NotFinite), (CORNER, [math.inf], NotFinite),
+    (CORNER, [1.1], ZoneTooLarge), ([CORNER[0], CORNER[0]], [], NoMotion),
     ([CORNER[0], [9e-6, 0.0]], [], NoMotion),
     ([CORNER[0], CORNER[1], CORNER[1]], [0.1], ZoneTooLarge),
     ([[0.0, 0.0], [1.0, math.nan], [1.0, 1.0]], [0.1], NotFinite),

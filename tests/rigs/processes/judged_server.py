@@ -72,14 +72,12 @@ async def running_server(rate: int = USUAL_RATE) -> AsyncIterator[Options]:
             {
                 "robot": ROBOT,
                 "tick_rate": rate,
-                "controller": {
-                    "motion_port": emulator.motion_port,
-                    "state_port": emulator.state_port,
-                },
+                "controller": {"motion_port": emulator.motion_port,
+                    "state_port": emulator.state_port},
                 "listen": {"pendant_port": 0, "ros_motion_port": 0, "ros_state_port": 0},
             },
             "test",
-        )
+        )  # fmt: skip
         app = bare_app([CellParts(settings, serial_robot(ROBOT), LoopPlanner())])
         async with app.running() as ports:
             await asyncio.sleep(0.5)

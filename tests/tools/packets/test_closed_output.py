@@ -13,9 +13,7 @@ TRACE = str(Path(__file__).parents[2] / "vectors" / "capture-motoman-driver.json
 
 
 @pytest.mark.parametrize(("main", "arguments"), [
-    (decode.main, [TRACE]),
-    (show.main, [TRACE]),
-    (rerun.main, [TRACE, "--json"]),
+    (decode.main, [TRACE]), (show.main, [TRACE]), (rerun.main, [TRACE, "--json"]),
     (record.main, ["--listen", "0", "--to", "1", "-o", "-"]),
 ], ids=["decode", "show", "rerun", "record"])  # fmt: skip
 def test_a_closed_output_is_one_line_and_exit_code_1(

@@ -91,28 +91,19 @@ def _made(words: str, dialect: Dialect = STANDARD) -> bytes:
 
 
 @pytest.mark.parametrize(("data", "acts"), [
-    (_made("ping"), False),
-    (_made("stop"), False),
-    (_made("joint_traj_pt"), True),
-    (_made("joint_traj_pt comm=topic"), True),
-    (_made("joint_traj_pt_full sequence=-4"), False),
-    (_made("joint_traj_pt_full sequence=-3"), True),
-    (_made("joint_traj"), True),
+    (_made("ping"), False), (_made("stop"), False), (_made("joint_traj_pt"), True),
+    (_made("joint_traj_pt comm=topic"), True), (_made("joint_traj_pt_full sequence=-4"), False),
+    (_made("joint_traj_pt_full sequence=-3"), True), (_made("joint_traj"), True),
     (_made("motoman_motion_ctrl command=200121", MOTOMAN), True),
     (_made("motoman_motion_ctrl command=200111", MOTOMAN), False),
-    (_made("joint_move", PENDANT), True),
-    (_made("software_stop", PENDANT), False),
-    (PING + _made("joint_traj_pt"), True),
-    (b"\0\0\0\0", True),
-    (PING[:8], True),
+    (_made("joint_move", PENDANT), True), (_made("software_stop", PENDANT), False),
+    (PING + _made("joint_traj_pt"), True), (b"\0\0\0\0", True), (PING[:8], True),
     (bytes.fromhex("0c0000000b0000000200000000000000"), True),
     (_made("motoman_write_single_io", MOTOMAN), True),
     (_made("motoman_write_group_io", MOTOMAN), True),
-    (_made("motoman_write_mregister", MOTOMAN), True),
-    (_made("21"), True),
+    (_made("motoman_write_mregister", MOTOMAN), True), (_made("21"), True),
     (_made("motoman_read_single_io", MOTOMAN), False),
-    (_made("motoman_read_mregister", MOTOMAN), False),
-    (_made("20"), False),
+    (_made("motoman_read_mregister", MOTOMAN), False), (_made("20"), False),
 ])  # fmt: skip
 def test_what_may_move_or_switch_is_known(data: bytes, acts: bool) -> None:
     assert may_act(data) is acts

@@ -100,10 +100,8 @@ WRONG: dict[str, tuple[bytes, str]] = {
     "a vast integer": (b'{"t": 1%s}\n' % (b"0" * 9_000), "line 1: an integer of thousands"),
     "deep nesting": (b'{"t": ' + b"[" * 99_999 + b"\n", "line 1: nested too deeply"),
     "no UTF-8": (TRACE + b"{\xff}\n", "line 5: not UTF-8: byte 0xff at 1"),
-    "odd digits": (
-        b'{"t": 1, "dir": "client->server", "hex": "abc"}\n',
-        "line 1: hex must be pairs of hexadecimal digits",
-    ),
+    "odd digits": (b'{"t": 1, "dir": "client->server", "hex": "abc"}\n',
+        "line 1: hex must be pairs of hexadecimal digits"),
     "a line without end": (b"{" + b" " * MAX_ENTRY * 2, f"line 1: longer than {MAX_ENTRY} bytes"),
     "a list of something else": (b"[1]", "entry 1: an entry is a JSON object"),
     "vectors that are no capture": (b'[{"name": "ping", "hex": "0c"}]', "entry 1: t must be"),
@@ -111,7 +109,7 @@ WRONG: dict[str, tuple[bytes, str]] = {
     "a deep list": (b"[" * 99_999, "nested too deeply"),
     "a list that is no UTF-8": (b"[\xff]", "offset 1: not UTF-8"),
     "two lists": (b"[][]", "no JSON: Extra data at line 1, column 3"),
-}
+}  # fmt: skip
 
 
 @pytest.mark.parametrize("case", WRONG)

@@ -236,12 +236,9 @@ def test_the_authority_is_held_around_what_needs_it(pendant: Scripted) -> None:
 
 
 @pytest.mark.parametrize(("operation", "failure", "ends"), [
-    ("nothing", refused(V.MOVING), 0),
-    ("control", refused(V.HELD_BY_OTHER), 1),
-    ("home", refused(V.STOP_LATCHED), 1),
-    ("home", refused(V.NO_MOTION), 0),
-    ("done", Aborted(V.STOPPED, "", -1, 0.0, 0.0), 1),
-    ("done", ConnectionLost("it is gone"), 69),
+    ("nothing", refused(V.MOVING), 0), ("control", refused(V.HELD_BY_OTHER), 1),
+    ("home", refused(V.STOP_LATCHED), 1), ("home", refused(V.NO_MOTION), 0),
+    ("done", Aborted(V.STOPPED, "", -1, 0.0, 0.0), 1), ("done", ConnectionLost("it is gone"), 69),
 ])  # fmt: skip
 def test_a_motion_ends_with_the_code_of_its_outcome(
     pendant: Scripted, operation: str, failure: BaseException, ends: int

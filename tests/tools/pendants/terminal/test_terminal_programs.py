@@ -37,15 +37,10 @@ def open_list(rig: PanelRig, names: tuple[str, ...] = NAMES) -> None:
 
 
 @pytest.mark.parametrize(("keys", "name"), [
-    (["enter"], "five points"),
-    (["down", "enter"], "Pick"),
-    ([*["down"] * 9, "enter"], "unpick"),
-    (["down", "up", "up", "enter"], "five points"),
-    ([*"five", "enter"], "five points"),
-    ([*"fivep", "enter"], "five points"),
-    ([*"POINT", "enter"], "five points"),
-    ([*"pick2", "enter"], "pick2"),
-    ([*"pick", "enter"], "Pick"),
+    (["enter"], "five points"), (["down", "enter"], "Pick"), ([*["down"] * 9, "enter"], "unpick"),
+    (["down", "up", "up", "enter"], "five points"), ([*"five", "enter"], "five points"),
+    ([*"fivep", "enter"], "five points"), ([*"POINT", "enter"], "five points"),
+    ([*"pick2", "enter"], "pick2"), ([*"pick", "enter"], "Pick"),
     ([*"pick", "down", "down", "enter"], "unpick"),
     ([*"zz", "backspace", "backspace", "enter"], "five points"),
 ])  # fmt: skip
