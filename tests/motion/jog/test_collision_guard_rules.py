@@ -5,8 +5,6 @@ distance may dip between two places; so what is left of the speed is the root of
 (distance - 6 mm) / 14 mm, of 0.25 m/s of closing.
 """
 
-from __future__ import annotations
-
 import math
 from collections.abc import Mapping
 

@@ -1,7 +1,5 @@
 """The bounds of a jog's ticks, one by one: by numbers that are worked out by hand."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Callable, Sequence
 from itertools import pairwise

@@ -1,7 +1,5 @@
 """Promise 16: jogs among bodies, from free places and from contact."""
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
 from promises.promise_table import figure

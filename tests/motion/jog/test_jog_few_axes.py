@@ -1,7 +1,5 @@
 """Tool jogs of arms of fewer than six axes whose tool keeps no direction."""
 
-from __future__ import annotations
-
 import math
 from pathlib import Path
 

@@ -1,7 +1,5 @@
 """Joint jogs: several joints, the ends of their ranges, stops, reduced speed."""
 
-from __future__ import annotations
-
 import math
 
 import numpy as np

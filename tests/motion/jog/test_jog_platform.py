@@ -1,7 +1,5 @@
 """Jogs of the Stewart platform: by legs and by pose, within all its limits."""
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
 from rigs.motion.jog_referee import Referee, line_error

@@ -1,7 +1,5 @@
 """Tool jogs: lines, turns, frames, singularities, arms of few and of many axes."""
 
-from __future__ import annotations
-
 import math
 
 import numpy as np

@@ -1,7 +1,5 @@
 """The parts of a tool jog's way: the elbow's speed, the path of poses, a cell's inequalities."""
 
-from __future__ import annotations
-
 import math
 
 import numpy as np

@@ -1,7 +1,5 @@
 """The bound of the points' speeds along a line: never below them, hardly above, from few looks."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Sequence
 

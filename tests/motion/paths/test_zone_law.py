@@ -1,7 +1,5 @@
 """The law of all zones, against its own definition."""
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
 

@@ -3,8 +3,6 @@
 A way is free where nothing comes nearer than 1 mm on it.
 """
 
-from __future__ import annotations
-
 import pytest
 from rigs.motion.bodies_on_rails import BodiesOnRails, always, standing_at
 

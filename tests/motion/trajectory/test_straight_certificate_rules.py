@@ -4,8 +4,6 @@
 1 / ((20 - 5) · 0.1 s) = 2/3 per second, and the sharpest change 2/3 / 0.5 s = 4/3 per second².
 """
 
-from __future__ import annotations
-
 from dataclasses import replace
 
 import pytest
