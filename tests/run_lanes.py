@@ -121,9 +121,12 @@ class Run:
         """Start a process; what it says is shown at once, or kept."""
         output = tempfile.TemporaryFile() if keep else None
         process = subprocess.Popen(
-            command, stdin=subprocess.DEVNULL, stdout=output,
-            stderr=None if output is None else subprocess.STDOUT, process_group=0,
-        )  # fmt: skip
+            command,
+            stdin=subprocess.DEVNULL,
+            stdout=output,
+            stderr=None if output is None else subprocess.STDOUT,
+            process_group=0,
+        )
         part = Part(name, process, output)
         self.parts.append(part)
         return part

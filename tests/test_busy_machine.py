@@ -94,9 +94,13 @@ def run(folder: Path, tests: dict[str, str], *options: str) -> subprocess.Comple
     here = Path(__file__).parent
     fixed = ("-p", "no:cacheprovider", "-rA", "-q", "-o", f"pythonpath={here} .", "--rootdir=.")
     return subprocess.run(
-        [sys.executable, "-m", "pytest", *fixed, *options], capture_output=True, text=True,
-        check=False, cwd=folder, env=os.environ | {"PYTEST_DISABLE_PLUGIN_AUTOLOAD": "1"},
-    )  # fmt: skip
+        [sys.executable, "-m", "pytest", *fixed, *options],
+        capture_output=True,
+        text=True,
+        check=False,
+        cwd=folder,
+        env=os.environ | {"PYTEST_DISABLE_PLUGIN_AUTOLOAD": "1"},
+    )
 
 
 @pytest.fixture(scope="module")

@@ -50,10 +50,13 @@ class Project:
             if "MAKE" not in name and name not in own
         }
         return subprocess.run(
-            ["make", f"PYTHON={self.interpreter}", *arguments], cwd=self.folder,
-            env={**kept, "LOG": str(self.log), **environment}, capture_output=True, text=True,
+            ["make", f"PYTHON={self.interpreter}", *arguments],
+            cwd=self.folder,
+            env={**kept, "LOG": str(self.log), **environment},
+            capture_output=True,
+            text=True,
             check=False,
-        )  # fmt: skip
+        )
 
     @property
     def calls(self) -> list[str]:

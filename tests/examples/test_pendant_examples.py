@@ -125,9 +125,13 @@ def test_an_example_says_in_one_line_that_somebody_else_moves_the_robot(
 
 def test_an_example_that_fails_says_so_and_nothing_else(unused_tcp_port: int) -> None:
     failed = subprocess.run(
-        [sys.executable, "connect_and_jog.py", str(unused_tcp_port)], capture_output=True,
-        text=True, timeout=80 * SCALE, check=False, cwd=EXAMPLES,
-    )  # fmt: skip
+        [sys.executable, "connect_and_jog.py", str(unused_tcp_port)],
+        capture_output=True,
+        text=True,
+        timeout=80 * SCALE,
+        check=False,
+        cwd=EXAMPLES,
+    )
     assert (failed.returncode, failed.stdout) == (1, "")
     assert failed.stderr.startswith(f"nobody listens at 127.0.0.1:{unused_tcp_port}; ")
     assert failed.stderr.count("\n") == 1
@@ -183,9 +187,13 @@ def test_an_example_in_another_language_says_why_it_was_refused(
         pytest.skip("no Node here")
     robot.take_control()
     refused = subprocess.run(
-        [node, "pendant.js", str(port)], capture_output=True, text=True, timeout=PATIENCE,
-        check=False, cwd=EXAMPLES,
-    )  # fmt: skip
+        [node, "pendant.js", str(port)],
+        capture_output=True,
+        text=True,
+        timeout=PATIENCE,
+        check=False,
+        cwd=EXAMPLES,
+    )
     assert refused.returncode == 1
     assert refused.stderr.startswith("refused, code 5: ")
 

@@ -45,9 +45,13 @@ def TestOneInput(data: bytes) -> None:
     # A first frame that is no STOP: one that is, and comes alone, would not need the walk.
     stream = codec_for(STANDARD, order).encode(Opaque(999, b"", comm_type=1)) + choices.rest()
     wire = Connection(
-        Role.SERVER, dialect, order if is_known else None, max_frame=most, frames_per_call=limit,
+        Role.SERVER,
+        dialect,
+        order if is_known else None,
+        max_frame=most,
+        frames_per_call=limit,
         stop_rule=rule,
-    )  # fmt: skip
+    )
     expected = _stops(stream, order, port, most)
     arrived = 0
     for piece in portions(stream, sizes):

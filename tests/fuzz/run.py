@@ -54,10 +54,14 @@ def fuzz(target: str, limit: str, keep: Path, seed: int = 0) -> Outcome:
         command = [sys.executable, __file__, "--child", target, corpus, limit, str(keep), str(seed)]
         path = os.pathsep.join([str(FOLDER.parent), os.environ.get("PYTHONPATH", "")])
         done = subprocess.run(
-            command, env={**os.environ, "PYTHONPATH": path.rstrip(os.pathsep)},
-            stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True, errors="replace",
+            command,
+            env={**os.environ, "PYTHONPATH": path.rstrip(os.pathsep)},
+            stdout=subprocess.PIPE,
+            stderr=subprocess.STDOUT,
+            text=True,
+            errors="replace",
             check=False,
-        )  # fmt: skip
+        )
     runs = re.search(r"number_of_executed_units:\s*(\d+)", done.stdout)
     found = tuple(sorted(set(keep.glob("*")) - before))
     return Outcome(target, int(runs[1]) if runs else 0, found, done.stdout, done.returncode)

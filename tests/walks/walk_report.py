@@ -52,10 +52,15 @@ def table_row(name: str, walk: Walk) -> str:
     """Return the line of the table for a walk."""
     allowed = bounds()[name]
     return _ROW.format(
-        name, walk.calls, len(walk.files), walk.hops, walk.depth,
-        f"{allowed.calls}/{allowed.files}", f"{allowed.budget_calls}/{allowed.budget_files}",
+        name,
+        walk.calls,
+        len(walk.files),
+        walk.hops,
+        walk.depth,
+        f"{allowed.calls}/{allowed.files}",
+        f"{allowed.budget_calls}/{allowed.budget_files}",
         ROUTES[name].title,
-    )  # fmt: skip
+    )
 
 
 def path(name: str, walk: Walk) -> str:

@@ -45,9 +45,12 @@ def launch() -> Iterator[Launch]:
 
     def begin(*arguments: str, stdin: int = subprocess.DEVNULL) -> subprocess.Popen[str]:
         process = subprocess.Popen(
-            [sys.executable, "-m", MODULE, *FREE_PORTS, *arguments], stdin=stdin,
-            stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True,
-        )  # fmt: skip
+            [sys.executable, "-m", MODULE, *FREE_PORTS, *arguments],
+            stdin=stdin,
+            stdout=subprocess.PIPE,
+            stderr=subprocess.PIPE,
+            text=True,
+        )
         processes.append(process)
         return process
 

@@ -96,11 +96,14 @@ def test_at_a_steady_speed_a_cell_keeps_to_the_bounds_of_every_tick() -> None:
     for _ in range(300):
         first, last = (
             PathNode(
-                sigma, (random.normal(size=2) * 0.05).tolist(), random.normal(size=2).tolist(),
-                np.zeros(6), 1.0,
+                sigma,
+                (random.normal(size=2) * 0.05).tolist(),
+                random.normal(size=2).tolist(),
+                np.zeros(6),
+                1.0,
             )
             for sigma in (0.0, 0.1)
-        )  # fmt: skip
+        )
         first.lead_to(last, accelerations)
         first.bound_steady([SPEED_RESERVE * each for each in speeds], accelerations)
         speed = math.sqrt(first.steady)

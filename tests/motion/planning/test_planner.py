@@ -47,9 +47,15 @@ def plan(
     task: Task, planner: str = BUILT_IN, seed: int = 0, time_limit: float = 60.0
 ) -> JointPolyline:
     return plan_free_path(
-        task.collision.kinematics, task.collision, task.start, task.goal, planner=planner,
-        seed=seed, time_limit=time_limit, clock=time.perf_counter,
-    )  # fmt: skip
+        task.collision.kinematics,
+        task.collision,
+        task.start,
+        task.goal,
+        planner=planner,
+        seed=seed,
+        time_limit=time_limit,
+        clock=time.perf_counter,
+    )
 
 
 def assert_free(task: Task, path: Path) -> None:
@@ -143,9 +149,13 @@ def test_a_part_is_picked_and_placed_over_a_wall() -> None:
 def test_progress_is_told_from_the_search_to_the_end() -> None:
     task, told = pillar_task(), list[PlanningProgress]()
     plan_free_path(
-        task.collision.kinematics, task.collision, task.start, task.goal, planner=BUILT_IN,
+        task.collision.kinematics,
+        task.collision,
+        task.start,
+        task.goal,
+        planner=BUILT_IN,
         on_progress=told.append,
-    )  # fmt: skip
+    )
     stages = list(dict.fromkeys(each.stage for each in told))
     assert stages == [
         PlanningStage.SEARCHING,

@@ -26,9 +26,12 @@ def interval(v: float, v_next: float, moved: float) -> Trajectory:
     """Two samples of one joint, 0.1 s apart."""
     column: Array = np.zeros((2, 1))
     return Trajectory(
-        np.array([0.0, 0.1]), np.array([[0.0], [moved]]), np.array([[v], [v_next]]), column,
+        np.array([0.0, 0.1]),
+        np.array([[0.0], [moved]]),
+        np.array([[v], [v_next]]),
+        column,
         np.zeros(1),
-    )  # fmt: skip
+    )
 
 
 def test_the_motion_meets_every_sample(swing: Trajectory) -> None:

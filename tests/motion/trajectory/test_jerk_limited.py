@@ -67,9 +67,14 @@ def test_moves_from_a_moving_state_are_certified(seed: int, period: float) -> No
     jerk = jerk_limits(LIMITS, 0.05)
 
     move = jerk_limited_move(
-        start, goal, LIMITS, jerk=jerk, start_velocity=velocity, start_acceleration=acceleration,
+        start,
+        goal,
+        LIMITS,
+        jerk=jerk,
+        start_velocity=velocity,
+        start_acceleration=acceleration,
         sample_period=period,
-    )  # fmt: skip
+    )
 
     assert certify(move, LIMITS, start=start, start_velocity=velocity, jerk=jerk).jerk is not None
     assert move.acceleration[0] == pytest.approx(acceleration)

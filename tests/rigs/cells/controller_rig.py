@@ -86,10 +86,16 @@ class ControllerRig:
 
     def __post_init__(self) -> None:
         self.controller = EmulatedController(
-            Admission(self.limits, Tolerances()), self.start, GENERIC,
-            buffer_depth=self.buffer_depth, start_rule=self.start_rule, is_strict=self.is_strict,
-            operator_events=self.operator_events, signals=self.signals, now=self.now,
-        )  # fmt: skip
+            Admission(self.limits, Tolerances()),
+            self.start,
+            GENERIC,
+            buffer_depth=self.buffer_depth,
+            start_rule=self.start_rule,
+            is_strict=self.is_strict,
+            operator_events=self.operator_events,
+            signals=self.signals,
+            now=self.now,
+        )
 
     @property
     def status(self) -> Status:

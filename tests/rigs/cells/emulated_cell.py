@@ -85,10 +85,13 @@ class EmulatedCell(Shell):
         # Frames and scene are put into the mathematics, so that no two cells may share them.
         own = RobotKinematics(serial_robot(robot)) if has_surroundings else None
         self.core = CellCore(
-            make_settings({"robot": robot, **settings}, "test"), self.limits,
+            make_settings({"robot": robot, **settings}, "test"),
+            self.limits,
             dataclasses.replace(IDENTITY, robot=serial_robot(robot).name),
-            _mathematics(robot) if own is None else own, own, access,
-        )  # fmt: skip
+            _mathematics(robot) if own is None else own,
+            own,
+            access,
+        )
         self.sent: list[Message] = []
         self._links: dict[int, ControllerPath] = {}
         self._awaited = dict.fromkeys(ControllerPath, 0)

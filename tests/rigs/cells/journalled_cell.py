@@ -85,9 +85,12 @@ async def journalled_cell(emulator_file: Path, server_file: Path) -> AsyncIterat
                 assert ros.motion is not None
                 assert ros.state is not None
                 yield JournalledCell(
-                    service, app, listening.pendant, (ports.motion, ros.motion),
+                    service,
+                    app,
+                    listening.pendant,
+                    (ports.motion, ros.motion),
                     (ports.state, ros.state),
-                )  # fmt: skip
+                )
         await service.close()
         await asyncio.sleep(0.01)
 

@@ -58,9 +58,12 @@ class ProgramCell(EmulatedCell):
 
     def keep(self, name: str, statements: str, expected_revision: int = 0) -> None:
         self.store.save(
-            DocumentKind.PROGRAM, name, program_to_json(parse(HEAD.format(name=name) + statements)),
-            expected_revision=expected_revision, author="test",
-        )  # fmt: skip
+            DocumentKind.PROGRAM,
+            name,
+            program_to_json(parse(HEAD.format(name=name) + statements)),
+            expected_revision=expected_revision,
+            author="test",
+        )
 
     def run(
         self,

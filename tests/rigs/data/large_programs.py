@@ -144,9 +144,15 @@ class WorkingCell(ProgramCell):
         answer: dict[str, Any] = {}
         for part, piece in enumerate(pieces, 1):
             answer = self.ask(
-                self.user, "programs.save", name="main", format=form, body=piece,
-                expected_revision=revision, part=part, parts=len(pieces),
-            )  # fmt: skip
+                self.user,
+                "programs.save",
+                name="main",
+                format=form,
+                body=piece,
+                expected_revision=revision,
+                part=part,
+                parts=len(pieces),
+            )
             if "code" in answer:
                 break
         return answer

@@ -262,10 +262,14 @@ async def serve(fault: Fault) -> tuple[FaultyService, EmulatorPorts]:
         {"motion_port": 0, "state_port": 0, "rate": HALF_RATE, **fault.settings}
     )
     controller = fault.controller(
-        Admission(LIMITS, Tolerances()), START, GENERIC, buffer_depth=settings.buffer,
-        start_rule=StartRule(2, 50 * _MS, 20 * _MS, 200 * _MS), is_strict=settings.strict_sequence,
+        Admission(LIMITS, Tolerances()),
+        START,
+        GENERIC,
+        buffer_depth=settings.buffer,
+        start_rule=StartRule(2, 50 * _MS, 20 * _MS, 200 * _MS),
+        is_strict=settings.strict_sequence,
         now=round(loop.time() * 1e9),
-    )  # fmt: skip
+    )
     service = (fault.service or FaultyService)(controller, settings)
     service.fault, service.memory, service.motion_numbers = fault, {}, set()
     return service, await service.start()

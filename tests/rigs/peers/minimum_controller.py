@@ -71,9 +71,12 @@ class Controller:
     async def start(cls, program: Path, *ports: int, joints: Sequence[float] = HOME) -> Self:
         words = [str(port) for port in ports or (0, 0)] + [str(len(joints)), *map(str, joints)]
         process = await asyncio.create_subprocess_exec(
-            program, *words, stdin=subprocess.DEVNULL, stdout=subprocess.PIPE,
+            program,
+            *words,
+            stdin=subprocess.DEVNULL,
+            stdout=subprocess.PIPE,
             stderr=subprocess.PIPE,
-        )  # fmt: skip
+        )
         assert process.stdout is not None
         line = await asyncio.wait_for(process.stdout.readline(), PATIENCE)
         ready = json.loads(line)

@@ -23,8 +23,12 @@ def printed_in_own_network(script: Path) -> str:
     if unshare is None or subprocess.run(probe, capture_output=True, check=False).returncode:
         pytest.skip("a network of its own cannot be had here")
     done = subprocess.run(
-        [unshare, "--net", sys.executable, str(script)], capture_output=True, text=True, timeout=60,
-        check=False, env=os.environ | {"PYTHONPATH": str(TESTS)},
-    )  # fmt: skip
+        [unshare, "--net", sys.executable, str(script)],
+        capture_output=True,
+        text=True,
+        timeout=60,
+        check=False,
+        env=os.environ | {"PYTHONPATH": str(TESTS)},
+    )
     assert done.returncode == 0, done.stderr
     return done.stdout

@@ -139,9 +139,13 @@ class Rig:
 
 def _of_group(group: MotomanGroup, number: int) -> MotomanGroup:
     return MotomanGroup(
-        number, group.valid_fields, group.time, group.positions, group.velocities,
+        number,
+        group.valid_fields,
+        group.time,
+        group.positions,
+        group.velocities,
         group.accelerations,
-    )  # fmt: skip
+    )
 
 
 def judge(fault: Fault) -> dict[str, CheckFinding]:

@@ -52,9 +52,13 @@ async def running_emulator(**settings: object) -> AsyncIterator[Options]:
     ports = await service.start()
     try:
         yield Options(
-            HOST, ports.motion, ports.state, real_size=checked.real_size, may_move=True,
+            HOST,
+            ports.motion,
+            ports.state,
+            real_size=checked.real_size,
+            may_move=True,
             limits=serial_robot(ROBOT).limits,
-        )  # fmt: skip
+        )
     finally:
         await service.close()
         await asyncio.sleep(0)
@@ -72,12 +76,14 @@ async def running_server(rate: int = USUAL_RATE) -> AsyncIterator[Options]:
             {
                 "robot": ROBOT,
                 "tick_rate": rate,
-                "controller": {"motion_port": emulator.motion_port,
-                    "state_port": emulator.state_port},
+                "controller": {
+                    "motion_port": emulator.motion_port,
+                    "state_port": emulator.state_port,
+                },
                 "listen": {"pendant_port": 0, "ros_motion_port": 0, "ros_state_port": 0},
             },
             "test",
-        )  # fmt: skip
+        )
         app = bare_app([CellParts(settings, serial_robot(ROBOT), LoopPlanner())])
         async with app.running() as ports:
             await asyncio.sleep(0.5)
@@ -85,6 +91,11 @@ async def running_server(rate: int = USUAL_RATE) -> AsyncIterator[Options]:
             assert ros.motion is not None
             assert ros.state is not None
             yield Options(
-                HOST, ros.motion, ros.state, ports.pendant, profile=Profile.GENERIC, may_move=True,
+                HOST,
+                ros.motion,
+                ros.state,
+                ports.pendant,
+                profile=Profile.GENERIC,
+                may_move=True,
                 limits=emulator.limits,
-            )  # fmt: skip
+            )

@@ -135,9 +135,13 @@ def promise_rig(folder: Path, **settings: Any) -> Iterator[PromiseRig]:
         line.setsockopt(socket.IPPROTO_TCP, socket.TCP_NODELAY, 1)
         # Left first of all, so that pendants are gone before what they talk to.
         yield PromiseRig(
-            controller, server["pendant"], server["pid"], referee, stack.enter_context(ExitStack()),
+            controller,
+            server["pendant"],
+            server["pid"],
+            referee,
+            stack.enter_context(ExitStack()),
             line,
-        )  # fmt: skip
+        )
 
 
 def _late(ticks: list[int]) -> list[float]:

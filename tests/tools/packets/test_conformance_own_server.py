@@ -32,11 +32,15 @@ async def our_server(live: LiveController, **controller: object) -> AsyncIterato
         {
             "tick_rate": HALF_RATE,
             "listen": {"pendant_port": 0, "ros_motion_port": 0, "ros_state_port": 0},
-            "controller": {"motion_port": live.ports[Purpose.MOTION],
-                "state_port": live.ports[Purpose.STATE], "state_period": 0.025, **controller},
+            "controller": {
+                "motion_port": live.ports[Purpose.MOTION],
+                "state_port": live.ports[Purpose.STATE],
+                "state_period": 0.025,
+                **controller,
+            },
         },
         "test",
-    )  # fmt: skip
+    )
     async with bare_app([CellParts(settings, ROBOT, LoopPlanner())]).running() as ports:
         pendant = await PendantClient.connect("127.0.0.1", ports.pendant, state_rate=50)
         async with pendant:

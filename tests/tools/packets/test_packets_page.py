@@ -24,7 +24,12 @@ def test_the_examples_of_the_page_print_what_it_says(command: str, output: str) 
     folder = Path(sys.executable).parent
     path = f"{folder}{os.pathsep}{os.environ['PATH']}"
     done = subprocess.run(
-        ["sh", "-c", command], cwd=ROOT, env={**os.environ, "PATH": path}, capture_output=True,
-        text=True, timeout=60, check=True,
-    )  # fmt: skip
+        ["sh", "-c", command],
+        cwd=ROOT,
+        env={**os.environ, "PATH": path},
+        capture_output=True,
+        text=True,
+        timeout=60,
+        check=True,
+    )
     assert done.stdout == output
