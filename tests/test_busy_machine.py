@@ -129,8 +129,11 @@ def test_what_fails_each_time_or_violates_or_is_not_on_the_real_clock_fails(
     told: list[str],
 ) -> None:
     assert outcomes(told, "FAILED") == [
-        "test_always_fails", "test_violates", "test_fails_beside_a_quiet_watch", "test_ordinary",
-    ]  # fmt: skip
+        "test_always_fails",
+        "test_violates",
+        "test_fails_beside_a_quiet_watch",
+        "test_ordinary",
+    ]
 
 
 def test_each_attempt_that_failed_is_told_with_what_failed(told: list[str]) -> None:

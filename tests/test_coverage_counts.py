@@ -14,12 +14,15 @@ def test_nothing_that_was_covered_is_lost() -> None:
     assert lost(counted, least()) == []
 
 
-@pytest.mark.parametrize(("counted", "said"), [
-    ({"promises": 3}, []),
-    ({"promises": 4}, []),
-    ({"promises": 2}, ["2 promises, there must be 3: some were lost"]),
-    ({}, ["0 promises, there must be 3: some were lost"]),
-])  # fmt: skip
+@pytest.mark.parametrize(
+    ("counted", "said"),
+    [
+        ({"promises": 3}, []),
+        ({"promises": 4}, []),
+        ({"promises": 2}, ["2 promises, there must be 3: some were lost"]),
+        ({}, ["0 promises, there must be 3: some were lost"]),
+    ],
+)
 def test_a_count_may_not_fall(counted: dict[str, int], said: list[str]) -> None:
     assert lost(counted, {"promises": 3}) == said
 
@@ -61,5 +64,8 @@ def test_what_is_counted(tmp_path: Path) -> None:
         file.parent.mkdir(parents=True, exist_ok=True)
         file.write_text(text, encoding="utf-8")
     assert counts(tmp_path) == {
-        "planted faults": 2, "golden cases": 3, "promises": 2, "refusal codes": 2,
-    }  # fmt: skip
+        "planted faults": 2,
+        "golden cases": 3,
+        "promises": 2,
+        "refusal codes": 2,
+    }

@@ -45,17 +45,33 @@ def test_the_picture_is_well_formed() -> None:
 
 FIELD_TERMS = {
     "README.md": ("Cartesian", "joint-space", "tool centre point", "TCP"),
-    "docs/pendant-apps.md": ("Cartesian", "joint space", "tool centre point", "TCP", "end effector",
-        "heartbeat", "keep-alive", "standstill", "blending"),
-    "docs/motion.md": ("Cartesian", "joint-space", "tool centre point", "TCP", "end effector",
-        "blending", "standstill"),
+    "docs/pendant-apps.md": (
+        "Cartesian",
+        "joint space",
+        "tool centre point",
+        "TCP",
+        "end effector",
+        "heartbeat",
+        "keep-alive",
+        "standstill",
+        "blending",
+    ),
+    "docs/motion.md": (
+        "Cartesian",
+        "joint-space",
+        "tool centre point",
+        "TCP",
+        "end effector",
+        "blending",
+        "standstill",
+    ),
     "docs/programs.md": ("Cartesian", "joint-space", "TCP", "blending", "standstill"),
     "docs/frames-and-scene.md": ("tool centre point", "TCP", "end effector", "Cartesian"),
     "docs/safety.md": ("standstill", "heartbeat", "tool centre point", "TCP", "end effector"),
     "docs/ros-i.md": ("joint space", "Cartesian", "TCP", "standstill"),
     "docs/minimum-controller.md": ("joint space", "blending", "standstill"),
     "docs/terminal-pendant.md": ("joint space", "Cartesian", "TCP", "standstill"),
-}  # fmt: skip
+}
 """Words of the field, and the pages on which a reader looks for them."""
 
 

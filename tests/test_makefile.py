@@ -199,9 +199,13 @@ def test_a_moved_project_is_installed_again(project: Project) -> None:
     assert project.installed == []
 
 
-@pytest.mark.parametrize(("trouble", "said"), [
-    ({"TOO_OLD": "1"}, "is older than Python 3.11"), ({"NO_VENV": "1"}, "has no venv module"),
-])  # fmt: skip
+@pytest.mark.parametrize(
+    ("trouble", "said"),
+    [
+        ({"TOO_OLD": "1"}, "is older than Python 3.11"),
+        ({"NO_VENV": "1"}, "has no venv module"),
+    ],
+)
 def test_an_unfit_interpreter_is_named_in_one_line(
     project: Project, trouble: dict[str, str], said: str
 ) -> None:

@@ -23,9 +23,14 @@ ROOMS = ("simplemsg", "motion", "controller_emulator", "server", "tools")
 
 # In pieces, so that this file does not name them itself.
 REGISTRY_HOSTS = [
-    "py" + "pi.org", "python" + "hosted.org", "ana" + "conda.org", "npm" + "js.org",
-    "npm" + "js.com", "ghcr" + ".io", "quay" + ".io",
-]  # fmt: skip
+    "py" + "pi.org",
+    "python" + "hosted.org",
+    "ana" + "conda.org",
+    "npm" + "js.org",
+    "npm" + "js.com",
+    "ghcr" + ".io",
+    "quay" + ".io",
+]
 MACHINE_PATHS = ["/wo" + "rk/", "/ro" + "ot/", "/ho" + "me/", "/Us" + "ers/", "../sha" + "red"]
 
 

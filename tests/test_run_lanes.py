@@ -158,11 +158,22 @@ def part(exit_code: int, *, kept: bool = False) -> Part:
         return Part("part", process, output if kept else None, exit_code=exit_code)
 
 
-@pytest.mark.parametrize(("lanes", "beside", "expected"), [
-    ([0, 0], [0, 0], PASSED), ([0, 5], [0], PASSED), ([5, 0], [], PASSED), ([5, 5], [0], EMPTY),
-    ([1, 0], [0], FAILED), ([0, 1], [0], FAILED), ([5, 1], [], FAILED), ([2], [], FAILED),
-    ([0, -9], [], FAILED), ([0, 0], [0, 2], FAILED), ([5, 5], [1], FAILED),
-])  # fmt: skip
+@pytest.mark.parametrize(
+    ("lanes", "beside", "expected"),
+    [
+        ([0, 0], [0, 0], PASSED),
+        ([0, 5], [0], PASSED),
+        ([5, 0], [], PASSED),
+        ([5, 5], [0], EMPTY),
+        ([1, 0], [0], FAILED),
+        ([0, 1], [0], FAILED),
+        ([5, 1], [], FAILED),
+        ([2], [], FAILED),
+        ([0, -9], [], FAILED),
+        ([0, 0], [0, 2], FAILED),
+        ([5, 5], [1], FAILED),
+    ],
+)
 def test_one_lane_may_be_empty_and_nothing_may_fail(
     lanes: list[int], beside: list[int], expected: int
 ) -> None:
@@ -170,11 +181,14 @@ def test_one_lane_may_be_empty_and_nothing_may_fail(
     assert exit_code(parts) == expected
 
 
-@pytest.mark.parametrize(("given", "rest", "file"), [
-    (["-k", "limits"], ["-k", "limits"], None),
-    (["-q", "--junitxml=a.xml", "tests"], ["-q", "tests"], Path("a.xml")),
-    (["--junit-xml", "a.xml", "-x"], ["-x"], Path("a.xml")),
-])  # fmt: skip
+@pytest.mark.parametrize(
+    ("given", "rest", "file"),
+    [
+        (["-k", "limits"], ["-k", "limits"], None),
+        (["-q", "--junitxml=a.xml", "tests"], ["-q", "tests"], Path("a.xml")),
+        (["--junit-xml", "a.xml", "-x"], ["-x"], Path("a.xml")),
+    ],
+)
 def test_the_file_of_results_is_taken_out(
     given: list[str], rest: list[str], file: Path | None
 ) -> None:

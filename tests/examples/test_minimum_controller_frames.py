@@ -70,9 +70,14 @@ async def moving(listener: Wire) -> None:
 async def test_a_single_point_is_a_point_to_point_motion(controller: Controller) -> None:
     async with controller.link() as link, controller.listener() as listener:
         assert (await listener.status()) == Status(
-            drives_powered=1, e_stopped=0, error_code=0, in_error=0, in_motion=0, mode=2,
+            drives_powered=1,
+            e_stopped=0,
+            error_code=0,
+            in_error=0,
+            in_motion=0,
+            mode=2,
             motion_possible=1,
-        )  # fmt: skip
+        )
         await begin(link, 0.4, 0.3)
         await listener.rounds(lambda status: status.in_motion == 1)
         rounds = await listener.until_rest()
@@ -106,14 +111,22 @@ async def test_a_stream_is_followed_in_time_and_stops_at_its_last_point(
         assert sharpest(rounds) <= ACCELERATION * 1.05
 
 
-@pytest.mark.parametrize(("error", "wrong"), [
-    (101, point(0, turned(2, math.nan), 1.0)), (101, point(0, turned(2, -math.inf), 1.0)),
-    (101, point(0, turned(2, 0.1), math.nan)), (101, point(0, HOME, 1.0, math.nan)),
-    (101, point(0, [*HOME, 0.0, 0.0, 0.0, math.inf], 1.0)), (102, point(0, turned(0, 6.3), 10.0)),
-    (103, point(0, turned(0, 1.0), 0.3)), (103, point(0, turned(0, 0.1), 1.0, 1.5)),
-    (104, point(0, turned(0, 0.1), 0.1)), (105, point(0, turned(0, 0.1), -1.0)),
-    (107, point(0, turned(0, 0.1), 0.0)),
-])  # fmt: skip
+@pytest.mark.parametrize(
+    ("error", "wrong"),
+    [
+        (101, point(0, turned(2, math.nan), 1.0)),
+        (101, point(0, turned(2, -math.inf), 1.0)),
+        (101, point(0, turned(2, 0.1), math.nan)),
+        (101, point(0, HOME, 1.0, math.nan)),
+        (101, point(0, [*HOME, 0.0, 0.0, 0.0, math.inf], 1.0)),
+        (102, point(0, turned(0, 6.3), 10.0)),
+        (103, point(0, turned(0, 1.0), 0.3)),
+        (103, point(0, turned(0, 0.1), 1.0, 1.5)),
+        (104, point(0, turned(0, 0.1), 0.1)),
+        (105, point(0, turned(0, 0.1), -1.0)),
+        (107, point(0, turned(0, 0.1), 0.0)),
+    ],
+)
 async def test_a_point_that_may_not_be_is_refused_and_shown(
     controller: Controller, error: int, wrong: JointTrajPt
 ) -> None:
@@ -127,9 +140,14 @@ async def test_a_point_that_may_not_be_is_refused_and_shown(
         assert (await listener.rounds(lambda status: status.in_motion == 1))[-1][1].in_error == 0
 
 
-@pytest.mark.parametrize(("error", "wrong"), [
-    (106, point(3, HOME, 1.0)), (106, point(-3, HOME, 1.0)), (101, point(1, [math.nan], 1.0)),
-])  # fmt: skip
+@pytest.mark.parametrize(
+    ("error", "wrong"),
+    [
+        (106, point(3, HOME, 1.0)),
+        (106, point(-3, HOME, 1.0)),
+        (101, point(1, [math.nan], 1.0)),
+    ],
+)
 async def test_a_wrong_point_in_motion_ends_it_on_a_ramp(
     controller: Controller, error: int, wrong: JointTrajPt
 ) -> None:
@@ -304,17 +322,20 @@ async def test_a_joint_near_the_end_of_its_range_stops_inside(program: Path) -> 
     await controller.end()
 
 
-@pytest.mark.parametrize(("request_", "code"), [
-    (CODEC.encode(Ping()), SUCCESS),
-    (struct.pack("<14i", 52, 1, 2, 0, *[0] * 10), SUCCESS),
-    (CODEC.encode(GetVersion()), FAILURE),
-    (struct.pack("<4i", 12, 99, 2, 0), FAILURE),
-    (struct.pack("<4i", 12, 2001, 2, 0), FAILURE),
-    (struct.pack("<4i", 148, 14, 2, 0) + bytes(136), FAILURE),
-    (struct.pack("<5i", 16, 11, 2, 0, 0), FAILURE),
-    (struct.pack("<4i", 12, 11, 2, 0), FAILURE),
-    (struct.pack("<4i", 12, 99, 2, 1), FAILURE),
-])  # fmt: skip
+@pytest.mark.parametrize(
+    ("request_", "code"),
+    [
+        (CODEC.encode(Ping()), SUCCESS),
+        (struct.pack("<14i", 52, 1, 2, 0, *[0] * 10), SUCCESS),
+        (CODEC.encode(GetVersion()), FAILURE),
+        (struct.pack("<4i", 12, 99, 2, 0), FAILURE),
+        (struct.pack("<4i", 12, 2001, 2, 0), FAILURE),
+        (struct.pack("<4i", 148, 14, 2, 0) + bytes(136), FAILURE),
+        (struct.pack("<5i", 16, 11, 2, 0, 0), FAILURE),
+        (struct.pack("<4i", 12, 11, 2, 0), FAILURE),
+        (struct.pack("<4i", 12, 99, 2, 1), FAILURE),
+    ],
+)
 async def test_every_request_has_one_bare_reply(
     controller: Controller, request_: bytes, code: int
 ) -> None:
@@ -324,12 +345,18 @@ async def test_every_request_has_one_bare_reply(
         assert (await listener.status()).error_code == 0
 
 
-@pytest.mark.parametrize("frame", [
-    struct.pack("<4i", 12, 99, 1, 0), struct.pack("<4i", 12, 1, 3, 1),
-    struct.pack("<4i", 12, 1, 1, 0), struct.pack("<4i", 12, 0, 2, 0),
-    struct.pack("<4i", 12, 1, 0, 0), struct.pack("<4i", 12, 1, 77, 0),
-    CODEC.encode(replace(point(0, HOME, 1.0), comm_type=1)),
-])  # fmt: skip
+@pytest.mark.parametrize(
+    "frame",
+    [
+        struct.pack("<4i", 12, 99, 1, 0),
+        struct.pack("<4i", 12, 1, 3, 1),
+        struct.pack("<4i", 12, 1, 1, 0),
+        struct.pack("<4i", 12, 0, 2, 0),
+        struct.pack("<4i", 12, 1, 0, 0),
+        struct.pack("<4i", 12, 1, 77, 0),
+        CODEC.encode(replace(point(0, HOME, 1.0), comm_type=1)),
+    ],
+)
 async def test_topics_and_replies_are_never_answered(controller: Controller, frame: bytes) -> None:
     async with controller.link() as link:
         link.writer.write(frame)
@@ -424,9 +451,17 @@ async def test_who_reads_no_replies_is_dropped_and_holds_up_nobody(controller: C
             assert rounds[-1][0].joints[0] == pytest.approx(0.3)
 
 
-@pytest.mark.parametrize("words", [
-    (), ("0", "0"), ("0", "0", "0"), ("0", "0", "11"), ("0", "0", "1", "nan"), ("0", "0", "1", "9"),
-])  # fmt: skip
+@pytest.mark.parametrize(
+    "words",
+    [
+        (),
+        ("0", "0"),
+        ("0", "0", "0"),
+        ("0", "0", "11"),
+        ("0", "0", "1", "nan"),
+        ("0", "0", "1", "9"),
+    ],
+)
 async def test_wrong_arguments_are_told_in_one_line(program: Path, words: tuple[str, ...]) -> None:
     process = await asyncio.create_subprocess_exec(
         program, *words, stdout=asyncio.subprocess.PIPE, stderr=asyncio.subprocess.PIPE

@@ -18,9 +18,16 @@ SHOWN: list[Message] = [
     accepted(POINT),
     STOP,
     JointPosition(sequence=0, joints=JOINTS),
-    Status(drives_powered=1, e_stopped=0, error_code=0, in_error=0, in_motion=1, mode=2,
-        motion_possible=1),
-]  # fmt: skip
+    Status(
+        drives_powered=1,
+        e_stopped=0,
+        error_code=0,
+        in_error=0,
+        in_motion=1,
+        mode=2,
+        motion_possible=1,
+    ),
+]
 
 
 @pytest.fixture(scope="module")

@@ -23,12 +23,17 @@ EXAMPLES = Path(__file__).parent.parent.parent / "examples"
 WARNINGS = ("-Wall", "-Wextra", "-Wpedantic", "-Wconversion", "-Wshadow", "-Werror")
 
 PRINTS = {
-    "connect_and_jog.py": "let go: stood after", "move_to_pose.py": "reached the pose in frame",
-    "pause_and_resume.py": "arrived at", "record_and_play.py": "played back in",
-    "roboanalyzer_style.py": "Z from", "sync_notebook_style.py": "let go: JogAccount(",
-    "taught_path.py": "ran through 3 positions", "teach_a_program.py": "of 'five points'",
-    "two_keys.py": "and back to", "watch_state.py": "IDLE",
-}  # fmt: skip
+    "connect_and_jog.py": "let go: stood after",
+    "move_to_pose.py": "reached the pose in frame",
+    "pause_and_resume.py": "arrived at",
+    "record_and_play.py": "played back in",
+    "roboanalyzer_style.py": "Z from",
+    "sync_notebook_style.py": "let go: JogAccount(",
+    "taught_path.py": "ran through 3 positions",
+    "teach_a_program.py": "of 'five points'",
+    "two_keys.py": "and back to",
+    "watch_state.py": "IDLE",
+}
 """What each example says once it has done what it is about."""
 
 

@@ -94,12 +94,16 @@ WRONG_EDITS: dict[str, dict[str, Any]] = {
     "a statement of no kind": {"edit": "insert", "statements": [{"statement": "fly"}]},
     "a move of no kind": {"edit": "insert", "statements": [{**TO_A, "way": "FLY"}]},
     "a move to no point": {"edit": "insert", "statements": [{**TO_A, "point": "nowhere"}]},
-    "a speed of 0": {"edit": "insert",
-        "statements": [{**TO_A, "speed": {"kind": "fraction", "value": 0.0}}]},
+    "a speed of 0": {
+        "edit": "insert",
+        "statements": [{**TO_A, "speed": {"kind": "fraction", "value": 0.0}}],
+    },
     "a zone and a dwell": {"edit": "insert", "statements": [{**TO_A, "zone": 0.1, "dwell": 1.0}]},
     "a circle without a way": {"edit": "insert", "statements": [{**TO_A, "way": "CIRC"}]},
-    "a wait that is too long": {"edit": "insert",
-        "statements": [{"statement": "wait", "duration": 1e9}]},
+    "a wait that is too long": {
+        "edit": "insert",
+        "statements": [{"statement": "wait", "duration": 1e9}],
+    },
     "a wait below 0": {"edit": "insert", "statements": [{"statement": "wait", "duration": -1.0}]},
     "an end without a begin": {"edit": "insert", "statements": [{"statement": "end"}]},
     "a statement that is not there": {"edit": "delete", "first": 99},
@@ -107,25 +111,35 @@ WRONG_EDITS: dict[str, dict[str, Any]] = {
     "a point that is used": {"edit": "delete-point", "name": "a"},
     "a point that is there": {"edit": "rename-point", "name": "a", "new_name": "b"},
     "joints too few": {"edit": "touch-up", "name": "a", "joints": [0.0]},
-}  # fmt: skip
+}
 EDITS: tuple[dict[str, Any], ...] = (
     {"edit": "insert", "at": 0, "statements": STATEMENTS},
     {"edit": "replace", "at": 0, "statement": {"statement": "wait", "duration": 0.25}},
     {"edit": "comment", "at": 0, "comment": "a rest"},
     {"edit": "reorder", "first": 0, "count": 1, "to": 1},
     {"edit": "delete", "first": 1, "count": 1},
-    {"edit": "record-point",
-        "point": {"name": "c", "joints": [0.25, -1.5, 1.5, -1.5, -1.5, 0.0],
-        "pose": {"position": [0.5, 0.25, 0.125], "quaternion": [0.0, 1.0, 0.0, 0.0],
-        "frame": "base", "tool": "flange"},
-        "configuration": {"shoulder": "front", "elbow": "up", "wrist": "no-flip"},
-        "comment": "taught elsewhere"}, "move": {"way": "PTP", "point": "c"}},
+    {
+        "edit": "record-point",
+        "point": {
+            "name": "c",
+            "joints": [0.25, -1.5, 1.5, -1.5, -1.5, 0.0],
+            "pose": {
+                "position": [0.5, 0.25, 0.125],
+                "quaternion": [0.0, 1.0, 0.0, 0.0],
+                "frame": "base",
+                "tool": "flange",
+            },
+            "configuration": {"shoulder": "front", "elbow": "up", "wrist": "no-flip"},
+            "comment": "taught elsewhere",
+        },
+        "move": {"way": "PTP", "point": "c"},
+    },
     {"edit": "touch-up", "name": "c", "joints": [0.5, -1.5, 1.5, -1.5, -1.5, 0.0]},
     {"edit": "rename-point", "name": "c", "new_name": "d"},
     {"edit": "comment-point", "name": "d", "comment": "moved"},
     {"edit": "reorder-point", "name": "d", "to": 0},
     {"edit": "describe", "comment": "of many kinds"},
-)  # fmt: skip
+)
 
 CELL: list[Right | Happening] = [
     ask("cells"),
@@ -155,18 +169,43 @@ PROGRAMS = [
     ask("programs.check", "out of range", body=ASIDE.replace("0.125", "9.0")),
     ask("programs.check", "of JSON", format="json", body=AS_JSON),
     ask("programs.check", "of text as JSON", format="json", body=ASIDE),
-    ask("programs.check", "of JSON with a key too many", format="json",
-        body=AS_JSON[:-1] + ',"x":1}'),
+    ask(
+        "programs.check",
+        "of JSON with a key too many",
+        format="json",
+        body=AS_JSON[:-1] + ',"x":1}',
+    ),
     ask("programs.save", name="aside", body=ASIDE, expected_revision=0),
     ask("programs.save", "once more", name="aside", body=ASIDE, expected_revision=0),
     ask("programs.save", "under another name", name="other", body=ASIDE, expected_revision=0),
     ask("programs.save", "as JSON", name="json", body=AS_JSON, format="json", expected_revision=0),
-    ask("programs.save", "the first part", name="main", body=MAIN[:100], expected_revision=0,
-        part=1, parts=2),
-    ask("programs.save", "the last part", name="main", body=MAIN[100:], expected_revision=0, part=2,
-        parts=2),
-    ask("programs.save", "a part that is not next", name="main", body=MAIN, expected_revision=1,
-        part=3, parts=3),
+    ask(
+        "programs.save",
+        "the first part",
+        name="main",
+        body=MAIN[:100],
+        expected_revision=0,
+        part=1,
+        parts=2,
+    ),
+    ask(
+        "programs.save",
+        "the last part",
+        name="main",
+        body=MAIN[100:],
+        expected_revision=0,
+        part=2,
+        parts=2,
+    ),
+    ask(
+        "programs.save",
+        "a part that is not next",
+        name="main",
+        body=MAIN,
+        expected_revision=1,
+        part=3,
+        parts=3,
+    ),
     ask("programs.save", "of what is refused", name="far", body=FAR, expected_revision=0),
     ask("programs.load", name="main"),
     ask("programs.load", "as JSON", name="main", format="json"),
@@ -177,14 +216,26 @@ PROGRAMS = [
     ask("programs.history", name="main"),
     ask("programs.history", "of nothing", name="nothing"),
     ask("programs.list", "some", first=1),
-    *(ask("programs.edit", f"{at} {edit['edit']}" if at else "", name="new",
-          expected_revision=1 + at, edit=edit)
-      for at, edit in enumerate((
-          {"edit": "record-point", "point": {"name": "b", "joints": [0.0] * 6}},
-          {"edit": "record-point", "point": {"name": "a", "joints": [0.0] * 6}},
-          *EDITS))),
-    *(ask("programs.edit", label, name="main", expected_revision=1, edit=edit)
-      for label, edit in WRONG_EDITS.items()),
+    *(
+        ask(
+            "programs.edit",
+            f"{at} {edit['edit']}" if at else "",
+            name="new",
+            expected_revision=1 + at,
+            edit=edit,
+        )
+        for at, edit in enumerate(
+            (
+                {"edit": "record-point", "point": {"name": "b", "joints": [0.0] * 6}},
+                {"edit": "record-point", "point": {"name": "a", "joints": [0.0] * 6}},
+                *EDITS,
+            )
+        )
+    ),
+    *(
+        ask("programs.edit", label, name="main", expected_revision=1, edit=edit)
+        for label, edit in WRONG_EDITS.items()
+    ),
     ask("programs.load", "after all edits", name="new"),
     ask("programs.undo", name="new", expected_revision=14),
     ask("programs.undo", "from an older one", name="new", expected_revision=14),
@@ -192,8 +243,16 @@ PROGRAMS = [
     ask("programs.redo", "where there is nothing", name="new", expected_revision=16),
     ask("programs.undo", "of nothing", name="nothing", expected_revision=1),
     ask("programs.record", name="main", expected_revision=1, point="here"),
-    ask("programs.record", "with its move", name="main", expected_revision=2, point="there", at=0,
-        comment="x", move={"way": "PTP", "point": "there"}),
+    ask(
+        "programs.record",
+        "with its move",
+        name="main",
+        expected_revision=2,
+        point="there",
+        at=0,
+        comment="x",
+        move={"way": "PTP", "point": "there"},
+    ),
     ask("programs.record", "a point that is there", name="main", expected_revision=3, point="a"),
     ask("programs.touch_up", name="main", expected_revision=3, point="b"),
     ask("programs.touch_up", "of no point", name="main", expected_revision=4, point="nowhere"),
@@ -206,16 +265,26 @@ PROGRAMS = [
     ask("programs.dry_run", "of nothing", name="nothing"),
     ask("programs.dry_run_progress"),
     ask("programs.rename", name="json", new_name="renamed", expected_revision=1),
-    ask("programs.rename", "to one that is there", name="renamed", new_name="main",
-        expected_revision=1),
+    ask(
+        "programs.rename",
+        "to one that is there",
+        name="renamed",
+        new_name="main",
+        expected_revision=1,
+    ),
     ask("programs.rename", "to no name", name="renamed", new_name="a/b", expected_revision=1),
     ask("programs.delete", name="renamed", expected_revision=1),
     ask("programs.delete", "once more", name="renamed", expected_revision=1),
     ask("programs.delete", "from another revision", name="main", expected_revision=1),
-    ask("programs.edit", "out of range", name="aside", expected_revision=1,
-        edit={"edit": "touch-up", "name": "b", "joints": [9.0] * 6}),
+    ask(
+        "programs.edit",
+        "out of range",
+        name="aside",
+        expected_revision=1,
+        edit={"edit": "touch-up", "name": "b", "joints": [9.0] * 6},
+    ),
     ask("programs.list", "at the end"),
-]  # fmt: skip
+]
 
 RECORDINGS: list[Right | Happening] = [
     ask("recordings.list"),
@@ -232,22 +301,33 @@ RECORDINGS: list[Right | Happening] = [
     ask("recordings.describe", "of nothing", name="nothing"),
     ask("recordings.trim", name="swing", new_name="part", ends=0.25),
     ask("recordings.trim", "to nothing", name="swing", new_name="none", begins=90.0),
-    ask("recordings.trim", "the wrong way round", name="swing", new_name="x", begins=0.5,
-        ends=0.25),
+    ask(
+        "recordings.trim", "the wrong way round", name="swing", new_name="x", begins=0.5, ends=0.25
+    ),
     ask("recordings.trim", "to a name that is taken", name="swing", new_name="part"),
     ask("recordings.rename", name="part", new_name="piece", expected_revision=2),
-    ask("recordings.rename", "from another revision", name="piece", new_name="x",
-        expected_revision=9),
+    ask(
+        "recordings.rename",
+        "from another revision",
+        name="piece",
+        new_name="x",
+        expected_revision=9,
+    ),
     ask("recordings.delete", name="piece", expected_revision=1),
     ask("recordings.delete", "once more", name="piece", expected_revision=1),
     ask("recordings.play", "of nothing", name="nothing"),
     ask("recordings.play", "beyond its end", name="swing", begins=60.0),
     ask("recordings.play", name="swing", factor=2.0, tolerance=0.01),
     ask("recordings.play", "while it is played", name="swing"),
-    ask("frames.add", "while the robot moves", name="t", pose={"position": [0, 0, 0]},
-        expected_revision=0),
+    ask(
+        "frames.add",
+        "while the robot moves",
+        name="t",
+        pose={"position": [0, 0, 0]},
+        expected_revision=0,
+    ),
     ask("scene.attach", "while the robot moves", name="t", expected_revision=0),
-]  # fmt: skip
+]
 
 AHEAD = {"position": [0.5, 0.0, 0.25]}
 TURNED = {"position": [0.5, 0.25, 0.125], "orientation": [0.0, 0.0, 1.0, 0.0]}
@@ -259,12 +339,18 @@ FRAMES = [
     ask("frames.add", "below nothing", name="x", parent="nowhere", pose=AHEAD, expected_revision=1),
     ask("frames.add", "of a name that is none", name="", pose=AHEAD, expected_revision=1),
     ask("frames.add", "of a name that the robot has", name="base", pose=AHEAD, expected_revision=1),
-    ask("frames.add", "with no quaternion", name="x", expected_revision=1,
-        pose={**AHEAD, "orientation": [0.0, 0.0, 0.0, 0.0]}),
+    ask(
+        "frames.add",
+        "with no quaternion",
+        name="x",
+        expected_revision=1,
+        pose={**AHEAD, "orientation": [0.0, 0.0, 0.0, 0.0]},
+    ),
     ask("frames.add", "below it", name="part", parent="table", pose=TURNED, expected_revision=1),
     ask("frames.move", name="part", pose=AHEAD, expected_revision=2),
-    ask("frames.move", "below itself", name="table", parent="part", pose=AHEAD,
-        expected_revision=3),
+    ask(
+        "frames.move", "below itself", name="table", parent="part", pose=AHEAD, expected_revision=3
+    ),
     ask("frames.move", "of nothing", name="nothing", pose=AHEAD, expected_revision=3),
     ask("frames.rename", name="part", new_name="lid", expected_revision=3),
     ask("frames.rename", "to one that is there", name="lid", new_name="table", expected_revision=4),
@@ -279,13 +365,19 @@ FRAMES = [
     ask("frames.remove", name="lid", expected_revision=4),
     ask("frames.remove", "once more", name="lid", expected_revision=5),
     ask("frames.show", "with one"),
-    ask("frames.import", expected_revision=5,
-        content={"schema": "openpendant-frames/1",
-        "frames": [{"name": "cell", "parent": "base", "xyz": [0, 0, 1], "quat": [0, 0, 0, 1]}],
-        "tools": [], "selected_tool": None}),
+    ask(
+        "frames.import",
+        expected_revision=5,
+        content={
+            "schema": "openpendant-frames/1",
+            "frames": [{"name": "cell", "parent": "base", "xyz": [0, 0, 1], "quat": [0, 0, 0, 1]}],
+            "tools": [],
+            "selected_tool": None,
+        },
+    ),
     ask("frames.import", "of another file", content={"schema": "x"}, expected_revision=6),
     ask("frames.show", "at the end"),
-]  # fmt: skip
+]
 
 # What a calibration finds has all its digits, and machines differ in the last: none is recorded.
 AT_ONE_PLACE = [[0.0, -1.5, 1.5, -1.5, -1.5, 0.0]] * 4
@@ -302,12 +394,18 @@ TOOLS = [
     ask("tools.remove", name="torch", expected_revision=4),
     ask("tools.calibrate", positions=AT_ONE_PLACE),
     ask("tools.calibrate", "with too few joints", positions=[[0.0]] * 4),
-    ask("tools.import", expected_revision=5,
-        content={"schema": "openpendant-frames/1", "frames": [],
-        "tools": [{"name": "hook", "xyz": [0, 0, 0.25], "quat": [0, 0, 0, 1]}],
-        "selected_tool": "hook"}),
+    ask(
+        "tools.import",
+        expected_revision=5,
+        content={
+            "schema": "openpendant-frames/1",
+            "frames": [],
+            "tools": [{"name": "hook", "xyz": [0, 0, 0.25], "quat": [0, 0, 0, 1]}],
+            "selected_tool": "hook",
+        },
+    ),
     ask("tools.import", "without its content", content={}, expected_revision=6),
-]  # fmt: skip
+]
 
 BOX = {
     "name": "box",
@@ -318,18 +416,45 @@ SCENE = [
     ask("scene.show"),
     ask("scene.add", object=BOX, expected_revision=0),
     ask("scene.add", "once more", object=BOX, expected_revision=1),
-    ask("scene.add", "of no shape", object={**BOX, "name": "x", "shape": {"type": "blob"}},
-        expected_revision=1),
-    ask("scene.add", "of no size", expected_revision=1,
-        object={**BOX, "name": "x", "shape": {"type": "box", "size": [0, 1, 1]}}),
-    ask("scene.add", "of a name that the robot has", object={**BOX, "name": "base_link"},
-        expected_revision=1),
-    ask("scene.add", "a sphere", expected_revision=1,
-        object={"name": "ball", "shape": {"type": "sphere", "radius": 0.25},
-        "position": [0, -2, 0]}),
-    ask("scene.add", "a cylinder", expected_revision=2,
-        object={"name": "post", "shape": {"type": "cylinder", "radius": 0.0625, "length": 1.0},
-        "position": [2, 0, 0.5], "quaternion": [0, 0, 0, 1]}),
+    ask(
+        "scene.add",
+        "of no shape",
+        object={**BOX, "name": "x", "shape": {"type": "blob"}},
+        expected_revision=1,
+    ),
+    ask(
+        "scene.add",
+        "of no size",
+        expected_revision=1,
+        object={**BOX, "name": "x", "shape": {"type": "box", "size": [0, 1, 1]}},
+    ),
+    ask(
+        "scene.add",
+        "of a name that the robot has",
+        object={**BOX, "name": "base_link"},
+        expected_revision=1,
+    ),
+    ask(
+        "scene.add",
+        "a sphere",
+        expected_revision=1,
+        object={
+            "name": "ball",
+            "shape": {"type": "sphere", "radius": 0.25},
+            "position": [0, -2, 0],
+        },
+    ),
+    ask(
+        "scene.add",
+        "a cylinder",
+        expected_revision=2,
+        object={
+            "name": "post",
+            "shape": {"type": "cylinder", "radius": 0.0625, "length": 1.0},
+            "position": [2, 0, 0.5],
+            "quaternion": [0, 0, 0, 1],
+        },
+    ),
     ask("scene.move", name="box", pose={"position": [0, 1.5, 0]}, expected_revision=3),
     ask("scene.move", "of nothing", name="nothing", pose=AHEAD, expected_revision=4),
     ask("scene.allow", first="box", second="ball", expected_revision=4),
@@ -347,21 +472,31 @@ SCENE = [
     ask("scene.remove", "once more", name="box", expected_revision=11),
     ask("scene.show", "at the end"),
     ask("scene.import", "of another file", content={"schema": "x"}, expected_revision=11),
-    ask("scene.import", expected_revision=11,
-        content={"schema": "openpendant-scene/1", "objects": [BOX], "allowed": []}),
+    ask(
+        "scene.import",
+        expected_revision=11,
+        content={"schema": "openpendant-scene/1", "objects": [BOX], "allowed": []},
+    ),
     ask("scene.nearest"),
-]  # fmt: skip
+]
 
 DEVICES = [
-    ask("signals.read"), ask("signals.set", output=2, value=True),
+    ask("signals.read"),
+    ask("signals.set", output=2, value=True),
     ask("signals.set", "that is not there", output=999, value=True),
-    ask("signals.set", "below 0", output=-1, value=True), ask("signals.read", "with one on"),
-    ask("robots.list"), ask("robots.describe"), ask("robots.describe", "by name", name="ur5"),
-    ask("robots.describe", "of nothing", name="nothing"), ask("robots.load", name="ur5"),
+    ask("signals.set", "below 0", output=-1, value=True),
+    ask("signals.read", "with one on"),
+    ask("robots.list"),
+    ask("robots.describe"),
+    ask("robots.describe", "by name", name="ur5"),
+    ask("robots.describe", "of nothing", name="nothing"),
+    ask("robots.load", name="ur5"),
     ask("robots.load", "of another", name="abb_irb120"),
-    ask("robots.load", "of nothing", name="nothing"), ask("trace.clear"), ask("trace.show"),
+    ask("robots.load", "of nothing", name="nothing"),
+    ask("trace.clear"),
+    ask("trace.show"),
     ask("trace.show", "beyond its end", first=10_000),
-]  # fmt: skip
+]
 
 ACCESS = [
     ask("access.whoami"),
@@ -424,26 +559,48 @@ UNREADABLE: dict[str, Body] = {
     "no UTF-8": {"hex": b'{"op":"programs.load","name":"\xff\xfe"}'.hex()},
     "UTF-16": {"hex": '{"op":"cells"}'.encode("utf-16").hex()},
     "Latin-1": {"hex": '{"op":"programs.load","name":"Größe"}'.encode("latin-1").hex()},
-    "lists 300 deep": ['{"op":"scene.import","expected_revision":0,"content":{"a":', ["[", 300],
-        ["]", 300], "}}"],
-    "lists 20,000 deep": ['{"op":"scene.import","expected_revision":0,"content":{"a":',
-        ["[", 20_000], ["]", 20_000], "}}"],
-    "objects 300 deep": ['{"op":"frames.import","expected_revision":0,"content":',
-        ['{"":', 300], "1", ["}", 300], "}"],
+    "lists 300 deep": [
+        '{"op":"scene.import","expected_revision":0,"content":{"a":',
+        ["[", 300],
+        ["]", 300],
+        "}}",
+    ],
+    "lists 20,000 deep": [
+        '{"op":"scene.import","expected_revision":0,"content":{"a":',
+        ["[", 20_000],
+        ["]", 20_000],
+        "}}",
+    ],
+    "objects 300 deep": [
+        '{"op":"frames.import","expected_revision":0,"content":',
+        ['{"":', 300],
+        "1",
+        ["}", 300],
+        "}",
+    ],
     "objects 12,000 deep": ['{"op":', ['{"":', 12_000], "1", ["}", 12_000], "}"],
     "lists 60,000 deep and no end": [["[", 60_000]],
     "a program of 60 kB": ['{"op":"programs.check","body":"', ["# long\\n", 7_500], '"}'],
     "60 kB of blanks": ['{"op":"cells"', [" ", 60_000], "}"],
     "5,000 keys too many": ['{"op":"cells",', ['"a":1,', 5_000], '"b":2}'],
     "a name of 64 kB": ['{"op":"programs.load","name":"', ["n", 64_000], '"}'],
-    "5,000 statements": ['{"op":"programs.breakpoints","name":"x","statements":[', ["0,", 5_000],
-        "0]}"],
-}  # fmt: skip
+    "5,000 statements": [
+        '{"op":"programs.breakpoints","name":"x","statements":[',
+        ["0,", 5_000],
+        "0]}",
+    ],
+}
 
 TOPICS: dict[str, Sequence[Right | Happening]] = {
-    "cell": CELL, "programs": PROGRAMS, "recordings": RECORDINGS, "frames": FRAMES, "tools": TOOLS,
-    "scene": SCENE, "devices": DEVICES, "access": ACCESS,
-}  # fmt: skip
+    "cell": CELL,
+    "programs": PROGRAMS,
+    "recordings": RECORDINGS,
+    "frames": FRAMES,
+    "tools": TOOLS,
+    "scene": SCENE,
+    "devices": DEVICES,
+    "access": ACCESS,
+}
 
 
 def steps() -> Iterator[tuple[str, Step]]:

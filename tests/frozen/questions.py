@@ -78,23 +78,39 @@ _BLOCK = MotionBlock((BlockMove("main", 1, _MOVE, _POINT, (_POINT,)),), True)
 _PROGRAM_KIND = DocumentKind.PROGRAM
 
 STATEMENTS: tuple[Any, ...] = (
-    _MOVE, Move(Way.PTP, "above", dwell=0.5), Move(Way.LIN, "above"),
-    Move(Way.SPLINE, "above", ("aside",)), statements.Wait(0.5), statements.WaitInput(1, True, 2.0),
-    statements.SetOutput(2, False), statements.ReadInput(3, "there"), statements.Attach("part"),
-    statements.Detach("part"), statements.Loop(3), statements.IfInput(4, True),
-    statements.IfFlag("there", False), statements.Else(), statements.End(),
-    statements.Call("aside"), statements.Comment(comment="nothing"),
-)  # fmt: skip
+    _MOVE,
+    Move(Way.PTP, "above", dwell=0.5),
+    Move(Way.LIN, "above"),
+    Move(Way.SPLINE, "above", ("aside",)),
+    statements.Wait(0.5),
+    statements.WaitInput(1, True, 2.0),
+    statements.SetOutput(2, False),
+    statements.ReadInput(3, "there"),
+    statements.Attach("part"),
+    statements.Detach("part"),
+    statements.Loop(3),
+    statements.IfInput(4, True),
+    statements.IfFlag("there", False),
+    statements.Else(),
+    statements.End(),
+    statements.Call("aside"),
+    statements.Comment(comment="nothing"),
+)
 
 EDITS: tuple[Any, ...] = (
-    edits.RecordPoint(_POINT, _MOVE, 1), edits.TouchUp("above", _START, _POSE, _ARM),
-    edits.DeletePoint("above"), edits.RenamePoint("above", "below"),
-    edits.CommentPoint("above", "grip here"), edits.ReorderPoint("above", 1),
-    edits.InsertStatements(STATEMENTS, 1), edits.DeleteStatements(1, 2),
-    edits.ReorderStatements(1, 2, 3), edits.ReplaceStatement(1, statements.Wait(0.5)),
+    edits.RecordPoint(_POINT, _MOVE, 1),
+    edits.TouchUp("above", _START, _POSE, _ARM),
+    edits.DeletePoint("above"),
+    edits.RenamePoint("above", "below"),
+    edits.CommentPoint("above", "grip here"),
+    edits.ReorderPoint("above", 1),
+    edits.InsertStatements(STATEMENTS, 1),
+    edits.DeleteStatements(1, 2),
+    edits.ReorderStatements(1, 2, 3),
+    edits.ReplaceStatement(1, statements.Wait(0.5)),
     edits.CommentStatement(1, "now"),
     edits.DescribeProgram("main", "gripper", "table", "a comment"),
-)  # fmt: skip
+)
 
 TASKS: tuple[Any, ...] = (
     program_tasks.ReadSource("text", "text", "main.program"),
@@ -144,12 +160,15 @@ CHANGES: tuple[Any, ...] = (
 )
 
 KINDS: Mapping[str, tuple[Any, tuple[Any, ...]]] = {
-    "planner": (Job, JOBS), "program": (program_tasks.Task, TASKS), "edit": (edits.Edit, EDITS),
+    "planner": (Job, JOBS),
+    "program": (program_tasks.Task, TASKS),
+    "edit": (edits.Edit, EDITS),
     "statement": (statements.Statement, STATEMENTS),
     "shape": (Shape, tuple(each.shape for each in _SCENE.objects)),
-    "store": (requests.Request, REQUESTS), "passwords": (VerifyJob, CHECKS),
+    "store": (requests.Request, REQUESTS),
+    "passwords": (VerifyJob, CHECKS),
     "accounts": (AccountChange, CHANGES),
-}  # fmt: skip
+}
 """Of each kind of question the type of all of them, and one of each."""
 
 

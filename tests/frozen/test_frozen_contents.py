@@ -55,10 +55,17 @@ def test_nothing_tells_of_modules_and_machines() -> None:
     assert len(found) > 30
 
 
-@pytest.mark.parametrize("told", [
-    b"openpendant.server.core", b"server.programs.statements.Move", b"core.py",
-    b"<object at 0x7f2a>", b"/tmp/pytest-of-somebody", b"192.168.1.7",
-])  # fmt: skip
+@pytest.mark.parametrize(
+    "told",
+    [
+        b"openpendant.server.core",
+        b"server.programs.statements.Move",
+        b"core.py",
+        b"<object at 0x7f2a>",
+        b"/tmp/pytest-of-somebody",
+        b"192.168.1.7",
+    ],
+)
 def test_what_tells_of_them_would_be_found(told: bytes, tmp_path: Path) -> None:
     file = tmp_path / "some.journal"
     for line in (b'{"note": "%s"}' % told, b'{"out": "1", "hex": "%s"}' % told.hex().encode()):

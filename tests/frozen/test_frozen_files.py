@@ -124,10 +124,13 @@ def test_the_scene_has_its_objects_and_may_touch_what_it_might(folder: Path) -> 
 def test_the_robot_has_its_axes(folder: Path) -> None:
     robot = serial_robot(folder / "bench_scara.yaml")
     assert robot.limits == JointLimits(
-        names=("first", "second", "lift", "turn"), lower=(-2.5, -2.25, 0.125, -6.25),
-        upper=(2.5, 2.25, 0.375, 6.25), velocity=(3.0, 4.0, 1.0, 10.0),
-        acceleration=(12.0, 16.0, 8.0, 100.0), prismatic=(False, False, True, False),
-    )  # fmt: skip
+        names=("first", "second", "lift", "turn"),
+        lower=(-2.5, -2.25, 0.125, -6.25),
+        upper=(2.5, 2.25, 0.375, 6.25),
+        velocity=(3.0, 4.0, 1.0, 10.0),
+        acceleration=(12.0, 16.0, 8.0, 100.0),
+        prismatic=(False, False, True, False),
+    )
     assert robot.home_position == (0.0, 1.5, 0.25, 0.0)
     assert printed("robots", "check", "bench_scara.yaml").startswith("ok  bench_scara\n")
 

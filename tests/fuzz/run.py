@@ -23,9 +23,13 @@ from pathlib import Path
 
 FOLDER = Path(__file__).parent
 TARGETS = (
-    "fuzz_decoder", "fuzz_connection", "fuzz_stop_walk", "fuzz_json_bodies", "fuzz_capture_loader",
+    "fuzz_decoder",
+    "fuzz_connection",
+    "fuzz_stop_walk",
+    "fuzz_json_bodies",
+    "fuzz_capture_loader",
     "fuzz_program_text",
-)  # fmt: skip
+)
 REGRESSIONS = FOLDER / "regressions"
 _LONGEST_INPUT = 4_096
 _MOST_MEGABYTES = 1_024

@@ -56,8 +56,10 @@ SAMPLES: list[tuple[MotionError, list[str]]] = [
     (OutOfRange("joint_e1", 4.0, 0.0, 3.0, "m", 0), ["joint_e1", "4.0 m", "0.0 to 3.0 m"]),
     (TooFast("joint_1", 3.0, 2.0), ["joint_1", "3.0 rad/s", "2.0 rad/s"]),
     (TooSharp("joint_1", 9.0, 8.0), ["joint_1", "9.0 rad/s²", "8.0 rad/s²"]),
-    (PoseUnreachable((0.0, 0.0, 0.0), "base", 0.5, 0.25, 50, 0.5),
-        ["base", "50.0%", "0.5 m", "0.25"]),
+    (
+        PoseUnreachable((0.0, 0.0, 0.0), "base", 0.5, 0.25, 50, 0.5),
+        ["base", "50.0%", "0.5 m", "0.25"],
+    ),
     (BranchChange(0.25, "joint_4", 3.0), ["joint_4", "3 rad", "25.0%"]),
     (NotTimeable(2.0, "FAIL_FORWARD"), ["2", "FAIL_FORWARD"]),
     (NoMotion(), ["already there"]),
@@ -71,8 +73,10 @@ SAMPLES: list[tuple[MotionError, list[str]]] = [
     (NotInHistory("flange", 5, 10**9, 2 * 10**9), ["'flange'", "1 to 2 s"]),
     (PoorGeometry("the angle", 0.01, 0.1, "rad"), ["the angle", "0.573°", "at least 5.73°"]),
     (FrameFileError("f.json", "frames[0].quat", "is 0"), ["f.json: frames[0].quat: is 0"]),
-    (PlatformLimit("stroke", "leg_2", 0.35, 0.32, "m", 1, 0.5),
-        ["leg_2", "stroke", "0.35 m", "0.32 m", "50.0%"]),
+    (
+        PlatformLimit("stroke", "leg_2", 0.35, 0.32, "m", 1, 0.5),
+        ["leg_2", "stroke", "0.35 m", "0.32 m", "50.0%"],
+    ),
     (NoAssembly((0.1, 0.2), 0.01, "singular"), ["0.1, 0.2 m", "singular"]),
     (LibraryMissing("ruckig", "motion"), ["ruckig", "'motion' of openpendant"]),
     (UnknownObject("crate", ("box",)), ["'crate'", "box"]),
@@ -88,10 +92,11 @@ SAMPLES: list[tuple[MotionError, list[str]]] = [
     (BadCircle(CircleFault.NOT_EQUIDISTANT, 0.2, 0.1), ["200 mm", "100 mm", "equal radii"]),
     (ZoneTooLarge(2, 0.5, 0.2, "m", "half a leg"), ["0.5 m", "waypoint 2", "0.2 m", "half a leg"]),
     (SegmentRefused(3, NoMotion()), ["segment 3", "already there"]),
-    (UnsupportedKind("hexapod", "parallel", "emulator"),
-        ["hexapod is a parallel robot", "no emulator", "accepted: a serial", "robots list",
-        "`ik`"]),
-]  # fmt: skip
+    (
+        UnsupportedKind("hexapod", "parallel", "emulator"),
+        ["hexapod is a parallel robot", "no emulator", "accepted: a serial", "robots list", "`ik`"],
+    ),
+]
 
 
 @pytest.mark.parametrize(("error", "parts"), SAMPLES, ids=lambda value: type(value).__name__)

@@ -75,10 +75,16 @@ def test_an_increment_of_the_values_adds_to_the_values(rpy: tuple[float, ...]) -
     assert pose.position.tolist() == list(HERE)
 
 
-@pytest.mark.parametrize(("rpy", "axis", "same"), [
-    ((0.0, 0.0, 0.0), 0, True), ((0.0, 0.0, 0.0), 1, True), ((0.3, 0.2, 0.1), 2, True),
-    ((0.3, 0.2, 0.1), 0, False), ((0.3, 0.2, 0.1), 1, False),
-])  # fmt: skip
+@pytest.mark.parametrize(
+    ("rpy", "axis", "same"),
+    [
+        ((0.0, 0.0, 0.0), 0, True),
+        ((0.0, 0.0, 0.0), 1, True),
+        ((0.3, 0.2, 0.1), 2, True),
+        ((0.3, 0.2, 0.1), 0, False),
+        ((0.3, 0.2, 0.1), 1, False),
+    ],
+)
 def test_the_two_increments_are_different_things(
     rpy: tuple[float, ...], axis: int, same: bool
 ) -> None:

@@ -92,11 +92,16 @@ def test_a_pose_owns_arrays_that_cannot_be_written() -> None:
         pose.position[0] = 9.0
 
 
-@pytest.mark.parametrize(("position", "quaternion"), [
-    ([0.0, 0.0], [0.0, 0.0, 0.0, 1.0]), ([0.0, 0.0, 0.0], [0.0, 0.0, 1.0]),
-    ([0.0, 0.0, 0.0], [0.0, 0.0, 0.0, 0.0]), ([0.0, 0.0, 0.0], [0.0, 1e-7, 0.0, 0.0]),
-    ([2e6, 0.0, 0.0], [0.0, 0.0, 0.0, 1.0]),
-])  # fmt: skip
+@pytest.mark.parametrize(
+    ("position", "quaternion"),
+    [
+        ([0.0, 0.0], [0.0, 0.0, 0.0, 1.0]),
+        ([0.0, 0.0, 0.0], [0.0, 0.0, 1.0]),
+        ([0.0, 0.0, 0.0], [0.0, 0.0, 0.0, 0.0]),
+        ([0.0, 0.0, 0.0], [0.0, 1e-7, 0.0, 0.0]),
+        ([2e6, 0.0, 0.0], [0.0, 0.0, 0.0, 1.0]),
+    ],
+)
 def test_a_malformed_pose_is_refused(position: list[float], quaternion: list[float]) -> None:
     with pytest.raises(BadArgument):
         Pose.from_values(position, quaternion)

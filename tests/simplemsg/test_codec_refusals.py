@@ -73,8 +73,10 @@ UNFIT: dict[str, tuple[Message, str]] = {
     "a point too many": (JointTraj((TrajPoint(0, J, 0.1, 1.0),) * 201), "points"),
     "no point": (JointTraj(()), "points"),
     "nothing for points": (JointTraj(_any(None)), "points"),
-    "a bad point": (JointTraj((TrajPoint(0, J, 0.1, 1.0), TrajPoint(1, J, BIG, 1.0))),
-        "points[1].velocity"),
+    "a bad point": (
+        JointTraj((TrajPoint(0, J, 0.1, 1.0), TrajPoint(1, J, BIG, 1.0))),
+        "points[1].velocity",
+    ),
     "no point at all": (JointTraj((_any(None),)), "points[0].sequence"),
     "a text too long": (SoftwareStop(1, "ä" * 33), "reason"),
     "a zero byte": (SoftwareStop(1, "a\0b"), "reason"),
@@ -85,7 +87,7 @@ UNFIT: dict[str, tuple[Message, str]] = {
     "nothing for an opaque body": (Opaque(999, _any(None)), "body"),
     "a number for an opaque body": (Opaque(999, _any(4)), "body"),
     "a bad waypoint": (JointPath(1, 0.5, 3, (JointWaypoint(J[:3]),)), "waypoints[0].joints"),
-}  # fmt: skip
+}
 
 
 @pytest.mark.parametrize("case", UNFIT)
@@ -164,16 +166,28 @@ BODIES: dict[str, tuple[Dialect, type[Message], bytes, str]] = {
     "a point too long": (STANDARD, JointTrajPt, bytes(53), "the body has 53 bytes, not 52"),
     "no body": (STANDARD, JointTraj, b"", "no 1 to 200 records of 52 bytes"),
     "a count alone": (STANDARD, JointTraj, bytes(4), "no 1 to 200 records of 52 bytes"),
-    "a wrong count": (STANDARD, JointTraj, bytes(104) + struct.pack("<i", 3),
-        "size is 3, the body holds 2 records"),
-    "a negative count": (PENDANT, JointPath, bytes(12) + struct.pack("<i", -1) + bytes(40),
-        "count is -1, the body holds 1 records"),
+    "a wrong count": (
+        STANDARD,
+        JointTraj,
+        bytes(104) + struct.pack("<i", 3),
+        "size is 3, the body holds 2 records",
+    ),
+    "a negative count": (
+        PENDANT,
+        JointPath,
+        bytes(12) + struct.pack("<i", -1) + bytes(40),
+        "count is -1, the body holds 1 records",
+    ),
     "half a record": (PENDANT, JointPath, bytes(12 + 60), "no 1 to 1600 records of 40 bytes"),
     "no head": (PENDANT, Management, bytes(3), "fewer than the 4 of its head"),
     "bytes that are no text": (PENDANT, SoftwareStop, bytes(4) + b"\xff" + bytes(63), "not UTF-8"),
-    "a character cut in two": (PENDANT, SoftwareStop, bytes(4) + b"x" * 63 + "ä".encode()[:1],
-        "not UTF-8"),
-}  # fmt: skip
+    "a character cut in two": (
+        PENDANT,
+        SoftwareStop,
+        bytes(4) + b"x" * 63 + "ä".encode()[:1],
+        "not UTF-8",
+    ),
+}
 
 
 @pytest.mark.parametrize("case", BODIES)

@@ -66,12 +66,18 @@ def test_lines_say_what_happened_and_what_followed(clock: Clock) -> None:
     journal.out(3, b"\xcd")
     journal.answer("clogged", 3, True)
     assert [json.loads(line) for line in stream.getvalue().splitlines()] == [
-        {"format": JOURNAL_FORMAT, "of": "server", "started": "then", "now": START, "version": "1",
-            "settings": {"a": 1}},
+        {
+            "format": JOURNAL_FORMAT,
+            "of": "server",
+            "started": "then",
+            "now": START,
+            "version": "1",
+            "settings": {"a": 1},
+        },
         {"t": 7, "on": "opened", "link": "3", "hex": "ab", "port": "motion"},
         {"out": "3", "hex": "cd"},
         {"ask": "clogged", "link": "3"},
-    ]  # fmt: skip
+    ]
 
 
 def test_what_is_long_reaches_the_stream_as_it_is(clock: Clock) -> None:

@@ -29,17 +29,20 @@ def test_areas_begin_and_end_at_whole_groups_and_do_not_overlap(
     assert all(low.last < high.first for low, high in pairwise(areas))
 
 
-@pytest.mark.parametrize(("controller", "bit", "name"), [
-    (ControllerModel.DX100, 2567, "general input"),
-    (ControllerModel.FS100, 1287, "general input"),
-    (ControllerModel.DX200, 5127, "general input"),
-    (ControllerModel.DX100, 25010, "network input"),
-    (ControllerModel.YRC1000, 27010, "network input"),
-    (ControllerModel.DX200, 53007, "specific output"),
-    (ControllerModel.YRC1000, 55127, "specific output"),
-    (ControllerModel.DX200, 82010, "pseudo input"),
-    (ControllerModel.YRC1000MICRO, 87010, "pseudo input"),
-])  # fmt: skip
+@pytest.mark.parametrize(
+    ("controller", "bit", "name"),
+    [
+        (ControllerModel.DX100, 2567, "general input"),
+        (ControllerModel.FS100, 1287, "general input"),
+        (ControllerModel.DX200, 5127, "general input"),
+        (ControllerModel.DX100, 25010, "network input"),
+        (ControllerModel.YRC1000, 27010, "network input"),
+        (ControllerModel.DX200, 53007, "specific output"),
+        (ControllerModel.YRC1000, 55127, "specific output"),
+        (ControllerModel.DX200, 82010, "pseudo input"),
+        (ControllerModel.YRC1000MICRO, 87010, "pseudo input"),
+    ],
+)
 def test_a_bit_lies_in_the_area_of_its_model(
     controller: ControllerModel, bit: int, name: str
 ) -> None:
@@ -48,19 +51,33 @@ def test_a_bit_lies_in_the_area_of_its_model(
     assert area.name == name
 
 
-@pytest.mark.parametrize(("controller", "bit"), [
-    (ControllerModel.FS100, 1290), (ControllerModel.DX200, 25200),
-    (ControllerModel.YRC1000, 82010 + 4_000), (ControllerModel.DX100, 18),
-    (ControllerModel.DX100, 19), (ControllerModel.DX100, 0), (ControllerModel.DX100, -10),
-])  # fmt: skip
+@pytest.mark.parametrize(
+    ("controller", "bit"),
+    [
+        (ControllerModel.FS100, 1290),
+        (ControllerModel.DX200, 25200),
+        (ControllerModel.YRC1000, 82010 + 4_000),
+        (ControllerModel.DX100, 18),
+        (ControllerModel.DX100, 19),
+        (ControllerModel.DX100, 0),
+        (ControllerModel.DX100, -10),
+    ],
+)
 def test_what_is_no_bit_cannot_be_read(controller: ControllerModel, bit: int) -> None:
     assert judge_bit(controller, bit) is READ
 
 
-@pytest.mark.parametrize(("bit", "verdict"), [
-    (10010, IoResult.SUCCESS), (27010, IoResult.SUCCESS), (60010, IoResult.SUCCESS), (10, WRITE),
-    (37010, WRITE), (10018, WRITE),
-])  # fmt: skip
+@pytest.mark.parametrize(
+    ("bit", "verdict"),
+    [
+        (10010, IoResult.SUCCESS),
+        (27010, IoResult.SUCCESS),
+        (60010, IoResult.SUCCESS),
+        (10, WRITE),
+        (37010, WRITE),
+        (10018, WRITE),
+    ],
+)
 def test_only_some_areas_can_be_written(bit: int, verdict: IoResult) -> None:
     assert judge_bit(ControllerModel.YRC1000, bit, 1) is verdict
 

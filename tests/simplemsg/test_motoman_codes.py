@@ -21,15 +21,25 @@ def test_every_number_has_a_name_a_meaning_and_a_remedy(kind: type[MotionCommand
     assert all(entry.cause and entry.remedy for entry in CATALOGUE[kind].values())
 
 
-@pytest.mark.parametrize(("number", "member"), [
-    (200102, MotionCommand.CHECK_QUEUE_CNT), (200121, MotionCommand.START_TRAJ_MODE),
-    (1, MotionResult.BUSY), (5, MotionResult.NOT_READY), (3006, Subcode.INVALID_COMMAND),
-    (3010, Subcode.INVALID_DATA), (3011, Subcode.INVALID_START_POSITION),
-    (3014, Subcode.INVALID_ACCELERATION), (3015, Subcode.INVALID_INSUFFICIENT_FIELDS),
-    (3017, Subcode.INVALID_TOOL), (5003, Subcode.NOT_READY_EMERGENCY_STOP),
-    (5009, Subcode.NOT_READY_NOT_WAITING), (5012, Subcode.NOT_READY_INCREMENT_REJECTED),
-    (1003, IoResult.WRITE_VALUE_INVALID),
-])  # fmt: skip
+@pytest.mark.parametrize(
+    ("number", "member"),
+    [
+        (200102, MotionCommand.CHECK_QUEUE_CNT),
+        (200121, MotionCommand.START_TRAJ_MODE),
+        (1, MotionResult.BUSY),
+        (5, MotionResult.NOT_READY),
+        (3006, Subcode.INVALID_COMMAND),
+        (3010, Subcode.INVALID_DATA),
+        (3011, Subcode.INVALID_START_POSITION),
+        (3014, Subcode.INVALID_ACCELERATION),
+        (3015, Subcode.INVALID_INSUFFICIENT_FIELDS),
+        (3017, Subcode.INVALID_TOOL),
+        (5003, Subcode.NOT_READY_EMERGENCY_STOP),
+        (5009, Subcode.NOT_READY_NOT_WAITING),
+        (5012, Subcode.NOT_READY_INCREMENT_REJECTED),
+        (1003, IoResult.WRITE_VALUE_INVALID),
+    ],
+)
 def test_a_number_is_what_the_controller_program_means_by_it(number: int, member: object) -> None:
     assert member == number
 

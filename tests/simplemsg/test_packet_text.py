@@ -41,22 +41,28 @@ REFUSED: dict[str, tuple[Any, str]] = {
     "a missing field": (_packet({"sequence": 0}), "joint_position.joints is missing"),
     "too few joints": (_packet({**POSITION, "joints": [0.0]}), "joints must be a list of 10 real"),
     "a text for joints": (_packet({**POSITION, "joints": "0"}), "joints must be a list of 10 real"),
-    "an unknown real": (_packet({**POSITION, "joints": [*ZEROS[:9], "NaN"]}),
-        r"joints\[9\] must be a real number, not 'NaN'"),
+    "an unknown real": (
+        _packet({**POSITION, "joints": [*ZEROS[:9], "NaN"]}),
+        r"joints\[9\] must be a real number, not 'NaN'",
+    ),
     "a true real": (_packet({**POSITION, "joints": [True, *ZEROS[1:]]}), r"joints\[0\] must be"),
     "a huge real": (_packet({**POSITION, "joints": [10**400, *ZEROS[1:]]}), "too large"),
-    "a real beyond all": (_packet({**POSITION, "joints": [json.loads("-1e400"), *ZEROS[1:]]}),
-        r"joints\[0\] is not finite"),
+    "a real beyond all": (
+        _packet({**POSITION, "joints": [json.loads("-1e400"), *ZEROS[1:]]}),
+        r"joints\[0\] is not finite",
+    ),
     "a real sequence": (_packet({**POSITION, "sequence": 0.0}), "sequence must be an integer"),
-    "a wrong count": (_packet({**TRAJECTORY, "size": 2}, msg_type=12),
-        "joint_traj.size is 2, there are 1 records"),
+    "a wrong count": (
+        _packet({**TRAJECTORY, "size": 2}, msg_type=12),
+        "joint_traj.size is 2, there are 1 records",
+    ),
     "a true count": (_packet({**TRAJECTORY, "size": True}, msg_type=12), "size must be an integer"),
     "a bad record": (_packet({"points": [7]}, msg_type=12), r"points\[0\] must be a JSON object"),
     "no records": (_packet({"points": {}}, msg_type=12), "points must be a list of objects"),
     "fields of an opaque packet": (_packet({"x": 1}, msg_type=999), "only a body"),
     "a body of odd digits": (_packet({"body": "abc"}, msg_type=999), "hexadecimal digits"),
     "a body that is no text": (_packet({"body": 12}, msg_type=999), "hexadecimal digits"),
-}  # fmt: skip
+}
 
 
 @pytest.mark.parametrize("case", REFUSED)

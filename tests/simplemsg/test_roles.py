@@ -24,12 +24,15 @@ def test_each_role_may_do_more_than_the_one_before() -> None:
     assert allowed[-1] == set(Permission)
 
 
-@pytest.mark.parametrize(("role", "may", "may_not"), [
-    (Role.VIEWER, Permission.STOP, Permission.MOVE),
-    (Role.OPERATOR, Permission.MOVE, Permission.EDIT_PROGRAM),
-    (Role.PROGRAMMER, Permission.CHANGE_FRAMES, Permission.FORCE_AUTHORITY),
-    (Role.ADMIN, Permission.MANAGE_USERS, None),
-])  # fmt: skip
+@pytest.mark.parametrize(
+    ("role", "may", "may_not"),
+    [
+        (Role.VIEWER, Permission.STOP, Permission.MOVE),
+        (Role.OPERATOR, Permission.MOVE, Permission.EDIT_PROGRAM),
+        (Role.PROGRAMMER, Permission.CHANGE_FRAMES, Permission.FORCE_AUTHORITY),
+        (Role.ADMIN, Permission.MANAGE_USERS, None),
+    ],
+)
 def test_a_role_ends_where_the_next_begins(
     role: Role, may: Permission, may_not: Permission | None
 ) -> None:

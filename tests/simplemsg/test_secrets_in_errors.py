@@ -26,9 +26,13 @@ CODEC = codec_for(PENDANT)
 SECRET = {Login: "secret", SetAccount: "secret", PairingReply: "code"}
 
 UNFIT: dict[str, Any] = {
-    "a zero byte": "geheim\0wort", "too long": "geheim" * 40, "a lone surrogate": "geheim\ud800",
-    "bytes": b"geheim", "a list": ["geheim"], "a number": 7301197,
-}  # fmt: skip
+    "a zero byte": "geheim\0wort",
+    "too long": "geheim" * 40,
+    "a lone surrogate": "geheim\ud800",
+    "bytes": b"geheim",
+    "a list": ["geheim"],
+    "a number": 7301197,
+}
 
 each_message = pytest.mark.parametrize("cls", SECRET, ids=lambda cls: cls.__name__)
 

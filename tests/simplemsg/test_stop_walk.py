@@ -87,17 +87,22 @@ ROS_FRAMES = {
     "a point": lambda o: codec_for(STANDARD, o).encode(point(-4)),
     "a point as topic": lambda o: codec_for(STANDARD, o).encode(point(-4, TOPIC)),
     "a full point": lambda o: codec_for(STANDARD, o).encode(full_point(-4)),
-    "a trajectory with it": lambda o: codec_for(STANDARD,
-        o).encode(JointTraj((TrajPoint(0, NOTHING, 0.1, 0.0), TrajPoint(-4, NOTHING, 0.0, 0.0)))),
-    "a point that ends behind its sequence": lambda o: bare(o, MsgType.JOINT_TRAJ_PT,
-        numbers(o, -4)),
-    "a full point that ends there": lambda o: bare(o, MsgType.JOINT_TRAJ_PT_FULL,
-        numbers(o, 0, -4)),
-    "a point of eight-byte reals": lambda o: bare(o, MsgType.JOINT_TRAJ_PT,
-        numbers(o, -4) + bytes(96)),
-    "a point with a reply code": lambda o: bare(o, MsgType.JOINT_TRAJ_PT,
-        numbers(o, -4) + bytes(48), code=1),
-}  # fmt: skip
+    "a trajectory with it": lambda o: codec_for(STANDARD, o).encode(
+        JointTraj((TrajPoint(0, NOTHING, 0.1, 0.0), TrajPoint(-4, NOTHING, 0.0, 0.0)))
+    ),
+    "a point that ends behind its sequence": lambda o: bare(
+        o, MsgType.JOINT_TRAJ_PT, numbers(o, -4)
+    ),
+    "a full point that ends there": lambda o: bare(
+        o, MsgType.JOINT_TRAJ_PT_FULL, numbers(o, 0, -4)
+    ),
+    "a point of eight-byte reals": lambda o: bare(
+        o, MsgType.JOINT_TRAJ_PT, numbers(o, -4) + bytes(96)
+    ),
+    "a point with a reply code": lambda o: bare(
+        o, MsgType.JOINT_TRAJ_PT, numbers(o, -4) + bytes(48), code=1
+    ),
+}
 
 NO_ROS_STOPS = {
     "another sequence": lambda o: codec_for(STANDARD, o).encode(point(-3)),

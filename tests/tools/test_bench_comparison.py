@@ -31,16 +31,19 @@ def test_quartiles_are_interpolated() -> None:
     assert quartiles([7.0]) == Quartiles(7.0, 7.0, 7.0)
 
 
-@pytest.mark.parametrize(("ratio", "verdict"), [
-    (Quartiles(1.03, 1.04, 1.05), RowVerdict.WORSE),
-    (Quartiles(1.015, 1.02, 1.02), RowVerdict.SAME),  # by less than 3 %
-    (Quartiles(1.00, 1.04, 1.05), RowVerdict.SAME),  # by less than the spread of 5 %
-    (Quartiles(1.07, 1.10, 1.16), RowVerdict.WORSE),  # by more than the spread of 9 %
-    (Quartiles(0.95, 0.96, 0.97), RowVerdict.BETTER),
-    (Quartiles(0.98, 0.98, 0.98), RowVerdict.SAME),
-    (Quartiles(0.93, 0.96, 0.98), RowVerdict.SAME),
-    (Quartiles(math.inf, math.inf, math.inf), RowVerdict.WORSE),
-])  # fmt: skip
+@pytest.mark.parametrize(
+    ("ratio", "verdict"),
+    [
+        (Quartiles(1.03, 1.04, 1.05), RowVerdict.WORSE),
+        (Quartiles(1.015, 1.02, 1.02), RowVerdict.SAME),  # by less than 3 %
+        (Quartiles(1.00, 1.04, 1.05), RowVerdict.SAME),  # by less than the spread of 5 %
+        (Quartiles(1.07, 1.10, 1.16), RowVerdict.WORSE),  # by more than the spread of 9 %
+        (Quartiles(0.95, 0.96, 0.97), RowVerdict.BETTER),
+        (Quartiles(0.98, 0.98, 0.98), RowVerdict.SAME),
+        (Quartiles(0.93, 0.96, 0.98), RowVerdict.SAME),
+        (Quartiles(math.inf, math.inf, math.inf), RowVerdict.WORSE),
+    ],
+)
 def test_a_row_is_worse_by_its_share_and_by_its_spread(
     ratio: Quartiles, verdict: RowVerdict
 ) -> None:

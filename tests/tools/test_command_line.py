@@ -57,11 +57,14 @@ def test_version_is_that_of_the_loaded_code(capsys: pytest.CaptureFixture[str]) 
     assert capsys.readouterr().out == f"openpendant {__version__}\n"
 
 
-@pytest.mark.parametrize(("argument", "hint"), [
-    ("sevre", "unknown command 'sevre'; did you mean 'serve'?"),
-    ("zzz", f"unknown command 'zzz'; known: {', '.join(COMMANDS)}"),
-    ("--hlep", "unknown option '--hlep'; did you mean '--help'?"),
-])  # fmt: skip
+@pytest.mark.parametrize(
+    ("argument", "hint"),
+    [
+        ("sevre", "unknown command 'sevre'; did you mean 'serve'?"),
+        ("zzz", f"unknown command 'zzz'; known: {', '.join(COMMANDS)}"),
+        ("--hlep", "unknown option '--hlep'; did you mean '--help'?"),
+    ],
+)
 def test_an_unknown_word_is_refused_with_a_hint(
     argument: str, hint: str, capsys: pytest.CaptureFixture[str]
 ) -> None:
@@ -81,10 +84,17 @@ def test_a_command_gets_the_rest_of_the_line_and_gives_the_exit_code(install: In
     assert got == [["--robot", "ur5"]]
 
 
-@pytest.mark.parametrize(("library", "extra"), [
-    ("pinocchio", "[server]"), ("toppra.algorithm", "[server]"), ("matplotlib", "[plot]"),
-    ("textual.app", "[terminal]"), ("uvloop", "[fast]"), ("pydantic", ""),
-])  # fmt: skip
+@pytest.mark.parametrize(
+    ("library", "extra"),
+    [
+        ("pinocchio", "[server]"),
+        ("toppra.algorithm", "[server]"),
+        ("matplotlib", "[plot]"),
+        ("textual.app", "[terminal]"),
+        ("uvloop", "[fast]"),
+        ("pydantic", ""),
+    ],
+)
 @pytest.mark.parametrize(
     ("checkout", "source"), [(Path("/a/b c"), "-e '/a/b c{}'"), (None, "'WHEEL{}', where WHEEL is")]
 )

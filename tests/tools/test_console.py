@@ -48,15 +48,18 @@ def raising(error: BaseException | None, code: int = 0) -> typer.Typer:
     return app
 
 
-@pytest.mark.parametrize(("error", "code", "told"), [
-    (_Wrong("two\n  lines"), 8, "error: two lines\n"),
-    (_WrongInDetail("less"), 7, "error: less\n"),
-    (_Wrong("\x1b[2J"), 8, "error: \\x1b[2J\n"),
-    (OSError(28, "No space left on device"), 74, "error: output: No space left on device\n"),
-    (FileNotFoundError(2, "absent", "a.csv"), 74, "error: a.csv: absent\n"),
-    (OSError("odd"), 74, "error: output: odd\n"),
-    (typer.Abort(), 130, "error: interrupted\n"),
-])  # fmt: skip
+@pytest.mark.parametrize(
+    ("error", "code", "told"),
+    [
+        (_Wrong("two\n  lines"), 8, "error: two lines\n"),
+        (_WrongInDetail("less"), 7, "error: less\n"),
+        (_Wrong("\x1b[2J"), 8, "error: \\x1b[2J\n"),
+        (OSError(28, "No space left on device"), 74, "error: output: No space left on device\n"),
+        (FileNotFoundError(2, "absent", "a.csv"), 74, "error: a.csv: absent\n"),
+        (OSError("odd"), 74, "error: output: odd\n"),
+        (typer.Abort(), 130, "error: interrupted\n"),
+    ],
+)
 def test_a_fault_is_one_line_and_its_code(
     error: BaseException, code: int, told: str, capsys: pytest.CaptureFixture[str]
 ) -> None:
@@ -124,13 +127,16 @@ def parsed(error: BaseException | None, argv: list[str] | None = None) -> int:
     return run_parsed(argparse.ArgumentParser(prog="act"), act, argv or [], FAULTS)
 
 
-@pytest.mark.parametrize(("error", "code", "told"), [
-    (None, 4, ""),
-    (_Wrong("so"), 8, "so\n"),
-    (FileNotFoundError(2, "absent", "a.pcap"), 74, "a.pcap: absent\n"),
-    (OSError(5, "broken"), 74, "input or output: broken\n"),
-    (KeyboardInterrupt(), 130, ""),
-])  # fmt: skip
+@pytest.mark.parametrize(
+    ("error", "code", "told"),
+    [
+        (None, 4, ""),
+        (_Wrong("so"), 8, "so\n"),
+        (FileNotFoundError(2, "absent", "a.pcap"), 74, "a.pcap: absent\n"),
+        (OSError(5, "broken"), 74, "input or output: broken\n"),
+        (KeyboardInterrupt(), 130, ""),
+    ],
+)
 def test_a_parsed_command_ends_likewise(
     error: BaseException | None, code: int, told: str, capsys: pytest.CaptureFixture[str]
 ) -> None:
@@ -155,11 +161,16 @@ def test_a_parsed_command_whose_findings_nobody_sees_has_failed(
 # Output.
 
 
-@pytest.mark.parametrize(("text", "mark", "shown"), [
-    ("plain °, µm", None, "plain °, µm"), ("\x1b[2J\r\n", None, "\\x1b[2J\\r\\n"),
-    ("turned\u202eround", None, "turned\\u202eround"), ("\x1b[2J\n", " ", " [2J "),
-    ("\x1b[2J\n", "?", "?[2J?"),
-])  # fmt: skip
+@pytest.mark.parametrize(
+    ("text", "mark", "shown"),
+    [
+        ("plain °, µm", None, "plain °, µm"),
+        ("\x1b[2J\r\n", None, "\\x1b[2J\\r\\n"),
+        ("turned\u202eround", None, "turned\\u202eround"),
+        ("\x1b[2J\n", " ", " [2J "),
+        ("\x1b[2J\n", "?", "?[2J?"),
+    ],
+)
 def test_text_of_others_commands_no_terminal(text: str, mark: str | None, shown: str) -> None:
     assert one_line(text, mark) == shown
 

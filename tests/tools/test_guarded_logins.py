@@ -132,9 +132,13 @@ async def test_an_account_is_added_with_its_role_or_the_word_for_it(tmp_path: Pa
 
 
 @pytest.mark.parametrize("name", PLAIN)
-@pytest.mark.parametrize(("is_secured", "told"), [
-    (True, "the server may want TLS (--ca FILE"), (False, "may not speak TLS"),
-])  # fmt: skip
+@pytest.mark.parametrize(
+    ("is_secured", "told"),
+    [
+        (True, "the server may want TLS (--ca FILE"),
+        (False, "may not speak TLS"),
+    ],
+)
 async def test_tls_on_one_side_only_is_told_with_what_to_change(
     name: str, is_secured: bool, told: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:

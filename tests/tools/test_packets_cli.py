@@ -86,11 +86,18 @@ def test_reals_that_are_not_finite_are_words(terminal: Terminal) -> None:
     assert terminal.run(["encode"], line)[1] == [f"380000000a000000010000000000000000000000{reals}"]
 
 
-@pytest.mark.parametrize("spelling", [
-    PING.upper(), "0x" + PING, "0X" + PING.upper(), f"   {PING}\t\r",
-    "0c 00 00 00  01 00 00 00\t02000000 00000000", "0x0c000000 0x01000000 0x02000000 0x00000000",
-    "\ufeff" + PING,
-])  # fmt: skip
+@pytest.mark.parametrize(
+    "spelling",
+    [
+        PING.upper(),
+        "0x" + PING,
+        "0X" + PING.upper(),
+        f"   {PING}\t\r",
+        "0c 00 00 00  01 00 00 00\t02000000 00000000",
+        "0x0c000000 0x01000000 0x02000000 0x00000000",
+        "\ufeff" + PING,
+    ],
+)
 def test_digits_are_read_as_people_write_them(terminal: Terminal, spelling: str) -> None:
     status, (line,), _ = terminal.run(["decode"], spelling)
     assert status == 0
@@ -128,10 +135,12 @@ ENCODE_ERRORS: dict[str, tuple[str | bytes, str]] = {
     "a huge integer": ("9" * 5_000, "no packet: an integer of thousands of digits"),
     "bytes that are no UTF-8": (b'{"\xff"', "not UTF-8: byte 0xff at 2"),
     "a lone surrogate as key": (r'{"\ud800": 1}', r"a packet has no key '\ud800'"),
-    "33 bits": (json.dumps({**PING_PACKET, "msg_type": 13, "fields": dict.fromkeys("abc", 2**32)}),
-        "status has no field 'a'"),
+    "33 bits": (
+        json.dumps({**PING_PACKET, "msg_type": 13, "fields": dict.fromkeys("abc", 2**32)}),
+        "status has no field 'a'",
+    ),
     "a huge type": (json.dumps({**PING_PACKET, "msg_type": 2**70}), "no integer of 32 bits"),
-}  # fmt: skip
+}
 
 
 @pytest.mark.parametrize("case", DECODE_ERRORS)
@@ -194,11 +203,20 @@ def test_a_file_that_cannot_be_read_is_a_usage_error(terminal: Terminal, tmp_pat
     assert terminal.run(["decode", str(tmp_path)])[0] == 2
 
 
-@pytest.mark.parametrize("arguments", [
-    [], ["decode", "--order", "middle"], ["decode", "--input", "usb"],
-    ["decode", "--max-packets", "0"], ["decode", "--real", "5"], ["decode", "--real", "x"],
-    ["encode", "--dialect", "abb"], ["encode", "--ord", "big"], ["encode", "one", "two"],
-])  # fmt: skip
+@pytest.mark.parametrize(
+    "arguments",
+    [
+        [],
+        ["decode", "--order", "middle"],
+        ["decode", "--input", "usb"],
+        ["decode", "--max-packets", "0"],
+        ["decode", "--real", "5"],
+        ["decode", "--real", "x"],
+        ["encode", "--dialect", "abb"],
+        ["encode", "--ord", "big"],
+        ["encode", "one", "two"],
+    ],
+)
 def test_wrong_arguments_are_a_usage_error(terminal: Terminal, arguments: list[str]) -> None:
     status, lines, errors = terminal.run(arguments)
     assert (status, lines) == (2, [])

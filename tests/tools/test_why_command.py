@@ -18,18 +18,27 @@ Answer = Callable[[dict[str, Any]], None]
 
 HOLDS = {"condition": "link", "meaning": "the controller is connected", "holds": True}
 BROKEN = {
-    "condition": "stop", "meaning": "no stop is latched", "holds": False, "code": 20,
-    "name": "STOP_LATCHED", "text": "software stop by anna: tea",
-    "cause": "The software stop is latched.", "remedy": "Reset it.",
-}  # fmt: skip
+    "condition": "stop",
+    "meaning": "no stop is latched",
+    "holds": False,
+    "code": 20,
+    "name": "STOP_LATCHED",
+    "text": "software stop by anna: tea",
+    "cause": "The software stop is latched.",
+    "remedy": "Reset it.",
+}
 
 
 def answer(*conditions: dict[str, Any]) -> dict[str, Any]:
     broken = next((each["condition"] for each in conditions if not each["holds"]), "")
     return {
-        "cell": "left", "kind": "move", "ready": not broken, "broken": broken,
-        "conditions": list(conditions), "ended": None,
-    }  # fmt: skip
+        "cell": "left",
+        "kind": "move",
+        "ready": not broken,
+        "broken": broken,
+        "conditions": list(conditions),
+        "ended": None,
+    }
 
 
 @pytest.fixture

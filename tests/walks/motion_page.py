@@ -32,15 +32,27 @@ reference` writes this page from `tests/walks`: one cell with one pendant and an
 """
 
 _STEPS = (
-    ("a1", "A pose move is asked for",
-        "Bytes of POSE_MOVE come in; all interlocks hold; a planning process gets the job."),
-    ("a2", "Its plan is executed",
-        "The certified trajectory comes back; the first set-point passes its guard and leaves."),
-    ("b1", "A jog is kept alive",
-        "A heartbeat of the press comes in; without one, the robot ramps down to standstill."),
-    ("b2", "A tick sends the jog's next set-point",
-        "The timer ticks; one more row is computed, checked and written to the controller."),
-)  # fmt: skip
+    (
+        "a1",
+        "A pose move is asked for",
+        "Bytes of POSE_MOVE come in; all interlocks hold; a planning process gets the job.",
+    ),
+    (
+        "a2",
+        "Its plan is executed",
+        "The certified trajectory comes back; the first set-point passes its guard and leaves.",
+    ),
+    (
+        "b1",
+        "A jog is kept alive",
+        "A heartbeat of the press comes in; without one, the robot ramps down to standstill.",
+    ),
+    (
+        "b2",
+        "A tick sends the jog's next set-point",
+        "The timer ticks; one more row is computed, checked and written to the controller.",
+    ),
+)
 
 
 def page() -> str:

@@ -24,12 +24,15 @@ def test_each_walk_has_its_bounds() -> None:
     assert list(bounds()) == list(ROUTES)
 
 
-@pytest.mark.parametrize(("calls", "said"), [
-    (101, ["101 calls, more than the bound of 100"]),
-    (100, []),
-    (90, []),
-    (89, ["89 calls: lower the bound of 100 in bounds.toml to that"]),
-])  # fmt: skip
+@pytest.mark.parametrize(
+    ("calls", "said"),
+    [
+        (101, ["101 calls, more than the bound of 100"]),
+        (100, []),
+        (90, []),
+        (89, ["89 calls: lower the bound of 100 in bounds.toml to that"]),
+    ],
+)
 def test_a_count_may_be_at_its_bound_or_a_tenth_below(calls: int, said: list[str]) -> None:
     assert problems(Walk({"server/core/cell_core.py": calls}), Bounds(100, 1, 50, 1)) == said
 

@@ -96,10 +96,16 @@ def test_a_violation_carries_joint_value_limit_sequence_time_and_link(rig: Contr
 UNEVEN = JointLimits(("j",), (-0.1,), (0.1,), (0.7,), (1.1,), (False,))
 
 
-@pytest.mark.parametrize(("value", "code"), [
-    (0.1, SUCCESS), (float32(0.1), SUCCESS), (-float32(0.1), SUCCESS),
-    (next_float32(float32(0.1)), FAILURE), (-next_float32(float32(0.1)), FAILURE),
-])  # fmt: skip
+@pytest.mark.parametrize(
+    ("value", "code"),
+    [
+        (0.1, SUCCESS),
+        (float32(0.1), SUCCESS),
+        (-float32(0.1), SUCCESS),
+        (next_float32(float32(0.1)), FAILURE),
+        (-next_float32(float32(0.1)), FAILURE),
+    ],
+)
 def test_a_bound_rounded_to_a_four_byte_real_is_legal_and_the_next_one_is_not(
     value: float, code: int
 ) -> None:
@@ -182,14 +188,17 @@ def test_a_joint_that_could_not_stop_inside_its_range_is_refused(rig: Controller
     assert rig.violations == {ViolationKind.RANGE: 1}
 
 
-@pytest.mark.parametrize("bad", [
-    ratio_point(0, (0.0, 0.0), math.inf),
-    ratio_point(0, (0.0, 0.0), 1.0, velocity=math.nan),
-    full_point(0, math.nan, (0.0, 0.0)),
-    full_point(0, 1.0, (0.0, 0.0), (math.inf, 0.0)),
-    full_point(0, 1.0, (0.0, 0.0), (0.0, 0.0), (0.0, -math.inf)),
-    ratio_point(0, (0.0,) * 9 + (math.nan,), 1.0),
-])  # fmt: skip
+@pytest.mark.parametrize(
+    "bad",
+    [
+        ratio_point(0, (0.0, 0.0), math.inf),
+        ratio_point(0, (0.0, 0.0), 1.0, velocity=math.nan),
+        full_point(0, math.nan, (0.0, 0.0)),
+        full_point(0, 1.0, (0.0, 0.0), (math.inf, 0.0)),
+        full_point(0, 1.0, (0.0, 0.0), (0.0, 0.0), (0.0, -math.inf)),
+        ratio_point(0, (0.0,) * 9 + (math.nan,), 1.0),
+    ],
+)
 def test_no_number_of_a_point_may_be_infinite_or_none(bad: Point, rig: ControllerRig) -> None:
     assert rig.code(bad) == FAILURE
     assert rig.violations == {ViolationKind.NOT_FINITE: 1}
@@ -220,11 +229,14 @@ def test_times_out_of_all_reason_are_refused(time: float) -> None:
         assert rig.violations == {ViolationKind.TIME: 1}
 
 
-@pytest.mark.parametrize("point", [
-    full_point(0, 0.0, (0.0, 0.0), robot_id=1),
-    full_point(0, 0.0, (0.0, 0.0), valid_fields=ValidField.POSITION),
-    full_point(0, 0.0, (0.0, 0.0), valid_fields=ValidField.TIME),
-])  # fmt: skip
+@pytest.mark.parametrize(
+    "point",
+    [
+        full_point(0, 0.0, (0.0, 0.0), robot_id=1),
+        full_point(0, 0.0, (0.0, 0.0), valid_fields=ValidField.POSITION),
+        full_point(0, 0.0, (0.0, 0.0), valid_fields=ValidField.TIME),
+    ],
+)
 def test_a_point_of_another_group_or_without_time_or_position_is_unusable(point: Point) -> None:
     rig = ControllerRig()
     assert rig.code(point) == FAILURE

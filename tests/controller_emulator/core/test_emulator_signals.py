@@ -43,10 +43,18 @@ def test_a_reply_says_how_many_there_are(rig: ControllerRig) -> None:
     assert (_read(rig).input_count, _read(rig).output_count) == (20, 16)
 
 
-@pytest.mark.parametrize("message", [
-    WriteOutputs(16, 1, 1), WriteOutputs(1, 1, 1), WriteOutputs(-16, 1, 1),
-    SetInputs(16, 0b10000, 0), ReadSignals(32), ReadSignals(7),
-], ids=repr)  # fmt: skip
+@pytest.mark.parametrize(
+    "message",
+    [
+        WriteOutputs(16, 1, 1),
+        WriteOutputs(1, 1, 1),
+        WriteOutputs(-16, 1, 1),
+        SetInputs(16, 0b10000, 0),
+        ReadSignals(32),
+        ReadSignals(7),
+    ],
+    ids=repr,
+)
 def test_signals_that_are_not_there_are_refused(
     rig: ControllerRig, message: WriteOutputs | SetInputs | ReadSignals
 ) -> None:

@@ -28,9 +28,14 @@ MOVE = (full_point(0, 0.0, (0.0, 0.0)), full_point(1, 1.0, (0.5, -0.5)))
 
 def test_a_controller_that_was_just_switched_on_is_ready() -> None:
     assert ControllerRig().status == Status(
-        drives_powered=1, e_stopped=0, error_code=0, in_error=0, in_motion=0, mode=2,
+        drives_powered=1,
+        e_stopped=0,
+        error_code=0,
+        in_error=0,
+        in_motion=0,
+        mode=2,
         motion_possible=1,
-    )  # fmt: skip
+    )
 
 
 def test_in_motion_holds_exactly_from_the_start_to_the_last_point(rig: ControllerRig) -> None:

@@ -43,15 +43,18 @@ def sampled(segment: MotionSegment) -> list[tuple[float, float, float]]:
     return [(position[0], velocity[0], sharp[0]) for position, velocity, sharp in states]
 
 
-@pytest.mark.parametrize(("start", "end", "h"), [
-    (SegmentEnd(0.0, 0.0), SegmentEnd(0.5, 0.0), 1.0),
-    (SegmentEnd(0.0, 0.5), SegmentEnd(0.5, 0.5), 1.0),
-    (SegmentEnd(0.0, 0.0, 1.0), SegmentEnd(0.5, 1.0, 1.0), 1.0),
-    (SegmentEnd(0.0, 1.0), SegmentEnd(-0.1, -1.0), 1.0),
-    (SegmentEnd(0.0, 0.0), SegmentEnd(1.9, 1.9), 1.5),
-    (SegmentEnd(0.0, 2.0), SegmentEnd(0.01996, 1.99), 0.01),
-    (SegmentEnd(0.0, 0.0), SegmentEnd(1.0, 0.0), 1.0),
-])  # fmt: skip
+@pytest.mark.parametrize(
+    ("start", "end", "h"),
+    [
+        (SegmentEnd(0.0, 0.0), SegmentEnd(0.5, 0.0), 1.0),
+        (SegmentEnd(0.0, 0.5), SegmentEnd(0.5, 0.5), 1.0),
+        (SegmentEnd(0.0, 0.0, 1.0), SegmentEnd(0.5, 1.0, 1.0), 1.0),
+        (SegmentEnd(0.0, 1.0), SegmentEnd(-0.1, -1.0), 1.0),
+        (SegmentEnd(0.0, 0.0), SegmentEnd(1.9, 1.9), 1.5),
+        (SegmentEnd(0.0, 2.0), SegmentEnd(0.01996, 1.99), 0.01),
+        (SegmentEnd(0.0, 0.0), SegmentEnd(1.0, 0.0), 1.0),
+    ],
+)
 def test_both_ends_are_met_in_position_and_velocity_and_bounds_hold(
     start: SegmentEnd, end: SegmentEnd, h: float
 ) -> None:

@@ -37,23 +37,29 @@ def test_arguments_go_before_the_file_and_the_file_before_the_defaults(tmp_path:
     assert (settings.rate, settings.buffer, settings.motion_port) == (50, 30, 12000)
 
 
-@pytest.mark.parametrize(("text", "robot"), [
-    ("robot = 'puma560'\n", "puma560"),
-    ("robot = 'puma560'\n[emulator]\nrobot = 'epson_c3'\n", "epson_c3"),
-])  # fmt: skip
+@pytest.mark.parametrize(
+    ("text", "robot"),
+    [
+        ("robot = 'puma560'\n", "puma560"),
+        ("robot = 'puma560'\n[emulator]\nrobot = 'epson_c3'\n", "epson_c3"),
+    ],
+)
 def test_the_cells_robot_is_emulated_unless_the_table_names_another(
     tmp_path: Path, text: str, robot: str
 ) -> None:
     assert load_settings(written(tmp_path, text)).robot == robot
 
 
-@pytest.mark.parametrize(("text", "key", "value", "expected"), [
-    ("[emulator]\nrobbot = 'ur5'\n", "emulator.robbot", "ur5", "one of robot, profile"),
-    ("[emulator]\nrate = 0\n", "emulator.rate", 0, "greater than or equal to 1"),
-    ("[emulator]\nstart = 'here'\n", "emulator.start", "here", "'home' or 'zero'"),
-    ("emulator = 3\n", "emulator", 3, "a table"),
-    ("[emulator\n", "file", None, "TOML"),
-])  # fmt: skip
+@pytest.mark.parametrize(
+    ("text", "key", "value", "expected"),
+    [
+        ("[emulator]\nrobbot = 'ur5'\n", "emulator.robbot", "ur5", "one of robot, profile"),
+        ("[emulator]\nrate = 0\n", "emulator.rate", 0, "greater than or equal to 1"),
+        ("[emulator]\nstart = 'here'\n", "emulator.start", "here", "'home' or 'zero'"),
+        ("emulator = 3\n", "emulator", 3, "a table"),
+        ("[emulator\n", "file", None, "TOML"),
+    ],
+)
 def test_a_wrong_setting_is_refused_with_file_key_and_expected_value(
     tmp_path: Path, text: str, key: str, value: object, expected: str
 ) -> None:
@@ -91,9 +97,14 @@ def test_scenario_events_become_due_at_their_times_in_order(tmp_path: Path) -> N
     assert player.due(99_000_000_000) == []
 
 
-@pytest.mark.parametrize("text", [
-    "[[event]]\nat = -1\naction = 'reset'\n", "[[event]]\nat = 1\naction = 'dance'\n", "x = 1\n",
-])  # fmt: skip
+@pytest.mark.parametrize(
+    "text",
+    [
+        "[[event]]\nat = -1\naction = 'reset'\n",
+        "[[event]]\nat = 1\naction = 'dance'\n",
+        "x = 1\n",
+    ],
+)
 def test_a_scenario_that_is_not_understood_is_refused(tmp_path: Path, text: str) -> None:
     with pytest.raises(EmulatorSettingsError, match="scenario"):
         load_scenario(written(tmp_path, text))

@@ -172,17 +172,20 @@ def test_a_port_in_use_is_one_line_and_an_exit_code(capsys: pytest.CaptureFixtur
     assert port in err
 
 
-@pytest.mark.parametrize(("arguments", "words", "code"), [
-    (["--robot", "no_such_robot"], "no_such_robot", 2),
-    (["--robot", "stewart_classroom"], "stewart_classroom", 2),
-    (["--start", "[0, 0]"], "2 joint values", 2),
-    (["--start", "[0, 9, 0, 0, 0, 0]"], "outside its range", 2),
-    (["--start", "nowhere"], "--start", 2),
-    (["--rate", "1000"], "rate", 2),
-    (["--config", "/nowhere.toml"], "/nowhere.toml", 2),
-    (["--host", "203.0.113.1"], "203.0.113.1", 3),
-    (["--record", "/nowhere/log.csv"], "/nowhere/log.csv", 1),
-])  # fmt: skip
+@pytest.mark.parametrize(
+    ("arguments", "words", "code"),
+    [
+        (["--robot", "no_such_robot"], "no_such_robot", 2),
+        (["--robot", "stewart_classroom"], "stewart_classroom", 2),
+        (["--start", "[0, 0]"], "2 joint values", 2),
+        (["--start", "[0, 9, 0, 0, 0, 0]"], "outside its range", 2),
+        (["--start", "nowhere"], "--start", 2),
+        (["--rate", "1000"], "rate", 2),
+        (["--config", "/nowhere.toml"], "/nowhere.toml", 2),
+        (["--host", "203.0.113.1"], "203.0.113.1", 3),
+        (["--record", "/nowhere/log.csv"], "/nowhere/log.csv", 1),
+    ],
+)
 def test_what_cannot_be_started_is_one_line_and_an_exit_code(
     arguments: list[str], words: str, code: int, capsys: pytest.CaptureFixture[str]
 ) -> None:
@@ -240,12 +243,15 @@ def test_one_process_runs_a_class_of_controllers(launch: Launch) -> None:
     assert process.returncode == 0
 
 
-@pytest.mark.parametrize(("arguments", "accepted"), [
-    (("--count", "0"), "1 to 64"),
-    (("--count", "65"), "1 to 64"),
-    (("--count", "3", "--motion-port", "65530"), "1 to 2"),
-    (("--count", "2", "--record", "motion.csv"), "1 with --record"),
-])  # fmt: skip
+@pytest.mark.parametrize(
+    ("arguments", "accepted"),
+    [
+        (("--count", "0"), "1 to 64"),
+        (("--count", "65"), "1 to 64"),
+        (("--count", "3", "--motion-port", "65530"), "1 to 2"),
+        (("--count", "2", "--record", "motion.csv"), "1 with --record"),
+    ],
+)
 def test_a_class_that_cannot_be_is_refused(
     arguments: tuple[str, ...], accepted: str, capsys: pytest.CaptureFixture[str]
 ) -> None:

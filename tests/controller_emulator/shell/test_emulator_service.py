@@ -199,9 +199,16 @@ async def test_a_lost_link_stops_the_motion_within_a_tick(start: Start, how: str
     assert emulator.service.controller.motion(emulator.service.now)[1] == (0.0, 0.0)
 
 
-@pytest.mark.parametrize("garbage", [
-    b"\0\0\0\0", b"\xff\xff\xff\xff", b"GET / HTTP/1.1\r\n", b"\x08\0\0\0", b"\0\x10\0\0",
-])  # fmt: skip
+@pytest.mark.parametrize(
+    "garbage",
+    [
+        b"\0\0\0\0",
+        b"\xff\xff\xff\xff",
+        b"GET / HTTP/1.1\r\n",
+        b"\x08\0\0\0",
+        b"\0\x10\0\0",
+    ],
+)
 async def test_a_framing_fault_closes_the_link_and_only_that(start: Start, garbage: bytes) -> None:
     emulator = await start()
     peer, other = await emulator.motion(), await emulator.motion()

@@ -71,7 +71,10 @@ def test_every_output_holds_every_sample(capsys: Capture, scene: str, tmp_path: 
 
 def test_a_program_visits_joints_and_poses(capsys: Capture, scene: str, tmp_path: Path) -> None:
     pose = TASK.collision.kinematics.forward(TASK.start)
-    goals = [TASK.goal.tolist(), {"xyz": pose.position.tolist(), "quat": pose.quaternion.tolist()}]
+    goals = [
+        TASK.goal.tolist(),
+        {"xyz": pose.position.tolist(), "quat": pose.quaternion.tolist()},
+    ]
     (tmp_path / "program.json").write_text(json.dumps(goals))
     argv = ["--robot", "ur5", "--start", START, "--program", str(tmp_path / "program.json")]
     assert main([*argv, "--scene", scene, "--json", "-", "--speed", "0.5"]) == 0
@@ -91,23 +94,26 @@ def test_a_bar_is_shown_for_what_takes_long(
     assert "goal 1 of 1" in capsys.readouterr().err
 
 
-@pytest.mark.parametrize(("argv", "code", "said"), [
-    (["--robot", "ur6", "--goal", GOAL], 2, "ur6"),
-    (["--robot", "ur5"], 2, "--goal"),
-    (["--robot", "ur5", "--goal", GOAL, "--pose", "{}"], 2, "--goal"),
-    (["--robot", "ur5", "--goal", "[1, 2"], 2, "JSON"),
-    (["--robot", "ur5", "--goal", "[1, 2]"], 2, "2 joint values"),
-    (["--robot", "ur5", "--goal", "[1, 2, 3, 4, 5, NaN]"], 2, "finite"),
-    (["--robot", "ur5", "--goal", "[9, 0, 0, 0, 0, 0]"], 3, "shoulder_pan_joint"),
-    (["--robot", "ur5", "--goal", GOAL, "--planner", "EST"], 2, "EST"),
-    (["--robot", "ur5", "--goal", GOAL, "--scene", "no.yaml"], 2, "no.yaml"),
-    (["--robot", "ur5", "--program", "no.json"], 2, "no.json"),
-    (["--robot", "ur5", "--goal", GOAL, "--speed", "2"], 2, "speed"),
-    (["--robot", "ur5", "--goal", GOAL, "--csv", "no/such/folder.csv"], 74, "no/such"),
-    (["--robot", "stewart_classroom", "--goal", GOAL], 3, "stewart"),
-    (["--robot", "ur5", "--pose", '{"xyz": [9, 0, 0], "quat": [0, 0, 0, 1]}'], 3, "reach"),
-    (["--robot", "ur5", "--nonsense"], 2, "--nonsense"),
-])  # fmt: skip
+@pytest.mark.parametrize(
+    ("argv", "code", "said"),
+    [
+        (["--robot", "ur6", "--goal", GOAL], 2, "ur6"),
+        (["--robot", "ur5"], 2, "--goal"),
+        (["--robot", "ur5", "--goal", GOAL, "--pose", "{}"], 2, "--goal"),
+        (["--robot", "ur5", "--goal", "[1, 2"], 2, "JSON"),
+        (["--robot", "ur5", "--goal", "[1, 2]"], 2, "2 joint values"),
+        (["--robot", "ur5", "--goal", "[1, 2, 3, 4, 5, NaN]"], 2, "finite"),
+        (["--robot", "ur5", "--goal", "[9, 0, 0, 0, 0, 0]"], 3, "shoulder_pan_joint"),
+        (["--robot", "ur5", "--goal", GOAL, "--planner", "EST"], 2, "EST"),
+        (["--robot", "ur5", "--goal", GOAL, "--scene", "no.yaml"], 2, "no.yaml"),
+        (["--robot", "ur5", "--program", "no.json"], 2, "no.json"),
+        (["--robot", "ur5", "--goal", GOAL, "--speed", "2"], 2, "speed"),
+        (["--robot", "ur5", "--goal", GOAL, "--csv", "no/such/folder.csv"], 74, "no/such"),
+        (["--robot", "stewart_classroom", "--goal", GOAL], 3, "stewart"),
+        (["--robot", "ur5", "--pose", '{"xyz": [9, 0, 0], "quat": [0, 0, 0, 1]}'], 3, "reach"),
+        (["--robot", "ur5", "--nonsense"], 2, "--nonsense"),
+    ],
+)
 def test_a_refusal_is_one_line_with_its_code(
     capsys: Capture, argv: list[str], code: int, said: str
 ) -> None:
@@ -117,11 +123,14 @@ def test_a_refusal_is_one_line_with_its_code(
     assert said in line
 
 
-@pytest.mark.parametrize(("scene_object", "told"), [
-    ("{name: a, shape: {type: sphere, radius: 0.1}, link: moon}", "objects[0].link: is 'moon'"),
-    ("{name: jig, shape: {type: mesh, file: jig.stl}}", "objects[0].shape.file: names a mesh"),
-    ("{name: jig, shape: {type: mesh, file: cut.stl}}", "cut.stl: byte 3: ends"),
-])  # fmt: skip
+@pytest.mark.parametrize(
+    ("scene_object", "told"),
+    [
+        ("{name: a, shape: {type: sphere, radius: 0.1}, link: moon}", "objects[0].link: is 'moon'"),
+        ("{name: jig, shape: {type: mesh, file: jig.stl}}", "objects[0].shape.file: names a mesh"),
+        ("{name: jig, shape: {type: mesh, file: cut.stl}}", "cut.stl: byte 3: ends"),
+    ],
+)  # fmt: skip
 def test_a_scene_that_does_not_fit_is_refused_with_its_file_and_field(
     capsys: Capture, tmp_path: Path, scene_object: str, told: str
 ) -> None:
@@ -143,11 +152,16 @@ def test_a_goal_in_the_pillar_names_it(capsys: Capture, scene: str) -> None:
     assert "pillar touch at the goal" in capsys.readouterr().err
 
 
-@pytest.mark.parametrize(("option", "told"), [
-    (["--pose", '{"xyz": [0.4, 0, 0.3], "quat": [0, 0, 0, 2]}'],
-        "quat of pose is [0.0, 0.0, 0.0, 2.0]; accepted: four numbers of norm 1"),
-    (["--goal", "home"], "goal is 'home'; accepted: a JSON list of joint values"),
-])  # fmt: skip
+@pytest.mark.parametrize(
+    ("option", "told"),
+    [
+        (
+            ["--pose", '{"xyz": [0.4, 0, 0.3], "quat": [0, 0, 0, 2]}'],
+            "quat of pose is [0.0, 0.0, 0.0, 2.0]; accepted: four numbers of norm 1",
+        ),
+        (["--goal", "home"], "goal is 'home'; accepted: a JSON list of joint values"),
+    ],
+)
 def test_a_goal_that_is_none_is_refused_by_its_own_name(
     capsys: Capture, option: list[str], told: str
 ) -> None:

@@ -132,10 +132,13 @@ def test_list_names_every_robot(capsys: Capture) -> None:
     assert [name for name in robot_names() if name not in table] == []
 
 
-@pytest.mark.parametrize(("pose", "told"), [
-    ('{"xyz":[0,0],"quat":[0,0,0,1]}', "xyz of --pose is [0.0, 0.0]; accepted: a list of 3"),
-    ('{"xyz":[0,0,0],"quat":[0,1]}', "quat of --pose is [0.0, 1.0]; accepted: a list of 4"),
-])  # fmt: skip
+@pytest.mark.parametrize(
+    ("pose", "told"),
+    [
+        ('{"xyz":[0,0],"quat":[0,0,0,1]}', "xyz of --pose is [0.0, 0.0]; accepted: a list of 3"),
+        ('{"xyz":[0,0,0],"quat":[0,1]}', "quat of --pose is [0.0, 1.0]; accepted: a list of 4"),
+    ],
+)
 def test_a_pose_of_too_few_numbers_is_refused_by_the_name_it_was_typed_under(
     capsys: Capture, pose: str, told: str
 ) -> None:
@@ -289,11 +292,14 @@ def test_ik_undoes_fk_of_a_platforms_legs(capsys: Capture) -> None:
     assert found["configuration"] is None
 
 
-@pytest.mark.parametrize(("argv", "part"), [
-    (("fk", "stewart_classroom", "--joints", "[0,0,0,0,0,0]"), "legs"),
-    (("ik", "stewart_classroom", "--pose", '{"xyz":[0,0,9],"quat":[0,0,0,1]}'), "leg"),
-    (("show", "stewart_classroom", "--frames"), "there is no DH table for one; accepted: a"),
-])  # fmt: skip
+@pytest.mark.parametrize(
+    ("argv", "part"),
+    [
+        (("fk", "stewart_classroom", "--joints", "[0,0,0,0,0,0]"), "legs"),
+        (("ik", "stewart_classroom", "--pose", '{"xyz":[0,0,9],"quat":[0,0,0,1]}'), "leg"),
+        (("show", "stewart_classroom", "--frames"), "there is no DH table for one; accepted: a"),
+    ],
+)
 def test_what_a_platform_cannot_do_is_refused_in_words(
     capsys: Capture, argv: tuple[str, ...], part: str
 ) -> None:

@@ -19,9 +19,13 @@ from openpendant.motion.errors import (
 )
 
 LIMITS = JointLimits(
-    names=("rail", "shoulder"), lower=(0.0, -1.1), upper=(3.0, 2.2), velocity=(1.5, 2.6),
-    acceleration=(2.0, 5.2), prismatic=(True, False),
-)  # fmt: skip
+    names=("rail", "shoulder"),
+    lower=(0.0, -1.1),
+    upper=(3.0, 2.2),
+    velocity=(1.5, 2.6),
+    acceleration=(2.0, 5.2),
+    prismatic=(True, False),
+)
 
 
 def float32(value: float) -> float:
@@ -34,10 +38,15 @@ def test_a_position_on_or_inside_the_bounds_is_accepted(position: tuple[float, f
     LIMITS.check_position(position)
 
 
-@pytest.mark.parametrize(("position", "joint", "unit"), [
-    ((math.nextafter(0.0, -1.0), 0.0), 0, "m"), ((math.nextafter(3.0, 9.0), 0.0), 0, "m"),
-    ((1.0, math.nextafter(-1.1, -9.0)), 1, "rad"), ((1.0, math.nextafter(2.2, 9.0)), 1, "rad"),
-])  # fmt: skip
+@pytest.mark.parametrize(
+    ("position", "joint", "unit"),
+    [
+        ((math.nextafter(0.0, -1.0), 0.0), 0, "m"),
+        ((math.nextafter(3.0, 9.0), 0.0), 0, "m"),
+        ((1.0, math.nextafter(-1.1, -9.0)), 1, "rad"),
+        ((1.0, math.nextafter(2.2, 9.0)), 1, "rad"),
+    ],
+)
 def test_a_position_beyond_a_bound_is_refused_with_joint_value_and_unit(
     position: tuple[float, float], joint: int, unit: str
 ) -> None:
@@ -81,10 +90,16 @@ def test_a_wrong_number_of_joints_is_refused(count: int) -> None:
     assert (refused.value.got, refused.value.expected) == (count, 2)
 
 
-@pytest.mark.parametrize(("field", "values"), [
-    ("lower", (3.0, -1.1)), ("upper", (math.nan, 2.2)), ("velocity", (0.0, 1.0)),
-    ("acceleration", (1.0, -1.0)), ("names", ("rail",)),
-])  # fmt: skip
+@pytest.mark.parametrize(
+    ("field", "values"),
+    [
+        ("lower", (3.0, -1.1)),
+        ("upper", (math.nan, 2.2)),
+        ("velocity", (0.0, 1.0)),
+        ("acceleration", (1.0, -1.0)),
+        ("names", ("rail",)),
+    ],
+)
 def test_limits_that_make_no_sense_cannot_be_built(field: str, values: tuple[Any, ...]) -> None:
     changed: dict[str, Any] = {field: values}
     with pytest.raises((BadArgument, WrongJointCount)) as refused:

@@ -30,9 +30,15 @@ from openpendant.motion.errors import RobotFileError, UnknownRobot, UnsupportedK
 
 SERIAL = tuple(name for name in robot_names() if name != "stewart_classroom")
 COUPLED = {
-    "abb_irb1410": -1, "abb_irb2400": -1, "abb_irb4400l30": -1, "fanuc_m10ia": 1, "fanuc_m410ib": 1,
-    "fanuc_r1000ia": 1, "fanuc_r2000ia": 1, "fanuc_s430i": 1,
-}  # fmt: skip
+    "abb_irb1410": -1,
+    "abb_irb2400": -1,
+    "abb_irb4400l30": -1,
+    "fanuc_m10ia": 1,
+    "fanuc_m410ib": 1,
+    "fanuc_r1000ia": 1,
+    "fanuc_r2000ia": 1,
+    "fanuc_s430i": 1,
+}
 
 COUPLING = {"type": "j2_j3", "state_factor": 1}
 
@@ -191,8 +197,12 @@ BAD_FACTS: list[tuple[str, Callable[[Content], object], str, str]] = [
     ("ur5", put("colour", "red"), "colour", "not permitted; accepted: schema, name, manufacturer"),
     ("ur5", put("joints", 1, "axes", [0.0, 0.0, 1.0]), "joints[1].axes", "perhaps 'axis' is meant"),
     ("ur5", put("dh", "rows", 0, "alfa", 0.0), "dh.rows[0].alfa", "accepted: joint, theta_offset"),
-    ("ur5", put("collision", "forearm_link", 0, "radios", 1.0), "collision.forearm_link[0].radios",
-        "accepted: xyz, rpy, type"),
+    (
+        "ur5",
+        put("collision", "forearm_link", 0, "radios", 1.0),
+        "collision.forearm_link[0].radios",
+        "accepted: xyz, rpy, type",
+    ),
     ("ur5", drop("home"), "home", "required"),
     ("ur5", put("home", 0, True), "home[0]", "number"),
     ("ur5", put("home", 0, "0.5"), "home[0]", "number"),
@@ -212,10 +222,18 @@ BAD_FACTS: list[tuple[str, Callable[[Content], object], str, str]] = [
     ("ur5", put("joints", 1, "origin", "xyz", [0.0, 0.0]), "joints[1].origin.xyz[2]", "required"),
     ("ur5", put("joints", 1, "axis", 2, math.inf), "joints[1].axis[2]", "finite"),
     ("ur5", drop("joints", 1, "axis"), "joints[1].axis", "required"),
-    ("kuka_kr5_arc", put("joints", 1, "type", "ball"), "joints[1].type",
-        "is 'ball'; accepted: fixed, prismatic, revolute"),
-    ("kuka_kr5_arc", put("coupling", "type", "j1_j2"), "coupling.type",
-        "is 'j1_j2'; accepted: 'none' or 'j2_j3'"),
+    (
+        "kuka_kr5_arc",
+        put("joints", 1, "type", "ball"),
+        "joints[1].type",
+        "is 'ball'; accepted: fixed, prismatic, revolute",
+    ),
+    (
+        "kuka_kr5_arc",
+        put("coupling", "type", "j1_j2"),
+        "coupling.type",
+        "is 'j1_j2'; accepted: 'none' or 'j2_j3'",
+    ),
     ("kuka_kr5_arc", put("kind", "hexapod"), "kind", "is 'hexapod'; accepted: serial or parallel"),
     ("kuka_kr5_arc", put("joints", 1, "axis", [0, 0, 0]), "joints[1] (joint_a2).axis", "not zero"),
     ("kuka_kr5_arc", put("joints", 1, "name", "joint_a1"), "joints", "called 'joint_a1'"),
@@ -225,30 +243,61 @@ BAD_FACTS: list[tuple[str, Callable[[Content], object], str, str]] = [
     ("kuka_kr5_arc", put("joints", 1, "upper", 180.0), "joints[1] (joint_a2).upper", "degrees"),
     ("kuka_kr5_arc", put("joints", 1, "velocity", 156.0), "joints[1] (joint_a2).velocity", "degr"),
     ("kuka_kr5_arc", put("joints", 1, "velocity", 0.0), "joints[1].velocity", "greater than"),
-    ("kuka_kr5_arc", put("joints", 1, "acceleration", -1.0), "joints[1].acceleration",
-        "greater than"),
-    ("kuka_kr5_arc", put("joints", 1, "origin", "xyz", 0, 180.0), "joints[1] (joint_a2).origin.xyz",
-        "millimetres"),
-    ("kuka_kr5_arc", put("joints", 1, "origin", "rpy", 0, 90.0), "joints[1] (joint_a2).origin.rpy",
-        "degrees"),
+    (
+        "kuka_kr5_arc",
+        put("joints", 1, "acceleration", -1.0),
+        "joints[1].acceleration",
+        "greater than",
+    ),
+    (
+        "kuka_kr5_arc",
+        put("joints", 1, "origin", "xyz", 0, 180.0),
+        "joints[1] (joint_a2).origin.xyz",
+        "millimetres",
+    ),
+    (
+        "kuka_kr5_arc",
+        put("joints", 1, "origin", "rpy", 0, 90.0),
+        "joints[1] (joint_a2).origin.rpy",
+        "degrees",
+    ),
     ("rail_kr5_arc", put("joints", 0, "upper", 3000.0), "joints[0] (joint_e1).upper", "millimetr"),
     ("abb_irb2400", put("coupling", "state_factor", 2), "coupling.state_factor", "-1, 0 or 1"),
     ("abb_irb2400", put("coupling", "state_factor", 0), "coupling.state_factor", "-1 or 1"),
     ("ur5", put("coupling", "state_factor", 1), "coupling.state_factor", "type none: 0"),
     ("mitsubishi_rh6frh5520", put("coupling", COUPLING), "coupling.type", "are revolute"),
     ("abb_irb2400", put("home", 1, 1.2), "home", "joint_3 at 1.2 rad on the controller's side"),
-    ("fanuc_m410ib", put("joints", 3, "dependent", "terms", 0, "joint", "joint_4"),
+    (
+        "fanuc_m410ib",
+        put("joints", 3, "dependent", "terms", 0, "joint", "joint_4"),
         "joints[3] (joint_3-wrist).dependent.terms",
-        "earlier driven joint (joint_1, joint_2, joint_3)"),
-    ("fanuc_m410ib", put("joints", 3, "dependent", "terms", 0, "gain", 1e6),
-        "joints[3] (joint_3-wrist).dependent.terms", "gain of 1000000.0"),
-    ("fanuc_m410ib", put("joints", 3, "dependent", "offset", 90.0),
-        "joints[3] (joint_3-wrist).dependent.offset", "is 90.0"),
+        "earlier driven joint (joint_1, joint_2, joint_3)",
+    ),
+    (
+        "fanuc_m410ib",
+        put("joints", 3, "dependent", "terms", 0, "gain", 1e6),
+        "joints[3] (joint_3-wrist).dependent.terms",
+        "gain of 1000000.0",
+    ),
+    (
+        "fanuc_m410ib",
+        put("joints", 3, "dependent", "offset", 90.0),
+        "joints[3] (joint_3-wrist).dependent.offset",
+        "is 90.0",
+    ),
     ("ur5", put("dh", "rows", 1, "a", -425.0), "dh.rows[1] (shoulder_lift_joint).a", "millimetres"),
-    ("fanuc_m410ib", put("joints", 3, "dependent", "terms", []), "joints[3].dependent.terms",
-        "at least 1"),
-    ("fanuc_m410ib", put("joints", 3, "dependent", "terms", 0, "joint", "joint_3"),
-        "joints[3] (joint_3-wrist).dependent.terms", "each name once"),
+    (
+        "fanuc_m410ib",
+        put("joints", 3, "dependent", "terms", []),
+        "joints[3].dependent.terms",
+        "at least 1",
+    ),
+    (
+        "fanuc_m410ib",
+        put("joints", 3, "dependent", "terms", 0, "joint", "joint_3"),
+        "joints[3] (joint_3-wrist).dependent.terms",
+        "each name once",
+    ),
     ("ur5", drop("dh", "rows", 5), "dh.rows", "one row per joint"),
     ("ur5", put("dh", "rows", 0, "variable", "d"), "dh.rows[0] (shoulder_pan_joint)", "theta"),
     ("ur5", put("dh", "rows", 0, "alpha", 90.0), "dh.rows[0] (shoulder_pan_joint)", "degrees"),
@@ -259,7 +308,7 @@ BAD_FACTS: list[tuple[str, Callable[[Content], object], str, str]] = [
     ("stewart_classroom", put("leg", "home_length", 0.28), "leg.home_length", "leg_1 measures"),
     ("stewart_classroom", drop("base_anchors", 0), "base_anchors", "one anchor per leg"),
     ("stewart_classroom", put("home", [0.1] * 6), "home", "6 zeros"),
-]  # fmt: skip
+]
 
 
 @pytest.mark.parametrize(
@@ -317,8 +366,20 @@ def places(value: Any, way: tuple[Any, ...] = ()) -> Iterator[tuple[Any, ...]]:
 
 
 JUNK: tuple[Any, ...] = (
-    None, True, "x", "", -1, 0, 1e308, -1e-320, 10**400, [], [[]], {}, {"x": 1},
-)  # fmt: skip
+    None,
+    True,
+    "x",
+    "",
+    -1,
+    0,
+    1e308,
+    -1e-320,
+    10**400,
+    [],
+    [[]],
+    {},
+    {"x": 1},
+)
 
 
 @settings(few(15), suppress_health_check=[HealthCheck.function_scoped_fixture])

@@ -99,7 +99,8 @@ def test_dh_frames_run_from_the_first_axis_to_the_tool(name: str) -> None:
     frames, moving = dh_frames_at_home(robot), moving_at_home(robot)
     assert len(frames) == len(robot.moving) + 1
     tool = frames[-1].compose(Pose.from_rpy(robot.dh.tool.xyz, robot.dh.tool.rpy))
-    assert tool.position_distance(Kinematics(robot).forward(robot.home_position, "root")) < 1e-9
+    by_joints = Kinematics(robot).forward(robot.home_position, "root")
+    assert tool.position_distance(by_joints) < 1e-9
     assert dh_forward(robot.dh, moving).position_distance(tool) < 1e-12
 
 
@@ -194,7 +195,8 @@ def test_rates_and_accelerations_follow_the_coupling_of_positions(name: str) -> 
     driven = [robot.moving.index(joint) for joint in robot.driven]
     for derivative in (rate, acceleration):
         assert robot.to_model(derivative.tolist()) == pytest.approx((gain @ derivative)[driven])
-        assert robot.to_controller(robot.to_model(derivative.tolist())) == pytest.approx(derivative)
+        back = robot.to_controller(robot.to_model(derivative.tolist()))
+        assert back == pytest.approx(derivative)
 
 
 @pytest.mark.parametrize("name", COUPLED)
@@ -228,7 +230,8 @@ def test_check_finds_a_reach_that_is_not_the_arms(tmp_path: Path) -> None:
 
 
 def test_check_finds_links_that_touch_at_home(tmp_path: Path) -> None:
-    report = check_robot(spoiled(tmp_path, "ur5", home=[0.0, -1.5, 2.9, 0.0, 0.0, 0.0]))
+    folded = [0.0, -1.5, 2.9, 0.0, 0.0, 0.0]
+    report = check_robot(spoiled(tmp_path, "ur5", home=folded))
     assert any("touch at home" in each for each in report.problems)
 
 
@@ -240,7 +243,8 @@ def test_check_finds_a_module_table_that_differs_more_than_it_says(tmp_path: Pat
 
 
 def test_check_tells_what_it_compared() -> None:
-    told = " | ".join(check_robot("fanuc_m410ib").remarks)
+    report = check_robot("fanuc_m410ib")
+    told = " | ".join(report.remarks)
     for part in ("dh: ", "vrm: ", "reach: ", "self-collision: none at home", "home: ",
                  "joint_3-wrist follows from -0.61", "accelerations of 4 of 4"):  # fmt: skip
         assert part in told

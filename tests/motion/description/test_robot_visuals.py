@@ -264,16 +264,19 @@ def test_draw_writes_a_picture(capsys: pytest.CaptureFixture[str], tmp_path: Pat
     assert ElementTree.parse(target).getroot().tag == "{http://www.w3.org/2000/svg}svg"
 
 
-@pytest.mark.parametrize(("arguments", "says"), [
-    (["draw", "ur6"], "known"),
-    (["draw", "motoman_gp7", "-o", "arm.jpg"], ".svg or .png"),
-    (["draw", "motoman_gp7", "-o", "/no/such/folder/arm.svg"], "can be written"),
-    (["draw", "ur5", "--joints", "[0]"], "6 driven joints"),
-    (["draw", "ur5", "--joints", "[0,0,0,0,0,NaN]"], "finite"),
-    (["draw", "ur5", "--elevation", "90"], "elevation"),
-    (["draw", "stewart_classroom", "--joints", "[0,0]"], "6 driven joints"),
-    (["draw", "ur5", "--azimuth", "nan"], "azimuth"),
-])  # fmt: skip
+@pytest.mark.parametrize(
+    ("arguments", "says"),
+    [
+        (["draw", "ur6"], "known"),
+        (["draw", "motoman_gp7", "-o", "arm.jpg"], ".svg or .png"),
+        (["draw", "motoman_gp7", "-o", "/no/such/folder/arm.svg"], "can be written"),
+        (["draw", "ur5", "--joints", "[0]"], "6 driven joints"),
+        (["draw", "ur5", "--joints", "[0,0,0,0,0,NaN]"], "finite"),
+        (["draw", "ur5", "--elevation", "90"], "elevation"),
+        (["draw", "stewart_classroom", "--joints", "[0,0]"], "6 driven joints"),
+        (["draw", "ur5", "--azimuth", "nan"], "azimuth"),
+    ],
+)
 def test_a_bad_drawing_is_one_line_on_standard_error(
     capsys: pytest.CaptureFixture[str], arguments: list[str], says: str
 ) -> None:

@@ -90,40 +90,43 @@ def changed(which: dict[str, Any], **fields: Any) -> str:
     return document(**{key: [{**which, **fields}]})
 
 
-@pytest.mark.parametrize(("text", "field", "words"), [
-    ("", "", ["not JSON", "line 1, column 1"]),
-    ("{", "", ["not JSON"]),
-    ("[]", "", ["not an object", SCHEMA]),
-    ("{}", "schema", [SCHEMA]),
-    (json.dumps({"schema": "openpendant-frames/2"}), "schema", [SCHEMA]),
-    ('{"schema": 1, "schema": 2}', "schema", ["twice"]),
-    ("[" * 100_000, "", []),
-    (document(more=1), "more", ["accepted: schema, tools, selected_tool, frames"]),
-    (document(frame=[]), "frame", ["perhaps 'frames' is meant"]),
-    (document(frames=5), "frames", ["accepted: a list"]),
-    (changed(TABLE, name=""), "frames[0].name", ["at least 1 character"]),
-    (changed(TABLE, name="x" * 65), "frames[0].name", ["at most 64"]),
-    (changed(TABLE, name="a\nb"), "frames[0]", ["printable"]),
-    (changed(TABLE, name="base"), "frames[0]", ["'base'", "not in use"]),
-    (changed(TABLE, name="hand"), "frames[0]", ["'hand'"]),
-    (changed(TABLE, name=3), "frames[0].name", ["accepted: text"]),
-    (changed(TABLE, parent="nowhere"), "frames[0]", ["'nowhere'", "known: base"]),
-    (changed(TABLE, parent="table"), "frames[0]", ["'table'", "known"]),
-    (changed(TABLE, parent="tool"), "frames[0]", ["'tool'", "selected tool"]),
-    (changed(TABLE, xyz=[1.0, 2.0]), "frames[0].xyz[2]", ["required"]),
-    (changed(TABLE, xyz=[1.0, "2", 3.0]), "frames[0].xyz[1]", ["number"]),
-    (changed(TABLE, xyz=[1e7, 0.0, 0.0]), "frames[0].xyz", ["million metres"]),
-    (changed(TABLE, xyz=[math.nan, 0.0, 0.0]), "frames[0].xyz[0]", ["finite"]),
-    (changed(TABLE, xyz=[math.inf, 0.0, 0.0]), "frames[0].xyz[0]", ["finite"]),
-    (changed(TABLE, quat=[0.0, 0.0, 0.0, 2.0]), "frames[0].quat", ["length 2", "x, y, z, w"]),
-    (changed(TABLE, quat=[0.0] * 4), "frames[0].quat", ["length 0"]),
-    (changed(TABLE, quat=[0.0, 0.0, 0.0, 1.00001]), "frames[0].quat", ["1.00001"]),
-    (changed(TABLE, quat=[0.0, 0.0, 1.0]), "frames[0].quat[3]", ["required"]),
-    (changed(TABLE, rpy=[0, 0, 0]), "frames[0].rpy", ["not permitted"]),
-    (changed(HAND, parent="flange"), "tools[0].parent", ["accepted: name, xyz, quat"]),
-    (changed(HAND, quat=[1.0, 1.0, 0.0, 0.0]), "tools[0].quat", ["length 1.414"]),
-    (document(selected_tool="gone"), "selected_tool", ["'gone'", "hand"]),
-])  # fmt: skip
+@pytest.mark.parametrize(
+    ("text", "field", "words"),
+    [
+        ("", "", ["not JSON", "line 1, column 1"]),
+        ("{", "", ["not JSON"]),
+        ("[]", "", ["not an object", SCHEMA]),
+        ("{}", "schema", [SCHEMA]),
+        (json.dumps({"schema": "openpendant-frames/2"}), "schema", [SCHEMA]),
+        ('{"schema": 1, "schema": 2}', "schema", ["twice"]),
+        ("[" * 100_000, "", []),
+        (document(more=1), "more", ["accepted: schema, tools, selected_tool, frames"]),
+        (document(frame=[]), "frame", ["perhaps 'frames' is meant"]),
+        (document(frames=5), "frames", ["accepted: a list"]),
+        (changed(TABLE, name=""), "frames[0].name", ["at least 1 character"]),
+        (changed(TABLE, name="x" * 65), "frames[0].name", ["at most 64"]),
+        (changed(TABLE, name="a\nb"), "frames[0]", ["printable"]),
+        (changed(TABLE, name="base"), "frames[0]", ["'base'", "not in use"]),
+        (changed(TABLE, name="hand"), "frames[0]", ["'hand'"]),
+        (changed(TABLE, name=3), "frames[0].name", ["accepted: text"]),
+        (changed(TABLE, parent="nowhere"), "frames[0]", ["'nowhere'", "known: base"]),
+        (changed(TABLE, parent="table"), "frames[0]", ["'table'", "known"]),
+        (changed(TABLE, parent="tool"), "frames[0]", ["'tool'", "selected tool"]),
+        (changed(TABLE, xyz=[1.0, 2.0]), "frames[0].xyz[2]", ["required"]),
+        (changed(TABLE, xyz=[1.0, "2", 3.0]), "frames[0].xyz[1]", ["number"]),
+        (changed(TABLE, xyz=[1e7, 0.0, 0.0]), "frames[0].xyz", ["million metres"]),
+        (changed(TABLE, xyz=[math.nan, 0.0, 0.0]), "frames[0].xyz[0]", ["finite"]),
+        (changed(TABLE, xyz=[math.inf, 0.0, 0.0]), "frames[0].xyz[0]", ["finite"]),
+        (changed(TABLE, quat=[0.0, 0.0, 0.0, 2.0]), "frames[0].quat", ["length 2", "x, y, z, w"]),
+        (changed(TABLE, quat=[0.0] * 4), "frames[0].quat", ["length 0"]),
+        (changed(TABLE, quat=[0.0, 0.0, 0.0, 1.00001]), "frames[0].quat", ["1.00001"]),
+        (changed(TABLE, quat=[0.0, 0.0, 1.0]), "frames[0].quat[3]", ["required"]),
+        (changed(TABLE, rpy=[0, 0, 0]), "frames[0].rpy", ["not permitted"]),
+        (changed(HAND, parent="flange"), "tools[0].parent", ["accepted: name, xyz, quat"]),
+        (changed(HAND, quat=[1.0, 1.0, 0.0, 0.0]), "tools[0].quat", ["length 1.414"]),
+        (document(selected_tool="gone"), "selected_tool", ["'gone'", "hand"]),
+    ],
+)
 def test_a_malformed_file_is_refused_in_one_line_that_names_file_and_field(
     text: str, field: str, words: list[str]
 ) -> None:
@@ -136,9 +139,13 @@ def test_a_malformed_file_is_refused_in_one_line_that_names_file_and_field(
     assert [word for word in words if word not in str(error)] == []
 
 
-@pytest.mark.parametrize(("content", "words"), [
-    (b"\xff\xfe", "UTF-8"), (b" " * (MAX_FILE_BYTES + 1), f"{MAX_FILE_BYTES} bytes"),
-])  # fmt: skip
+@pytest.mark.parametrize(
+    ("content", "words"),
+    [
+        (b"\xff\xfe", "UTF-8"),
+        (b" " * (MAX_FILE_BYTES + 1), f"{MAX_FILE_BYTES} bytes"),
+    ],
+)
 def test_a_file_that_is_no_text_is_refused(tmp_path: Path, content: bytes, words: str) -> None:
     path = tmp_path / "frames.json"
     path.write_bytes(content)

@@ -41,9 +41,16 @@ def test_now_is_the_newest_sample(history: FrameHistory) -> None:
     assert_close(history.transform(TOOL, BASE), at(2.0, 0.3).compose(TCP))
 
 
-@pytest.mark.parametrize(("time", "x", "yaw"), [
-    (1.0, 0.0, 0.0), (1.5, 0.5, 0.05), (2.0, 1.0, 0.1), (2.25, 1.25, 0.15), (3.0, 2.0, 0.3),
-])  # fmt: skip
+@pytest.mark.parametrize(
+    ("time", "x", "yaw"),
+    [
+        (1.0, 0.0, 0.0),
+        (1.5, 0.5, 0.05),
+        (2.0, 1.0, 0.1),
+        (2.25, 1.25, 0.15),
+        (3.0, 2.0, 0.3),
+    ],
+)
 def test_between_samples_a_frame_goes_straight_and_turns_evenly(
     history: FrameHistory, time: float, x: float, yaw: float
 ) -> None:

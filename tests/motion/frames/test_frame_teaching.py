@@ -55,15 +55,18 @@ def test_the_tilt_tells_what_a_touch_that_is_off_does_to_the_frame() -> None:
     )
 
 
-@pytest.mark.parametrize(("points", "words"), [
-    ((ORIGIN, ORIGIN, Y), ["origin to on_x", "0 mm", "at least 10 mm"]),
-    ((ORIGIN, X, ORIGIN), ["origin to on_y_side", "0 mm"]),
-    ((ORIGIN, X, X), ["on_x to on_y_side", "0 mm"]),
-    ((ORIGIN, (0.0099, 0.0, 0.0), Y), ["9.9 mm", "at least 10 mm"]),
-    ((ORIGIN, X, (0.6, 0.0, 0.0)), ["angle at the origin", "0°", "at least 5°"]),
-    ((ORIGIN, X, (-0.2, 0.0, 0.0)), ["angle at the origin", "180°", "at most 175°"]),
-    ((ORIGIN, X, (0.5, 0.04, 0.0)), ["4.57°", "at least 5°"]),
-])  # fmt: skip
+@pytest.mark.parametrize(
+    ("points", "words"),
+    [
+        ((ORIGIN, ORIGIN, Y), ["origin to on_x", "0 mm", "at least 10 mm"]),
+        ((ORIGIN, X, ORIGIN), ["origin to on_y_side", "0 mm"]),
+        ((ORIGIN, X, X), ["on_x to on_y_side", "0 mm"]),
+        ((ORIGIN, (0.0099, 0.0, 0.0), Y), ["9.9 mm", "at least 10 mm"]),
+        ((ORIGIN, X, (0.6, 0.0, 0.0)), ["angle at the origin", "0°", "at least 5°"]),
+        ((ORIGIN, X, (-0.2, 0.0, 0.0)), ["angle at the origin", "180°", "at most 175°"]),
+        ((ORIGIN, X, (0.5, 0.04, 0.0)), ["4.57°", "at least 5°"]),
+    ],
+)
 def test_points_that_give_no_frame_are_refused_with_numbers(
     points: tuple[tuple[float, ...], ...], words: list[str]
 ) -> None:
@@ -108,13 +111,16 @@ def test_what_the_axes_miss_the_right_angle_and_each_other_by_is_told() -> None:
     assert taught.pose.rotation == pytest.approx(np.eye(3), abs=1e-12)
 
 
-@pytest.mark.parametrize(("points", "words"), [
-    ((X, X, Y, (0, 0.5, 0)), ["first_on_x to second_on_x", "0 mm"]),
-    ((X, (0.5, 0, 0), Y, Y), ["first_on_y to second_on_y", "0 mm"]),
-    ((X, (0.5, 0, 0), Y, (0.5, 0.5, 0)), ["right angle", "59°", "at most 10°"]),
-    ((X, (0.5, 0, 0), X, (0.5, 0, 0)), ["right angle", "90°", "at most 10°"]),
-    ((X, (0.5, 0, 0), (0, 0.2, 0.1), (0, 0.5, 0.1)), ["100 mm", "at most 20 mm"]),
-])  # fmt: skip
+@pytest.mark.parametrize(
+    ("points", "words"),
+    [
+        ((X, X, Y, (0, 0.5, 0)), ["first_on_x to second_on_x", "0 mm"]),
+        ((X, (0.5, 0, 0), Y, Y), ["first_on_y to second_on_y", "0 mm"]),
+        ((X, (0.5, 0, 0), Y, (0.5, 0.5, 0)), ["right angle", "59°", "at most 10°"]),
+        ((X, (0.5, 0, 0), X, (0.5, 0, 0)), ["right angle", "90°", "at most 10°"]),
+        ((X, (0.5, 0, 0), (0, 0.2, 0.1), (0, 0.5, 0.1)), ["100 mm", "at most 20 mm"]),
+    ],
+)
 def test_axes_that_do_not_fit_are_refused_with_numbers(
     points: tuple[tuple[float, ...], ...], words: list[str]
 ) -> None:

@@ -13,9 +13,13 @@ TCP = np.array([0.012, -0.034, 0.156])
 POINT = np.array([0.8, 0.1, 0.3])
 # Straight down, tilted by 30 to 60 degrees to several sides: what a person would do.
 TURNS = [
-    (math.pi, 0.0, 0.0), (math.pi - 0.6, 0.0, 0.0), (math.pi, 0.7, 0.0), (math.pi + 0.5, -0.4, 1.0),
-    (math.pi, -0.5, -0.8), (math.pi - 0.4, 0.5, 2.0),
-]  # fmt: skip
+    (math.pi, 0.0, 0.0),
+    (math.pi - 0.6, 0.0, 0.0),
+    (math.pi, 0.7, 0.0),
+    (math.pi + 0.5, -0.4, 1.0),
+    (math.pi, -0.5, -0.8),
+    (math.pi - 0.4, 0.5, 2.0),
+]
 
 tcps = st.tuples(st.floats(-0.3, 0.3), st.floats(-0.3, 0.3), st.floats(-0.5, 0.5))
 
@@ -145,12 +149,15 @@ def test_two_points_with_z_along_the_flanges_x_keep_x_near_its_y() -> None:
     assert found.rotation == pytest.approx(np.array([[0, 0, 1], [1, 0, 0], [0, 1, 0]]), abs=1e-12)
 
 
-@pytest.mark.parametrize(("along_z", "along_x", "words"), [
-    ((0, 0, 0.005), (0.1, 0, 0), ["along z", "5 mm", "at least 10 mm"]),
-    ((0, 0, 0.1), (0.001, 0, 0), ["along x", "1 mm", "at least 10 mm"]),
-    ((0, 0, 0.1), (0.01, 0, 0.1), ["angle", "5.71°", "at least 10°"]),
-    ((0, 0, 0.1), (0, 0, -0.1), ["angle", "0°", "at least 10°"]),
-])  # fmt: skip
+@pytest.mark.parametrize(
+    ("along_z", "along_x", "words"),
+    [
+        ((0, 0, 0.005), (0.1, 0, 0), ["along z", "5 mm", "at least 10 mm"]),
+        ((0, 0, 0.1), (0.001, 0, 0), ["along x", "1 mm", "at least 10 mm"]),
+        ((0, 0, 0.1), (0.01, 0, 0.1), ["angle", "5.71°", "at least 10°"]),
+        ((0, 0, 0.1), (0, 0, -0.1), ["angle", "0°", "at least 10°"]),
+    ],
+)
 def test_directions_that_show_nothing_are_refused_with_numbers(
     along_z: tuple[float, float, float], along_x: tuple[float, float, float], words: list[str]
 ) -> None:

@@ -27,19 +27,22 @@ def test_the_distances_are_those_of_the_page() -> None:
     assert (CLEAR, SLOW, NEAR) == (0.005, 0.020, 0.040)
 
 
-@pytest.mark.parametrize(("before", "after", "share"), [
-    ({0: 0.018}, {0: 0.013}, math.sqrt(0.5)),  # closing at 0.25 m/s
-    ({0: 0.023}, {0: 0.013}, math.sqrt(0.5) / 2.0),  # at twice that
-    ({0: 0.0115}, {0: 0.0065}, math.sqrt(1.0 / 28.0)),
-    ({0: 0.010}, {0: 0.006}, 0.0),
-    ({0: 0.010}, {0: 0.0051}, 0.0),
-    ({0: 0.003}, {0: 0.002}, 0.0),
-    ({0: -0.010}, {0: -0.011}, 0.0),
-    ({}, {0: 0.0095}, 0.5 * 0.25 / ((0.040 - 0.0095) / TICK)),  # from as far as the eye sees
-    (None, {0: 0.0095}, 0.5 * 0.25 / ((0.040 - 0.0095) / TICK)),
-    ({0: 0.018, 1: 0.0145}, {0: 0.013, 1: 0.0095}, 0.5),  # the nearer of two
-    ({0: 0.0145, 1: 0.018}, {0: 0.0095, 1: 0.013}, 0.5),
-])  # fmt: skip
+@pytest.mark.parametrize(
+    ("before", "after", "share"),
+    [
+        ({0: 0.018}, {0: 0.013}, math.sqrt(0.5)),  # closing at 0.25 m/s
+        ({0: 0.023}, {0: 0.013}, math.sqrt(0.5) / 2.0),  # at twice that
+        ({0: 0.0115}, {0: 0.0065}, math.sqrt(1.0 / 28.0)),
+        ({0: 0.010}, {0: 0.006}, 0.0),
+        ({0: 0.010}, {0: 0.0051}, 0.0),
+        ({0: 0.003}, {0: 0.002}, 0.0),
+        ({0: -0.010}, {0: -0.011}, 0.0),
+        ({}, {0: 0.0095}, 0.5 * 0.25 / ((0.040 - 0.0095) / TICK)),  # from as far as the eye sees
+        (None, {0: 0.0095}, 0.5 * 0.25 / ((0.040 - 0.0095) / TICK)),
+        ({0: 0.018, 1: 0.0145}, {0: 0.013, 1: 0.0095}, 0.5),  # the nearer of two
+        ({0: 0.0145, 1: 0.018}, {0: 0.0095, 1: 0.013}, 0.5),
+    ],
+)
 def test_what_comes_nearer_slows_by_the_root_of_what_is_left(
     before: Mapping[int, float] | None, after: Mapping[int, float], share: float
 ) -> None:
@@ -49,14 +52,17 @@ def test_what_comes_nearer_slows_by_the_root_of_what_is_left(
     assert (found[1].reason, found[1].limit) == (JogSlowdown.COLLISION, 0.005)
 
 
-@pytest.mark.parametrize(("before", "after"), [
-    ({0: 0.025}, {0: 0.020}),  # not near enough
-    ({0: 0.010}, {0: 0.0101}),  # parts
-    ({0: 0.010}, {0: 0.010}),  # slides along
-    ({0: -0.010}, {0: -0.009}),  # parts out of contact
-    ({0: 0.0196}, {0: 0.0195}),  # so slowly that all of the speed is left
-    ({0: 0.010}, None),
-])  # fmt: skip
+@pytest.mark.parametrize(
+    ("before", "after"),
+    [
+        ({0: 0.025}, {0: 0.020}),  # not near enough
+        ({0: 0.010}, {0: 0.0101}),  # parts
+        ({0: 0.010}, {0: 0.010}),  # slides along
+        ({0: -0.010}, {0: -0.009}),  # parts out of contact
+        ({0: 0.0196}, {0: 0.0195}),  # so slowly that all of the speed is left
+        ({0: 0.010}, None),
+    ],
+)
 def test_what_stays_away_parts_or_slides_along_slows_nothing(
     before: Mapping[int, float], after: Mapping[int, float] | None
 ) -> None:

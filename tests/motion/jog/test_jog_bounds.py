@@ -25,9 +25,13 @@ from openpendant.motion.jog.tool_path import JogTwist, ToolPath
 from openpendant.motion.paths.mechanism import SerialMechanism
 
 LIMITS = JointLimits(
-    names=("a", "b"), lower=(-2.0, -2.0), upper=(2.0, 2.0), velocity=(1.0, 1.0),
-    acceleration=(4.0, 8.0), prismatic=(False, False),
-)  # fmt: skip
+    names=("a", "b"),
+    lower=(-2.0, -2.0),
+    upper=(2.0, 2.0),
+    velocity=(1.0, 1.0),
+    acceleration=(4.0, 8.0),
+    prismatic=(False, False),
+)
 DT = 0.01
 """s: in which a joint changes its velocity by 0.04 rad/s, the other by 0.08."""
 
@@ -35,30 +39,40 @@ DT = 0.01
 class TestSpeedBounds:
     """The least and the greatest speed along the way at which joints keep to their limits."""
 
-    @pytest.mark.parametrize(("rate", "before", "bounds"), [
-        ((1.0, 0.0), (0.5, 0.0), (0.46, 0.54)),
-        ((-1.0, 0.0), (-0.5, 0.0), (0.46, 0.54)),
-        ((0.0, 2.0), (0.0, 0.5), (0.21, 0.29)),
-        ((1.0, 1.0), (0.5, 0.5), (0.46, 0.54)),  # the one that changes less
-        ((1.0, 1.0), (0.5, 0.6), (0.52, 0.54)),  # what both leave
-        ((1.0, 1.0), (0.5, 0.7), (0.62, 0.54)),  # nothing
-        ((1.0, 0.0), (0.99, 0.0), (0.95, 0.9995)),
-        ((-1.0, 0.0), (-0.99, 0.0), (0.95, 0.9995)),
-        ((1.0, 0.0), (0.01, 0.0), (0.0, 0.05)),
-        ((0.0, 0.0), (0.03, 0.07), (0.0, math.inf)),
-        ((0.0, 0.0), (0.05, 0.0), (math.inf, 0.0)),  # it cannot stand yet
-        ((0.0, 0.0), (-0.05, 0.0), (math.inf, 0.0)),
-    ])  # fmt: skip
+    @pytest.mark.parametrize(
+        ("rate", "before", "bounds"),
+        [
+            ((1.0, 0.0), (0.5, 0.0), (0.46, 0.54)),
+            ((-1.0, 0.0), (-0.5, 0.0), (0.46, 0.54)),
+            ((0.0, 2.0), (0.0, 0.5), (0.21, 0.29)),
+            ((1.0, 1.0), (0.5, 0.5), (0.46, 0.54)),  # the one that changes less
+            ((1.0, 1.0), (0.5, 0.6), (0.52, 0.54)),  # what both leave
+            ((1.0, 1.0), (0.5, 0.7), (0.62, 0.54)),  # nothing
+            ((1.0, 0.0), (0.99, 0.0), (0.95, 0.9995)),
+            ((-1.0, 0.0), (-0.99, 0.0), (0.95, 0.9995)),
+            ((1.0, 0.0), (0.01, 0.0), (0.0, 0.05)),
+            ((0.0, 0.0), (0.03, 0.07), (0.0, math.inf)),
+            ((0.0, 0.0), (0.05, 0.0), (math.inf, 0.0)),  # it cannot stand yet
+            ((0.0, 0.0), (-0.05, 0.0), (math.inf, 0.0)),
+        ],
+    )
     def test_are_those_of_the_joint_that_leaves_least(
         self, rate: Sequence[float], before: Sequence[float], bounds: tuple[float, float]
     ) -> None:
         assert speed_bounds(LIMITS, rate, before, DT) == pytest.approx(bounds)
 
 
-@pytest.mark.parametrize(("joint", "way", "even"), [
-    (0, 0.99e-4, True), (0, -0.99e-4, True), (0, 1.01e-4, False), (0, -1.01e-4, False),
-    (1, 1.9e-4, True), (1, 2.1e-4, False),
-])  # fmt: skip
+@pytest.mark.parametrize(
+    ("joint", "way", "even"),
+    [
+        (0, 0.99e-4, True),
+        (0, -0.99e-4, True),
+        (0, 1.01e-4, False),
+        (0, -1.01e-4, False),
+        (1, 1.9e-4, True),
+        (1, 2.1e-4, False),
+    ],
+)
 def test_a_way_differs_from_that_of_the_mean_velocity_by_a_quarter_of_the_acceleration(
     joint: int, way: float, even: bool
 ) -> None:
@@ -81,9 +95,13 @@ def excess(
 ) -> tuple[float, JogCause | None]:
     """Return what is judged of a stop from a place, the first joint going by `way`; limit 0.25."""
     model = SimpleNamespace(
-        arm=SimpleNamespace(point_speeds=points, rigid=rigid), unit=[1.0, 1.0], lower=[-2.0, -2.0],
-        upper=[2.0, 2.0], margin=[0.1, 0.1], limits=LIMITS,
-    )  # fmt: skip
+        arm=SimpleNamespace(point_speeds=points, rigid=rigid),
+        unit=[1.0, 1.0],
+        lower=[-2.0, -2.0],
+        upper=[2.0, 2.0],
+        margin=[0.1, 0.1],
+        limits=LIMITS,
+    )
     there = [here[0] + way, *here[1:]]
     ahead = StopOutlook(list(velocity), list(here), there, 0.25)
     return point_excess(cast(JogModel, model), ahead, 0.25)
@@ -92,9 +110,13 @@ def excess(
 class TestPointSpeeds:
     """Of tool and elbow, from a tick's end to rest: 0.25 m/s, of which a reserve is kept."""
 
-    @pytest.mark.parametrize(("tool", "elbow", "reason"), [
-        (0.3, 0.1, JogSlowdown.TOOL_SPEED), (0.1, 0.3, JogSlowdown.ELBOW_SPEED),
-    ])  # fmt: skip
+    @pytest.mark.parametrize(
+        ("tool", "elbow", "reason"),
+        [
+            (0.3, 0.1, JogSlowdown.TOOL_SPEED),
+            (0.1, 0.3, JogSlowdown.ELBOW_SPEED),
+        ],
+    )
     def test_the_faster_of_both_counts(
         self, tool: float, elbow: float, reason: JogSlowdown
     ) -> None:
@@ -168,9 +190,12 @@ class TestNearness:
     @staticmethod
     def model(**other: object) -> JogModel:
         values = {
-            "limits": LIMITS, "lower": [-2.0, -2.0], "upper": [2.0, 2.0], "margin": [0.1, 0.1],
+            "limits": LIMITS,
+            "lower": [-2.0, -2.0],
+            "upper": [2.0, 2.0],
+            "margin": [0.1, 0.1],
             "guard": None,
-        }  # fmt: skip
+        }
         return cast(JogModel, SimpleNamespace(**{**values, **other}))
 
     @staticmethod
@@ -194,21 +219,24 @@ class TestNearness:
         nodes[0].lead_to(nodes[1], LIMITS.acceleration)
         return nodes[0], nodes[1]
 
-    @pytest.mark.parametrize(("cell", "reason"), [
-        (cell(1.95, 2.01), JogSlowdown.JOINT_LIMIT),
-        (cell(-1.95, -2.01, (-1.0, -1.0)), JogSlowdown.JOINT_LIMIT),
-        (cell(2.2, 2.1, (-1.0, -1.0)), None),  # back from beyond it
-        (cell(2.1, 2.2), JogSlowdown.JOINT_LIMIT),
-        (cell(1.99, 1.99, (1.0, -1.0)), JogSlowdown.JOINT_LIMIT),  # to 2.015, and back
-        (cell(-1.99, -1.99, (-1.0, 1.0)), JogSlowdown.JOINT_LIMIT),
-        (cell(1.9, 1.9, (1.0, -1.0)), None),
-        (cell(0.0, 0.1, conditions=(29.0, 30.0)), JogSlowdown.SINGULARITY),
-        (cell(0.0, 0.1, conditions=(29.0, 29.9)), None),
-        (cell(0.0, 0.1, conditions=(40.0, 35.0)), None),  # out of it
-        (cell(0.0, 0.1, uses=(0.99, 1.01)), JogSlowdown.WORKSPACE),
-        (cell(0.0, 0.1, uses=(1.2, 1.1)), None),
-        (cell(0.0, 0.1, uses=(0.9, 0.99)), None),
-    ])  # fmt: skip
+    @pytest.mark.parametrize(
+        ("cell", "reason"),
+        [
+            (cell(1.95, 2.01), JogSlowdown.JOINT_LIMIT),
+            (cell(-1.95, -2.01, (-1.0, -1.0)), JogSlowdown.JOINT_LIMIT),
+            (cell(2.2, 2.1, (-1.0, -1.0)), None),  # back from beyond it
+            (cell(2.1, 2.2), JogSlowdown.JOINT_LIMIT),
+            (cell(1.99, 1.99, (1.0, -1.0)), JogSlowdown.JOINT_LIMIT),  # to 2.015, and back
+            (cell(-1.99, -1.99, (-1.0, 1.0)), JogSlowdown.JOINT_LIMIT),
+            (cell(1.9, 1.9, (1.0, -1.0)), None),
+            (cell(0.0, 0.1, conditions=(29.0, 30.0)), JogSlowdown.SINGULARITY),
+            (cell(0.0, 0.1, conditions=(29.0, 29.9)), None),
+            (cell(0.0, 0.1, conditions=(40.0, 35.0)), None),  # out of it
+            (cell(0.0, 0.1, uses=(0.99, 1.01)), JogSlowdown.WORKSPACE),
+            (cell(0.0, 0.1, uses=(1.2, 1.1)), None),
+            (cell(0.0, 0.1, uses=(0.9, 0.99)), None),
+        ],
+    )
     def test_what_ends_a_way(
         self, cell: tuple[PathNode, PathNode], reason: JogSlowdown | None
     ) -> None:
@@ -216,19 +244,22 @@ class TestNearness:
         found = stop(self.model(), last, node, min(last.condition, 36.0))
         assert (None if found is None else found.reason) is reason
 
-    @pytest.mark.parametrize(("cell", "scale"), [
-        (cell(1.9, 1.975), 0.5),  # a quarter of the margin is left
-        (cell(-1.9, -1.975, (-1.0, -1.0)), 0.5),
-        (cell(1.99, 1.975, (-1.0, -1.0)), None),
-        (cell(-1.99, -1.975), None),
-        (cell(1.8, 1.89), None),
-        (cell(0.0, 0.1, conditions=(23.0, 23.5)), math.sqrt(0.5)),
-        (cell(0.0, 0.1, conditions=(24.0, 23.5)), None),
-        (cell(0.0, 0.1, conditions=(16.0, 17.0)), None),
-        (cell(0.0, 0.1, uses=(0.9, 0.975)), 0.5),
-        (cell(0.0, 0.1, uses=(0.99, 0.975)), None),
-        (cell(0.0, 0.1, uses=(0.8, 0.9)), None),
-    ])  # fmt: skip
+    @pytest.mark.parametrize(
+        ("cell", "scale"),
+        [
+            (cell(1.9, 1.975), 0.5),  # a quarter of the margin is left
+            (cell(-1.9, -1.975, (-1.0, -1.0)), 0.5),
+            (cell(1.99, 1.975, (-1.0, -1.0)), None),
+            (cell(-1.99, -1.975), None),
+            (cell(1.8, 1.89), None),
+            (cell(0.0, 0.1, conditions=(23.0, 23.5)), math.sqrt(0.5)),
+            (cell(0.0, 0.1, conditions=(24.0, 23.5)), None),
+            (cell(0.0, 0.1, conditions=(16.0, 17.0)), None),
+            (cell(0.0, 0.1, uses=(0.9, 0.975)), 0.5),
+            (cell(0.0, 0.1, uses=(0.99, 0.975)), None),
+            (cell(0.0, 0.1, uses=(0.8, 0.9)), None),
+        ],
+    )
     def test_what_slows_a_way(self, cell: tuple[PathNode, PathNode], scale: float | None) -> None:
         found = scales(self.model(), *cell)
         assert [share for share, _ in found] == ([] if scale is None else [pytest.approx(scale)])
@@ -259,14 +290,17 @@ class TestStopSurroundings:
         found = StopSurroundings(cast(JogModel, model)).left(DT, [0.0, 0.0], [0.25, 0.0], ahead_of)
         return None if found is None else (found[0], found[1].reason)
 
-    @pytest.mark.parametrize(("use", "ahead", "left", "reason"), [
-        (0.5, 0.006, 0.0, JogSlowdown.COLLISION),
-        (1.0, 0.5, 0.0, JogSlowdown.WORKSPACE),
-        (0.975, 0.5, 0.5, JogSlowdown.WORKSPACE),
-        (0.975, 0.006, 0.0, JogSlowdown.COLLISION),
-        (1.0, 0.013, 0.0, JogSlowdown.WORKSPACE),
-        (0.91, 0.0095, 0.25 * 0.5 * 0.02 / 0.01, JogSlowdown.COLLISION),
-    ])  # fmt: skip
+    @pytest.mark.parametrize(
+        ("use", "ahead", "left", "reason"),
+        [
+            (0.5, 0.006, 0.0, JogSlowdown.COLLISION),
+            (1.0, 0.5, 0.0, JogSlowdown.WORKSPACE),
+            (0.975, 0.5, 0.5, JogSlowdown.WORKSPACE),
+            (0.975, 0.006, 0.0, JogSlowdown.COLLISION),
+            (1.0, 0.013, 0.0, JogSlowdown.WORKSPACE),
+            (0.91, 0.0095, 0.25 * 0.5 * 0.02 / 0.01, JogSlowdown.COLLISION),
+        ],
+    )
     def test_what_leaves_least_counts(
         self, use: float, ahead: float, left: float, reason: JogSlowdown
     ) -> None:

@@ -44,16 +44,19 @@ def test_a_pose_jog_goes_straight_to_the_border_and_back(axis: int) -> None:
     assert not watched.faults
 
 
-@pytest.mark.parametrize(("leg", "sign"), [
-    (0, 1.0),
-    (3, -1.0),
-    *(
-        pytest.param(leg, sign, marks=pytest.mark.soak)
-        for leg in range(6)
-        for sign in (1.0, -1.0)
-        if (leg, sign) not in ((0, 1.0), (3, -1.0))
-    ),
-])  # fmt: skip
+@pytest.mark.parametrize(
+    ("leg", "sign"),
+    [
+        (0, 1.0),
+        (3, -1.0),
+        *(
+            pytest.param(leg, sign, marks=pytest.mark.soak)
+            for leg in range(6)
+            for sign in (1.0, -1.0)
+            if (leg, sign) not in ((0, 1.0), (3, -1.0))
+        ),
+    ],
+)
 def test_a_leg_jog_stays_in_the_workspace_and_is_left_by_what_is_suggested(
     leg: int, sign: float
 ) -> None:

@@ -122,9 +122,14 @@ def test_promise_14_a_line_slows_and_halts_before_a_singularity() -> None:
     assert not watched.faults
 
 
-@pytest.mark.parametrize("wrist", [
-    1e-3, -0.05, *(pytest.param(each, marks=pytest.mark.soak) for each in (-1e-3, 5e-3, 0.02)),
-])  # fmt: skip
+@pytest.mark.parametrize(
+    "wrist",
+    [
+        1e-3,
+        -0.05,
+        *(pytest.param(each, marks=pytest.mark.soak) for each in (-1e-3, 5e-3, 0.02)),
+    ],
+)
 def test_promise_14_a_tool_jog_leads_out_of_a_wrist_singularity(wrist: float) -> None:
     start = [*robot("kuka_kr5_arc").home_position[:4], wrist, 0.3]
     found = model("kuka_kr5_arc")

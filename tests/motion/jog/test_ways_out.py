@@ -86,22 +86,59 @@ def test_no_keys_are_named_where_three_do_not_lead_out(monkeypatch: pytest.Monke
     assert escape_keys(model("ur5"), [0.0] * 6) is None
 
 
-@pytest.mark.parametrize(("name", "place", "linear", "angular", "is_out"), [
-    pytest.param("abb_irb120", [-2.58224, -1.124909, -0.242095, -1.933377, 2.093394, 5.338864],
-        (0.939, 0.515, 0.367), (-0.762, 0.0, 0.0), False,
-        id="a limit that either direction comes nearer to"),
-    pytest.param("abb_irb6650", [-1.901964, 2.409492, -0.032403, -4.101676, 0.411291, 1.143482],
-        (0.0, 0.0, 0.0), (0.0, 0.0, 1.0), False,
-        id="a condition number that falls, and soon rises again"),
-    pytest.param("kawasaki_ra10n", [-0.158702, 1.38181, 0.092026, -3.689012, -2.446144, 4.874959],
-        (0.0, 0.0, 0.0), (0.0, -1.0, 0.0), False, id="one that rises at the second step"),
-    pytest.param("abb_irb120", [1.105472, 0.62326, -1.556257, -2.064685, -1.986123, 2.0756],
-        (-1.0, 0.0, 0.0), (0.0, 0.0, 0.0), True, id="one that falls little and goes on falling"),
-    pytest.param("fanuc_m10ia", [-1.56916, 2.292995, 2.386132, -2.532519, 0.430246, 0.872356],
-        (0.0, 0.0, 0.0), (0.0, 0.0, 1.0), True, id="a deep one that falls at once"),
-    pytest.param("fanuc_m10ia", [-1.56916, 2.292995, 2.386132, -2.532519, 0.430246, 0.872356],
-        (0.0, 0.0, 0.0), (0.0, 0.0, 0.0), False, id="no direction at all"),
-])  # fmt: skip
+@pytest.mark.parametrize(
+    ("name", "place", "linear", "angular", "is_out"),
+    [
+        pytest.param(
+            "abb_irb120",
+            [-2.58224, -1.124909, -0.242095, -1.933377, 2.093394, 5.338864],
+            (0.939, 0.515, 0.367),
+            (-0.762, 0.0, 0.0),
+            False,
+            id="a limit that either direction comes nearer to",
+        ),
+        pytest.param(
+            "abb_irb6650",
+            [-1.901964, 2.409492, -0.032403, -4.101676, 0.411291, 1.143482],
+            (0.0, 0.0, 0.0),
+            (0.0, 0.0, 1.0),
+            False,
+            id="a condition number that falls, and soon rises again",
+        ),
+        pytest.param(
+            "kawasaki_ra10n",
+            [-0.158702, 1.38181, 0.092026, -3.689012, -2.446144, 4.874959],
+            (0.0, 0.0, 0.0),
+            (0.0, -1.0, 0.0),
+            False,
+            id="one that rises at the second step",
+        ),
+        pytest.param(
+            "abb_irb120",
+            [1.105472, 0.62326, -1.556257, -2.064685, -1.986123, 2.0756],
+            (-1.0, 0.0, 0.0),
+            (0.0, 0.0, 0.0),
+            True,
+            id="one that falls little and goes on falling",
+        ),
+        pytest.param(
+            "fanuc_m10ia",
+            [-1.56916, 2.292995, 2.386132, -2.532519, 0.430246, 0.872356],
+            (0.0, 0.0, 0.0),
+            (0.0, 0.0, 1.0),
+            True,
+            id="a deep one that falls at once",
+        ),
+        pytest.param(
+            "fanuc_m10ia",
+            [-1.56916, 2.292995, 2.386132, -2.532519, 0.430246, 0.872356],
+            (0.0, 0.0, 0.0),
+            (0.0, 0.0, 0.0),
+            False,
+            id="no direction at all",
+        ),
+    ],
+)
 def test_a_way_back_of_the_tool_is_told_only_if_it_leads_out(
     name: str,
     place: list[float],

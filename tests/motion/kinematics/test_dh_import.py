@@ -96,7 +96,8 @@ def test_the_two_conventions_of_the_same_rows_are_different_arms(tmp_path: Path)
 def test_limits_rates_and_home_are_taken_in_the_declared_units(tmp_path: Path) -> None:
     turning = {"joint": "t", "lower": -90, "upper": 180, "velocity": 360, "acceleration": 720}
     sliding = {"joint": "s", "variable": "d", "lower": 0, "upper": 500, "velocity": 250}
-    chain = read_dh_file(written(tmp_path, content(joints=[turning, sliding], home=[45, 100])))
+    table = content(joints=[turning, sliding], home=[45, 100])
+    chain = read_dh_file(written(tmp_path, table))
     first, second = chain.driven
     assert (first.lower, first.upper) == pytest.approx((-math.pi / 2, math.pi))
     assert (first.velocity, first.acceleration) == pytest.approx((2 * math.pi, 4 * math.pi))
@@ -278,23 +279,26 @@ def test_a_declaration_may_be_repeated_where_it_says_the_same(tmp_path: Path) ->
     assert len(read_dh_file(path).driven) == 1
 
 
-@pytest.mark.parametrize(("text", "field", "says"), [
-    ("", "convention", "required"),
-    (HEAD, "joints", "at least 1"),
-    (HEAD + "joint,a\nj1,ten\n", "row 1.a", "a number"),
-    (HEAD + "joint,a\nj1,1,2\n", "row 1", "3 cells; accepted: 2, one per column (joint, a)"),
-    (HEAD + "joint,a\nj1\n", "row 1", "1 cells; accepted: 2, one per column (joint, a)"),
-    (HEAD + "joint,a,lower\nj1,1,-5\n", "joints[0] (j1).upper", "both, or neither"),
-    (
-        HEAD + "# convention: modified\njoint,a\nj1,1\n",
-        "convention",
-        "'standard' and 'modified'",
-    ),
-    (HEAD + "joint,a, a\nj1,1,2\n", "columns", "2 of the name 'a'; accepted: each name once"),
-    (HEAD + "joint,a\nj1,nan\n", "joints[0].a", "finite"),
-    (HEAD + 'joint,a\n"j1,1\n', "", "not valid CSV"),
-    ("\xff", "", "not UTF-8"),
-])  # fmt: skip
+@pytest.mark.parametrize(
+    ("text", "field", "says"),
+    [
+        ("", "convention", "required"),
+        (HEAD, "joints", "at least 1"),
+        (HEAD + "joint,a\nj1,ten\n", "row 1.a", "a number"),
+        (HEAD + "joint,a\nj1,1,2\n", "row 1", "3 cells; accepted: 2, one per column (joint, a)"),
+        (HEAD + "joint,a\nj1\n", "row 1", "1 cells; accepted: 2, one per column (joint, a)"),
+        (HEAD + "joint,a,lower\nj1,1,-5\n", "joints[0] (j1).upper", "both, or neither"),
+        (
+            HEAD + "# convention: modified\njoint,a\nj1,1\n",
+            "convention",
+            "'standard' and 'modified'",
+        ),
+        (HEAD + "joint,a, a\nj1,1,2\n", "columns", "2 of the name 'a'; accepted: each name once"),
+        (HEAD + "joint,a\nj1,nan\n", "joints[0].a", "finite"),
+        (HEAD + 'joint,a\n"j1,1\n', "", "not valid CSV"),
+        ("\xff", "", "not UTF-8"),
+    ],
+)
 def test_a_bad_csv_is_refused(tmp_path: Path, text: str, field: str, says: str) -> None:
     path = tmp_path / "arm.csv"
     path.write_bytes(text.encode("latin-1"))

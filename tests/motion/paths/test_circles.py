@@ -38,9 +38,17 @@ def end_of(circle: Circle) -> Array:
     return end
 
 
-@pytest.mark.parametrize(("via", "end", "degrees"), [
-    (45, 90, 90), (90, 180, 180), (10, 270, 270), (300, 350, 350), (-45, -90, 90), (5, -5, 355),
-])  # fmt: skip
+@pytest.mark.parametrize(
+    ("via", "end", "degrees"),
+    [
+        (45, 90, 90),
+        (90, 180, 180),
+        (10, 270, 270),
+        (300, 350, 350),
+        (-45, -90, 90),
+        (5, -5, 355),
+    ],
+)
 def test_an_arc_through_a_point_goes_the_way_that_passes_it(
     via: float, end: float, degrees: float
 ) -> None:
@@ -52,9 +60,16 @@ def test_an_arc_through_a_point_goes_the_way_that_passes_it(
     assert arc.normal[2] == pytest.approx(math.copysign(1.0, via))
 
 
-@pytest.mark.parametrize(("end", "more_than_half", "degrees"), [
-    (90, False, 90), (90, True, 270), (-120, False, 120), (-120, True, 240), (179, False, 179),
-])  # fmt: skip
+@pytest.mark.parametrize(
+    ("end", "more_than_half", "degrees"),
+    [
+        (90, False, 90),
+        (90, True, 270),
+        (-120, False, 120),
+        (-120, True, 240),
+        (179, False, 179),
+    ],
+)
 def test_an_arc_about_a_centre_is_less_or_more_than_half_a_turn(
     end: float, more_than_half: bool, degrees: float
 ) -> None:
@@ -83,9 +98,14 @@ def test_a_centre_that_is_slightly_off_is_moved_so_that_both_ends_are_met() -> N
     assert arc.centre == pytest.approx(ORIGIN, abs=1e-4)
 
 
-@pytest.mark.parametrize("circle", [
-    circle_about(EAST, ORIGIN, 0.2 * UP), circle_through(EAST, NORTH, WEST),
-], ids=["about", "through"])  # fmt: skip
+@pytest.mark.parametrize(
+    "circle",
+    [
+        circle_about(EAST, ORIGIN, 0.2 * UP),
+        circle_through(EAST, NORTH, WEST),
+    ],
+    ids=["about", "through"],
+)
 def test_a_full_circle_comes_back_to_its_start(circle: Circle) -> None:
     assert circle.sweep == 2.0 * math.pi
     assert end_of(circle) == pytest.approx(EAST, abs=1e-12)
@@ -97,16 +117,19 @@ def test_a_full_circle_runs_in_the_order_of_its_points() -> None:
     assert circle.positions(np.array([QUARTER]))[0] == pytest.approx(SOUTH, abs=1e-12)
 
 
-@pytest.mark.parametrize(("points", "fault", "value"), [
-    ((EAST, EAST, WEST), CircleFault.COINCIDENT, 0.0),
-    ((EAST, NORTH, NORTH + 5e-5 * EAST), CircleFault.COINCIDENT, 5e-5),
-    ((EAST, NORTH, EAST + 9e-5 * UP), CircleFault.COINCIDENT, 9e-5),
-    ((EAST, ORIGIN, WEST), CircleFault.COLLINEAR, 0.0),
-    ((EAST, 3.0 * EAST, WEST), CircleFault.COLLINEAR, 0.0),
-    ((EAST, 5e-7 * UP, WEST), CircleFault.COLLINEAR, 5e-7),
-    ((EAST, 1e-3 * UP, WEST), CircleFault.TOO_LARGE, 500.0005),
-    ((2e-4 * EAST, 2e-4 * NORTH, 2e-4 * WEST), CircleFault.TOO_SMALL, 2e-4),
-])  # fmt: skip
+@pytest.mark.parametrize(
+    ("points", "fault", "value"),
+    [
+        ((EAST, EAST, WEST), CircleFault.COINCIDENT, 0.0),
+        ((EAST, NORTH, NORTH + 5e-5 * EAST), CircleFault.COINCIDENT, 5e-5),
+        ((EAST, NORTH, EAST + 9e-5 * UP), CircleFault.COINCIDENT, 9e-5),
+        ((EAST, ORIGIN, WEST), CircleFault.COLLINEAR, 0.0),
+        ((EAST, 3.0 * EAST, WEST), CircleFault.COLLINEAR, 0.0),
+        ((EAST, 5e-7 * UP, WEST), CircleFault.COLLINEAR, 5e-7),
+        ((EAST, 1e-3 * UP, WEST), CircleFault.TOO_LARGE, 500.0005),
+        ((2e-4 * EAST, 2e-4 * NORTH, 2e-4 * WEST), CircleFault.TOO_SMALL, 2e-4),
+    ],
+)
 def test_points_of_no_arc_are_refused_with_their_numbers(
     points: tuple[Array, Array, Array], fault: CircleFault, value: float
 ) -> None:
@@ -116,14 +139,17 @@ def test_points_of_no_arc_are_refused_with_their_numbers(
     assert refusal.value.measured == pytest.approx(value, rel=1e-6, abs=1e-9)
 
 
-@pytest.mark.parametrize(("centre", "end", "fault", "value", "limit"), [
-    (0.1 * EAST, WEST, CircleFault.NOT_EQUIDISTANT, 1.1, 0.9),
-    (ORIGIN, NORTH * 1.0002, CircleFault.NOT_EQUIDISTANT, 1.0002, 1.0),
-    (ORIGIN, WEST, CircleFault.NO_NORMAL, 0.0, 1e-4),
-    (ORIGIN, EAST, CircleFault.COINCIDENT, 0.0, 1e-4),
-    (EAST, EAST, CircleFault.TOO_SMALL, 0.0, 1e-3),
-    (200.0 * NORTH, WEST, CircleFault.TOO_LARGE, math.hypot(200.0, 1.0), 100.0),
-])  # fmt: skip
+@pytest.mark.parametrize(
+    ("centre", "end", "fault", "value", "limit"),
+    [
+        (0.1 * EAST, WEST, CircleFault.NOT_EQUIDISTANT, 1.1, 0.9),
+        (ORIGIN, NORTH * 1.0002, CircleFault.NOT_EQUIDISTANT, 1.0002, 1.0),
+        (ORIGIN, WEST, CircleFault.NO_NORMAL, 0.0, 1e-4),
+        (ORIGIN, EAST, CircleFault.COINCIDENT, 0.0, 1e-4),
+        (EAST, EAST, CircleFault.TOO_SMALL, 0.0, 1e-3),
+        (200.0 * NORTH, WEST, CircleFault.TOO_LARGE, math.hypot(200.0, 1.0), 100.0),
+    ],
+)
 def test_a_centre_of_no_arc_is_refused_with_its_numbers(
     centre: Array, end: Array, fault: CircleFault, value: float, limit: float
 ) -> None:
@@ -165,11 +191,14 @@ def test_points_that_are_not_finite_are_refused(bad: float) -> None:
         circle_through(EAST, [0.0, 1.0], WEST)
 
 
-@pytest.mark.parametrize(("turn", "rpy"), [
-    (ToolTurn.EVEN, (0.0, 0.4, 0.0)),
-    (ToolTurn.CONSTANT, (0.0, 0.0, 0.0)),
-    (ToolTurn.WITH_THE_PATH, (0.0, 0.0, QUARTER)),
-])  # fmt: skip
+@pytest.mark.parametrize(
+    ("turn", "rpy"),
+    [
+        (ToolTurn.EVEN, (0.0, 0.4, 0.0)),
+        (ToolTurn.CONSTANT, (0.0, 0.0, 0.0)),
+        (ToolTurn.WITH_THE_PATH, (0.0, 0.0, QUARTER)),
+    ],
+)
 def test_the_tool_turns_as_asked(turn: ToolTurn, rpy: tuple[float, float, float]) -> None:
     start, target = Pose.from_rpy(EAST, [0.0] * 3), Pose.from_rpy(NORTH, [0.0, 0.4, 0.0])
     arc = ToolArc(arc_about(EAST, ORIGIN, NORTH), start, target, turn)

@@ -12,9 +12,13 @@ from openpendant.motion.trajectory.joint_curves import JointLine, JointSpline
 Array = NDArray[np.float64]
 
 LIMITS = JointLimits(
-    names=("joint_1", "joint_2"), lower=(-3.0, -3.0), upper=(3.0, 3.0), velocity=(2.0, 3.0),
-    acceleration=(5.0, 8.0), prismatic=(False, False),
-)  # fmt: skip
+    names=("joint_1", "joint_2"),
+    lower=(-3.0, -3.0),
+    upper=(3.0, 3.0),
+    velocity=(2.0, 3.0),
+    acceleration=(5.0, 8.0),
+    prismatic=(False, False),
+)
 LINE = JointLine([0.0, 0.0], [1.0, 0.0])
 CURVE = JointSpline([[1.0, 0.0], [1.2, 0.5], [1.0, 1.0]])
 BACK = JointLine([1.0, 1.0], [0.0, 1.0])

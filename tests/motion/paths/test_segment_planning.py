@@ -152,14 +152,22 @@ def test_a_circle_in_the_root_frame_is_the_same_circle() -> None:
     assert goals["base"] == pytest.approx(goals["root"], abs=1e-6)
 
 
-@pytest.mark.parametrize(("way", "target", "length"), [
-    (ThroughPoint(point(0.05, 0.05, 0.0)), at(0.0, 0.1, 0.0), math.pi * 0.05),
-    (AboutCentre(point(0.0, 0.05, 0.0), [0, 0, 1]), at(0.0, 0.1, 0.0), math.pi * 0.05),
-    (AboutCentre(point(0.0, 0.05, 0.0)), at(0.0, 0.05, 0.05), math.pi * 0.025),
-    (AboutCentre(point(0.0, 0.05, 0.0), more_than_half=True), at(0.0, 0.05, 0.05), math.pi * 0.075),
-    (FullAboutCentre(point(0.0, 0.05, 0.0), [0, 0, 1]), None, math.pi * 0.1),
-    (FullThroughPoints(point(0.05, 0.05, 0.0), point(0.0, 0.1, 0.0)), None, math.pi * 0.1),
-], ids=["via", "half", "less", "more", "full about", "full through"])  # fmt: skip
+@pytest.mark.parametrize(
+    ("way", "target", "length"),
+    [
+        (ThroughPoint(point(0.05, 0.05, 0.0)), at(0.0, 0.1, 0.0), math.pi * 0.05),
+        (AboutCentre(point(0.0, 0.05, 0.0), [0, 0, 1]), at(0.0, 0.1, 0.0), math.pi * 0.05),
+        (AboutCentre(point(0.0, 0.05, 0.0)), at(0.0, 0.05, 0.05), math.pi * 0.025),
+        (
+            AboutCentre(point(0.0, 0.05, 0.0), more_than_half=True),
+            at(0.0, 0.05, 0.05),
+            math.pi * 0.075,
+        ),
+        (FullAboutCentre(point(0.0, 0.05, 0.0), [0, 0, 1]), None, math.pi * 0.1),
+        (FullThroughPoints(point(0.05, 0.05, 0.0), point(0.0, 0.1, 0.0)), None, math.pi * 0.1),
+    ],
+    ids=["via", "half", "less", "more", "full about", "full through"],
+)
 def test_every_way_of_a_circle_is_as_long_as_it_should_be(
     way: CircleWay, target: Pose | None, length: float
 ) -> None:
@@ -202,25 +210,28 @@ def test_segments_to_where_the_robot_stands_add_nothing() -> None:
         plan_path(UR5, START, still)
 
 
-@pytest.mark.parametrize(("segments", "waypoint", "largest"), [
-    ([Ptp(joints(0.1), zone=0.1)], 0, 0.0),
-    ([Ptp(joints(0.1), zone=0.1), Spline([START])], 0, 0.0),
-    ([Lin(at(0, 0.1, 0), zone=0.01), Spline([START])], 0, 0.0),
-    ([Ptp(joints(0.1), zone=0.11), Lin(at(0, 0.2, 0))], 0, 0.1),
-    ([Ptp(joints(0.3)), Ptp(joints(0.1), zone=0.21), Lin(at(0, 0.3, 0))], 1, 0.2),
-    ([Lin(at(0, 0.1, 0), zone=0.11), Ptp(joints(0.9))], 0, 0.1),
-    ([Ptp(joints(0.2), zone=0.11), Ptp(joints(0.2, 0.2), zone=0.05), Lin(HERE)], 0, 0.1),
-    ([Lin(TURNED, zone=0.01), Ptp(joints(0.3))], 0, 0.0),
-    ([Ptp(joints(0.3), zone=0.05), Lin(joints(0.3))], 0, 0.0),
-    ([Ptp(START, zone=0.05), Lin(at(0, 0.1, 0))], 0, 0.0),
-    ([Ptp(joints(0.1), zone=0.11), Ptp(joints(0.1, 0.3))], 0, 0.1),
-    ([Ptp(joints(0.3)), Ptp(joints(0.1), zone=0.05), Ptp(joints(0.1, 0.04))], 1, 0.04),
-    ([Ptp(joints(0.3), zone=0.1), Ptp(joints(0.3, 0.1), zone=0.06), Ptp(START)], 0, 0.05),
-    ([Lin(at(0, 0.1, 0), zone=0.03), Lin(at(0, 0.1, 0.02))], 0, 0.02),
-    ([Lin(at(0, 0.1, 0), zone=0.03), Lin(at(0, 0.1, 0))], 0, 0.0),
-    ([Ptp(joints(0.1), zone=0.03), Ptp(joints(0.1))], 0, 0.0),
-    ([Ptp(START), Lin(HERE, zone=0.03), Lin(at(0, 0.1, 0))], 1, 0.0),
-])  # fmt: skip
+@pytest.mark.parametrize(
+    ("segments", "waypoint", "largest"),
+    [
+        ([Ptp(joints(0.1), zone=0.1)], 0, 0.0),
+        ([Ptp(joints(0.1), zone=0.1), Spline([START])], 0, 0.0),
+        ([Lin(at(0, 0.1, 0), zone=0.01), Spline([START])], 0, 0.0),
+        ([Ptp(joints(0.1), zone=0.11), Lin(at(0, 0.2, 0))], 0, 0.1),
+        ([Ptp(joints(0.3)), Ptp(joints(0.1), zone=0.21), Lin(at(0, 0.3, 0))], 1, 0.2),
+        ([Lin(at(0, 0.1, 0), zone=0.11), Ptp(joints(0.9))], 0, 0.1),
+        ([Ptp(joints(0.2), zone=0.11), Ptp(joints(0.2, 0.2), zone=0.05), Lin(HERE)], 0, 0.1),
+        ([Lin(TURNED, zone=0.01), Ptp(joints(0.3))], 0, 0.0),
+        ([Ptp(joints(0.3), zone=0.05), Lin(joints(0.3))], 0, 0.0),
+        ([Ptp(START, zone=0.05), Lin(at(0, 0.1, 0))], 0, 0.0),
+        ([Ptp(joints(0.1), zone=0.11), Ptp(joints(0.1, 0.3))], 0, 0.1),
+        ([Ptp(joints(0.3)), Ptp(joints(0.1), zone=0.05), Ptp(joints(0.1, 0.04))], 1, 0.04),
+        ([Ptp(joints(0.3), zone=0.1), Ptp(joints(0.3, 0.1), zone=0.06), Ptp(START)], 0, 0.05),
+        ([Lin(at(0, 0.1, 0), zone=0.03), Lin(at(0, 0.1, 0.02))], 0, 0.02),
+        ([Lin(at(0, 0.1, 0), zone=0.03), Lin(at(0, 0.1, 0))], 0, 0.0),
+        ([Ptp(joints(0.1), zone=0.03), Ptp(joints(0.1))], 0, 0.0),
+        ([Ptp(START), Lin(HERE, zone=0.03), Lin(at(0, 0.1, 0))], 1, 0.0),
+    ],
+)
 def test_a_zone_that_cannot_be_is_refused_with_its_waypoint_and_the_largest_that_works(
     segments: list[Segment], waypoint: int, largest: float
 ) -> None:
@@ -234,14 +245,21 @@ CORNER = joints(0.2, 0.1)
 MIXED: dict[str, list[Segment]] = {
     "PTP LIN": [Ptp(CORNER, zone=0.1), Lin(HERE)],
     "LIN PTP": [Lin(at(0.0, 0.1, 0.0), zone=0.05), Ptp(CORNER)],
-    "PTP CIRC": [Ptp(CORNER, zone=0.1), Circ(FullAboutCentre(
-        UR5.forward(CORNER).position + np.array([0.0, 0.05, 0.0]), [0, 0, 1]))],
+    "PTP CIRC": [
+        Ptp(CORNER, zone=0.1),
+        Circ(FullAboutCentre(UR5.forward(CORNER).position + np.array([0.0, 0.05, 0.0]), [0, 0, 1])),
+    ],
     "PTP LIN PTP": [Ptp(CORNER, zone=0.1), Lin(HERE, zone=0.03), Ptp(joints(-0.3))],
-    "all": [Ptp(joints(0.2), zone=0.05), Ptp(CORNER, zone=0.05), Lin(at(0.0, 0.1, 0.0), zone=0.02),
+    "all": [
+        Ptp(joints(0.2), zone=0.05),
+        Ptp(CORNER, zone=0.05),
+        Lin(at(0.0, 0.1, 0.0), zone=0.02),
         Circ(ThroughPoint(point(0.05, 0.15, 0.0)), at(0.1, 0.1, 0.0), zone=0.02),
-        Ptp(joints(0.3), zone=0.1), Lin(at(0.1, 0.1, 0.1))],
+        Ptp(joints(0.3), zone=0.1),
+        Lin(at(0.1, 0.1, 0.1)),
+    ],
     "there and back": [Ptp(joints(0.1), zone=0.1), Lin(HERE)],
-}  # fmt: skip
+}
 
 
 @pytest.mark.parametrize("name", MIXED)
@@ -278,28 +296,31 @@ def test_a_zone_saves_the_stop_between_ptp_and_lin() -> None:
 BAD = math.nan
 
 
-@pytest.mark.parametrize(("segment", "reason"), [
-    (Ptp([0.0] * 5), WrongJointCount),
-    (Ptp([BAD] * 6), NotFinite),
-    (Ptp([7.0, *START[1:]]), OutOfRange),
-    (Ptp(HERE, frame="moon"), FrameUnknown),
-    (Lin(HERE, frame="moon"), FrameUnknown),
-    (Lin([0.0] * 5), WrongJointCount),
-    (Lin([BAD] * 6), NotFinite),
-    (Lin(at(3.0, 0.0, 0.0)), PoseUnreachable),
-    (Ptp(at(3.0, 0.0, 0.0)), PoseUnreachable),
-    (Circ(ThroughPoint(point(0.0, 0.1, 0.0)), at(0.0, 0.1, 0.0)), BadCircle),
-    (Circ(ThroughPoint([BAD, 0.0, 0.0]), at(0.0, 0.1, 0.0)), NotFinite),
-    (Circ(ThroughPoint(point(0.0, 0.05, 0.0))), BadArgument),
-    (Circ(FullAboutCentre(point(0.0, 0.1, 0.0), [0, 0, 1]), HERE), BadArgument),
-    (Circ(AboutCentre(point(0.0, 0.05, 0.0)), at(0.0, 0.11, 0.0)), BadCircle),
-    (Ptp(joints(0.1), zone=BAD), NotFinite),
-    (Ptp(joints(0.1), zone=-0.1), BadArgument),
-    (Ptp(joints(0.1), zone=1e-5), BadArgument),
-    (Spline([]), BadArgument),
-    (Spline([[BAD] * 6]), NotFinite),
-    (Spline([at(3.0, 0.0, 0.0)], SplineSpace.TOOL), PoseUnreachable),
-])  # fmt: skip
+@pytest.mark.parametrize(
+    ("segment", "reason"),
+    [
+        (Ptp([0.0] * 5), WrongJointCount),
+        (Ptp([BAD] * 6), NotFinite),
+        (Ptp([7.0, *START[1:]]), OutOfRange),
+        (Ptp(HERE, frame="moon"), FrameUnknown),
+        (Lin(HERE, frame="moon"), FrameUnknown),
+        (Lin([0.0] * 5), WrongJointCount),
+        (Lin([BAD] * 6), NotFinite),
+        (Lin(at(3.0, 0.0, 0.0)), PoseUnreachable),
+        (Ptp(at(3.0, 0.0, 0.0)), PoseUnreachable),
+        (Circ(ThroughPoint(point(0.0, 0.1, 0.0)), at(0.0, 0.1, 0.0)), BadCircle),
+        (Circ(ThroughPoint([BAD, 0.0, 0.0]), at(0.0, 0.1, 0.0)), NotFinite),
+        (Circ(ThroughPoint(point(0.0, 0.05, 0.0))), BadArgument),
+        (Circ(FullAboutCentre(point(0.0, 0.1, 0.0), [0, 0, 1]), HERE), BadArgument),
+        (Circ(AboutCentre(point(0.0, 0.05, 0.0)), at(0.0, 0.11, 0.0)), BadCircle),
+        (Ptp(joints(0.1), zone=BAD), NotFinite),
+        (Ptp(joints(0.1), zone=-0.1), BadArgument),
+        (Ptp(joints(0.1), zone=1e-5), BadArgument),
+        (Spline([]), BadArgument),
+        (Spline([[BAD] * 6]), NotFinite),
+        (Spline([at(3.0, 0.0, 0.0)], SplineSpace.TOOL), PoseUnreachable),
+    ],
+)
 def test_a_segment_that_is_refused_is_named(segment: Segment, reason: type[MotionError]) -> None:
     with pytest.raises(SegmentRefused, match="segment 1: ") as refusal:
         plan_path(UR5, START, [Ptp(joints(0.1)), segment, Ptp(joints(0.2))])
@@ -328,9 +349,14 @@ def test_no_segments_and_too_many_are_refused(count: int) -> None:
         plan_path(UR5, START, [Ptp(START)] * count)
 
 
-@pytest.mark.parametrize(("start", "error"), [
-    ([7.0, *START[1:]], OutOfRange), ([BAD] * 6, NotFinite), (START[:5], WrongJointCount),
-])  # fmt: skip
+@pytest.mark.parametrize(
+    ("start", "error"),
+    [
+        ([7.0, *START[1:]], OutOfRange),
+        ([BAD] * 6, NotFinite),
+        (START[:5], WrongJointCount),
+    ],
+)
 def test_a_start_that_is_none_is_refused(start: list[float], error: type[MotionError]) -> None:
     with pytest.raises(error):
         plan_path(UR5, start, [Ptp(joints(0.1))])

@@ -57,10 +57,16 @@ def fastest_playback() -> float:
     return time_path(smoothed_recording(3000).path, LIMITS).duration
 
 
-@pytest.mark.parametrize(("count", "noise", "tolerance", "most_knots"), [
-    (300, 1e-4, 4e-4, 80), (1000, 1e-3, 4e-3, 80), (1000, 0.0, 1e-3, 110), (3000, 3e-3, 12e-3, 100),
-    (5000, 1e-4, 5e-4, 300),
-])  # fmt: skip
+@pytest.mark.parametrize(
+    ("count", "noise", "tolerance", "most_knots"),
+    [
+        (300, 1e-4, 4e-4, 80),
+        (1000, 1e-3, 4e-3, 80),
+        (1000, 0.0, 1e-3, 110),
+        (3000, 3e-3, 12e-3, 100),
+        (5000, 1e-4, 5e-4, 300),
+    ],
+)
 def test_no_sample_is_further_from_the_path_than_the_tolerance(
     count: int, noise: float, tolerance: float, most_knots: int
 ) -> None:
@@ -141,21 +147,24 @@ def test_every_recording_is_met_to_the_tolerance_or_refused(
     assert smoothed.samples + smoothed.dropped == count
 
 
-@pytest.mark.parametrize(("kind", "times", "positions", "tolerance"), [
-    (BadArgument, [0.0, 1.0], [[0.0] * 6, [1.0] * 6], 0.0),
-    (BadArgument, [0.0, 1.0], [[0.0] * 6, [1.0] * 6], math.nan),
-    (BadArgument, [0.0], [[0.0] * 6, [1.0] * 6], 0.01),
-    (BadArgument, [], [], 0.01),
-    (BadArgument, [0.0], [[0.0] * 6], 0.01),
-    (BadArgument, [1.0, 1.0, 0.5], [[0.0] * 6, [1.0] * 6, [0.5] * 6], 0.01),
-    (BadArgument, [0.0, 4000.0], [[0.0] * 6, [1.0] * 6], 0.01),
-    (NotFinite, [0.0, math.nan], [[0.0] * 6, [1.0] * 6], 0.01),
-    (NotFinite, [0.0, 1.0], [[0.0] * 6, [math.inf] * 6], 0.01),
-    (WrongJointCount, [0.0, 1.0], [[0.0] * 6, [1.0] * 5], 0.01),
-    (WrongJointCount, [0.0, 1.0], [[0.0] * 5, [1.0] * 5], 0.01),
-    (NoMotion, [0.0, 1.0], [[0.0] * 6, [0.005] * 6], 0.01),
-    (OutOfRange, [0.0, 1.0], [[0.0] * 6, [7.0] * 6], 0.01),
-])  # fmt: skip
+@pytest.mark.parametrize(
+    ("kind", "times", "positions", "tolerance"),
+    [
+        (BadArgument, [0.0, 1.0], [[0.0] * 6, [1.0] * 6], 0.0),
+        (BadArgument, [0.0, 1.0], [[0.0] * 6, [1.0] * 6], math.nan),
+        (BadArgument, [0.0], [[0.0] * 6, [1.0] * 6], 0.01),
+        (BadArgument, [], [], 0.01),
+        (BadArgument, [0.0], [[0.0] * 6], 0.01),
+        (BadArgument, [1.0, 1.0, 0.5], [[0.0] * 6, [1.0] * 6, [0.5] * 6], 0.01),
+        (BadArgument, [0.0, 4000.0], [[0.0] * 6, [1.0] * 6], 0.01),
+        (NotFinite, [0.0, math.nan], [[0.0] * 6, [1.0] * 6], 0.01),
+        (NotFinite, [0.0, 1.0], [[0.0] * 6, [math.inf] * 6], 0.01),
+        (WrongJointCount, [0.0, 1.0], [[0.0] * 6, [1.0] * 5], 0.01),
+        (WrongJointCount, [0.0, 1.0], [[0.0] * 5, [1.0] * 5], 0.01),
+        (NoMotion, [0.0, 1.0], [[0.0] * 6, [0.005] * 6], 0.01),
+        (OutOfRange, [0.0, 1.0], [[0.0] * 6, [7.0] * 6], 0.01),
+    ],
+)
 def test_what_is_no_recording_is_refused(
     kind: type[Exception], times: list[float], positions: list[list[float]], tolerance: float
 ) -> None:

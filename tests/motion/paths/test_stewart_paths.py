@@ -174,10 +174,15 @@ def test_standing_on_the_border_with_feedbacks_noise_a_line_leads_back() -> None
         certify(time_path(line, LIMITS), LIMITS, start=border)
 
 
-@pytest.mark.parametrize(("start", "error"), [
-    (HOME[:5], WrongJointCount), ([*HOME[:5], math.nan], NotFinite), ([*HOME[:5], 0.5], OutOfRange),
-    ([0.318] * 6, NoAssembly),
-])  # fmt: skip
+@pytest.mark.parametrize(
+    ("start", "error"),
+    [
+        (HOME[:5], WrongJointCount),
+        ([*HOME[:5], math.nan], NotFinite),
+        ([*HOME[:5], 0.5], OutOfRange),
+        ([0.318] * 6, NoAssembly),
+    ],
+)
 def test_a_start_that_is_none_is_refused(start: Sequence[float], error: type[Exception]) -> None:
     with pytest.raises(error):
         platform_line(PLATFORM, start, SIDE)

@@ -112,9 +112,14 @@ def test_a_curve_without_length_is_no_motion() -> None:
         ToolSpline([pose, pose])
 
 
-@pytest.mark.parametrize(("point", "error"), [
-    ([0.0, 1.0], BadArgument), ([0.0, math.nan, 1.0], NotFinite), ([0.0, 1e7, 0.0], BadArgument),
-])  # fmt: skip
+@pytest.mark.parametrize(
+    ("point", "error"),
+    [
+        ([0.0, 1.0], BadArgument),
+        ([0.0, math.nan, 1.0], NotFinite),
+        ([0.0, 1e7, 0.0], BadArgument),
+    ],
+)
 def test_what_is_no_point_is_refused(
     point: list[float], error: type[BadArgument | NotFinite]
 ) -> None:

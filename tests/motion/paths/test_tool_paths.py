@@ -171,12 +171,22 @@ def test_a_line_that_would_flip_the_wrist_is_refused_with_the_singularitys_name(
     assert 0.0 < refusal.value.fraction < 1.0
 
 
-@pytest.mark.parametrize(("start", "shift", "joint"), [
-    ([-0.266428523, -1.19516977, 0.670915407, -0.127643387, 0.919928456, 3.170013801],
-        [-0.177811204058, -0.088834164157, 0.022173565115], 2),
-    ([-1.028892168, 1.903049309, -0.020656219, 0.215228066, 0.096887517, 3.068597262],
-        [0.063150496657, 0.020170101513, -0.188693353823], 1),
-], ids=["joint 3", "joint 2"])  # fmt: skip
+@pytest.mark.parametrize(
+    ("start", "shift", "joint"),
+    [
+        (
+            [-0.266428523, -1.19516977, 0.670915407, -0.127643387, 0.919928456, 3.170013801],
+            [-0.177811204058, -0.088834164157, 0.022173565115],
+            2,
+        ),
+        (
+            [-1.028892168, 1.903049309, -0.020656219, 0.215228066, 0.096887517, 3.068597262],
+            [0.063150496657, 0.020170101513, -0.188693353823],
+            1,
+        ),
+    ],
+    ids=["joint 3", "joint 2"],
+)
 def test_a_line_that_just_touches_a_joints_bound_is_not_refused_for_the_curve_between_samples(
     start: list[float], shift: list[float], joint: int
 ) -> None:

@@ -190,12 +190,19 @@ def test_many_random_paths_with_zones_are_certified(name: str) -> None:
         certified(name, seed)
 
 
-@pytest.mark.parametrize(("lengths", "zones", "waypoint", "largest"), [
-    ([1.0, 1.0], [1.1], 0, 1.0), ([1.0, 0.3], [0.5], 0, 0.3),
-    ([1.0, 1.0, 1.0], [0.6, 0.3], None, 0.0), ([1.0, 1.0, 1.0], [0.6, 0.6], 0, 0.5),
-    ([1.0, 1.0, 1.0], [0.8, 0.3], 0, 0.7), ([1.0, 1.0, 1.0], [0.3, 0.8], 1, 0.7),
-    ([1.0, 1.0, 1.0], [0.5, 0.5], None, 0.0), ([1.0, 0.0], [0.1], 0, 0.0),
-])  # fmt: skip
+@pytest.mark.parametrize(
+    ("lengths", "zones", "waypoint", "largest"),
+    [
+        ([1.0, 1.0], [1.1], 0, 1.0),
+        ([1.0, 0.3], [0.5], 0, 0.3),
+        ([1.0, 1.0, 1.0], [0.6, 0.3], None, 0.0),
+        ([1.0, 1.0, 1.0], [0.6, 0.6], 0, 0.5),
+        ([1.0, 1.0, 1.0], [0.8, 0.3], 0, 0.7),
+        ([1.0, 1.0, 1.0], [0.3, 0.8], 1, 0.7),
+        ([1.0, 1.0, 1.0], [0.5, 0.5], None, 0.0),
+        ([1.0, 0.0], [0.1], 0, 0.0),
+    ],
+)
 def test_a_zone_that_does_not_fit_is_refused_with_the_largest_that_does(
     lengths: list[float], zones: list[float], waypoint: int | None, largest: float
 ) -> None:
@@ -212,17 +219,27 @@ def test_a_zone_that_does_not_fit_is_refused_with_the_largest_that_does(
         check_zones(lengths, [min(zone, largest) for zone in zones], "m")
 
 
-@pytest.mark.parametrize(("points", "zones", "error"), [
-    ([], [], BadArgument), ([[0.0, 0.0]], [], BadArgument), (CORNER, [], BadArgument),
-    (CORNER, [0.1, 0.1], BadArgument), (CORNER, [-0.1], BadArgument), (CORNER, [0.0], BadArgument),
-    (CORNER, [9e-5], BadArgument), (CORNER, [math.nan], NotFinite), (CORNER, [math.inf], NotFinite),
-    (CORNER, [1.1], ZoneTooLarge), ([CORNER[0], CORNER[0]], [], NoMotion),
-    ([CORNER[0], [9e-6, 0.0]], [], NoMotion),
-    ([CORNER[0], CORNER[1], CORNER[1]], [0.1], ZoneTooLarge),
-    ([[0.0, 0.0], [1.0, math.nan], [1.0, 1.0]], [0.1], NotFinite),
-    ([[0.0, 0.0], [1.0], [1.0, 1.0]], [0.1], WrongJointCount),
-    ([[0.0, 0.0], [3.1, 0.0], [1.0, 1.0]], [0.1], OutOfRange),
-])  # fmt: skip
+@pytest.mark.parametrize(
+    ("points", "zones", "error"),
+    [
+        ([], [], BadArgument),
+        ([[0.0, 0.0]], [], BadArgument),
+        (CORNER, [], BadArgument),
+        (CORNER, [0.1, 0.1], BadArgument),
+        (CORNER, [-0.1], BadArgument),
+        (CORNER, [0.0], BadArgument),
+        (CORNER, [9e-5], BadArgument),
+        (CORNER, [math.nan], NotFinite),
+        (CORNER, [math.inf], NotFinite),
+        (CORNER, [1.1], ZoneTooLarge),
+        ([CORNER[0], CORNER[0]], [], NoMotion),
+        ([CORNER[0], [9e-6, 0.0]], [], NoMotion),
+        ([CORNER[0], CORNER[1], CORNER[1]], [0.1], ZoneTooLarge),
+        ([[0.0, 0.0], [1.0, math.nan], [1.0, 1.0]], [0.1], NotFinite),
+        ([[0.0, 0.0], [1.0], [1.0, 1.0]], [0.1], WrongJointCount),
+        ([[0.0, 0.0], [3.1, 0.0], [1.0, 1.0]], [0.1], OutOfRange),
+    ],
+)
 def test_what_is_no_path_with_zones_is_refused(
     points: list[list[float]], zones: list[float], error: type[MotionError]
 ) -> None:

@@ -298,11 +298,14 @@ def test_on_a_terminal_the_missing_facts_are_asked_in_degrees(
 ) -> None:
     asked = answering(
         {
-            "'twist' limits": ["nonsense", "90 -90", "-90 90"], "'twist' speed": ["0", "180"],
-            "acceleration_ramp_s": ["0.25"], "home": ["10 0 0 0 20 0"], "coupling": ["2", "-1"],
+            "'twist' limits": ["nonsense", "90 -90", "-90 90"],
+            "'twist' speed": ["0", "180"],
+            "acceleration_ramp_s": ["0.25"],
+            "home": ["10 0 0 0 20 0"],
+            "coupling": ["2", "-1"],
             "display names": ["a, b", "A, B, C, D, E, F"],
         }
-    )  # fmt: skip
+    )
     assert main(["import", str(ROBOTS_FILES / "bench_arm.urdf")]) == 0
     made = serial_robot("bench_arm.yaml")
     assert made.limits.lower[5] == pytest.approx(-math.pi / 2)
@@ -324,18 +327,21 @@ def test_no_answer_is_the_default(
 
 
 BAD_ARGUMENTS: list[tuple[list[str], str]] = [
-    ([], "FILE"), (["none.urdf"], "No such file"),
+    ([], "FILE"),
+    (["none.urdf"], "No such file"),
     (["tiny.urdf", "--tip", "nowhere"], "accepted: d"),
     (["tiny.urdf", "--name", "Two Words"], "lower-case"),
     (["tiny.urdf", "--name", ""], "lower-case"),
     (["tiny.urdf", "--home", "[0,0]"], "3 driven joints"),
-    (["tiny.urdf", "--home", "[0,0,9]"], "home"), (["tiny.urdf", "--home", "[0,0,NaN]"], "--home"),
+    (["tiny.urdf", "--home", "[0,0,9]"], "home"),
+    (["tiny.urdf", "--home", "[0,0,NaN]"], "--home"),
     (["tiny.urdf", "--coupling", "2"], "coupling"),
     (["tiny.urdf", "-o", "no/such/folder.yaml"], "can be written"),
     (["tiny.urdf", "-o", "a\0b"], "null byte"),
-    (["table.csv", "--tip", "tool0"], "it has one chain"), (["eleven.urdf"], "accepted: 1 to 10"),
+    (["table.csv", "--tip", "tool0"], "it has one chain"),
+    (["eleven.urdf"], "accepted: 1 to 10"),
     (["fast.urdf"], "is this in degrees?"),
-]  # fmt: skip
+]
 
 
 @pytest.mark.parametrize(

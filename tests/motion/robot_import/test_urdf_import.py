@@ -6,7 +6,16 @@ from pathlib import Path
 import numpy as np
 import pinocchio
 import pytest
-from rigs.data.urdf_files import FIRST, ROBOTS_FILES, SECOND, SOUND, THIRD, joint, robot, written
+from rigs.data.urdf_files import (
+    FIRST,
+    ROBOTS_FILES,
+    SECOND,
+    SOUND,
+    THIRD,
+    joint,
+    robot,
+    written,
+)
 
 from openpendant.motion.errors import RobotFileError
 from openpendant.motion.robot_import.dh_derivation import chain_pose
@@ -161,14 +170,17 @@ def test_a_mesh_beside_the_urdf_becomes_a_box_in_metres() -> None:
     assert sorted(box.size) == pytest.approx([0.12, 0.3, 0.4])
 
 
-@pytest.mark.parametrize(("mesh", "told"), [
-    ('filename="none.stl"', "is not found"),
-    ('filename="package://nowhere/a.stl"', "is not found"),
-    ('filename="http://example.org/a.stl"', "is not found"),
-    ('filename="cut.stl"', "cannot be read"),
-    ('filename="scene.dae"', "cannot be read"),
-    ('filename="huge.stl" scale="1e6 1e6 1e6"', "its scale?"),
-])  # fmt: skip
+@pytest.mark.parametrize(
+    ("mesh", "told"),
+    [
+        ('filename="none.stl"', "is not found"),
+        ('filename="package://nowhere/a.stl"', "is not found"),
+        ('filename="http://example.org/a.stl"', "is not found"),
+        ('filename="cut.stl"', "cannot be read"),
+        ('filename="scene.dae"', "cannot be read"),
+        ('filename="huge.stl" scale="1e6 1e6 1e6"', "its scale?"),
+    ],
+)
 def test_a_mesh_that_is_no_help_leaves_a_remark_and_no_shape(
     tmp_path: Path, mesh: str, told: str
 ) -> None:
@@ -286,10 +298,17 @@ def test_a_tip_that_is_none_is_refused_with_those_there_are(tmp_path: Path, tip:
         chain_to(read_urdf(written(tmp_path, SOUND)), tip)
 
 
-@pytest.mark.parametrize("raw", [
-    b"<robot>" + b" " * MAX_XML_BYTES + b"</robot>", b"<robot>" + b"<link/>" * 60_000 + b"</robot>",
-    b"\xff\xfe<\x00r", b'<?xml version="1.0" encoding="nonsense"?><robot/>', b"\x00" * 1000,
-], ids=["large", "many elements", "cut UTF-16", "unknown encoding", "zeros"])  # fmt: skip
+@pytest.mark.parametrize(
+    "raw",
+    [
+        b"<robot>" + b" " * MAX_XML_BYTES + b"</robot>",
+        b"<robot>" + b"<link/>" * 60_000 + b"</robot>",
+        b"\xff\xfe<\x00r",
+        b'<?xml version="1.0" encoding="nonsense"?><robot/>',
+        b"\x00" * 1000,
+    ],
+    ids=["large", "many elements", "cut UTF-16", "unknown encoding", "zeros"],
+)
 def test_a_hostile_file_is_refused_quickly(tmp_path: Path, raw: bytes) -> None:
     path = written(tmp_path, raw)
     started = time.process_time()

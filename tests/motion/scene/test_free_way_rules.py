@@ -83,10 +83,15 @@ class TestTheLastLook:
         bodies.looked_at.clear()
         return proof
 
-    @pytest.mark.parametrize(("start", "goal"), [
-        ((0.0, 0.0), (0.999, 0.0)), ((-0.999, 0.0), (0.999, 0.0)), ((0.5, 0.0), (0.5, 0.99)),
-        ((0.0, 0.0), (0.0, -1.99)),
-    ])  # fmt: skip
+    @pytest.mark.parametrize(
+        ("start", "goal"),
+        [
+            ((0.0, 0.0), (0.999, 0.0)),
+            ((-0.999, 0.0), (0.999, 0.0)),
+            ((0.5, 0.0), (0.5, 0.99)),
+            ((0.0, 0.0), (0.0, -1.99)),
+        ],
+    )
     def test_proves_what_is_near_without_another(
         self,
         bodies: BodiesOnRails,
@@ -97,10 +102,15 @@ class TestTheLastLook:
         assert proof.is_sure(start, goal)
         assert bodies.looked_at == []
 
-    @pytest.mark.parametrize(("start", "goal"), [
-        ((0.0, 0.0), (1.0005, 0.0)), ((-3.0, 0.0), (3.0, 0.0)), ((1.0, 0.0), (1.1, 0.0)),
-        ((0.6, 0.0), (0.6, 0.9)),
-    ])  # fmt: skip
+    @pytest.mark.parametrize(
+        ("start", "goal"),
+        [
+            ((0.0, 0.0), (1.0005, 0.0)),
+            ((-3.0, 0.0), (3.0, 0.0)),
+            ((1.0, 0.0), (1.1, 0.0)),
+            ((0.6, 0.0), (0.6, 0.9)),
+        ],
+    )
     def test_proves_nothing_that_comes_to_the_body(
         self, proof: ClearPath, start: tuple[float, float], goal: tuple[float, float]
     ) -> None:

@@ -36,24 +36,30 @@ def test_a_mesh_is_found_beside_its_scene_file(tmp_path: Path) -> None:
     assert jig.shape == Mesh(str(tmp_path / "parts/jig.stl"))
 
 
-@pytest.mark.parametrize(("text", "field"), [
-    ("objects: []", "schema"),
-    ("schema: openpendant-scene/2", "schema"),
-    (HEAD + "bodies: []", "bodies"),
-    (HEAD + f"objects: [{BALL}, position: [0, 0]}}]", "objects[0].position[2]"),
-    (HEAD + f"objects: [{BALL}, frame: tool}}]", "objects[0].frame"),
-    (HEAD + f"objects: [{BALL}, position: [0, 0, .nan]}}]", "objects[0].position[2]"),
-    (HEAD + f"objects: [{BALL}, quaternion: [0, 0, 0, 2]}}]", "objects[0] (ball)"),
-    (HEAD + "objects: [{name: a, shape: {type: cone}}]", "objects[0].shape.type"),
-    (HEAD + "objects: [{name: a, shape: {size: 1}}]", "objects[0].shape.type"),
-    (HEAD + "objects: [{name: a, shape: {type: box, size: [1, 2]}}]", "objects[0].shape.size[2]"),
-    (HEAD + "objects: [{name: a, shape: {type: sphere, radius: 0}}]", "objects[0] (a)"),
-    (HEAD + f"objects: [{BALL}}}, {BALL}}}]", "objects[1].name"),
-    (HEAD + f"objects: [{BALL}}}]\nallowed: [[one, two]]", "allowed[0]"),
-    (HEAD + f"objects: [{BALL}}}]\nallowed: [[ball, a], [ball, ball]]", "allowed[1]"),
-    ("[1, 2]", ""),
-    ("a: [", ""),
-])  # fmt: skip
+@pytest.mark.parametrize(
+    ("text", "field"),
+    [
+        ("objects: []", "schema"),
+        ("schema: openpendant-scene/2", "schema"),
+        (HEAD + "bodies: []", "bodies"),
+        (HEAD + f"objects: [{BALL}, position: [0, 0]}}]", "objects[0].position[2]"),
+        (HEAD + f"objects: [{BALL}, frame: tool}}]", "objects[0].frame"),
+        (HEAD + f"objects: [{BALL}, position: [0, 0, .nan]}}]", "objects[0].position[2]"),
+        (HEAD + f"objects: [{BALL}, quaternion: [0, 0, 0, 2]}}]", "objects[0] (ball)"),
+        (HEAD + "objects: [{name: a, shape: {type: cone}}]", "objects[0].shape.type"),
+        (HEAD + "objects: [{name: a, shape: {size: 1}}]", "objects[0].shape.type"),
+        (
+            HEAD + "objects: [{name: a, shape: {type: box, size: [1, 2]}}]",
+            "objects[0].shape.size[2]",
+        ),
+        (HEAD + "objects: [{name: a, shape: {type: sphere, radius: 0}}]", "objects[0] (a)"),
+        (HEAD + f"objects: [{BALL}}}, {BALL}}}]", "objects[1].name"),
+        (HEAD + f"objects: [{BALL}}}]\nallowed: [[one, two]]", "allowed[0]"),
+        (HEAD + f"objects: [{BALL}}}]\nallowed: [[ball, a], [ball, ball]]", "allowed[1]"),
+        ("[1, 2]", ""),
+        ("a: [", ""),
+    ],
+)
 def test_a_bad_scene_file_is_refused_by_field(tmp_path: Path, text: str, field: str) -> None:
     file = tmp_path / "a.yaml"
     file.write_text(text)
@@ -64,17 +70,24 @@ def test_a_bad_scene_file_is_refused_by_field(tmp_path: Path, text: str, field: 
     assert "\n" not in str(refused.value)
 
 
-@pytest.mark.parametrize(("text", "refusal"), [
-    (f"objects: [{BALL}, link: moon}}]",
-        "objects[0].link: is 'moon'; accepted: a link of the robot: base_link, tool0"),
-    (f"objects: [{BALL}}}]\nallowed: [[ball, tool0], [ball, zz]]",
-        "allowed[1][1]: is 'zz'; accepted: an object: ball; or a link: base_link, tool0"),
-    (
-        f"objects: [{BALL}}}, {BALL.replace('ball', 'tool0')}}}]",
-        "objects[1].name: is 'tool0', which is taken;"
-        " accepted: a name of no other object and no link",
-    ),
-])  # fmt: skip
+@pytest.mark.parametrize(
+    ("text", "refusal"),
+    [
+        (
+            f"objects: [{BALL}, link: moon}}]",
+            "objects[0].link: is 'moon'; accepted: a link of the robot: base_link, tool0",
+        ),
+        (
+            f"objects: [{BALL}}}]\nallowed: [[ball, tool0], [ball, zz]]",
+            "allowed[1][1]: is 'zz'; accepted: an object: ball; or a link: base_link, tool0",
+        ),
+        (
+            f"objects: [{BALL}}}, {BALL.replace('ball', 'tool0')}}}]",
+            "objects[1].name: is 'tool0', which is taken;"
+            " accepted: a name of no other object and no link",
+        ),
+    ],
+)
 def test_what_names_a_link_is_checked_against_the_robot_it_is_for(
     tmp_path: Path, text: str, refusal: str
 ) -> None:
@@ -86,22 +99,25 @@ def test_what_names_a_link_is_checked_against_the_robot_it_is_for(
     assert str(refused.value) == f"{file}: {refusal}"
 
 
-@pytest.mark.parametrize(("text", "problem"), [
-    ("objects: [{name: a, shape: {type: mesh, file: a.stl, scale: 0}}]",
-     "is 0; accepted: a list of 3 numbers"),
-    ("objects: [{name: a, shape: {type: box, size: [1, 1, 1, 1]}}]",
-     "is [1, 1, 1, 1]; accepted: at most 3 items"),
-    ("objects: [{name: a, shape: {type: cone}}]",
-     "is 'cone'; accepted: box, capsule, cylinder, mesh, sphere"),
-    ("objects: [{name: a, shape: {size: 1}}]",
-     "is missing; accepted: box, capsule, cylinder, mesh, sphere"),
-    ("objects: [{name: a, shape: 3}]", "is 3; accepted: a mapping"),
-    ("objects: [3]", "is 3; accepted: a mapping with the fields name, shape, position,"
-     " quaternion, frame, link"),
-    ("allowed: [a]", "is 'a'; accepted: a list of 2 texts"),
-    ("allowed: a", "is 'a'; accepted: a list of items"),
-    ("objects: [{name: 3, shape: {type: sphere, radius: 1}}]", "is 3; accepted: text"),
-])  # fmt: skip
+@pytest.mark.parametrize(
+    ("text", "problem"),
+    [
+        ("objects: [{name: a, shape: {type: mesh, file: a.stl, scale: 0}}]",
+         "is 0; accepted: a list of 3 numbers"),
+        ("objects: [{name: a, shape: {type: box, size: [1, 1, 1, 1]}}]",
+         "is [1, 1, 1, 1]; accepted: at most 3 items"),
+        ("objects: [{name: a, shape: {type: cone}}]",
+         "is 'cone'; accepted: box, capsule, cylinder, mesh, sphere"),
+        ("objects: [{name: a, shape: {size: 1}}]",
+         "is missing; accepted: box, capsule, cylinder, mesh, sphere"),
+        ("objects: [{name: a, shape: 3}]", "is 3; accepted: a mapping"),
+        ("objects: [3]", "is 3; accepted: a mapping with the fields name, shape, position,"
+         " quaternion, frame, link"),
+        ("allowed: [a]", "is 'a'; accepted: a list of 2 texts"),
+        ("allowed: a", "is 'a'; accepted: a list of items"),
+        ("objects: [{name: 3, shape: {type: sphere, radius: 1}}]", "is 3; accepted: text"),
+    ],
+)  # fmt: skip
 def test_what_is_accepted_is_told_in_the_words_of_a_file(
     tmp_path: Path, text: str, problem: str
 ) -> None:

@@ -29,9 +29,13 @@ Array = NDArray[np.float64]
 
 ROBOTS = ("ur5", "abb_irb2400", "kawasaki_ra10n", "kuka_iiwa14", "puma560", "rail_kr5_arc")
 WIDE = JointLimits(
-    names=tuple("abcdef"), lower=(-100.0,) * 6, upper=(100.0,) * 6, velocity=(3.15,) * 6,
-    acceleration=(8.0, 8.0, 8.0, 16.0, 16.0, 16.0), prismatic=(False,) * 6,
-)  # fmt: skip
+    names=tuple("abcdef"),
+    lower=(-100.0,) * 6,
+    upper=(100.0,) * 6,
+    velocity=(3.15,) * 6,
+    acceleration=(8.0, 8.0, 8.0, 16.0, 16.0, 16.0),
+    prismatic=(False,) * 6,
+)
 ORIGIN: Array = np.zeros(6)
 ONE: Array
 TWO: Array
@@ -205,15 +209,18 @@ def test_the_time_asked_for_between_coinciding_waypoints_is_spent_beside_them(pl
     assert times[-1] >= 5.0
 
 
-@pytest.mark.parametrize(("rules", "words"), [
-    ([SegmentRule()] * 3, "segments"),
-    ([SegmentRule(), SegmentRule(min_duration=-1.0)], "min_duration"),
-    ([SegmentRule(), SegmentRule(min_duration=math.nan)], "min_duration"),
-    ([SegmentRule(), SegmentRule(min_duration=math.inf)], "min_duration"),
-    ([SegmentRule(), SegmentRule(speed_fraction=0.0)], "speed_fraction"),
-    ([SegmentRule(), SegmentRule(speed_fraction=1.5)], "speed_fraction"),
-    ([SegmentRule(), SegmentRule(speed_fraction=math.nan)], "speed_fraction"),
-])  # fmt: skip
+@pytest.mark.parametrize(
+    ("rules", "words"),
+    [
+        ([SegmentRule()] * 3, "segments"),
+        ([SegmentRule(), SegmentRule(min_duration=-1.0)], "min_duration"),
+        ([SegmentRule(), SegmentRule(min_duration=math.nan)], "min_duration"),
+        ([SegmentRule(), SegmentRule(min_duration=math.inf)], "min_duration"),
+        ([SegmentRule(), SegmentRule(speed_fraction=0.0)], "speed_fraction"),
+        ([SegmentRule(), SegmentRule(speed_fraction=1.5)], "speed_fraction"),
+        ([SegmentRule(), SegmentRule(speed_fraction=math.nan)], "speed_fraction"),
+    ],
+)
 def test_rules_that_make_no_sense_are_refused(rules: list[SegmentRule], words: str) -> None:
     path = JointSpline([ORIGIN, ONE, ONE + TWO])
     with pytest.raises(BadArgument, match=words):

@@ -21,9 +21,13 @@ from openpendant.motion.trajectory.trajectory import Trajectory
 Array = NDArray[np.float64]
 
 LIMITS = JointLimits(
-    names=("turn", "tilt", "slide"), lower=(-3.0, -2.0, -1.0), upper=(3.0, 2.0, 1.0),
-    velocity=(2.0, 1.5, 0.5), acceleration=(8.0, 6.0, 2.0), prismatic=(False, False, True),
-)  # fmt: skip
+    names=("turn", "tilt", "slide"),
+    lower=(-3.0, -2.0, -1.0),
+    upper=(3.0, 2.0, 1.0),
+    velocity=(2.0, 1.5, 0.5),
+    acceleration=(8.0, 6.0, 2.0),
+    prismatic=(False, False, True),
+)
 START, GOAL = [0.0, 0.5, -0.2], [2.0, -0.5, 0.3]
 MIDDLE = 40
 
@@ -88,11 +92,15 @@ FAULTS: list[tuple[str, Callable[[Trajectory], Trajectory]]] = [
     ("finite", lambda m: altered(m, acceleration=put(m.acceleration, -1, 0, math.inf))),
     ("velocity", lambda m: altered(m, velocity=put(m.velocity, MIDDLE, 0, 2.0 * (1 + 1e-5)))),
     ("velocity", lambda m: altered(m, velocity=put(m.velocity, MIDDLE, 1, -1.5 * (1 + 1e-5)))),
-    ("acceleration", lambda m: altered(m,
-        acceleration=put(m.acceleration, MIDDLE, 2, -2.0 * (1 + 2e-3)))),
+    (
+        "acceleration",
+        lambda m: altered(m, acceleration=put(m.acceleration, MIDDLE, 2, -2.0 * (1 + 2e-3))),
+    ),
     ("mean acceleration", lambda m: altered(m, velocity=put(m.velocity, MIDDLE, 0, 1.9))),
-    ("consistency", lambda m: altered(m,
-        position=m.position + (m.times > 0.5)[:, None] * [0, 2e-4, 0])),
+    (
+        "consistency",
+        lambda m: altered(m, position=m.position + (m.times > 0.5)[:, None] * [0, 2e-4, 0]),
+    ),
     ("drift", lambda m: altered(m, velocity=m.velocity * 0.99)),
     ("drift", lambda m: altered(m, velocity=m.velocity * [1, 1, 0.99])),
     ("rest", lambda m: altered(m, velocity=put(m.velocity, 0, 0, 1e-9))),
@@ -104,7 +112,7 @@ FAULTS: list[tuple[str, Callable[[Trajectory], Trajectory]]] = [
     ("time", lambda m: altered(m, times=np.where(m.times > 0.5, math.nan, m.times))),
     ("time", lambda m: altered(m, times=m.times * 0.0)),
     ("velocity", lambda m: scaled(m, 1.05)),
-]  # fmt: skip
+]
 
 
 @pytest.mark.parametrize(("check", "plant"), FAULTS)

@@ -20,9 +20,13 @@ from openpendant.motion.trajectory.trajectory import Trajectory
 Array = NDArray[np.float64]
 
 LIMITS = JointLimits(
-    names=("base", "arm"), lower=(-9.0, -1.0), upper=(9.0, 2.0), velocity=(9.0, 0.8),
-    acceleration=(90.0, 4.0), prismatic=(False, False),
-)  # fmt: skip
+    names=("base", "arm"),
+    lower=(-9.0, -1.0),
+    upper=(9.0, 2.0),
+    velocity=(9.0, 0.8),
+    acceleration=(90.0, 4.0),
+    prismatic=(False, False),
+)
 H = 0.1
 
 SPEEDS = (0.0, 0.4, 0.8, 0.8, 0.4, 0.0)
@@ -151,11 +155,14 @@ def test_the_start_alone(off: float) -> None:
     assert certify(moved(WAY, SPEEDS, GAINS), LIMITS, start=[0.0, 0.009]).start_distance == 0.009
 
 
-@pytest.mark.parametrize("times", [
-    (0.1, 0.2, 0.3, 0.4, 0.5, 0.6),
-    (0.0, 0.1, 0.2, 0.300001, 0.4, 0.5),
-    (0.0, -0.1, -0.2, -0.3, -0.4, -0.5),
-])  # fmt: skip
+@pytest.mark.parametrize(
+    "times",
+    [
+        (0.1, 0.2, 0.3, 0.4, 0.5, 0.6),
+        (0.0, 0.1, 0.2, 0.300001, 0.4, 0.5),
+        (0.0, -0.1, -0.2, -0.3, -0.4, -0.5),
+    ],
+)
 def test_time_alone(times: tuple[float, ...]) -> None:
     motion = replace(moved(WAY, SPEEDS, GAINS), times=np.array(times))
     with pytest.raises(CertificateRefused) as refusal:

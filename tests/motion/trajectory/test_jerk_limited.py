@@ -32,9 +32,13 @@ needs_ruckig = pytest.mark.skipif(
 )
 ROBOTS = [name for name in robot_names() if name != "stewart_classroom"]
 LIMITS = JointLimits(
-    names=("turn", "tilt", "slide"), lower=(-3.0, -2.0, -1.0), upper=(3.0, 2.0, 1.0),
-    velocity=(2.0, 1.5, 0.5), acceleration=(8.0, 6.0, 2.0), prismatic=(False, False, True),
-)  # fmt: skip
+    names=("turn", "tilt", "slide"),
+    lower=(-3.0, -2.0, -1.0),
+    upper=(3.0, 2.0, 1.0),
+    velocity=(2.0, 1.5, 0.5),
+    acceleration=(8.0, 6.0, 2.0),
+    prismatic=(False, False, True),
+)
 START, GOAL = [0.0, 0.5, -0.2], [2.0, -0.5, 0.3]
 
 
@@ -129,21 +133,24 @@ def test_a_certificate_without_the_start_velocity_is_refused() -> None:
 
 
 @needs_ruckig
-@pytest.mark.parametrize(("kind", "given"), [
-    (NoMotion, {"goal": START}),
-    (WrongJointCount, {"goal": [0.0]}),
-    (WrongJointCount, {"jerk": [1.0]}),
-    (NotFinite, {"goal": [math.nan, 0.0, 0.0]}),
-    (OutOfRange, {"goal": [4.0, 0.0, 0.0]}),
-    (OutOfRange, {"start": [2.9, 0.5, 0.0], "start_velocity": [2.0, 0.0, 0.0]}),
-    (TooFast, {"start_velocity": [2.1, 0.0, 0.0]}),
-    (TooSharp, {"start_acceleration": [0.0, 0.0, 2.1]}),
-    (BadArgument, {"jerk": [1.0, 0.0, 1.0]}),
-    (BadArgument, {"jerk": [1.0, math.nan, 1.0]}),
-    (BadArgument, {"speed": 1.5}),
-    (BadArgument, {"sample_period": 0.0}),
-    (NotTimeable, {"speed": 1e-4}),
-])  # fmt: skip
+@pytest.mark.parametrize(
+    ("kind", "given"),
+    [
+        (NoMotion, {"goal": START}),
+        (WrongJointCount, {"goal": [0.0]}),
+        (WrongJointCount, {"jerk": [1.0]}),
+        (NotFinite, {"goal": [math.nan, 0.0, 0.0]}),
+        (OutOfRange, {"goal": [4.0, 0.0, 0.0]}),
+        (OutOfRange, {"start": [2.9, 0.5, 0.0], "start_velocity": [2.0, 0.0, 0.0]}),
+        (TooFast, {"start_velocity": [2.1, 0.0, 0.0]}),
+        (TooSharp, {"start_acceleration": [0.0, 0.0, 2.1]}),
+        (BadArgument, {"jerk": [1.0, 0.0, 1.0]}),
+        (BadArgument, {"jerk": [1.0, math.nan, 1.0]}),
+        (BadArgument, {"speed": 1.5}),
+        (BadArgument, {"sample_period": 0.0}),
+        (NotTimeable, {"speed": 1e-4}),
+    ],
+)
 def test_what_cannot_be_planned_is_refused(kind: type[Exception], given: dict[str, object]) -> None:
     asked = {"start": START, "goal": GOAL} | given
     with pytest.raises(kind):

@@ -25,9 +25,13 @@ from openpendant.motion.trajectory.joint_curves import (
 Array = NDArray[np.float64]
 
 LIMITS = JointLimits(
-    names=("a", "b", "c"), lower=(-3.0, -3.0, -1.0), upper=(3.0, 3.0, 1.0),
-    velocity=(2.0, 2.0, 0.5), acceleration=(8.0, 8.0, 2.0), prismatic=(False, False, True),
-)  # fmt: skip
+    names=("a", "b", "c"),
+    lower=(-3.0, -3.0, -1.0),
+    upper=(3.0, 3.0, 1.0),
+    velocity=(2.0, 2.0, 0.5),
+    acceleration=(8.0, 8.0, 2.0),
+    prismatic=(False, False, True),
+)
 BEND = [[0.0, 0.0, 0.0], [1.0, 0.2, 0.1], [1.2, 1.0, -0.1], [2.0, 0.5, 0.3]]
 
 
@@ -82,11 +86,14 @@ def test_a_third_derivative_is_not_offered() -> None:
         JointSpline(BEND).evaluate(np.array([0.1]), 3)
 
 
-@pytest.mark.parametrize(("extra", "place"), [
-    ([0, 0, 1, 2, 3], [0, 0, 1, 2, 3]),
-    ([0, 1, 1, 1, 2, 3], [0, 1, 1, 1, 2, 3]),
-    ([0, 1, 2, 3, 3], [0, 1, 2, 3, 3]),
-])  # fmt: skip
+@pytest.mark.parametrize(
+    ("extra", "place"),
+    [
+        ([0, 0, 1, 2, 3], [0, 0, 1, 2, 3]),
+        ([0, 1, 1, 1, 2, 3], [0, 1, 1, 1, 2, 3]),
+        ([0, 1, 2, 3, 3], [0, 1, 2, 3, 3]),
+    ],
+)
 def test_repeated_waypoints_are_dropped_and_keep_their_place(
     extra: list[int], place: list[int]
 ) -> None:
@@ -114,17 +121,20 @@ def test_slow_drift_in_steps_below_the_threshold_is_still_a_motion() -> None:
     assert len(curve.knots) > 300
 
 
-@pytest.mark.parametrize(("points", "error"), [
-    ([], BadArgument),
-    ([[0.0, 0.0, 0.0]], NoMotion),
-    ([[0.0, 0.0, 0.0]] * 7, NoMotion),
-    ([[0.0, 0.0, 0.0], [9e-6, -9e-6, 0.0]], NoMotion),
-    ([[0.0, 0.0, 0.0], [1.0, 0.0]], WrongJointCount),
-    ([[0.0, 0.0], [1.0, 0.0]], WrongJointCount),
-    ([[0.0, 0.0, 0.0], [1.0, math.nan, 0.0]], NotFinite),
-    ([[0.0, 0.0, -math.inf], [1.0, 0.0, 0.0]], NotFinite),
-    ([[0.0, 0.0, 0.0], [0.0, 3.1, 0.0], [1.0, 0.0, 0.0]], OutOfRange),
-])  # fmt: skip
+@pytest.mark.parametrize(
+    ("points", "error"),
+    [
+        ([], BadArgument),
+        ([[0.0, 0.0, 0.0]], NoMotion),
+        ([[0.0, 0.0, 0.0]] * 7, NoMotion),
+        ([[0.0, 0.0, 0.0], [9e-6, -9e-6, 0.0]], NoMotion),
+        ([[0.0, 0.0, 0.0], [1.0, 0.0]], WrongJointCount),
+        ([[0.0, 0.0], [1.0, 0.0]], WrongJointCount),
+        ([[0.0, 0.0, 0.0], [1.0, math.nan, 0.0]], NotFinite),
+        ([[0.0, 0.0, -math.inf], [1.0, 0.0, 0.0]], NotFinite),
+        ([[0.0, 0.0, 0.0], [0.0, 3.1, 0.0], [1.0, 0.0, 0.0]], OutOfRange),
+    ],
+)
 def test_what_is_no_path_is_refused(points: list[list[float]], error: type[MotionError]) -> None:
     with pytest.raises(error):
         JointSpline(points, LIMITS)
@@ -155,11 +165,14 @@ def test_the_extent_is_that_of_the_densely_sampled_curve(seed: int, count: int) 
     assert greatest == pytest.approx(sampled.max(axis=0), abs=1e-3)
 
 
-@pytest.mark.parametrize(("position", "settled"), [
-    ([0.1, 0.2, 0.3], [0.1, 0.2, 0.3]),
-    ([3.0, -3.0, 1.0], [3.0, -3.0, 1.0]),
-    ([3.0 + 5e-7, -3.0 - 5e-7, 1.0 + 9e-7], [3.0, -3.0, 1.0]),
-])  # fmt: skip
+@pytest.mark.parametrize(
+    ("position", "settled"),
+    [
+        ([0.1, 0.2, 0.3], [0.1, 0.2, 0.3]),
+        ([3.0, -3.0, 1.0], [3.0, -3.0, 1.0]),
+        ([3.0 + 5e-7, -3.0 - 5e-7, 1.0 + 9e-7], [3.0, -3.0, 1.0]),
+    ],
+)
 def test_feedback_noise_at_a_limit_is_settled(position: list[float], settled: list[float]) -> None:
     assert settle_start(position, LIMITS) == settled
     assert JointSpline([position, BEND[1]], LIMITS).evaluate(np.zeros(1))[0].tolist() == settled

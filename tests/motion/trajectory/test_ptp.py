@@ -88,17 +88,20 @@ def test_moves_between_the_very_corners_of_the_range_are_certified() -> None:
             certify(plan_joint_move(start, goal, limits), limits, start=start)
 
 
-@pytest.mark.parametrize(("start", "goal", "error", "words"), [
-    (HOME, HOME[:5], WrongJointCount, "5 joint values"),
-    (HOME[:5], AWAY, WrongJointCount, "5 joint values"),
-    (HOME, [*HOME, 0.0], WrongJointCount, "7 joint values"),
-    (HOME, [], WrongJointCount, "0 joint values"),
-    (HOME, [0.0, math.nan, 0.0, 0.0, 0.0, 0.0], NotFinite, "element 1"),
-    (HOME, [0.0, 0.0, math.inf, 0.0, 0.0, 0.0], NotFinite, "element 2"),
-    ([-math.inf, *HOME[1:]], AWAY, NotFinite, "element 0"),
-    (HOME, HOME, NoMotion, "already there"),
-    (HOME, [9e-6] * 6, NoMotion, "already there"),
-])  # fmt: skip
+@pytest.mark.parametrize(
+    ("start", "goal", "error", "words"),
+    [
+        (HOME, HOME[:5], WrongJointCount, "5 joint values"),
+        (HOME[:5], AWAY, WrongJointCount, "5 joint values"),
+        (HOME, [*HOME, 0.0], WrongJointCount, "7 joint values"),
+        (HOME, [], WrongJointCount, "0 joint values"),
+        (HOME, [0.0, math.nan, 0.0, 0.0, 0.0, 0.0], NotFinite, "element 1"),
+        (HOME, [0.0, 0.0, math.inf, 0.0, 0.0, 0.0], NotFinite, "element 2"),
+        ([-math.inf, *HOME[1:]], AWAY, NotFinite, "element 0"),
+        (HOME, HOME, NoMotion, "already there"),
+        (HOME, [9e-6] * 6, NoMotion, "already there"),
+    ],
+)
 def test_what_cannot_be_planned_is_refused(
     start: list[float], goal: list[float], error: type[MotionError], words: str
 ) -> None:

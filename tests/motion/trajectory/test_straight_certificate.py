@@ -53,21 +53,24 @@ def test_single_rows_are_the_samples_of_the_trajectory(name: str) -> None:
         assert row.acceleration == pytest.approx(sample.acceleration, abs=1e-9)
 
 
-@pytest.mark.parametrize(("change", "check"), [
-    ({"goal": (7.0, *GOAL[1:])}, "position"),
-    ({"goal": (math.nan, *GOAL[1:])}, "finite"),
-    ({"goal": (math.inf, *GOAL[1:])}, "finite"),
-    ({"goal": (math.nextafter(UR5.limits.upper[0], 9.0), *GOAL[1:])}, "position"),
-    ({"steps": 20, "ramp": 10}, "velocity"),
-    ({"period": 0.005}, "velocity"),
-    ({"ramp": 1}, "acceleration"),
-    ({"ramp": 0}, "time"),
-    ({"ramp": 10_000}, "time"),
-    ({"period": 0.0}, "time"),
-    ({"period": math.nan}, "time"),
-    ({"start": (HOME[0] + 0.02, *HOME[1:])}, "start"),
-    ({"start": (math.nan, *HOME[1:])}, "finite"),
-])  # fmt: skip
+@pytest.mark.parametrize(
+    ("change", "check"),
+    [
+        ({"goal": (7.0, *GOAL[1:])}, "position"),
+        ({"goal": (math.nan, *GOAL[1:])}, "finite"),
+        ({"goal": (math.inf, *GOAL[1:])}, "finite"),
+        ({"goal": (math.nextafter(UR5.limits.upper[0], 9.0), *GOAL[1:])}, "position"),
+        ({"steps": 20, "ramp": 10}, "velocity"),
+        ({"period": 0.005}, "velocity"),
+        ({"ramp": 1}, "acceleration"),
+        ({"ramp": 0}, "time"),
+        ({"ramp": 10_000}, "time"),
+        ({"period": 0.0}, "time"),
+        ({"period": math.nan}, "time"),
+        ({"start": (HOME[0] + 0.02, *HOME[1:])}, "start"),
+        ({"start": (math.nan, *HOME[1:])}, "finite"),
+    ],
+)
 def test_a_planted_fault_is_refused_by_name(
     move: StraightMove, change: dict[str, Any], check: str
 ) -> None:

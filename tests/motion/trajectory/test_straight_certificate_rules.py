@@ -14,9 +14,13 @@ from openpendant.motion.trajectory.ptp import StraightMove
 from openpendant.motion.trajectory.straight_certificate import certify_straight_move
 
 LIMITS = JointLimits(
-    names=("base", "arm"), lower=(-9.0, -1.0), upper=(9.0, 2.0), velocity=(9.0, 1.0),
-    acceleration=(90.0, 2.0), prismatic=(False, False),
-)  # fmt: skip
+    names=("base", "arm"),
+    lower=(-9.0, -1.0),
+    upper=(9.0, 2.0),
+    velocity=(9.0, 1.0),
+    acceleration=(90.0, 2.0),
+    prismatic=(False, False),
+)
 MOVE = StraightMove((0.0, 0.0), (0.0, 1.5), 20, 5, 0.1)
 """The arm goes by 1.5 rad: at 1 rad/s, and 2 rad/s²; both are its limits."""
 
@@ -54,10 +58,15 @@ def test_an_acceleration_alone() -> None:
     certify_straight_move(MOVE, replace(LIMITS, acceleration=(90.0, 1.9985)), start=(0.0, 0.0))
 
 
-@pytest.mark.parametrize(("start", "goal", "value", "limit"), [
-    (0.6, 2.001, 2.001, 2.0), (2.001, 0.6, 2.001, 2.0), (0.0, -1.001, -1.001, -1.0),
-    (-1.001, 0.0, -1.001, -1.0),
-])  # fmt: skip
+@pytest.mark.parametrize(
+    ("start", "goal", "value", "limit"),
+    [
+        (0.6, 2.001, 2.001, 2.0),
+        (2.001, 0.6, 2.001, 2.0),
+        (0.0, -1.001, -1.001, -1.0),
+        (-1.001, 0.0, -1.001, -1.0),
+    ],
+)
 def test_both_ends_of_the_move_are_in_the_range(
     start: float, goal: float, value: float, limit: float
 ) -> None:

@@ -41,16 +41,19 @@ def sweep(kinematics: Kinematics, count: int, seed: int = 3) -> JointSpline:
     return JointSpline(middle + random.uniform(-0.2, 0.2, (count, kinematics.dof)) * span)
 
 
-@pytest.mark.parametrize(("name", "count"), [
-    *((name, 2) for name in ROBOTS),
-    ("abb_irb2400", 5),
-    ("rail_kr5_arc", 3),
-    *(
-        pytest.param(name, count, marks=pytest.mark.soak)
-        for name in ROBOTS
-        for count in (4, 7, 20)
-    ),
-])  # fmt: skip
+@pytest.mark.parametrize(
+    ("name", "count"),
+    [
+        *((name, 2) for name in ROBOTS),
+        ("abb_irb2400", 5),
+        ("rail_kr5_arc", 3),
+        *(
+            pytest.param(name, count, marks=pytest.mark.soak)
+            for name in ROBOTS
+            for count in (4, 7, 20)
+        ),
+    ],
+)
 def test_tool_and_elbow_keep_250_mm_per_second_at_ten_times_the_density(
     name: str, count: int
 ) -> None:
@@ -130,10 +133,17 @@ def test_reduced_speed_watches_the_named_tool_and_the_elbow(kinematics: Kinemati
     assert elbow.position(joints)[0] == pytest.approx(forearm.position)
 
 
-@pytest.mark.parametrize(("name", "joint"), [
-    ("ur5", 3), ("abb_irb2400", 3), ("puma560", 3), ("kuka_iiwa14", 4), ("rail_kr5_arc", 4),
-    ("mitsubishi_rh6frh5520", 2),
-])  # fmt: skip
+@pytest.mark.parametrize(
+    ("name", "joint"),
+    [
+        ("ur5", 3),
+        ("abb_irb2400", 3),
+        ("puma560", 3),
+        ("kuka_iiwa14", 4),
+        ("rail_kr5_arc", 4),
+        ("mitsubishi_rh6frh5520", 2),
+    ],
+)
 def test_the_elbow_is_where_upper_arm_and_forearm_meet(name: str, joint: int) -> None:
     kinematics = arm(name)
     assert elbow_link(kinematics) == kinematics.robot.driven[joint - 1].child

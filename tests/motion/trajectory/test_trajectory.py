@@ -10,9 +10,13 @@ from openpendant.motion.trajectory.ptp import plan_joint_move
 from openpendant.motion.trajectory.trajectory import SAMPLE_PERIOD, Trajectory, join
 
 LIMITS = JointLimits(
-    names=("turn", "slide"), lower=(-3.0, -1.0), upper=(3.0, 1.0), velocity=(2.0, 0.5),
-    acceleration=(8.0, 2.0), prismatic=(False, True),
-)  # fmt: skip
+    names=("turn", "slide"),
+    lower=(-3.0, -1.0),
+    upper=(3.0, 1.0),
+    velocity=(2.0, 0.5),
+    acceleration=(8.0, 2.0),
+    prismatic=(False, True),
+)
 HERE, THERE, ELSEWHERE = [0.0, 0.0], [1.0, -0.2], [-0.5, 0.3]
 FIELDS = ("times", "position", "velocity", "acceleration", "waypoint_times")
 

@@ -15,9 +15,13 @@ from openpendant.motion.trajectory.trajectory import Trajectory
 from openpendant.motion.trajectory.trajectory_files import from_csv, to_csv, to_ros_yaml
 
 LIMITS = JointLimits(
-    names=("turn", 'a "quoted", name', "slide"), lower=(-3.0, -2.0, -1.0), upper=(3.0, 2.0, 1.0),
-    velocity=(2.0, 1.5, 0.5), acceleration=(8.0, 6.0, 2.0), prismatic=(False, False, True),
-)  # fmt: skip
+    names=("turn", 'a "quoted", name', "slide"),
+    lower=(-3.0, -2.0, -1.0),
+    upper=(3.0, 2.0, 1.0),
+    velocity=(2.0, 1.5, 0.5),
+    acceleration=(8.0, 6.0, 2.0),
+    prismatic=(False, False, True),
+)
 
 
 @pytest.fixture(scope="module")
@@ -61,14 +65,17 @@ def test_csv_of_a_spreadsheet_is_read_too(swing: Trajectory) -> None:
     assert np.array_equal(from_csv(text, LIMITS).position, swing.position)
 
 
-@pytest.mark.parametrize(("old", "new", "words"), [
-    ("turn position [rad]", "turn position [deg]", "column 2"),
-    ("time [s],", "", "column 1"),
-    ("\n0.01,", "\n0,01,", "line 3 is .*accepted: 10 values"),
-    ("\n0.01,", "\nx,", "line 3, column 1"),
-    ("\n0.01,", "\nnan,", "line 3, column 1"),
-    ("\n0.02,", "\n0.01,", "time in CSV line 4"),
-])  # fmt: skip
+@pytest.mark.parametrize(
+    ("old", "new", "words"),
+    [
+        ("turn position [rad]", "turn position [deg]", "column 2"),
+        ("time [s],", "", "column 1"),
+        ("\n0.01,", "\n0,01,", "line 3 is .*accepted: 10 values"),
+        ("\n0.01,", "\nx,", "line 3, column 1"),
+        ("\n0.01,", "\nnan,", "line 3, column 1"),
+        ("\n0.02,", "\n0.01,", "time in CSV line 4"),
+    ],
+)
 def test_a_csv_that_is_not_as_written_is_refused_with_its_place(
     swing: Trajectory, old: str, new: str, words: str
 ) -> None:

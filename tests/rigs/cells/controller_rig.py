@@ -33,9 +33,13 @@ from openpendant.simplemsg.pendant import OperatorAction
 MS = 1_000_000
 LINK = 1
 LIMITS = JointLimits(
-    names=("shoulder", "elbow"), lower=(-2.0, -2.0), upper=(2.0, 2.0), velocity=(2.0, 2.0),
-    acceleration=(4.0, 4.0), prismatic=(False, False),
-)  # fmt: skip
+    names=("shoulder", "elbow"),
+    lower=(-2.0, -2.0),
+    upper=(2.0, 2.0),
+    velocity=(2.0, 2.0),
+    acceleration=(4.0, 4.0),
+    prismatic=(False, False),
+)
 SUCCESS, FAILURE = ReplyCode.SUCCESS, ReplyCode.FAILURE
 
 
@@ -62,9 +66,14 @@ def full_point(
 ) -> JointTrajPtFull:
     fields = 7 if acceleration is None else 15
     return JointTrajPtFull(
-        robot_id, sequence, fields if valid_fields is None else valid_fields, time,
-        joint_array(joints), joint_array(velocity), joint_array(acceleration or ()),
-    )  # fmt: skip
+        robot_id,
+        sequence,
+        fields if valid_fields is None else valid_fields,
+        time,
+        joint_array(joints),
+        joint_array(velocity),
+        joint_array(acceleration or ()),
+    )
 
 
 STOP = ratio_point(-4, (), 0.0, velocity=0.0)

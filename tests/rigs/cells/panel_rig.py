@@ -18,9 +18,13 @@ MS = 1_000_000
 S = 1_000 * MS
 
 PROGRAM = TaughtProgram(
-    "pick", 3, ("move PTP home", "wait 2 s", "move LIN P1"), ("home", "", "P1"), ("home", "P1"),
+    "pick",
+    3,
+    ("move PTP home", "wait 2 s", "move LIN P1"),
+    ("home", "", "P1"),
+    ("home", "P1"),
     first_line=9,
-)  # fmt: skip
+)
 
 
 DRY_RUN: dict[str, Any] = {
@@ -50,21 +54,41 @@ def joint(name: str, unit: Any = "rad") -> JointFacts:
 
 def snapshot(dof: int = 6, **changes: Any) -> Snapshot:
     shot = Snapshot(
-        cell="cell", robot="ur5", joints=[joint(f"joint {number}") for number in range(1, dof + 1)],
-        frames=["base", "root", "table"], activity="idle", link="up", mode="auto",
-        operating_mode="automatic", speed={"override": 1.0, "tool_speed_cap": None}, tool=None,
-        signals={"offered": False, "inputs": [], "outputs": []}, recording=None,
-        recording_problem="", program=None, owner=None, stop=None, obstacle="",
-    )  # fmt: skip
+        cell="cell",
+        robot="ur5",
+        joints=[joint(f"joint {number}") for number in range(1, dof + 1)],
+        frames=["base", "root", "table"],
+        activity="idle",
+        link="up",
+        mode="auto",
+        operating_mode="automatic",
+        speed={"override": 1.0, "tool_speed_cap": None},
+        tool=None,
+        signals={"offered": False, "inputs": [], "outputs": []},
+        recording=None,
+        recording_problem="",
+        program=None,
+        owner=None,
+        stop=None,
+        obstacle="",
+    )
     shot.update(changes)  # type: ignore[typeddict-item]
     return shot
 
 
 HELLO = HelloReply(
-    protocol_version=2, session=SESSION, capabilities=1023, max_frame=65_532, dof=6,
-    tick_rate=100.0, max_state_rate=125.0, authority_timeout=3.0, cell="cell", robot="ur5",
+    protocol_version=2,
+    session=SESSION,
+    capabilities=1023,
+    max_frame=65_532,
+    dof=6,
+    tick_rate=100.0,
+    max_state_rate=125.0,
+    authority_timeout=3.0,
+    cell="cell",
+    robot="ur5",
     server="test",
-)  # fmt: skip
+)
 
 
 class PanelRig:

@@ -79,9 +79,13 @@ from openpendant.simplemsg.verdicts import VerdictCode
 MS = 1_000_000
 TICK = 10 * MS
 LIMITS = JointLimits(
-    names=("shoulder", "elbow"), lower=(-2.0, -2.0), upper=(2.0, 2.0), velocity=(2.0, 2.0),
-    acceleration=(4.0, 4.0), prismatic=(False, False),
-)  # fmt: skip
+    names=("shoulder", "elbow"),
+    lower=(-2.0, -2.0),
+    upper=(2.0, 2.0),
+    velocity=(2.0, 2.0),
+    acceleration=(4.0, 4.0),
+    prismatic=(False, False),
+)
 IDENTITY = Identity("cell", "two-joints", "openpendant test")
 SUCCESS, FAILURE = ReplyCode.SUCCESS, ReplyCode.FAILURE
 

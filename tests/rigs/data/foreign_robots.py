@@ -95,8 +95,10 @@ def _flat_arm() -> Foreign:
     joints = [
         joint("s1", "b", "u", origin=_at(0, 0.4), limit=_bounds(-2.2, 2.2)),
         joint("s2", "u", "v", origin=_at(0.3, 0), limit=_bounds(-2.5, 2.5)),
-        joint(*("z", "v", "w"), kind="prismatic", origin=_at(0.25, 0), axis=DOWN,
-            limit=_bounds(0, 0.2, 1)),
+        joint(
+            *("z", "v", "w"),
+            kind="prismatic", origin=_at(0.25, 0), axis=DOWN, limit=_bounds(0, 0.2, 1),
+        ),
         joint("r", "w", "t", kind="continuous", origin="", axis=DOWN, limit=""),
     ]  # fmt: skip
     return Foreign(_robot("flat_arm", links, joints), "t", [0.3, 0.8, 0.05, 0.2], "xyzC")

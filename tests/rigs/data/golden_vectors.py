@@ -16,9 +16,16 @@ from openpendant.simplemsg import MOTOMAN, STANDARD, ByteOrder, Codec, Dialect, 
 FOLDER = Path(__file__).parents[2] / "vectors"
 
 FILES = (
-    "standard-le-f32", "standard-be-f32", "standard-le-f64", "standard-be-f64", "motoman-le-f32",
-    "motoman-be-f32", "motoman-le-f64", "motoman-controller-le-f32", "motoman-controller-be-f32",
-)  # fmt: skip
+    "standard-le-f32",
+    "standard-be-f32",
+    "standard-le-f64",
+    "standard-be-f64",
+    "motoman-le-f32",
+    "motoman-be-f32",
+    "motoman-le-f64",
+    "motoman-controller-le-f32",
+    "motoman-controller-be-f32",
+)
 
 
 @dataclass(frozen=True)
@@ -65,9 +72,12 @@ class Golden:
         if "first_int_is_result" in fields:
             return {
                 "robot_id": fields["first_int_is_result"],
-                "sequence": fields["second_int_is_subcode"], "command": 0, "result": 0,
-                "subcode": 0, "data": [0.0] * 10,
-            }  # fmt: skip
+                "sequence": fields["second_int_is_subcode"],
+                "command": 0,
+                "result": 0,
+                "subcode": 0,
+                "data": [0.0] * 10,
+            }
         if "body_ints_then_one_real" in fields:
             real = "f" if self.real_size == 4 else "d"
             values = fields["body_ints_then_one_real"]

@@ -63,9 +63,14 @@ def loopback(packet: bytes) -> bytes:
 
 
 LINKS: dict[int, Callable[[bytes], bytes]] = {
-    0: loopback, 1: ethernet, 101: bytes, 108: loopback, 113: linux_cooked, 228: bytes,
+    0: loopback,
+    1: ethernet,
+    101: bytes,
+    108: loopback,
+    113: linux_cooked,
+    228: bytes,
     276: linux_cooked_2,
-}  # fmt: skip
+}
 
 
 @dataclass

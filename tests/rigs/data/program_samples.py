@@ -81,9 +81,12 @@ def points(draw: st.DrawFn, name: str, joints: int) -> TeachPoint:
     values = draw(st.lists(st.floats(-1e6, 1e6), min_size=joints, max_size=joints))
     turns = st.lists(st.integers(-100, 100), min_size=joints, max_size=joints).map(tuple)
     arms = st.builds(
-        ArmConfiguration, st.sampled_from(["front", "back"]), st.sampled_from(["up", "down"]),
-        st.sampled_from(["no-flip", "flip"]), st.one_of(st.none(), turns),
-    )  # fmt: skip
+        ArmConfiguration,
+        st.sampled_from(["front", "back"]),
+        st.sampled_from(["up", "down"]),
+        st.sampled_from(["no-flip", "flip"]),
+        st.one_of(st.none(), turns),
+    )
     pose, arm = draw(st.one_of(st.none(), _poses())), draw(st.one_of(st.none(), arms))
     return TeachPoint(name, tuple(values), pose, arm, draw(_LINES))
 
@@ -95,10 +98,14 @@ def _moves(draw: st.DrawFn, names: list[str]) -> Move:
     via = draw(st.lists(st.sampled_from(names), min_size=vias[0], max_size=vias[1]))
     zone = 0.0 if way is Way.SPLINE else draw(_ZONES)
     return Move(
-        way, draw(st.sampled_from(names)), tuple(via),
-        draw(_FRACTIONS if way is Way.PTP else _SPEEDS), zone, 0.0 if zone else draw(_TIMES),
+        way,
+        draw(st.sampled_from(names)),
+        tuple(via),
+        draw(_FRACTIONS if way is Way.PTP else _SPEEDS),
+        zone,
+        0.0 if zone else draw(_TIMES),
         comment=draw(_COMMENTS),
-    )  # fmt: skip
+    )
 
 
 def _simple(names: list[str]) -> st.SearchStrategy[Statement]:
@@ -150,7 +157,12 @@ def programs(draw: st.DrawFn) -> Program:
     joints = draw(st.integers(1, 8))
     axes = draw(st.lists(st.integers(0, joints - 1), unique=True, max_size=2))
     return Program(
-        name=draw(NAMES), robot=draw(NAMES), linear_axes=tuple(sorted(axes)), tool=draw(NAMES),
-        frame=draw(NAMES), points=tuple(draw(points(name, joints)) for name in names),
-        statements=tuple(draw(_bodies(names))), comment=draw(_LINES),
-    )  # fmt: skip
+        name=draw(NAMES),
+        robot=draw(NAMES),
+        linear_axes=tuple(sorted(axes)),
+        tool=draw(NAMES),
+        frame=draw(NAMES),
+        points=tuple(draw(points(name, joints)) for name in names),
+        statements=tuple(draw(_bodies(names))),
+        comment=draw(_LINES),
+    )

@@ -44,9 +44,13 @@ from openpendant.tools.packets.conformance.server.target import Options
 HOST = "127.0.0.1"
 START = (0.3, 0.4)
 LIMITS = JointLimits(
-    names=("shoulder", "elbow"), lower=(-2.0, -2.0), upper=(2.0, 2.0), velocity=(2.0, 2.0),
-    acceleration=(4.0, 4.0), prismatic=(False, False),
-)  # fmt: skip
+    names=("shoulder", "elbow"),
+    lower=(-2.0, -2.0),
+    upper=(2.0, 2.0),
+    velocity=(2.0, 2.0),
+    acceleration=(4.0, 4.0),
+    prismatic=(False, False),
+)
 _MS = 1_000_000
 
 AT_USUAL_RATE: Mapping[str, object] = {"rate": USUAL_RATE}

@@ -125,28 +125,58 @@ TOPICS = (
     Fault("pauses for 0.8 s now and then", ("TS03",), state_out=_pauses(while_moving=False)),
     Fault("tells STATUS every three seconds", ("TS04",), state_out=each(_status_now_and_then)),
     Fault("tells STATUS before the joints", ("TS05",), state_out=_status_first),
-    Fault("leaves values in slots without a joint", ("TS06",),
-        state_out=_joints(lambda joints: (*joints[:9], 0.5))),
+    Fault(
+        "leaves values in slots without a joint",
+        ("TS06",),
+        state_out=_joints(lambda joints: (*joints[:9], 0.5)),
+    ),
     Fault("counts its reports", ("TS07",), state_out=_counting),
     Fault("has a STATUS of eight integers", ("TS08",), state_out=each_frame(_four_bytes_more)),
-    Fault("reports type 15 only", ("TS09",), DEVIATES,
-        state_out=each(lambda _, m: None if isinstance(m, JointPosition) else m)),
+    Fault(
+        "reports type 15 only",
+        ("TS09",),
+        DEVIATES,
+        state_out=each(lambda _, m: None if isinstance(m, JointPosition) else m),
+    ),
     Fault("reports noise of 0.01 rad", ("TS10",), state_out=_noise),
-    Fault("reports degrees", ("TS11",),
-        state_out=_joints(lambda joints: tuple(map(math.degrees, joints)))),
-    Fault("says something else in type 15", ("TS12",), state_out=_feedback(
-        lambda told: dataclasses.replace(told, positions=tuple(v + 0.1 for v in told.positions)))),
-    Fault("serves no listener when there are two", ("TS13",),
-        state_out=lambda service, messages: [] if len(service.state_links) > 1 else list(messages)),
+    Fault(
+        "reports degrees",
+        ("TS11",),
+        state_out=_joints(lambda joints: tuple(map(math.degrees, joints))),
+    ),
+    Fault(
+        "says something else in type 15",
+        ("TS12",),
+        state_out=_feedback(
+            lambda told: dataclasses.replace(told, positions=tuple(v + 0.1 for v in told.positions))
+        ),
+    ),
+    Fault(
+        "serves no listener when there are two",
+        ("TS13",),
+        state_out=lambda service, messages: [] if len(service.state_links) > 1 else list(messages),
+    ),
     Fault("forgets listeners that come again", ("TS14",), link=_FirstListenersOnly),
-    Fault("pauses for 0.8 s in motion", ("TS16",), settings=AT_USUAL_RATE,
-        state_out=_pauses(while_moving=True)),
+    Fault(
+        "pauses for 0.8 s in motion",
+        ("TS16",),
+        settings=AT_USUAL_RATE,
+        state_out=_pauses(while_moving=True),
+    ),
     Fault("reports jumps in motion", ("TS17",), state_out=_jumping),
-    Fault("moves another joint along", ("TS18",),
-        state_out=_joints(lambda joints: (joints[0] + (joints[1] - 0.4), *joints[1:]))),
-    Fault("reports velocities backwards", ("TS19",), state_out=_feedback(
-        lambda told: dataclasses.replace(told, velocities=tuple(-v for v in told.velocities)))),
-)  # fmt: skip
+    Fault(
+        "moves another joint along",
+        ("TS18",),
+        state_out=_joints(lambda joints: (joints[0] + (joints[1] - 0.4), *joints[1:])),
+    ),
+    Fault(
+        "reports velocities backwards",
+        ("TS19",),
+        state_out=_feedback(
+            lambda told: dataclasses.replace(told, velocities=tuple(-v for v in told.velocities))
+        ),
+    ),
+)
 
 
 def _flickering(service: FaultyService, messages: list[Message]) -> list[Message | bytes]:
@@ -278,30 +308,62 @@ MOTION = (
     Fault("goes the other way", ("MS02", "MS08"), message_in=_scaled(-1.0)),
     Fault("goes too far and stays there", ("MS02", "MS08"), message_in=_scaled(1.3)),
     Fault("does not answer the second point", ("MS02",), frame_out=_second_point_unanswered),
-    Fault("answers points with nine bytes", ("MS03",),
-        frame_out=lambda _, f: frame(11, 3, 1, bytes(9)) if header(f)[1] == 11 else f),
-    Fault("answers points with whole points", ("MS03", "RS12"), DEVIATES,
-        frame_out=lambda _, f: frame(11, 3, 1, bytes(52)) if header(f)[1] == 11 else f),
+    Fault(
+        "answers points with nine bytes",
+        ("MS03",),
+        frame_out=lambda _, f: frame(11, 3, 1, bytes(9)) if header(f)[1] == 11 else f,
+    ),
+    Fault(
+        "answers points with whole points",
+        ("MS03", "RS12"),
+        DEVIATES,
+        frame_out=lambda _, f: frame(11, 3, 1, bytes(52)) if header(f)[1] == 11 else f,
+    ),
     Fault("moves more than twice as fast", ("MS06",), DEVIATES, message_in=_timed(0.38)),
     Fault("moves six times as slowly", ("MS07",), message_in=_timed(6.0)),
-    Fault("does not move to single points", ("MS09",), controller=disobeying(
-        lambda c, link, m, now: isinstance(m, JointTrajPt) and m.sequence == 0
-        and m.duration > 0.3)),
-    Fault("takes seven points and forgets the rest", ("MS10",), controller=disobeying(
-        lambda c, link, m, now: isinstance(m, JointTrajPt) and m.sequence > 6)),
+    Fault(
+        "does not move to single points",
+        ("MS09",),
+        controller=disobeying(
+            lambda c, link, m, now: (
+                isinstance(m, JointTrajPt) and m.sequence == 0 and m.duration > 0.3
+            )
+        ),
+    ),
+    Fault(
+        "takes seven points and forgets the rest",
+        ("MS10",),
+        controller=disobeying(
+            lambda c, link, m, now: isinstance(m, JointTrajPt) and m.sequence > 6
+        ),
+    ),
     Fault("takes one trajectory a connection", ("MS11",), controller=_OneTrajectoryALink),
     Fault("moves a repeated point twice", ("MS12",), message_in=_duplicates_are_new),
     Fault("takes gaps in the sequence", ("MS13",), DEVIATES, settings={"strict_sequence": False}),
     Fault("begins anywhere", ("MS14",), DEVIATES, settings={"strict_sequence": False}),
-    Fault("forgets a trajectory that replaces one", ("MS15",), controller=disobeying(
-        lambda c, link, m, now: isinstance(m, JointTrajPt) and m.sequence == 0
-        and c._servo.in_motion)),
+    Fault(
+        "forgets a trajectory that replaces one",
+        ("MS15",),
+        controller=disobeying(
+            lambda c, link, m, now: (
+                isinstance(m, JointTrajPt) and m.sequence == 0 and c._servo.in_motion
+            )
+        ),
+    ),
     Fault("answers downloads", ("MS16",), message_in=_answers_downloads),
-    Fault("takes full points and does not move", ("MS17",), controller=disobeying(
-        lambda c, link, m, now: isinstance(m, JointTrajPtFull) and m.sequence >= 0)),
-    Fault("takes whole trajectories and does not move", ("MS18",), controller=disobeying(
-        lambda c, link, m, now: isinstance(m, JointTraj))),
-)  # fmt: skip
+    Fault(
+        "takes full points and does not move",
+        ("MS17",),
+        controller=disobeying(
+            lambda c, link, m, now: isinstance(m, JointTrajPtFull) and m.sequence >= 0
+        ),
+    ),
+    Fault(
+        "takes whole trajectories and does not move",
+        ("MS18",),
+        controller=disobeying(lambda c, link, m, now: isinstance(m, JointTraj)),
+    ),
+)
 
 
 def _stands(controller: EmulatedController, now: int) -> bool:
@@ -369,31 +431,59 @@ def _keeps_download(controller: EmulatedController, _: int, message: Message, no
 
 
 STOP = (
-    Fault("answers STOP and moves on", ("SS02", "SS03"), controller=disobeying(
-        lambda c, link, m, now: is_stop(m))),
+    Fault(
+        "answers STOP and moves on",
+        ("SS02", "SS03"),
+        controller=disobeying(lambda c, link, m, now: is_stop(m)),
+    ),
     Fault("does not answer STOP in motion", ("SS01",), message_in=_silent_stop),
     Fault("stops a second late", ("SS02",), message_in=_late_stop),
     Fault("goes on by itself after STOP", ("SS03",), message_in=_resuming(1, 0.5, 0.6)),
     Fault("goes home by itself after STOP", ("SS04",), message_in=_resuming(0, 0.2, 0.1)),
     Fault("takes nothing after STOP", ("SS05",), controller=_DeadAfterStop),
-    Fault("ignores STOP before it moves", ("SS06",), controller=disobeying(
-        lambda c, link, m, now: _stands(c, now) and is_stop(m))),
-    Fault("ignores STOP while many points are left", ("SS07",), controller=disobeying(
-        lambda c, link, m, now: is_stop(m) and len(c._servo.buffer) > 3)),
+    Fault(
+        "ignores STOP before it moves",
+        ("SS06",),
+        controller=disobeying(lambda c, link, m, now: _stands(c, now) and is_stop(m)),
+    ),
+    Fault(
+        "ignores STOP while many points are left",
+        ("SS07",),
+        controller=disobeying(lambda c, link, m, now: is_stop(m) and len(c._servo.buffer) > 3),
+    ),
     Fault("does not answer a second STOP", ("SS08",), message_in=_second_stop_unheard),
     Fault("takes left-over points", ("SS09",), DEVIATES, settings={"strict_sequence": False}),
-    Fault("ignores STOP of another client", ("SS10",), controller=disobeying(
-        lambda c, link, m, now: is_stop(m) and c._taking.owner not in (None, link))),
-    Fault("ignores STOP as a topic", ("SS11",), controller=disobeying(
-        lambda c, link, m, now: is_stop(m) and not is_request(m))),
-    Fault("loses a STOP behind a point", ("SS12",),
-        bytes_in=lambda _, data: data[:68] if len(data) == 136 else data),
-    Fault("loses a STOP in two pieces", ("SS13",),
-        bytes_in=lambda _, data: b"" if len(data) in (37, 31) else data),
+    Fault(
+        "ignores STOP of another client",
+        ("SS10",),
+        controller=disobeying(
+            lambda c, link, m, now: is_stop(m) and c._taking.owner not in (None, link)
+        ),
+    ),
+    Fault(
+        "ignores STOP as a topic",
+        ("SS11",),
+        controller=disobeying(lambda c, link, m, now: is_stop(m) and not is_request(m)),
+    ),
+    Fault(
+        "loses a STOP behind a point",
+        ("SS12",),
+        bytes_in=lambda _, data: data[:68] if len(data) == 136 else data,
+    ),
+    Fault(
+        "loses a STOP in two pieces",
+        ("SS13",),
+        bytes_in=lambda _, data: b"" if len(data) in (37, 31) else data,
+    ),
     Fault("moves a download that was stopped", ("SS14",), controller=disobeying(_keeps_download)),
-    Fault("ignores STOP in a full point", ("SS15",), controller=disobeying(
-        lambda c, link, m, now: is_stop(m) and isinstance(m, JointTrajPtFull))),
-)  # fmt: skip
+    Fault(
+        "ignores STOP in a full point",
+        ("SS15",),
+        controller=disobeying(
+            lambda c, link, m, now: is_stop(m) and isinstance(m, JointTrajPtFull)
+        ),
+    ),
+)
 
 
 def _joint(point: JointTrajPt, value: float) -> JointTrajPt:
@@ -470,23 +560,43 @@ def _not_a_number_is_nothing(link: FaultyLink, received: Received) -> Iterable[R
 LIMITS = (
     Fault("takes what is no number for 0.5", ("LS01", "LS02"), message_in=each_point(_finite)),
     Fault("drops what is no number silently", ("LS01",), DEVIATES, controller=_SilentlyDropsNan),
-    Fault("drops a velocity that is no number", ("LS03", "LS04"), DEVIATES,
-        controller=_SilentlyDropsNan),
-    Fault("drops what cannot be silently", ("LS05", "LS06"), DEVIATES,
+    Fault(
+        "drops a velocity that is no number",
+        ("LS03", "LS04"),
+        DEVIATES,
+        controller=_SilentlyDropsNan,
+    ),
+    Fault(
+        "drops what cannot be silently",
+        ("LS05", "LS06"),
+        DEVIATES,
         controller=disobeying(
-        lambda c, link, m, now: isinstance(m, JointTrajPt) and (m.duration < 0 or m.velocity > 1))),
+            lambda c, link, m, now: (
+                isinstance(m, JointTrajPt) and (m.duration < 0 or m.velocity > 1)
+            )
+        ),
+    ),
     Fault("clips targets to the range", ("LS07",), message_in=each_point(_clipped)),
     Fault("takes targets out of range and stays", ("LS07", "LS08"), controller=_SilentlyDrops),
-    Fault("does not check the range, as ABB's does not", ("LS07", "LS08"), DEVIATES,
-        controller=_SilentlyDrops, frame_out=_no_ping),
+    Fault(
+        "does not check the range, as ABB's does not",
+        ("LS07", "LS08"),
+        DEVIATES,
+        controller=_SilentlyDrops,
+        frame_out=_no_ping,
+    ),
     Fault("moves faster than the joint may", ("LS09",), controller=_TooFast),
     Fault("moves what follows a refused point", ("LS10",), message_in=each_point(_rest_is_new)),
     Fault("takes full points without a position", ("LS11",), message_in=_any_full_point),
-    Fault("takes full points that are no numbers", ("LS12",), DEVIATES,
-        message_in=_not_a_number_is_nothing),
+    Fault(
+        "takes full points that are no numbers",
+        ("LS12",),
+        DEVIATES,
+        message_in=_not_a_number_is_nothing,
+    ),
     Fault("takes points for other robots", ("LS13",), message_in=_any_full_point),
     Fault("jumps to a point without a duration", ("LS15",), controller=_Teleports),
-)  # fmt: skip
+)
 
 
 class _DiesAfterFive(FaultyService):
@@ -610,17 +720,25 @@ LINK = (
     Fault("never forgets a client", ("KS04",), service=_NeverForgets),
     Fault("answers the newest client", ("KS05",), service=_ConfusesClients),
     Fault("ends state links with motion links", ("KS07",), service=_StateNeedsMotion),
-    Fault("answers sixty-four PINGs", ("KS08",),
-        frame_out=lambda link, data: data if count(link.memory, "replies") <= 64 else b""),
+    Fault(
+        "answers sixty-four PINGs",
+        ("KS08",),
+        frame_out=lambda link, data: data if count(link.memory, "replies") <= 64 else b"",
+    ),
     Fault("carries on without its client", ("KS10", "KS11"), controller=_CarriesOn),
-    Fault("carries on without its client, as ABB's does", ("KS10", "KS11"), DEVIATES,
-        controller=_CarriesOn, frame_out=_no_ping),
+    Fault(
+        "carries on without its client, as ABB's does",
+        ("KS10", "KS11"),
+        DEVIATES,
+        controller=_CarriesOn,
+        frame_out=_no_ping,
+    ),
     Fault("carries on when its client leaves politely", ("KS10",), service=_CarriesOnAfterClose),
     Fault("resumes when somebody connects", ("KS12",), service=_ResumesOnConnect),
     Fault("takes nothing after a lost link", ("KS13",), controller=_DeadAfterLoss),
     Fault("answers a repeated point twice", ("KS14",), message_in=_answers_repeated_twice),
     Fault("obeys two clients at once", ("KS15",), controller=_AnybodyCommands),
-)  # fmt: skip
+)
 
 
 def _old_reports(service: FaultyService, messages: list[Message]) -> list[Message | bytes]:
@@ -637,14 +755,25 @@ class _WrongErrorNumber(EmulatedController):
 
 
 UNFOUND = (
-    (Fault("reports what was 60 ms ago", (), settings=AT_USUAL_RATE, state_out=_old_reports),
-        "the protocol carries no clock, and a stop is granted 0.5 s"),
-    (Fault("forgets points from the fiftieth", (), controller=disobeying(
-        lambda c, link, m, now: isinstance(m, JointTrajPt) and m.sequence >= 50)),
-        "the tester sends ten: a robot is not to be moved through hundreds"),
-    (Fault("gives its errors another number", (), controller=_WrongErrorNumber),
-        "vendors number their errors as they like"),
-)  # fmt: skip
+    (
+        Fault("reports what was 60 ms ago", (), settings=AT_USUAL_RATE, state_out=_old_reports),
+        "the protocol carries no clock, and a stop is granted 0.5 s",
+    ),
+    (
+        Fault(
+            "forgets points from the fiftieth",
+            (),
+            controller=disobeying(
+                lambda c, link, m, now: isinstance(m, JointTrajPt) and m.sequence >= 50
+            ),
+        ),
+        "the tester sends ten: a robot is not to be moved through hundreds",
+    ),
+    (
+        Fault("gives its errors another number", (), controller=_WrongErrorNumber),
+        "vendors number their errors as they like",
+    ),
+)
 """Faults that no check finds, with the reason."""
 
 MOTION_FAULTS = (*TOPICS, *STATUS, *MOTION, *STOP, *LIMITS, *LINK)

@@ -168,25 +168,38 @@ class _ImpatientLink(_AgeingLink):
 
 _REPORTS = (
     Fault("says in_motion 0 now and then", ("QS09",), state_out=_status(_flickers)),
-    Fault("says that it stands just before it does", ("QS09",), settings=AT_USUAL_RATE,
-        message_in=_remembers_goal, state_out=_status(_hasty)),
-    Fault("shows an error while it moves", ("QS16",),
-        state_out=_in_motion(in_error=1, error_code=42)),
+    Fault(
+        "says that it stands just before it does",
+        ("QS09",),
+        settings=AT_USUAL_RATE,
+        message_in=_remembers_goal,
+        state_out=_status(_hasty),
+    ),
+    Fault(
+        "shows an error while it moves", ("QS16",), state_out=_in_motion(in_error=1, error_code=42)
+    ),
     Fault("is in manual mode while it moves", ("QS16",), state_out=_in_motion(mode=1)),
     Fault("has no power while it moves", ("QS16",), state_out=_in_motion(drives_powered=0)),
     Fault("is in emergency stop while it moves", ("QS16",), state_out=_in_motion(e_stopped=1)),
-    Fault("leaves values in fields that are not valid", ("TS12",),
-        state_out=_feedback(accelerations=lambda _: (9.9,) * 10,
-                            valid_fields=lambda told: told.valid_fields & ~8)),
-    Fault("reports velocities 1.4 times too large", ("TS19",),
-        state_out=_feedback(velocities=lambda told: tuple(1.4 * v for v in told.velocities))),
+    Fault(
+        "leaves values in fields that are not valid",
+        ("TS12",),
+        state_out=_feedback(
+            accelerations=lambda _: (9.9,) * 10, valid_fields=lambda told: told.valid_fields & ~8
+        ),
+    ),
+    Fault(
+        "reports velocities 1.4 times too large",
+        ("TS19",),
+        state_out=_feedback(velocities=lambda told: tuple(1.4 * v for v in told.velocities)),
+    ),
     Fault("numbers its reports while it moves", ("TS20",), state_out=each(_numbered_in_motion)),
     Fault("reports in bursts, with pauses of 0.46 s", ("TS03",), state_out=_bursts(0.46)),
     Fault("pauses for 0.3 s", ("TS03",), profile=MINIMUM, state_out=_bursts(0.3)),
     Fault("says its first word after 2 s", ("TS01",), link=_LateLink),
     Fault("tells a listener nothing after 6 s", ("KS18",), link=_TiringLink),
     Fault("closes an idle link after 3 s", ("KS17",), link=_ImpatientLink),
-)  # fmt: skip
+)
 
 
 # What is answered.
@@ -230,15 +243,22 @@ def _request(data: bytes) -> bytes:
 _ANSWERS = (
     Fault("refuses with a body", ("RS05", "RS06"), frame_out=_talkative_refusals),
     Fault("answers no PING while it moves", ("RS21",), message_in=_busy),
-    Fault("answers STATUS as it was at rest", ("RS22",),
-        frame_out=lambda _, data: patched(data, 32, 0) if header(data)[1] == 13 else data),
-    Fault("answers STOP after 0.9 s", ("SS01",), message_in=_marks_stop,
-        frame_out=_late_stop_reply),
+    Fault(
+        "answers STATUS as it was at rest",
+        ("RS22",),
+        frame_out=lambda _, data: patched(data, 32, 0) if header(data)[1] == 13 else data,
+    ),
+    Fault(
+        "answers STOP after 0.9 s", ("SS01",), message_in=_marks_stop, frame_out=_late_stop_reply
+    ),
     Fault("swallows frames of 1,024 to 3,000 bytes", ("FS12",), bytes_in=_swallows_large_frames),
-    Fault("tells topics between its answers",
-        ("FS04", "FS17", "BS01", "RS03", "RS07", "KS02", "KS03", "KS06"), frame_out=_floods),
+    Fault(
+        "tells topics between its answers",
+        ("FS04", "FS17", "BS01", "RS03", "RS07", "KS02", "KS03", "KS06"),
+        frame_out=_floods,
+    ),
     Fault("tells joint values as requests", ("HS05",), state_out=each_frame(_request)),
-)  # fmt: skip
+)
 
 
 # What is done.
@@ -363,22 +383,37 @@ _DEEDS = (
     Fault("resumes after an emergency stop", ("QS15",), controller=_ResumesAfterReset),
     Fault("stays powered in emergency stop", ("QS14",), controller=_StaysPowered),
     Fault("ignores a link lost before the motion", ("KS16",), controller=_MindsNoEarlyLoss),
-    Fault("checks the range of first points only", ("LS17",),
-        message_in=_unchecked(lambda p: p.sequence > 0 and any(map(_is_out, p.joints)))),
-    Fault("does not check the range of joint 1", ("LS17",),
-        message_in=_unchecked(lambda p: _is_out(p.joints[0]))),
-    Fault("looks for numbers in first points only", ("LS10", "LS16"),
-        message_in=_unchecked(lambda p: p.sequence > 0 and any(map(_is_none, p.joints)))),
-    Fault("does not look for a number in joint 1", ("LS16",),
-        message_in=_unchecked(lambda p: _is_none(p.joints[0]))),
+    Fault(
+        "checks the range of first points only",
+        ("LS17",),
+        message_in=_unchecked(lambda p: p.sequence > 0 and any(map(_is_out, p.joints))),
+    ),
+    Fault(
+        "does not check the range of joint 1",
+        ("LS17",),
+        message_in=_unchecked(lambda p: _is_out(p.joints[0])),
+    ),
+    Fault(
+        "looks for numbers in first points only",
+        ("LS10", "LS16"),
+        message_in=_unchecked(lambda p: p.sequence > 0 and any(map(_is_none, p.joints))),
+    ),
+    Fault(
+        "does not look for a number in joint 1",
+        ("LS16",),
+        message_in=_unchecked(lambda p: _is_none(p.joints[0])),
+    ),
     Fault("ends 4 mrad off", ("MS02", "MS10"), profile=MINIMUM, message_in=each_point(_ends_short)),
     Fault("refuses dwells", ("MS20",), message_in=_refuses_dwells),
-    *(Fault(f"takes {name} that are no numbers", ("LS12",), message_in=_no_look_at(name))
-      for name in ("time", "positions", "velocities", "accelerations")),
+    *(
+        Fault(f"takes {name} that are no numbers", ("LS12",), message_in=_no_look_at(name))
+        for name in ("time", "positions", "velocities", "accelerations")
+    ),
     Fault("moves on after STOP by 45 % of the way", ("SS04",), message_in=_pushes_on),
     Fault("is 1.8 times as slow", ("MS07",), message_in=_SLOWER),
-    Fault("is 1.8 times as slow as a minimum may be", ("MS07",), profile=MINIMUM,
-        message_in=_SLOWER),
-)  # fmt: skip
+    Fault(
+        "is 1.8 times as slow as a minimum may be", ("MS07",), profile=MINIMUM, message_in=_SLOWER
+    ),
+)
 
 SUBTLE_FAULTS = (*_REPORTS, *_ANSWERS, *_DEEDS)

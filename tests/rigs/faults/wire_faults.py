@@ -115,16 +115,31 @@ FRAMING = (
     Fault("needs a frame in one segment", ("FS02", "FS03"), bytes_in=_whole_segments_only),
     Fault("takes one frame of a segment", ("FS04", "FS05"), bytes_in=_first_of_segment),
     Fault("waits for the end of the next frame", ("FS06",), bytes_in=_waits_for_boundary),
-    Fault("needs the body with its header", ("FS07",),
-        bytes_in=lambda _, data: b"" if len(data) == 16 and header(data)[0] > 12 else data),
-    Fault("hangs at a length of 0", ("FS08",),
-        bytes_in=lambda link, data: _deaf(link, data, _length(data) == 0)),
-    Fault("hangs at a negative length", ("FS09",),
-        bytes_in=lambda link, data: _deaf(link, data, _length(data) < 0)),
-    Fault("hangs at a length below a header", ("FS10",),
-        bytes_in=lambda link, data: _deaf(link, data, 0 < _length(data) < 12)),
-    Fault("waits for two thousand million bytes", ("FS11",),
-        bytes_in=lambda link, data: _deaf(link, data, _length(data) > 1 << 30)),
+    Fault(
+        "needs the body with its header",
+        ("FS07",),
+        bytes_in=lambda _, data: b"" if len(data) == 16 and header(data)[0] > 12 else data,
+    ),
+    Fault(
+        "hangs at a length of 0",
+        ("FS08",),
+        bytes_in=lambda link, data: _deaf(link, data, _length(data) == 0),
+    ),
+    Fault(
+        "hangs at a negative length",
+        ("FS09",),
+        bytes_in=lambda link, data: _deaf(link, data, _length(data) < 0),
+    ),
+    Fault(
+        "hangs at a length below a header",
+        ("FS10",),
+        bytes_in=lambda link, data: _deaf(link, data, 0 < _length(data) < 12),
+    ),
+    Fault(
+        "waits for two thousand million bytes",
+        ("FS11",),
+        bytes_in=lambda link, data: _deaf(link, data, _length(data) > 1 << 30),
+    ),
     Fault("takes a frame of 4,096 bytes", ("FS12",), bytes_in=_takes_oversized),
     Fault("talks to web browsers", ("FS13",), bytes_in=_answers_http),
     Fault("waits for ever for half a frame", ("FS14",), DEVIATES, link=_PatientLink),
@@ -133,7 +148,7 @@ FRAMING = (
     Fault("dies of a reset amid a frame", ("FS16",), link=_FragileLink),
     Fault("forgets a frame that takes 0.3 s", ("FS17",), bytes_in=_forgets_slow_frames),
     Fault("takes the first of four frames in one piece", ("FS18",), bytes_in=_first_of_segment),
-)  # fmt: skip
+)
 
 
 def _patch_in(offset: int, wrong: int, right: int, code: int | None = None) -> BytesChange:
@@ -161,22 +176,30 @@ HEADERS = (
     Fault("marks replies as requests", ("HS01",), frame_out=lambda _, f: patched(f, 8, 2)),
     Fault("gives replies the code 0", ("HS02",), frame_out=lambda _, f: patched(f, 12, 0)),
     Fault("gives replies the code 3", ("HS02",), frame_out=lambda _, f: patched(f, 12, 3)),
-    Fault("answers everything with a PING", ("HS03", "RS05"),
-        frame_out=lambda _, f: patched(f, 4, 1)),
-    Fault("answers points with type 2002", ("HS03",), DEVIATES,
-        frame_out=lambda _, f: patched(f, 4, 2002) if header(f)[1] == 11 else f),
+    Fault(
+        "answers everything with a PING", ("HS03", "RS05"), frame_out=lambda _, f: patched(f, 4, 1)
+    ),
+    Fault(
+        "answers points with type 2002",
+        ("HS03",),
+        DEVIATES,
+        frame_out=lambda _, f: patched(f, 4, 2002) if header(f)[1] == 11 else f,
+    ),
     Fault("counts the prefix in the length", ("HS04",), frame_out=lambda _, f: patched(f, 0, 16)),
     Fault("has a length one too large", ("HS04",), frame_out=lambda _, f: patched(f, 0, 13)),
     Fault("has a byte behind its replies", ("HS04",), frame_out=lambda _, f: f + b"\0"),
-    Fault("marks topics as replies", ("HS05",),
-        state_out=each_frame(lambda f: patched(patched(f, 8, 3), 12, 1))),
+    Fault(
+        "marks topics as replies",
+        ("HS05",),
+        state_out=each_frame(lambda f: patched(patched(f, 8, 3), 12, 1)),
+    ),
     Fault("obeys communication type 0", ("HS06",), bytes_in=_patch_in(8, 0, 2)),
     Fault("obeys message type 0", ("HS07",), bytes_in=_type_zero_is_a_ping),
     Fault("takes requests with a reply code", ("HS08",), bytes_in=_patch_in(12, 1, 0)),
     Fault("answers replies", ("HS09",), bytes_in=_patch_in(8, 3, 2, 0)),
     Fault("answers communication type 4", ("HS10",), DEVIATES, bytes_in=_patch_in(8, 4, 2)),
     Fault("gives a PING a body of its own", ("HS11",), frame_out=_ping_with_body),
-)  # fmt: skip
+)
 
 
 def _state_swapped_later(service: FaultyService, messages: list[Message]) -> list[Message | bytes]:
@@ -207,18 +230,36 @@ def _flip(data: bytes) -> bytes:
 
 ORDER = (
     Fault("answers big-endian whoever asks", ("BS01",), frame_out=lambda _, f: _flip(f)),
-    Fault("changes the order of the state port", ("BS02",), settings=AT_USUAL_RATE,
-        state_out=_state_swapped_later),
-    Fault("speaks big-endian on the state port and little on the other", ("BS03",),
-        settings={"byte_order": "big"}, bytes_in=_little_only),
-    Fault("has its reals in the other order", ("BS04",),
-        state_out=each_frame(lambda f: f[:20] + _flip(f[20:]) if header(f)[1] == 10 else f)),
+    Fault(
+        "changes the order of the state port",
+        ("BS02",),
+        settings=AT_USUAL_RATE,
+        state_out=_state_swapped_later,
+    ),
+    Fault(
+        "speaks big-endian on the state port and little on the other",
+        ("BS03",),
+        settings={"byte_order": "big"},
+        bytes_in=_little_only,
+    ),
+    Fault(
+        "has its reals in the other order",
+        ("BS04",),
+        state_out=each_frame(lambda f: f[:20] + _flip(f[20:]) if header(f)[1] == 10 else f),
+    ),
     Fault("hangs at clients of the other order", ("BS05", "BS07"), bytes_in=_little_only),
-    Fault("answers little-endian whoever asks", ("BS05",),
-        frame_out=lambda _, f: f if _length(f) < 65_536 else _flip(f)),
-    Fault("speaks to everybody in the order of the newest client", ("BS06",),
-        bytes_in=_order_of_newest, frame_out=_answer_in_newest),
-)  # fmt: skip
+    Fault(
+        "answers little-endian whoever asks",
+        ("BS05",),
+        frame_out=lambda _, f: f if _length(f) < 65_536 else _flip(f),
+    ),
+    Fault(
+        "speaks to everybody in the order of the newest client",
+        ("BS06",),
+        bytes_in=_order_of_newest,
+        frame_out=_answer_in_newest,
+    ),
+)
 
 
 def _silent_on(kind: int) -> BytesChange:
@@ -310,24 +351,43 @@ def _no_answer_to_full_points(link: FaultyLink, received: Received) -> Iterable[
 
 REPLIES = (
     Fault("does not know PING", ("RS01",), DEVIATES, frame_out=_silent_on(1)),
-    Fault("does not know PING, though it must", ("RS01",), profile=Profile.MINIMUM,
-        frame_out=_silent_on(1)),
-    Fault("answers PING with failure", ("RS01",),
-        frame_out=lambda _, f: patched(f, 12, 2) if header(f)[1] == 1 else f),
-    Fault("ignores a PING with a body", ("RS02",),
-        bytes_in=lambda _, data: b"" if header(data)[:2] == (52, 1) else data),
+    Fault(
+        "does not know PING, though it must",
+        ("RS01",),
+        profile=Profile.MINIMUM,
+        frame_out=_silent_on(1),
+    ),
+    Fault(
+        "answers PING with failure",
+        ("RS01",),
+        frame_out=lambda _, f: patched(f, 12, 2) if header(f)[1] == 1 else f,
+    ),
+    Fault(
+        "ignores a PING with a body",
+        ("RS02",),
+        bytes_in=lambda _, data: b"" if header(data)[:2] == (52, 1) else data,
+    ),
     Fault("answers after 0.4 s", ("RS03",), frame_out=_late_replies),
     Fault("answers PING as a topic", ("RS04",), DEVIATES, bytes_in=_answers_topic(1)),
     Fault("does not answer unknown requests", ("RS05", "RS07"), frame_out=_silent_on(9999)),
-    Fault("answers unknown requests with success", ("RS05", "RS06"),
-        frame_out=lambda _, f: patched(f, 12, ReplyCode.SUCCESS)),
+    Fault(
+        "answers unknown requests with success",
+        ("RS05", "RS06"),
+        frame_out=lambda _, f: patched(f, 12, ReplyCode.SUCCESS),
+    ),
     Fault("drops links that send large types", ("RS06",), bytes_in=_drops_on_large_types),
     Fault("drops links that send unknown types", ("RS07",), bytes_in=_drops_on_unknown),
     Fault("answers unknown topics", ("RS08",), bytes_in=_answers_topic(9999)),
-    Fault("has a version of two numbers", ("RS09",),
-        frame_out=lambda _, data: frame(2, 3, 1, little(0, 1)) if header(data)[1] == 2 else data),
-    Fault("answers a STATUS request with type 10", ("RS10",),
-        frame_out=lambda _, data: patched(data, 4, 10) if header(data)[1] == 13 else data),
+    Fault(
+        "has a version of two numbers",
+        ("RS09",),
+        frame_out=lambda _, data: frame(2, 3, 1, little(0, 1)) if header(data)[1] == 2 else data,
+    ),
+    Fault(
+        "answers a STATUS request with type 10",
+        ("RS10",),
+        frame_out=lambda _, data: patched(data, 4, 10) if header(data)[1] == 13 else data,
+    ),
     Fault("stops reporting when asked on the state port", ("RS11",), link=_StateDeafLink),
     Fault("refuses STOP at rest", ("RS12",), message_in=_refuses_idle_stop),
     Fault("answers STOP as a topic", ("RS13",), bytes_in=_answers_topic(11)),
@@ -338,6 +398,6 @@ REPLIES = (
     Fault("does not answer full points", ("RS18",), message_in=_no_answer_to_full_points),
     Fault("takes trajectories of any count", ("RS19",), message_in=_body_of_any_size(12)),
     Fault("greets its clients", ("RS20",), link=_TalkativeLink),
-)  # fmt: skip
+)
 
 WIRE_FAULTS = (*FRAMING, *HEADERS, *ORDER, *REPLIES)

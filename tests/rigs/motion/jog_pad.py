@@ -67,10 +67,15 @@ class JogPad:
         self.press_number = self.press_number + 1 if number is None else number
         self.beat_number = 0
         message = JogStart(
-            request_id=self._request(), press=self.press_number,
-            state_sequence=quoted or self.newest_state.sequence, deadline=deadline,
-            space=JogSpace.JOINTS, frame="", value_count=len(rates), values=joint_array(rates),
-        )  # fmt: skip
+            request_id=self._request(),
+            press=self.press_number,
+            state_sequence=quoted or self.newest_state.sequence,
+            deadline=deadline,
+            space=JogSpace.JOINTS,
+            frame="",
+            value_count=len(rates),
+            values=joint_array(rates),
+        )
         code = self.pendant.code(message)
         self.is_pressed = code is VerdictCode.ACCEPTED
         return code

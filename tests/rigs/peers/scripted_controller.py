@@ -86,18 +86,25 @@ class ScriptedController:
     def feedback(self, now: int) -> JointFeedback:
         position, velocity = self.state(now)
         return JointFeedback(
-            robot_id=0, valid_fields=ValidField.POSITION | ValidField.VELOCITY, time=now / 1e9,
-            positions=joint_array(position), velocities=joint_array(velocity),
+            robot_id=0,
+            valid_fields=ValidField.POSITION | ValidField.VELOCITY,
+            time=now / 1e9,
+            positions=joint_array(position),
+            velocities=joint_array(velocity),
             accelerations=joint_array(()),
-        )  # fmt: skip
+        )
 
     def status(self, now: int) -> Status:
         moves = any(self.state(now)[1])
         return Status(
-            drives_powered=tri(self.powered), e_stopped=tri(self.e_stopped),
-            error_code=self.error_code, in_error=tri(self.error_code != 0), in_motion=tri(moves),
-            mode=self.mode, motion_possible=tri(not self.e_stopped and not self.error_code),
-        )  # fmt: skip
+            drives_powered=tri(self.powered),
+            e_stopped=tri(self.e_stopped),
+            error_code=self.error_code,
+            in_error=tri(self.error_code != 0),
+            in_motion=tri(moves),
+            mode=self.mode,
+            motion_possible=tri(not self.e_stopped and not self.error_code),
+        )
 
 
 def tri(value: bool) -> TriState:

@@ -55,16 +55,39 @@ _M = TypeVar("_M", bound=Message)
 def state(sequence: int, *, mode: OperatingMode = OperatingMode.MANUAL_REDUCED) -> State:
     """Return a state of a robot that stands at (0.1, 0.2, …, 0.6)."""
     return State(
-        sequence=sequence, time_s=0, time_ns=0, age=0.0, dropped=0, activity=Activity.IDLE,
-        request_id=0, holder=0, stop=StopKind.NONE, operating_mode=mode,
-        enabling=EnablingPosition.RELEASED, override=1.0, tool_speed_cap=0.25, jog_scale=1.0,
-        jog_reason=JogReason.NONE, jog_joint=-1, program_state=ProgramState.NONE, program_line=0,
-        link=LinkState.UP, drives_powered=1, e_stopped=0, error_code=0, in_error=0, in_motion=0,
-        mode=2, motion_possible=1, valid_fields=StateField.POSITION | StateField.TOOL,
-        tool_speed=0.0, positions=joint_array([0.125 * (joint + 1) for joint in range(DOF)]),
-        velocities=joint_array(()), tool_position=(0.5, 0.25, 0.75),
+        sequence=sequence,
+        time_s=0,
+        time_ns=0,
+        age=0.0,
+        dropped=0,
+        activity=Activity.IDLE,
+        request_id=0,
+        holder=0,
+        stop=StopKind.NONE,
+        operating_mode=mode,
+        enabling=EnablingPosition.RELEASED,
+        override=1.0,
+        tool_speed_cap=0.25,
+        jog_scale=1.0,
+        jog_reason=JogReason.NONE,
+        jog_joint=-1,
+        program_state=ProgramState.NONE,
+        program_line=0,
+        link=LinkState.UP,
+        drives_powered=1,
+        e_stopped=0,
+        error_code=0,
+        in_error=0,
+        in_motion=0,
+        mode=2,
+        motion_possible=1,
+        valid_fields=StateField.POSITION | StateField.TOOL,
+        tool_speed=0.0,
+        positions=joint_array([0.125 * (joint + 1) for joint in range(DOF)]),
+        velocities=joint_array(()),
+        tool_position=(0.5, 0.25, 0.75),
         tool_orientation=(0.0, 0.0, 0.0, 1.0),
-    )  # fmt: skip
+    )
 
 
 class ScriptedPendantServer:
@@ -148,10 +171,18 @@ class ScriptedPendantServer:
     @staticmethod
     def _welcome(hello: Hello) -> HelloReply:
         return HelloReply(
-            protocol_version=hello.protocol_version, session=SESSION, capabilities=32,
-            max_frame=65_532, dof=DOF, tick_rate=100.0, max_state_rate=100.0, authority_timeout=3.0,
-            cell=hello.cell or "cell", robot="ur5", server="scripted",
-        )  # fmt: skip
+            protocol_version=hello.protocol_version,
+            session=SESSION,
+            capabilities=32,
+            max_frame=65_532,
+            dof=DOF,
+            tick_rate=100.0,
+            max_state_rate=100.0,
+            authority_timeout=3.0,
+            cell=hello.cell or "cell",
+            robot="ur5",
+            server="scripted",
+        )
 
     def _manage(self, message: Management) -> None:
         answer = self.answers.get(json.loads(message.body)["op"])
@@ -182,10 +213,17 @@ class ScriptedPendantServer:
         kind = OutcomeKind.ABORTED if code else OutcomeKind.COMPLETED
         self.send(
             Outcome(
-                request_id=request_id, outcome=kind, code=code, joint=-1, value=0.0, limit=0.0,
-                plan_time=0.25, motion_time=0.5, text="scripted",
+                request_id=request_id,
+                outcome=kind,
+                code=code,
+                joint=-1,
+                value=0.0,
+                limit=0.0,
+                plan_time=0.25,
+                motion_time=0.5,
+                text="scripted",
             )
-        )  # fmt: skip
+        )
 
     def end_jog(
         self, press: int, why: JogEnd = JogEnd.RELEASED, code: VerdictCode = VerdictCode.ACCEPTED
@@ -193,10 +231,14 @@ class ScriptedPendantServer:
         """Bring the robot to rest after a press."""
         self.send(
             JogEnded(
-                press=press, reason=why, stop_time=0.0625, joint_distance=0.03125,
-                tool_distance=0.015625, positions=joint_array([0.5] * DOF),
+                press=press,
+                reason=why,
+                stop_time=0.0625,
+                joint_distance=0.03125,
+                tool_distance=0.015625,
+                positions=joint_array([0.5] * DOF),
             )
-        )  # fmt: skip
+        )
         self.end_motion(self._jogs.pop(press), code)
 
     # What came.
@@ -247,10 +289,15 @@ class _Line(asyncio.Protocol):
 
 def _verdict(request_id: int, code: VerdictCode, text: str) -> Verdict:
     return Verdict(
-        request_id=request_id, code=code, joint=2 if code else -1, value=7.0 if code else 0.0,
-        limit=6.25 if code else 0.0, text=text, comm_type=CommType.REPLY,
+        request_id=request_id,
+        code=code,
+        joint=2 if code else -1,
+        value=7.0 if code else 0.0,
+        limit=6.25 if code else 0.0,
+        text=text,
+        comm_type=CommType.REPLY,
         reply_code=ReplyCode.FAILURE if code else ReplyCode.SUCCESS,
-    )  # fmt: skip
+    )
 
 
 @asynccontextmanager

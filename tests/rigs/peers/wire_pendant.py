@@ -168,9 +168,15 @@ class WirePendant:
         self._beat = 0
         self.beats = True
         start = JogStart(
-            self.request(), self._press, self.state.sequence, deadline, JogSpace.JOINTS, "", 6,
+            self.request(),
+            self._press,
+            self.state.sequence,
+            deadline,
+            JogSpace.JOINTS,
+            "",
+            6,
             joint_array((rate, 0.0, 0.0, 0.0, 0.0, 0.0)),
-        )  # fmt: skip
+        )
         return self.send(Enabling(EnablingPosition.HELD), start)
 
     def beat(self) -> int:

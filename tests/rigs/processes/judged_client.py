@@ -46,9 +46,13 @@ WAY = 0.02
 """Each joint moves so far from point to point [rad]."""
 
 LIMITS = JointLimits(
-    names=tuple(f"joint {number}" for number in range(1, 7)), lower=(-2.0,) * 6, upper=(2.0,) * 6,
-    velocity=(2.0,) * 6, acceleration=(4.0,) * 6, prismatic=(False,) * 6,
-)  # fmt: skip
+    names=tuple(f"joint {number}" for number in range(1, 7)),
+    lower=(-2.0,) * 6,
+    upper=(2.0,) * 6,
+    velocity=(2.0,) * 6,
+    acceleration=(4.0,) * 6,
+    prismatic=(False,) * 6,
+)
 
 
 class Rig:

@@ -12,10 +12,16 @@ from openpendant.tools.packets import decode, record, rerun, show
 TRACE = str(Path(__file__).parents[2] / "vectors" / "capture-motoman-driver.json")
 
 
-@pytest.mark.parametrize(("main", "arguments"), [
-    (decode.main, [TRACE]), (show.main, [TRACE]), (rerun.main, [TRACE, "--json"]),
-    (record.main, ["--listen", "0", "--to", "1", "-o", "-"]),
-], ids=["decode", "show", "rerun", "record"])  # fmt: skip
+@pytest.mark.parametrize(
+    ("main", "arguments"),
+    [
+        (decode.main, [TRACE]),
+        (show.main, [TRACE]),
+        (rerun.main, [TRACE, "--json"]),
+        (record.main, ["--listen", "0", "--to", "1", "-o", "-"]),
+    ],
+    ids=["decode", "show", "rerun", "record"],
+)
 def test_a_closed_output_is_one_line_and_exit_code_1(
     main: object,
     arguments: list[str],

@@ -27,10 +27,16 @@ def motoman(result: int) -> MotomanMotionReply:
     return MotomanMotionReply(0, 1, POINT, result, 0, joint_array(()))
 
 
-@pytest.mark.parametrize(("answer", "taken"), [
-    (HeaderOnly(POINT, reply_code=SUCCESS), True), (HeaderOnly(POINT, reply_code=FAILURE), False),
-    (motoman(0), True), (motoman(1), False), (motoman(5), False),
-])  # fmt: skip
+@pytest.mark.parametrize(
+    ("answer", "taken"),
+    [
+        (HeaderOnly(POINT, reply_code=SUCCESS), True),
+        (HeaderOnly(POINT, reply_code=FAILURE), False),
+        (motoman(0), True),
+        (motoman(1), False),
+        (motoman(5), False),
+    ],
+)
 def test_a_point_counts_as_taken_where_its_answer_says_so(answer: Message, taken: bool) -> None:
     assert is_taken(frame(answer)) is taken
 

@@ -28,25 +28,28 @@ from openpendant.tools.packets.conformance.server.checks import server_checks
 PAGE = Path(__file__).parents[3] / "docs" / "conformance.md"
 
 
-@pytest.mark.parametrize(("arguments", "complaint"), [
-    ([], "needs HOST:MOTION"),
-    (["robot"], "not HOST:MOTION"),
-    (["robot:port"], "no TCP port"),
-    (["robot:0"], "no TCP port"),
-    (["robot:1:2:3"], "not HOST:MOTION"),
-    (["robot:1", "--only", "ZZ99"], "no check on servers"),
-    (["robot:1", "--only", "pendant"], "no check of this profile"),
-    (["robot:1", "--robot", "no-such-robot"], "no-such-robot"),
-    (["robot:1", "--amplitude", "5"], "accepted are"),
-    (["robot:1", "--amplitude", "nan"], "accepted are"),
-    (["robot:1", "--joint", "0"], "accepted are 1 to 10"),
-    (["robot:1", "--robot", "ur5", "--joint", "7"], "accepted are 1 to 6"),
-    (["robot:1", "--role", "both"], "invalid choice"),
-    (["robot:1", "--pendant-port", "x"], "no TCP port"),
-    (["robot:1", "--dialect", "pendant"], "no controller speaks it"),
-    (["robot:1", "--junit", "/no/such/folder/report.xml"], "--junit /no/such/folder"),
-    (["robot:1", "--junit", "/"], "--junit /"),
-])  # fmt: skip
+@pytest.mark.parametrize(
+    ("arguments", "complaint"),
+    [
+        ([], "needs HOST:MOTION"),
+        (["robot"], "not HOST:MOTION"),
+        (["robot:port"], "no TCP port"),
+        (["robot:0"], "no TCP port"),
+        (["robot:1:2:3"], "not HOST:MOTION"),
+        (["robot:1", "--only", "ZZ99"], "no check on servers"),
+        (["robot:1", "--only", "pendant"], "no check of this profile"),
+        (["robot:1", "--robot", "no-such-robot"], "no-such-robot"),
+        (["robot:1", "--amplitude", "5"], "accepted are"),
+        (["robot:1", "--amplitude", "nan"], "accepted are"),
+        (["robot:1", "--joint", "0"], "accepted are 1 to 10"),
+        (["robot:1", "--robot", "ur5", "--joint", "7"], "accepted are 1 to 6"),
+        (["robot:1", "--role", "both"], "invalid choice"),
+        (["robot:1", "--pendant-port", "x"], "no TCP port"),
+        (["robot:1", "--dialect", "pendant"], "no controller speaks it"),
+        (["robot:1", "--junit", "/no/such/folder/report.xml"], "--junit /no/such/folder"),
+        (["robot:1", "--junit", "/"], "--junit /"),
+    ],
+)
 def test_wrong_usage_is_a_sentence_and_exit_code_2(
     arguments: list[str], complaint: str, capsys: pytest.CaptureFixture[str]
 ) -> None:
@@ -70,10 +73,16 @@ def test_the_list_names_every_check_of_both_roles(capsys: pytest.CaptureFixture[
     assert "FC01" in listed
 
 
-@pytest.mark.parametrize(("finding", "code"), [
-    (PASSED, ExitCode.OK), (failed("broken"), ExitCode.FAILED),
-    (deviates("somebody: so", "seen"), ExitCode.OK), (not_applicable("no eyes"), ExitCode.OK),
-], ids=lambda value: getattr(value, "verdict", value).name)  # fmt: skip
+@pytest.mark.parametrize(
+    ("finding", "code"),
+    [
+        (PASSED, ExitCode.OK),
+        (failed("broken"), ExitCode.FAILED),
+        (deviates("somebody: so", "seen"), ExitCode.OK),
+        (not_applicable("no eyes"), ExitCode.OK),
+    ],
+    ids=lambda value: getattr(value, "verdict", value).name,
+)
 def test_only_a_failed_check_is_exit_code_1(
     finding: CheckFinding,
     code: ExitCode,

@@ -16,11 +16,17 @@ NOT_FOUND: dict[str, str] = {}
 """Faults that the judge misses, with the reason; at most one in twenty."""
 
 FOUND_AS_HABITS = {
-    "does not know its speed", "leaves bits uninitialised", "goes on after FAILURE, type 11",
-    "waits for ever", "waits for ever at a dumb link", "ignores an emergency stop, type 11",
-    "resumes at a restarted controller", "stops by a point of type 11", "looks at the body only",
+    "does not know its speed",
+    "leaves bits uninitialised",
+    "goes on after FAILURE, type 11",
+    "waits for ever",
+    "waits for ever at a dumb link",
+    "ignores an emergency stop, type 11",
+    "resumes at a restarted controller",
+    "stops by a point of type 11",
+    "looks at the body only",
     "ends in motion, Motoman",
-}  # fmt: skip
+}
 """Faults that a known program has; they are named, and do not fail."""
 
 CASES = [

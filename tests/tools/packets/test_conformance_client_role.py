@@ -97,20 +97,23 @@ def test_a_client_that_fails_makes_exit_code_1(tmp_path: Path) -> None:
     assert main(["--role", "client", "--capture", str(file)]) == ExitCode.FAILED
 
 
-@pytest.mark.parametrize("arguments", [
-    [],
-    ["--capture", GENERIC, "--listen", "0"],
-    ["--capture", "no/such/file.json"],
-    ["--capture", __file__],
-    ["--capture", GENERIC, "--robot", "no_such_robot"],
-    ["--listen", "127.0.0.1:0:0", "--trigger", "'", "--scenario", "none"],
-    ["--listen", "127.0.0.1:0:0", "--trigger", "", "--scenario", "none"],
-    ["--listen", "99999"],
-    ["--listen", "here"],
-    ["--listen", "0", "--wait", "nan"],
-    ["--listen", "0", "--scenario", "no-such-scenario"],
-    ["--capture", GENERIC, "--ports", "1:2:3:4"],
-])  # fmt: skip
+@pytest.mark.parametrize(
+    "arguments",
+    [
+        [],
+        ["--capture", GENERIC, "--listen", "0"],
+        ["--capture", "no/such/file.json"],
+        ["--capture", __file__],
+        ["--capture", GENERIC, "--robot", "no_such_robot"],
+        ["--listen", "127.0.0.1:0:0", "--trigger", "'", "--scenario", "none"],
+        ["--listen", "127.0.0.1:0:0", "--trigger", "", "--scenario", "none"],
+        ["--listen", "99999"],
+        ["--listen", "here"],
+        ["--listen", "0", "--wait", "nan"],
+        ["--listen", "0", "--scenario", "no-such-scenario"],
+        ["--capture", GENERIC, "--ports", "1:2:3:4"],
+    ],
+)
 def test_wrong_usage_is_one_line_and_exit_code_2(
     arguments: list[str], capsys: pytest.CaptureFixture[str]
 ) -> None:
@@ -163,13 +166,16 @@ async def test_a_port_that_is_taken_is_said_so() -> None:
             await judged("--listen", f"127.0.0.1:{taken}:0", "--scenario", "none")
 
 
-@pytest.mark.parametrize(("text", "expected"), [
-    ("11000", ("127.0.0.1", 11000, None)),
-    ("11000:11002", ("127.0.0.1", 11000, 11002)),
-    ("0.0.0.0:0", ("0.0.0.0", 0, None)),
-    ("localhost:11000:11002", ("localhost", 11000, 11002)),
-    ("[::1]:11000:11002", ("::1", 11000, 11002)),
-])  # fmt: skip
+@pytest.mark.parametrize(
+    ("text", "expected"),
+    [
+        ("11000", ("127.0.0.1", 11000, None)),
+        ("11000:11002", ("127.0.0.1", 11000, 11002)),
+        ("0.0.0.0:0", ("0.0.0.0", 0, None)),
+        ("localhost:11000:11002", ("localhost", 11000, 11002)),
+        ("[::1]:11000:11002", ("::1", 11000, 11002)),
+    ],
+)
 def test_where_to_listen_is_read(text: str, expected: tuple[str, int, int | None]) -> None:
     assert options("--listen", text).listen == expected
 

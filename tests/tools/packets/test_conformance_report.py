@@ -71,10 +71,16 @@ def test_json_has_every_result_and_the_counts() -> None:
         *("FS01", "FS02", "MS01", "MS02", "KS01")
     ]
     assert report["results"][2] == {
-        "number": "MS01", "title": "title of MS01", "clause": "REP-I0006 & <more>",
-        "section": "motion", "moves": False, "verdict": "deviates", "detail": "after 3 ms",
-        "habit": "early reply", "seconds": 0.0,
-    }  # fmt: skip
+        "number": "MS01",
+        "title": "title of MS01",
+        "clause": "REP-I0006 & <more>",
+        "section": "motion",
+        "moves": False,
+        "verdict": "deviates",
+        "detail": "after 3 ms",
+        "habit": "early reply",
+        "seconds": 0.0,
+    }
 
 
 def test_junit_counts_equal_its_cases_and_the_judgement() -> None:

@@ -18,11 +18,16 @@ from openpendant.tools.packets.conformance.findings import (
 HABIT = Habit("a program: what it does", "seen")
 
 
-@pytest.mark.parametrize(("seen", "verdict"), [
-    ([], CheckVerdict.NOT_APPLICABLE), ([None], CheckVerdict.PASSED),
-    ([None, HABIT], CheckVerdict.DEVIATES), ([HABIT, "broken"], CheckVerdict.FAILED),
-    (["broken", None], CheckVerdict.FAILED),
-])  # fmt: skip
+@pytest.mark.parametrize(
+    ("seen", "verdict"),
+    [
+        ([], CheckVerdict.NOT_APPLICABLE),
+        ([None], CheckVerdict.PASSED),
+        ([None, HABIT], CheckVerdict.DEVIATES),
+        ([HABIT, "broken"], CheckVerdict.FAILED),
+        (["broken", None], CheckVerdict.FAILED),
+    ],
+)
 def test_the_worst_of_what_was_looked_at_is_found(
     seen: list[Problem | None], verdict: CheckVerdict
 ) -> None:
@@ -32,13 +37,16 @@ def test_the_worst_of_what_was_looked_at_is_found(
     assert tally.finding("nothing to look at").verdict is verdict
 
 
-@pytest.mark.parametrize(("findings", "verdict"), [
-    ([PASSED, failed("there")], CheckVerdict.FAILED),
-    ([deviates("a habit", "seen"), failed("there")], CheckVerdict.FAILED),
-    ([PASSED, deviates("a habit", "seen")], CheckVerdict.DEVIATES),
-    ([not_applicable("no"), PASSED], CheckVerdict.PASSED),
-    ([not_applicable("no"), not_applicable("no")], CheckVerdict.NOT_APPLICABLE),
-])  # fmt: skip
+@pytest.mark.parametrize(
+    ("findings", "verdict"),
+    [
+        ([PASSED, failed("there")], CheckVerdict.FAILED),
+        ([deviates("a habit", "seen"), failed("there")], CheckVerdict.FAILED),
+        ([PASSED, deviates("a habit", "seen")], CheckVerdict.DEVIATES),
+        ([not_applicable("no"), PASSED], CheckVerdict.PASSED),
+        ([not_applicable("no"), not_applicable("no")], CheckVerdict.NOT_APPLICABLE),
+    ],
+)
 def test_the_worst_of_several_scenarios_is_the_result(
     findings: list[CheckFinding], verdict: CheckVerdict
 ) -> None:

@@ -293,9 +293,12 @@ def test_faults_of_time_alone_lose_and_change_nothing(
 @given(st.sampled_from(list(RULE_CLASSES)), st.binary(min_size=12, max_size=200))
 def test_no_frame_is_too_strange_for_a_fault(fault: str, rest: bytes) -> None:
     needed: dict[str, Any] = {
-        "delay": {"ms": 1}, "split": {"size": 3}, "coalesce": {"frames": 2},
-        "corrupt": {"how": "valid_fields"}, "throttle": {"bytes_per_s": 1e4},
-    }  # fmt: skip
+        "delay": {"ms": 1},
+        "split": {"size": 3},
+        "coalesce": {"frames": 2},
+        "corrupt": {"how": "valid_fields"},
+        "throttle": {"bytes_per_s": 1e4},
+    }
     frame = len(rest).to_bytes(4, "little") + rest
     run = bench(fault, dialect="motoman", **needed.get(fault, {}))
     run.feed(UP, frame, frame).feed(DOWN, frame).wait(10_000)

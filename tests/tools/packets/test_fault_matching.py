@@ -14,23 +14,32 @@ from openpendant.tools.packets.faulty.fault_script import load_script
 MATCHES: dict[str, tuple[dict[str, Any], set[int]]] = {
     "nothing in particular": ({}, {0, 1, 2, 3, 4, 5}),
     "a direction": ({"direction": "to_client"}, {1, 4}),
-    "a type by number": ({"type": 11}, {0, 1, 2, 3, 5}), "a type by name": ({"type": "ping"}, {4}),
-    "a kind of exchange": ({"comm": "reply"}, {1, 4}), "a reply code": ({"reply_code": 1}, {1, 4}),
-    "a sequence": ({"sequence": 2}, {3}), "the n-th": ({"type": 11, "nth": 3}, {2}),
+    "a type by number": ({"type": 11}, {0, 1, 2, 3, 5}),
+    "a type by name": ({"type": "ping"}, {4}),
+    "a kind of exchange": ({"comm": "reply"}, {1, 4}),
+    "a reply code": ({"reply_code": 1}, {1, 4}),
+    "a sequence": ({"sequence": 2}, {3}),
+    "the n-th": ({"type": 11, "nth": 3}, {2}),
     "every n-th": ({"direction": "to_server", "every": 2}, {2, 5}),
-    "at most so often": ({"times": 2}, {0, 1}), "from a time on": ({"after_s": 0.03}, {3, 4, 5}),
+    "at most so often": ({"times": 2}, {0, 1}),
+    "from a time on": ({"after_s": 0.03}, {3, 4, 5}),
     "until a time": ({"before_s": 0.03}, {0, 1, 2}),
-    "another connection": ({"connection": 2}, set()), "another pair": ({"pair": 2}, set()),
-}  # fmt: skip
+    "another connection": ({"connection": 2}, set()),
+    "another pair": ({"pair": 2}, set()),
+}
 
 
 @pytest.mark.parametrize("case", MATCHES)
 def test_a_rule_fits_what_it_says(case: str) -> None:
     match, fitting = MATCHES[case]
     frames = [
-        (UP, point(0)), (DOWN, taken(0)), (UP, point(1)), (UP, point(2)), (DOWN, PONG),
+        (UP, point(0)),
+        (DOWN, taken(0)),
+        (UP, point(1)),
+        (UP, point(2)),
+        (DOWN, PONG),
         (UP, point(-4)),
-    ]  # fmt: skip
+    ]
     run = bench("drop", match)
     dropped = set()
     for index, (direction, frame) in enumerate(frames):

@@ -26,15 +26,19 @@ WRONG: dict[str, tuple[str | bytes, str]] = {
     "a wrong value": (DELAY + "ms = -1", "rule 1: ms: Input should be greater than or equal to 0"),
     "a wrong kind": (DELAY + 'ms = "soon"', "rule 1: ms: Input should be a valid number"),
     "a wrong match": (DELAY + "ms = 1\nmatch = {foo = 1}", "rule 1: match.foo: unknown key; known"),
-    "a wrong direction": (DELAY + 'ms = 1\nmatch = {direction = "up"}',
-        "rule 1: match.direction: Input should be 'to_server' or 'to_client'; got 'up'"),
-    "an unknown type": (DELAY + 'ms = 1\nmatch = {type = "jump"}',
-        "rule 1: match.type: 'jump' is no message of the standard dialect"),
+    "a wrong direction": (
+        DELAY + 'ms = 1\nmatch = {direction = "up"}',
+        "rule 1: match.direction: Input should be 'to_server' or 'to_client'; got 'up'",
+    ),
+    "an unknown type": (
+        DELAY + 'ms = 1\nmatch = {type = "jump"}',
+        "rule 1: match.type: 'jump' is no message of the standard dialect",
+    ),
     "the second rule": (DELAY + "ms = 1\n" + DELAY, "rule 2: ms: is missing"),
     "no way to cut": ('[[rule]]\nfault = "split"', "rule 1: give either at or size"),
     "an unknown key on top": ("sed = 3\nrule = []", "sed: unknown key; known here: about, "),
     "nesting without end": ("a = " + "[" * 20_000, "is no TOML: "),
-}  # fmt: skip
+}
 
 
 @pytest.mark.parametrize("case", WRONG)
@@ -89,11 +93,14 @@ def test_every_fault_is_listed_with_what_a_correct_peer_does(
         assert f"\n{name}: " in f"\n{printed}"
 
 
-@pytest.mark.parametrize(("arguments", "reason"), [
-    ([], "a script is needed"),
-    ([str(EXAMPLES[0])], "--listen and --to are needed"),
-    ([str(EXAMPLES[0]), "--listen", "0"], "1 --listen need as many --to, not 0"),
-])  # fmt: skip
+@pytest.mark.parametrize(
+    ("arguments", "reason"),
+    [
+        ([], "a script is needed"),
+        ([str(EXAMPLES[0])], "--listen and --to are needed"),
+        ([str(EXAMPLES[0]), "--listen", "0"], "1 --listen need as many --to, not 0"),
+    ],
+)
 def test_what_is_missing_is_said(
     arguments: list[str], reason: str, capsys: pytest.CaptureFixture[str]
 ) -> None:

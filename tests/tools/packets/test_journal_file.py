@@ -18,9 +18,13 @@ from openpendant.tools.packets.journals.journal_file import (
 from openpendant.tools.packets.rerun import main
 
 HEADER = {
-    "format": "openpendant-journal/1", "of": "emulator", "version": "0", "started": "", "now": 1,
+    "format": "openpendant-journal/1",
+    "of": "emulator",
+    "version": "0",
+    "started": "",
+    "now": 1,
     "settings": {"robot": "ur5"},
-}  # fmt: skip
+}
 END = {"end": True}
 WRITE = {"out": "1", "hex": "00ff"}
 QUESTION = {"ask": "clogged", "link": "1"}

@@ -71,8 +71,11 @@ def link() -> Conversation:
 def test_requests_and_replies_come_out_with_times_and_directions() -> None:
     first, second, *_ = packets(pcap(usual()))
     assert (first.data, first.direction, first.port, first.connection) == (
-        PING, TraceDirection.TO_SERVER, 11_000, 1,
-    )  # fmt: skip
+        PING,
+        TraceDirection.TO_SERVER,
+        11_000,
+        1,
+    )
     assert (second.data, second.direction) == (PONG, TraceDirection.TO_CLIENT)
     assert (first.time, second.time) == (3_000_000, 4_000_000)
 
@@ -342,21 +345,27 @@ WRONG: dict[str, tuple[bytes, str]] = {
     "cut in the file header": (pcap([])[:20], "offset 20: the file ends inside the file header"),
     "cut in a record header": (pcap(usual()) + b"1234", "the file ends inside a record header"),
     "cut in a record": (pcap(usual())[:-3], "the file ends inside a record: 57 of 60 bytes"),
-    "a huge record": (pcap([]) + struct.pack("<IIII", 0, 0, 2**31, 60),
-        f"a record of 2147483648 bytes, more than {MAX_RECORD}"),
+    "a huge record": (
+        pcap([]) + struct.pack("<IIII", 0, 0, 2**31, 60),
+        f"a record of 2147483648 bytes, more than {MAX_RECORD}",
+    ),
     "another version": (pcap([]).replace(b"\2\0\4\0", b"\7\0\0\0"), "pcap version 7.0, not 2.4"),
     "a cut block": (pcapng(usual())[:-7], "the file ends inside a block"),
     "no byte-order magic": (block(0x0A0D0D0A, bytes(16)), "byte-order magic 00000000 is none"),
     "a short block": (section() + struct.pack("<II", 6, 8), "a block of type 6 with 8 bytes"),
     "a crooked block": (section() + struct.pack("<II", 6, 33), "a block of type 6 with 33 bytes"),
     "a huge block": (section() + struct.pack("<II", 6, 2**31), "a block of type 6 with 2147483648"),
-    "two lengths": (section() + interface()[:-4] + struct.pack("<I", 99),
-        "a block of 20 bytes ends as one of 99"),
+    "two lengths": (
+        section() + interface()[:-4] + struct.pack("<I", 99),
+        "a block of 20 bytes ends as one of 99",
+    ),
     "no interface": (section() + enhanced(0, b"x"), "a block of type 6 that is none"),
     "a block that is too short": (section() + block(1, b"1234"), "a block of type 1 that is none"),
-    "a frame longer than its block": (section() + interface() + block(6,
-        struct.pack("<5I", 0, 0, 0, 500, 500)), "a frame of 500 bytes in a block of 32"),
-}  # fmt: skip
+    "a frame longer than its block": (
+        section() + interface() + block(6, struct.pack("<5I", 0, 0, 0, 500, 500)),
+        "a frame of 500 bytes in a block of 32",
+    ),
+}
 
 
 @pytest.mark.parametrize("case", WRONG)

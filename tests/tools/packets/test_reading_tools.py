@@ -99,14 +99,19 @@ def status(in_motion: int) -> Status:
 
 
 MOTION: list[Entry] = [
-    Event(0, "client-connected", 11_000, 1), packet(1, DOWN, JointPosition(0, ZEROS), 11_002),
-    packet(2, UP, point(0)), packet(5, DOWN, accepted(point(0))),
+    Event(0, "client-connected", 11_000, 1),
+    packet(1, DOWN, JointPosition(0, ZEROS), 11_002),
+    packet(2, UP, point(0)),
+    packet(5, DOWN, accepted(point(0))),
     packet(10, DOWN, status(0), 11_002),
     packet(50, DOWN, JointPosition(0, (0.05, *ZEROS[1:])), 11_002),
-    packet(51, DOWN, status(1), 11_002), packet(60, UP, Ping(), 11_002),
-    packet(100, DOWN, status(0), 11_002), packet(150, DOWN, status(0), 11_002),
-    packet(151, UP, point(1)), packet(151.5, DOWN, refused(point(1))),
-]  # fmt: skip
+    packet(51, DOWN, status(1), 11_002),
+    packet(60, UP, Ping(), 11_002),
+    packet(100, DOWN, status(0), 11_002),
+    packet(150, DOWN, status(0), 11_002),
+    packet(151, UP, point(1)),
+    packet(151.5, DOWN, refused(point(1))),
+]
 
 
 @pytest.mark.parametrize("name", CAPTURES)
@@ -204,19 +209,32 @@ def test_no_two_dialects_have_the_same_message_number() -> None:
     assert set(ALL.messages) >= {*STANDARD.messages, *MOTOMAN.messages}
 
 
-@pytest.mark.parametrize(("arguments", "expected"), [
-    (["--type", "status"], [4, 6, 8, 9]), (["--type", "1", "--type", "joint_position"], [1, 5, 7]),
-    (["--comm", "request"], [2, 7, 10]), (["--comm", "reply"], [3, 11]),
-    (["--port", "11002", "--direction", "to-server"], [7]),
-    (["--direction", "to-server"], [2, 7, 10]), (["--conn", "2"], []),
-    (["--scenario", "nowhere"], []), (["--since", "0.06", "--until", "0.15"], [7, 8, 9]),
-    (["--malformed"], []), (["--field", "in_motion=TRUE"], [6]), (["--field", "in_motion=1"], [6]),
-    (["--field", "in_motion!=true"], [4, 8, 9]), (["--field", "sequence>=1"], [10]),
-    (["--field", "joints>0"], [5, 10]), (["--field", "joints[0]<0.06", "--type", "10"], [1, 5]),
-    (["--field", "joints[77]<0.06"], []), (["--max-packets", "2"], [1, 2]),
-    (["--type", "status", "--max-packets", "2"], [4, 6]), (["--follow", "2"], [2, 3, 4, 5, 6, 8]),
-    (["--follow", "10"], [10, 11]),
-])  # fmt: skip
+@pytest.mark.parametrize(
+    ("arguments", "expected"),
+    [
+        (["--type", "status"], [4, 6, 8, 9]),
+        (["--type", "1", "--type", "joint_position"], [1, 5, 7]),
+        (["--comm", "request"], [2, 7, 10]),
+        (["--comm", "reply"], [3, 11]),
+        (["--port", "11002", "--direction", "to-server"], [7]),
+        (["--direction", "to-server"], [2, 7, 10]),
+        (["--conn", "2"], []),
+        (["--scenario", "nowhere"], []),
+        (["--since", "0.06", "--until", "0.15"], [7, 8, 9]),
+        (["--malformed"], []),
+        (["--field", "in_motion=TRUE"], [6]),
+        (["--field", "in_motion=1"], [6]),
+        (["--field", "in_motion!=true"], [4, 8, 9]),
+        (["--field", "sequence>=1"], [10]),
+        (["--field", "joints>0"], [5, 10]),
+        (["--field", "joints[0]<0.06", "--type", "10"], [1, 5]),
+        (["--field", "joints[77]<0.06"], []),
+        (["--max-packets", "2"], [1, 2]),
+        (["--type", "status", "--max-packets", "2"], [4, 6]),
+        (["--follow", "2"], [2, 3, 4, 5, 6, 8]),
+        (["--follow", "10"], [10, 11]),
+    ],
+)
 def test_what_is_shown_can_be_chosen(tool: Tool, arguments: list[str], expected: list[int]) -> None:
     assert tool.numbers(MOTION, *arguments) == expected
 
@@ -240,10 +258,13 @@ def test_a_pendants_motion_is_followed_to_its_outcome(tool: Tool) -> None:
     other = Outcome(6, 1, 0, -1, 0.0, 0.0, 0.1, 1.0, "")
     taken = Verdict(7, 0, -1, 0.0, 0.0, "")
     entries: list[Entry] = [
-        packet(1, UP, move, 11_010), packet(2, DOWN, taken, 11_010),
-        packet(3, DOWN, end, 11_010, connection=2), packet(4, DOWN, other, 11_010),
-        packet(5, DOWN, end, 11_010), packet(6, DOWN, end, 11_010),
-    ]  # fmt: skip
+        packet(1, UP, move, 11_010),
+        packet(2, DOWN, taken, 11_010),
+        packet(3, DOWN, end, 11_010, connection=2),
+        packet(4, DOWN, other, 11_010),
+        packet(5, DOWN, end, 11_010),
+        packet(6, DOWN, end, 11_010),
+    ]
     assert tool.numbers(entries, "--follow", "1") == [1, 2, 5]
 
 
@@ -258,13 +279,16 @@ def test_any_other_request_is_followed_to_its_reply(tool: Tool) -> None:
     assert tool.numbers(entries, "--follow", "1") == [1, 3]
 
 
-@pytest.mark.parametrize(("number", "found", "reason"), [
-    (7, 1, "request 7 has no reply in this trace"),
-    (3, 2, "packet 3 is no request; it answers request 2"),
-    (4, 2, "packet 4 is no request"),
-    (99, 2, "no packet 99: the trace has 11"),
-    (-1, 2, "no packet -1: the trace has 11"),
-])  # fmt: skip
+@pytest.mark.parametrize(
+    ("number", "found", "reason"),
+    [
+        (7, 1, "request 7 has no reply in this trace"),
+        (3, 2, "packet 3 is no request; it answers request 2"),
+        (4, 2, "packet 4 is no request"),
+        (99, 2, "no packet 99: the trace has 11"),
+        (-1, 2, "no packet -1: the trace has 11"),
+    ],
+)
 def test_what_cannot_be_followed_is_told(tool: Tool, number: int, found: int, reason: str) -> None:
     assert tool.show(MOTION, "--follow", str(number))[::2] == (found, [reason])
 
@@ -292,12 +316,16 @@ def read_all(entries: list[Entry]) -> list[Reading]:
 def test_replies_answer_requests_in_order_and_topics_never() -> None:
     readings = read_all(
         [
-            packet(1, UP, point(0)), packet(2, UP, point(1)), packet(3, DOWN, status(0)),
-            packet(4, DOWN, accepted(point(0))), packet(5, DOWN, Ping()),
-            packet(6, DOWN, accepted(point(1))), packet(7, DOWN, accepted(point(1))),
+            packet(1, UP, point(0)),
+            packet(2, UP, point(1)),
+            packet(3, DOWN, status(0)),
+            packet(4, DOWN, accepted(point(0))),
+            packet(5, DOWN, Ping()),
+            packet(6, DOWN, accepted(point(1))),
+            packet(7, DOWN, accepted(point(1))),
             packet(8, UP, accepted(Ping())),
         ]
-    )  # fmt: skip
+    )
     answers = [reading.answers for reading in readings]
     assert answers == [None, None, None, 1, None, 2, None, 5]
     assert [reading.latency for reading in readings if reading.latency] == [3e6, 4e6, 3e6]
@@ -320,8 +348,11 @@ def test_each_connection_has_a_byte_order_that_it_keeps() -> None:
         ]
     )
     assert [reading.fault for reading in readings] == [
-        "", "", "in big-endian, the connection is little-endian", "",
-    ]  # fmt: skip
+        "",
+        "",
+        "in big-endian, the connection is little-endian",
+        "",
+    ]
     assert readings[1].message == Ping(comm_type=CommType.REQUEST)
 
 
@@ -370,17 +401,22 @@ def test_a_file_that_breaks_off_is_shown_up_to_there(tool: Tool, tmp_path: Path)
     for command in ("decode", "show"):
         found, lines, errors = tool.run(command, str(file))
         assert (found, len(lines)) == (2, 2)
-        assert errors == [f"{file}: offset 423: the file ends inside a record: 69 of 70 bytes"]
+        assert errors == [
+            f"{file}: offset 423: the file ends inside a record: 69 of 70 bytes",
+        ]
     found, lines, errors = tool.run("show", str(file), "--count")
     assert (found, len(lines), len(errors)) == (2, 2, 1)
 
 
 @pytest.mark.parametrize("command", ["decode", "show"])
-@pytest.mark.parametrize(("content", "found", "reason"), [
-    (b"[1]", 2, "entry 1: an entry is a JSON object"),
-    (b'{"format": 1}', 2, "line 1: the file ends here: the format is 1, not"),
-    (b"\xd4\xc3\xb2\xa1", 2, "offset 4: the file ends inside the file header"),
-])  # fmt: skip
+@pytest.mark.parametrize(
+    ("content", "found", "reason"),
+    [
+        (b"[1]", 2, "entry 1: an entry is a JSON object"),
+        (b'{"format": 1}', 2, "line 1: the file ends here: the format is 1, not"),
+        (b"\xd4\xc3\xb2\xa1", 2, "offset 4: the file ends inside the file header"),
+    ],
+)
 def test_a_file_that_is_no_trace_is_one_line(
     tool: Tool, command: str, content: bytes, found: int, reason: str
 ) -> None:
@@ -404,12 +440,22 @@ def test_a_directory_and_a_missing_file_are_one_line(
     assert tool.run(command, missing) == (2, [], [f"{missing}: No such file or directory"])
 
 
-@pytest.mark.parametrize("arguments", [
-    [], ["-", "--type", "no_such_message"], ["-", "--comm", "gossip"], ["-", "--since", "nan"],
-    ["-", "--since", "soon"], ["-", "--field", "nothing"], ["-", "--field", "name>text"],
-    ["-", "--count", "--follow", "1"], ["-", "--max-packets", "-3"], ["-", "--input", "hex"],
-    ["-", "--follow", "x"],
-])  # fmt: skip
+@pytest.mark.parametrize(
+    "arguments",
+    [
+        [],
+        ["-", "--type", "no_such_message"],
+        ["-", "--comm", "gossip"],
+        ["-", "--since", "nan"],
+        ["-", "--since", "soon"],
+        ["-", "--field", "nothing"],
+        ["-", "--field", "name>text"],
+        ["-", "--count", "--follow", "1"],
+        ["-", "--max-packets", "-3"],
+        ["-", "--input", "hex"],
+        ["-", "--follow", "x"],
+    ],
+)
 def test_wrong_arguments_of_show_are_a_usage_error(tool: Tool, arguments: list[str]) -> None:
     found, lines, errors = tool.run("show", *arguments)
     assert (found, lines) == (2, [])

@@ -15,15 +15,18 @@ from openpendant.tools.packets.record import main
 PAIR = ["--listen", "0", "--to", "1"]
 
 
-@pytest.mark.parametrize(("arguments", "code", "reason"), [
-    ([], 2, "required: --listen, --to, -o"),
-    ([*PAIR, "--listen", "0", "-o", "x"], 2, "2 --listen need as many --to, not 1"),
-    ([*PAIR, "-o", "/nowhere/x"], 2, "/nowhere/x: No such file or directory"),
-    ([*PAIR, "-o", "x", "--max-size", "many"], 2, "'many' is no size such as"),
-    (["--listen", "70000", "--to", "1", "-o", "x"], 2, "a port is 0 to 65535"),
-    (["--listen", "0", "--to", "0", "-o", "x"], 2, "a port is 1 to 65535"),
-    (["--listen", "192.0.2.1:0", "--to", "1", "-o", "FILE"], 3, "cannot listen on"),
-])  # fmt: skip
+@pytest.mark.parametrize(
+    ("arguments", "code", "reason"),
+    [
+        ([], 2, "required: --listen, --to, -o"),
+        ([*PAIR, "--listen", "0", "-o", "x"], 2, "2 --listen need as many --to, not 1"),
+        ([*PAIR, "-o", "/nowhere/x"], 2, "/nowhere/x: No such file or directory"),
+        ([*PAIR, "-o", "x", "--max-size", "many"], 2, "'many' is no size such as"),
+        (["--listen", "70000", "--to", "1", "-o", "x"], 2, "a port is 0 to 65535"),
+        (["--listen", "0", "--to", "0", "-o", "x"], 2, "a port is 1 to 65535"),
+        (["--listen", "192.0.2.1:0", "--to", "1", "-o", "FILE"], 3, "cannot listen on"),
+    ],
+)
 def test_a_wrong_argument_is_named(
     arguments: list[str], code: int, reason: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
@@ -57,10 +60,15 @@ def test_a_file_is_as_it_was_when_the_port_is_taken(tool: str, tmp_path: Path) -
     assert file.read_text() == "an hour's recording"
 
 
-@pytest.mark.parametrize(("text", "endpoint"), [
-    ("11000", Endpoint("127.0.0.1", 11000)), (":11000", Endpoint("127.0.0.1", 11000)),
-    ("robot:11000", Endpoint("robot", 11000)), ("[::1]:11000", Endpoint("::1", 11000)),
-])  # fmt: skip
+@pytest.mark.parametrize(
+    ("text", "endpoint"),
+    [
+        ("11000", Endpoint("127.0.0.1", 11000)),
+        (":11000", Endpoint("127.0.0.1", 11000)),
+        ("robot:11000", Endpoint("robot", 11000)),
+        ("[::1]:11000", Endpoint("::1", 11000)),
+    ],
+)
 def test_addresses_are_read_as_people_write_them(text: str, endpoint: Endpoint) -> None:
     assert listen_endpoint(text) == target_endpoint(text) == endpoint
 

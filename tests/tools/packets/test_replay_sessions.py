@@ -256,17 +256,20 @@ def trace(tmp_path: Path) -> str:
     return str(file)
 
 
-@pytest.mark.parametrize(("arguments", "reason"), [
-    (["--as", "client"], "the recording has port 11000, 11002: --to 11000=[HOST:]PORT"),
-    (["--as", "client", "--to", "1"], "or choose --port"),
-    (["--as", "client", "--to", "12=1"], "the recording has port"),
-    (["--as", "client", "--to", "x=1"], "--to x=1: invalid literal"),
-    (["--as", "client", "--port", "11000", "--to", "1:2:x"], "is no [HOST:]PORT"),
-    (["--as", "client", "--port", "11000", "--to", "1"], "--yes-it-may-move"),
-    (["--as", "client", "--port", "7", "--to", "1"], "no connection to play"),
-    (["--as", "nobody"], "invalid choice"),
-    (["--as", "client", "--speed", "0"], "is no number from"),
-])  # fmt: skip
+@pytest.mark.parametrize(
+    ("arguments", "reason"),
+    [
+        (["--as", "client"], "the recording has port 11000, 11002: --to 11000=[HOST:]PORT"),
+        (["--as", "client", "--to", "1"], "or choose --port"),
+        (["--as", "client", "--to", "12=1"], "the recording has port"),
+        (["--as", "client", "--to", "x=1"], "--to x=1: invalid literal"),
+        (["--as", "client", "--port", "11000", "--to", "1:2:x"], "is no [HOST:]PORT"),
+        (["--as", "client", "--port", "11000", "--to", "1"], "--yes-it-may-move"),
+        (["--as", "client", "--port", "7", "--to", "1"], "no connection to play"),
+        (["--as", "nobody"], "invalid choice"),
+        (["--as", "client", "--speed", "0"], "is no number from"),
+    ],
+)
 def test_wrong_arguments_are_said(
     trace: str, arguments: list[str], reason: str, capsys: pytest.CaptureFixture[str]
 ) -> None:

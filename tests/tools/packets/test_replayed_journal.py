@@ -75,10 +75,19 @@ def the_event_twice(replayed: ReplayedJournal) -> None:
     replayed.begin("tick", 1)
 
 
-@pytest.mark.parametrize("play", [
-    tick, write_other_bytes, write_to_another_link, write_twice, another_event,
-    the_event_of_another_link, the_event_twice,
-], ids=lambda play: play.__name__)  # fmt: skip
+@pytest.mark.parametrize(
+    "play",
+    [
+        tick,
+        write_other_bytes,
+        write_to_another_link,
+        write_twice,
+        another_event,
+        the_event_of_another_link,
+        the_event_twice,
+    ],
+    ids=lambda play: play.__name__,
+)
 def test_whatever_is_missing_more_or_other_is_a_difference(
     play: Callable[[ReplayedJournal], object],
 ) -> None:

@@ -217,28 +217,35 @@ def test_what_a_process_put_off_does_not_happen_by_itself(
 
 
 HEADER = {
-    "format": "openpendant-journal/1", "of": "emulator", "version": "0", "started": "", "now": 1,
+    "format": "openpendant-journal/1",
+    "of": "emulator",
+    "version": "0",
+    "started": "",
+    "now": 1,
     "settings": {"robot": "ur5"},
-}  # fmt: skip
+}
 END = {"end": True}
 
 
-@pytest.mark.parametrize(("lines", "words"), [
-    ([], "no journal"),
-    (["not JSON"], "line 1: no JSON"),
-    (["[]"], "no JSON object"),
-    ([{"format": "other"}], "no journal"),
-    ([HEADER | {"of": "toaster"}], "toaster"),
-    ([HEADER | {"now": "1"}], "now is missing or of the wrong kind"),
-    ([HEADER | {"settings": {"robot": "nobody"}}], "nobody"),
-    ([HEADER | {"settings": {"rate": -1}}], "rate"),
-    ([HEADER | {"of": "server", "settings": {"tick_rate": "x"}}], "tick_rate"),
-    ([HEADER, {"t": 1, "on": "tick", "link": "1"}, END], "hex is missing"),
-    ([HEADER, {"t": 1, "on": "tick", "link": "1", "hex": "zz"}, END], "no hexadecimal digits"),
-    ([HEADER, {"t": 1, "on": "dance", "link": "1", "hex": ""}, END], "dance"),
-    ([HEADER, {"t": 1, "on": "in", "link": "7", "hex": ""}, END], "link 7 was never opened"),
-    ([HEADER, {"t": 1, "on": "tick", "link": "x", "hex": ""}, END], "not known"),
-])  # fmt: skip
+@pytest.mark.parametrize(
+    ("lines", "words"),
+    [
+        ([], "no journal"),
+        (["not JSON"], "line 1: no JSON"),
+        (["[]"], "no JSON object"),
+        ([{"format": "other"}], "no journal"),
+        ([HEADER | {"of": "toaster"}], "toaster"),
+        ([HEADER | {"now": "1"}], "now is missing or of the wrong kind"),
+        ([HEADER | {"settings": {"robot": "nobody"}}], "nobody"),
+        ([HEADER | {"settings": {"rate": -1}}], "rate"),
+        ([HEADER | {"of": "server", "settings": {"tick_rate": "x"}}], "tick_rate"),
+        ([HEADER, {"t": 1, "on": "tick", "link": "1"}, END], "hex is missing"),
+        ([HEADER, {"t": 1, "on": "tick", "link": "1", "hex": "zz"}, END], "no hexadecimal digits"),
+        ([HEADER, {"t": 1, "on": "dance", "link": "1", "hex": ""}, END], "dance"),
+        ([HEADER, {"t": 1, "on": "in", "link": "7", "hex": ""}, END], "link 7 was never opened"),
+        ([HEADER, {"t": 1, "on": "tick", "link": "x", "hex": ""}, END], "not known"),
+    ],
+)
 def test_what_is_no_journal_is_refused_in_one_line(
     lines: list[Any], words: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:

@@ -44,34 +44,42 @@ def test_every_message_can_be_named_and_its_fields_left_out(dialect: Dialect) ->
         assert codec.encode(message_from_words(cls.PLACE.name, count, codec))
 
 
-@pytest.mark.parametrize(("words", "message"), [
-    ("ping", Ping()),
-    ("1", Ping()),
-    ("stop", JointTrajPt(-4, ZEROS, 0.0, 0.0)),
-    ("joint_traj_pt sequence=0x2 joints=0.5,-1 velocity=.25",
-        JointTrajPt(2, (0.5, -1.0, *ZEROS[2:]), 0.25, 0.0)),
-    ("joint_traj_pt comm=topic", JointTrajPt(0, ZEROS, 0.0, 0.0, comm_type=1)),
-    ("ping comm=reply reply_code=2", HeaderOnly(1, reply_code=2)),
-    ("65001 body={}", Management(0, b"{}")),
-    ("4711 body=00ff", Opaque(4711, b"\0\xff")),
-])  # fmt: skip
+@pytest.mark.parametrize(
+    ("words", "message"),
+    [
+        ("ping", Ping()),
+        ("1", Ping()),
+        ("stop", JointTrajPt(-4, ZEROS, 0.0, 0.0)),
+        (
+            "joint_traj_pt sequence=0x2 joints=0.5,-1 velocity=.25",
+            JointTrajPt(2, (0.5, -1.0, *ZEROS[2:]), 0.25, 0.0),
+        ),
+        ("joint_traj_pt comm=topic", JointTrajPt(0, ZEROS, 0.0, 0.0, comm_type=1)),
+        ("ping comm=reply reply_code=2", HeaderOnly(1, reply_code=2)),
+        ("65001 body={}", Management(0, b"{}")),
+        ("4711 body=00ff", Opaque(4711, b"\0\xff")),
+    ],
+)
 def test_words_make_a_message(words: str, message: object) -> None:
     name, *fields = words.split()
     assert message_from_words(name, fields, codec_for(PENDANT)) == message
 
 
-@pytest.mark.parametrize(("words", "reason"), [
-    ("pin", "did you mean ping?"),
-    ("joint_traj_pt foo=1", "has no field 'foo'; its fields: sequence, joints"),
-    ("joint_traj_pt sequence", "'sequence' is no field=value"),
-    ("joint_traj_pt sequence=x", "'x' is no integer"),
-    ("joint_traj_pt velocity=fast", "'fast' is no real number"),
-    ("joint_traj_pt joints=" + "1," * 11, "has 10 values, not 11"),
-    ("joint_traj points=[", "is no JSON list"),
-    ("4711 body=xyz", "'xyz' is no hexadecimal"),
-    ("4711 foo=1", "no field but body"),
-    ("ping comm=chat", "comm_type: 'chat' is no integer"),
-])  # fmt: skip
+@pytest.mark.parametrize(
+    ("words", "reason"),
+    [
+        ("pin", "did you mean ping?"),
+        ("joint_traj_pt foo=1", "has no field 'foo'; its fields: sequence, joints"),
+        ("joint_traj_pt sequence", "'sequence' is no field=value"),
+        ("joint_traj_pt sequence=x", "'x' is no integer"),
+        ("joint_traj_pt velocity=fast", "'fast' is no real number"),
+        ("joint_traj_pt joints=" + "1," * 11, "has 10 values, not 11"),
+        ("joint_traj points=[", "is no JSON list"),
+        ("4711 body=xyz", "'xyz' is no hexadecimal"),
+        ("4711 foo=1", "no field but body"),
+        ("ping comm=chat", "comm_type: 'chat' is no integer"),
+    ],
+)
 def test_words_that_make_none_say_why(words: str, reason: str) -> None:
     name, *fields = words.split()
     with pytest.raises(PacketToolError) as error:
@@ -90,21 +98,33 @@ def _made(words: str, dialect: Dialect = STANDARD) -> bytes:
     return codec.encode(message_from_words(name, fields, codec))
 
 
-@pytest.mark.parametrize(("data", "acts"), [
-    (_made("ping"), False), (_made("stop"), False), (_made("joint_traj_pt"), True),
-    (_made("joint_traj_pt comm=topic"), True), (_made("joint_traj_pt_full sequence=-4"), False),
-    (_made("joint_traj_pt_full sequence=-3"), True), (_made("joint_traj"), True),
-    (_made("motoman_motion_ctrl command=200121", MOTOMAN), True),
-    (_made("motoman_motion_ctrl command=200111", MOTOMAN), False),
-    (_made("joint_move", PENDANT), True), (_made("software_stop", PENDANT), False),
-    (PING + _made("joint_traj_pt"), True), (b"\0\0\0\0", True), (PING[:8], True),
-    (bytes.fromhex("0c0000000b0000000200000000000000"), True),
-    (_made("motoman_write_single_io", MOTOMAN), True),
-    (_made("motoman_write_group_io", MOTOMAN), True),
-    (_made("motoman_write_mregister", MOTOMAN), True), (_made("21"), True),
-    (_made("motoman_read_single_io", MOTOMAN), False),
-    (_made("motoman_read_mregister", MOTOMAN), False), (_made("20"), False),
-])  # fmt: skip
+@pytest.mark.parametrize(
+    ("data", "acts"),
+    [
+        (_made("ping"), False),
+        (_made("stop"), False),
+        (_made("joint_traj_pt"), True),
+        (_made("joint_traj_pt comm=topic"), True),
+        (_made("joint_traj_pt_full sequence=-4"), False),
+        (_made("joint_traj_pt_full sequence=-3"), True),
+        (_made("joint_traj"), True),
+        (_made("motoman_motion_ctrl command=200121", MOTOMAN), True),
+        (_made("motoman_motion_ctrl command=200111", MOTOMAN), False),
+        (_made("joint_move", PENDANT), True),
+        (_made("software_stop", PENDANT), False),
+        (PING + _made("joint_traj_pt"), True),
+        (b"\0\0\0\0", True),
+        (PING[:8], True),
+        (bytes.fromhex("0c0000000b0000000200000000000000"), True),
+        (_made("motoman_write_single_io", MOTOMAN), True),
+        (_made("motoman_write_group_io", MOTOMAN), True),
+        (_made("motoman_write_mregister", MOTOMAN), True),
+        (_made("21"), True),
+        (_made("motoman_read_single_io", MOTOMAN), False),
+        (_made("motoman_read_mregister", MOTOMAN), False),
+        (_made("20"), False),
+    ],
+)
 def test_what_may_move_or_switch_is_known(data: bytes, acts: bool) -> None:
     assert may_act(data) is acts
 
@@ -117,10 +137,18 @@ def test_a_point_is_not_sent_without_consent(
     assert "--yes-it-may-move" in capsys.readouterr().err
 
 
-@pytest.mark.parametrize("arguments", [
-    ["1"], ["0", "ping"], ["x:y", "ping"], ["1", "--hex", "0"], ["1", "ping", "--hex", "00"],
-    ["1", "joint_traj_pt", "sequence=999999999999"], ["1", "99999999999"],
-])  # fmt: skip
+@pytest.mark.parametrize(
+    "arguments",
+    [
+        ["1"],
+        ["0", "ping"],
+        ["x:y", "ping"],
+        ["1", "--hex", "0"],
+        ["1", "ping", "--hex", "00"],
+        ["1", "joint_traj_pt", "sequence=999999999999"],
+        ["1", "99999999999"],
+    ],
+)
 def test_wrong_arguments_are_a_usage_error(
     arguments: list[str], capsys: pytest.CaptureFixture[str]
 ) -> None:
@@ -176,14 +204,17 @@ async def peer() -> AsyncIterator[Callable[..., Any]]:
 
 @pytest.mark.asyncio
 @pytest.mark.virtual_clock
-@pytest.mark.parametrize(("answer", "code", "printed"), [
-    (PONG, 0, '"reply_code": 1'),
-    (REFUSAL, 1, '"reply_code": 2'),
-    (STATUS * 3 + PONG, 0, '"name": "ping"'),
-    (b"\0\0\0\0garbage", 1, '"malformed": "in these bytes no frame can be found"'),
-    (bytes.fromhex("0c000000010000000300000000000000"), 1, '"malformed": "reply code 0'),
-    (bytes.fromhex("0000000c000000010000000300000001"), 0, '"order": "big"'),
-])  # fmt: skip
+@pytest.mark.parametrize(
+    ("answer", "code", "printed"),
+    [
+        (PONG, 0, '"reply_code": 1'),
+        (REFUSAL, 1, '"reply_code": 2'),
+        (STATUS * 3 + PONG, 0, '"name": "ping"'),
+        (b"\0\0\0\0garbage", 1, '"malformed": "in these bytes no frame can be found"'),
+        (bytes.fromhex("0c000000010000000300000000000000"), 1, '"malformed": "reply code 0'),
+        (bytes.fromhex("0000000c000000010000000300000001"), 0, '"order": "big"'),
+    ],
+)
 async def test_an_answer_is_printed_as_it_is(
     peer: Callable[..., Any],
     capsys: pytest.CaptureFixture[str],
@@ -199,12 +230,15 @@ async def test_an_answer_is_printed_as_it_is(
 
 @pytest.mark.asyncio
 @pytest.mark.virtual_clock
-@pytest.mark.parametrize(("says", "closes", "reason"), [
-    (None, True, "closed the connection|broke off"),
-    (None, False, "no answer from .* within 1 s$"),
-    (PONG[:9], False, "within 1 s, but 9 bytes of a frame that does not end"),
-    (STATUS * 5000, False, "no answer from .* within 1 s"),
-])  # fmt: skip
+@pytest.mark.parametrize(
+    ("says", "closes", "reason"),
+    [
+        (None, True, "closed the connection|broke off"),
+        (None, False, "no answer from .* within 1 s$"),
+        (PONG[:9], False, "within 1 s, but 9 bytes of a frame that does not end"),
+        (STATUS * 5000, False, "no answer from .* within 1 s"),
+    ],
+)
 async def test_a_peer_that_does_not_answer_is_one_clear_line(
     peer: Callable[..., Any], says: bytes | None, closes: bool, reason: str
 ) -> None:
@@ -234,24 +268,43 @@ def _motion_reply(command: int, result: int = 0) -> bytes:
 
 @pytest.mark.asyncio
 @pytest.mark.virtual_clock
-@pytest.mark.parametrize(("request_words", "answer", "code", "remark"), [
-    ("stop", STOPPED, 0, ""),
-    ("stop", PONG, 1, "a reply of type 1 is no answer to type 11\n"),
-    ("stop", FANUC, 0, "type 11 was answered by type 10, a habit of Fanuc's\n"),
-    ("joint_traj_pt_full", FANUC, 1, "a reply of type 10 is no answer to type 14\n"),
-    ("joint_traj_pt_full", _motion_reply(14), 0,
-        "type 14 was answered by type 2002, a habit of Motoman's\n"),
-    ("joint_traj_pt_full", _motion_reply(200111), 1,
-        "a motion reply about command 200111 is no answer to type 14\n"),
-    ("motoman_motion_ctrl command=200111", _motion_reply(200111), 0, ""),
-    ("motoman_motion_ctrl command=200111", _motion_reply(200101), 1,
-        "a motion reply about command 200101 is no answer to type 2001\n"),
-    ("motoman_joint_traj_pt_full_ex num_groups=1", _motion_reply(2016), 0, ""),
-    ("motoman_select_tool", _motion_reply(2018), 0, ""),
-    ("motoman_read_single_io", _made("motoman_read_single_io_reply", MOTOMAN), 0, ""),
-    ("motoman_read_single_io", _made("motoman_write_single_io_reply", MOTOMAN), 1,
-        "a reply of type 2006 is no answer to type 2003\n"),
-])  # fmt: skip
+@pytest.mark.parametrize(
+    ("request_words", "answer", "code", "remark"),
+    [
+        ("stop", STOPPED, 0, ""),
+        ("stop", PONG, 1, "a reply of type 1 is no answer to type 11\n"),
+        ("stop", FANUC, 0, "type 11 was answered by type 10, a habit of Fanuc's\n"),
+        ("joint_traj_pt_full", FANUC, 1, "a reply of type 10 is no answer to type 14\n"),
+        (
+            "joint_traj_pt_full",
+            _motion_reply(14),
+            0,
+            "type 14 was answered by type 2002, a habit of Motoman's\n",
+        ),
+        (
+            "joint_traj_pt_full",
+            _motion_reply(200111),
+            1,
+            "a motion reply about command 200111 is no answer to type 14\n",
+        ),
+        ("motoman_motion_ctrl command=200111", _motion_reply(200111), 0, ""),
+        (
+            "motoman_motion_ctrl command=200111",
+            _motion_reply(200101),
+            1,
+            "a motion reply about command 200101 is no answer to type 2001\n",
+        ),
+        ("motoman_joint_traj_pt_full_ex num_groups=1", _motion_reply(2016), 0, ""),
+        ("motoman_select_tool", _motion_reply(2018), 0, ""),
+        ("motoman_read_single_io", _made("motoman_read_single_io_reply", MOTOMAN), 0, ""),
+        (
+            "motoman_read_single_io",
+            _made("motoman_write_single_io_reply", MOTOMAN),
+            1,
+            "a reply of type 2006 is no answer to type 2003\n",
+        ),
+    ],
+)
 async def test_an_answer_belongs_to_the_request_by_its_type(
     peer: Callable[..., Any],
     capsys: pytest.CaptureFixture[str],
@@ -278,13 +331,21 @@ async def test_a_verdict_answers_requests_of_the_pendant_protocol(
 
 @pytest.mark.asyncio
 @pytest.mark.virtual_clock
-@pytest.mark.parametrize(("request_words", "answer", "remark"), [
-    ("motoman_motion_ctrl command=200121",
-        _made("motoman_motion_reply command=200121 result=5 subcode=5007", MOTOMAN),
-        "    NOT_READY/NOT_READY_HOLD: Hold is active. Release it at the controller."),
-    ("motoman_read_single_io", _made("motoman_read_single_io_reply result_code=1001", MOTOMAN),
-        "    READ_ADDRESS_INVALID: This address cannot be read. See the address ranges"),
-])  # fmt: skip
+@pytest.mark.parametrize(
+    ("request_words", "answer", "remark"),
+    [
+        (
+            "motoman_motion_ctrl command=200121",
+            _made("motoman_motion_reply command=200121 result=5 subcode=5007", MOTOMAN),
+            "    NOT_READY/NOT_READY_HOLD: Hold is active. Release it at the controller.",
+        ),
+        (
+            "motoman_read_single_io",
+            _made("motoman_read_single_io_reply result_code=1001", MOTOMAN),
+            "    READ_ADDRESS_INVALID: This address cannot be read. See the address ranges",
+        ),
+    ],
+)
 @pytest.mark.parametrize("as_json", [False, True])
 async def test_a_failure_of_motomans_is_explained_to_people(
     peer: Callable[..., Any],

@@ -53,10 +53,18 @@ def entries(file: bytes, kind: FileKind | None = None) -> list[Entry]:
     return list(read_trace(io.BytesIO(file), kind))
 
 
-@pytest.mark.parametrize("file", [
-    TRACE, TRACE.replace(b"\n", b"\r\n"), b"\xef\xbb\xbf" + TRACE,
-    b"\n\n" + TRACE.split(b"\n", 1)[1], TRACE.rstrip(), CAPTURE, b"\xef\xbb\xbf\n\t " + CAPTURE,
-])  # fmt: skip
+@pytest.mark.parametrize(
+    "file",
+    [
+        TRACE,
+        TRACE.replace(b"\n", b"\r\n"),
+        b"\xef\xbb\xbf" + TRACE,
+        b"\n\n" + TRACE.split(b"\n", 1)[1],
+        TRACE.rstrip(),
+        CAPTURE,
+        b"\xef\xbb\xbf\n\t " + CAPTURE,
+    ],
+)
 def test_both_json_forms_give_the_entries(file: bytes) -> None:
     assert entries(file) == ENTRIES
 
@@ -75,12 +83,23 @@ def test_a_recorded_capture_is_read_whole(name: str) -> None:
     ]
 
 
-@pytest.mark.parametrize(("file", "kind"), [
-    (TRACE, FileKind.TRACE), (CAPTURE, FileKind.CAPTURE), (pcap([]), FileKind.PCAP),
-    (pcap([], order=">"), FileKind.PCAP), (pcapng([]), FileKind.PCAP), (b"0c00", FileKind.HEX),
-    (b"a1b2c3d4", FileKind.HEX), (b"\n\r\n0c00", FileKind.HEX), (b"\n", FileKind.HEX),
-    (b"\xa1\xb2", FileKind.HEX), (b"", FileKind.HEX), (b" " * 5_000 + b"{", FileKind.HEX),
-])  # fmt: skip
+@pytest.mark.parametrize(
+    ("file", "kind"),
+    [
+        (TRACE, FileKind.TRACE),
+        (CAPTURE, FileKind.CAPTURE),
+        (pcap([]), FileKind.PCAP),
+        (pcap([], order=">"), FileKind.PCAP),
+        (pcapng([]), FileKind.PCAP),
+        (b"0c00", FileKind.HEX),
+        (b"a1b2c3d4", FileKind.HEX),
+        (b"\n\r\n0c00", FileKind.HEX),
+        (b"\n", FileKind.HEX),
+        (b"\xa1\xb2", FileKind.HEX),
+        (b"", FileKind.HEX),
+        (b" " * 5_000 + b"{", FileKind.HEX),
+    ],
+)
 def test_the_kind_is_seen_from_the_content(file: bytes, kind: FileKind) -> None:
     found, stream = detect(io.BytesIO(file))
     assert found is kind
@@ -100,8 +119,10 @@ WRONG: dict[str, tuple[bytes, str]] = {
     "a vast integer": (b'{"t": 1%s}\n' % (b"0" * 9_000), "line 1: an integer of thousands"),
     "deep nesting": (b'{"t": ' + b"[" * 99_999 + b"\n", "line 1: nested too deeply"),
     "no UTF-8": (TRACE + b"{\xff}\n", "line 5: not UTF-8: byte 0xff at 1"),
-    "odd digits": (b'{"t": 1, "dir": "client->server", "hex": "abc"}\n',
-        "line 1: hex must be pairs of hexadecimal digits"),
+    "odd digits": (
+        b'{"t": 1, "dir": "client->server", "hex": "abc"}\n',
+        "line 1: hex must be pairs of hexadecimal digits",
+    ),
     "a line without end": (b"{" + b" " * MAX_ENTRY * 2, f"line 1: longer than {MAX_ENTRY} bytes"),
     "a list of something else": (b"[1]", "entry 1: an entry is a JSON object"),
     "vectors that are no capture": (b'[{"name": "ping", "hex": "0c"}]', "entry 1: t must be"),
@@ -109,7 +130,7 @@ WRONG: dict[str, tuple[bytes, str]] = {
     "a deep list": (b"[" * 99_999, "nested too deeply"),
     "a list that is no UTF-8": (b"[\xff]", "offset 1: not UTF-8"),
     "two lists": (b"[][]", "no JSON: Extra data at line 1, column 3"),
-}  # fmt: skip
+}
 
 
 @pytest.mark.parametrize("case", WRONG)

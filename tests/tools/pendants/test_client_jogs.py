@@ -68,8 +68,11 @@ async def test_leaving_releases_and_tells_how_the_robot_came_to_rest(
     account = jog.account
     assert account is not None
     assert (account.reason, account.stop_time, account.joint_distance, account.tool_distance) == (
-        JogEnd.RELEASED, 0.0625, 0.03125, 0.015625,
-    )  # fmt: skip
+        JogEnd.RELEASED,
+        0.0625,
+        0.03125,
+        0.015625,
+    )
     assert account.positions == (0.5,) * 6
     count = len(server.all(JogBeat))
     await asyncio.sleep(0.3)
@@ -141,8 +144,11 @@ async def test_a_refused_press_raises_with_cause_and_numbers_and_beats_no_more(
             pytest.fail("the block of a refused jog must not run")
     error = refused.value
     assert (error.code, error.joint, error.value, error.limit) == (
-        VerdictCode.NOT_ENABLED, 2, 7.0, 6.25,
-    )  # fmt: skip
+        VerdictCode.NOT_ENABLED,
+        2,
+        7.0,
+        6.25,
+    )
     assert error.cause
     assert error.remedy
     await asyncio.sleep(0.3)

@@ -38,8 +38,11 @@ async def test_hello_says_cell_name_and_rate(server: ScriptedPendantServer) -> N
     ) as pendant:
         hello = server.one(Hello)
         assert (hello.protocol_version, hello.client, hello.cell, hello.state_rate) == (
-            2, "mine", "left", 50.0,
-        )  # fmt: skip
+            2,
+            "mine",
+            "left",
+            50.0,
+        )
         assert pendant.hello.session == SESSION
         assert pendant.offers(Capability.JOG)
         assert not pendant.offers(Capability.RECORDING)

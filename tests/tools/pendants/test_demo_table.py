@@ -28,9 +28,12 @@ def page(newest: State | None) -> str:
 
 def test_a_joint_that_hardly_moves_backwards_shows_no_signed_zero() -> None:
     creeping = replace(
-        state(1), positions=(-1e-9,) * 10, velocities=(-1e-9,) * 10, tool_position=(-1e-9,) * 3,
+        state(1),
+        positions=(-1e-9,) * 10,
+        velocities=(-1e-9,) * 10,
+        tool_position=(-1e-9,) * 3,
         tool_orientation=(-1e-9, 0.0, 0.0, 1.0),
-    )  # fmt: skip
+    )
     shown = page(creeping)
     assert "0.00°/s" in shown
     assert "-0.0" not in shown

@@ -24,9 +24,13 @@ START = Pose((0.5, 0.0, 0.4), (0.0, 0.0, 0.0, 1.0))
 def facts(unit: str, name: str) -> JointFacts:
     lower, upper = LIMITS if unit == "rad" else (0.0, 0.18)
     return JointFacts(
-        name=name, unit="rad" if unit == "rad" else "m", lower=lower, upper=upper, velocity=1.0,
+        name=name,
+        unit="rad" if unit == "rad" else "m",
+        lower=lower,
+        upper=upper,
+        velocity=1.0,
         acceleration=2.0,
-    )  # fmt: skip
+    )
 
 
 JOINTS = [facts("rad", "base"), facts("rad", "arm"), facts("m", "lift")]
@@ -79,10 +83,17 @@ class SomeArm:
         ended: asyncio.Future[Outcome] = asyncio.get_running_loop().create_future()
         ended.set_result(
             Outcome(
-                request_id=1, outcome=OutcomeKind.COMPLETED, code=0, joint=-1, value=0.0, limit=0.0,
-                plan_time=0.01, motion_time=1.0, text="",
+                request_id=1,
+                outcome=OutcomeKind.COMPLETED,
+                code=0,
+                joint=-1,
+                value=0.0,
+                limit=0.0,
+                plan_time=0.01,
+                motion_time=1.0,
+                text="",
             )
-        )  # fmt: skip
+        )
         return MotionHandle(1, ended)
 
 

@@ -71,9 +71,15 @@ def _fields(kind: Any) -> tuple[Mapping[str, Any], set[str]]:
     return schema["properties"], set(schema.get("required", ()))
 
 
-@pytest.mark.parametrize(("name", "nested"), [
-    ("Move", "speed"), ("RecordPoint", "point"), ("TouchUp", "pose"), ("TouchUp", "configuration"),
-])  # fmt: skip
+@pytest.mark.parametrize(
+    ("name", "nested"),
+    [
+        ("Move", "speed"),
+        ("RecordPoint", "point"),
+        ("TouchUp", "pose"),
+        ("TouchUp", "configuration"),
+    ],
+)
 def test_what_is_inside_an_edit_has_the_fields_of_the_server(name: str, nested: str) -> None:
     theirs = getattr(server_edits if name != "Move" else server_statements, name)
     ours = getattr(edits if name != "Move" else statements, name)
@@ -86,10 +92,15 @@ def _inner(kind: Any) -> Any:
     return choices[0] if choices else kind
 
 
-@pytest.mark.parametrize(("name", "theirs"), [
-    ("snapshot", Snapshot), ("cells", ServedCells), ("why", WhyReply),
-    ("jog.retreat", RetreatReply),
-])  # fmt: skip
+@pytest.mark.parametrize(
+    ("name", "theirs"),
+    [
+        ("snapshot", Snapshot),
+        ("cells", ServedCells),
+        ("why", WhyReply),
+        ("jog.retreat", RetreatReply),
+    ],
+)
 def test_a_reply_that_the_server_has_a_model_of_has_its_fields(
     name: str, theirs: type[BaseModel]
 ) -> None:

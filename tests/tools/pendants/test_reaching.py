@@ -34,15 +34,22 @@ START_ONE = "nobody listens at robot:7; start a server: openpendant serve"
 REFUSED = f"[Errno {errno.ECONNREFUSED}] Connect call failed"
 
 
-@pytest.mark.parametrize(("error", "tls", "said"), [
-    (ConnectionRefusedError(errno.ECONNREFUSED, "Connect call failed"), False, START_ONE),
-    (OSError(f"Multiple exceptions: {REFUSED} ('::1', 7), {REFUSED} (…)"), False, START_ONE),
-    (socket.gaierror(-2, "Name or service not known"), False, "no machine is found by .*'robot'"),
-    (OSError(errno.EHOSTUNREACH, "No route to host"), False, "robot:7 cannot be reached: No r"),
-    (OSError(), False, "robot:7 cannot be reached: OSError; check"),
-    (ConnectionResetError(), True, r"robot:7 may not speak TLS \(it closed.*: leave --ca out"),
-    (ssl.SSLError(1, "WRONG_VERSION_NUMBER"), True, r"may not speak TLS \(.*WRONG_VERSION"),
-])  # fmt: skip
+@pytest.mark.parametrize(
+    ("error", "tls", "said"),
+    [
+        (ConnectionRefusedError(errno.ECONNREFUSED, "Connect call failed"), False, START_ONE),
+        (OSError(f"Multiple exceptions: {REFUSED} ('::1', 7), {REFUSED} (…)"), False, START_ONE),
+        (
+            socket.gaierror(-2, "Name or service not known"),
+            False,
+            "no machine is found by .*'robot'",
+        ),
+        (OSError(errno.EHOSTUNREACH, "No route to host"), False, "robot:7 cannot be reached: No r"),
+        (OSError(), False, "robot:7 cannot be reached: OSError; check"),
+        (ConnectionResetError(), True, r"robot:7 may not speak TLS \(it closed.*: leave --ca out"),
+        (ssl.SSLError(1, "WRONG_VERSION_NUMBER"), True, r"may not speak TLS \(.*WRONG_VERSION"),
+    ],
+)
 def test_a_failure_to_connect_says_where_and_what_to_do(
     error: OSError, tls: bool, said: str
 ) -> None:

@@ -189,11 +189,17 @@ def test_after_its_disposal_each_call_says_what_to_make(robot: RoboAnalyzerClien
     robot.DisposeRobot()
     robot.DisposeRobot()
     calls: list[Callable[[], object]] = [
-        robot.ClearTrace, robot.DisplayRobot, robot.UpdateRobot, robot.ShowAvailableRobots,
-        robot.SetHomePosition, lambda: robot.LoadRobot("right"), lambda: robot.IncrementX(1.0),
-        lambda: robot.IncrementA(1.0), lambda: robot.IncrementJointAngle(1, 1.0),
+        robot.ClearTrace,
+        robot.DisplayRobot,
+        robot.UpdateRobot,
+        robot.ShowAvailableRobots,
+        robot.SetHomePosition,
+        lambda: robot.LoadRobot("right"),
+        lambda: robot.IncrementX(1.0),
+        lambda: robot.IncrementA(1.0),
+        lambda: robot.IncrementJointAngle(1, 1.0),
         lambda: robot.UpdateJointAngles([0.0] * 6),
-    ]  # fmt: skip
+    ]
     for call in calls:
         with pytest.raises(PendantError, match="make another RoboAnalyzerClient"):
             call()

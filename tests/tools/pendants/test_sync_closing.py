@@ -127,11 +127,14 @@ def close_under_the_key(pendant: SyncPendantClient) -> None:
 Leave = Callable[[SyncPendantClient], None]
 
 
-@pytest.mark.parametrize(("leave", "told"), [
-    (close_in_control, None),
-    (close_after_the_release, None),
-    (close_under_the_key, ConnectionLost),
-])  # fmt: skip
+@pytest.mark.parametrize(
+    ("leave", "told"),
+    [
+        (close_in_control, None),
+        (close_after_the_release, None),
+        (close_under_the_key, ConnectionLost),
+    ],
+)
 def test_a_block_that_closes_its_client_ends_well_unless_a_jog_owes_its_account(
     leave: Leave, told: type[Exception] | None, server: ScriptedPendantServer
 ) -> None:

@@ -66,11 +66,14 @@ def _add(file: Path) -> None:
     file.with_name("another.lua").write_text("")
 
 
-@pytest.mark.parametrize(("harm", "complaint"), [
-    (_change, "generated/openpendant.lua is stale"),
-    (_remove, "generated/openpendant.lua is missing"),
-    (_add, "generated/another.lua is generated no longer"),
-])  # fmt: skip
+@pytest.mark.parametrize(
+    ("harm", "complaint"),
+    [
+        (_change, "generated/openpendant.lua is stale"),
+        (_remove, "generated/openpendant.lua is missing"),
+        (_add, "generated/another.lua is generated no longer"),
+    ],
+)
 def test_a_stale_file_is_named_with_the_way_to_mend_it(
     harm: Callable[[Path], None], complaint: str, written: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:

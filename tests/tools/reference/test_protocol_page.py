@@ -71,9 +71,14 @@ def _agrees_with_the_codec(case: tuple[type[Message], int]) -> None:
 def test_offsets_are_those_of_the_wire_reference() -> None:
     offsets = {row.name: row.offset for row in frame_fields(JointTrajPtFull, 4)}
     assert offsets == {
-        "robot_id": "16", "sequence": "20", "valid_fields": "24", "time": "28", "positions": "32",
-        "velocities": "72", "accelerations": "112",
-    }  # fmt: skip
+        "robot_id": "16",
+        "sequence": "20",
+        "valid_fields": "24",
+        "time": "28",
+        "positions": "32",
+        "velocities": "72",
+        "accelerations": "112",
+    }
 
 
 def test_a_count_behind_its_records_lies_behind_them() -> None:

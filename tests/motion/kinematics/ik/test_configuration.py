@@ -38,12 +38,15 @@ def test_a_robot_without_a_closed_form_has_no_flags(name: str) -> None:
     assert configuration_of(kinematics, kinematics.robot.home_position) is None
 
 
-@pytest.mark.parametrize(("position", "expected"), [
-    ((0.0, 0.0, 0.0, 0.0, 0.5, 0.0), ("front", "up", "no-flip")),
-    ((0.0, 0.0, 0.0, math.pi, -0.5, 0.0), ("front", "up", "flip")),
-    ((0.0, -1.5, 0.0, 0.0, 0.5, 0.0), ("back", "down", "no-flip")),
-    ((0.0, 0.5, -1.6, 0.0, 0.5, 0.0), ("front", "down", "no-flip")),
-])  # fmt: skip
+@pytest.mark.parametrize(
+    ("position", "expected"),
+    [
+        ((0.0, 0.0, 0.0, 0.0, 0.5, 0.0), ("front", "up", "no-flip")),
+        ((0.0, 0.0, 0.0, math.pi, -0.5, 0.0), ("front", "up", "flip")),
+        ((0.0, -1.5, 0.0, 0.0, 0.5, 0.0), ("back", "down", "no-flip")),
+        ((0.0, 0.5, -1.6, 0.0, 0.5, 0.0), ("front", "down", "no-flip")),
+    ],
+)
 def test_the_flags_of_an_industrial_arm_say_what_one_sees(
     position: tuple[float, ...], expected: tuple[str, str, str]
 ) -> None:
@@ -52,9 +55,18 @@ def test_the_flags_of_an_industrial_arm_say_what_one_sees(
     assert (found.shoulder, found.elbow, found.wrist) == expected
 
 
-@pytest.mark.parametrize(("angle", "turn"), [
-    (0.0, 0), (3.0, 0), (3.2, 1), (-3.2, -1), (math.pi, 1), (-math.pi, 0), (-6.2, -1),
-])  # fmt: skip
+@pytest.mark.parametrize(
+    ("angle", "turn"),
+    [
+        (0.0, 0),
+        (3.0, 0),
+        (3.2, 1),
+        (-3.2, -1),
+        (math.pi, 1),
+        (-math.pi, 0),
+        (-6.2, -1),
+    ],
+)
 def test_a_turn_is_counted_from_half_a_turn_below_zero(angle: float, turn: int) -> None:
     found = configuration_of(Kinematics(serial_robot("ur5")), (0.0, 0.0, 0.5, 0.0, 0.5, angle))
     assert found is not None

@@ -64,8 +64,11 @@ def at_zero_but_for_the_first(kinematics: Kinematics, position: Array, off: floa
 
 
 PLACES: tuple[Place, ...] = (
-    with_stretched_wrist, with_straight_elbow, at_zero, at_zero_but_for_the_first,
-)  # fmt: skip
+    with_stretched_wrist,
+    with_straight_elbow,
+    at_zero,
+    at_zero_but_for_the_first,
+)
 
 
 @pytest.mark.parametrize("count", counts(2, 200))

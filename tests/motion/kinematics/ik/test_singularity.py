@@ -18,10 +18,18 @@ SERIAL = tuple(name for name in robot_names() if name != "stewart_classroom")
 STRAIGHT = math.atan2(0.302, 0.07)
 
 
-@pytest.mark.parametrize(("position", "kind", "unit", "joints"), [
-    ((0.3, 0.2, 0.1, 0.4, 0.0, 0.5), SingularityKind.WRIST, "rad", {"joint_4", "joint_6"}),
-    ((0.3, 0.4, -STRAIGHT, 0.4, 0.9, 0.5), SingularityKind.ELBOW, "rad", {"joint_2", "joint_3"}),
-])  # fmt: skip
+@pytest.mark.parametrize(
+    ("position", "kind", "unit", "joints"),
+    [
+        ((0.3, 0.2, 0.1, 0.4, 0.0, 0.5), SingularityKind.WRIST, "rad", {"joint_4", "joint_6"}),
+        (
+            (0.3, 0.4, -STRAIGHT, 0.4, 0.9, 0.5),
+            SingularityKind.ELBOW,
+            "rad",
+            {"joint_2", "joint_3"},
+        ),
+    ],
+)
 def test_a_singularity_is_named_with_its_joints(
     position: tuple[float, ...], kind: SingularityKind, unit: str, joints: set[str]
 ) -> None:

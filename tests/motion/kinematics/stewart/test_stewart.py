@@ -107,14 +107,17 @@ def test_the_seed_changes_nothing(number: int) -> None:
         assert PLATFORM.forward(lengths, seed=start).position_distance(pose) < 1e-12
 
 
-@pytest.mark.parametrize(("lengths", "words"), [
-    ([0.318] * 6, "outside the workspace.* needs 1.29"),
-    ([0.05] * 6, "m off|singular|outside"),
-    ([1.0] + [0.1] * 5, "m off|singular|outside"),
-    ([0.0] * 6, "m off|singular|outside"),
-    ([-0.27] * 6, "m off|singular|outside"),
-    ([1e6] * 6, "m off|singular|outside"),
-])  # fmt: skip
+@pytest.mark.parametrize(
+    ("lengths", "words"),
+    [
+        ([0.318] * 6, "outside the workspace.* needs 1.29"),
+        ([0.05] * 6, "m off|singular|outside"),
+        ([1.0] + [0.1] * 5, "m off|singular|outside"),
+        ([0.0] * 6, "m off|singular|outside"),
+        ([-0.27] * 6, "m off|singular|outside"),
+        ([1e6] * 6, "m off|singular|outside"),
+    ],
+)
 def test_legs_that_hold_no_pose_of_the_workspace_are_refused(
     lengths: list[float], words: str
 ) -> None:

@@ -79,10 +79,13 @@ def test_a_leg_too_short_or_too_long_is_named_with_its_length() -> None:
         assert "50.0% of the path" in str(error)
 
 
-@pytest.mark.parametrize(("shares", "rule"), [
-    ([0.0, 0.0, 0.0, 0.0, 0.0, 1.0], PlatformRule.BASE_CONE),
-    ([0.0, 0.0, 0.0, 0.9, 0.0, 0.0], PlatformRule.PLATFORM_CONE),
-])  # fmt: skip
+@pytest.mark.parametrize(
+    ("shares", "rule"),
+    [
+        ([0.0, 0.0, 0.0, 0.0, 0.0, 1.0], PlatformRule.BASE_CONE),
+        ([0.0, 0.0, 0.0, 0.9, 0.0, 0.0], PlatformRule.PLATFORM_CONE),
+    ],
+)
 def test_a_joint_that_would_swing_out_of_its_cone_is_named(
     shares: list[float], rule: PlatformRule
 ) -> None:

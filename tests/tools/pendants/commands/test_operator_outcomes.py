@@ -190,9 +190,17 @@ def test_a_stop_takes_no_authority(pendant: Scripted) -> None:
 # Reset.
 
 
-@pytest.mark.parametrize(("line", "ends", "resets"), [
-    ("y\n", 0, 1), ("YES\n", 0, 1), ("n\n", 1, 0), ("\n", 1, 0), ("", 1, 0), ("yellow\n", 1, 0),
-])  # fmt: skip
+@pytest.mark.parametrize(
+    ("line", "ends", "resets"),
+    [
+        ("y\n", 0, 1),
+        ("YES\n", 0, 1),
+        ("n\n", 1, 0),
+        ("\n", 1, 0),
+        ("", 1, 0),
+        ("yellow\n", 1, 0),
+    ],
+)
 def test_a_reset_asks_and_resets_only_for_a_yes(
     pendant: Scripted, typed: Callable[[str], None], line: str, ends: int, resets: int
 ) -> None:
@@ -235,11 +243,17 @@ def test_the_authority_is_held_around_what_needs_it(pendant: Scripted) -> None:
     assert asked == ["control", "reset_stop", "release", "control", "home", "done", "release"]
 
 
-@pytest.mark.parametrize(("operation", "failure", "ends"), [
-    ("nothing", refused(V.MOVING), 0), ("control", refused(V.HELD_BY_OTHER), 1),
-    ("home", refused(V.STOP_LATCHED), 1), ("home", refused(V.NO_MOTION), 0),
-    ("done", Aborted(V.STOPPED, "", -1, 0.0, 0.0), 1), ("done", ConnectionLost("it is gone"), 69),
-])  # fmt: skip
+@pytest.mark.parametrize(
+    ("operation", "failure", "ends"),
+    [
+        ("nothing", refused(V.MOVING), 0),
+        ("control", refused(V.HELD_BY_OTHER), 1),
+        ("home", refused(V.STOP_LATCHED), 1),
+        ("home", refused(V.NO_MOTION), 0),
+        ("done", Aborted(V.STOPPED, "", -1, 0.0, 0.0), 1),
+        ("done", ConnectionLost("it is gone"), 69),
+    ],
+)
 def test_a_motion_ends_with_the_code_of_its_outcome(
     pendant: Scripted, operation: str, failure: BaseException, ends: int
 ) -> None:

@@ -19,10 +19,16 @@ from openpendant.tools.pendants.terminal.panel import Panel
 from openpendant.tools.pendants.terminal.stop_key import REMEDY
 
 
-@pytest.mark.parametrize(("text", "address"), [
-    ("robot", ("robot", 11010)), ("robot:12", ("robot", 12)), ("[::1]:12", ("::1", 12)),
-    ("[::1]", ("::1", 11010)), ("::1", ("::1", 11010)),
-])  # fmt: skip
+@pytest.mark.parametrize(
+    ("text", "address"),
+    [
+        ("robot", ("robot", 11010)),
+        ("robot:12", ("robot", 12)),
+        ("[::1]:12", ("::1", 12)),
+        ("[::1]", ("::1", 11010)),
+        ("::1", ("::1", 11010)),
+    ],
+)
 def test_the_server_is_a_host_and_maybe_a_port(text: str, address: tuple[str, int]) -> None:
     assert _address(text) == address
 
@@ -59,13 +65,22 @@ def test_a_server_that_is_not_there_is_one_line_and_no_traceback(
     assert capsys.readouterr().err.count("\n") == 1
 
 
-@pytest.mark.parametrize(("failure", "code", "text"), [
-    (Refused(VerdictCode.UNKNOWN_CELL, "name a cell; here: left, right", -1, 0.0, 0.0),
-        ExitCode.USAGE, "name a cell; here: left, right; choose one: --cell NAME"),
-    (Refused(VerdictCode.LOGIN_FAILED, "wrong name or password", -1, 0.0, 0.0), ExitCode.FAILED,
-        "LOGIN_FAILED: wrong name or password -> "),
-    (WrongArgument("the name is too long"), ExitCode.USAGE, "the name is too long"),
-])  # fmt: skip
+@pytest.mark.parametrize(
+    ("failure", "code", "text"),
+    [
+        (
+            Refused(VerdictCode.UNKNOWN_CELL, "name a cell; here: left, right", -1, 0.0, 0.0),
+            ExitCode.USAGE,
+            "name a cell; here: left, right; choose one: --cell NAME",
+        ),
+        (
+            Refused(VerdictCode.LOGIN_FAILED, "wrong name or password", -1, 0.0, 0.0),
+            ExitCode.FAILED,
+            "LOGIN_FAILED: wrong name or password -> ",
+        ),
+        (WrongArgument("the name is too long"), ExitCode.USAGE, "the name is too long"),
+    ],
+)
 def test_a_server_that_does_not_want_us_is_one_line_with_what_to_change(
     failure: PendantError,
     code: int,
@@ -83,10 +98,15 @@ def test_a_server_that_does_not_want_us_is_one_line_with_what_to_change(
     assert error.count("\n") == 1
 
 
-@pytest.mark.parametrize(("arguments", "typed", "name"), [
-    ([], "kim\n", "kim"), ([], "\n", "terminal"), (["--name", "bench-2"], None, "bench-2"),
-    (["--user", "lee"], None, "lee"),
-])  # fmt: skip
+@pytest.mark.parametrize(
+    ("arguments", "typed", "name"),
+    [
+        ([], "kim\n", "kim"),
+        ([], "\n", "terminal"),
+        (["--name", "bench-2"], None, "bench-2"),
+        (["--user", "lee"], None, "lee"),
+    ],
+)
 def test_a_guest_is_asked_for_a_name_that_no_option_says(
     arguments: list[str],
     typed: str | None,
@@ -160,10 +180,13 @@ def test_without_textual_it_says_what_to_install(
     assert errors.getvalue().count("\n") == 1
 
 
-@pytest.mark.parametrize(("gave_up", "text"), [
-    (None, f"it was left before its stop was confirmed: {REMEDY}"),
-    (WrongArgument("no"), f"it ended before its stop was confirmed: {REMEDY} (no)"),
-])  # fmt: skip
+@pytest.mark.parametrize(
+    ("gave_up", "text"),
+    [
+        (None, f"it was left before its stop was confirmed: {REMEDY}"),
+        (WrongArgument("no"), f"it ended before its stop was confirmed: {REMEDY} (no)"),
+    ],
+)
 def test_a_stop_that_is_owed_at_the_end_is_told_before_why_it_ended(
     gave_up: PendantError | None,
     text: str,

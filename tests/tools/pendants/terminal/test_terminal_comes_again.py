@@ -16,14 +16,17 @@ from openpendant.tools.pendants.terminal.panel import Panel
 
 @pytest.mark.asyncio
 @pytest.mark.virtual_clock
-@pytest.mark.parametrize(("failure", "pause"), [
-    (OSError("nobody listens"), RETRY),
-    (ConnectionLost("broken"), RETRY),
-    (Refused(VerdictCode.NO_PLACE, "more than 256 connections", -1, 5.0, 0.0), 5.0),
-    (Refused(VerdictCode.NO_PLACE, "", -1, 0.0, 0.0), RETRY),
-    (Refused(VerdictCode.NO_PLACE, "", -1, 3e38, 0.0), LONGEST_PAUSE),
-    (Refused(VerdictCode.CELL_FAULTED, "", -1, 5.0, 0.0), RETRY),
-])  # fmt: skip
+@pytest.mark.parametrize(
+    ("failure", "pause"),
+    [
+        (OSError("nobody listens"), RETRY),
+        (ConnectionLost("broken"), RETRY),
+        (Refused(VerdictCode.NO_PLACE, "more than 256 connections", -1, 5.0, 0.0), 5.0),
+        (Refused(VerdictCode.NO_PLACE, "", -1, 0.0, 0.0), RETRY),
+        (Refused(VerdictCode.NO_PLACE, "", -1, 3e38, 0.0), LONGEST_PAUSE),
+        (Refused(VerdictCode.CELL_FAULTED, "", -1, 5.0, 0.0), RETRY),
+    ],
+)
 async def test_it_comes_again_when_the_server_says_and_else_after_a_while(
     failure: Exception, pause: float
 ) -> None:

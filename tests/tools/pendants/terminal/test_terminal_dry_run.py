@@ -90,10 +90,13 @@ def test_what_a_called_program_cannot_do_is_told_with_its_place(rig: PanelRig) -
     assert rig.strike("5", "1") == []
 
 
-@pytest.mark.parametrize(("changes", "end"), [
-    ({"endless": True}, "4.2 s for two passes of its endless loop"),
-    ({"complete": False}, "4.2 s, not every branch was walked"),
-])  # fmt: skip
+@pytest.mark.parametrize(
+    ("changes", "end"),
+    [
+        ({"endless": True}, "4.2 s for two passes of its endless loop"),
+        ({"complete": False}, "4.2 s, not every branch was walked"),
+    ],
+)
 def test_the_summary_says_what_the_duration_is_of(changes: dict[str, Any], end: str) -> None:
     assert DryRunFindings.read("pick", 3, {**DRY_RUN, **changes}).summary.endswith(end)
 

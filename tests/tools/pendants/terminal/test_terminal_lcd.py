@@ -120,12 +120,15 @@ def test_more_than_six_joints_are_scrolled(rig: PanelRig) -> None:
     assert shown(rig, Page.JOINTS)[3] == "7:-750.00"
 
 
-@pytest.mark.parametrize(("changes", "head"), [
-    ({"stop": StopKind.SOFTWARE}, "STOP bench-2"),
-    ({"link": LinkState.STALE}, "STALE 0.0 s"),
-    ({"operating_mode": OperatingMode.AUTOMATIC, "holder": 0}, "AUTO JOINT    o en--"),
-    ({"operating_mode": 77}, "? JOINT       * en--"),
-])  # fmt: skip
+@pytest.mark.parametrize(
+    ("changes", "head"),
+    [
+        ({"stop": StopKind.SOFTWARE}, "STOP bench-2"),
+        ({"link": LinkState.STALE}, "STALE 0.0 s"),
+        ({"operating_mode": OperatingMode.AUTOMATIC, "holder": 0}, "AUTO JOINT    o en--"),
+        ({"operating_mode": 77}, "? JOINT       * en--"),
+    ],
+)
 def test_the_first_row_says_what_is_wrong(
     rig: PanelRig, changes: dict[str, Any], head: str
 ) -> None:
@@ -188,16 +191,26 @@ def test_every_page_is_four_rows_of_twenty_ascii_characters_whatever_comes(
     wording.banner(panel.cell, rig.now)
 
 
-@pytest.mark.parametrize(("changes", "controller", "drives"), [
-    ({}, "● server–controller: up", "● controller–drives: on"),
-    ({"link": LinkState.DOWN}, "○ server–controller: down", "? controller–drives: unknown"),
-    ({"link": LinkState.STALE}, "◐ server–controller: stale", "● controller–drives: on"),
-    ({"drives_powered": 0}, "● server–controller: up", "○ controller–drives: off"),
-    ({"drives_powered": -1}, "● server–controller: up", "? controller–drives: unknown"),
-    ({"in_error": 1, "error_code": 42}, "● server–controller: up", "○ controller–drives: error 42"),
-    ({"e_stopped": 1}, "● server–controller: up",
-        "○ controller–drives: emergency stop at the controller"),
-])  # fmt: skip
+@pytest.mark.parametrize(
+    ("changes", "controller", "drives"),
+    [
+        ({}, "● server–controller: up", "● controller–drives: on"),
+        ({"link": LinkState.DOWN}, "○ server–controller: down", "? controller–drives: unknown"),
+        ({"link": LinkState.STALE}, "◐ server–controller: stale", "● controller–drives: on"),
+        ({"drives_powered": 0}, "● server–controller: up", "○ controller–drives: off"),
+        ({"drives_powered": -1}, "● server–controller: up", "? controller–drives: unknown"),
+        (
+            {"in_error": 1, "error_code": 42},
+            "● server–controller: up",
+            "○ controller–drives: error 42",
+        ),
+        (
+            {"e_stopped": 1},
+            "● server–controller: up",
+            "○ controller–drives: emergency stop at the controller",
+        ),
+    ],
+)
 def test_each_lamp_is_a_shape_and_a_word(
     rig: PanelRig, changes: dict[str, Any], controller: str, drives: str
 ) -> None:
@@ -217,17 +230,26 @@ def test_the_lamps_tell_silence_and_loss_and_nothing_of_what_lies_behind(rig: Pa
     assert "○ pendant–server: down" in screen_text.lamp_line(rig.panel, rig.now)
 
 
-@pytest.mark.parametrize(("changes", "sentence"), [
-    ({"holder": 9}, "Observing: bench-2 has control; c asks for it"),
-    ({"holder": 0}, "Observing: nobody has control; c asks for it"),
-    ({"stop": StopKind.SOFTWARE},
-        "STOPPED, software stop by bench-2: smoke; x resets, which moves nothing"),
-    ({"stop": StopKind.PROTECTIVE},
-        "STOPPED, protective stop by bench-2: smoke; x resets, which moves nothing"),
-    ({"jog_reason": JogReason.JOINT_LIMIT, "jog_scale": 0.5, "jog_joint": 2},
-        "jog at 50 %: joint limit of joint 3"),
-    ({}, ""),
-])  # fmt: skip
+@pytest.mark.parametrize(
+    ("changes", "sentence"),
+    [
+        ({"holder": 9}, "Observing: bench-2 has control; c asks for it"),
+        ({"holder": 0}, "Observing: nobody has control; c asks for it"),
+        (
+            {"stop": StopKind.SOFTWARE},
+            "STOPPED, software stop by bench-2: smoke; x resets, which moves nothing",
+        ),
+        (
+            {"stop": StopKind.PROTECTIVE},
+            "STOPPED, protective stop by bench-2: smoke; x resets, which moves nothing",
+        ),
+        (
+            {"jog_reason": JogReason.JOINT_LIMIT, "jog_scale": 0.5, "jog_joint": 2},
+            "jog at 50 %: joint limit of joint 3",
+        ),
+        ({}, ""),
+    ],
+)
 def test_the_banner_is_the_one_sentence_that_matters(
     rig: PanelRig, changes: dict[str, Any], sentence: str
 ) -> None:

@@ -39,22 +39,38 @@ def rig() -> PanelRig:
     return PanelRig()
 
 
-@pytest.mark.parametrize(("keys", "command"), [
-    ("x", do.UnlatchStop()), ("c", do.GiveControl()), ("b", do.UndoJog()), ("?", do.AskWhy()),
-    ("9", do.StopProgram()), ("8", do.PauseRobot()), ("-", do.ChangeSpeed(0.75)),
-    ("+", do.ChangeSpeed(1.0)), ("<", do.ChangeSpeed(1.0, 0.1)), (">", do.ChangeSpeed(1.0, 0.5)),
-    ("m1", do.ChangeMode(OperatingMode.MANUAL_REDUCED)),
-    ("m2", do.ChangeMode(OperatingMode.MANUAL_HIGH)),
-    ("m3", do.ChangeMode(OperatingMode.AUTOMATIC)), ("m4", do.ChangeMode(OperatingMode.RECOVERY)),
-    ("01", do.GoHome("home")), ("02", do.GoHome("zero")), ("C1", do.TakeControl(force=True)),
-    ("1", do.ApplyEdit(RecordHere("PTP"))), ("2", do.ApplyEdit(RecordHere("PTP", 0))),
-    ("31", do.ApplyEdit(TouchUpHere(0))), ("41", do.ApplyEdit(DeleteStatement(0))),
-    (".", do.AskDryRun("pick")), ("51", do.RunProgram("pick", 3, RunKind.ALL)),
-    ("52", do.RunProgram("pick", 3, RunKind.ALL, 9)),
-    ("53", do.RunProgram("pick", 3, RunKind.ALL, loops=0)),
-    ("6", do.RunProgram("pick", 3, RunKind.STEP_FORWARD)),
-    ("7", do.RunProgram("pick", 3, RunKind.STEP_BACKWARD)),
-])  # fmt: skip
+@pytest.mark.parametrize(
+    ("keys", "command"),
+    [
+        ("x", do.UnlatchStop()),
+        ("c", do.GiveControl()),
+        ("b", do.UndoJog()),
+        ("?", do.AskWhy()),
+        ("9", do.StopProgram()),
+        ("8", do.PauseRobot()),
+        ("-", do.ChangeSpeed(0.75)),
+        ("+", do.ChangeSpeed(1.0)),
+        ("<", do.ChangeSpeed(1.0, 0.1)),
+        (">", do.ChangeSpeed(1.0, 0.5)),
+        ("m1", do.ChangeMode(OperatingMode.MANUAL_REDUCED)),
+        ("m2", do.ChangeMode(OperatingMode.MANUAL_HIGH)),
+        ("m3", do.ChangeMode(OperatingMode.AUTOMATIC)),
+        ("m4", do.ChangeMode(OperatingMode.RECOVERY)),
+        ("01", do.GoHome("home")),
+        ("02", do.GoHome("zero")),
+        ("C1", do.TakeControl(force=True)),
+        ("1", do.ApplyEdit(RecordHere("PTP"))),
+        ("2", do.ApplyEdit(RecordHere("PTP", 0))),
+        ("31", do.ApplyEdit(TouchUpHere(0))),
+        ("41", do.ApplyEdit(DeleteStatement(0))),
+        (".", do.AskDryRun("pick")),
+        ("51", do.RunProgram("pick", 3, RunKind.ALL)),
+        ("52", do.RunProgram("pick", 3, RunKind.ALL, 9)),
+        ("53", do.RunProgram("pick", 3, RunKind.ALL, loops=0)),
+        ("6", do.RunProgram("pick", 3, RunKind.STEP_FORWARD)),
+        ("7", do.RunProgram("pick", 3, RunKind.STEP_BACKWARD)),
+    ],
+)
 def test_each_key_asks_for_its_command(rig: PanelRig, keys: str, command: Command) -> None:
     rig.open()
     rig.walk()
@@ -67,10 +83,15 @@ def test_control_is_asked_for_by_whoever_has_none(rig: PanelRig) -> None:
     assert rig.strike("c") == [do.TakeControl()]
 
 
-@pytest.mark.parametrize("changes", [
-    {"activity": Activity.PAUSED}, {"program_state": ProgramState.PAUSED},
-    {"program_state": ProgramState.AT_BREAKPOINT}, {"program_state": ProgramState.STEPPED},
-])  # fmt: skip
+@pytest.mark.parametrize(
+    "changes",
+    [
+        {"activity": Activity.PAUSED},
+        {"program_state": ProgramState.PAUSED},
+        {"program_state": ProgramState.AT_BREAKPOINT},
+        {"program_state": ProgramState.STEPPED},
+    ],
+)
 def test_what_is_paused_is_resumed_by_the_same_key(rig: PanelRig, changes: dict[str, Any]) -> None:
     rig.state(**changes)
     assert rig.strike("8") == [do.ResumeRobot()]
@@ -222,10 +243,13 @@ def test_a_stop_lets_enabling_go(rig: PanelRig) -> None:
     assert rig.strike(STOP_KEY) == [do.StopRobot("space bar"), do.Enable(False)]
 
 
-@pytest.mark.parametrize("news", [
-    StopChanged(stop=StopKind.SOFTWARE, session=9, client="bench-2", reason="fire"),
-    ModeChanged(mode=OperatingMode.AUTOMATIC, session=9, client="bench-2"),
-])  # fmt: skip
+@pytest.mark.parametrize(
+    "news",
+    [
+        StopChanged(stop=StopKind.SOFTWARE, session=9, client="bench-2", reason="fire"),
+        ModeChanged(mode=OperatingMode.AUTOMATIC, session=9, client="bench-2"),
+    ],
+)
 def test_a_stop_or_a_mode_of_another_lets_enabling_go(
     rig: PanelRig, news: StopChanged | ModeChanged
 ) -> None:
@@ -344,9 +368,13 @@ def test_what_was_appended_is_selected_and_the_selection_stays_inside(rig: Panel
 
 def test_each_edit_names_the_revision_that_it_was_made_from() -> None:
     assert PROGRAM.request(RecordHere("LIN", 1)) == {
-        "op": "programs.record", "name": "pick", "expected_revision": 3, "point": "P2",
-        "move": {"statement": "move", "way": "LIN", "point": "P2"}, "at": 1,
-    }  # fmt: skip
+        "op": "programs.record",
+        "name": "pick",
+        "expected_revision": 3,
+        "point": "P2",
+        "move": {"statement": "move", "way": "LIN", "point": "P2"},
+        "at": 1,
+    }
     assert PROGRAM.request(TouchUpHere(2))["point"] == "P1"
     assert PROGRAM.request(DeleteStatement(1))["edit"]["first"] == 1
     assert PROGRAM.request(HistoryStep.UNDO)["op"] == "programs.undo"

@@ -36,14 +36,22 @@ def open_list(rig: PanelRig, names: tuple[str, ...] = NAMES) -> None:
     rig.panel.listed(names)
 
 
-@pytest.mark.parametrize(("keys", "name"), [
-    (["enter"], "five points"), (["down", "enter"], "Pick"), ([*["down"] * 9, "enter"], "unpick"),
-    (["down", "up", "up", "enter"], "five points"), ([*"five", "enter"], "five points"),
-    ([*"fivep", "enter"], "five points"), ([*"POINT", "enter"], "five points"),
-    ([*"pick2", "enter"], "pick2"), ([*"pick", "enter"], "Pick"),
-    ([*"pick", "down", "down", "enter"], "unpick"),
-    ([*"zz", "backspace", "backspace", "enter"], "five points"),
-])  # fmt: skip
+@pytest.mark.parametrize(
+    ("keys", "name"),
+    [
+        (["enter"], "five points"),
+        (["down", "enter"], "Pick"),
+        ([*["down"] * 9, "enter"], "unpick"),
+        (["down", "up", "up", "enter"], "five points"),
+        ([*"five", "enter"], "five points"),
+        ([*"fivep", "enter"], "five points"),
+        ([*"POINT", "enter"], "five points"),
+        ([*"pick2", "enter"], "pick2"),
+        ([*"pick", "enter"], "Pick"),
+        ([*"pick", "down", "down", "enter"], "unpick"),
+        ([*"zz", "backspace", "backspace", "enter"], "five points"),
+    ],
+)
 def test_a_program_is_chosen_from_the_list_or_by_a_part_of_its_name(
     rig: PanelRig, keys: list[str], name: str
 ) -> None:
@@ -111,9 +119,13 @@ def test_both_displays_show_the_offers(rig: PanelRig) -> None:
         " unpick",
     ]
     assert screen_text.program_list(rig.panel).splitlines() == [
-        "open which program? pic_", "  Pick", "> pick2", "  unpick", "  pic  new",
+        "open which program? pic_",
+        "  Pick",
+        "> pick2",
+        "  unpick",
+        "  pic  new",
         "type a part of its name, ↑ ↓, Enter",
-    ]  # fmt: skip
+    ]
 
 
 # The revision that is shown.
@@ -140,10 +152,15 @@ def test_another_revision_ends_a_question_about_the_one_that_was_shown(rig: Pane
     assert rig.strike("1") == [do.ApplyEdit(RecordHere("PTP"))]
 
 
-@pytest.mark.parametrize(("news", "asked"), [
-    (report(4), [do.ReloadProgram("pick")]), (report(3), []), (report(2), []),
-    (report(9, "other"), []),
-])  # fmt: skip
+@pytest.mark.parametrize(
+    ("news", "asked"),
+    [
+        (report(4), [do.ReloadProgram("pick")]),
+        (report(3), []),
+        (report(2), []),
+        (report(9, "other"), []),
+    ],
+)
 def test_news_of_a_run_of_a_newer_revision_loads_it(
     rig: PanelRig, news: ProgramReport, asked: list[do.Command]
 ) -> None:

@@ -319,10 +319,13 @@ async def test_the_newest_message_is_seen_however_long_those_before_it_are(shown
     assert shown.text("messages").count("\n") < 6
 
 
-@pytest.mark.parametrize("failure", [
-    Refused(VerdictCode.UNKNOWN_CELL, "name a cell; here: left, right", -1, 0.0, 0.0),
-    WrongArgument("the name is too long"),
-])  # fmt: skip
+@pytest.mark.parametrize(
+    "failure",
+    [
+        Refused(VerdictCode.UNKNOWN_CELL, "name a cell; here: left, right", -1, 0.0, 0.0),
+        WrongArgument("the name is too long"),
+    ],
+)
 async def test_a_refusal_that_no_attempt_can_heal_ends_the_pendant(failure: PendantError) -> None:
     attempts = 0
 

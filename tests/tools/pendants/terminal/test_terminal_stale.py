@@ -27,12 +27,20 @@ ENTER = "enter"
 LATER = 100 * MS
 
 MOVING: list[tuple[type[Command], tuple[str, ...]]] = [
-    (do.StepJog, ("q",)), (do.PulseJog, ("/", "q")), (do.UndoJog, ("b",)), (do.GoHome, ("0", "1")),
-    (do.GoHome, ("0", "2")), (do.MoveJoints, ("=", *"3=5", ENTER)),
-    (do.MoveToPose, ("=", *"z=400", ENTER)), (do.RunProgram, ("5", "1")),
-    (do.RunProgram, ("5", "2")), (do.RunProgram, ("5", "3")), (do.RunProgram, ("6",)),
-    (do.RunProgram, ("7",)), (do.ResumeRobot, ("8",)),
-]  # fmt: skip
+    (do.StepJog, ("q",)),
+    (do.PulseJog, ("/", "q")),
+    (do.UndoJog, ("b",)),
+    (do.GoHome, ("0", "1")),
+    (do.GoHome, ("0", "2")),
+    (do.MoveJoints, ("=", *"3=5", ENTER)),
+    (do.MoveToPose, ("=", *"z=400", ENTER)),
+    (do.RunProgram, ("5", "1")),
+    (do.RunProgram, ("5", "2")),
+    (do.RunProgram, ("5", "3")),
+    (do.RunProgram, ("6",)),
+    (do.RunProgram, ("7",)),
+    (do.ResumeRobot, ("8",)),
+]
 """Every command that begins or resumes a motion, with the keys that ask for it."""
 
 
@@ -109,10 +117,23 @@ def test_nor_does_the_second_yes_that_a_run_without_a_dry_run_wants() -> None:
 def test_the_table_has_every_command_that_moves_and_all_others_are_known_to_move_nothing() -> None:
     assert {kind for kind, _ in MOVING} == set(get_args(do.BeginsMotion))
     assert set(get_args(Command)) - set(get_args(do.BeginsMotion)) == {
-        do.StopRobot, do.UnlatchStop, do.TakeControl, do.GiveControl, do.Enable, do.ChangeMode,
-        do.ChangeSpeed, do.AskWhy, do.AskPrograms, do.MakeProgram, do.OpenProgram, do.ReloadProgram,
-        do.ApplyEdit, do.AskDryRun, do.PauseRobot, do.StopProgram,
-    }  # fmt: skip
+        do.StopRobot,
+        do.UnlatchStop,
+        do.TakeControl,
+        do.GiveControl,
+        do.Enable,
+        do.ChangeMode,
+        do.ChangeSpeed,
+        do.AskWhy,
+        do.AskPrograms,
+        do.MakeProgram,
+        do.OpenProgram,
+        do.ReloadProgram,
+        do.ApplyEdit,
+        do.AskDryRun,
+        do.PauseRobot,
+        do.StopProgram,
+    }
 
 
 @pytest.mark.parametrize("key", ["9", "x", "c", "?"])

@@ -66,10 +66,15 @@ async def test_a_code_that_has_expired_ends_the_pendant_with_the_stop_confirmed(
         assert not pendant.panel.stop_key.is_owed
 
 
-@pytest.mark.parametrize("failure", [
-    refused(VerdictCode.PAIRING_WRONG), refused(VerdictCode.LOGIN_FAILED),
-    refused(VerdictCode.LOGIN_NEEDED), WrongArgument("the name is too long"),
-])  # fmt: skip
+@pytest.mark.parametrize(
+    "failure",
+    [
+        refused(VerdictCode.PAIRING_WRONG),
+        refused(VerdictCode.LOGIN_FAILED),
+        refused(VerdictCode.LOGIN_NEEDED),
+        WrongArgument("the name is too long"),
+    ],
+)
 async def test_a_hopeless_login_ends_the_pendant_only_once_the_stop_is_answered(
     failure: PendantError,
 ) -> None:
@@ -153,10 +158,17 @@ async def test_a_login_that_ends_while_a_stop_waits_ends_the_pendant_after_its_a
         pendant.strike(STOP_KEY)
         pendant.server.send(
             Outcome(
-                request_id=0, outcome=OutcomeKind.ABORTED, code=VerdictCode.LOGIN_NEEDED, joint=-1,
-                value=0.0, limit=0.0, plan_time=0.0, motion_time=0.0, text="the lesson is over",
+                request_id=0,
+                outcome=OutcomeKind.ABORTED,
+                code=VerdictCode.LOGIN_NEEDED,
+                joint=-1,
+                value=0.0,
+                limit=0.0,
+                plan_time=0.0,
+                motion_time=0.0,
+                text="the lesson is over",
             )
-        )  # fmt: skip
+        )
         await pendant.until(lambda: "the lesson is over" in pendant.banner, 6.0)
         assert not pendant.panel.enabling.is_on
         assert not pendant.ran.done()

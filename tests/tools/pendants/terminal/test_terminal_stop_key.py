@@ -66,10 +66,13 @@ def test_a_stop_without_an_answer_is_called_unconfirmed_after_0_3_s(rig: PanelRi
         assert lcd.page(rig.panel, rig.now)[0].rstrip() == "STOP NOT CONFIRMED"
 
 
-@pytest.mark.parametrize(("since", "link", "why"), [
-    (400, LinkState.UP, "the server is silent for 0.4 s"),
-    (0, LinkState.STALE, "◐ server–controller: stale"),
-])  # fmt: skip
+@pytest.mark.parametrize(
+    ("since", "link", "why"),
+    [
+        (400, LinkState.UP, "the server is silent for 0.4 s"),
+        (0, LinkState.STALE, "◐ server–controller: stale"),
+    ],
+)
 def test_on_a_silent_server_it_is_called_so_at_once_and_leaves_all_the_same(
     rig: PanelRig, since: int, link: LinkState, why: str
 ) -> None:

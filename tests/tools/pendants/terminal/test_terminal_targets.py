@@ -32,10 +32,13 @@ def typed(rig: PanelRig, text: str) -> Any:
     return command
 
 
-@pytest.mark.parametrize(("text", "goal"), [
-    ("3=-45", {2: math.radians(-45)}),
-    ("1=10;6=0.5", {0: math.radians(10), 5: math.radians(0.5)}),
-])  # fmt: skip
+@pytest.mark.parametrize(
+    ("text", "goal"),
+    [
+        ("3=-45", {2: math.radians(-45)}),
+        ("1=10;6=0.5", {0: math.radians(10), 5: math.radians(0.5)}),
+    ],
+)
 def test_joints_go_to_what_was_typed_and_the_others_stay(
     rig: PanelRig, text: str, goal: dict[int, float]
 ) -> None:
@@ -52,12 +55,15 @@ def test_a_linear_joint_is_typed_in_millimetres(rig: PanelRig) -> None:
     assert typed(rig, "1=400") == do.MoveJoints((0.4,), "joint 1 to 400 mm")
 
 
-@pytest.mark.parametrize(("text", "position", "turn"), [
-    ("z=400", (0.5, 0.25, 0.4), TURN),
-    ("x=300;z=250;a=180", (0.3, 0.25, 0.25), (180.0, -20.0, 100.0)),
-    ("c=-90", (0.5, 0.25, 0.75), (30.0, -20.0, -90.0)),
-    ("a=0;b=0;c=0", (0.5, 0.25, 0.75), (0.0, 0.0, 0.0)),
-])  # fmt: skip
+@pytest.mark.parametrize(
+    ("text", "position", "turn"),
+    [
+        ("z=400", (0.5, 0.25, 0.4), TURN),
+        ("x=300;z=250;a=180", (0.3, 0.25, 0.25), (180.0, -20.0, 100.0)),
+        ("c=-90", (0.5, 0.25, 0.75), (30.0, -20.0, -90.0)),
+        ("a=0;b=0;c=0", (0.5, 0.25, 0.75), (0.0, 0.0, 0.0)),
+    ],
+)
 def test_the_tool_goes_to_what_was_typed_and_the_rest_stays_as_shown(
     rig: PanelRig, text: str, position: tuple[float, ...], turn: tuple[float, ...]
 ) -> None:
@@ -90,10 +96,13 @@ def test_where_a_and_c_are_one_all_three_angles_must_be_typed(rig: PanelRig) -> 
     assert [math.degrees(angle) for angle in turn] == pytest.approx([10, 0, 20], abs=1e-6)
 
 
-@pytest.mark.parametrize("text", [
-    *("", "3", "3=", "0=1", "7=1", "xy=1", "3=nan", "3=inf", "3=4,5", "q=1", "²=1", "d=1"),
-    *("3=4;", "3=4;3=5", "x=1;x=2", "x=1;3=4", "01=2", "x=300z=250", ";"),
-])  # fmt: skip
+@pytest.mark.parametrize(
+    "text",
+    [
+        *("", "3", "3=", "0=1", "7=1", "xy=1", "3=nan", "3=inf", "3=4,5", "q=1", "²=1", "d=1"),
+        *("3=4;", "3=4;3=5", "x=1;x=2", "x=1;3=4", "01=2", "x=300z=250", ";"),
+    ],
+)
 def test_what_is_no_target_is_refused_with_what_would_be(rig: PanelRig, text: str) -> None:
     assert rig.strike("=", *text, "enter") == []
     assert "accepted" in rig.said

@@ -120,10 +120,13 @@ def test_a_pendant_that_comes_later_learns_the_name_from_the_snapshot(rig: Panel
     assert listed(rig)[0] == "pick, revision 3"
 
 
-@pytest.mark.parametrize(("news", "told"), [
-    ({"name": "b", "line": 4}, ["under way: b, running, line 4"]),
-    ({"name": "a", "line": 0, "program_state": ProgramState.NONE}, []),
-])  # fmt: skip
+@pytest.mark.parametrize(
+    ("news", "told"),
+    [
+        ({"name": "b", "line": 4}, ["under way: b, running, line 4"]),
+        ({"name": "a", "line": 0, "program_state": ProgramState.NONE}, []),
+    ],
+)
 def test_news_that_overtakes_the_snapshot_counts(
     rig: PanelRig, news: dict[str, Any], told: list[str]
 ) -> None:
