@@ -75,7 +75,6 @@ class Part:
     """A process of the run, and all that it starts.
 
     Attributes:
-        name: as it is printed.
         process: leads a process group of its own.
         output: what it said, where that is kept.
         began: when, by the monotonic clock [s].
@@ -99,7 +98,6 @@ class Run:
     """Processes that run beside each other, and how they end.
 
     Attributes:
-        parts: all of them, in the order in which they were started.
         ended_by: the signal that ended the run before its time; None for none.
     """
 

@@ -208,8 +208,7 @@ def test_the_idle_process_tells_how_late_it_was_and_when() -> None:
 def test_the_idle_process_has_the_priority_of_the_tests() -> None:
     watch = StallWatch()
     try:
-        niceness = os.getpriority(os.PRIO_PROCESS, watch.pid)
-        assert niceness == os.getpriority(os.PRIO_PROCESS, 0)
+        assert os.getpriority(os.PRIO_PROCESS, watch.pid) == os.getpriority(os.PRIO_PROCESS, 0)
     finally:
         watch.end()
 

@@ -28,8 +28,7 @@ def test_every_link_inside_the_project_leads_somewhere(document: Path) -> None:
 @every_document
 def test_every_make_target_and_command_exists(document: Path) -> None:
     code = "\n".join(re.findall(r"```.*?```|`[^`\n]+`", document.read_text("utf-8"), re.DOTALL))
-    makefile = (ROOT / "Makefile").read_text("utf-8")
-    targets = set(re.findall(r"(?m)^([a-z]+):", makefile))
+    targets = set(re.findall(r"(?m)^([a-z]+):", (ROOT / "Makefile").read_text("utf-8")))
     assert set(re.findall(r"\bmake (?:[A-Z]+=\S+ )?([a-z]+)\b", code)) <= targets
     assert set(re.findall(r"\bopenpendant ([a-z]+)\b", code)) <= set(COMMANDS)
 
@@ -41,19 +40,30 @@ def test_every_page_is_listed_in_the_index() -> None:
 
 
 def test_the_picture_is_well_formed() -> None:
-    root = ElementTree.parse(ROOT / "docs" / "parts.svg").getroot()
-    assert root.tag.endswith("svg")
+    assert ElementTree.parse(ROOT / "docs" / "parts.svg").getroot().tag.endswith("svg")
 
 
 FIELD_TERMS = {
     "README.md": ("Cartesian", "joint-space", "tool centre point", "TCP"),
     "docs/pendant-apps.md": (
-        *("Cartesian", "joint space", "tool centre point", "TCP", "end effector"),
-        *("heartbeat", "keep-alive", "standstill", "blending"),
+        "Cartesian",
+        "joint space",
+        "tool centre point",
+        "TCP",
+        "end effector",
+        "heartbeat",
+        "keep-alive",
+        "standstill",
+        "blending",
     ),
     "docs/motion.md": (
-        *("Cartesian", "joint-space", "tool centre point", "TCP", "end effector"),
-        *("blending", "standstill"),
+        "Cartesian",
+        "joint-space",
+        "tool centre point",
+        "TCP",
+        "end effector",
+        "blending",
+        "standstill",
     ),
     "docs/programs.md": ("Cartesian", "joint-space", "TCP", "blending", "standstill"),
     "docs/frames-and-scene.md": ("tool centre point", "TCP", "end effector", "Cartesian"),

@@ -99,9 +99,7 @@ def test_demo_moves_a_ur5_unless_told_otherwise(project: Project) -> None:
     assert project.calls[-1] == "demo --robot ur5"
 
 
-def test_test_installs_what_tests_and_runs_lanes_with_lint_beside(
-    project: Project,
-) -> None:
+def test_test_installs_what_tests_and_runs_lanes_with_lint_beside(project: Project) -> None:
     assert project.make("test").returncode == 0
     assert project.installed == ["hatchling", "--no-build-isolation -e .[server,plot,terminal,dev]"]
     assert project.calls[-1] == (

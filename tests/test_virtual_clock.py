@@ -54,8 +54,7 @@ async def test_timers_fire_in_the_order_of_their_times() -> None:
     fired: list[str] = []
     loop.call_later(0.3, fired.append, "late")
     loop.call_later(0.1, fired.append, "early")
-    cancelled = loop.call_later(0.2, fired.append, "never")
-    cancelled.cancel()
+    loop.call_later(0.2, fired.append, "never").cancel()
     await asyncio.sleep(1.0)
     assert fired == ["early", "late"]
 

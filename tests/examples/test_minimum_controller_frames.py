@@ -142,7 +142,11 @@ async def test_a_point_that_may_not_be_is_refused_and_shown(
 
 @pytest.mark.parametrize(
     ("error", "wrong"),
-    [(106, point(3, HOME, 1.0)), (106, point(-3, HOME, 1.0)), (101, point(1, [math.nan], 1.0))],
+    [
+        (106, point(3, HOME, 1.0)),
+        (106, point(-3, HOME, 1.0)),
+        (101, point(1, [math.nan], 1.0)),
+    ],
 )
 async def test_a_wrong_point_in_motion_ends_it_on_a_ramp(
     controller: Controller, error: int, wrong: JointTrajPt

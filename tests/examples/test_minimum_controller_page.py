@@ -8,14 +8,7 @@ from pathlib import Path
 import pytest
 from rigs.peers.minimum_controller import CODEC, SOURCE, STOP
 
-from openpendant.simplemsg import (
-    JointPosition,
-    JointTrajPt,
-    Message,
-    Status,
-    accepted,
-    joint_array,
-)
+from openpendant.simplemsg import JointPosition, JointTrajPt, Message, Status, accepted, joint_array
 
 PAGE = Path(__file__).parents[2] / "docs" / "minimum-controller.md"
 JOINTS = joint_array((0.5, -1.5, 1.5, -1.5, -1.5, 0.0))
@@ -50,8 +43,7 @@ def test_the_bytes_on_the_page_are_the_messages_that_it_names(frames: list[bytes
 
 
 def test_the_program_names_every_error_that_the_page_names() -> None:
-    source = SOURCE.read_text("utf-8")
-    block = re.search(r"enum \{ (NO_ERROR = .*?)\}", source, re.DOTALL)
+    block = re.search(r"enum \{ (NO_ERROR = .*?)\}", SOURCE.read_text("utf-8"), re.DOTALL)
     assert block is not None
     numbers, last = set(), -1
     for name in block[1].split(","):

@@ -50,5 +50,4 @@ def test_the_numbers_of_the_messages_are_right() -> None:
     named = re.findall(r"\*{0,2}\b([A-Z]+(?:_[A-Z]+)*)\*{0,2} \((65\d{3})\)", PAGE)
     assert len(named) >= 12
     for name, number in named:
-        camel = "".join(part.capitalize() for part in name.split("_"))
-        assert numbers[camel] == int(number), name
+        assert numbers["".join(part.capitalize() for part in name.split("_"))] == int(number), name

@@ -102,7 +102,6 @@ class AskedCell(EmulatedCell):
         raise AssertionError(f"no answer to {body[:100]!r}")
 
     def make(self, step: Step) -> Answer | None:
-        """Make a step; return what came of a request."""
         if isinstance(step, Happening):
             self.do(step.what)
             return None

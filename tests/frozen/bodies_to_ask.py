@@ -27,9 +27,6 @@ class Right:
     """A right request, or one that is wrong in a way that no rule makes up.
 
     Attributes:
-        op: the operation.
-        fields: its fields.
-        by: who asks.
         label: what is special about it.
     """
 
@@ -183,16 +180,31 @@ PROGRAMS = [
     ask("programs.save", "under another name", name="other", body=ASIDE, expected_revision=0),
     ask("programs.save", "as JSON", name="json", body=AS_JSON, format="json", expected_revision=0),
     ask(
-        *("programs.save", "the first part"),
-        **{"name": "main", "body": MAIN[:100], "expected_revision": 0, "part": 1, "parts": 2},
+        "programs.save",
+        "the first part",
+        name="main",
+        body=MAIN[:100],
+        expected_revision=0,
+        part=1,
+        parts=2,
     ),
     ask(
-        *("programs.save", "the last part"),
-        **{"name": "main", "body": MAIN[100:], "expected_revision": 0, "part": 2, "parts": 2},
+        "programs.save",
+        "the last part",
+        name="main",
+        body=MAIN[100:],
+        expected_revision=0,
+        part=2,
+        parts=2,
     ),
     ask(
-        *("programs.save", "a part that is not next"),
-        **{"name": "main", "body": MAIN, "expected_revision": 1, "part": 3, "parts": 3},
+        "programs.save",
+        "a part that is not next",
+        name="main",
+        body=MAIN,
+        expected_revision=1,
+        part=3,
+        parts=3,
     ),
     ask("programs.save", "of what is refused", name="far", body=FAR, expected_revision=0),
     ask("programs.load", name="main"),
@@ -232,8 +244,13 @@ PROGRAMS = [
     ask("programs.undo", "of nothing", name="nothing", expected_revision=1),
     ask("programs.record", name="main", expected_revision=1, point="here"),
     ask(
-        *("programs.record", "with its move"),
-        **{"name": "main", "expected_revision": 2, "point": "there", "at": 0, "comment": "x"},
+        "programs.record",
+        "with its move",
+        name="main",
+        expected_revision=2,
+        point="there",
+        at=0,
+        comment="x",
         move={"way": "PTP", "point": "there"},
     ),
     ask("programs.record", "a point that is there", name="main", expected_revision=3, point="a"),
@@ -260,8 +277,10 @@ PROGRAMS = [
     ask("programs.delete", "once more", name="renamed", expected_revision=1),
     ask("programs.delete", "from another revision", name="main", expected_revision=1),
     ask(
-        *("programs.edit", "out of range"),
-        **{"name": "aside", "expected_revision": 1},
+        "programs.edit",
+        "out of range",
+        name="aside",
+        expected_revision=1,
         edit={"edit": "touch-up", "name": "b", "joints": [9.0] * 6},
     ),
     ask("programs.list", "at the end"),
@@ -321,8 +340,10 @@ FRAMES = [
     ask("frames.add", "of a name that is none", name="", pose=AHEAD, expected_revision=1),
     ask("frames.add", "of a name that the robot has", name="base", pose=AHEAD, expected_revision=1),
     ask(
-        *("frames.add", "with no quaternion"),
-        **{"name": "x", "expected_revision": 1},
+        "frames.add",
+        "with no quaternion",
+        name="x",
+        expected_revision=1,
         pose={**AHEAD, "orientation": [0.0, 0.0, 0.0, 0.0]},
     ),
     ask("frames.add", "below it", name="part", parent="table", pose=TURNED, expected_revision=1),
@@ -345,18 +366,11 @@ FRAMES = [
     ask("frames.remove", "once more", name="lid", expected_revision=5),
     ask("frames.show", "with one"),
     ask(
-        *("frames.import",),
-        **{"expected_revision": 5},
+        "frames.import",
+        expected_revision=5,
         content={
             "schema": "openpendant-frames/1",
-            "frames": [
-                {
-                    "name": "cell",
-                    "parent": "base",
-                    "xyz": [0, 0, 1],
-                    "quat": [0, 0, 0, 1],
-                }
-            ],
+            "frames": [{"name": "cell", "parent": "base", "xyz": [0, 0, 1], "quat": [0, 0, 0, 1]}],
             "tools": [],
             "selected_tool": None,
         },
@@ -381,8 +395,8 @@ TOOLS = [
     ask("tools.calibrate", positions=AT_ONE_PLACE),
     ask("tools.calibrate", "with too few joints", positions=[[0.0]] * 4),
     ask(
-        *("tools.import",),
-        **{"expected_revision": 5},
+        "tools.import",
+        expected_revision=5,
         content={
             "schema": "openpendant-frames/1",
             "frames": [],
@@ -409,8 +423,9 @@ SCENE = [
         expected_revision=1,
     ),
     ask(
-        *("scene.add", "of no size"),
-        **{"expected_revision": 1},
+        "scene.add",
+        "of no size",
+        expected_revision=1,
         object={**BOX, "name": "x", "shape": {"type": "box", "size": [0, 1, 1]}},
     ),
     ask(
@@ -420,8 +435,9 @@ SCENE = [
         expected_revision=1,
     ),
     ask(
-        *("scene.add", "a sphere"),
-        **{"expected_revision": 1},
+        "scene.add",
+        "a sphere",
+        expected_revision=1,
         object={
             "name": "ball",
             "shape": {"type": "sphere", "radius": 0.25},
@@ -429,8 +445,9 @@ SCENE = [
         },
     ),
     ask(
-        *("scene.add", "a cylinder"),
-        **{"expected_revision": 2},
+        "scene.add",
+        "a cylinder",
+        expected_revision=2,
         object={
             "name": "post",
             "shape": {"type": "cylinder", "radius": 0.0625, "length": 1.0},
@@ -456,8 +473,8 @@ SCENE = [
     ask("scene.show", "at the end"),
     ask("scene.import", "of another file", content={"schema": "x"}, expected_revision=11),
     ask(
-        *("scene.import",),
-        **{"expected_revision": 11},
+        "scene.import",
+        expected_revision=11,
         content={"schema": "openpendant-scene/1", "objects": [BOX], "allowed": []},
     ),
     ask("scene.nearest"),
@@ -556,7 +573,10 @@ UNREADABLE: dict[str, Body] = {
     ],
     "objects 300 deep": [
         '{"op":"frames.import","expected_revision":0,"content":',
-        *(['{"":', 300], "1", ["}", 300], "}"),
+        ['{"":', 300],
+        "1",
+        ["}", 300],
+        "}",
     ],
     "objects 12,000 deep": ['{"op":', ['{"":', 12_000], "1", ["}", 12_000], "}"],
     "lists 60,000 deep and no end": [["[", 60_000]],
@@ -604,7 +624,6 @@ def steps() -> Iterator[tuple[str, Step]]:
 
 
 def _wrong(right: Right) -> Iterator[tuple[str, str, dict[str, Any]]]:
-    """Yield what can be wrong with a request: a label, who asks, and the body."""
     schema = json.loads((SCHEMAS / f"{right.op}-request.json").read_text("utf-8"))
     below = _below(right.op)
     if below is not None:

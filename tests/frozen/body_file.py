@@ -21,13 +21,7 @@ Body: TypeAlias = str | list[str | list[Any]] | dict[str, str]
 
 @dataclass(frozen=True)
 class Question:
-    """One request.
-
-    Attributes:
-        name: what is asked.
-        by: who asks.
-        body: how its body is written down.
-    """
+    """One request."""
 
     name: str
     by: str
@@ -35,7 +29,6 @@ class Question:
 
     @property
     def bytes(self) -> bytes:
-        """The body as it is sent."""
         match self.body:
             case str():
                 return self.body.encode()
@@ -55,12 +48,7 @@ class Happening:
 
 @dataclass(frozen=True)
 class Answer:
-    """What came of a request.
-
-    Attributes:
-        done: whether it was carried out.
-        text: the body of the answer.
-    """
+    """What came of a request."""
 
     done: bool
     text: str
@@ -79,7 +67,6 @@ def line_of(cell: str, step: Step, answer: Answer | None) -> str:
 
 
 def read_steps(file: Path) -> Iterator[tuple[str, Step, Answer | None]]:
-    """Yield the steps of a file with the names of their cells."""
     for line in file.read_text("utf-8").splitlines():
         read = json.loads(line)
         if "do" in read:

@@ -50,8 +50,6 @@ _STORING = 0.005
 
 
 class Lines:
-    """A journal in memory."""
-
     def __init__(self) -> None:
         self._parts: list[str] = []
 
@@ -156,11 +154,7 @@ class RecordedCell:
     """The processes of a conversation.
 
     Attributes:
-        services: an emulator for each cell.
-        app: the server.
-        watchdog: of the server.
         answers: of its planner and its store.
-        pendant_port: where the server listens for pendants.
         ros_ports: motion and state port of its first cell.
         left_over: what has to end before the loop does.
     """
@@ -223,10 +217,7 @@ async def recorded_cell(
     """Run everything until the context is left.
 
     Args:
-        folder: for the store.
         journals: gets the journals of the server and of the first emulator.
-        cells: how many cells the server has.
-        tables: of the server's settings, of each cell.
     """
     async with AsyncExitStack() as stack:
         services, settings, noted = [], [], []

@@ -59,7 +59,6 @@ class Calls:
         self._told: set[str] = set()
 
     def lines(self) -> list[str]:
-        """Return all lines: both clients first, then the types by name."""
         background = PendantClient()
         # It has no connection, and nothing is called.
         blocking = SyncPendantClient(cast(LoopThread, None), background)

@@ -42,13 +42,7 @@ Talk = Callable[[RecordedCell], Awaitable[None]]
 
 @dataclass(frozen=True)
 class Conversation:
-    """One conversation.
-
-    Attributes:
-        talk: what is said.
-        cells: how many cells the server has.
-        tables: of the server's settings.
-    """
+    """One conversation."""
 
     talk: Talk
     cells: int = 1
@@ -70,7 +64,6 @@ async def at_rest(pendant: PendantClient) -> None:
 
 
 async def reset(pendant: PendantClient) -> None:
-    """Reset a stop as soon as that is possible."""
     for _ in range(20):
         with contextlib.suppress(Refused):
             await pendant.reset_stop()
@@ -213,8 +206,7 @@ async def program(cell: RecordedCell) -> None:
         pause: Any = {"statement": "wait", "duration": 0.05}
         at = (await calls.edit("main", at, {"edit": "insert", "statements": [pause]}))["revision"]
         at = (await calls.undo("main", at))["revision"]
-        line = (await calls.breakpoints("main", [2]))["statements"][0]
-        assert line == 2
+        assert (await calls.breakpoints("main", [2]))["statements"][0] == 2
         run = await calls.run("main", revision=at)
         await asyncio.sleep(3.0)
         assert not run.is_over
@@ -241,8 +233,7 @@ async def recording(cell: RecordedCell) -> None:
         await calls.start("swing")
         await (await moved_joint(pendant, 0, 0.1, speed=0.6)).done()
         await calls.stop()
-        playback = await calls.play("swing", factor=2.0, tolerance=0.01)
-        await playback.done()
+        await (await calls.play("swing", factor=2.0, tolerance=0.01)).done()
         await calls.trim("swing", "part", ends=0.2)
         with expected(Refused):
             await calls.play("nothing")

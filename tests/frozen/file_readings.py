@@ -60,7 +60,6 @@ def copy_files(folder: Path) -> None:
 
 
 def readings() -> list[Reading]:
-    """Run all commands in the current folder, in which the files are."""
     found = []
     for command in COMMANDS:
         before = set(Path().iterdir())

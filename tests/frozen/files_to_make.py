@@ -42,7 +42,6 @@ _CHEAP = ScryptCost(n=2**14, r=8, p=1)
 
 
 def make_files() -> None:
-    """Write them all."""
     text = (FILES / "pick.program").read_text("utf-8")
     (FILES / "pick.json").write_text(program_to_json(parse(text)) + "\n", "utf-8")
     with tempfile.TemporaryDirectory() as folder:

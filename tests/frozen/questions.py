@@ -136,10 +136,7 @@ JOBS: tuple[Any, ...] = (
     RosPathJob(4, _START, (RosPoint(_START, None, 1.0), RosPoint(_START, 0.5, 0.25)), 0.1, 0.01),
     BlockJob(5, _START, _BLOCK, (11,), _FRAMES, 0.5, 0.25),
     RecordingJob(6, _START, "swing", (b"rows",), Extract(4, (1, 2)), 0.01, 2.0, 0.005),
-    DryRunJob(
-        *(7, "7-1", _START, _LINKED, FrameTree()),
-        signals=OfferedSignals(16, 8),
-    ),
+    DryRunJob(*(7, "7-1", _START, _LINKED, FrameTree()), signals=OfferedSignals(16, 8)),
     DryRunJob(
         *(8, "8-1", _START, _LINKED, FrameTree()),
         signals=Refusal(VerdictCode.SIGNALS_UNAVAILABLE, "it has none", 1, 2.0, 3.0),
@@ -184,7 +181,6 @@ KINDS: Mapping[str, tuple[Any, tuple[Any, ...]]] = {
 
 
 def kinds_of(union: Any) -> set[type]:
-    """Return the classes of a union."""
     if isinstance(union, UnionType):
         return {kind for each in get_args(union) for kind in kinds_of(each)}
     return {union}

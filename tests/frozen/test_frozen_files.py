@@ -34,7 +34,6 @@ def folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
 
 
 def printed(*command: str) -> str:
-    """Run a command that succeeds; return what it prints."""
     output = io.StringIO()
     with contextlib.redirect_stdout(output):
         assert main(list(command)) == 0, command
@@ -42,10 +41,9 @@ def printed(*command: str) -> str:
 
 
 def test_the_commands_find_in_the_files_what_they_found(folder: Path) -> None:
-    then = json.loads(READINGS.read_text("utf-8"))
     found = [
         f"{was['command']}:\n  then {was}\n  now  {now}"
-        for was, now in zip(then, readings(), strict=True)
+        for was, now in zip(json.loads(READINGS.read_text("utf-8")), readings(), strict=True)
         if was != now
     ]
     assert not found, "\n".join(found)

@@ -12,16 +12,3 @@ def test_every_call_of_the_clients_is_as_it_was() -> None:
     then = SIGNATURES.read_text("utf-8").splitlines()
     found = list(difflib.unified_diff(then, Calls().lines(), "then", "now", lineterm="", n=0))
     assert not found, "\n".join(found)
-
-
-def test_both_clients_have_the_same_groups_of_calls() -> None:
-    groups = {
-        kind: {
-            line.split("(")[0].split(f" {kind}.")[1]
-            for line in SIGNATURES.read_text("utf-8").splitlines()
-            if f" {kind}." in line and line.split("(")[0].count(".") == 2
-        }
-        for kind in ("PendantClient", "SyncPendantClient")
-    }
-    assert groups["PendantClient"] == groups["SyncPendantClient"]
-    assert len(groups["PendantClient"]) > 60

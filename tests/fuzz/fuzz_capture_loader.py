@@ -10,13 +10,7 @@ from rigs.data.golden_vectors import FOLDER, GOLDEN
 from rigs.data.pcap_files import Conversation, linux_cooked, pcap, pcapng
 
 from openpendant.tools.packets.reading.trace_files import TraceFileError, read_trace
-from openpendant.tools.packets.trace import (
-    Event,
-    Packet,
-    entry_from_json,
-    entry_line,
-    header_line,
-)
+from openpendant.tools.packets.trace import Event, Packet, entry_from_json, entry_line, header_line
 
 
 def TestOneInput(data: bytes) -> None:

@@ -38,8 +38,7 @@ def TestOneInput(data: bytes) -> None:
         return
     codec = codec_for(dialect, real_size=real_size)
     try:
-        message = packet_from_json(value, codec)
-        frame = codec.encode(message)
+        frame = codec.encode(packet_from_json(value, codec))
         again = codec.decode(frame)
     except ProtocolError:
         return

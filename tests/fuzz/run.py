@@ -50,23 +50,12 @@ def fuzz(target: str, limit: str, keep: Path, seed: int = 0) -> Outcome:
     """Fuzz one target in a process of its own; what breaks it is kept in a folder.
 
     Args:
-        target: its name.
         limit: the option of libFuzzer that ends it: `-max_total_time=SECONDS` or `-runs=INPUTS`.
-        keep: the folder.
         seed: 0 tries other inputs each time, another number the same ones.
     """
     before = set(keep.glob("*"))
     with tempfile.TemporaryDirectory() as corpus:
-        command = [
-            sys.executable,
-            __file__,
-            "--child",
-            target,
-            corpus,
-            limit,
-            str(keep),
-            str(seed),
-        ]
+        command = [sys.executable, __file__, "--child", target, corpus, limit, str(keep), str(seed)]
         path = os.pathsep.join([str(FOLDER.parent), os.environ.get("PYTHONPATH", "")])
         done = subprocess.run(
             command,
@@ -114,7 +103,6 @@ def _inherited_megabytes() -> int:
 
 
 def main(argv: list[str]) -> int:
-    """Run the targets; return the exit code."""
     if argv[:1] == ["--child"]:
         _child(*argv[1:])
     command = argparse.ArgumentParser(description="Fuzz the decoders with atheris.")

@@ -23,7 +23,6 @@ class SampleFrame(NamedTuple):
         order: place in `ORDERS`.
         real: place in `REAL_SIZES`.
         comm_type: kind of exchange in its header, be it usual for this message or not.
-        data: the frame.
     """
 
     dialect: int

@@ -26,8 +26,7 @@ def test_every_answer_of_ik_is_the_same_pose(after: dict[str, Any]) -> None:
     assert after["near"] == pytest.approx(after["start"], abs=1e-6)
     assert len(after["answers"]) > len(after["flipped"]) > 0
     for answer in after["answers"]:
-        found = after["arm"].forward(answer.joint_position)
-        assert found.position_distance(after["pose"]) < 1e-5
+        assert after["arm"].forward(answer.joint_position).position_distance(after["pose"]) < 1e-5
 
 
 def test_the_jacobian_of_the_books_begins_with_the_turn(after: dict[str, Any]) -> None:

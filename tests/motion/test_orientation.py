@@ -26,8 +26,7 @@ HERE = (0.1, -0.2, 0.3)
 
 @given(rpys)
 def test_roll_pitch_yaw_are_read_back(rpy: tuple[float, ...]) -> None:
-    found = roll_pitch_yaw(Pose.from_rpy(HERE, rpy).rotation)
-    assert found == pytest.approx(rpy, abs=1e-12)
+    assert roll_pitch_yaw(Pose.from_rpy(HERE, rpy).rotation) == pytest.approx(rpy, abs=1e-12)
 
 
 @pytest.mark.parametrize("pitch", [math.pi / 2, -math.pi / 2])
@@ -72,8 +71,7 @@ def test_the_columns_of_the_rate_matrix_are_the_axes_turned_about(
 @given(rpys)
 def test_an_increment_of_the_values_adds_to_the_values(rpy: tuple[float, ...]) -> None:
     pose = rpy_increment(Pose.from_rpy(HERE, rpy), (0.01, 0.02, -0.01))
-    expected = Pose.from_rpy(HERE, np.add(rpy, (0.01, 0.02, -0.01)))
-    assert pose.rotation_distance(expected) < 1e-12
+    assert pose.rotation_distance(Pose.from_rpy(HERE, np.add(rpy, (0.01, 0.02, -0.01)))) < 1e-12
     assert pose.position.tolist() == list(HERE)
 
 

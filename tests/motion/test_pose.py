@@ -64,8 +64,7 @@ def test_the_distance_between_orientations_keeps_its_digits(angle: float) -> Non
 def test_half_turns_are_read_from_their_matrices(axis: int) -> None:
     diagonal = np.full(3, -1.0)
     diagonal[axis] = 1.0
-    quaternion = matrix_to_quaternion(np.diag(diagonal))
-    assert quaternion.tolist() == np.eye(4)[axis].tolist()
+    assert matrix_to_quaternion(np.diag(diagonal)).tolist() == np.eye(4)[axis].tolist()
 
 
 def test_roll_pitch_yaw_turns_about_x_then_y_then_z_of_the_parent() -> None:

@@ -42,6 +42,11 @@ def _server(max_frame: int = 1023) -> Connection:
     return Connection(Role.SERVER, STANDARD, ByteOrder.LITTLE, max_frame=max_frame)
 
 
+@pytest.fixture
+def connection() -> Connection:
+    return _server()
+
+
 def _client() -> Connection:
     return Connection(Role.CLIENT, STANDARD, ByteOrder.LITTLE)
 
@@ -125,8 +130,7 @@ def test_a_length_at_the_bounds_is_taken(length: int) -> None:
     assert message == Opaque(999, bytes(length - 12), comm_type=CommType.TOPIC)
 
 
-def test_a_fault_is_final_and_keeps_what_was_complete_before_it() -> None:
-    connection = _server()
+def test_a_fault_is_final_and_keeps_what_was_complete_before_it(connection: Connection) -> None:
     assert connection.receive(PING + bytes(4) + PING) == [Ping()]
     fault = connection.fault
     assert fault is not None
@@ -136,16 +140,14 @@ def test_a_fault_is_final_and_keeps_what_was_complete_before_it() -> None:
     assert not connection.more
 
 
-def test_a_fault_behind_a_split_frame_is_found() -> None:
-    connection = _server()
+def test_a_fault_behind_a_split_frame_is_found(connection: Connection) -> None:
     assert connection.receive(PING[:7]) == []
     assert connection.receive(PING[7:] + b"\xff\xff\xff\xff") == [Ping()]
     assert isinstance(connection.fault, LengthOutOfBounds)
     assert not connection.partial
 
 
-def test_partial_is_true_only_while_a_frame_is_begun() -> None:
-    connection = _server()
+def test_partial_is_true_only_while_a_frame_is_begun(connection: Connection) -> None:
     assert not connection.partial
     for at in range(15):
         assert connection.receive(PING[at : at + 1]) == []
@@ -173,14 +175,12 @@ def test_whoever_wants_fewer_frames_at_once_gets_all_of_them_one_call_after_the_
     assert counts == [16, 16, 8]
 
 
-def test_exactly_64_frames_leave_no_more() -> None:
-    connection = _server()
+def test_exactly_64_frames_leave_no_more(connection: Connection) -> None:
     assert len(connection.receive(PING * 64)) == 64
     assert not connection.more
 
 
-def test_a_single_frame_left_over_is_the_last_of_more() -> None:
-    connection = _server()
+def test_a_single_frame_left_over_is_the_last_of_more(connection: Connection) -> None:
     counts, more = [], []
     for data in (PING * 65, b""):
         counts.append(len(connection.receive(data)))
@@ -189,8 +189,7 @@ def test_a_single_frame_left_over_is_the_last_of_more() -> None:
     assert not connection.partial
 
 
-def test_bytes_that_come_while_there_are_more_are_kept_in_order() -> None:
-    connection = _server()
+def test_bytes_that_come_while_there_are_more_are_kept_in_order(connection: Connection) -> None:
     frames = [codec_for().encode(JointPosition(i, joint_array([]))) for i in range(200)]
     received = connection.receive(b"".join(frames[:150]))
     received += connection.receive(b"".join(frames[150:]))
@@ -200,8 +199,7 @@ def test_bytes_that_come_while_there_are_more_are_kept_in_order() -> None:
 
 
 @pytest.mark.parametrize("kind", [bytes, bytearray, memoryview])
-def test_any_bytes_like_object_is_received(kind: type) -> None:
-    connection = _server()
+def test_any_bytes_like_object_is_received(kind: type, connection: Connection) -> None:
     assert connection.receive(kind(POSITION_FRAME[:20])) == []
     assert connection.receive(kind(POSITION_FRAME[20:] + PING)) == [POSITION, Ping()]
 
@@ -213,8 +211,7 @@ def test_a_buffer_that_the_caller_reuses_does_not_change_what_was_received() -> 
     assert message == Opaque(999, bytes(8), comm_type=CommType.TOPIC)
 
 
-def test_a_request_may_be_answered_once() -> None:
-    connection = _server()
+def test_a_request_may_be_answered_once(connection: Connection) -> None:
     connection.receive(PING)
     assert connection.unanswered == 1
     connection.send(accepted(Ping()))
@@ -223,15 +220,13 @@ def test_a_request_may_be_answered_once() -> None:
         connection.send(refused(Ping()))
 
 
-def test_a_topic_is_never_answered() -> None:
-    connection = _server()
+def test_a_topic_is_never_answered(connection: Connection) -> None:
     connection.receive(POSITION_FRAME)
     with pytest.raises(LocalProtocolError, match="type 10 answers no request"):
         connection.send(accepted(POSITION))
 
 
-def test_a_reply_that_cannot_be_encoded_leaves_the_request_open() -> None:
-    connection = _server()
+def test_a_reply_that_cannot_be_encoded_leaves_the_request_open(connection: Connection) -> None:
     connection.receive(PING)
     with pytest.raises(LocalProtocolError):
         connection.send(HeaderOnly(1, reply_code=ReplyCode.UNUSED))
@@ -263,10 +258,8 @@ def test_a_topic_of_ours_awaits_nothing() -> None:
     assert client.awaited == 0
 
 
-def test_a_malformed_request_keeps_the_link_and_may_be_answered() -> None:
-    connection = _server()
-    short = struct.pack("<5i", 16, 11, 2, 0, 7)
-    received = connection.receive(short + PING)
+def test_a_malformed_request_keeps_the_link_and_may_be_answered(connection: Connection) -> None:
+    received = connection.receive(struct.pack("<5i", 16, 11, 2, 0, 7) + PING)
     (malformed, ping) = received
     assert isinstance(malformed, Malformed)
     assert (malformed.msg_type, malformed.comm_type) == (11, CommType.REQUEST)

@@ -88,8 +88,7 @@ def test_any_frame_of_a_sound_length_keeps_the_link(
     length: int, content: bytes, dialect: Dialect
 ) -> None:
     connection = Connection(Role.SERVER, dialect, ByteOrder.LITTLE)
-    events = connection.receive(length.to_bytes(4, "little") + content[:length])
-    assert len(events) == 1
+    assert len(connection.receive(length.to_bytes(4, "little") + content[:length])) == 1
     assert connection.fault is None
     assert not connection.partial
 

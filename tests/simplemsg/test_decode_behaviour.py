@@ -7,14 +7,7 @@ from typing import Any
 import pytest
 from rigs.data.golden_vectors import exact, load
 
-from openpendant.simplemsg import (
-    BodyFault,
-    HeaderFault,
-    Message,
-    MessageFault,
-    Opaque,
-    codec_for,
-)
+from openpendant.simplemsg import BodyFault, HeaderFault, Message, MessageFault, Opaque, codec_for
 from openpendant.simplemsg.packet_text import packet_to_json
 
 ENTRIES = load("decode-behaviour-le-f32")

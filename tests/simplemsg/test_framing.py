@@ -102,8 +102,7 @@ def test_a_shorter_length_is_one_where_it_is_asked_for() -> None:
 
 
 def test_a_searching_splitter_goes_on_at_the_next_header() -> None:
-    splitter = Splitter(Mode.SEARCHING)
-    cuts = splitter.feed(PING + STRAY + PING)
+    cuts = Splitter(Mode.SEARCHING).feed(PING + STRAY + PING)
     assert cuts == [Cut(PING, True), Cut(STRAY, False), Cut(PING, True)]
 
 

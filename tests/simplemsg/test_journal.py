@@ -112,8 +112,7 @@ def test_what_is_long_reaches_the_stream_as_it_is(clock: Clock) -> None:
 
 def test_only_answers_of_yes_are_noted(clock: Clock) -> None:
     stream = Lines()
-    journal = _kept(clock, stream)
-    assert not journal.answer("gone", 1, False)
+    assert not _kept(clock, stream).answer("gone", 1, False)
     assert "gone" not in stream.getvalue()
 
 

@@ -37,7 +37,14 @@ def test_bytes_read_the_same_however_long_they_are(size: int) -> None:
 
 @pytest.mark.parametrize(
     "text",
-    ["", "short", "größe 😀 " * 20_000, '"\\\n\x00' * 20_000, "\ud83d" * LONG, '{"": ""}' * LONG],
+    [
+        "",
+        "short",
+        "größe 😀 " * 20_000,
+        '"\\\n\x00' * 20_000,
+        "\ud83d" * LONG,
+        '{"": ""}' * LONG,
+    ],
 )
 def test_texts_read_the_same_and_long_ones_are_left_for_later(text: str) -> None:
     record = {"body": text, "parts": [text, "{}", {"n": 1, "none": None, "text": text}]}

@@ -80,8 +80,7 @@ def test_lists_of_another_shape_are_refused() -> None:
 
 
 def test_a_count_may_be_left_out() -> None:
-    fields = {"points": TRAJECTORY["points"]}
-    packet = packet_from_json(_packet(fields, msg_type=12), codec_for())
+    packet = packet_from_json(_packet({"points": TRAJECTORY["points"]}, msg_type=12), codec_for())
     assert packet_to_json(packet, codec_for())["fields"] == TRAJECTORY
 
 

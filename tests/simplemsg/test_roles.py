@@ -6,12 +6,7 @@ from itertools import pairwise
 
 import pytest
 
-from openpendant.simplemsg.pendant.roles import (
-    LEAST_ROLE,
-    PERMISSIONS_OF,
-    Permission,
-    Role,
-)
+from openpendant.simplemsg.pendant.roles import LEAST_ROLE, PERMISSIONS_OF, Permission, Role
 
 
 def test_every_permission_has_a_least_role() -> None:
@@ -19,8 +14,7 @@ def test_every_permission_has_a_least_role() -> None:
 
 
 def test_roles_rise_from_viewer_to_admin() -> None:
-    ordered = [Role.VIEWER, Role.OPERATOR, Role.PROGRAMMER, Role.ADMIN]
-    assert sorted(Role) == ordered
+    assert sorted(Role) == [Role.VIEWER, Role.OPERATOR, Role.PROGRAMMER, Role.ADMIN]
     assert Role.ADMIN > Role.PROGRAMMER >= Role.PROGRAMMER
 
 

@@ -55,11 +55,7 @@ def served(
     dialect: Dialect, rule: StopRule, frames_per_call: int = 64, max_frame: int = 65_532
 ) -> Connection:
     return Connection(
-        Role.SERVER,
-        dialect,
-        max_frame=max_frame,
-        frames_per_call=frames_per_call,
-        stop_rule=rule,
+        Role.SERVER, dialect, max_frame=max_frame, frames_per_call=frames_per_call, stop_rule=rule
     )
 
 

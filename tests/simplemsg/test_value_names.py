@@ -2,13 +2,7 @@ from __future__ import annotations
 
 import pytest
 
-from openpendant.simplemsg import (
-    JointFeedback,
-    JointTrajPt,
-    Message,
-    Ping,
-    Status,
-)
+from openpendant.simplemsg import JointFeedback, JointTrajPt, Message, Ping, Status
 from openpendant.simplemsg.declaration import Real, value_name
 from openpendant.simplemsg.motoman import MotomanMotionReply
 from openpendant.simplemsg.pendant import Authority, Outcome, PoseMove, State, Verdict

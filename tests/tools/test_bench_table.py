@@ -26,8 +26,7 @@ def test_a_ratio_within_its_bound_is_ok() -> None:
 
 
 def test_a_ratio_beyond_its_bound_is_over() -> None:
-    row = measure(Benchmark("a", "ns", _sides(26.0, 10.0), Bound(2.5, aim=1.8)))
-    assert row.verdict == "over"
+    assert measure(Benchmark("a", "ns", _sides(26.0, 10.0), Bound(2.5, aim=1.8))).verdict == "over"
 
 
 def test_a_bound_may_judge_the_median_itself() -> None:

@@ -47,10 +47,7 @@ async def run(
 
 @pytest.mark.parametrize("name", PLAIN)
 async def test_a_user_comes_in_with_a_certificate_and_a_password_that_is_no_argument(
-    name: str,
-    tmp_path: Path,
-    capsys: pytest.CaptureFixture[str],
-    monkeypatch: pytest.MonkeyPatch,
+    name: str, tmp_path: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
 ) -> None:
     certificate, key = make_certificate(tmp_path)
     (tmp_path / "other").mkdir()
@@ -137,7 +134,10 @@ async def test_an_account_is_added_with_its_role_or_the_word_for_it(tmp_path: Pa
 @pytest.mark.parametrize("name", PLAIN)
 @pytest.mark.parametrize(
     ("is_secured", "told"),
-    [(True, "the server may want TLS (--ca FILE"), (False, "may not speak TLS")],
+    [
+        (True, "the server may want TLS (--ca FILE"),
+        (False, "may not speak TLS"),
+    ],
 )
 async def test_tls_on_one_side_only_is_told_with_what_to_change(
     name: str, is_secured: bool, told: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]

@@ -94,8 +94,7 @@ def test_where_several_cells_are_served_the_option_and_their_names_are_told(
     monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
     async def ask(*_: object) -> dict[str, Any]:
-        text = "name a cell; here: left, right"
-        raise Refused(VerdictCode.UNKNOWN_CELL, text, -1, 0.0, 0.0)
+        raise Refused(VerdictCode.UNKNOWN_CELL, "name a cell; here: left, right", -1, 0.0, 0.0)
 
     monkeypatch.setattr(why, "_ask", ask)
     assert why.main([]) == 69

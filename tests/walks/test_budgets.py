@@ -34,8 +34,7 @@ def test_each_walk_has_its_bounds() -> None:
     ],
 )
 def test_a_count_may_be_at_its_bound_or_a_tenth_below(calls: int, said: list[str]) -> None:
-    walk = Walk({"server/core/cell_core.py": calls})
-    assert problems(walk, Bounds(100, 1, 50, 1)) == said
+    assert problems(Walk({"server/core/cell_core.py": calls}), Bounds(100, 1, 50, 1)) == said
 
 
 def test_files_are_bounded_as_calls_are() -> None:

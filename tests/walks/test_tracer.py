@@ -96,8 +96,7 @@ def test_calls_files_hops_and_depth(product: SimpleNamespace) -> None:
 
 
 def test_a_generator_is_one_call_however_often_it_is_resumed(product: SimpleNamespace) -> None:
-    walk = traced(product.sums)
-    assert walk.functions == {("cell.py", "sums"): 1, ("cell.py", "numbers"): 2}
+    assert traced(product.sums).functions == {("cell.py", "sums"): 1, ("cell.py", "numbers"): 2}
 
 
 def test_what_is_raised_and_caught_leaves_the_stack_right(product: SimpleNamespace) -> None:

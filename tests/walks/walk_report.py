@@ -39,8 +39,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
         _tell(_json(as_data(asked.walk, walk)) if asked.json else path(asked.walk, walk))
         return 0
     if asked.json:
-        rows = [as_data(name, gone(name)) for name in ROUTES]
-        _tell(_json(rows))
+        _tell(_json([as_data(name, gone(name)) for name in ROUTES]))
         return 0
     _tell(_ROW.format(*_HEADING))
     for name in ROUTES:

@@ -60,7 +60,6 @@ class Route:
 
     Attributes:
         title: the event, and what it leads to.
-        walk: brings a running cell into its state, and goes.
         state_rate: of the cell's pendant [Hz].
     """
 

@@ -99,8 +99,6 @@ class Hands:
     """A pendant's connection, its beats and what it was told.
 
     Attributes:
-        got: what came, oldest first.
-        port: its own.
         press: number of the press that is kept alive; 0 where none is.
     """
 
@@ -170,8 +168,7 @@ class Hands:
 
     def manage(self, operation: str, **fields: Any) -> Management:
         """Return a management request."""
-        body = json.dumps({"op": operation, **fields}).encode()
-        return Management(self.request(), body)
+        return Management(self.request(), json.dumps({"op": operation, **fields}).encode())
 
     @property
     def state(self) -> State:
@@ -179,13 +176,7 @@ class Hands:
 
 
 class WalkedCell:
-    """One running server.
-
-    Attributes:
-        planner: plans when it is told to.
-        store: keeps documents, and answers when it is told to.
-        hands: the one pendant.
-    """
+    """One running server."""
 
     def __init__(
         self, shell: object, planner: WaitingPlanner, store: WaitingStore, motion_port: int
@@ -227,8 +218,7 @@ class WalkedCell:
 
     def ticks(self, frame: FrameType) -> bool:
         """Return True if a tick of the cell begins."""
-        is_delivered = _is_method(frame, "deliver", self._shell)
-        return is_delivered and frame.f_locals["event"] is TICK
+        return _is_method(frame, "deliver", self._shell) and frame.f_locals["event"] is TICK
 
     def is_told(self, frame: FrameType) -> bool:
         """Return True if a round of three reports of the controller comes in."""

@@ -50,10 +50,7 @@ def test_a_ping_is_answered_while_a_point_waits() -> None:
 def test_stop_overtakes_waiting_points_and_fails_them_first(stopping_link: int) -> None:
     rig = full()
     rig.code(point(3))
-    assert rig.send(STOP, link=stopping_link) == [
-        (LINK, 11, FAILURE),
-        (stopping_link, 11, SUCCESS),
-    ]
+    assert rig.send(STOP, link=stopping_link) == [(LINK, 11, FAILURE), (stopping_link, 11, SUCCESS)]
     assert rig.wait(5000) == []
 
 
@@ -81,8 +78,7 @@ def test_waiting_points_are_bounded() -> None:
     rig = full()
     for n in range(3, 67):
         assert rig.code(point(n)) is None
-    replies = rig.send(point(67))
-    assert replies == [(LINK, 11, FAILURE)] * 65
+    assert rig.send(point(67)) == [(LINK, 11, FAILURE)] * 65
     assert rig.status.error_code == ErrorCode.BUFFER_OVERFLOW
 
 
@@ -101,8 +97,7 @@ def test_a_whole_trajectory_waits_for_room() -> None:
     assert rig.wait(1000) == [(LINK, 12, SUCCESS)]
 
 
-def test_a_download_is_never_answered_and_moves_at_its_end() -> None:
-    rig = ControllerRig()
+def test_a_download_is_never_answered_and_moves_at_its_end(rig: ControllerRig) -> None:
     assert rig.send(topic(-1, 0.1)) == []
     assert rig.send(topic(1, 0.2)) == []
     rig.wait(5000)
@@ -115,15 +110,13 @@ def test_a_download_is_never_answered_and_moves_at_its_end() -> None:
     assert not rig.violations
 
 
-def test_download_marks_sent_as_requests_are_answered_once() -> None:
-    rig = ControllerRig()
+def test_download_marks_sent_as_requests_are_answered_once(rig: ControllerRig) -> None:
     assert [
         rig.code(ratio_point(n, (0.1 * i, 0.0), 1.0)) for i, n in enumerate((-1, 1, -3), 1)
     ] == [SUCCESS] * 3
 
 
-def test_a_one_point_download_sent_twice_takes_its_time_once() -> None:
-    rig = ControllerRig()
+def test_a_one_point_download_sent_twice_takes_its_time_once(rig: ControllerRig) -> None:
     rig.send(topic(-1, 0.2))
     rig.send(topic(-3, 0.2))
     rig.wait(1000)
@@ -131,8 +124,7 @@ def test_a_one_point_download_sent_twice_takes_its_time_once() -> None:
     assert not rig.status.in_motion
 
 
-def test_a_gap_in_a_download_discards_it_without_a_reply() -> None:
-    rig = ControllerRig()
+def test_a_gap_in_a_download_discards_it_without_a_reply(rig: ControllerRig) -> None:
     for message in (topic(-1, 0.1), topic(3, 0.2), topic(-3, 0.3)):
         assert rig.send(message) == []
     rig.wait(3000)
@@ -150,8 +142,7 @@ def test_a_download_larger_than_the_buffer_is_discarded() -> None:
     assert rig.status.error_code == ErrorCode.BUFFER_OVERFLOW
 
 
-def test_a_download_during_motion_stops_it_and_replaces_it() -> None:
-    rig = ControllerRig()
+def test_a_download_during_motion_stops_it_and_replaces_it(rig: ControllerRig) -> None:
     rig.send(topic(-1, 0.4))
     rig.send(topic(-3, 0.8))
     rig.wait(1000)
@@ -161,8 +152,7 @@ def test_a_download_during_motion_stops_it_and_replaces_it() -> None:
     assert rig.position[0] == pytest.approx(0.2, abs=1e-7)
 
 
-def test_a_download_whose_link_is_lost_is_discarded() -> None:
-    rig = ControllerRig()
+def test_a_download_whose_link_is_lost_is_discarded(rig: ControllerRig) -> None:
     rig.send(topic(-1, 0.1))
     rig.lose()
     assert rig.code(point(0), link=2) == SUCCESS
@@ -170,8 +160,7 @@ def test_a_download_whose_link_is_lost_is_discarded() -> None:
     assert rig.position[0] == pytest.approx(0.1, abs=1e-7)
 
 
-def test_stop_during_a_download_forgets_it() -> None:
-    rig = ControllerRig()
+def test_stop_during_a_download_forgets_it(rig: ControllerRig) -> None:
     rig.send(topic(-1, 0.1))
     assert rig.code(STOP) == SUCCESS
     rig.send(topic(-3, 0.3))

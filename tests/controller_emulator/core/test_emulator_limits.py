@@ -75,8 +75,7 @@ def test_every_violation_has_an_error_code_of_its_own_or_its_family() -> None:
     assert ErrorCode.NONE not in ERROR_OF.values()
 
 
-def test_a_bad_point_during_motion_stops_on_a_ramp() -> None:
-    rig = ControllerRig()
+def test_a_bad_point_during_motion_stops_on_a_ramp(rig: ControllerRig) -> None:
     rig.stream(STANDING, full_point(1, 1.0, (0.5, 0.0), (1.0, 0.0)))
     rig.wait(900)
     speed = rig.velocity[0]
@@ -86,8 +85,7 @@ def test_a_bad_point_during_motion_stops_on_a_ramp() -> None:
     assert rig.velocity == (0.0, 0.0)
 
 
-def test_a_violation_carries_joint_value_limit_sequence_time_and_link() -> None:
-    rig = ControllerRig()
+def test_a_violation_carries_joint_value_limit_sequence_time_and_link(rig: ControllerRig) -> None:
     rig.wait(250)
     rig.code(ratio_point(0, (0.0, -2.5), 5.0), link=4)
     assert rig.controller.referee.kept == [
@@ -127,9 +125,8 @@ def test_a_stated_velocity_may_exceed_its_limit_by_a_millionth(factor: float, co
 
 @pytest.mark.parametrize(("factor", "code"), [(1.0, SUCCESS), (1.0009, SUCCESS), (1.002, FAILURE)])
 def test_velocity_over_time_may_exceed_the_acceleration_limit_by_a_thousandth(
-    factor: float, code: int
+    factor: float, code: int, rig: ControllerRig
 ) -> None:
-    rig = ControllerRig()
     rig.code(STANDING)
     a = 4.0 * factor
     assert rig.code(full_point(1, 0.25, (a / 32, 0.0), (a / 4, 0.0))) == code
@@ -137,8 +134,7 @@ def test_velocity_over_time_may_exceed_the_acceleration_limit_by_a_thousandth(
 
 @pytest.mark.parametrize(("gap", "code"), [(0.0, 1), (0.0099, 1), (-0.0099, 1), (0.0101, 2)])
 def test_a_first_point_must_be_near_the_robot(gap: float, code: int) -> None:
-    rig = ControllerRig()
-    assert rig.code(full_point(0, 0.0, (0.0, gap))) == code
+    assert ControllerRig().code(full_point(0, 0.0, (0.0, gap))) == code
 
 
 def test_a_small_gap_to_the_first_point_is_closed_before_the_clock_starts() -> None:
@@ -149,8 +145,7 @@ def test_a_small_gap_to_the_first_point_is_closed_before_the_clock_starts() -> N
     assert states[-1][0][0] == pytest.approx(0.1, abs=1e-7)
 
 
-def test_a_first_point_that_needs_too_much_speed_is_refused() -> None:
-    rig = ControllerRig()
+def test_a_first_point_that_needs_too_much_speed_is_refused(rig: ControllerRig) -> None:
     assert rig.code(ratio_point(0, (2.0, 0.0), 0.9)) == FAILURE
     assert rig.violations == {ViolationKind.POSITION_STEP: 1}
 
@@ -178,8 +173,7 @@ def test_a_trajectory_cannot_start_behind_a_point_that_will_be_passed_at_speed()
     assert rig.violations == {ViolationKind.START_VELOCITY: 1}
 
 
-def test_positions_and_velocities_that_no_motion_can_join_are_refused() -> None:
-    rig = ControllerRig()
+def test_positions_and_velocities_that_no_motion_can_join_are_refused(rig: ControllerRig) -> None:
     rig.code(STANDING)
     assert rig.code(full_point(1, 1.0, (1.5, 0.0), (0.0, 0.0))) == FAILURE
     (violation,) = rig.controller.referee.kept
@@ -188,8 +182,7 @@ def test_positions_and_velocities_that_no_motion_can_join_are_refused() -> None:
     assert violation.value == pytest.approx(8.0, rel=1e-4)
 
 
-def test_a_joint_that_could_not_stop_inside_its_range_is_refused() -> None:
-    rig = ControllerRig()
+def test_a_joint_that_could_not_stop_inside_its_range_is_refused(rig: ControllerRig) -> None:
     rig.stream(STANDING, full_point(1, 2.0, (1.5, 0.0), (1.0, 0.0)))
     assert rig.code(full_point(2, 2.45, (1.95, 0.0), (1.0, 0.0))) == FAILURE
     assert rig.violations == {ViolationKind.RANGE: 1}
@@ -206,28 +199,24 @@ def test_a_joint_that_could_not_stop_inside_its_range_is_refused() -> None:
         ratio_point(0, (0.0,) * 9 + (math.nan,), 1.0),
     ],
 )
-def test_no_number_of_a_point_may_be_infinite_or_none(bad: Point) -> None:
-    rig = ControllerRig()
+def test_no_number_of_a_point_may_be_infinite_or_none(bad: Point, rig: ControllerRig) -> None:
     assert rig.code(bad) == FAILURE
     assert rig.violations == {ViolationKind.NOT_FINITE: 1}
 
 
-def test_finite_numbers_whose_sum_is_not_are_judged_by_the_range() -> None:
-    rig = ControllerRig()
+def test_finite_numbers_whose_sum_is_not_are_judged_by_the_range(rig: ControllerRig) -> None:
     assert rig.code(full_point(0, 0.0, (1e308, 1e308))) == FAILURE
     assert rig.violations == {ViolationKind.RANGE: 1}
 
 
-def test_numbers_that_are_marked_invalid_are_not_looked_at() -> None:
-    rig = ControllerRig()
+def test_numbers_that_are_marked_invalid_are_not_looked_at(rig: ControllerRig) -> None:
     fields = ValidField.TIME | ValidField.POSITION
     point = full_point(0, 1.0, (0.1, 0.0), (math.nan, 99.0), valid_fields=fields)
     assert rig.code(point) == SUCCESS
 
 
 @pytest.mark.parametrize("velocity", [-0.1, 1.1])
-def test_a_speed_ratio_outside_0_to_1_is_refused(velocity: float) -> None:
-    rig = ControllerRig()
+def test_a_speed_ratio_outside_0_to_1_is_refused(velocity: float, rig: ControllerRig) -> None:
     assert rig.code(ratio_point(0, (0.0, 0.0), 1.0, velocity=velocity)) == FAILURE
     assert rig.violations == {ViolationKind.VELOCITY: 1}
 
@@ -255,14 +244,12 @@ def test_a_point_of_another_group_or_without_time_or_position_is_unusable(point:
     assert not rig.violations
 
 
-def test_values_beyond_the_robots_joints_are_only_worth_a_warning() -> None:
-    rig = ControllerRig()
+def test_values_beyond_the_robots_joints_are_only_worth_a_warning(rig: ControllerRig) -> None:
     assert rig.code(ratio_point(0, (0.0, 0.0, 7.0), 1.0)) == SUCCESS
     assert rig.controller.referee.events["stray-joint-values"] == 1
 
 
-def test_a_malformed_point_is_refused_and_the_motion_goes_on() -> None:
-    rig = ControllerRig()
+def test_a_malformed_point_is_refused_and_the_motion_goes_on(rig: ControllerRig) -> None:
     rig.stream(STANDING, full_point(1, 1.0, (0.5, 0.0)))
     rig.wait(100)
     fault = BodyFault("short", MsgType.JOINT_TRAJ_PT, 2, 0)
@@ -275,8 +262,7 @@ def test_the_referee_stores_the_first_and_counts_them_all() -> None:
     referee = Referee(keep=2)
     for n in range(5):
         referee.note(Violation(ViolationKind.NOT_FINITE, "j", math.nan, 0.0, n, 0.0, 1))
-    record = referee.as_dict()
-    assert record["violations"] == 5
+    assert referee.as_dict()["violations"] == 5
     assert [violation.sequence for violation in referee.kept] == [0, 1]
     assert referee.kept[0].as_dict()["value"] == "nan"
     assert "and 3 more" in str(referee)

@@ -44,17 +44,15 @@ def test_what_is_too_much_backwards_is_refused_as_it_is_forwards(kind: Violation
 @pytest.mark.parametrize("side", [1.0, -1.0])
 @pytest.mark.parametrize(("place", "code"), [(1.88, SUCCESS), (1.885, FAILURE)])
 def test_a_joint_must_be_able_to_stop_before_the_end_of_its_range(
-    side: float, place: float, code: int
+    side: float, place: float, code: int, rig: ControllerRig
 ) -> None:
     """At 1 rad/s and 4.2 rad/s², 5 % above its limit, it needs 0.119 rad of the way to 2 rad."""
-    rig = ControllerRig()
     rig.stream(STANDING, full_point(1, 2.0, (side * 1.5, 0.0), (side * 1.0, 0.0)))
     there = full_point(2, 2.0 + place - 1.5, (side * place, 0.0), (side * 1.0, 0.0))
     assert rig.code(there) == code
 
 
-def test_a_gap_to_the_first_point_is_closed_by_a_motion_and_by_no_jump() -> None:
-    rig = ControllerRig()
+def test_a_gap_to_the_first_point_is_closed_by_a_motion_and_by_no_jump(rig: ControllerRig) -> None:
     assert rig.code(full_point(0, 0.0, (0.008, 0.0))) == SUCCESS
     places = [0.0, *(state[0][0] for state in rig.states(300))]
     assert places[-1] == pytest.approx(0.008, abs=1e-6)

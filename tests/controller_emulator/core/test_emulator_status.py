@@ -38,8 +38,7 @@ def test_a_controller_that_was_just_switched_on_is_ready() -> None:
     )
 
 
-def test_in_motion_holds_exactly_from_the_start_to_the_last_point() -> None:
-    rig = ControllerRig()
+def test_in_motion_holds_exactly_from_the_start_to_the_last_point(rig: ControllerRig) -> None:
     rig.stream(*MOVE)
     assert rig.status.in_motion == 1
     rig.now += 1000 * MS - 1
@@ -67,8 +66,7 @@ def test_a_round_reports_position_then_position_velocity_and_acceleration() -> N
     assert feedback.time == 0.25
 
 
-def test_status_comes_with_every_tenth_round() -> None:
-    rig = ControllerRig()
+def test_status_comes_with_every_tenth_round(rig: ControllerRig) -> None:
     rounds = []
     for _ in range(30):
         rig.wait(10)
@@ -77,8 +75,7 @@ def test_status_comes_with_every_tenth_round() -> None:
     assert [n for n, has_status in enumerate(rounds) if has_status] == [0, 10, 20]
 
 
-def test_a_change_of_status_is_told_once_and_at_once() -> None:
-    rig = ControllerRig()
+def test_a_change_of_status_is_told_once_and_at_once(rig: ControllerRig) -> None:
     rig.controller.state_messages(rig.now)
     assert rig.controller.status_change(rig.now) is None
     rig.operate(OperatorAction.EMERGENCY_STOP)
@@ -88,8 +85,7 @@ def test_a_change_of_status_is_told_once_and_at_once() -> None:
     assert rig.controller.status_change(rig.now) is None
 
 
-def test_a_status_request_is_answered_whatever_its_body() -> None:
-    rig = ControllerRig()
+def test_a_status_request_is_answered_whatever_its_body(rig: ControllerRig) -> None:
     fault = BodyFault("empty", MsgType.STATUS, CommType.REQUEST, 0)
     reply = rig.controller.answer(Malformed(MsgType.STATUS, CommType.REQUEST, fault), rig.now)
     assert isinstance(reply, Status)
@@ -97,16 +93,14 @@ def test_a_status_request_is_answered_whatever_its_body() -> None:
 
 
 @pytest.mark.parametrize("comm_type", [CommType.TOPIC, CommType.REPLY, 4, -1])
-def test_nothing_but_a_request_is_answered(comm_type: int) -> None:
-    rig = ControllerRig()
+def test_nothing_but_a_request_is_answered(comm_type: int, rig: ControllerRig) -> None:
     status = rig.status
     status.comm_type = comm_type
     assert rig.controller.answer(status, rig.now) is None
     assert rig.controller.answer(Unasked(status), rig.now) is None
 
 
-def test_a_point_that_is_neither_request_nor_topic_is_ignored() -> None:
-    rig = ControllerRig()
+def test_a_point_that_is_neither_request_nor_topic_is_ignored(rig: ControllerRig) -> None:
     point = full_point(0, 0.0, (0.0, 0.0))
     point.comm_type = 4
     assert rig.send(point) == []
@@ -114,8 +108,7 @@ def test_a_point_that_is_neither_request_nor_topic_is_ignored() -> None:
     assert rig.controller.referee.events["points-accepted"] == 0
 
 
-def test_a_reply_that_nobody_asked_for_is_ignored() -> None:
-    rig = ControllerRig()
+def test_a_reply_that_nobody_asked_for_is_ignored(rig: ControllerRig) -> None:
     assert rig.send(Unasked(rig.status)) == []
 
 
@@ -128,10 +121,8 @@ def test_a_message_that_the_profile_does_not_take_is_refused() -> None:
     assert reply.reply_code == ReplyCode.FAILURE
 
 
-def test_the_operator_message_as_a_topic_is_obeyed_and_not_answered() -> None:
-    rig = ControllerRig()
-    event = OperatorEvent(OperatorAction.EMERGENCY_STOP, comm_type=CommType.TOPIC)
-    assert rig.send(event) == []
+def test_the_operator_message_as_a_topic_is_obeyed_and_not_answered(rig: ControllerRig) -> None:
+    assert rig.send(OperatorEvent(OperatorAction.EMERGENCY_STOP, comm_type=CommType.TOPIC)) == []
     assert rig.status.e_stopped == 1
 
 

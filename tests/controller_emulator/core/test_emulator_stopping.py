@@ -139,8 +139,7 @@ def test_reset_is_refused_while_the_axes_move() -> None:
     assert rig.status.e_stopped == 1
 
 
-def test_the_operator_message_is_obeyed_only_where_it_is_enabled() -> None:
-    rig = ControllerRig()
+def test_the_operator_message_is_obeyed_only_where_it_is_enabled(rig: ControllerRig) -> None:
     assert rig.code(OperatorEvent(E_STOP)) == SUCCESS
     assert rig.status.e_stopped == 1
     assert rig.code(OperatorEvent(77)) == FAILURE
@@ -149,8 +148,7 @@ def test_the_operator_message_is_obeyed_only_where_it_is_enabled() -> None:
     assert rig.status.e_stopped == 0
 
 
-def test_an_under_run_starts_the_ramp_at_the_time_of_the_last_point() -> None:
-    rig = ControllerRig()
+def test_an_under_run_starts_the_ramp_at_the_time_of_the_last_point(rig: ControllerRig) -> None:
     rig.stream(*RAMP_UP[:2])
     rig.wait(500)
     at_point = rig.position
@@ -163,8 +161,7 @@ def test_an_under_run_starts_the_ramp_at_the_time_of_the_last_point() -> None:
 
 
 def test_a_stream_that_ends_too_fast_to_stop_at_its_last_point_runs_dry() -> None:
-    rule = StartRule(points=3, lead=0, wait=20 * MS, patience=20 * MS)
-    rig = ControllerRig(start_rule=rule)
+    rig = ControllerRig(start_rule=StartRule(points=3, lead=0, wait=20 * MS, patience=20 * MS))
     speeding_up = (0.02, 0.08, 0.18, 0.30, 0.42)
     rig.stream(*(ratio_point(n, (q, 0.0), 0.1) for n, q in enumerate(speeding_up)))
     rig.wait(600)
@@ -215,8 +212,7 @@ def test_a_stop_that_would_leave_the_range_brakes_that_joint_harder() -> None:
     assert ramp.duration == pytest.approx(0.5)
 
 
-def test_stopping_at_rest_takes_no_time() -> None:
-    rig = ControllerRig()
+def test_stopping_at_rest_takes_no_time(rig: ControllerRig) -> None:
     rig.send(STOP)
     assert not rig.status.in_motion
     assert rig.status.motion_possible

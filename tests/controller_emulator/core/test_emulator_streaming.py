@@ -34,15 +34,13 @@ SMOOTH = (
 )
 
 
-def test_each_point_is_answered_with_a_bare_reply_of_its_own_type() -> None:
-    rig = ControllerRig()
+def test_each_point_is_answered_with_a_bare_reply_of_its_own_type(rig: ControllerRig) -> None:
     assert rig.send(SMOOTH[0]) == [(LINK, 14, SUCCESS)]
     assert rig.send(ratio_point(1, (0.1, 0.1), 1.0)) == [(LINK, 11, SUCCESS)]
     assert all(isinstance(message, HeaderOnly) for _, message in rig.sent)
 
 
-def test_points_are_passed_at_their_times_with_their_velocities() -> None:
-    rig = ControllerRig()
+def test_points_are_passed_at_their_times_with_their_velocities(rig: ControllerRig) -> None:
     assert rig.stream(*SMOOTH) == [SUCCESS] * 3
     rig.wait(500)
     position, velocity, _ = rig.state
@@ -52,8 +50,7 @@ def test_points_are_passed_at_their_times_with_their_velocities() -> None:
     assert rig.state == ((0.5, -0.25), (0.0, 0.0), (0.0, 0.0))
 
 
-def test_accelerations_are_passed_where_they_are_given() -> None:
-    rig = ControllerRig()
+def test_accelerations_are_passed_where_they_are_given(rig: ControllerRig) -> None:
     rig.stream(
         full_point(0, 0.0, (0.0, 0.0), (0.0, 0.0), (1.0, 0.0)),
         full_point(1, 0.5, (0.125, 0.0), (0.5, 0.0), (1.0, 0.0)),
@@ -74,10 +71,7 @@ def test_one_long_wait_equals_many_short_ones() -> None:
 
 def test_the_point_times_of_four_byte_reals_read_as_the_decimals_that_were_meant() -> None:
     rig = ControllerRig()
-    rig.stream(
-        full_point(0, 0.0, (0.0, 0.0)),
-        full_point(1, 0.07000000029802322, (0.0, 0.0)),
-    )
+    rig.stream(full_point(0, 0.0, (0.0, 0.0)), full_point(1, 0.07000000029802322, (0.0, 0.0)))
     rig.now = 70 * MS
     rig.wait(0)
     assert not rig.status.in_motion
@@ -116,16 +110,14 @@ def test_a_point_without_velocity_is_passed_at_speed_if_its_successor_is_known()
     assert velocity[0] == pytest.approx(0.2, abs=1e-6)
 
 
-def test_a_point_without_velocity_and_successor_is_a_point_of_rest() -> None:
-    rig = ControllerRig()
+def test_a_point_without_velocity_and_successor_is_a_point_of_rest(rig: ControllerRig) -> None:
     rig.stream(ratio_point(0, (0.2, 0.0), 1.0))
     rig.wait(1000)
     assert rig.state[1] == (0.0, 0.0)
     assert not rig.status.in_error
 
 
-def test_a_late_point_goes_on_from_rest_in_its_own_time() -> None:
-    rig = ControllerRig()
+def test_a_late_point_goes_on_from_rest_in_its_own_time(rig: ControllerRig) -> None:
     rig.stream(ratio_point(0, (0.2, 0.0), 1.0))
     rig.wait(5000)
     assert rig.stream(ratio_point(1, (0.4, 0.0), 1.0)) == [SUCCESS]
@@ -150,8 +142,7 @@ def test_a_stream_on_a_slow_line_runs_dry_and_is_no_violation(gap: float) -> Non
 
 
 def test_a_stream_that_fell_behind_at_a_point_of_rest_is_waited_for_again() -> None:
-    rule = StartRule(points=1, lead=0, wait=0, patience=200 * MS)
-    rig = ControllerRig(start_rule=rule)
+    rig = ControllerRig(start_rule=StartRule(points=1, lead=0, wait=0, patience=200 * MS))
     rig.stream(ratio_point(0, (0.1, 0.0), 1.0))
     rig.wait(500)
     # From rest to rest this would need 8 rad/s²: it begins as soon as the next point is known.
@@ -172,8 +163,7 @@ def test_a_joint_at_the_end_of_its_range_is_reached_without_overshoot() -> None:
     assert max(state[0][0] for state in rig.states(4800, step=10)) <= 2.0
 
 
-def test_a_new_trajectory_is_queued_behind_the_running_one() -> None:
-    rig = ControllerRig()
+def test_a_new_trajectory_is_queued_behind_the_running_one(rig: ControllerRig) -> None:
     rig.stream(*SMOOTH)
     rig.wait(600)
     assert rig.stream(full_point(0, 0.0, (0.5, -0.25)), full_point(1, 0.5, (0.4, -0.25))) == [
@@ -194,8 +184,7 @@ def test_an_identical_repeat_of_the_last_point_is_accepted_and_not_moved_twice()
     assert not rig.violations
 
 
-def test_a_client_that_lost_its_link_at_rest_may_repeat_and_go_on() -> None:
-    rig = ControllerRig()
+def test_a_client_that_lost_its_link_at_rest_may_repeat_and_go_on(rig: ControllerRig) -> None:
     rig.stream(ratio_point(0, (0.2, 0.0), 1.0))
     rig.wait(1500)
     rig.lose()
@@ -204,8 +193,7 @@ def test_a_client_that_lost_its_link_at_rest_may_repeat_and_go_on() -> None:
 
 
 @pytest.mark.parametrize("sequence", [2, 5, -7, -3])
-def test_a_gap_in_the_sequence_breaks_the_motion_off(sequence: int) -> None:
-    rig = ControllerRig()
+def test_a_gap_in_the_sequence_breaks_the_motion_off(sequence: int, rig: ControllerRig) -> None:
     rig.stream(SMOOTH[0])
     if sequence == -3:
         rig = ControllerRig()
@@ -223,13 +211,11 @@ def test_what_is_under_way_of_a_broken_trajectory_is_refused_but_not_counted() -
 
 def test_a_lenient_controller_takes_points_in_order_of_arrival() -> None:
     rig = ControllerRig(is_strict=False)
-    codes = rig.stream(*(ratio_point(n, (0.1, 0.1), 1.0) for n in (3, 7, 4)))
-    assert codes == [SUCCESS] * 3
+    assert rig.stream(*(ratio_point(n, (0.1, 0.1), 1.0) for n in (3, 7, 4))) == [SUCCESS] * 3
     assert not rig.violations
 
 
-def test_a_new_trajectory_clears_the_error_of_the_last_one() -> None:
-    rig = ControllerRig()
+def test_a_new_trajectory_clears_the_error_of_the_last_one(rig: ControllerRig) -> None:
     rig.stream(ratio_point(5, (0.1, 0.1), 1.0))
     assert rig.status.in_error
     rig.stream(ratio_point(0, (0.1, 0.1), 1.0))
@@ -237,8 +223,7 @@ def test_a_new_trajectory_clears_the_error_of_the_last_one() -> None:
     assert rig.status.error_code == ErrorCode.NONE
 
 
-def test_streaming_may_start_and_end_with_the_special_sequences() -> None:
-    rig = ControllerRig()
+def test_streaming_may_start_and_end_with_the_special_sequences(rig: ControllerRig) -> None:
     codes = rig.stream(
         ratio_point(-2, (0.1, 0.0), 1.0),
         ratio_point(1, (0.2, 0.0), 1.0),
@@ -250,8 +235,7 @@ def test_streaming_may_start_and_end_with_the_special_sequences() -> None:
     assert not rig.status.in_motion
 
 
-def test_only_the_link_that_owns_the_motion_may_add_points() -> None:
-    rig = ControllerRig()
+def test_only_the_link_that_owns_the_motion_may_add_points(rig: ControllerRig) -> None:
     rig.stream(*SMOOTH)
     rig.wait(100)
     assert rig.code(ratio_point(0, (0.1, 0.1), 1.0), link=2) == FAILURE
@@ -265,23 +249,20 @@ def trajectory(*joints: tuple[float, float], duration: float = 1.0) -> JointTraj
     return JointTraj(tuple(points))
 
 
-def test_a_whole_trajectory_in_one_message_is_moved_to_its_end() -> None:
-    rig = ControllerRig()
+def test_a_whole_trajectory_in_one_message_is_moved_to_its_end(rig: ControllerRig) -> None:
     assert rig.code(trajectory((0.1, 0.0), (0.2, 0.0))) == SUCCESS
     rig.wait(2000)
     assert rig.position[0] == pytest.approx(0.2, abs=1e-7)
 
 
-def test_a_whole_trajectory_is_taken_entirely_or_not_at_all() -> None:
-    rig = ControllerRig()
+def test_a_whole_trajectory_is_taken_entirely_or_not_at_all(rig: ControllerRig) -> None:
     assert rig.code(trajectory((0.1, 0.0), (5.0, 0.0))) == FAILURE
     rig.wait(2000)
     assert rig.position == (0.0, 0.0)
     assert rig.violations == {ViolationKind.RANGE: 1}
 
 
-def test_questions_are_answered_and_unknown_requests_refused() -> None:
-    rig = ControllerRig()
+def test_questions_are_answered_and_unknown_requests_refused(rig: ControllerRig) -> None:
     assert rig.send(Ping()) == [(LINK, 1, SUCCESS)]
     assert rig.send(GetVersion()) == [(LINK, 2, SUCCESS)]
     assert rig.send(rig.status) == []

@@ -182,9 +182,7 @@ def test_whatever_a_bounded_motion_does_its_ends_can_be_joined_within_the_bounds
 
 
 NUMBER = st.one_of(
-    st.floats(-2, 2, width=32),
-    st.floats(width=32),
-    st.sampled_from((0.0, 0.005, 0.01, 0.1)),
+    st.floats(-2, 2, width=32), st.floats(width=32), st.sampled_from((0.0, 0.005, 0.01, 0.1))
 )
 
 

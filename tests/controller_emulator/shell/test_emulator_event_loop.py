@@ -31,10 +31,7 @@ def test_who_asks_for_uvloop_gets_a_loop_of_it() -> None:
 
 @pytest.mark.parametrize("asked", ["argument", "file"])
 def test_without_uvloop_the_extra_that_brings_it_is_named(
-    asked: str,
-    tmp_path: Path,
-    monkeypatch: pytest.MonkeyPatch,
-    capsys: pytest.CaptureFixture[str],
+    asked: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
     monkeypatch.setitem(sys.modules, "uvloop", None)
     file = tmp_path / "cell.toml"

@@ -99,7 +99,11 @@ def test_scenario_events_become_due_at_their_times_in_order(tmp_path: Path) -> N
 
 @pytest.mark.parametrize(
     "text",
-    ["[[event]]\nat = -1\naction = 'reset'\n", "[[event]]\nat = 1\naction = 'dance'\n", "x = 1\n"],
+    [
+        "[[event]]\nat = -1\naction = 'reset'\n",
+        "[[event]]\nat = 1\naction = 'dance'\n",
+        "x = 1\n",
+    ],
 )
 def test_a_scenario_that_is_not_understood_is_refused(tmp_path: Path, text: str) -> None:
     with pytest.raises(EmulatorSettingsError, match="scenario"):

@@ -129,15 +129,13 @@ async def test_points_are_answered_and_moved_through(start: Start) -> None:
 
 
 async def test_a_big_endian_client_is_answered_in_its_own_order(start: Start) -> None:
-    emulator = await start()
-    peer = await emulator.motion()
+    peer = await (await start()).motion()
     peer.connection = Connection(Role.CLIENT, PENDANT, ByteOrder.BIG)
     assert message_type(await peer.ask(Ping())) == 1
 
 
 async def test_requests_are_understood_byte_by_byte(start: Start) -> None:
-    emulator = await start()
-    peer = await emulator.motion()
+    peer = await (await start()).motion()
     for byte in peer.connection.send(ratio_point(0, (0.1, 0.1), 1.0)):
         peer.writer.write(bytes([byte]))
         await asyncio.sleep(0.001)
@@ -147,8 +145,7 @@ async def test_requests_are_understood_byte_by_byte(start: Start) -> None:
 
 
 async def test_a_listener_gets_reports_at_the_rate_that_was_set(start: Start) -> None:
-    emulator = await start(rate=50)
-    peer = await emulator.state()
+    peer = await (await start(rate=50)).state()
     await asyncio.sleep(2.001)
     received: list[Received] = []
     while not received or len(received) < 200:
@@ -171,18 +168,15 @@ async def test_a_listener_is_told_of_an_emergency_stop_at_once(start: Start) -> 
 
 
 async def test_the_operator_message_is_unknown_where_it_is_disabled(start: Start) -> None:
-    emulator = await start(operator_events=False)
-    peer = await emulator.motion()
+    peer = await (await start(operator_events=False)).motion()
     event = OperatorEvent(OperatorAction.EMERGENCY_STOP)
     assert (await peer.ask(event)).reply_code == ReplyCode.FAILURE
 
 
 async def test_the_state_port_answers_questions_and_refuses_points(start: Start) -> None:
-    emulator = await start(rate=1)
-    peer = await emulator.state()
+    peer = await (await start(rate=1)).state()
     assert message_type(await peer.ask(Ping())) == 1
-    reply = await peer.ask(ratio_point(0, (0.1, 0.1), 1.0))
-    assert reply.reply_code == ReplyCode.FAILURE
+    assert (await peer.ask(ratio_point(0, (0.1, 0.1), 1.0))).reply_code == ReplyCode.FAILURE
 
 
 @pytest.mark.parametrize("how", ["close", "reset"])
@@ -207,7 +201,13 @@ async def test_a_lost_link_stops_the_motion_within_a_tick(start: Start, how: str
 
 @pytest.mark.parametrize(
     "garbage",
-    [b"\0\0\0\0", b"\xff\xff\xff\xff", b"GET / HTTP/1.1\r\n", b"\x08\0\0\0", b"\0\x10\0\0"],
+    [
+        b"\0\0\0\0",
+        b"\xff\xff\xff\xff",
+        b"GET / HTTP/1.1\r\n",
+        b"\x08\0\0\0",
+        b"\0\x10\0\0",
+    ],
 )
 async def test_a_framing_fault_closes_the_link_and_only_that(start: Start, garbage: bytes) -> None:
     emulator = await start()
@@ -218,8 +218,7 @@ async def test_a_framing_fault_closes_the_link_and_only_that(start: Start, garba
 
 
 async def test_a_frame_that_is_not_completed_within_a_second_closes_the_link(start: Start) -> None:
-    emulator = await start()
-    peer = await emulator.motion()
+    peer = await (await start()).motion()
     for byte in STOP_FRAME[:30]:
         peer.writer.write(bytes([byte]))
         await asyncio.sleep(0.05)
@@ -227,8 +226,7 @@ async def test_a_frame_that_is_not_completed_within_a_second_closes_the_link(sta
 
 
 async def test_a_client_whose_reads_always_end_inside_a_frame_is_kept(start: Start) -> None:
-    emulator = await start()
-    peer = await emulator.motion()
+    peer = await (await start()).motion()
     peer.writer.write(STOP_FRAME[:10])
     for _ in range(30):
         peer.writer.write(STOP_FRAME[10:] + STOP_FRAME[:10])
@@ -237,8 +235,7 @@ async def test_a_client_whose_reads_always_end_inside_a_frame_is_kept(start: Sta
 
 
 async def test_silence_between_frames_is_legal(start: Start) -> None:
-    emulator = await start()
-    peer = await emulator.motion()
+    peer = await (await start()).motion()
     await peer.ask(Ping())
     await asyncio.sleep(60)
     assert message_type(await peer.ask(Ping())) == 1
@@ -253,8 +250,7 @@ async def test_connections_beyond_the_cap_are_closed(start: Start) -> None:
 
 
 async def test_a_flood_of_pings_is_answered_to_the_last(start: Start) -> None:
-    emulator = await start()
-    peer = await emulator.motion()
+    peer = await (await start()).motion()
     peer.writer.write(b"".join(peer.connection.send(Ping()) for _ in range(500)))
     for _ in range(500):
         assert message_type(_message(await peer.receive())) == 1
@@ -323,8 +319,7 @@ async def test_one_that_was_told_in_the_other_order_is_closed_and_told_rightly_t
 
 
 async def test_a_listener_that_asks_is_told_in_its_own_order_from_then_on(start: Start) -> None:
-    emulator = await start()
-    listener = await emulator.state(ByteOrder.BIG)
+    listener = await (await start()).state(ByteOrder.BIG)
     await asyncio.sleep(0.05)
     listener.writer.write(listener.connection.send(Ping()))
     answer = struct.pack(">4i", 12, 1, 3, 1)

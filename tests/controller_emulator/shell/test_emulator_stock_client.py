@@ -57,8 +57,7 @@ def test_any_other_duration_is_meant(duration: float) -> None:
 
 
 def test_a_first_point_far_away_is_still_within_the_limits() -> None:
-    rig = ControllerRig()
-    assert rig.code(ratio_point(0, (3.0, 0.0), PLACEHOLDER)) is FAILURE
+    assert ControllerRig().code(ratio_point(0, (3.0, 0.0), PLACEHOLDER)) is FAILURE
 
 
 @pytest.mark.parametrize("is_wanted", [True, False])

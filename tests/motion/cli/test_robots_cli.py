@@ -52,8 +52,7 @@ def unseen_robot(tmp_path: Path) -> Path:
 def test_fk_prints_the_pose_as_one_json_line(capsys: Capture) -> None:
     home = serial_robot("ur5").home_position
     pose = Kinematics(serial_robot("ur5")).forward(home)
-    found = answer(capsys, "fk", "ur5", "--joints", HOME_UR5)
-    assert found == {
+    assert answer(capsys, "fk", "ur5", "--joints", HOME_UR5) == {
         "xyz": pose.position.tolist(),
         "quat": pose.quaternion.tolist(),
         "frame": "base",

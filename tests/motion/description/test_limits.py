@@ -118,11 +118,7 @@ def test_rounding_up_to_four_bytes_gives_the_least_real_that_is_not_below(value:
         assert below < value or value == ceiling
 
 
-@given(
-    st.floats(-1e6, 1e6),
-    st.floats(1e-6, 1e6),
-    st.floats(0.0, 1.0),
-)
+@given(st.floats(-1e6, 1e6), st.floats(1e-6, 1e6), st.floats(0.0, 1.0))
 def test_a_legal_value_stays_legal_after_the_wire_rounds_it(
     lower: float, width: float, fraction: float
 ) -> None:

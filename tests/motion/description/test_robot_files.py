@@ -26,12 +26,7 @@ from openpendant.motion.description.robot import (
     serial_robot,
 )
 from openpendant.motion.description.yaml_file import MAX_FILE_BYTES, read_mapping
-from openpendant.motion.errors import (
-    RobotFileError,
-    UnknownRobot,
-    UnsupportedKind,
-    WrongJointCount,
-)
+from openpendant.motion.errors import RobotFileError, UnknownRobot, UnsupportedKind, WrongJointCount
 
 SERIAL = tuple(name for name in robot_names() if name != "stewart_classroom")
 COUPLED = {

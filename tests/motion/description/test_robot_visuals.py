@@ -156,8 +156,7 @@ def test_the_facets_of_a_solid_close_it_and_face_outwards(form: ShapeForm) -> No
         ShapeForm.SPHERE: 4 / 3 * math.pi * radius**3,
     }[form]
     assert volume == pytest.approx(exact, rel=0.05)
-    extents = np.ptp(np.vstack(corners), axis=0)
-    assert extents == pytest.approx(size, rel=0.02)
+    assert np.ptp(np.vstack(corners), axis=0) == pytest.approx(size, rel=0.02)
 
 
 @pytest.mark.parametrize("perspective", [False, True])

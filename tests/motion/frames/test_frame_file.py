@@ -141,7 +141,10 @@ def test_a_malformed_file_is_refused_in_one_line_that_names_file_and_field(
 
 @pytest.mark.parametrize(
     ("content", "words"),
-    [(b"\xff\xfe", "UTF-8"), (b" " * (MAX_FILE_BYTES + 1), f"{MAX_FILE_BYTES} bytes")],
+    [
+        (b"\xff\xfe", "UTF-8"),
+        (b" " * (MAX_FILE_BYTES + 1), f"{MAX_FILE_BYTES} bytes"),
+    ],
 )
 def test_a_file_that_is_no_text_is_refused(tmp_path: Path, content: bytes, words: str) -> None:
     path = tmp_path / "frames.json"

@@ -43,7 +43,13 @@ def test_now_is_the_newest_sample(history: FrameHistory) -> None:
 
 @pytest.mark.parametrize(
     ("time", "x", "yaw"),
-    [(1.0, 0.0, 0.0), (1.5, 0.5, 0.05), (2.0, 1.0, 0.1), (2.25, 1.25, 0.15), (3.0, 2.0, 0.3)],
+    [
+        (1.0, 0.0, 0.0),
+        (1.5, 0.5, 0.05),
+        (2.0, 1.0, 0.1),
+        (2.25, 1.25, 0.15),
+        (3.0, 2.0, 0.3),
+    ],
 )
 def test_between_samples_a_frame_goes_straight_and_turns_evenly(
     history: FrameHistory, time: float, x: float, yaw: float

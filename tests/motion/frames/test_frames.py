@@ -78,8 +78,7 @@ def test_a_change_leaves_the_old_tree_as_it_was(tree: FrameTree) -> None:
 
 def test_frames_and_tools_are_listed_apart_parents_first(tree: FrameTree) -> None:
     moved = tree.move("bin", THERE, parent="hole")
-    names = [frame.name for frame in moved.user_frames]
-    assert names == ["table", "part", "hole", "bin"]
+    assert [frame.name for frame in moved.user_frames] == ["table", "part", "hole", "bin"]
     assert [tool.name for tool in moved.tools] == ["gripper", "torch"]
 
 

@@ -5,8 +5,6 @@ distance may dip between two places; so what is left of the speed is the root of
 (distance - 6 mm) / 14 mm, of 0.25 m/s of closing.
 """
 
-from __future__ import annotations
-
 import math
 from collections.abc import Mapping
 
@@ -114,8 +112,7 @@ class TestLook:
         assert guard.look((0.1, 0.15)) == pytest.approx({0: 0.025})
 
     def test_looks_again_from_where_it_looked_last(self) -> None:
-        bodies = BodiesOnRails(standing_at(0.5))
-        guard = CollisionGuard(bodies.model)
+        guard = CollisionGuard(BodiesOnRails(standing_at(0.5)).model)
         for place in (0.0, 0.3, 0.4, 0.461):
             found = guard.look((place, 0.0))
         assert found == pytest.approx({0: 0.039})

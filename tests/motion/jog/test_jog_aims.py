@@ -1,7 +1,5 @@
 """Changes of aim while a robot moves, releases, and what is told of them."""
 
-from __future__ import annotations
-
 import math
 from itertools import pairwise
 

@@ -1,7 +1,5 @@
 """The bounds of a jog's ticks, one by one: by numbers that are worked out by hand."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Callable, Sequence
 from itertools import pairwise
@@ -58,10 +56,7 @@ class TestSpeedBounds:
         ],
     )
     def test_are_those_of_the_joint_that_leaves_least(
-        self,
-        rate: Sequence[float],
-        before: Sequence[float],
-        bounds: tuple[float, float],
+        self, rate: Sequence[float], before: Sequence[float], bounds: tuple[float, float]
     ) -> None:
         assert speed_bounds(LIMITS, rate, before, DT) == pytest.approx(bounds)
 
@@ -116,7 +111,10 @@ class TestPointSpeeds:
 
     @pytest.mark.parametrize(
         ("tool", "elbow", "reason"),
-        [(0.3, 0.1, JogSlowdown.TOOL_SPEED), (0.1, 0.3, JogSlowdown.ELBOW_SPEED)],
+        [
+            (0.3, 0.1, JogSlowdown.TOOL_SPEED),
+            (0.1, 0.3, JogSlowdown.ELBOW_SPEED),
+        ],
     )
     def test_the_faster_of_both_counts(
         self, tool: float, elbow: float, reason: JogSlowdown
@@ -288,8 +286,7 @@ class TestStopSurroundings:
             watches_posture=True,
         )
         ahead_of = StopOutlook([0.25, 0.0], [0.0025, 0.0], [0.01, 0.0], 0.01)
-        surroundings = StopSurroundings(cast(JogModel, model))
-        found = surroundings.left(DT, [0.0, 0.0], [0.25, 0.0], ahead_of)
+        found = StopSurroundings(cast(JogModel, model)).left(DT, [0.0, 0.0], [0.25, 0.0], ahead_of)
         return None if found is None else (found[0], found[1].reason)
 
     @pytest.mark.parametrize(

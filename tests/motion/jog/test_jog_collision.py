@@ -1,7 +1,5 @@
 """Promise 16: jogs among bodies, from free places and from contact."""
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
 from promises.promise_table import figure
@@ -42,8 +40,7 @@ def block_below(clearance: float) -> CollisionModel:
     """A block so far below the tool of the bent UR5, and nothing else near."""
     kinematics = ur5()
     x, y, _ = kinematics.forward(UR5_BENT).position.tolist()
-    block = SceneObject("block", Box((0.2, 0.2, 0.1)), (x, y, -1.0))
-    scene = Scene((block,))
+    scene = Scene((SceneObject("block", Box((0.2, 0.2, 0.1)), (x, y, -1.0)),))
     model = CollisionModel(kinematics, scene)
     pairs = [index for index, pair in enumerate(model.pairs) if "block" in pair]
     low, high = -1.0, 1.0

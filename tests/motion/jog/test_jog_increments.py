@@ -1,5 +1,3 @@
-from __future__ import annotations
-
 import math
 
 import numpy as np
@@ -8,11 +6,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from openpendant.motion.errors import BadArgument, NotFinite
-from openpendant.motion.jog.jog_commands import (
-    shifted,
-    turned,
-    with_rpy_changed,
-)
+from openpendant.motion.jog.jog_commands import shifted, turned, with_rpy_changed
 from openpendant.motion.orientation import roll_pitch_yaw
 from openpendant.motion.pose import Pose
 
@@ -49,8 +43,7 @@ def test_a_turn_is_about_an_axis_of_the_frame_and_stays_in_place(
 
 
 def test_a_turn_is_right_handed() -> None:
-    after = turned(Pose.identity(), (0.0, 0.0, 0.1))
-    assert after.rotation[1, 0] == pytest.approx(math.sin(0.1))
+    assert turned(Pose.identity(), (0.0, 0.0, 0.1)).rotation[1, 0] == pytest.approx(math.sin(0.1))
 
 
 @given(poses, poses, st.tuples(*[st.floats(-0.2, 0.2)] * 3))
@@ -68,8 +61,7 @@ def test_values_of_roll_pitch_and_yaw_change_by_the_amounts(
 def test_the_two_things_called_a_are_not_one() -> None:
     pose = Pose.from_rpy((0.1, 0.2, 0.3), (0.3, 0.5, 0.7))
     by_axis = turned(pose, (0.1, 0.0, 0.0))
-    by_value = with_rpy_changed(pose, (0.1, 0.0, 0.0))
-    assert by_axis.rotation_distance(by_value) > 0.01
+    assert by_axis.rotation_distance(with_rpy_changed(pose, (0.1, 0.0, 0.0))) > 0.01
 
 
 def test_what_is_malformed_is_refused() -> None:

@@ -1,7 +1,5 @@
 """Joint jogs: several joints, the ends of their ranges, stops, reduced speed."""
 
-from __future__ import annotations
-
 import math
 
 import numpy as np
@@ -57,8 +55,7 @@ def test_a_joint_rests_just_before_the_end_of_its_range(name: str, dt: float) ->
 @pytest.mark.parametrize("ticks", [46, 50, 58, 70])
 def test_a_tool_that_the_stop_itself_makes_faster_keeps_to_reduced_speed(ticks: int) -> None:
     # The fourth joint swings the tool outwards while it brakes; found by the chains of presses.
-    start = [2.756, -0.5427, -1.327, -2.4827, -2.0776, 5.0408]
-    watched = referee("abb_irb120", start, REDUCED)
+    watched = referee("abb_irb120", [2.756, -0.5427, -1.327, -2.4827, -2.0776, 5.0408], REDUCED)
     watched.run(JointJog((0.0, 0.15, 0.0, 1.0, 0.0, -0.05)), ticks)
     watched.rest(None)
     assert not watched.faults
@@ -67,8 +64,7 @@ def test_a_tool_that_the_stop_itself_makes_faster_keeps_to_reduced_speed(ticks: 
 
 def test_the_other_joints_go_on_when_one_is_held() -> None:
     limits = robot("ur5").limits
-    start = [limits.upper[0] - 0.05, *UR5_BENT[1:]]
-    watched = referee("ur5", start, FAST)
+    watched = referee("ur5", [limits.upper[0] - 0.05, *UR5_BENT[1:]], FAST)
     step = watched.run(JointJog((1.0, 0.0, 0.0, 0.0, 0.0, 1.0)), 80)
     assert step.velocity[0] == 0.0
     assert step.velocity[5] > 0.9 * limits.velocity[5]
@@ -126,8 +122,7 @@ def test_from_beyond_a_limit_the_way_leads_back_only() -> None:
     assert held.reason is JogSlowdown.JOINT_LIMIT
     assert held.retreat is not None
     assert held.retreat.joints == (-1.0, 0.0, 0.0, 0.0, 0.0, 0.0)
-    back = watched.run(JointJog(held.retreat.joints), 100)
-    assert back.position[0] < limits.upper[0]
+    assert watched.run(JointJog(held.retreat.joints), 100).position[0] < limits.upper[0]
     assert not watched.faults
 
 

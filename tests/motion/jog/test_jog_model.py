@@ -1,7 +1,5 @@
 """Of what robots there are jogs."""
 
-from __future__ import annotations
-
 from typing import cast
 
 import pytest

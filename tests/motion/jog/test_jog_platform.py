@@ -1,7 +1,5 @@
 """Jogs of the Stewart platform: by legs and by pose, within all its limits."""
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
 from rigs.motion.jog_referee import Referee, line_error
@@ -69,8 +67,7 @@ def test_a_leg_jog_stays_in_the_workspace_and_is_left_by_what_is_suggested(
     assert inside(step.position)
     assert step.retreat is not None
     assert step.retreat.joints is not None
-    out = watched.run(JointJog(step.retreat.joints), 50)
-    assert not out.at_rest
+    assert not watched.run(JointJog(step.retreat.joints), 50).at_rest
     assert not watched.faults
 
 

@@ -1,7 +1,5 @@
 """Promises 11 and 14: into limits and singularities, never beyond, and always out within 1 s."""
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
 from promises.promise_table import figure

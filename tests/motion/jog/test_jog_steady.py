@@ -1,7 +1,5 @@
 """A tool jog that goes on at one speed: what is proven once for many ticks, and its bounds."""
 
-from __future__ import annotations
-
 import math
 
 import numpy as np

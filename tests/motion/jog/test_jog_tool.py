@@ -1,7 +1,5 @@
 """Tool jogs: lines, turns, frames, singularities, arms of few and of many axes."""
 
-from __future__ import annotations
-
 import math
 
 import numpy as np
@@ -63,8 +61,7 @@ def test_a_user_frame_turns_the_directions() -> None:
 
 
 def test_the_tools_own_axes_move_along() -> None:
-    caps = JogCaps(tool_speed=0.1, rotation_speed=0.4)
-    watched = referee("ur5", UR5_BENT, caps)
+    watched = referee("ur5", UR5_BENT, JogCaps(tool_speed=0.1, rotation_speed=0.4))
     step = watched.run(ToolJog((1.0, 0.0, 0.0), (0.0, 0.0, 1.0), axes=None), 100)
     before, after = robot("ur5").forward(UR5_BENT), robot("ur5").forward(step.position)
     # A screw of pitch zero: the tool goes round a circle of radius v/ω in its own x-y plane.
@@ -121,14 +118,17 @@ def test_promise_14_a_line_slows_and_halts_before_a_singularity() -> None:
         off, turned = line_error(robot("ur5"), UR5_BENT, Z, each)
         assert off < 1e-5
         assert turned < 1e-5
-    back = watched.run(ToolJog((0.0, 0.0, -1.0)), 50)
-    assert back.scale == 1.0
+    assert watched.run(ToolJog((0.0, 0.0, -1.0)), 50).scale == 1.0
     assert not watched.faults
 
 
 @pytest.mark.parametrize(
     "wrist",
-    [1e-3, -0.05, *(pytest.param(each, marks=pytest.mark.soak) for each in (-1e-3, 5e-3, 0.02))],
+    [
+        1e-3,
+        -0.05,
+        *(pytest.param(each, marks=pytest.mark.soak) for each in (-1e-3, 5e-3, 0.02)),
+    ],
 )
 def test_promise_14_a_tool_jog_leads_out_of_a_wrist_singularity(wrist: float) -> None:
     start = [*robot("kuka_kr5_arc").home_position[:4], wrist, 0.3]

@@ -1,7 +1,5 @@
 """The parts of a tool jog's way: the elbow's speed, the path of poses, a cell's inequalities."""
 
-from __future__ import annotations
-
 import math
 
 import numpy as np
@@ -105,10 +103,7 @@ def test_a_joint_that_turns_round_within_a_cell_is_found() -> None:
 
 def test_slowing_and_speeding_up_use_the_whole_acceleration_and_no_more() -> None:
     node = cell()
-    for ends in (
-        (slowed(node.rows, 0.5, 100.0), 0.5),
-        (0.5, sped_up(node.rows, 0.5, 100.0)),
-    ):
+    for ends in ((slowed(node.rows, 0.5, 100.0), 0.5), (0.5, sped_up(node.rows, 0.5, 100.0))):
         worst = max(abs(a * ends[0] + b * ends[1]) / limit for a, b, limit in node.rows)
         assert worst == pytest.approx(1.0, abs=1e-6)
     assert slowed(node.rows, 0.5, 0.3) == 0.3

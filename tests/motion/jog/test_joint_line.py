@@ -1,7 +1,5 @@
 """What a joint jog knows of its line for many ticks is no more than each tick would tell."""
 
-from __future__ import annotations
-
 import math
 
 import numpy as np

@@ -1,7 +1,5 @@
 """How fast joints can move the elbow, on an arm that grows by a slide which follows its rail."""
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
 from rigs.motion.loaded_robots import load_robot

@@ -1,7 +1,5 @@
 """The bound of the points' speeds along a line: never below them, hardly above, from few looks."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Sequence
 
@@ -136,8 +134,7 @@ def test_one_joint_alone_is_looked_at_but_once() -> None:
 
 def test_a_coupled_joint_bends_the_way_of_another() -> None:
     """The IRB 4400 turns two axes of its model with the key of one joint."""
-    points = LinePoints(kinematics("abb_irb4400l30"))
-    assert min(points.bends([0.0, 0.5, 0.0, 0.0, 0.0, 0.0])) > 0.0
+    assert min(LinePoints(kinematics("abb_irb4400l30")).bends([0.0, 0.5, 0.0, 0.0, 0.0, 0.0])) > 0.0
     assert LinePoints(kinematics("ur5")).bends([0.0, 0.5, 0.0, 0.0, 0.0, 0.0]) == [0.0, 0.0]
 
 

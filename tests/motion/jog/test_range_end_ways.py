@@ -1,7 +1,5 @@
 """The ends of ranges where joints stand beyond them, and where they come faster than is asked."""
 
-from __future__ import annotations
-
 import math
 
 import pytest

@@ -1,7 +1,5 @@
 """How fast a joint may get before the ends of its range."""
 
-from __future__ import annotations
-
 import math
 
 import pytest

@@ -1,7 +1,5 @@
 """What leads out of where a robot stands: keys of joints that were tried, and the way back."""
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
 from rigs.motion.jogged_robots import FAST, model, robot

@@ -40,13 +40,19 @@ def end_of(circle: Circle) -> Array:
 
 @pytest.mark.parametrize(
     ("via", "end", "degrees"),
-    [(45, 90, 90), (90, 180, 180), (10, 270, 270), (300, 350, 350), (-45, -90, 90), (5, -5, 355)],
+    [
+        (45, 90, 90),
+        (90, 180, 180),
+        (10, 270, 270),
+        (300, 350, 350),
+        (-45, -90, 90),
+        (5, -5, 355),
+    ],
 )
 def test_an_arc_through_a_point_goes_the_way_that_passes_it(
     via: float, end: float, degrees: float
 ) -> None:
     arc = arc_through(EAST, at_angle(via), at_angle(end))
-
     assert arc.radius == pytest.approx(1.0)
     assert arc.centre == pytest.approx(ORIGIN, abs=1e-12)
     assert math.degrees(arc.sweep) == pytest.approx(degrees)
@@ -56,13 +62,18 @@ def test_an_arc_through_a_point_goes_the_way_that_passes_it(
 
 @pytest.mark.parametrize(
     ("end", "more_than_half", "degrees"),
-    [(90, False, 90), (90, True, 270), (-120, False, 120), (-120, True, 240), (179, False, 179)],
+    [
+        (90, False, 90),
+        (90, True, 270),
+        (-120, False, 120),
+        (-120, True, 240),
+        (179, False, 179),
+    ],
 )
 def test_an_arc_about_a_centre_is_less_or_more_than_half_a_turn(
     end: float, more_than_half: bool, degrees: float
 ) -> None:
     arc = arc_about(EAST, ORIGIN, at_angle(end), more_than_half=more_than_half)
-
     assert math.degrees(arc.sweep) == pytest.approx(degrees)
     assert end_of(arc) == pytest.approx(at_angle(end), abs=1e-12)
 
@@ -74,7 +85,6 @@ def test_a_normal_decides_the_direction_and_gives_half_a_turn_its_plane(
     end: float, normal: float, degrees: float
 ) -> None:
     arc = arc_about(EAST, ORIGIN, at_angle(end), normal=normal * UP)
-
     assert math.degrees(arc.sweep) == pytest.approx(degrees)
     assert end_of(arc) == pytest.approx(at_angle(end), abs=1e-12)
     assert arc.normal @ (normal * UP) > 0.0
@@ -82,9 +92,7 @@ def test_a_normal_decides_the_direction_and_gives_half_a_turn_its_plane(
 
 def test_a_centre_that_is_slightly_off_is_moved_so_that_both_ends_are_met() -> None:
     end = at_angle(70) * 1.00005
-
     arc = arc_about(EAST, np.array([0.00003, 0.0, 0.0]), end)
-
     assert arc.positions(np.zeros(1))[0] == pytest.approx(EAST, abs=1e-15)
     assert end_of(arc) == pytest.approx(end, abs=1e-12)
     assert arc.centre == pytest.approx(ORIGIN, abs=1e-4)
@@ -92,7 +100,10 @@ def test_a_centre_that_is_slightly_off_is_moved_so_that_both_ends_are_met() -> N
 
 @pytest.mark.parametrize(
     "circle",
-    [circle_about(EAST, ORIGIN, 0.2 * UP), circle_through(EAST, NORTH, WEST)],
+    [
+        circle_about(EAST, ORIGIN, 0.2 * UP),
+        circle_through(EAST, NORTH, WEST),
+    ],
     ids=["about", "through"],
 )
 def test_a_full_circle_comes_back_to_its_start(circle: Circle) -> None:
@@ -103,7 +114,6 @@ def test_a_full_circle_comes_back_to_its_start(circle: Circle) -> None:
 
 def test_a_full_circle_runs_in_the_order_of_its_points() -> None:
     circle = circle_through(EAST, SOUTH, NORTH)
-
     assert circle.positions(np.array([QUARTER]))[0] == pytest.approx(SOUTH, abs=1e-12)
 
 
@@ -125,7 +135,6 @@ def test_points_of_no_arc_are_refused_with_their_numbers(
 ) -> None:
     with pytest.raises(BadCircle) as refusal:
         arc_through(*points)
-
     assert refusal.value.fault is fault
     assert refusal.value.measured == pytest.approx(value, rel=1e-6, abs=1e-9)
 
@@ -146,7 +155,6 @@ def test_a_centre_of_no_arc_is_refused_with_its_numbers(
 ) -> None:
     with pytest.raises(BadCircle) as refusal:
         arc_about(EAST, centre, end)
-
     assert refusal.value.fault is fault
     assert (refusal.value.measured, refusal.value.bound) == pytest.approx((value, limit), abs=1e-9)
 
@@ -194,9 +202,7 @@ def test_points_that_are_not_finite_are_refused(bad: float) -> None:
 def test_the_tool_turns_as_asked(turn: ToolTurn, rpy: tuple[float, float, float]) -> None:
     start, target = Pose.from_rpy(EAST, [0.0] * 3), Pose.from_rpy(NORTH, [0.0, 0.4, 0.0])
     arc = ToolArc(arc_about(EAST, ORIGIN, NORTH), start, target, turn)
-
     place = arc.place(np.array([arc.length]))
-
     assert place.position[0] == pytest.approx(NORTH, abs=1e-12)
     assert place.rotation[0] == pytest.approx(Pose.from_rpy(NORTH, rpy).rotation, abs=1e-12)
 
@@ -204,9 +210,7 @@ def test_the_tool_turns_as_asked(turn: ToolTurn, rpy: tuple[float, float, float]
 @given(seed=st.integers(0, 10**6))
 def test_any_three_points_lie_on_their_arc_in_their_order(seed: int) -> None:
     start, via, end = np.random.default_rng(seed).uniform(-1.0, 1.0, (3, 3))
-
     arc = arc_through(start, via, end)
-
     radii = [math.dist(arc.centre, point) for point in (start, via, end)]
     assert radii == pytest.approx([arc.radius] * 3, rel=1e-9)
     x, y = (via - arc.centre) @ arc.first, (via - arc.centre) @ arc.second

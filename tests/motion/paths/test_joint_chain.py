@@ -49,7 +49,6 @@ def test_outside_its_zones_each_path_is_what_it_was() -> None:
 def test_derivatives_are_those_of_the_positions_and_have_no_step() -> None:
     joined = chain(0.2, 0.3)
     s, step = np.linspace(1e-4, joined.length - 1e-4, 4001), 1e-5
-
     for order in (0, 1):
         ahead, behind = joined.evaluate(s + step, order), joined.evaluate(s - step, order)
         np.testing.assert_allclose(
@@ -59,7 +58,6 @@ def test_derivatives_are_those_of_the_positions_and_have_no_step() -> None:
 
 def test_the_ends_are_exact_and_each_corner_is_a_waypoint() -> None:
     joined = chain(0.2, 0.3)
-
     ends = joined.evaluate(np.array([0.0, joined.length]))
     assert ends.tolist() == [[0.0, 0.0], [0.0, 1.0]]
     assert joined.goal.tolist() == [0.0, 1.0]
@@ -71,14 +69,12 @@ def test_the_ends_are_exact_and_each_corner_is_a_waypoint() -> None:
 @pytest.mark.parametrize("zones", [(0.01, 0.01), (0.2, 0.3), (1.0, 0.07)])
 def test_the_motion_is_certified_and_time_goes_on_strictly(zones: tuple[float, float]) -> None:
     trajectory = time_path(chain(*zones), LIMITS)
-
     certify(trajectory, LIMITS, start=[0.0, 0.0])
     assert (np.diff(trajectory.waypoint_times) > 0.0).all()
 
 
 def test_a_way_back_on_itself_is_certified_too() -> None:
     there, back = JointLine([0.0, 0.0], [1.0, 0.5]), JointLine([1.0, 0.5], [0.0, 0.0])
-
     certify(time_path(JointChain([there, back], [0.4], LIMITS), LIMITS), LIMITS)
 
 
@@ -86,7 +82,6 @@ def test_no_zone_leaves_the_extent() -> None:
     joined = chain(0.2, 0.3)
     least, greatest = joined.extent()
     places = joined.evaluate(np.linspace(0.0, joined.length, 5000))
-
     assert (places >= least - 1e-12).all()
     assert (places <= greatest + 1e-12).all()
 

@@ -66,8 +66,7 @@ def test_a_jog_step_by_the_jacobian_moves_the_tool_as_asked(arm: Mechanism) -> N
     for twist in np.eye(6):
         rates = np.linalg.pinv(arm.jacobian(here)) @ twist
         found = arm.forward(here + step * rates)
-        moved = (found.position - start.position) / step
-        assert moved == pytest.approx(twist[:3], abs=1e-2)
+        assert ((found.position - start.position) / step) == pytest.approx(twist[:3], abs=1e-2)
         assert found.rotation_distance(start) == pytest.approx(
             step * float(np.linalg.norm(twist[3:])), abs=1e-2 * step
         )
@@ -99,8 +98,7 @@ def test_every_kind_of_segment_is_planned_timed_and_certified(arm: Mechanism) ->
         [Lin(at(1e-4, 0.0))],
     ]
     for segments in lists:
-        trajectory = time_legs(arm.segments(start, segments), arm.limits)
-        certify(trajectory, arm.limits, start=start)
+        certify(time_legs(arm.segments(start, segments), arm.limits), arm.limits, start=start)
 
 
 def test_a_platforms_segment_that_breaks_a_limit_is_named_with_its_fraction() -> None:

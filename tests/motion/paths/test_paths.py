@@ -71,19 +71,14 @@ def test_the_tool_keeps_to_the_straight_line(name: str) -> None:
 def test_a_timed_tool_line_is_certified(name: str) -> None:
     kinematics, start = robot(name), READY[name]
     end = moved(kinematics.forward(start), [0.0, 0.1, 0.05], [0.0, 0.0, 0.0])
-
     trajectory = time_path(linear_path(kinematics, start, end), kinematics.limits)
-
     certify(trajectory, kinematics.limits, start=start)
 
 
 def test_turning_on_the_spot_is_a_line_too() -> None:
     kinematics, start = robot("ur5"), READY["ur5"]
     begin = kinematics.forward(start)
-    end = moved(begin, [0.0, 0.0, 0.0], [0.0, 0.0, 0.5])
-
-    path = linear_path(kinematics, start, end)
-
+    path = linear_path(kinematics, start, moved(begin, [0.0, 0.0, 0.0], [0.0, 0.0, 0.5]))
     for position in path.evaluate(np.linspace(0.0, path.length, 300)):
         assert kinematics.forward(position).position_distance(begin) <= 1e-4
 
@@ -92,19 +87,15 @@ def test_a_line_in_the_root_frame_reaches_the_same_pose() -> None:
     kinematics, start = robot("kawasaki_ra10n"), READY["kawasaki_ra10n"]
     goal = [value + 0.05 for value in start]
     in_root, in_base = (kinematics.forward(goal, frame) for frame in ("root", "base"))
-
     path = linear_path(kinematics, start, in_root, frame="root")
-
     assert kinematics.forward(path.goal).position_distance(in_base) <= 1e-5
 
 
 def test_a_line_out_of_reach_is_refused_with_where_on_the_way() -> None:
     kinematics, start = robot("ur5"), READY["ur5"]
     end = moved(kinematics.forward(start), [2.0, 0.0, 0.0], [0.0, 0.0, 0.0])
-
     with pytest.raises(PoseUnreachable) as refusal:
         linear_path(kinematics, start, end)
-
     assert refusal.value.fraction is not None
     assert 0.0 < refusal.value.fraction < 1.0
 
@@ -126,7 +117,6 @@ def test_a_line_that_would_need_another_turn_of_a_joint_is_refused_as_a_change_o
 
 def test_a_line_to_where_the_tool_stands_is_no_motion() -> None:
     kinematics, start = robot("ur5"), READY["ur5"]
-
     with pytest.raises(NoMotion):
         linear_path(kinematics, start, kinematics.forward(start))
 
@@ -134,7 +124,6 @@ def test_a_line_to_where_the_tool_stands_is_no_motion() -> None:
 def test_a_line_from_outside_the_range_or_in_no_frame_is_refused() -> None:
     kinematics, start = robot("ur5"), READY["ur5"]
     end = moved(kinematics.forward(start), [0.0, 0.1, 0.0], [0.0, 0.0, 0.0])
-
     with pytest.raises(OutOfRange):
         linear_path(kinematics, [7.0, *start[1:]], end)
     with pytest.raises(FrameUnknown):
@@ -159,7 +148,6 @@ def test_legs_stop_at_each_pose_and_are_one_trajectory() -> None:
 
 def test_no_legs_are_refused() -> None:
     kinematics, start = robot("ur5"), READY["ur5"]
-
     with pytest.raises(BadArgument, match="poses"):
         linear_legs(kinematics, start, [])
     with pytest.raises(NoMotion):
@@ -170,9 +158,7 @@ def test_poses_become_joint_waypoints_near_one_another() -> None:
     kinematics, start = robot("ur5"), READY["ur5"]
     taught = [[value + 0.15 * step for value in start] for step in (1, 2, 3)]
     poses = [kinematics.forward(position) for position in taught]
-
     waypoints = joint_path_through_poses(kinematics, start, poses)
-
     assert waypoints[0].tolist() == start
     assert np.array(waypoints[1:]) == pytest.approx(np.array(taught), abs=1e-5)
     certify(
@@ -184,8 +170,6 @@ def test_an_unreachable_pose_among_several_says_which() -> None:
     kinematics, start = robot("ur5"), READY["ur5"]
     near = moved(kinematics.forward(start), [0.0, 0.05, 0.0], [0.0, 0.0, 0.0])
     far = moved(near, [3.0, 0.0, 0.0], [0.0, 0.0, 0.0])
-
     with pytest.raises(PoseUnreachable) as refusal:
         joint_path_through_poses(kinematics, start, [near, far, near, near])
-
     assert refusal.value.fraction == 0.5

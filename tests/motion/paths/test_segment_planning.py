@@ -87,9 +87,7 @@ def ends(paths: Sequence[Path]) -> list[Array]:
 
 def test_segments_without_zones_are_a_path_each() -> None:
     segments: list[Segment] = [Ptp(joints(0.2)), Lin(HERE), Spline([joints(0.1), joints(0.1, 0.1)])]
-
     paths = plan_path(UR5, START, segments)
-
     assert len(paths) == 3
     assert isinstance(paths[0], JointLine)
     trajectory = time_legs(paths, UR5.limits)
@@ -119,7 +117,6 @@ def test_segments_joined_by_zones_are_one_path() -> None:
 
 def test_a_pose_and_a_joint_position_are_both_targets_of_every_kind() -> None:
     goal = joints(0.1, 0.05)
-
     for segment in (Ptp(UR5.forward(goal)), Lin(goal), Lin(UR5.forward(goal)), Spline([goal])):
         (path,) = plan_path(UR5, START, [segment])
         assert ends([path])[0] == pytest.approx(goal, abs=1e-4)
@@ -130,7 +127,6 @@ def test_a_target_in_the_root_frame_is_the_same_place() -> None:
     start = [0.2, 0.2, -1.2, 0.3, -0.8, 0.2]
     goal = [value + 0.05 for value in start]
     in_root = kinematics.forward(goal, "root")
-
     for segment in (Ptp(in_root, "root"), Lin(in_root, "root"), Spline([in_root], frame="root")):
         (path,) = plan_path(kinematics, start, [segment])
         assert ends([path])[0] == pytest.approx(goal, abs=1e-4)
@@ -167,11 +163,7 @@ def test_a_circle_in_the_root_frame_is_the_same_circle() -> None:
             math.pi * 0.075,
         ),
         (FullAboutCentre(point(0.0, 0.05, 0.0), [0, 0, 1]), None, math.pi * 0.1),
-        (
-            FullThroughPoints(point(0.05, 0.05, 0.0), point(0.0, 0.1, 0.0)),
-            None,
-            math.pi * 0.1,
-        ),
+        (FullThroughPoints(point(0.05, 0.05, 0.0), point(0.0, 0.1, 0.0)), None, math.pi * 0.1),
     ],
     ids=["via", "half", "less", "more", "full about", "full through"],
 )
@@ -179,7 +171,6 @@ def test_every_way_of_a_circle_is_as_long_as_it_should_be(
     way: CircleWay, target: Pose | None, length: float
 ) -> None:
     (path,) = plan_path(UR5, START, [Circ(way, target)])
-
     places = path.evaluate(np.linspace(0.0, path.length, 500))
     positions = np.array([UR5.forward(place).position for place in places])
     run = float(np.linalg.norm(np.diff(positions, axis=0), axis=1).sum())
@@ -188,11 +179,8 @@ def test_every_way_of_a_circle_is_as_long_as_it_should_be(
 
 def test_a_tool_that_turns_with_the_path_keeps_its_angle_to_it() -> None:
     way = AboutCentre(point(0.0, 0.05, 0.0), [0, 0, 1])
-
     (path,) = plan_path(UR5, START, [Circ(way, at(0.0, 0.1, 0.0), ToolTurn.WITH_THE_PATH)])
-
-    places = path.evaluate(np.linspace(0.0, path.length, 20))
-    for pose in map(UR5.forward, places):
+    for pose in map(UR5.forward, path.evaluate(np.linspace(0.0, path.length, 20))):
         spoke = HERE.rotation.T @ (HERE.position - point(0.0, 0.05, 0.0))
         assert pose.rotation.T @ (pose.position - point(0.0, 0.05, 0.0)) == pytest.approx(
             spoke, abs=1e-4
@@ -201,9 +189,7 @@ def test_a_tool_that_turns_with_the_path_keeps_its_angle_to_it() -> None:
 
 def test_a_spline_of_the_tool_passes_its_poses() -> None:
     poses = [at(0.0, 0.05, 0.0), at(0.03, 0.1, 0.0), at(0.0, 0.1, 0.05)]
-
     (path,) = plan_path(UR5, START, [Spline(poses, SplineSpace.TOOL)])
-
     passing = path.evaluate(path.knots[path.waypoint_knots])
     for place, pose in zip(passing[1:], poses, strict=True):
         assert UR5.forward(place).position_distance(pose) <= 1e-5
@@ -212,14 +198,12 @@ def test_a_spline_of_the_tool_passes_its_poses() -> None:
 def test_a_line_alone_is_the_same_path_as_linear_path() -> None:
     (path,) = plan_path(UR5, START, [Lin(at(0.0, 0.1, 0.05))])
     line = linear_path(UR5, START, at(0.0, 0.1, 0.05))
-
     assert path.length == pytest.approx(line.length, rel=1e-12)
     assert ends([path])[0] == pytest.approx(line.goal, abs=1e-12)
 
 
 def test_segments_to_where_the_robot_stands_add_nothing() -> None:
     still: list[Segment] = [Ptp(START), Lin(HERE), Lin(START)]
-
     assert len(plan_path(UR5, START, [*still, Ptp(joints(0.1)), Ptp(joints(0.1))])) == 1
     with pytest.raises(NoMotion):
         plan_path(UR5, START, still)
@@ -240,11 +224,7 @@ def test_segments_to_where_the_robot_stands_add_nothing() -> None:
         ([Ptp(START, zone=0.05), Lin(at(0, 0.1, 0))], 0, 0.0),
         ([Ptp(joints(0.1), zone=0.11), Ptp(joints(0.1, 0.3))], 0, 0.1),
         ([Ptp(joints(0.3)), Ptp(joints(0.1), zone=0.05), Ptp(joints(0.1, 0.04))], 1, 0.04),
-        (
-            [Ptp(joints(0.3), zone=0.1), Ptp(joints(0.3, 0.1), zone=0.06), Ptp(START)],
-            0,
-            0.05,
-        ),
+        ([Ptp(joints(0.3), zone=0.1), Ptp(joints(0.3, 0.1), zone=0.06), Ptp(START)], 0, 0.05),
         ([Lin(at(0, 0.1, 0), zone=0.03), Lin(at(0, 0.1, 0.02))], 0, 0.02),
         ([Lin(at(0, 0.1, 0), zone=0.03), Lin(at(0, 0.1, 0))], 0, 0.0),
         ([Ptp(joints(0.1), zone=0.03), Ptp(joints(0.1))], 0, 0.0),
@@ -256,7 +236,6 @@ def test_a_zone_that_cannot_be_is_refused_with_its_waypoint_and_the_largest_that
 ) -> None:
     with pytest.raises(ZoneTooLarge) as refusal:
         plan_path(UR5, START, segments)
-
     assert refusal.value.waypoint == waypoint
     assert refusal.value.largest == pytest.approx(largest)
 
@@ -285,9 +264,7 @@ MIXED: dict[str, list[Segment]] = {
 @pytest.mark.parametrize("name", MIXED)
 def test_joint_and_tool_segments_are_joined_by_zones_into_one_certified_motion(name: str) -> None:
     segments = MIXED[name]
-
     (path,) = plan_path(UR5, START, segments)
-
     assert len(path.waypoint_knots) == len(segments) + 1
     trajectory = time_legs([path], UR5.limits)
     certify(trajectory, UR5.limits, start=START)
@@ -298,7 +275,6 @@ def test_a_zone_between_lin_and_ptp_begins_that_far_from_the_corner() -> None:
     corner = at(0.0, 0.1, 0.0)
     (line,) = plan_path(UR5, START, [Lin(corner)])
     (path,) = plan_path(UR5, START, [Lin(corner, zone=0.04), Ptp(joints(0.3, 0.2))])
-
     s = np.linspace(0.0, line.length, 4000)
     off = np.abs(path.evaluate(s) - line.evaluate(s)).max(axis=1)
     leaving = UR5.forward(line.evaluate(s[[int(np.argmax(off > 1e-9))]])[0])
@@ -347,7 +323,6 @@ BAD = math.nan
 def test_a_segment_that_is_refused_is_named(segment: Segment, reason: type[MotionError]) -> None:
     with pytest.raises(SegmentRefused, match="segment 1: ") as refusal:
         plan_path(UR5, START, [Ptp(joints(0.1)), segment, Ptp(joints(0.2))])
-
     assert refusal.value.segment == 1
     assert isinstance(refusal.value.reason, reason)
 
@@ -375,7 +350,11 @@ def test_no_segments_and_too_many_are_refused(count: int) -> None:
 
 @pytest.mark.parametrize(
     ("start", "error"),
-    [([7.0, *START[1:]], OutOfRange), ([BAD] * 6, NotFinite), (START[:5], WrongJointCount)],
+    [
+        ([7.0, *START[1:]], OutOfRange),
+        ([BAD] * 6, NotFinite),
+        (START[:5], WrongJointCount),
+    ],
 )
 def test_a_start_that_is_none_is_refused(start: list[float], error: type[MotionError]) -> None:
     with pytest.raises(error):

@@ -9,13 +9,7 @@ from numpy.typing import NDArray
 from rigs.data.example_counts import few
 from rigs.motion.loaded_robots import serial_robot
 
-from openpendant.motion.errors import (
-    BadArgument,
-    NoMotion,
-    NotFinite,
-    OutOfRange,
-    WrongJointCount,
-)
+from openpendant.motion.errors import BadArgument, NoMotion, NotFinite, OutOfRange, WrongJointCount
 from openpendant.motion.paths.smoothing import SmoothedRecording, smooth
 from openpendant.motion.timing.parameterization import time_path
 from openpendant.motion.trajectory.certificate import certify
@@ -77,9 +71,7 @@ def test_no_sample_is_further_from_the_path_than_the_tolerance(
     count: int, noise: float, tolerance: float, most_knots: int
 ) -> None:
     times, samples = recording(count, noise)
-
     smoothed = smooth(times, samples, tolerance, LIMITS)
-
     assert smoothed.deviation <= tolerance
     step = smoothed.path.length / 200_000
     assert distance(smoothed.path, samples[:: count // 20]) <= smoothed.deviation + step
@@ -89,10 +81,8 @@ def test_no_sample_is_further_from_the_path_than_the_tolerance(
 
 def test_smoothing_makes_a_noisy_recording_several_times_as_fast() -> None:
     times, samples = recording()
-
     rough = time_path(JointSpline(samples, LIMITS), LIMITS)
     fine = time_path(smooth(times, samples, 4e-3, LIMITS).path, LIMITS)
-
     certify(fine, LIMITS)
     assert fine.duration < 0.25 * rough.duration
 
@@ -103,9 +93,7 @@ def test_playback_takes_the_recorded_time_over_its_speed_or_what_the_limits_need
 ) -> None:
     (times, _), smoothed = recording(3000, 1e-3), smoothed_recording(3000)
     fastest = fastest_playback()
-
     played = time_path(smoothed.path, LIMITS, segments=smoothed.segment_rules(playback))
-
     certify(played, LIMITS)
     wanted = float(times[-1]) / playback
     assert max(wanted, fastest) - 1e-6 <= played.duration <= 1.25 * max(wanted, fastest)
@@ -114,9 +102,7 @@ def test_playback_takes_the_recorded_time_over_its_speed_or_what_the_limits_need
 def test_a_pause_in_the_recording_is_a_pause_in_the_playback() -> None:
     times, samples = recording(600, 1e-4)
     smoothed = smooth(times, samples, 1e-3, LIMITS)
-
     played = time_path(smoothed.path, LIMITS, segments=smoothed.segment_rules(1.0))
-
     slow = np.abs(played.velocity).max(axis=1) < 0.05
     assert slow.sum() * 0.01 >= 0.3
 
@@ -125,9 +111,7 @@ def test_times_that_repeat_or_go_back_are_dropped_and_counted() -> None:
     times, samples = recording(500)
     at = [100, 200, 300]
     broken = np.insert(times, at, [times[99], times[150], times[299] - 1e-9])
-
     smoothed = smooth(broken, np.insert(samples, at, samples[at] + 0.5, axis=0), 4e-3)
-
     assert (smoothed.samples, smoothed.dropped) == (500, 3)
     assert distance(smoothed.path, samples[::25]) <= 4e-3 * 1.01
 
@@ -137,7 +121,6 @@ def test_noise_at_a_limit_is_put_on_it() -> None:
     samples = np.zeros((400, 6))
     samples[:, 0] = np.minimum(LIMITS.upper[0] - 1.0 + times / 2.0, LIMITS.upper[0])
     samples += np.random.default_rng(0).normal(0.0, 1e-4, samples.shape)
-
     certify(time_path(smooth(times, samples, 1e-2, LIMITS).path, LIMITS), LIMITS)
 
 

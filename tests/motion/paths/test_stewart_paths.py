@@ -96,16 +96,14 @@ def test_the_extent_is_reached_and_never_passed(count: int) -> None:
 
 
 def test_a_turn_on_the_spot_is_a_line_too() -> None:
-    turned = pose_of_shares([0.0, 0.0, 0.0, 0.0, 0.0, 0.8])
-    line = platform_line(PLATFORM, HOME, turned)
+    line = platform_line(PLATFORM, HOME, pose_of_shares([0.0, 0.0, 0.0, 0.0, 0.0, 0.8]))
     assert line.length == pytest.approx(0.8 * 0.5 * PLATFORM.size)
     assert max(pose.position_distance(line.origin) for pose in poses_along(line)) < 1e-12
 
 
 @pytest.mark.parametrize("speed", [0.2, 1.0])
 def test_a_line_is_timed_and_certified_and_leaves_the_ideal_nowhere(speed: float) -> None:
-    line = platform_line(PLATFORM, HOME, SIDE)
-    trajectory = time_path(line, LIMITS, speed=speed)
+    trajectory = time_path(platform_line(PLATFORM, HOME, SIDE), LIMITS, speed=speed)
     certificate = certify(trajectory, LIMITS, start=HOME)
     assert certificate.velocity.ratio <= speed * (1.0 + 1e-6)
     assert max(certificate.velocity.ratio / speed, certificate.acceleration.ratio) > 0.9

@@ -46,9 +46,7 @@ def test_the_planned_tool_is_twice_as_exact() -> None:
     kinematics = robot("ur5")
     here = kinematics.forward(UR5)
     curve = ToolLine(here, shifted(here, [-0.1, 0.2, 0.1]))
-
     path = follow_tool_curve(kinematics, UR5, curve)
-
     joints = path.evaluate(np.linspace(0.0, path.length, 10 * len(path.knots)))
     off = deviations(kinematics, curve, joints, np.linspace(0.0, curve.length, len(joints)))
     assert np.linalg.norm(off[:, :3], axis=1).max() <= 0.05e-3
@@ -76,9 +74,7 @@ def test_waypoints_are_passed_where_the_curve_passes_them() -> None:
 def test_deviation_is_measured_from_the_nearest_place_not_from_the_one_in_time() -> None:
     line = ToolLine(Pose.identity(), Pose.from_values([1.0, 0.0, 0.0], [0.0, 0.0, 0.0, 1.0]))
     places = PoseArray(np.eye(3)[np.newaxis], np.array([[0.5, 0.003, 0.004]]))
-
     distance, angle = deviation(line, places, np.array([0.4]))
-
     assert (distance[0], angle[0]) == pytest.approx((0.005, 0.0))
 
 
@@ -105,7 +101,6 @@ def test_a_circle_of_a_hundred_metres_is_refused_soon() -> None:
     here = kinematics.forward(UR5)
     centre = shifted(here, [0.0, 99.0, 0.0]).position
     circle = circle_about(here.position, centre, [0.0, 0.0, 1.0])
-
     with pytest.raises(MotionError):
         follow_tool_curve(kinematics, UR5, ToolArc(circle, here, here))
 
@@ -113,7 +108,6 @@ def test_a_circle_of_a_hundred_metres_is_refused_soon() -> None:
 def test_a_curve_too_short_to_move_a_joint_is_no_motion() -> None:
     kinematics = robot("ur5")
     here = kinematics.forward(UR5)
-
     with pytest.raises(NoMotion):
         follow_tool_curve(kinematics, UR5, ToolLine(here, shifted(here, [1e-8, 0.0, 0.0])))
 
@@ -123,10 +117,8 @@ def test_a_curve_too_short_to_move_a_joint_is_no_motion() -> None:
 def test_a_line_through_the_wrist_singularity_is_exact(fourth: float, swing: float) -> None:
     kinematics = robot("abb_irb2400")
     start, goal = ([0.1, 0.1, 0.1, fourth, fifth, 0.1] for fifth in (swing, -swing))
-
     line = ToolLine(kinematics.forward(start), kinematics.forward(goal))
     worst = path_accuracy(kinematics, np.array(start), line, runs=1)
-
     assert worst.distance <= GREATEST_DISTANCE
     assert worst.angle <= GREATEST_ANGLE
 
@@ -172,10 +164,8 @@ def test_a_line_that_would_flip_the_wrist_is_refused_with_the_singularitys_name(
     start = [0.34, -0.25, -0.36, -1.35, 0.01, 2.31]
     here = kinematics.forward(start)
     line = ToolLine(here, shifted(here, [0.09, -0.07, -0.13]))
-
     with pytest.raises(BranchChange, match="at a wrist singularity; accepted: ") as refusal:
         follow_tool_curve(kinematics, start, line)
-
     assert refusal.value.singularity == "wrist"
     assert 0.0 < refusal.value.fraction < 1.0
 
@@ -201,8 +191,6 @@ def test_a_line_that_just_touches_a_joints_bound_is_not_refused_for_the_curve_be
 ) -> None:
     kinematics = robot("abb_irb2400")
     here = kinematics.forward(start)
-
     path = follow_tool_curve(kinematics, start, ToolLine(here, shifted(here, shift)))
-
     assert path.extent()[1][joint] == pytest.approx(kinematics.upper[joint], abs=1e-8)
     certify(time_path(path, kinematics.limits), kinematics.limits, start=start)

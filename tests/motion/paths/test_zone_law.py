@@ -1,7 +1,5 @@
 """The law of all zones, against its own definition."""
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
 
@@ -14,7 +12,6 @@ STEP = 1e-6
 
 def test_the_first_leg_runs_out_as_the_second_begins() -> None:
     left, gone = runs(np.array([0.0, 0.5, 1.0]), ZONE)
-
     assert left == pytest.approx([ZONE, 3.0 / 16.0 * ZONE, 0.0])
     assert gone == pytest.approx([0.0, 3.0 / 16.0 * ZONE, ZONE])
 
@@ -22,9 +19,7 @@ def test_the_first_leg_runs_out_as_the_second_begins() -> None:
 def test_the_rates_are_the_derivatives_of_the_runs_and_add_up_to_one() -> None:
     per_parameter = 2.0 * STEP * 2.0 * ZONE
     before, after = runs(T - STEP, ZONE), runs(T + STEP, ZONE)
-
     leaving, coming = rates(T)
-
     assert leaving == pytest.approx((before[0] - after[0]) / per_parameter, abs=1e-8)
     assert coming == pytest.approx((after[1] - before[1]) / per_parameter, abs=1e-8)
     assert leaving + coming == pytest.approx(np.ones_like(T))
@@ -32,7 +27,6 @@ def test_the_rates_are_the_derivatives_of_the_runs_and_add_up_to_one() -> None:
 
 def test_the_turning_is_the_derivative_of_the_second_rate_and_none_at_both_ends() -> None:
     change = (rates(T + STEP)[1] - rates(T - STEP)[1]) / (2.0 * STEP * 2.0 * ZONE)
-
     assert turning(T, ZONE) == pytest.approx(change, abs=1e-8)
     assert turning(T[[0, -1]], ZONE) == pytest.approx([0.0, 0.0])
 

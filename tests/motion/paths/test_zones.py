@@ -74,9 +74,7 @@ def test_a_right_angle_is_left_and_joined_at_the_zone_and_passed_at_the_distance
 def test_any_corner_is_passed_at_the_distance_of_the_formula(degrees: float) -> None:
     turn, zone = math.radians(degrees), 0.2
     path = JointPolyline([[0.0, 0.0], [1.0, 0.0], [1.0 + math.cos(turn), math.sin(turn)]], [zone])
-
     middle = path.evaluate(path.knots[path.waypoint_knots[1:2]])[0]
-
     assert math.dist(middle, CORNER[1]) == pytest.approx(3.0 / 8.0 * zone * math.sin(turn / 2.0))
 
 
@@ -86,7 +84,6 @@ def test_the_derivatives_are_those_of_the_position(seed: int, count: int, joints
     s = np.random.default_rng(seed).uniform(0.0, path.length, 50)
     off = np.abs(s[:, np.newaxis] - path.knots).min(axis=1)
     s, step = s[off > 2e-7], 1e-7
-
     slope = (path.evaluate(s + step) - path.evaluate(s - step)) / (2.0 * step)
     bend = (path.evaluate(s + step, 1) - path.evaluate(s - step, 1)) / (2.0 * step)
     assert path.evaluate(s, 1) == pytest.approx(slope, abs=1e-6)
@@ -98,7 +95,6 @@ def test_position_slope_and_curvature_have_no_step_at_any_knot(seed: int, count:
     points, zones = waypoints_and_zones(seed, count, 4)
     path = JointPolyline(points, zones)
     knots, sharpest = path.knots[1:-1], 1.5 / min(zones)
-
     for order, scale in ((0, 1.0), (1, 1.0), (2, sharpest)):
         before = path.evaluate(knots - 1e-12, order)
         assert path.evaluate(knots + 1e-12, order) == pytest.approx(before, abs=1e-7 * scale)
@@ -121,10 +117,8 @@ def test_the_path_stays_in_the_hull_of_its_polyline(seed: int, count: int) -> No
 
 
 def test_the_extent_is_that_of_the_zone_where_a_motion_turns_back() -> None:
-    path = JointPolyline([[0.0], [1.0], [0.25]], [0.5])
 
-    least, greatest = path.extent()
-
+    least, greatest = JointPolyline([[0.0], [1.0], [0.25]], [0.5]).extent()
     assert (float(least[0]), float(greatest[0])) == pytest.approx((0.0, 13.0 / 16.0))
 
 
@@ -150,9 +144,7 @@ def fastest_around(leg: float, zone: float) -> float:
 @pytest.mark.parametrize("zone", [0.005, 0.02, 0.1])
 def test_a_corner_is_run_nearly_as_fast_as_can_be(leg: float, zone: float) -> None:
     path = JointPolyline([[0.0, 0.0], [leg, 0.0], [leg, leg]], [zone], TWO)
-
     duration = time_path(path, TWO, sample_period=1e-3).duration
-
     least = fastest_around(leg, zone)
     assert least <= duration + 1e-3
     assert duration <= 1.02 * least + 1e-3
@@ -164,9 +156,7 @@ def test_a_timed_path_keeps_its_limits_between_its_samples_and_never_stops(
     seed: int, count: int
 ) -> None:
     path = JointPolyline(*waypoints_and_zones(seed, count, 2), TWO)
-
     trajectory = time_path(path, TWO, sample_period=1e-3)
-
     certify(trajectory, TWO)
     assert np.abs(trajectory.acceleration).max() <= GAIN * (1.0 + 1e-3)
     assert np.abs(np.diff(trajectory.velocity, axis=0)).max() <= GAIN * 1e-3 * (1.0 + 1e-3)
@@ -260,19 +250,14 @@ def test_what_is_no_path_with_zones_is_refused(
 @pytest.mark.parametrize("rest", [0.0, 1e-12, 1e-9, 1e-7, 1e-5, 1e-3])
 def test_a_leg_that_its_zones_leave_almost_nothing_of_is_timed_like_any_other(rest: float) -> None:
     points = [[0.0, 0.0], [1.0, 0.0], [1.0, 1.0], [0.0, 1.0]]
-    path = JointPolyline(points, [0.5, 0.5 - rest], TWO)
-
-    trajectory = time_path(path, TWO)
-
+    trajectory = time_path(JointPolyline(points, [0.5, 0.5 - rest], TWO), TWO)
     certify(trajectory, TWO)
     assert np.array_equal(trajectory.position[-1], points[-1])
 
 
 def test_turning_back_within_a_zone_stays_short_of_the_corner() -> None:
-    path = JointPolyline([[0.0, 0.0], [1.0, 0.0], [0.0, 0.0]], [0.2], TWO)
 
-    trajectory = time_path(path, TWO)
-
+    trajectory = time_path(JointPolyline([[0.0, 0.0], [1.0, 0.0], [0.0, 0.0]], [0.2], TWO), TWO)
     certify(trajectory, TWO)
     assert float(trajectory.position[:, 0].max()) == pytest.approx(1.0 - 3.0 / 8.0 * 0.2, abs=1e-3)
 
@@ -282,10 +267,7 @@ def test_a_thousand_corners_are_one_motion() -> None:
     steps = 0.05 * np.stack((np.cos(turns), np.sin(turns)), axis=1)
     points = np.cumsum(steps, axis=0)
     points -= points.mean(axis=0)
-
-    trajectory = time_path(JointPolyline(points, [0.02] * 999, TWO), TWO)
-
-    certify(trajectory, TWO)
+    certify(time_path(JointPolyline(points, [0.02] * 999, TWO), TWO), TWO)
 
 
 def test_a_third_derivative_is_not_offered() -> None:

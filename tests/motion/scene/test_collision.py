@@ -143,8 +143,7 @@ def test_a_shallow_overlap_is_never_overlooked(name: str) -> None:
 
 
 def test_contacts_name_both_bodies_the_deepest_first() -> None:
-    tool = UR5.forward(HOME).position
-    x, y, z = tool.tolist()
+    x, y, z = UR5.forward(HOME).position.tolist()
     scene = Scene((ball("near", (x, y, z), 0.2), ball("far", (9.0, 0.0, 0.0))))
     contacts = CollisionModel(UR5, scene).contacts(HOME)
     assert {each.second for each in contacts} == {"near"}
@@ -214,8 +213,7 @@ def test_a_coupled_robot_is_checked_where_its_controller_says_it_is() -> None:
 @pytest.mark.parametrize("name", ["ur5", "fanuc_m10ia", "rail_kr5_arc", "fanuc_m410ib"])
 def test_no_pair_moves_farther_than_its_bound(name: str) -> None:
     kinematics = Kinematics(serial_robot(name))
-    scene = Scene((ball("ball", (0.6, 0.3, 0.4)),))
-    collision = CollisionModel(kinematics, scene)
+    collision = CollisionModel(kinematics, Scene((ball("ball", (0.6, 0.3, 0.4)),)))
     random = np.random.default_rng(3)
     for _ in range(60):
         first = random.uniform(kinematics.lower, kinematics.upper)

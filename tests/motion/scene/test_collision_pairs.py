@@ -1,7 +1,5 @@
 """The pairs of a collision model, told for all at once, against the rule told pair by pair."""
 
-from __future__ import annotations
-
 from itertools import combinations
 from typing import Any
 

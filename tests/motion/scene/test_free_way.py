@@ -1,5 +1,3 @@
-from __future__ import annotations
-
 import numpy as np
 import pytest
 from rigs.data.example_counts import counts
@@ -164,8 +162,7 @@ def test_nothing_is_sure_of_a_mesh(tmp_path_factory: pytest.TempPathFactory) -> 
         "solid corner\nfacet normal 0 0 1\nouter loop\n"
         "vertex 0 0 0\nvertex 1 0 0\nvertex 0 1 0\nendloop\nendfacet\nendsolid corner\n"
     )
-    far = SceneObject("corner", Mesh(str(file)), (9.0, 0.0, 0.0))
-    model = counted(far)
+    model = counted(SceneObject("corner", Mesh(str(file)), (9.0, 0.0, 0.0)))
     home = model.kinematics.robot.home_position
     assert not ClearPath(model).is_sure(home, home)
     assert model.looks == 0

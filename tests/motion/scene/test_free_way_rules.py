@@ -3,8 +3,6 @@
 A way is free where nothing comes nearer than 1 mm on it.
 """
 
-from __future__ import annotations
-
 import pytest
 from rigs.motion.bodies_on_rails import BodiesOnRails, always, standing_at
 
@@ -27,8 +25,7 @@ def test_what_comes_nearer_than_the_margin_is_not_proved(
     side: float, end: float, sure: bool
 ) -> None:
     """A body 5 m ahead, of which half of the way stays clear."""
-    bodies = BodiesOnRails(standing_at(side * 5.0))
-    assert is_sure(bodies, (side * end, 0.0), START) is sure
+    assert is_sure(BodiesOnRails(standing_at(side * 5.0)), (side * end, 0.0), START) is sure
 
 
 def test_a_way_that_one_look_proves_takes_one_look() -> None:
@@ -128,8 +125,7 @@ class TestTheLastLook:
         assert len(bodies.looked_at[0]) == 1
 
     def test_of_a_model_whose_joints_go_farther_than_the_robots_reaches_less_far(self) -> None:
-        bodies = BodiesOnRails(standing_at(1.001), gain=2.0)
-        proof = ClearPath(bodies.model)
+        proof = ClearPath(BodiesOnRails(standing_at(1.001), gain=2.0).model)
         assert proof.is_sure(START, START)
         assert not proof.is_sure(START, (0.6, 0.0))
         assert proof.is_sure(START, (0.499, 0.0))

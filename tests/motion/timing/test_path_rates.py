@@ -9,7 +9,6 @@ GRID = timing_grid(np.array([0.0, 0.5, 1.0]))
 def test_the_grid_holds_every_knot_and_grows() -> None:
     knots = np.array([0.0, 0.1, 0.7, 1.0])
     grid = timing_grid(knots)
-
     assert np.isin(knots, grid).all()
     assert (np.diff(grid) > 0.0).all()
 
@@ -19,16 +18,13 @@ def test_no_motion_from_rest_to_rest_is_faster_than_the_bound(scale: float) -> N
     # One joint alone, whatever the unit: x'² = 2 s / slope until the middle, then back.
     slope = np.full((len(GRID), 1), scale)
     fastest = np.sqrt(2.0 * np.minimum(GRID, 1.0 - GRID) / scale)
-
     bound = rate_from_rest(GRID, slope)
-
     assert (bound >= fastest).all()
     assert bound[1:-1] == pytest.approx(np.sqrt(2.0) * fastest[1:-1])
 
 
 def test_a_joint_that_stands_still_at_the_end_bounds_nothing_there() -> None:
     slope = np.column_stack((np.ones(len(GRID)), np.where(GRID < 0.5, 1.0, 1e-17)))
-
     assert (rate_from_rest(GRID, slope) > 0.0).all()
 
 

@@ -8,7 +8,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 from numpy.typing import NDArray
-from rigs.data.example_counts import few
+from rigs.data.example_counts import counts, few
 from rigs.motion import toppra_directly
 from rigs.motion.loaded_robots import serial_robot
 
@@ -47,10 +47,9 @@ def random_waypoints(limits: JointLimits, seed: int, count: int) -> Array:
     """Waypoints in the middle half of each range, which the curve between them does not leave."""
     lower, upper = np.array(limits.lower), np.array(limits.upper)
     random = np.random.default_rng(seed)
-    reach = 10.0 ** random.uniform(-2.0, 0.0)
-    points: Array = (lower + upper) / 2.0 + random.uniform(
-        -0.25, 0.25, (count, limits.dof)
-    ) * reach * (upper - lower)
+    points: Array = (lower + upper) / 2.0 + random.uniform(-0.25, 0.25, (count, limits.dof)) * (
+        10.0 ** random.uniform(-2.0, 0.0)
+    ) * (upper - lower)
     return points
 
 
@@ -62,29 +61,18 @@ def recorded(count: int, noise: float) -> Array:
     return sweep
 
 
-def check_random_paths(name: str, short: int) -> None:
-    """Time so many paths of few waypoints, and two of many."""
+@pytest.mark.parametrize("short", counts(15, 500))
+@pytest.mark.parametrize("name", ROBOTS)
+def test_random_paths_are_always_certified(name: str, short: int) -> None:
+    """So many paths of few waypoints, and two of many."""
     limits = serial_robot(name).limits
-    counts = np.random.default_rng(1).integers(2, 10, short).tolist()
-    for seed, count in enumerate([*counts, 20, 50]):
+    few_each = np.random.default_rng(1).integers(2, 10, short).tolist()
+    for seed, count in enumerate([*few_each, 20, 50]):
         waypoints = random_waypoints(limits, seed, count)
-
         trajectory = time_path(JointSpline(waypoints, limits), limits)
-
         certify(trajectory, limits, start=waypoints[0].tolist())
         assert np.array_equal(trajectory.position[-1], waypoints[-1])
         assert len(trajectory.waypoint_times) == count
-
-
-@pytest.mark.parametrize("name", ROBOTS)
-def test_random_paths_are_always_certified(name: str) -> None:
-    check_random_paths(name, 15)
-
-
-@pytest.mark.soak
-@pytest.mark.parametrize("name", ROBOTS)
-def test_hundreds_of_random_paths_are_always_certified(name: str) -> None:
-    check_random_paths(name, 500)
 
 
 @few(12)
@@ -98,9 +86,7 @@ def test_the_continuous_motion_keeps_the_limits_at_any_sample_period(
     seed: int, count: int, speed: float, period: float
 ) -> None:
     path = JointSpline(random_waypoints(WIDE, seed, count) * 0.05)
-
     trajectory = time_path(path, WIDE, speed=speed, sample_period=period)
-
     slowed = replace(WIDE, velocity=tuple(speed * limit for limit in WIDE.velocity))
     certify(trajectory, slowed)
 
@@ -130,9 +116,7 @@ HARD: dict[str, Sequence[Array] | Array] = {
 @pytest.mark.parametrize("name", HARD)
 def test_hard_paths_are_certified(name: str) -> None:
     waypoints = np.array(HARD[name])
-
     trajectory = time_path(JointSpline(waypoints, WIDE), WIDE)
-
     certify(trajectory, WIDE, start=waypoints[0].tolist())
     assert np.array_equal(trajectory.position[-1], waypoints[-1])
 
@@ -145,16 +129,12 @@ def test_a_move_below_ten_microradians_is_no_motion() -> None:
 @pytest.mark.parametrize("count", [3, 5, 10, 25, 50])
 def test_durations_are_within_five_percent_of_a_thousand_grid_points(count: int) -> None:
     path = JointSpline(np.random.default_rng(count).uniform(-2.0, 2.0, (count, 6)))
-
     assert time_path(path, WIDE).duration <= 1.05 * toppra_directly.duration(path, WIDE) + 0.01
 
 
 def test_a_line_takes_as_long_as_the_closed_form_says() -> None:
     goal = np.array([2.0, -1.0, 0.5, 0.3, -0.2, 1.0])
-
-    timed = time_path(JointLine(ORIGIN, goal), WIDE)
-
-    assert timed.duration == pytest.approx(
+    assert time_path(JointLine(ORIGIN, goal), WIDE).duration == pytest.approx(
         plan_joint_move(ORIGIN, goal, WIDE).duration, rel=0.02, abs=0.01
     )
 
@@ -162,7 +142,6 @@ def test_a_line_takes_as_long_as_the_closed_form_says() -> None:
 def test_samples_are_ten_milliseconds_apart_and_end_exactly_on_the_goal_at_rest() -> None:
     waypoints = random_waypoints(WIDE, 3, 7)
     trajectory = time_path(JointSpline(waypoints), WIDE)
-
     assert trajectory.times.tolist() == pytest.approx(
         [index * 0.01 for index in range(len(trajectory.times))], abs=1e-12
     )
@@ -174,18 +153,14 @@ def test_samples_are_ten_milliseconds_apart_and_end_exactly_on_the_goal_at_rest(
 def test_the_waypoint_times_are_when_the_motion_passes_the_waypoints() -> None:
     waypoints = random_waypoints(WIDE, 4, 9) * 0.1
     waypoints = np.insert(waypoints, 4, waypoints[3], axis=0)
-
     trajectory = time_path(JointSpline(waypoints), WIDE)
-
     passed = np.array([trajectory.sample(t).position for t in trajectory.waypoint_times.tolist()])
     assert passed == pytest.approx(waypoints, abs=1e-3)
 
 
 def test_speed_scales_the_velocity_and_leaves_the_acceleration() -> None:
     path = JointSpline(random_waypoints(WIDE, 5, 6) * 0.1)
-
     slow = certify(time_path(path, WIDE, speed=0.1), WIDE)
-
     assert slow.velocity.ratio == pytest.approx(0.1, rel=0.01)
     assert slow.acceleration.ratio > 0.5
 
@@ -205,9 +180,7 @@ def test_speed_scales_the_velocity_and_leaves_the_acceleration() -> None:
 )
 def test_no_segment_is_faster_than_its_rule(seed: int, rules: list[SegmentRule]) -> None:
     path = JointSpline(random_waypoints(WIDE, seed, len(rules) + 1) * 0.05)
-
     trajectory = time_path(path, WIDE, segments=rules)
-
     certify(trajectory, WIDE)
     passing = trajectory.waypoint_times
     for rule, begin, end in zip(rules, passing[:-1], passing[1:], strict=True):
@@ -221,9 +194,7 @@ def test_a_slow_segment_leaves_the_others_fast() -> None:
     path = JointSpline(random_waypoints(WIDE, 6, 7) * 0.05)
     free = np.diff(time_path(path, WIDE).waypoint_times)
     rules = [SegmentRule(min_duration=300.0 if index == 2 else None) for index in range(6)]
-
     ruled = np.diff(time_path(path, WIDE, segments=rules).waypoint_times)
-
     assert 300.0 <= ruled[2] <= 310.0
     assert ruled[[0, 4, 5]] == pytest.approx(free[[0, 4, 5]], rel=0.05)
 
@@ -233,9 +204,7 @@ def test_the_time_asked_for_between_coinciding_waypoints_is_spent_beside_them(pl
     waypoints = random_waypoints(WIDE, 7, 5) * 0.05
     waypoints = np.insert(waypoints, place, waypoints[place - 1], axis=0)
     rules = [SegmentRule(1.0) for _ in range(5)]
-
     times = time_path(JointSpline(waypoints), WIDE, segments=rules).waypoint_times
-
     # Every waypoint after the pair is passed no earlier than asked, and all of the time is spent.
     assert (times[place + 1 :] >= np.arange(place + 1, 6)).all()
     assert times[-1] >= 5.0
@@ -255,7 +224,6 @@ def test_the_time_asked_for_between_coinciding_waypoints_is_spent_beside_them(pl
 )
 def test_rules_that_make_no_sense_are_refused(rules: list[SegmentRule], words: str) -> None:
     path = JointSpline([ORIGIN, ONE, ONE + TWO])
-
     with pytest.raises(BadArgument, match=words):
         time_path(path, WIDE, segments=rules)
 
@@ -280,18 +248,14 @@ def test_a_motion_of_more_than_an_hour_is_refused() -> None:
 
 def test_the_same_path_is_timed_the_same_to_the_last_bit() -> None:
     path = JointSpline(random_waypoints(WIDE, 8, 20))
-
     first, second = time_path(path, WIDE), time_path(path, WIDE)
-
     assert np.array_equal(first.position, second.position)
     assert np.array_equal(first.acceleration, second.acceleration)
 
 
 def test_legs_are_timed_with_a_stop_at_each_joint() -> None:
     legs = [JointLine(ORIGIN, ONE), JointLine(ONE, ONE + TWO)]
-
     whole = time_legs(legs, WIDE, speed=0.5)
-
     certify(whole, WIDE, start=[0.0] * 6)
     assert not whole.sample(float(whole.waypoint_times[1])).velocity.any()
 
@@ -307,9 +271,7 @@ def test_where_the_solver_fails_a_slower_motion_is_certified(
 ) -> None:
     path = JointSpline(random_waypoints(WIDE, 3, 6) / 50.0)
     fastest = time_path(path, WIDE)
-
     monkeypatch.setattr("openpendant.motion.timing.parameterization.fastest_rates", lambda *_: None)
     slower = time_path(path, WIDE)
-
     certify(slower, WIDE)
     assert slower.duration > fastest.duration

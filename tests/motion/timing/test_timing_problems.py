@@ -57,9 +57,7 @@ def answer(problem: dict[str, Any]) -> Trajectory:
 def test_the_problem_gets_a_certified_motion(name: str) -> None:
     problem = PROBLEMS[name]
     waypoints = np.array(waypoints_of(problem))
-
     trajectory = answer(problem)
-
     certify(trajectory, limits_of(problem), start=waypoints[0])
     assert np.array_equal(trajectory.position[[0, -1]], waypoints[[0, -1]])
     assert trajectory.duration <= problem.get("most", 3600.0)
@@ -68,6 +66,5 @@ def test_the_problem_gets_a_certified_motion(name: str) -> None:
 @pytest.mark.parametrize("name", REFUSED)
 def test_the_problem_is_refused_in_words(name: str) -> None:
     problem = PROBLEMS[name]
-
     with pytest.raises(getattr(errors, problem["answer"]), match=problem["words"]):
         answer(problem)

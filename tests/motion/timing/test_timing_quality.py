@@ -88,6 +88,5 @@ def test_ten_thousand_random_trajectories_are_certified_and_near_a_finer_solutio
     name: str,
 ) -> None:
     ratios = check_random_trajectories(name, seed=2, count=435)
-
     assert max(ratios) <= 1.05
     assert np.median(ratios) <= 1.02

@@ -1,7 +1,5 @@
 """How toppra is imported: late, quietly, and without libraries that nothing here has it call."""
 
-from __future__ import annotations
-
 import subprocess
 import sys
 import textwrap

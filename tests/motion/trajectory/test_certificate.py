@@ -75,7 +75,6 @@ def test_a_planned_move_gets_a_certificate_that_says_how_near_the_limits_it_come
 
 def test_a_certificate_is_plain_data(move: Trajectory) -> None:
     data = json.loads(json.dumps(certify(move, LIMITS, start=START).as_dict()))
-
     assert data["valid"] is True
     assert set(data) == {"valid", *(field.name for field in fields(Certificate))}
     assert set(data["mean_acceleration"]) == {"ratio", "joint", "time"}
@@ -83,14 +82,8 @@ def test_a_certificate_is_plain_data(move: Trajectory) -> None:
 
 # Each fault is planted alone: what is altered, and the check that must find it.
 FAULTS: list[tuple[str, Callable[[Trajectory], Trajectory]]] = [
-    (
-        "position",
-        lambda m: altered(m, position=put(m.position, 9, 0, math.nextafter(3.0, 4.0))),
-    ),
-    (
-        "position",
-        lambda m: altered(m, position=put(m.position, 9, 1, math.nextafter(-2.0, -3.0))),
-    ),
+    ("position", lambda m: altered(m, position=put(m.position, 9, 0, math.nextafter(3.0, 4.0)))),
+    ("position", lambda m: altered(m, position=put(m.position, 9, 1, math.nextafter(-2.0, -3.0)))),
     ("finite", lambda m: altered(m, position=put(m.position, MIDDLE, 1, math.nan))),
     ("finite", lambda m: altered(m, position=put(m.position, MIDDLE, 1, math.inf))),
     ("finite", lambda m: altered(m, velocity=put(m.velocity, MIDDLE, 2, math.nan))),
@@ -128,14 +121,12 @@ def test_each_planted_fault_is_refused_by_its_check(
 ) -> None:
     with pytest.raises(CertificateRefused) as refusal:
         certify(plant(move), LIMITS)
-
     assert refusal.value.check == check
 
 
 def test_a_refusal_names_joint_value_limit_and_time(move: Trajectory) -> None:
     with pytest.raises(CertificateRefused) as refusal:
         certify(altered(move, velocity=put(move.velocity, MIDDLE, 2, 0.6)), LIMITS)
-
     error = refusal.value
     assert (error.check, error.joint, error.value, error.limit) == ("velocity", "slide", 0.6, 0.5)
     assert error.time == pytest.approx(MIDDLE * 0.01)
@@ -168,7 +159,6 @@ def test_positions_on_the_very_limit_are_certified() -> None:
 
 def test_velocities_within_the_tolerance_are_certified(move: Trajectory) -> None:
     fast = np.abs(move.velocity[:, 0]).max()
-
     certify(move, replace(LIMITS, velocity=(fast / (1.0 + 9e-7), 1.5, 0.5)))
     with pytest.raises(CertificateRefused):
         certify(move, replace(LIMITS, velocity=(fast / (1.0 + 1.1e-6), 1.5, 0.5)))
@@ -211,14 +201,11 @@ def test_a_single_sample_is_no_motion(move: Trajectory) -> None:
 def test_standing_still_is_certified() -> None:
     times: Array = np.linspace(0.0, 0.04, 5)
     still = np.zeros((5, 3))
-
     certify(Trajectory(times, still, still, still, times[[0, -1]]), LIMITS, start=[0.0] * 3)
 
 
 def test_a_curve_with_every_joint_busy_loses_its_certificate_when_run_faster() -> None:
-    points = np.random.default_rng(5).uniform(-0.6, 0.6, (8, 3))
-    trajectory = time_path(JointSpline(points), LIMITS)
-
+    trajectory = time_path(JointSpline(np.random.default_rng(5).uniform(-0.6, 0.6, (8, 3))), LIMITS)
     certify(trajectory, LIMITS)
     with pytest.raises(CertificateRefused):
         certify(scaled(trajectory, 1.02), LIMITS)

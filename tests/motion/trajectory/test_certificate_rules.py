@@ -4,8 +4,6 @@ The samples are written down, 0.1 s apart, so every bound can be worked out by h
 change its velocity by 0.4 rad/s from sample to sample, and be 0.01 rad beside its mean velocity.
 """
 
-from __future__ import annotations
-
 from collections.abc import Callable, Sequence
 from dataclasses import replace
 

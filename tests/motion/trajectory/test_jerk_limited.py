@@ -80,8 +80,7 @@ def test_moves_from_a_moving_state_are_certified(seed: int, period: float) -> No
         sample_period=period,
     )
 
-    certificate = certify(move, LIMITS, start=start, start_velocity=velocity, jerk=jerk)
-    assert certificate.jerk is not None
+    assert certify(move, LIMITS, start=start, start_velocity=velocity, jerk=jerk).jerk is not None
     assert move.acceleration[0] == pytest.approx(acceleration)
     assert np.array_equal(move.position[-1], goal)
 
@@ -90,9 +89,7 @@ def test_moves_from_a_moving_state_are_certified(seed: int, period: float) -> No
 def test_a_robot_that_moves_towards_its_goal_stays_on_the_line() -> None:
     way = np.array(GOAL) - START
     velocity = (0.4 * way).tolist()
-
     move = jerk_limited_move(START, GOAL, LIMITS, start_velocity=velocity)
-
     done = (move.position - START) / way
     assert done == pytest.approx(np.repeat(done[:, :1], 3, axis=1), abs=1e-12)
     assert move.duration < jerk_limited_move(START, GOAL, LIMITS).duration
@@ -101,7 +98,6 @@ def test_a_robot_that_moves_towards_its_goal_stays_on_the_line() -> None:
 @needs_ruckig
 def test_a_moving_robot_comes_to_rest_where_it_is_asked_to_even_behind_it() -> None:
     move = jerk_limited_move(START, START, LIMITS, start_velocity=[1.0, 0.0, 0.0])
-
     assert move.position[:, 0].max() > 0.05
     assert np.array_equal(move.position[-1], START)
 
@@ -110,16 +106,13 @@ def test_a_moving_robot_comes_to_rest_where_it_is_asked_to_even_behind_it() -> N
 @pytest.mark.parametrize(("ramp", "longer"), [(0.1, 0.12), (0.01, 0.02), (0.001, 0.01)])
 def test_a_jerk_limit_costs_about_the_time_of_a_ramp(ramp: float, longer: float) -> None:
     plain = plan_joint_move(START, GOAL, LIMITS).duration
-
     gentle = jerk_limited_move(START, GOAL, LIMITS, jerk=jerk_limits(LIMITS, ramp)).duration
-
     assert plain - 1e-9 <= gentle <= plain + longer + 1e-9
 
 
 @needs_ruckig
 def test_the_sample_period_and_the_speed_are_kept() -> None:
     move = jerk_limited_move(START, GOAL, LIMITS, speed=0.1, sample_period=0.004)
-
     assert np.diff(move.times) == pytest.approx(0.004)
     assert certify(move, LIMITS).velocity.ratio == pytest.approx(0.1, rel=0.01)
 
@@ -127,17 +120,14 @@ def test_the_sample_period_and_the_speed_are_kept() -> None:
 @needs_ruckig
 def test_a_sharper_move_is_refused_its_certificate() -> None:
     move = plan_joint_move(START, GOAL, LIMITS)
-
     with pytest.raises(CertificateRefused, match="jerk") as refused:
         certify(move, LIMITS, jerk=jerk_limits(LIMITS))
-
     assert refused.value.unit in ("rad/s³", "m/s³")
 
 
 @needs_ruckig
 def test_a_certificate_without_the_start_velocity_is_refused() -> None:
     move = jerk_limited_move(START, GOAL, LIMITS, start_velocity=[0.5, 0.0, 0.0])
-
     with pytest.raises(CertificateRefused, match="rest"):
         certify(move, LIMITS)
 
@@ -163,7 +153,6 @@ def test_a_certificate_without_the_start_velocity_is_refused() -> None:
 )
 def test_what_cannot_be_planned_is_refused(kind: type[Exception], given: dict[str, object]) -> None:
     asked = {"start": START, "goal": GOAL} | given
-
     with pytest.raises(kind):
         jerk_limited_move(limits=LIMITS, **asked)  # type: ignore[arg-type]  # bad on purpose
 
@@ -176,6 +165,5 @@ def test_a_ramp_that_makes_no_sense_is_refused(ramp: float) -> None:
 
 def test_without_ruckig_the_extra_that_brings_it_is_named(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setitem(sys.modules, "ruckig", None)
-
     with pytest.raises(LibraryMissing, match="the extra 'motion' of openpendant"):
         jerk_limited_move(START, GOAL, LIMITS)

@@ -52,7 +52,6 @@ def test_random_moves_are_certified_and_near_the_optimum(name: str) -> None:
 
 def test_a_move_starts_and_ends_exactly_at_rest_where_it_was_asked_to() -> None:
     move = plan_joint_move(HOME, AWAY, UR5)
-
     assert move.position[0].tolist() == HOME
     assert move.position[-1].tolist() == AWAY
     assert not move.velocity[[0, -1]].any()
@@ -62,7 +61,6 @@ def test_a_move_starts_and_ends_exactly_at_rest_where_it_was_asked_to() -> None:
 def test_the_acceleration_is_constant_between_samples() -> None:
     move = plan_joint_move(HOME, AWAY, UR5)
     period = float(move.times[1])
-
     gained = np.diff(move.velocity, axis=0)
     travelled = np.diff(move.position, axis=0)
     assert gained == pytest.approx(move.acceleration[:-1] * period, abs=1e-12)
@@ -73,7 +71,6 @@ def test_the_acceleration_is_constant_between_samples() -> None:
 
 def test_all_joints_keep_to_the_straight_line() -> None:
     move = plan_joint_move(HOME, AWAY, UR5)
-
     fraction = move.position[:, 5] / AWAY[5]
     assert move.position == pytest.approx(np.outer(fraction, AWAY), abs=1e-12)
 
@@ -81,7 +78,6 @@ def test_all_joints_keep_to_the_straight_line() -> None:
 def test_speed_scales_the_velocity_and_leaves_the_acceleration() -> None:
     full = certify(plan_joint_move(HOME, AWAY, UR5), UR5)
     tenth = certify(plan_joint_move(HOME, AWAY, UR5, speed=0.1), UR5)
-
     assert 0.095 < tenth.velocity.ratio <= 0.1 + 1e-9
     assert tenth.acceleration.ratio > 0.9 * full.acceleration.ratio
 
@@ -115,10 +111,8 @@ def test_what_cannot_be_planned_is_refused(
 
 def test_a_goal_beyond_the_range_is_refused_with_joint_value_and_limit() -> None:
     beyond = math.nextafter(UR5.upper[2], math.inf)
-
     with pytest.raises(OutOfRange) as refusal:
         plan_joint_move(HOME, [0.0, 0.0, beyond, 0.0, 0.0, 0.0], UR5)
-
     error = refusal.value
     assert (error.joint, error.value, error.upper) == (UR5.names[2], beyond, UR5.upper[2])
     assert error.unit == "rad"
@@ -126,9 +120,7 @@ def test_a_goal_beyond_the_range_is_refused_with_joint_value_and_limit() -> None
 
 def test_a_start_outside_by_feedback_noise_is_taken_to_stand_on_the_limit() -> None:
     noisy = [UR5.upper[0] + 4e-7, UR5.lower[1] - 4e-7, 0.0, 0.0, 0.0, 0.0]
-
     move = plan_joint_move(noisy, HOME, UR5)
-
     assert move.position[0].tolist() == [UR5.upper[0], UR5.lower[1], 0.0, 0.0, 0.0, 0.0]
     certify(move, UR5, start=noisy)
 
@@ -136,7 +128,6 @@ def test_a_start_outside_by_feedback_noise_is_taken_to_stand_on_the_limit() -> N
 def test_a_start_outside_by_more_than_noise_is_refused() -> None:
     with pytest.raises(OutOfRange) as refusal:
         plan_joint_move([UR5.upper[0] + 2e-6, *HOME[1:]], HOME, UR5)
-
     assert refusal.value.joint == UR5.names[0]
 
 
@@ -159,6 +150,5 @@ def test_a_move_of_more_than_an_hour_is_refused() -> None:
 
 def test_the_least_move_takes_two_samples() -> None:
     move = plan_joint_move(HOME, [1.1e-5, *HOME[1:]], UR5)
-
     certify(move, UR5)
     assert len(move.times) == 3

@@ -4,8 +4,6 @@
 1 / ((20 - 5) · 0.1 s) = 2/3 per second, and the sharpest change 2/3 / 0.5 s = 4/3 per second².
 """
 
-from __future__ import annotations
-
 from dataclasses import replace
 
 import pytest
@@ -83,5 +81,4 @@ def test_the_start_alone(off: float) -> None:
 
 @pytest.mark.parametrize(("steps", "ramp", "period"), [(20, 0, 0.1), (20, 11, 0.1), (20, 5, -0.1)])
 def test_a_move_that_is_none_in_time(steps: int, ramp: int, period: float) -> None:
-    nowhere = StraightMove((0.0, 0.0), (0.0, 0.0), steps, ramp, period)
-    assert refused(nowhere)[0] == "time"
+    assert refused(StraightMove((0.0, 0.0), (0.0, 0.0), steps, ramp, period))[0] == "time"

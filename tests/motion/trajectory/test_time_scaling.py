@@ -58,7 +58,6 @@ def ticks_until(run: ScaledRun, done: Callable[[int], bool], now: int = BEGAN) -
 
 def test_at_full_scale_the_run_is_the_trajectory() -> None:
     trajectory, run = swing(), ur5_run()
-
     for index in range(len(trajectory)):
         state = run.state(BEGAN + index * TICK)
         assert state.position == pytest.approx(trajectory.position[index], abs=1e-12)
@@ -68,7 +67,6 @@ def test_at_full_scale_the_run_is_the_trajectory() -> None:
 
 def test_at_half_scale_everything_takes_twice_as_long() -> None:
     trajectory, run = swing(), ur5_run(0.5)
-
     assert run.remaining(BEGAN) == pytest.approx(2.0 * trajectory.duration)
     state = run.state(BEGAN + 60 * TICK)
     assert state.position == pytest.approx(trajectory.position[30], abs=1e-12)
@@ -205,9 +203,7 @@ def test_a_pause_takes_half_again_what_is_left_or_a_second_and_a_half_at_most(na
     for share in (0.1, 0.5, 0.9):
         run = ScaledRun(trajectory, limits, started=0)
         began = int(share * trajectory.duration * SECOND)
-
         run.pause(began)
-
         still = ticks_until(run, partial(rests, run), began)
         left = (1.0 - share) * trajectory.duration
         assert still - began <= min(1.5 * left + 0.1, 1.5) * SECOND
@@ -218,9 +214,7 @@ def test_a_cruising_move_stops_as_fast_as_its_acceleration_allows() -> None:
     run = ScaledRun(move, UR5, started=0, ramp=0.001)
     began = len(move) // 2 * TICK
     speed, limit = float(move.velocity[len(move) // 2, 0]), UR5.acceleration[0]
-
     run.pause(began)
-
     still = ticks_until(run, lambda now: run.scale(now) == 0.0, began)
     assert (still - began) / SECOND == pytest.approx(speed / limit, abs=0.03)
 
@@ -228,9 +222,7 @@ def test_a_cruising_move_stops_as_fast_as_its_acceleration_allows() -> None:
 def test_the_ramp_is_the_least_time_of_a_change() -> None:
     slow = plan_joint_move([0.0] * 6, [0.5] * 6, UR5, speed=0.05)
     run = ScaledRun(slow, UR5, started=0, ramp=0.5)
-
     run.pause(SECOND)
-
     assert run.scale(SECOND + 250_000_000) == pytest.approx(0.5)
     assert run.scale(SECOND + 500_000_001) == 0.0
 
@@ -238,9 +230,7 @@ def test_the_ramp_is_the_least_time_of_a_change() -> None:
 def test_the_remaining_time_is_what_then_passes() -> None:
     run = ur5_run()
     run.set_scale(BEGAN + 20 * TICK, 0.37)
-
     told = run.remaining(BEGAN + 20 * TICK)
-
     end = BEGAN + 20 * TICK + round(told * SECOND)
     assert not run.finished(end - 1000)
     assert run.finished(end + 1000)
@@ -253,9 +243,7 @@ def test_a_scale_set_in_a_pause_waits_for_its_end() -> None:
     run.set_scale(BEGAN, 0.4)
     assert run.scale_wanted == 0.0
     assert run.time(BEGAN + SECOND) == 0.0
-
     run.resume(BEGAN + SECOND)
-
     assert run.scale_wanted == 0.4
     assert run.scale(BEGAN + 2 * SECOND) == 0.4
 
@@ -264,9 +252,7 @@ def test_a_trajectory_that_starts_moving_starts_as_planned_and_slows_down() -> N
     pytest.importorskip("ruckig")
     velocity = [0.5, 0.0, 0.0, 0.0, 0.0, 0.0]
     moving = jerk_limited_move([0.0] * 6, [1.0] * 6, UR5, start_velocity=velocity)
-
     run = ScaledRun(moving, UR5, started=0, scale=0.2)
-
     assert run.state(0).velocity.tolist() == velocity
     assert run.scale(SECOND) == pytest.approx(0.2)
 
@@ -274,10 +260,8 @@ def test_a_trajectory_that_starts_moving_starts_as_planned_and_slows_down() -> N
 @pytest.mark.parametrize("scale", [-0.1, 1.01, math.nan, math.inf])
 def test_a_scale_outside_0_to_1_is_refused_and_changes_nothing(scale: float) -> None:
     run = ur5_run()
-
     with pytest.raises(BadArgument, match="scale"):
         run.set_scale(BEGAN, scale)
-
     assert run.scale_wanted == 1.0
     with pytest.raises(BadArgument, match="scale"):
         ur5_run(scale)
@@ -286,7 +270,6 @@ def test_a_scale_outside_0_to_1_is_refused_and_changes_nothing(scale: float) -> 
 def test_time_that_runs_backwards_is_refused() -> None:
     run = ur5_run()
     run.set_scale(BEGAN + SECOND, 0.5)
-
     with pytest.raises(BadArgument, match="now"):
         run.state(BEGAN + SECOND - TICK)
 

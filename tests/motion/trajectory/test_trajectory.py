@@ -35,15 +35,13 @@ def test_the_arrays_cannot_be_written(move: Trajectory, field: str) -> None:
 @pytest.mark.parametrize("field", FIELDS)
 def test_a_trajectory_survives_the_way_between_processes(move: Trajectory, field: str) -> None:
     arrived = pickle.loads(pickle.dumps(move))
-
     assert np.array_equal(getattr(arrived, field), getattr(move, field))
     assert not getattr(arrived, field).flags.writeable
 
 
 def test_pickling_adds_little_to_the_numbers(move: Trajectory) -> None:
-    numbers = sum(getattr(move, field).nbytes for field in FIELDS)
 
-    assert len(pickle.dumps(move)) < numbers + 1000
+    assert len(pickle.dumps(move)) < sum(getattr(move, field).nbytes for field in FIELDS) + 1000
 
 
 def test_the_shapes_must_agree(move: Trajectory) -> None:
@@ -68,7 +66,6 @@ def test_at_a_sample_the_sample_is_returned(move: Trajectory) -> None:
 def test_between_samples_of_constant_acceleration_the_motion_is_exact(move: Trajectory) -> None:
     row, ahead = 3, 0.004
     state = move.sample(float(move.times[row]) + ahead)
-
     position, velocity = move.position[row], move.velocity[row]
     acceleration = move.acceleration[row]
     assert state.velocity == pytest.approx(velocity + acceleration * ahead, abs=1e-12)
@@ -80,7 +77,6 @@ def test_between_samples_of_constant_acceleration_the_motion_is_exact(move: Traj
 @pytest.mark.parametrize(("time", "row"), [(-1.0, 0), (-math.inf, 0), (1e9, -1), (math.inf, -1)])
 def test_outside_its_time_the_motion_stands_still(move: Trajectory, time: float, row: int) -> None:
     state = move.sample(time)
-
     assert np.array_equal(state.position, move.position[row])
     assert not state.velocity.any()
 
@@ -107,7 +103,6 @@ def test_joined_legs_follow_one_another() -> None:
 
 def test_legs_that_do_not_meet_are_refused() -> None:
     first = plan_joint_move(HERE, THERE, LIMITS)
-
     with pytest.raises(BadArgument, match="leg 1 starts elsewhere"):
         join([first, first])
 
@@ -115,7 +110,6 @@ def test_legs_that_do_not_meet_are_refused() -> None:
 def test_legs_of_different_sample_periods_are_refused() -> None:
     first = plan_joint_move(HERE, THERE, LIMITS)
     second = plan_joint_move(THERE, HERE, LIMITS, sample_period=0.02)
-
     with pytest.raises(BadArgument, match="sample period"):
         join([first, second])
 

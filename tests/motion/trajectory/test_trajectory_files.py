@@ -26,8 +26,7 @@ LIMITS = JointLimits(
 
 @pytest.fixture(scope="module")
 def swing() -> Trajectory:
-    waypoints = [[0.0, 0.0, 0.0], [1.0, -1.0, 1e-5], [0.5, 1.0, -0.3]]
-    return time_path(JointSpline(waypoints), LIMITS)
+    return time_path(JointSpline([[0.0, 0.0, 0.0], [1.0, -1.0, 1e-5], [0.5, 1.0, -0.3]]), LIMITS)
 
 
 @pytest.fixture
@@ -47,18 +46,14 @@ def comma_locale() -> Iterator[None]:
 @pytest.mark.usefixtures("comma_locale")
 def test_csv_gives_the_same_numbers_again_to_the_last_bit(swing: Trajectory) -> None:
     read = from_csv(to_csv(swing, LIMITS), LIMITS)
-
     for field in ("times", "position", "velocity", "acceleration"):
         assert np.array_equal(getattr(read, field), getattr(swing, field))
     certify(read, LIMITS)
 
 
 @pytest.mark.usefixtures("comma_locale")
-def test_csv_has_a_column_with_a_unit_for_each_quantity_and_decimal_dots(
-    swing: Trajectory,
-) -> None:
+def test_csv_has_a_column_with_a_unit_for_each_quantity_and_decimal_dots(swing: Trajectory) -> None:
     header, first, second, *_ = to_csv(swing, LIMITS).splitlines()
-
     assert header.startswith('time [s],turn position [rad],"a ""quoted"", name position [rad]",')
     assert header.endswith("slide acceleration [m/s²]")
     assert first.startswith("0.0,")
@@ -67,7 +62,6 @@ def test_csv_has_a_column_with_a_unit_for_each_quantity_and_decimal_dots(
 
 def test_csv_of_a_spreadsheet_is_read_too(swing: Trajectory) -> None:
     text = "\ufeff" + to_csv(swing, LIMITS).replace("\n", "\r\n")
-
     assert np.array_equal(from_csv(text, LIMITS).position, swing.position)
 
 
@@ -87,7 +81,6 @@ def test_a_csv_that_is_not_as_written_is_refused_with_its_place(
 ) -> None:
     text = to_csv(swing, LIMITS)
     assert old in text
-
     with pytest.raises(BadArgument, match=words):
         from_csv(text.replace(old, new, 1), LIMITS)
 
@@ -114,16 +107,13 @@ def test_ros_yaml_holds_names_and_every_point(swing: Trajectory) -> None:
 
 def test_tiny_numbers_stay_numbers_in_yaml() -> None:
     move = plan_joint_move([0.0, 0.0, 0.0], [1.0, 1e-9, 0.0], LIMITS)
-
     points = yaml.safe_load(to_ros_yaml(move, LIMITS))["points"]
-
     assert all(isinstance(value, float) for point in points for value in point["positions"])
 
 
 def test_another_robots_trajectory_is_refused() -> None:
     single = JointLimits(("a",), (-1.0,), (1.0,), (1.0,), (1.0,), (False,))
     move = plan_joint_move([0.0], [0.5], single)
-
     with pytest.raises(WrongJointCount):
         to_csv(move, LIMITS)
     with pytest.raises(WrongJointCount):

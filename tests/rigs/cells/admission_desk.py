@@ -76,7 +76,6 @@ class Desk:
         return self.login.verified(job.job_id, is_right(job), now)
 
     def log_in(self, session: int, name: str, now: int = START) -> Granted:
-        """Log in with the right password."""
         granted = self.attempt(session, name, f"{name}'s password", now)
         assert isinstance(granted, Granted)
         return granted

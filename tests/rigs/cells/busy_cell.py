@@ -21,9 +21,7 @@ class BusyCell(EmulatedCell):
     """A cell with surroundings, and a pendant that holds the authority.
 
     Attributes:
-        user: the pendant.
         is_busy: what is asked of the disk, and of the planning process about programs, waits.
-        waiting: that.
     """
 
     def __init__(self) -> None:
@@ -57,7 +55,6 @@ class BusyCell(EmulatedCell):
                 self.answered(item, job_planner.answer(self.robot, job_of(item)))
 
     def fail(self, error: StoreError) -> None:
-        """Have the disk refuse all that waits."""
         self.is_busy = False
         waiting, self.waiting = self.waiting, []
         for item in waiting:
@@ -80,5 +77,4 @@ class BusyCell(EmulatedCell):
 
 
 def answers(pendant: Pendant) -> list[dict[str, Any]]:
-    """All answers to management requests of a pendant so far."""
     return [json.loads(reply.body) for reply in pendant.all(Management)]

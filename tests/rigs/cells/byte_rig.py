@@ -39,13 +39,7 @@ READ = 256 * 1024
 
 
 class ListTransport(asyncio.Transport):
-    """Keeps what is written.
-
-    Attributes:
-        written: all bytes.
-        reads: the loop would read.
-        is_over: closed or aborted.
-    """
+    """Keeps what is written."""
 
     def __init__(self) -> None:
         super().__init__({"peername": ("127.0.0.1", 0), "socket": _NoSocket()})
@@ -80,13 +74,7 @@ class _NoSocket:
 
 
 class ByteClient:
-    """One client: its bytes go in as the loop would read them.
-
-    Attributes:
-        shell: the server's side of the connection.
-        transport: of that side.
-        session: its number.
-    """
+    """One client: its bytes go in as the loop would read them."""
 
     def __init__(self, rig: ByteRig, port: Port, order: ByteOrder) -> None:
         dialect, most = (PENDANT, MAX_PENDANT_FRAME) if port is Port.PENDANT else (STANDARD, 1_023)
@@ -107,7 +95,6 @@ class ByteClient:
             self.shell.data_received(data[at : at + READ])
 
     def heard(self) -> list[Any]:
-        """Return what was written to it since it was asked last."""
         data = bytes(self.transport.written[self._read :])
         self._read += len(data)
         got = self._wire.receive(data)
@@ -116,7 +103,6 @@ class ByteClient:
         return [each.message if isinstance(each, Unasked) else each for each in got]
 
     async def until_handled(self) -> int:
-        """Let turns of the loop pass until nothing waits; return how many."""
         turns = 0
         while self.shell.wire.more and not self.transport.is_over:
             await asyncio.sleep(0)

@@ -32,9 +32,7 @@ class FaultedCell:
     """A cell whose controller is behind a line that does what a script says.
 
     Attributes:
-        service: the emulator.
         proxy: counts the faults that were done.
-        pendant_port: where the server listens for pendants.
     """
 
     service: Service
@@ -42,7 +40,6 @@ class FaultedCell:
     pendant_port: int
 
     def violations(self) -> dict[str, int]:
-        """Return what the emulator's referee counted against the server, by kind."""
         counts = self.service.controller.referee.counts
         return {kind.value: count for kind, count in counts.items()}
 
@@ -54,12 +51,6 @@ class FaultedCell:
 
 @asynccontextmanager
 async def cell_behind_faults(script: Path, **link: object) -> AsyncIterator[FaultedCell]:
-    """Run a cell until the context is left.
-
-    Args:
-        script: what the line does.
-        link: settings of the server's `controller` table, beside the ports.
-    """
     loop = asyncio.get_running_loop()
     emulator = EmulatorSettings.model_validate({"motion_port": 0, "state_port": 0})
     service = Service(build_controller(emulator, loop_time(loop)), emulator)

@@ -20,12 +20,7 @@ from openpendant.simplemsg.verdicts import VerdictCode
 
 
 class GuardedRig(ServerRig):
-    """The rig of `server_rig` with the accounts of `admission_desk`; passwords cost nothing.
-
-    Attributes:
-        desk: the login and everything that was noted in the audit log.
-        changes: the changes of accounts that were asked for.
-    """
+    """The rig of `server_rig` with the accounts of `admission_desk`; passwords cost nothing."""
 
     def __init__(self, book: AccountBook = BOOK) -> None:
         super().__init__()
@@ -50,33 +45,28 @@ class GuardedRig(ServerRig):
         return outgoing
 
     def answer_checks(self) -> None:
-        """Have every password checked that waits."""
         while self.checks:
             asked = self.checks.pop(0)
             assert isinstance(asked.question, VerifyJob)
             self.answered(asked, is_right(asked.question))
 
     def follow(self, book: AccountBook) -> None:
-        """Have the server follow other accounts, as the application does."""
         for change in self.desk.login.accounts_changed(book, self.now):
             self.perform(self.core.handle(Regranted(change.session), self.now))
 
     def visitor(self, address: str = LAN, state_rate: float = 0.0) -> Pendant:
-        """Return a pendant that said hello and did not log in."""
         pendant = self.stranger(Port.PENDANT, address)
         pendant.hello("an app", state_rate)
         pendant.got.clear()
         return pendant
 
     def user(self, name: str) -> Pendant:
-        """Return a pendant that logged in."""
         pendant = self.visitor()
         assert log_in(pendant, name) is VerdictCode.ACCEPTED
         pendant.got.clear()
         return pendant
 
     def noted(self, event: AuditEvent) -> list[str]:
-        """Return who did something, by the audit log."""
         return [entry.who for entry in self.desk.log if entry.event is event]
 
 

@@ -18,9 +18,8 @@ UNREACHABLE = Refusal(V.UNREACHABLE, "out of reach")
 def step(pad: JogPad, *increments: float, speed: float = 1.0) -> V | None:
     values = joint_array(increments)
     pad.pendant.last_request += 1
-    request = pad.pendant.last_request
     return pad.pendant.code(
-        JogStep(request, speed, JogSpace.JOINTS, "base", len(increments), values)
+        JogStep(pad.pendant.last_request, speed, JogSpace.JOINTS, "base", len(increments), values)
     )
 
 

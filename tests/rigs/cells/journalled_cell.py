@@ -46,21 +46,12 @@ class PlannerInLine:
         self._deliveries[job.job_id] = loop.call_later(0.03, deliver, planned)
 
     def withdraw(self, job_id: int) -> None:
-        """Deliver no answer."""
         self._deliveries[job_id].cancel()
 
 
 @dataclass
 class JournalledCell:
-    """Both processes and their journals.
-
-    Attributes:
-        service: the emulator.
-        app: the server.
-        pendant_port: where the server listens for pendants.
-        motion_ports: of the emulator and of the server.
-        state_ports: of the emulator and of the server.
-    """
+    """Both processes and their journals."""
 
     service: Service
     app: App
@@ -85,8 +76,7 @@ async def journalled_cell(emulator_file: Path, server_file: Path) -> AsyncIterat
         ports = await service.start()
         link = {"host": "127.0.0.1", "motion_port": ports.motion, "state_port": ports.state}
         listen = {"pendant_port": 0, "ros_motion_port": 0, "ros_state_port": 0}
-        values = {"robot": ROBOT, "controller": link, "listen": listen}
-        settings = make_settings(values, "test")
+        settings = make_settings({"robot": ROBOT, "controller": link, "listen": listen}, "test")
         second = Journal(server_inbox.loop_time)
         app = bare_app([CellParts(settings, serial_robot(ROBOT), PlannerInLine())], second)
         with server_cli.kept_journal(second, server_file, ServerSettings((settings,))):

@@ -52,7 +52,6 @@ class LaggingRobot:
         """Stand at a place.
 
         Args:
-            limits: their accelerations brake it.
             start: (n,) where it stands.
             lags: (n,) of its joints [s].
             setting_off: it begins so long after its first point came [ns].
@@ -168,7 +167,6 @@ class TrackedDrive:
     """The server's drive of one robot, and the robot, on one clock.
 
     Attributes:
-        driving: the drive.
         alarms: why a protective stop was asked for.
         ended: why the motions ended; None for one that arrived.
     """
@@ -187,13 +185,10 @@ class TrackedDrive:
         """Join both.
 
         Args:
-            limits: of the robot.
             link: how the server talks to it; says its noise.
-            robot: stands where it begins.
             points: whose speed a mode caps.
             cap: of that speed [m/s].
             chance: decides delays and noise.
-            is_prompt: no report is late.
         """
         self.now = 1_000_000_000
         self.robot = robot

@@ -57,11 +57,10 @@ class ProgramCell(EmulatedCell):
         return super().perform(outgoing)
 
     def keep(self, name: str, statements: str, expected_revision: int = 0) -> None:
-        program = parse(HEAD.format(name=name) + statements)
         self.store.save(
             DocumentKind.PROGRAM,
             name,
-            program_to_json(program),
+            program_to_json(parse(HEAD.format(name=name) + statements)),
             expected_revision=expected_revision,
             author="test",
         )

@@ -38,7 +38,6 @@ class ProgramRig:
     """A runner with its clock.
 
     Attributes:
-        runner: the runner.
         now: monotonic time [ns].
         actions: all actions so far, but for reports.
         request: number of the request made last.
@@ -51,7 +50,6 @@ class ProgramRig:
         self.request = 0
 
     def do(self, event: Event) -> list[str]:
-        """Hand over an event; return what came out, without reports."""
         found = [each for each in self.runner.handle(event, self.now) if not _is_report(each)]
         self.actions += found
         for action in found:
@@ -87,7 +85,6 @@ class ProgramRig:
 
     @property
     def block(self) -> MotionBlock:
-        """The block that was asked for last."""
         return next(a.block for a in reversed(self.actions) if isinstance(a, RequestMotion))
 
     @property
@@ -111,7 +108,6 @@ class ProgramRig:
 
 
 def text_of(action: Action) -> str:
-    """Say an action in a few words."""
     match action:
         case RequestMotion(_, block):
             moves = " ".join(_move_text(each) for each in block.moves)

@@ -90,7 +90,6 @@ class RecordedCell:
         self.perform(self.recorder.reported(self.feedback, self.now + MS))
 
     def tick(self, after_ms: int = 10) -> None:
-        """Let time pass to the next tick of the server."""
         self.now += after_ms * MS
         self.perform(self.recorder.tick(self.now))
 

@@ -16,8 +16,7 @@ TOPIC = CommType.TOPIC
 
 
 def jobs(rig: ServerRig) -> list[RosPathJob]:
-    plans = jobs_in(item for _, item in rig.log)
-    return [job for job in plans if isinstance(job, RosPathJob)]
+    return [job for job in jobs_in(item for _, item in rig.log) if isinstance(job, RosPathJob)]
 
 
 def moving() -> tuple[ServerRig, RosClient]:
@@ -30,7 +29,6 @@ def moving() -> tuple[ServerRig, RosClient]:
 
 
 def status_of(rig: ServerRig) -> Status:
-    """Ask a fresh state connection for STATUS."""
     (reply,) = rig.ros(port=Port.ROS_STATE).send(Status(0, 0, 0, 0, 0, 0, 0, comm_type=2))
     assert isinstance(reply, Status)
     return reply

@@ -153,13 +153,11 @@ class NoTool:
 
 
 def job_of(asked: Ask) -> Job:
-    """Return the job that the planner is asked to do."""
     assert isinstance(asked.question, Job)
     return asked.question
 
 
 def jobs_in(outgoing: Iterable[Effect]) -> list[Job]:
-    """Return the jobs that the planner is asked to do."""
     return [
         job_of(item)
         for item in outgoing
@@ -192,11 +190,9 @@ class Shell(ABC):
         self.answered(asked, answer)
 
     def answered(self, asked: Ask, answer: object) -> list[Effect]:
-        """Have a question answered."""
         return self.perform(self.core.handle(Answered(asked, answer), self.now))
 
     def planned(self, job: Job, planned: PlanAnswer) -> list[Effect]:
-        """Have a job answered."""
         return self.answered(Ask(job.job_id, job), planned)
 
     @abstractmethod
@@ -221,7 +217,6 @@ class Shell(ABC):
         return pendant
 
     def holder(self, client: str = "holder") -> Pendant:
-        """Return a pendant that holds the motion authority."""
         pendant = self.pendant(client)
         assert pendant.take() is VerdictCode.ACCEPTED
         return pendant
@@ -396,7 +391,6 @@ class ServerRig(Shell):
 
     @property
     def stops(self) -> list[int]:
-        """Times at which a stop left."""
         return [time for time, item in self.log if isinstance(item, SendStop)]
 
 

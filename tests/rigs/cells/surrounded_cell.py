@@ -106,7 +106,6 @@ class SurroundedCell:
         return answer
 
     def answered(self, body: bytes) -> list[Effect]:
-        """Return what comes of the body of a request."""
         reply: ReplyTo[Any] = ReplyTo(1, 7, "ann")
         _, asked = parse(body)
         if isinstance(asked, Refusal):

@@ -40,7 +40,6 @@ class MovingCell:
     """An emulated cell in a motion that a test began, and that goes on while time passes.
 
     Attributes:
-        cell: the cell.
         pendant: a pendant that hears of everything.
         began: when the motion began [ns].
     """
@@ -73,7 +72,6 @@ class MovingCell:
 
     @property
     def code(self) -> V:
-        """For which reason the stop is latched."""
         stop = self.cell.core.cell.stop
         assert stop is not None
         assert stop.is_protective
@@ -122,7 +120,6 @@ def _beats(pendant: Pendant) -> Callable[[int], None]:
 def moving(
     way: Sequence[float] = (1.0, 0.5, 0.5, 0.2, 0.2, 0.2), speed: float = 0.3, **settings: Any
 ) -> MovingCell:
-    """Make a joint move."""
     cell = EmulatedCell(**settings)
     pendant = cell.holder()
     goal = [at + by for at, by in zip(cell.position, way, strict=True)]
@@ -131,14 +128,12 @@ def moving(
 
 
 def running() -> MovingCell:
-    """Run a program."""
     cell = ProgramCell(main="move PTP a\nmove PTP c\nmove PTP b\n")
     assert cell.run(speed=0.3) is V.ACCEPTED
     return MovingCell(cell, cell.user, _beats(cell.user))
 
 
 def following_ros() -> MovingCell:
-    """Follow a ROS-Industrial trajectory."""
     cell = EmulatedCell()
     pendant = cell.pendant()
     client = cell.ros()
@@ -183,7 +178,6 @@ def aborted(pendant: Pendant) -> list[V]:
 
 
 def why(cell: EmulatedCell) -> dict[str, Any]:
-    """Ask what keeps the robot from moving."""
     (reply,) = cell.pendant().send(Management(7, json.dumps({"op": "why"}).encode()))
     assert isinstance(reply, Management)
     answer: dict[str, Any] = json.loads(reply.body)

@@ -36,7 +36,6 @@ class StallWatch:
     """
 
     def __init__(self) -> None:
-        """Start it."""
         self._process = subprocess.Popen(
             [sys.executable, "-I", "-S", "-c", _WATCH], stdout=subprocess.PIPE
         )
@@ -75,6 +74,5 @@ class StallWatch:
             return b""
 
     def end(self) -> None:
-        """End the process."""
         self._process.kill()
         self._process.communicate()

@@ -35,9 +35,7 @@ _Arguments = TypeVarTuple("_Arguments")
 class HasFileno(Protocol):
     """What a selector can watch, besides a bare descriptor."""
 
-    def fileno(self) -> int:
-        """Return the file descriptor."""
-        ...
+    def fileno(self) -> int: ...
 
 
 class StalledError(RuntimeError):
@@ -63,7 +61,6 @@ class VirtualSelector(selectors.DefaultSelector):
         return key
 
     def unregister(self, fileobj: int | HasFileno) -> selectors.SelectorKey:
-        """Stop watching a file."""
         key = super().unregister(fileobj)
         self._network.discard(key.fd)
         return key
@@ -104,14 +101,10 @@ class VirtualLoop(asyncio.SelectorEventLoop):
         return self._virtual.now_ns
 
     def time(self) -> float:
-        """Return virtual time in seconds."""
         return self._virtual.now_ns / 1e9
 
     def run_in_executor(
-        self,
-        executor: Executor | None,
-        func: Callable[[*_Arguments], _Result],
-        *args: *_Arguments,
+        self, executor: Executor | None, func: Callable[[*_Arguments], _Result], *args: *_Arguments
     ) -> asyncio.Future[_Result]:
         """Call `func` here and now; its outcome arrives in the next turn of the loop.
 

@@ -43,10 +43,8 @@ class Expected:
     """One field as our codec decodes it.
 
     Attributes:
-        name: its filter.
         field: its declaration; a plain integer for the count of an array.
         value: its value; a number for each slot of an array of reals.
-        raw: its bytes in the frame.
     """
 
     name: str
@@ -56,7 +54,6 @@ class Expected:
 
 
 def _expected(message: Message, frame: bytes, real_size: int) -> list[Expected]:
-    """Return the fields of a decoded frame in the order of their bytes."""
     if isinstance(message, HeaderOnly | Opaque):
         return []
     rest = memoryview(frame)[HEADER_SIZE:]

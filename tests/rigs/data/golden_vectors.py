@@ -61,7 +61,6 @@ class Golden:
 
     @property
     def packet(self) -> dict[str, Any]:
-        """The packet as JSON, without its name."""
         keys = ("msg_type", "comm_type", "reply_code")
         return {**{key: self.entry[key] for key in keys}, "fields": self.fields}
 
@@ -92,7 +91,6 @@ def load(name: str) -> list[dict[str, Any]]:
 
 
 def golden_cases(file: str) -> list[tuple[str, Golden]]:
-    """Return the packets of a file, each with its id."""
     return [(golden.id, golden) for golden in GOLDEN if golden.file == file]
 
 

@@ -43,12 +43,7 @@ def large_body(points: int = MOST_POINTS, moves: int = MOST_STATEMENTS) -> str:
 
 
 class WorkCount:
-    """Points and statements that were made, but for those of the planning process.
-
-    Attributes:
-        parts: how many.
-        parses: how often a text was parsed or printed.
-    """
+    """Points and statements that were made, but for those of the planning process."""
 
     def __init__(self) -> None:
         self.parts = 0
@@ -81,7 +76,6 @@ class WorkCount:
 
 
 def count_work(patch: pytest.MonkeyPatch) -> WorkCount:
-    """Count from now on."""
     count = WorkCount()
     for kind in (TeachPoint, statements._Statement):
         patch.setattr(kind, "__post_init__", count.counted(kind.__post_init__, "parts"))
@@ -92,12 +86,7 @@ def count_work(patch: pytest.MonkeyPatch) -> WorkCount:
 
 
 class WorkingCell(ProgramCell):
-    """A cell whose planning process does its tasks about programs when told to.
-
-    Attributes:
-        jobs: what it was given and has not done yet.
-        done: how many it has done.
-    """
+    """A cell whose planning process does its tasks about programs when told to."""
 
     def __init__(self) -> None:
         self.jobs: list[ProgramJob] = []
@@ -116,7 +105,6 @@ class WorkingCell(ProgramCell):
         return outgoing
 
     def work(self) -> None:
-        """Do all tasks that wait, and those that follow."""
         while self.jobs:
             job = self.jobs.pop(0)
             self.done += 1
@@ -171,5 +159,4 @@ class WorkingCell(ProgramCell):
 
 
 def answers(pendant: Pendant) -> list[dict[str, Any]]:
-    """All answers to management requests of a pendant so far."""
     return [json.loads(reply.body) for reply in pendant.all(Management)]

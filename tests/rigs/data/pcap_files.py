@@ -47,8 +47,7 @@ def _ether_type(packet: bytes) -> int:
 
 def ethernet(packet: bytes, vlans: int = 0) -> bytes:
     tags = b"".join(struct.pack(">HH", 0x8100, 7) for _ in range(vlans))
-    frame = bytes(12) + tags + struct.pack(">H", _ether_type(packet)) + packet
-    return frame.ljust(60, b"\xee")
+    return (bytes(12) + tags + struct.pack(">H", _ether_type(packet)) + packet).ljust(60, b"\xee")
 
 
 def linux_cooked(packet: bytes) -> bytes:
@@ -102,11 +101,7 @@ class Conversation:
         return [self.segment(0, flags=SYN), self.segment(1, flags=SYN | ACK), self.segment(0)]
 
     def closed(self) -> list[Stamped]:
-        return [
-            self.segment(0, flags=FIN | ACK),
-            self.segment(1, flags=FIN | ACK),
-            self.segment(0),
-        ]
+        return [self.segment(0, flags=FIN | ACK), self.segment(1, flags=FIN | ACK), self.segment(0)]
 
     def asked(self, request: bytes, reply: bytes) -> list[Stamped]:
         return [self.segment(0, request, PSH | ACK), self.segment(1, reply, PSH | ACK)]

@@ -78,7 +78,6 @@ def _poses(draw: st.DrawFn) -> PointPose:
 
 @st.composite
 def points(draw: st.DrawFn, name: str, joints: int) -> TeachPoint:
-    """A point of any numbers."""
     values = draw(st.lists(st.floats(-1e6, 1e6), min_size=joints, max_size=joints))
     turns = st.lists(st.integers(-100, 100), min_size=joints, max_size=joints).map(tuple)
     arms = st.builds(

@@ -24,10 +24,8 @@ class Segment:
     """One TCP segment with data.
 
     Attributes:
-        data: its bytes.
         stream: number of the connection; segments of one are in order.
         port: port of the server.
-        to_server: whether the client sent it.
     """
 
     data: bytes
@@ -53,10 +51,7 @@ def write_pcap(path: Path, segments: list[Segment], snaplen: int = 262_144) -> N
 def _packet(segment: Segment, sequence: int, acknowledged: int) -> bytes:
     client, server = (
         (bytes([10, 0, 0, 1]), 40_000 + segment.stream % 10_000),
-        (
-            bytes([10, 0, 0, 2]),
-            segment.port,
-        ),
+        (bytes([10, 0, 0, 2]), segment.port),
     )
     source, target = (client, server) if segment.to_server else (server, client)
     push_and_ack = 0x5018
@@ -74,8 +69,6 @@ class Shown:
 
     Attributes:
         name: its filter.
-        show: its value as text.
-        raw: its bytes.
         label: the line in the tree.
     """
 

@@ -20,13 +20,11 @@ def joint(
     limit: str = LIMIT,
     more: str = "",
 ) -> str:
-    """Return a `joint` element."""
     ends = f'<parent link="{parent}"/><child link="{child}"/>'
     return f'<joint name="{name}" type="{kind}">{ends}{origin}{axis}{limit}{more}</joint>'
 
 
 def robot(*joints: str, links: str = "abcd", more: str = "", name: str = "tiny") -> str:
-    """Return a whole file whose links are single letters."""
     listed = "".join(f'<link name="{letter}"/>' for letter in links)
     return f'<robot name="{name}">{listed}{"".join(joints)}{more}</robot>'
 
@@ -38,7 +36,6 @@ SOUND = robot(FIRST, SECOND, THIRD)
 
 
 def written(folder: Path, text: str | bytes, name: str = "tiny.urdf") -> Path:
-    """Write a file and return its path."""
     path = folder / name
     path.write_bytes(text.encode() if isinstance(text, str) else text)
     return path

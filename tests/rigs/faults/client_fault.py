@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass
-from enum import Enum, auto
+from enum import Enum
 
 from openpendant.simplemsg import ByteOrder, Message
 from openpendant.tools.packets.conformance.client.setup import Mutation
@@ -24,38 +24,14 @@ class Form(Enum):
         return self in (Form.MOTOMAN, Form.GROUPS)
 
 
-class Neglect(Enum):
-    """What a client can fail to do."""
-
-    WAIT_FOR_REPLY = auto()
-    REFUSAL = auto()
-    REPLY_TYPE = auto()
-    REPLY_CODE = auto()
-    PATIENCE = auto()
-    ANSWERING = auto()
-    E_STOP = auto()
-    MOTION_POSSIBLE = auto()
-    SILENCE = auto()
-    STATE_LOST = auto()
-    FIRST_REPORT = auto()
-    UNANSWERED_POINT = auto()
-    ORDER_AFTER_RECONNECT = auto()
-    RESTART = auto()
-    ONE_LINK = auto()
-    CALM = auto()
-    STOP_BEFORE_LEAVING = auto()
-    STOP_ENDS = auto()
-    READY_QUESTION = auto()
-    READY_ANSWER = auto()
-    BUSY_POINT = auto()
-    BUSY_PAUSE = auto()
-    READY_AFTER_STOP = auto()
-    SURVIVING = auto()
-    NEW_BEGINNING = auto()
-    WHOLE_FRAME = auto()
-    POWER = auto()
-    HEADER = auto()
-
+Neglect = Enum(
+    "Neglect",
+    "WAIT_FOR_REPLY REFUSAL REPLY_TYPE REPLY_CODE PATIENCE ANSWERING E_STOP MOTION_POSSIBLE "
+    "SILENCE STATE_LOST FIRST_REPORT UNANSWERED_POINT ORDER_AFTER_RECONNECT RESTART ONE_LINK "
+    "CALM STOP_BEFORE_LEAVING STOP_ENDS READY_QUESTION READY_ANSWER BUSY_POINT BUSY_PAUSE "
+    "READY_AFTER_STOP SURVIVING NEW_BEGINNING WHOLE_FRAME POWER HEADER",
+)
+"""What a client can fail to do."""
 
 Change = Callable[[Message], Message]
 Cut = Callable[[bytes], list[bytes]]
@@ -66,15 +42,11 @@ class Fault:
     """One rule that a client breaks.
 
     Attributes:
-        name: what it does wrong.
         check: number of the check that has to find it.
         mutation: scenario in which it shows.
-        form: the points that it sends.
         point: changes a point's message before it is sent.
-        stop: changes a stop.
         reply: changes an answer to the controller.
         cut: changes the bytes of a point.
-        cut_reply: changes the bytes of an answer.
         extra: what it sends besides, once, on the motion link.
         extra_state: what it sends besides, once, on the state link.
         neglects: what it fails to do.

@@ -118,10 +118,6 @@ def _padded_with_points(message: Message) -> Message:
     return message
 
 
-def _garbage_bits(data: bytes) -> list[bytes]:
-    return word(16 + 8 + 4, 0x46F48B47)(data)
-
-
 FRAMING = [
     Fault("declares 100,000 bytes", "FC01", cut=word(0, 100_000)),
     Fault("declares a negative length", "FC01", cut=word(0, -8)),
@@ -216,7 +212,12 @@ MOTION = [
     Fault("lets time stand still", "MC11", point=setting("time", 0.4)),
     Fault("lets time run backwards", "MC11", point=setting("time", 0.1)),
     Fault("sets undefined bits", "MC12", point=setting("valid_fields", 7 + 64)),
-    Fault("leaves bits uninitialised", "MC12", form=Form.GROUPS, cut=_garbage_bits),
+    Fault(
+        "leaves bits uninitialised",
+        "MC12",
+        form=Form.GROUPS,
+        cut=lambda data: word(16 + 8 + 4, 0x46F48B47)(data),
+    ),
     Fault("sends a point without a position", "MC13", point=setting("valid_fields", 5)),
     Fault("leaves values in invalid fields", "MC14", point=adding("accelerations", 1.0)),
     Fault("changes the robot", "MC15", point=setting("robot_id", 1)),
@@ -317,20 +318,12 @@ LIMITS = [
     Fault("starts in motion", "LC07", point=adding("velocities", 0.3), at=0),
     Fault("ends in motion", "LC10", point=adding("velocities", 0.3), at=29),
     Fault(
-        "ends in motion, Motoman",
-        "LC10",
-        form=Form.MOTOMAN,
-        point=adding("velocities", 0.3),
-        at=29,
+        "ends in motion, Motoman", "LC10", form=Form.MOTOMAN, point=adding("velocities", 0.3), at=29
     ),
     Fault("negates its velocities", "LC09", point=_scaled(-1.0), at=None),
     Fault("triples its velocities", "LC09", point=_scaled(3.0), at=None),
     Fault(
-        "triples its velocities, Motoman",
-        "LC09",
-        form=Form.MOTOMAN,
-        point=_scaled(3.0),
-        at=None,
+        "triples its velocities, Motoman", "LC09", form=Form.MOTOMAN, point=_scaled(3.0), at=None
     ),
     Fault("sends a whole trajectory", "LC08", extra=JointTraj((TrajPoint(0, _NOTHING, 0.1, 1.0),))),
 ]

@@ -15,7 +15,7 @@ from typing import Any
 from rigs.processes.judged_server import HALF_RATE, USUAL_RATE
 
 from openpendant.controller_emulator.core.admission import Admission, Tolerances
-from openpendant.controller_emulator.core.controller import EmulatedController
+from openpendant.controller_emulator.core.controller import EmulatedController, Outgoing
 from openpendant.controller_emulator.interpolation.servo import StartRule
 from openpendant.controller_emulator.profiles import GENERIC
 from openpendant.controller_emulator.shell.links import EmulatorLink, LinkEvents
@@ -31,6 +31,7 @@ from openpendant.simplemsg import (
     Message,
     Received,
     Role,
+    accepted,
 )
 from openpendant.simplemsg.journal import Journal
 from openpendant.tools.packets.conformance.check import CheckVerdict, Judgement, Profile
@@ -87,17 +88,13 @@ class Fault:
     """One broken rule.
 
     Attributes:
-        name: what is wrong with the server.
         found_by: numbers of the checks that must say so.
         verdict: what they must say.
         profile: as what the server is judged.
         settings: settings of the emulator that are part of the fault.
         bytes_in: what becomes of the bytes of a motion link before they are understood.
         message_in: what becomes of a message of a motion link.
-        frame_out: what becomes of a reply.
         state_out: what becomes of a round of the state port.
-        controller: the controller.
-        service: the service.
     """
 
     name: str
@@ -105,23 +102,17 @@ class Fault:
     verdict: CheckVerdict = CheckVerdict.FAILED
     profile: Profile = Profile.GENERIC
     settings: Mapping[str, object] = field(default_factory=dict)
-    bytes_in: Callable[[FaultyLink, bytes], bytes] | None = None
-    message_in: Callable[[FaultyLink, Received], Iterable[Received]] | None = None
-    frame_out: Callable[[FaultyLink, bytes], bytes] | None = None
-    state_out: Callable[[FaultyService, list[Message]], list[Message | bytes]] | None = None
+    bytes_in: BytesChange | None = None
+    message_in: MessageIn | None = None
+    frame_out: BytesChange | None = None
+    state_out: StateOut | None = None
     controller: type[EmulatedController] = EmulatedController
     link: type[FaultyLink] | None = None
     service: type[FaultyService] | None = None
 
 
 class FaultyLink(EmulatorLink):
-    """A link whose bytes pass through a fault.
-
-    Attributes:
-        fault: the fault.
-        memory: what the fault remembers of this link.
-        service: whose link it is.
-    """
+    """A link whose bytes pass through a fault."""
 
     def __init__(
         self,
@@ -147,11 +138,6 @@ class FaultyLink(EmulatorLink):
                 return
         super().data_received(data)
 
-    def understand(self, data: bytes) -> None:
-        """Take bytes that the fault held back."""
-        if self.is_open:
-            super().data_received(data)
-
     def send(self, message: Message) -> None:
         if self.fault.frame_out is None or not self.is_motion:
             super().send(message)
@@ -173,8 +159,6 @@ class FaultyService(Service):
     """A service with faulty links.
 
     Attributes:
-        fault: the fault.
-        memory: what the fault remembers.
         motion_numbers: numbers of the links that were made for the motion port.
     """
 
@@ -224,11 +208,57 @@ class FaultyService(Service):
             server.close()
 
 
+BytesChange = Callable[[FaultyLink, bytes], bytes]
+MessageIn = Callable[[FaultyLink, Received], Iterable[Received]]
+StateOut = Callable[[FaultyService, list[Message]], list[Message | bytes]]
+
 SOUND = Fault("nothing at all", ())
 
 
+def count(memory: dict[str, Any], name: str) -> int:
+    """Return for the how many-th time this is called with a name."""
+    memory[name] = memory.get(name, 0) + 1
+    return int(memory[name])
+
+
+def each(change: Callable[[FaultyService, Message], Message | bytes | None]) -> StateOut:
+    """Change each message of a round, or leave it out."""
+    return lambda service, messages: [
+        told for message in messages if (told := change(service, message)) is not None
+    ]
+
+
+def each_frame(change: Callable[[bytes], bytes]) -> StateOut:
+    """Change the bytes of each message of a round."""
+    return each(lambda service, message: change(service._codec.encode(message)))
+
+
+def each_point(change: Callable[[JointTrajPt], JointTrajPt]) -> MessageIn:
+    """Change each point that comes in, but no stop."""
+
+    def apply(link: FaultyLink, received: Received) -> Iterable[Received]:
+        if isinstance(received, JointTrajPt) and not is_stop(received):
+            return (change(received),)
+        return (received,)
+
+    return apply
+
+
+def disobeying(
+    when: Callable[[EmulatedController, int, Message, int], bool],
+) -> type[EmulatedController]:
+    """Return a controller that takes some messages of a link, and does not obey them."""
+
+    class Disobeying(EmulatedController):
+        def handle(self, link: int, message: Received, now: int) -> Outgoing:
+            if isinstance(message, Message) and when(self, link, message, now):
+                return [(link, accepted(message))] if is_request(message) else []
+            return super().handle(link, message, now)
+
+    return Disobeying
+
+
 async def serve(fault: Fault) -> tuple[FaultyService, EmulatorPorts]:
-    """Start an emulator with a fault on free ports."""
     loop = asyncio.get_running_loop()
     settings = EmulatorSettings.model_validate(
         {"motion_port": 0, "state_port": 0, "rate": HALF_RATE, **fault.settings}
@@ -253,7 +283,6 @@ def checks_named(numbers: Iterable[str]) -> list[ServerCheck]:
 
 
 async def judged(fault: Fault, checks: Iterable[ServerCheck] | None = None) -> Judgement:
-    """Judge an emulator with a fault."""
     service, ports = await serve(fault)
     options = Options(
         HOST, ports.motion, ports.state, profile=fault.profile, may_move=True, limits=LIMITS

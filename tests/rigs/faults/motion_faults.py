@@ -14,6 +14,13 @@ from rigs.faults.faulty_servers import (
     Fault,
     FaultyLink,
     FaultyService,
+    MessageIn,
+    StateOut,
+    count,
+    disobeying,
+    each,
+    each_frame,
+    each_point,
     frame,
     header,
     is_request,
@@ -42,39 +49,24 @@ from openpendant.tools.packets.conformance.check import CheckVerdict
 
 DEVIATES = CheckVerdict.DEVIATES
 
-StateOut = Callable[[FaultyService, list[Message]], list[Message | bytes]]
-MessageIn = Callable[[FaultyLink, Received], Iterable[Received]]
-
-
-def _each(change: Callable[[Message], Message | bytes | None]) -> StateOut:
-    def apply(service: FaultyService, messages: list[Message]) -> list[Message | bytes]:
-        return [told for message in messages if (told := change(message)) is not None]
-
-    return apply
-
 
 def _status(**values: int) -> StateOut:
-    def change(message: Message) -> Message:
-        return dataclasses.replace(message, **values) if isinstance(message, Status) else message
-
-    return _each(change)
+    return each(
+        lambda _, told: dataclasses.replace(told, **values) if isinstance(told, Status) else told
+    )
 
 
 def _joints(change: Callable[[tuple[float, ...]], tuple[float, ...]]) -> StateOut:
     """Change joint values wherever they are told."""
 
-    def apply(message: Message) -> Message:
+    def apply(_: FaultyService, message: Message) -> Message:
         if isinstance(message, JointPosition):
             return dataclasses.replace(message, joints=change(message.joints))
         if isinstance(message, JointFeedback):
             return dataclasses.replace(message, positions=change(message.positions))
         return message
 
-    return _each(apply)
-
-
-def _motion_at_rest(service: FaultyService, message: Message) -> bool:
-    return not service.controller.status(service.now).in_motion
+    return each(apply)
 
 
 def _pauses(while_moving: bool) -> StateOut:
@@ -86,16 +78,8 @@ def _pauses(while_moving: bool) -> StateOut:
     return apply
 
 
-def _status_once(service: FaultyService, messages: list[Message]) -> list[Message | bytes]:
-    service.memory["told"] = service.memory.get("told", 0)
-    out: list[Message | bytes] = []
-    for message in messages:
-        if isinstance(message, Status):
-            service.memory["told"] += 1
-            if service.loop_time % 3.0 > 0.1:
-                continue
-        out.append(message)
-    return out
+def _status_now_and_then(service: FaultyService, message: Message) -> Message | None:
+    return None if isinstance(message, Status) and service.loop_time % 3.0 > 0.1 else message
 
 
 def _status_first(service: FaultyService, messages: list[Message]) -> list[Message | bytes]:
@@ -103,31 +87,20 @@ def _status_first(service: FaultyService, messages: list[Message]) -> list[Messa
 
 
 def _counting(service: FaultyService, messages: list[Message]) -> list[Message | bytes]:
-    service.memory["count"] = service.memory.get("count", 0) + 1
+    number = count(service.memory, "rounds")
     return [
-        dataclasses.replace(m, sequence=service.memory["count"])
-        if isinstance(m, JointPosition)
-        else m
-        for m in messages
+        dataclasses.replace(told, sequence=number) if isinstance(told, JointPosition) else told
+        for told in messages
     ]
 
 
-def _four_bytes_more(service: FaultyService, messages: list[Message]) -> list[Message | bytes]:
-    out: list[Message | bytes] = []
-    for message in messages:
-        data = service._codec.encode(message)
-        longer = header(data)[1] == 13
-        out.append(patched(data, 0, len(data)) + bytes(4) if longer else data)
-    return out
+def _four_bytes_more(data: bytes) -> bytes:
+    return patched(data, 0, len(data)) + bytes(4) if header(data)[1] == 13 else data
 
 
 def _noise(service: FaultyService, messages: list[Message]) -> list[Message | bytes]:
     off = 0.01 * math.sin(service.loop_time * 20)
     return _joints(lambda joints: (joints[0] + off, *joints[1:]))(service, messages)
-
-
-def _nothing_for_many(service: FaultyService, messages: list[Message]) -> list[Message | bytes]:
-    return [] if len(service.state_links) > 1 else list(messages)
 
 
 class _FirstListenersOnly(FaultyLink):
@@ -138,28 +111,19 @@ class _FirstListenersOnly(FaultyLink):
 
 def _jumping(service: FaultyService, messages: list[Message]) -> list[Message | bytes]:
     moving = bool(service.controller.status(service.now).in_motion)
-    service.memory["n"] = service.memory.get("n", 0) + 1
-    off = 0.04 if moving and service.memory["n"] % 20 == 0 else 0.0
+    off = 0.04 if count(service.memory, "rounds") % 20 == 0 and moving else 0.0
     return _joints(lambda joints: (joints[0], joints[1] + off, *joints[2:]))(service, messages)
 
 
-def _velocity_reversed(message: Message) -> Message:
-    if not isinstance(message, JointFeedback):
-        return message
-    return dataclasses.replace(message, velocities=tuple(-v for v in message.velocities))
-
-
-def _feedback_off(message: Message) -> Message:
-    if not isinstance(message, JointFeedback):
-        return message
-    return dataclasses.replace(message, positions=tuple(v + 0.1 for v in message.positions))
+def _feedback(change: Callable[[JointFeedback], JointFeedback]) -> StateOut:
+    return each(lambda _, told: change(told) if isinstance(told, JointFeedback) else told)
 
 
 TOPICS = (
     Fault("tells nothing", ("TS01", "TS02"), state_out=lambda _s, _m: []),
     Fault("reports twice a second", ("TS02",), settings={"rate": 2}),
     Fault("pauses for 0.8 s now and then", ("TS03",), state_out=_pauses(while_moving=False)),
-    Fault("tells STATUS every three seconds", ("TS04",), state_out=_status_once),
+    Fault("tells STATUS every three seconds", ("TS04",), state_out=each(_status_now_and_then)),
     Fault("tells STATUS before the joints", ("TS05",), state_out=_status_first),
     Fault(
         "leaves values in slots without a joint",
@@ -167,12 +131,12 @@ TOPICS = (
         state_out=_joints(lambda joints: (*joints[:9], 0.5)),
     ),
     Fault("counts its reports", ("TS07",), state_out=_counting),
-    Fault("has a STATUS of eight integers", ("TS08",), state_out=_four_bytes_more),
+    Fault("has a STATUS of eight integers", ("TS08",), state_out=each_frame(_four_bytes_more)),
     Fault(
         "reports type 15 only",
         ("TS09",),
         DEVIATES,
-        state_out=_each(lambda m: None if isinstance(m, JointPosition) else m),
+        state_out=each(lambda _, m: None if isinstance(m, JointPosition) else m),
     ),
     Fault("reports noise of 0.01 rad", ("TS10",), state_out=_noise),
     Fault(
@@ -180,8 +144,18 @@ TOPICS = (
         ("TS11",),
         state_out=_joints(lambda joints: tuple(map(math.degrees, joints))),
     ),
-    Fault("says something else in type 15", ("TS12",), state_out=_each(_feedback_off)),
-    Fault("serves no listener when there are two", ("TS13",), state_out=_nothing_for_many),
+    Fault(
+        "says something else in type 15",
+        ("TS12",),
+        state_out=_feedback(
+            lambda told: dataclasses.replace(told, positions=tuple(v + 0.1 for v in told.positions))
+        ),
+    ),
+    Fault(
+        "serves no listener when there are two",
+        ("TS13",),
+        state_out=lambda service, messages: [] if len(service.state_links) > 1 else list(messages),
+    ),
     Fault("forgets listeners that come again", ("TS14",), link=_FirstListenersOnly),
     Fault(
         "pauses for 0.8 s in motion",
@@ -195,13 +169,18 @@ TOPICS = (
         ("TS18",),
         state_out=_joints(lambda joints: (joints[0] + (joints[1] - 0.4), *joints[1:])),
     ),
-    Fault("reports velocities backwards", ("TS19",), state_out=_each(_velocity_reversed)),
+    Fault(
+        "reports velocities backwards",
+        ("TS19",),
+        state_out=_feedback(
+            lambda told: dataclasses.replace(told, velocities=tuple(-v for v in told.velocities))
+        ),
+    ),
 )
 
 
 def _flickering(service: FaultyService, messages: list[Message]) -> list[Message | bytes]:
-    service.memory["n"] = service.memory.get("n", 0) + 1
-    return _status(drives_powered=service.memory["n"] // 50 % 2)(service, messages)
+    return _status(drives_powered=count(service.memory, "rounds") // 50 % 2)(service, messages)
 
 
 class _LaggingStatus(EmulatedController):
@@ -272,19 +251,6 @@ STATUS = (
 )
 
 
-class _Answers(EmulatedController):
-    """Answers what it does not obey; `disobeys` says what that is."""
-
-    def disobeys(self, link: int, message: Received, now: int) -> bool:
-        raise NotImplementedError
-
-    def handle(self, link: int, message: Received, now: int) -> Outgoing:
-        if isinstance(message, Malformed) or not self.disobeys(link, message, now):
-            return super().handle(link, message, now)
-        assert isinstance(message, Message)
-        return [(link, accepted(message))] if is_request(message) else []
-
-
 class _Frozen(EmulatedController):
     def motion(self, now: int) -> State:
         return (0.3, 0.4), (0.0, 0.0), (0.0, 0.0)
@@ -295,34 +261,11 @@ class _Frozen(EmulatedController):
 
 def _scaled(part: float) -> MessageIn:
     """Move only a part of the way."""
-
-    def change(link: FaultyLink, received: Received) -> Iterable[Received]:
-        if isinstance(received, JointTrajPt) and not is_stop(received):
-            way = tuple(0.4 + part * (v - 0.4) for v in received.joints[1:2])
-            joints = (received.joints[0], *way, *received.joints[2:])
-            received = dataclasses.replace(received, joints=joints)
-        return (received,)
-
-    return change
+    return each_point(lambda point: _joint(point, 0.4 + part * (point.joints[1] - 0.4)))
 
 
 def _timed(factor: float) -> MessageIn:
-    def change(link: FaultyLink, received: Received) -> Iterable[Received]:
-        if isinstance(received, JointTrajPt):
-            received = dataclasses.replace(received, duration=received.duration * factor)
-        return (received,)
-
-    return change
-
-
-class _NoSinglePoints(_Answers):
-    def disobeys(self, link: int, message: Received, now: int) -> bool:
-        return isinstance(message, JointTrajPt) and message.sequence == 0 and message.duration > 0.3
-
-
-class _SmallBuffer(_Answers):
-    def disobeys(self, link: int, message: Received, now: int) -> bool:
-        return isinstance(message, JointTrajPt) and message.sequence > 6
+    return each_point(lambda point: dataclasses.replace(point, duration=point.duration * factor))
 
 
 class _OneTrajectoryALink(EmulatedController):
@@ -349,31 +292,14 @@ def _duplicates_are_new(link: FaultyLink, received: Received) -> Iterable[Receiv
     return (received,)
 
 
-class _ForgetsReplacement(_Answers):
-    def disobeys(self, link: int, message: Received, now: int) -> bool:
-        is_new = isinstance(message, JointTrajPt) and message.sequence == 0
-        return is_new and self._servo.in_motion
-
-
 def _answers_downloads(link: FaultyLink, received: Received) -> Iterable[Received]:
     if isinstance(received, JointTrajPt) and received.comm_type == CommType.TOPIC:
         link.write(frame(11, 3, 1))
     return (received,)
 
 
-class _NoFullPoints(_Answers):
-    def disobeys(self, link: int, message: Received, now: int) -> bool:
-        return isinstance(message, JointTrajPtFull) and message.sequence >= 0
-
-
-class _NoWholeTrajectories(_Answers):
-    def disobeys(self, link: int, message: Received, now: int) -> bool:
-        return isinstance(message, JointTraj)
-
-
 def _second_point_unanswered(link: FaultyLink, data: bytes) -> bytes:
-    link.memory["points"] = link.memory.get("points", 0) + (header(data)[1] == 11)
-    return b"" if link.memory["points"] == 2 else data
+    return b"" if header(data)[1] == 11 and count(link.memory, "points") == 2 else data
 
 
 MOTION = (
@@ -395,50 +321,54 @@ MOTION = (
     ),
     Fault("moves more than twice as fast", ("MS06",), DEVIATES, message_in=_timed(0.38)),
     Fault("moves six times as slowly", ("MS07",), message_in=_timed(6.0)),
-    Fault("does not move to single points", ("MS09",), controller=_NoSinglePoints),
-    Fault("takes seven points and forgets the rest", ("MS10",), controller=_SmallBuffer),
+    Fault(
+        "does not move to single points",
+        ("MS09",),
+        controller=disobeying(
+            lambda c, link, m, now: (
+                isinstance(m, JointTrajPt) and m.sequence == 0 and m.duration > 0.3
+            )
+        ),
+    ),
+    Fault(
+        "takes seven points and forgets the rest",
+        ("MS10",),
+        controller=disobeying(
+            lambda c, link, m, now: isinstance(m, JointTrajPt) and m.sequence > 6
+        ),
+    ),
     Fault("takes one trajectory a connection", ("MS11",), controller=_OneTrajectoryALink),
     Fault("moves a repeated point twice", ("MS12",), message_in=_duplicates_are_new),
     Fault("takes gaps in the sequence", ("MS13",), DEVIATES, settings={"strict_sequence": False}),
     Fault("begins anywhere", ("MS14",), DEVIATES, settings={"strict_sequence": False}),
-    Fault("forgets a trajectory that replaces one", ("MS15",), controller=_ForgetsReplacement),
+    Fault(
+        "forgets a trajectory that replaces one",
+        ("MS15",),
+        controller=disobeying(
+            lambda c, link, m, now: (
+                isinstance(m, JointTrajPt) and m.sequence == 0 and c._servo.in_motion
+            )
+        ),
+    ),
     Fault("answers downloads", ("MS16",), message_in=_answers_downloads),
-    Fault("takes full points and does not move", ("MS17",), controller=_NoFullPoints),
-    Fault("takes whole trajectories and does not move", ("MS18",), controller=_NoWholeTrajectories),
+    Fault(
+        "takes full points and does not move",
+        ("MS17",),
+        controller=disobeying(
+            lambda c, link, m, now: isinstance(m, JointTrajPtFull) and m.sequence >= 0
+        ),
+    ),
+    Fault(
+        "takes whole trajectories and does not move",
+        ("MS18",),
+        controller=disobeying(lambda c, link, m, now: isinstance(m, JointTraj)),
+    ),
 )
 
 
-class _IgnoresStop(_Answers):
-    def disobeys(self, link: int, message: Received, now: int) -> bool:
-        return is_stop(message)
-
-
-class _IgnoresStopAtRest(_Answers):
-    def disobeys(self, link: int, message: Received, now: int) -> bool:
-        self.advance(now)
-        return is_stop(message) and not any(self._servo.sample(now)[1])
-
-
-class _IgnoresStopAtSpeed(_Answers):
-    """Obeys STOP on its first points only."""
-
-    def disobeys(self, link: int, message: Received, now: int) -> bool:
-        return is_stop(message) and len(self._servo.buffer) > 3
-
-
-class _IgnoresFullStop(_Answers):
-    def disobeys(self, link: int, message: Received, now: int) -> bool:
-        return is_stop(message) and isinstance(message, JointTrajPtFull)
-
-
-class _IgnoresTopicStop(_Answers):
-    def disobeys(self, link: int, message: Received, now: int) -> bool:
-        return is_stop(message) and not is_request(message)
-
-
-class _IgnoresStrangersStop(_Answers):
-    def disobeys(self, link: int, message: Received, now: int) -> bool:
-        return is_stop(message) and self._taking.owner not in (None, link)
+def _stands(controller: EmulatedController, now: int) -> bool:
+    controller.advance(now)
+    return not any(controller._servo.sample(now)[1])
 
 
 def _late_stop(link: FaultyLink, received: Received) -> Iterable[Received]:
@@ -458,28 +388,22 @@ def _silent_stop(link: FaultyLink, received: Received) -> Iterable[Received]:
     return (received,)
 
 
-def _returns_after_stop(link: FaultyLink, received: Received) -> Iterable[Received]:
-    """Go on to the end by itself half a second after a stop."""
-    if isinstance(received, JointTrajPt) and received.sequence == 1:
-        link.memory["goal"] = received
-    if is_stop(received) and "goal" in link.memory:
-        goal = dataclasses.replace(
-            link.memory.pop("goal"), sequence=0, duration=0.5, comm_type=CommType.TOPIC
-        )
-        link.later(0.6, lambda: link.service.obey(link, goal))
-    return (received,)
+def _resuming(sequence: int, duration: float, after: float) -> MessageIn:
+    """Go by itself to one of the points, so long after a stop."""
+
+    def change(link: FaultyLink, received: Received) -> Iterable[Received]:
+        if isinstance(received, JointTrajPt) and received.sequence == sequence:
+            link.memory["goal"] = received
+        if is_stop(received) and "goal" in link.memory:
+            goal = _again(link.memory.pop("goal"), duration)
+            link.later(after, lambda: link.service.obey(link, goal))
+        return (received,)
+
+    return change
 
 
-def _home_after_stop(link: FaultyLink, received: Received) -> Iterable[Received]:
-    """Go back to the start by itself as soon as it is stopped."""
-    if isinstance(received, JointTrajPt) and received.sequence == 0:
-        link.memory["home"] = received
-    if is_stop(received) and "home" in link.memory:
-        home = dataclasses.replace(
-            link.memory.pop("home"), sequence=0, duration=0.2, comm_type=CommType.TOPIC
-        )
-        link.later(0.1, lambda: link.service.obey(link, home))
-    return (received,)
+def _again(point: JointTrajPt, duration: float) -> JointTrajPt:
+    return dataclasses.replace(point, sequence=0, duration=duration, comm_type=CommType.TOPIC)
 
 
 class _DeadAfterStop(EmulatedController):
@@ -493,60 +417,73 @@ class _DeadAfterStop(EmulatedController):
         return super().handle(link, message, now)
 
 
-def _last_stop_only(link: FaultyLink, received: Received) -> Iterable[Received]:
-    if isinstance(received, JointTrajPt) and is_stop(received):
-        link.memory["stops"] = link.memory.get("stops", 0) + 1
-        if link.memory["stops"] == 2:
-            return ()
-    return (received,)
+def _second_stop_unheard(link: FaultyLink, received: Received) -> Iterable[Received]:
+    is_point = isinstance(received, JointTrajPt) and is_stop(received)
+    return () if is_point and count(link.memory, "stops") == 2 else (received,)
 
 
-def _loses_second_of_segment(link: FaultyLink, data: bytes) -> bytes:
-    return data[:68] if len(data) == 136 else data
-
-
-def _needs_whole_stop(link: FaultyLink, data: bytes) -> bytes:
-    return b"" if len(data) in (37, 31) else data
-
-
-class _StopKeepsDownload(_Answers):
-    """Answers STOP amid a download and goes on as soon as points are forgotten."""
-
-    def disobeys(self, link: int, message: Received, now: int) -> bool:
-        if is_stop(message) and self._taking.is_download:
-            self._servo.go(now)
-            return True
-        return False
+def _keeps_download(controller: EmulatedController, _: int, message: Message, now: int) -> bool:
+    """Answer STOP amid a download and go on as soon as points are forgotten."""
+    if is_stop(message) and controller._taking.is_download:
+        controller._servo.go(now)
+        return True
+    return False
 
 
 STOP = (
-    Fault("answers STOP and moves on", ("SS02", "SS03"), controller=_IgnoresStop),
+    Fault(
+        "answers STOP and moves on",
+        ("SS02", "SS03"),
+        controller=disobeying(lambda c, link, m, now: is_stop(m)),
+    ),
     Fault("does not answer STOP in motion", ("SS01",), message_in=_silent_stop),
     Fault("stops a second late", ("SS02",), message_in=_late_stop),
-    Fault("goes on by itself after STOP", ("SS03",), message_in=_returns_after_stop),
-    Fault("goes home by itself after STOP", ("SS04",), message_in=_home_after_stop),
+    Fault("goes on by itself after STOP", ("SS03",), message_in=_resuming(1, 0.5, 0.6)),
+    Fault("goes home by itself after STOP", ("SS04",), message_in=_resuming(0, 0.2, 0.1)),
     Fault("takes nothing after STOP", ("SS05",), controller=_DeadAfterStop),
-    Fault("ignores STOP before it moves", ("SS06",), controller=_IgnoresStopAtRest),
-    Fault("ignores STOP while many points are left", ("SS07",), controller=_IgnoresStopAtSpeed),
-    Fault("does not answer a second STOP", ("SS08",), message_in=_last_stop_only),
+    Fault(
+        "ignores STOP before it moves",
+        ("SS06",),
+        controller=disobeying(lambda c, link, m, now: _stands(c, now) and is_stop(m)),
+    ),
+    Fault(
+        "ignores STOP while many points are left",
+        ("SS07",),
+        controller=disobeying(lambda c, link, m, now: is_stop(m) and len(c._servo.buffer) > 3),
+    ),
+    Fault("does not answer a second STOP", ("SS08",), message_in=_second_stop_unheard),
     Fault("takes left-over points", ("SS09",), DEVIATES, settings={"strict_sequence": False}),
-    Fault("ignores STOP of another client", ("SS10",), controller=_IgnoresStrangersStop),
-    Fault("ignores STOP as a topic", ("SS11",), controller=_IgnoresTopicStop),
-    Fault("loses a STOP behind a point", ("SS12",), bytes_in=_loses_second_of_segment),
-    Fault("loses a STOP in two pieces", ("SS13",), bytes_in=_needs_whole_stop),
-    Fault("moves a download that was stopped", ("SS14",), controller=_StopKeepsDownload),
-    Fault("ignores STOP in a full point", ("SS15",), controller=_IgnoresFullStop),
+    Fault(
+        "ignores STOP of another client",
+        ("SS10",),
+        controller=disobeying(
+            lambda c, link, m, now: is_stop(m) and c._taking.owner not in (None, link)
+        ),
+    ),
+    Fault(
+        "ignores STOP as a topic",
+        ("SS11",),
+        controller=disobeying(lambda c, link, m, now: is_stop(m) and not is_request(m)),
+    ),
+    Fault(
+        "loses a STOP behind a point",
+        ("SS12",),
+        bytes_in=lambda _, data: data[:68] if len(data) == 136 else data,
+    ),
+    Fault(
+        "loses a STOP in two pieces",
+        ("SS13",),
+        bytes_in=lambda _, data: b"" if len(data) in (37, 31) else data,
+    ),
+    Fault("moves a download that was stopped", ("SS14",), controller=disobeying(_keeps_download)),
+    Fault(
+        "ignores STOP in a full point",
+        ("SS15",),
+        controller=disobeying(
+            lambda c, link, m, now: is_stop(m) and isinstance(m, JointTrajPtFull)
+        ),
+    ),
 )
-
-
-def _repaired(**bounds: Callable[[JointTrajPt], JointTrajPt]) -> MessageIn:
-    def change(link: FaultyLink, received: Received) -> Iterable[Received]:
-        if isinstance(received, JointTrajPt) and not is_stop(received):
-            for repair in bounds.values():
-                received = repair(received)
-        return (received,)
-
-    return change
 
 
 def _joint(point: JointTrajPt, value: float) -> JointTrajPt:
@@ -566,30 +503,20 @@ def _no_ping(link: FaultyLink, data: bytes) -> bytes:
     return b"" if header(data)[1] == 1 else data
 
 
-class _SilentlyDrops(_Answers):
-    """Takes a point that is out of range and does nothing."""
-
-    def disobeys(self, link: int, message: Received, now: int) -> bool:
-        return isinstance(message, JointTrajPt) and abs(message.joints[1]) > 2.0
-
-
-class _SilentlyDropsNan(_Answers):
-    def disobeys(self, link: int, message: Received, now: int) -> bool:
-        return isinstance(message, JointTrajPt) and not math.isfinite(
-            message.joints[1] + message.velocity + message.duration
-        )
+_SilentlyDrops = disobeying(
+    lambda c, link, message, now: isinstance(message, JointTrajPt) and abs(message.joints[1]) > 2.0
+)
+_SilentlyDropsNan = disobeying(
+    lambda c, link, message, now: (
+        isinstance(message, JointTrajPt)
+        and not math.isfinite(message.joints[1] + message.velocity + message.duration)
+    )
+)
 
 
-class _SilentlyDropsOdd(_Answers):
-    def disobeys(self, link: int, message: Received, now: int) -> bool:
-        return isinstance(message, JointTrajPt) and (message.duration < 0 or message.velocity > 1)
-
-
-def _rest_is_new(link: FaultyLink, received: Received) -> Iterable[Received]:
+def _rest_is_new(point: JointTrajPt) -> JointTrajPt:
     """Take what follows a refused point for a new trajectory."""
-    if isinstance(received, JointTrajPt) and received.sequence > 1:
-        received = dataclasses.replace(received, sequence=0)
-    return (received,)
+    return dataclasses.replace(point, sequence=0) if point.sequence > 1 else point
 
 
 def _any_full_point(link: FaultyLink, received: Received) -> Iterable[Received]:
@@ -631,7 +558,7 @@ def _not_a_number_is_nothing(link: FaultyLink, received: Received) -> Iterable[R
 
 
 LIMITS = (
-    Fault("takes what is no number for 0.5", ("LS01", "LS02"), message_in=_repaired(a=_finite)),
+    Fault("takes what is no number for 0.5", ("LS01", "LS02"), message_in=each_point(_finite)),
     Fault("drops what is no number silently", ("LS01",), DEVIATES, controller=_SilentlyDropsNan),
     Fault(
         "drops a velocity that is no number",
@@ -640,9 +567,16 @@ LIMITS = (
         controller=_SilentlyDropsNan,
     ),
     Fault(
-        "drops what cannot be silently", ("LS05", "LS06"), DEVIATES, controller=_SilentlyDropsOdd
+        "drops what cannot be silently",
+        ("LS05", "LS06"),
+        DEVIATES,
+        controller=disobeying(
+            lambda c, link, m, now: (
+                isinstance(m, JointTrajPt) and (m.duration < 0 or m.velocity > 1)
+            )
+        ),
     ),
-    Fault("clips targets to the range", ("LS07",), message_in=_repaired(a=_clipped)),
+    Fault("clips targets to the range", ("LS07",), message_in=each_point(_clipped)),
     Fault("takes targets out of range and stays", ("LS07", "LS08"), controller=_SilentlyDrops),
     Fault(
         "does not check the range, as ABB's does not",
@@ -652,7 +586,7 @@ LIMITS = (
         frame_out=_no_ping,
     ),
     Fault("moves faster than the joint may", ("LS09",), controller=_TooFast),
-    Fault("moves what follows a refused point", ("LS10",), message_in=_rest_is_new),
+    Fault("moves what follows a refused point", ("LS10",), message_in=each_point(_rest_is_new)),
     Fault("takes full points without a position", ("LS11",), message_in=_any_full_point),
     Fault(
         "takes full points that are no numbers",
@@ -676,8 +610,7 @@ class _OneMotionClient(FaultyService):
     """Takes one motion client in its life."""
 
     def _motion_opened(self, link: EmulatorLink) -> bool:
-        self.memory["clients"] = self.memory.get("clients", 0) + 1
-        return self.memory["clients"] <= 4 and super()._motion_opened(link)
+        return count(self.memory, "clients") <= 4 and super()._motion_opened(link)
 
 
 class _ImpatientLink(FaultyLink):
@@ -691,8 +624,7 @@ class _NeverForgets(FaultyService):
     """Counts the clients that ever were against the cap."""
 
     def _motion_opened(self, link: EmulatorLink) -> bool:
-        self.memory["clients"] = self.memory.get("clients", 0) + 1
-        return self.memory["clients"] < 16 and super()._motion_opened(link)
+        return count(self.memory, "clients") < 16 and super()._motion_opened(link)
 
 
 class _ConfusesClients(FaultyService):
@@ -755,8 +687,7 @@ class _ResumesOnConnect(FaultyService):
         opened = super()._motion_opened(link)
         goal = self.memory.pop("resume", None)
         if goal is not None and isinstance(link, FaultyLink):
-            again = dataclasses.replace(goal, sequence=0, duration=0.5, comm_type=CommType.TOPIC)
-            link.later(0.05, lambda: self.obey(link, again))
+            link.later(0.05, lambda: self.obey(link, _again(goal, 0.5)))
         return opened
 
 
@@ -771,11 +702,6 @@ class _DeadAfterLoss(EmulatedController):
         if self._was_lost and isinstance(message, JointTrajPt) and not is_stop(message):
             return [(link, dataclasses.replace(accepted(message), reply_code=2))]
         return super().handle(link, message, now)
-
-
-def _sixty_four_pings(link: FaultyLink, data: bytes) -> bytes:
-    link.memory["replies"] = link.memory.get("replies", 0) + 1
-    return data if link.memory["replies"] <= 64 else b""
 
 
 def _answers_repeated_twice(link: FaultyLink, received: Received) -> Iterable[Received]:
@@ -794,7 +720,11 @@ LINK = (
     Fault("never forgets a client", ("KS04",), service=_NeverForgets),
     Fault("answers the newest client", ("KS05",), service=_ConfusesClients),
     Fault("ends state links with motion links", ("KS07",), service=_StateNeedsMotion),
-    Fault("answers sixty-four PINGs", ("KS08",), frame_out=_sixty_four_pings),
+    Fault(
+        "answers sixty-four PINGs",
+        ("KS08",),
+        frame_out=lambda link, data: data if count(link.memory, "replies") <= 64 else b"",
+    ),
     Fault("carries on without its client", ("KS10", "KS11"), controller=_CarriesOn),
     Fault(
         "carries on without its client, as ABB's does",
@@ -817,11 +747,6 @@ def _old_reports(service: FaultyService, messages: list[Message]) -> list[Messag
     return list(waiting.pop(0)) if len(waiting) > 6 else []
 
 
-class _ForgetsTheFiftieth(_Answers):
-    def disobeys(self, link: int, message: Received, now: int) -> bool:
-        return isinstance(message, JointTrajPt) and message.sequence >= 50
-
-
 class _WrongErrorNumber(EmulatedController):
     def status(self, now: int) -> Status:
         status = super().status(now)
@@ -835,7 +760,13 @@ UNFOUND = (
         "the protocol carries no clock, and a stop is granted 0.5 s",
     ),
     (
-        Fault("forgets points from the fiftieth", (), controller=_ForgetsTheFiftieth),
+        Fault(
+            "forgets points from the fiftieth",
+            (),
+            controller=disobeying(
+                lambda c, link, m, now: isinstance(m, JointTrajPt) and m.sequence >= 50
+            ),
+        ),
         "the tester sends ten: a robot is not to be moved through hundreds",
     ),
     (

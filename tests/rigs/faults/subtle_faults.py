@@ -15,6 +15,12 @@ from rigs.faults.faulty_servers import (
     Fault,
     FaultyLink,
     FaultyService,
+    MessageIn,
+    StateOut,
+    count,
+    each,
+    each_frame,
+    each_point,
     frame,
     header,
     is_request,
@@ -41,8 +47,6 @@ from openpendant.tools.packets.conformance.check import Profile
 
 MINIMUM = Profile.MINIMUM
 
-StateOut = Callable[[FaultyService, list[Message]], list[Message | bytes]]
-MessageIn = Callable[[FaultyLink, Received], Iterable[Received]]
 _END = 2.0
 """Either end of the range of both joints [rad]."""
 
@@ -62,15 +66,13 @@ def _takes(link: FaultyLink, message: Message) -> tuple[Received, ...]:
 
 
 def _status(change: Callable[[FaultyService, Status], Mapping[str, int]]) -> StateOut:
-    def apply(service: FaultyService, messages: list[Message]) -> list[Message | bytes]:
-        return [
+    return each(
+        lambda service, message: (
             dataclasses.replace(message, **change(service, message))
             if isinstance(message, Status)
             else message
-            for message in messages
-        ]
-
-    return apply
+        )
+    )
 
 
 def _in_motion(**values: int) -> StateOut:
@@ -79,10 +81,8 @@ def _in_motion(**values: int) -> StateOut:
 
 
 def _flickers(service: FaultyService, message: Status) -> Mapping[str, int]:
-    if message.in_motion != 1:
-        return {}
-    service.memory["told"] = service.memory.get("told", 0) + 1
-    return {"in_motion": 0} if service.memory["told"] % 5 == 0 else {}
+    is_fifth = message.in_motion == 1 and count(service.memory, "told") % 5 == 0
+    return {"in_motion": 0} if is_fifth else {}
 
 
 def _hasty(service: FaultyService, message: Status) -> Mapping[str, int]:
@@ -101,25 +101,19 @@ def _remembers_goal(link: FaultyLink, received: Received) -> Iterable[Received]:
 
 
 def _feedback(**changes: Callable[[JointFeedback], object]) -> StateOut:
-    def apply(service: FaultyService, messages: list[Message]) -> list[Message | bytes]:
-        out: list[Message | bytes] = []
-        for message in messages:
-            if isinstance(message, JointFeedback):
-                values = {name: change(message) for name, change in changes.items()}
-                message = dataclasses.replace(message, **values)  # type: ignore[arg-type]  # by name
-            out.append(message)
-        return out
+    def apply(_: FaultyService, message: Message) -> Message:
+        if not isinstance(message, JointFeedback):
+            return message
+        values = {name: change(message) for name, change in changes.items()}
+        return dataclasses.replace(message, **values)  # type: ignore[arg-type]  # by name
 
-    return apply
+    return each(apply)
 
 
-def _numbered_in_motion(service: FaultyService, messages: list[Message]) -> list[Message | bytes]:
-    return [
-        dataclasses.replace(message, sequence=7)
-        if isinstance(message, JointPosition) and _moves(service)
-        else message
-        for message in messages
-    ]
+def _numbered_in_motion(service: FaultyService, message: Message) -> Message:
+    if isinstance(message, JointPosition) and _moves(service):
+        return dataclasses.replace(message, sequence=7)
+    return message
 
 
 def _bursts(pause: float) -> StateOut:
@@ -199,7 +193,7 @@ _REPORTS = (
         ("TS19",),
         state_out=_feedback(velocities=lambda told: tuple(1.4 * v for v in told.velocities)),
     ),
-    Fault("numbers its reports while it moves", ("TS20",), state_out=_numbered_in_motion),
+    Fault("numbers its reports while it moves", ("TS20",), state_out=each(_numbered_in_motion)),
     Fault("reports in bursts, with pauses of 0.46 s", ("TS03",), state_out=_bursts(0.46)),
     Fault("pauses for 0.3 s", ("TS03",), profile=MINIMUM, state_out=_bursts(0.3)),
     Fault("says its first word after 2 s", ("TS01",), link=_LateLink),
@@ -218,10 +212,6 @@ def _talkative_refusals(link: FaultyLink, data: bytes) -> bytes:
 
 def _busy(link: FaultyLink, received: Received) -> Iterable[Received]:
     return () if isinstance(received, Ping) and _moves(link.service) else (received,)
-
-
-def _stale_status(link: FaultyLink, data: bytes) -> bytes:
-    return patched(data, 32, 0) if header(data)[1] == 13 else data
 
 
 def _marks_stop(link: FaultyLink, received: Received) -> Iterable[Received]:
@@ -246,17 +236,18 @@ def _floods(link: FaultyLink, data: bytes) -> bytes:
     return frame(10, 1, 0, bytes(44)) + data
 
 
-def _requests(service: FaultyService, messages: list[Message]) -> list[Message | bytes]:
-    return [
-        patched(data, 8, CommType.REQUEST) if header(data)[1] == 10 else data
-        for data in map(service._codec.encode, messages)
-    ]
+def _request(data: bytes) -> bytes:
+    return patched(data, 8, CommType.REQUEST) if header(data)[1] == 10 else data
 
 
 _ANSWERS = (
     Fault("refuses with a body", ("RS05", "RS06"), frame_out=_talkative_refusals),
     Fault("answers no PING while it moves", ("RS21",), message_in=_busy),
-    Fault("answers STATUS as it was at rest", ("RS22",), frame_out=_stale_status),
+    Fault(
+        "answers STATUS as it was at rest",
+        ("RS22",),
+        frame_out=lambda _, data: patched(data, 32, 0) if header(data)[1] == 13 else data,
+    ),
     Fault(
         "answers STOP after 0.9 s", ("SS01",), message_in=_marks_stop, frame_out=_late_stop_reply
     ),
@@ -266,7 +257,7 @@ _ANSWERS = (
         ("FS04", "FS17", "BS01", "RS03", "RS07", "KS02", "KS03", "KS06"),
         frame_out=_floods,
     ),
-    Fault("tells joint values as requests", ("HS05",), state_out=_requests),
+    Fault("tells joint values as requests", ("HS05",), state_out=each_frame(_request)),
 )
 
 
@@ -337,14 +328,12 @@ def _is_none(value: float) -> bool:
     return not math.isfinite(value)
 
 
-def _ends_short(link: FaultyLink, received: Received) -> Iterable[Received]:
-    if isinstance(received, JointTrajPt) and received.sequence >= 1:
-        way = received.joints[1] - 0.4
-        if abs(way) > 0.02:
-            joint = received.joints[1] - math.copysign(0.004, way)
-            joints = (received.joints[0], joint, *received.joints[2:])
-            received = dataclasses.replace(received, joints=joints)
-    return (received,)
+def _ends_short(point: JointTrajPt) -> JointTrajPt:
+    way = point.joints[1] - 0.4
+    if point.sequence < 1 or abs(way) <= 0.02:
+        return point
+    joint = point.joints[1] - math.copysign(0.004, way)
+    return dataclasses.replace(point, joints=(point.joints[0], joint, *point.joints[2:]))
 
 
 def _refuses_dwells(link: FaultyLink, received: Received) -> Iterable[Received]:
@@ -387,11 +376,7 @@ def _pushes_on(link: FaultyLink, received: Received) -> Iterable[Received]:
     return (received,)
 
 
-def _slower(link: FaultyLink, received: Received) -> Iterable[Received]:
-    if isinstance(received, JointTrajPt):
-        received = dataclasses.replace(received, duration=1.8 * received.duration)
-    return (received,)
-
+_SLOWER = each_point(lambda point: dataclasses.replace(point, duration=1.8 * point.duration))
 
 _DEEDS = (
     Fault("ignores an emergency stop in motion", ("QS15",), controller=_BrakesAtRestOnly),
@@ -418,16 +403,16 @@ _DEEDS = (
         ("LS16",),
         message_in=_unchecked(lambda p: _is_none(p.joints[0])),
     ),
-    Fault("ends 4 mrad off", ("MS02", "MS10"), profile=MINIMUM, message_in=_ends_short),
+    Fault("ends 4 mrad off", ("MS02", "MS10"), profile=MINIMUM, message_in=each_point(_ends_short)),
     Fault("refuses dwells", ("MS20",), message_in=_refuses_dwells),
     *(
         Fault(f"takes {name} that are no numbers", ("LS12",), message_in=_no_look_at(name))
         for name in ("time", "positions", "velocities", "accelerations")
     ),
     Fault("moves on after STOP by 45 % of the way", ("SS04",), message_in=_pushes_on),
-    Fault("is 1.8 times as slow", ("MS07",), message_in=_slower),
+    Fault("is 1.8 times as slow", ("MS07",), message_in=_SLOWER),
     Fault(
-        "is 1.8 times as slow as a minimum may be", ("MS07",), profile=MINIMUM, message_in=_slower
+        "is 1.8 times as slow as a minimum may be", ("MS07",), profile=MINIMUM, message_in=_SLOWER
     ),
 )
 

@@ -7,13 +7,17 @@ from __future__ import annotations
 
 import asyncio
 import struct
-from collections.abc import Callable, Iterable
+from collections.abc import Iterable
 
 from rigs.faults.faulty_servers import (
     AT_USUAL_RATE,
+    BytesChange,
     Fault,
     FaultyLink,
     FaultyService,
+    MessageIn,
+    count,
+    each_frame,
     frame,
     header,
     is_request,
@@ -26,9 +30,6 @@ from openpendant.simplemsg import Malformed, Message, MsgType, Ping, Received, R
 from openpendant.tools.packets.conformance.check import CheckVerdict, Profile
 
 DEVIATES = CheckVerdict.DEVIATES
-
-BytesIn = Callable[[FaultyLink, bytes], bytes]
-MessageIn = Callable[[FaultyLink, Received], Iterable[Received]]
 
 
 def frames_of(data: bytes) -> tuple[list[bytes], bytes]:
@@ -54,12 +55,8 @@ def _first_of_segment(link: FaultyLink, data: bytes) -> bytes:
 
 def _waits_for_boundary(link: FaultyLink, data: bytes) -> bytes:
     held: bytes = link.memory.get("held", b"") + data
-    link.memory["held"] = b"" if not frames_of(held)[1] else held
+    link.memory["held"] = held if frames_of(held)[1] else b""
     return b"" if link.memory["held"] else held
-
-
-def _needs_body_with_header(link: FaultyLink, data: bytes) -> bytes:
-    return b"" if len(data) == 16 and header(data)[0] > 12 else data
 
 
 def _deaf(link: FaultyLink, data: bytes, when: bool) -> bytes:
@@ -117,7 +114,11 @@ FRAMING = (
     Fault("needs a frame in one segment", ("FS02", "FS03"), bytes_in=_whole_segments_only),
     Fault("takes one frame of a segment", ("FS04", "FS05"), bytes_in=_first_of_segment),
     Fault("waits for the end of the next frame", ("FS06",), bytes_in=_waits_for_boundary),
-    Fault("needs the body with its header", ("FS07",), bytes_in=_needs_body_with_header),
+    Fault(
+        "needs the body with its header",
+        ("FS07",),
+        bytes_in=lambda _, data: b"" if len(data) == 16 and header(data)[0] > 12 else data,
+    ),
     Fault(
         "hangs at a length of 0",
         ("FS08",),
@@ -149,7 +150,7 @@ FRAMING = (
 )
 
 
-def _patch_in(offset: int, wrong: int, right: int, code: int | None = None) -> BytesIn:
+def _patch_in(offset: int, wrong: int, right: int, code: int | None = None) -> BytesChange:
     def change(link: FaultyLink, data: bytes) -> bytes:
         if len(data) >= 16 and struct.unpack_from("<i", data, offset)[0] == wrong:
             data = patched(data, offset, right)
@@ -189,9 +190,7 @@ HEADERS = (
     Fault(
         "marks topics as replies",
         ("HS05",),
-        state_out=lambda service, messages: [
-            patched(patched(service._codec.encode(message), 8, 3), 12, 1) for message in messages
-        ],
+        state_out=each_frame(lambda f: patched(patched(f, 8, 3), 12, 1)),
     ),
     Fault("obeys communication type 0", ("HS06",), bytes_in=_patch_in(8, 0, 2)),
     Fault("obeys message type 0", ("HS07",), bytes_in=_type_zero_is_a_ping),
@@ -203,15 +202,9 @@ HEADERS = (
 
 
 def _state_swapped_later(service: FaultyService, messages: list[Message]) -> list[Message | bytes]:
-    service.memory["rounds"] = service.memory.get("rounds", 0) + 1
-    is_wrong = service.memory["rounds"] % 150 == 149
+    is_wrong = count(service.memory, "rounds") % 150 == 149
     frames = map(service._codec.encode, messages)
     return [_flip(f) if is_wrong else f for f in frames]
-
-
-def _reals_swapped(service: FaultyService, messages: list[Message]) -> list[Message | bytes]:
-    frames = map(service._codec.encode, messages)
-    return [f[:20] + _flip(f[20:]) if header(f)[1] == 10 else f for f in frames]
 
 
 def _little_only(link: FaultyLink, data: bytes) -> bytes:
@@ -248,7 +241,11 @@ ORDER = (
         settings={"byte_order": "big"},
         bytes_in=_little_only,
     ),
-    Fault("has its reals in the other order", ("BS04",), state_out=_reals_swapped),
+    Fault(
+        "has its reals in the other order",
+        ("BS04",),
+        state_out=each_frame(lambda f: f[:20] + _flip(f[20:]) if header(f)[1] == 10 else f),
+    ),
     Fault("hangs at clients of the other order", ("BS05", "BS07"), bytes_in=_little_only),
     Fault(
         "answers little-endian whoever asks",
@@ -264,7 +261,7 @@ ORDER = (
 )
 
 
-def _silent_on(kind: int) -> BytesIn:
+def _silent_on(kind: int) -> BytesChange:
     return lambda link, f: b"" if header(f)[1] == kind else f
 
 
@@ -273,7 +270,7 @@ def _late_replies(link: FaultyLink, data: bytes) -> bytes:
     return b""
 
 
-def _answers_topic(kind: int) -> BytesIn:
+def _answers_topic(kind: int) -> BytesChange:
     def change(link: FaultyLink, data: bytes) -> bytes:
         if len(data) >= 16 and header(data)[1:3] == (kind, 1):
             link.write(frame(kind, 3, 1))
@@ -295,18 +292,6 @@ def _drops_on_large_types(link: FaultyLink, data: bytes) -> bytes:
         link.abort()
         return b""
     return data
-
-
-def _ignores_long_pings(link: FaultyLink, data: bytes) -> bytes:
-    return b"" if header(data)[:2] == (52, 1) else data
-
-
-def _short_version(link: FaultyLink, data: bytes) -> bytes:
-    return frame(2, 3, 1, little(0, 1)) if header(data)[1] == 2 else data
-
-
-def _status_as_joints(link: FaultyLink, data: bytes) -> bytes:
-    return patched(data, 4, 10) if header(data)[1] == 13 else data
 
 
 class _StateDeafLink(FaultyLink):
@@ -376,7 +361,11 @@ REPLIES = (
         ("RS01",),
         frame_out=lambda _, f: patched(f, 12, 2) if header(f)[1] == 1 else f,
     ),
-    Fault("ignores a PING with a body", ("RS02",), bytes_in=_ignores_long_pings),
+    Fault(
+        "ignores a PING with a body",
+        ("RS02",),
+        bytes_in=lambda _, data: b"" if header(data)[:2] == (52, 1) else data,
+    ),
     Fault("answers after 0.4 s", ("RS03",), frame_out=_late_replies),
     Fault("answers PING as a topic", ("RS04",), DEVIATES, bytes_in=_answers_topic(1)),
     Fault("does not answer unknown requests", ("RS05", "RS07"), frame_out=_silent_on(9999)),
@@ -388,20 +377,23 @@ REPLIES = (
     Fault("drops links that send large types", ("RS06",), bytes_in=_drops_on_large_types),
     Fault("drops links that send unknown types", ("RS07",), bytes_in=_drops_on_unknown),
     Fault("answers unknown topics", ("RS08",), bytes_in=_answers_topic(9999)),
-    Fault("has a version of two numbers", ("RS09",), frame_out=_short_version),
-    Fault("answers a STATUS request with type 10", ("RS10",), frame_out=_status_as_joints),
+    Fault(
+        "has a version of two numbers",
+        ("RS09",),
+        frame_out=lambda _, data: frame(2, 3, 1, little(0, 1)) if header(data)[1] == 2 else data,
+    ),
+    Fault(
+        "answers a STATUS request with type 10",
+        ("RS10",),
+        frame_out=lambda _, data: patched(data, 4, 10) if header(data)[1] == 13 else data,
+    ),
     Fault("stops reporting when asked on the state port", ("RS11",), link=_StateDeafLink),
     Fault("refuses STOP at rest", ("RS12",), message_in=_refuses_idle_stop),
     Fault("answers STOP as a topic", ("RS13",), bytes_in=_answers_topic(11)),
     Fault("answers twice", ("RS14", "RS20"), frame_out=lambda _, f: f + f),
     Fault("answers the newest request first", ("RS15",), frame_out=_reversed_replies),
     Fault("takes points that are too short", ("RS16",), message_in=_body_of_any_size(11)),
-    Fault(
-        "takes points that are too long",
-        ("RS17",),
-        DEVIATES,
-        message_in=_body_of_any_size(11),
-    ),
+    Fault("takes points that are too long", ("RS17",), DEVIATES, message_in=_body_of_any_size(11)),
     Fault("does not answer full points", ("RS18",), message_in=_no_answer_to_full_points),
     Fault("takes trajectories of any count", ("RS19",), message_in=_body_of_any_size(12)),
     Fault("greets its clients", ("RS20",), link=_TalkativeLink),

@@ -33,8 +33,6 @@ class Referee:
     """Watches one jogger; each fault is a sentence.
 
     Attributes:
-        robot: the robot that is jogged.
-        jogger: what is judged.
         dt: length of a tick [s].
         reduced: whether tool and elbow are held to 250 mm/s.
         collision: bodies that must not come nearer than 5 mm; None not to look.

@@ -44,7 +44,6 @@ class SimpleJogger:
         self._caps = caps
 
     def step(self, dt: float) -> JogSetpoint:
-        """Move on by a tick [s]."""
         asked = self._asked()
         cause = None
         before = self._velocity

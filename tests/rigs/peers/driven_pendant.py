@@ -22,14 +22,7 @@ def loop_ns() -> int:
 
 
 class Driven:
-    """A pendant on a connection to a scripted server, on the clock of the loop.
-
-    Attributes:
-        server: the other end.
-        panel: its core.
-        connection: what keeps it connected.
-        ran: ends when the pendant gives up.
-    """
+    """A pendant on a connection to a scripted server, on the clock of the loop."""
 
     ran: asyncio.Task[None]
 

@@ -95,13 +95,11 @@ class Controller:
 
     @contextlib.asynccontextmanager
     async def link(self) -> AsyncIterator[Wire]:
-        """Connect to the motion port."""
         async with _connected(self.motion) as wire:
             yield wire
 
     @contextlib.asynccontextmanager
     async def listener(self) -> AsyncIterator[Wire]:
-        """Connect to the state port."""
         async with _connected(self.state) as wire:
             yield wire
 

@@ -31,7 +31,6 @@ class Arrival:
         time: when its last byte did [ns].
         msg_type: its type; 0 for bytes of the idle control, which are no frame.
         sequence: of a point, 0 for anything else.
-        frame: its bytes.
     """
 
     time: int

@@ -55,7 +55,6 @@ class ScriptedActionNode:
         return True
 
     def hear(self, message: Message, now: int) -> None:
-        """Take a message of the state connection."""
         if isinstance(message, Status):
             self._in_motion = TriState(message.in_motion)
             self._has_moved = self._has_moved or message.in_motion == TriState.TRUE
@@ -71,7 +70,6 @@ class ScriptedActionNode:
             self.goal = Goal.SUCCEEDED
 
     def tick(self, now: int) -> None:
-        """Let the watchdog look."""
         silent = self._heard is not None and now - self._heard > WATCHDOG_NS
         if self.goal is Goal.ACTIVE and silent:
             self.goal = Goal.ABORTED

@@ -173,7 +173,6 @@ class _StateLink(asyncio.Protocol):
 
 
 async def judged_motoman(fault: str = "", *only: str) -> Judgement:
-    """Judge the controller in the Motoman dialect."""
     loop = asyncio.get_running_loop()
     period = 0.1 if fault == "reports ten times a second" else _PERIOD
     servers = [

@@ -49,12 +49,10 @@ class WirePendant:
     """One connection.
 
     Attributes:
-        sock: its socket.
         got: what it was told, all but states.
         state: the newest state.
         ticks: times of the ticks that its states tell of [ns].
         enables: holds the enabling device (training).
-        beats: keeps its press alive.
     """
 
     def __init__(self, port: int, client: str = "hand", rate: float = 100.0) -> None:

@@ -23,13 +23,7 @@ from openpendant.simplemsg.pendant import MAX_PENDANT_FRAME
 
 @dataclass
 class AppOnLoop:
-    """A running server.
-
-    Attributes:
-        app: the server.
-        pendant: its pendant port.
-        ros_state: its ROS-I state port.
-    """
+    """A running server."""
 
     app: App
     pendant: int

@@ -16,12 +16,7 @@ from openpendant.motion.description.robot import serial_robot
 from openpendant.server.access.account_store import StoredAccounts
 from openpendant.server.access.accounts import Account
 from openpendant.server.access.open_access import opened_access
-from openpendant.server.access.passwords import (
-    SALT_BYTES,
-    PasswordHash,
-    ScryptCost,
-    hash_password,
-)
+from openpendant.server.access.passwords import SALT_BYTES, PasswordHash, ScryptCost, hash_password
 from openpendant.server.access.secret import Secret
 from openpendant.server.cli import serve
 from openpendant.server.settings.server_settings import make_server_settings
@@ -42,15 +37,7 @@ _ROLES = {"ann": Role.ADMIN, "otto": Role.OPERATOR}
 
 @dataclass
 class GuardedServer:
-    """A running server and its files.
-
-    Attributes:
-        app: the server.
-        port: where it listens for pendants.
-        journal: its journal.
-        audit: its audit log.
-        store: its store.
-    """
+    """A running server and its files."""
 
     app: App
     port: int
@@ -85,10 +72,7 @@ async def guarded_server(
         values = {
             "robot": ROBOT,
             "listen": {"pendant_port": 0, "ros_motion_port": "off", "ros_state_port": "off"},
-            "controller": {
-                "motion_port": emulator.motion_port,
-                "state_port": emulator.state_port,
-            },
+            "controller": {"motion_port": emulator.motion_port, "state_port": emulator.state_port},
             "store": {"path": str(store)},
             "access": {"audit_log": str(audit)},
             **tables,

@@ -46,8 +46,7 @@ async def our_server(live: LiveController, **controller: object) -> AsyncIterato
         },
         "test",
     )
-    app = bare_app([CellParts(settings, ROBOT, LoopPlanner())])
-    async with app.running() as ports:
+    async with bare_app([CellParts(settings, ROBOT, LoopPlanner())]).running() as ports:
         pendant = await PendantClient.connect("127.0.0.1", ports.pendant, state_rate=50)
         async with pendant:
             yield pendant

@@ -151,8 +151,7 @@ async def test_news_that_cannot_be_read_are_the_servers_fault() -> None:
 
 
 async def test_answers_without_end_are_cut_off() -> None:
-    pendant = await talked_to(_answers_without_end, 200)
-    assert "bytes of answers to nothing" in pendant.fault
+    assert "bytes of answers to nothing" in (await talked_to(_answers_without_end, 200)).fault
 
 
 async def test_news_without_end_do_not_fill_the_memory() -> None:

@@ -92,10 +92,9 @@ def test_junit_counts_equal_its_cases_and_the_judgement() -> None:
         assert int(element.attrib["tests"]) == len(cases) == len(JUDGEMENT.results)
         failures = len(root.findall(".//failure"))
         assert int(element.attrib["failures"]) == failures == JUDGEMENT.count(CheckVerdict.FAILED)
-        skipped = len(root.findall(".//skipped"))
         assert (
             int(element.attrib["skipped"])
-            == skipped
+            == len(root.findall(".//skipped"))
             == JUDGEMENT.count(CheckVerdict.NOT_APPLICABLE)
         )
         assert element.attrib["time"] == "0.750"

@@ -144,8 +144,7 @@ async def test_an_interrupted_motion_is_sent_stop_on_two_links() -> None:
     interrupts: list[Callable[[], None]] = []
 
     async def interrupt_in_motion(target: Target) -> CheckFinding:
-        mover = await ready(target)
-        await mover.set_off(5.0)
+        await (await ready(target)).set_off(5.0)
         before = service.controller.referee.events["stops"]
         asyncio.get_running_loop().call_soon(interrupts[0])
         try:

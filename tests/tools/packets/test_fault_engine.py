@@ -214,8 +214,7 @@ def test_a_frame_is_overtaken() -> None:
 
 
 def test_a_frame_that_nothing_overtakes_is_sent_in_the_end() -> None:
-    run = bench("reorder", within_ms=30).feed(UP, point(0)).wait(100)
-    assert run.sent == [(30, UP, point(0))]
+    assert bench("reorder", within_ms=30).feed(UP, point(0)).wait(100).sent == [(30, UP, point(0))]
 
 
 def test_a_frame_is_never_put_inside_another_one() -> None:

@@ -107,8 +107,7 @@ async def test_a_peer_that_resets_is_reset_though_frames_wait(start: Start) -> N
 
 async def test_what_is_held_back_is_bounded(start: Start) -> None:
     proxy, client, _ = await start({"fault": "delay", "ms": 600_000})
-    frame = (65_000).to_bytes(4, "little") + bytes(65_000)
-    client.write(frame * 300)
+    client.write(((65_000).to_bytes(4, "little") + bytes(65_000)) * 300)
     await asyncio.sleep(5)
     assert proxy.relay.frames < 12
 

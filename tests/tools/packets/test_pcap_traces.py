@@ -63,6 +63,11 @@ def usual() -> list[Stamped]:
     return [*link.opened(), *link.asked(PING, PONG), *link.asked(VERSION, PONG), *link.closed()]
 
 
+@pytest.fixture
+def link() -> Conversation:
+    return Conversation()
+
+
 def test_requests_and_replies_come_out_with_times_and_directions() -> None:
     first, second, *_ = packets(pcap(usual()))
     assert (first.data, first.direction, first.port, first.connection) == (
@@ -139,15 +144,13 @@ def test_the_resolution_and_offset_of_an_interface_count() -> None:
 
 
 def test_simple_and_unknown_blocks_and_a_second_section_are_read() -> None:
-    link = Conversation()
-    first, second = link.asked(PING, PONG)
+    first, second = Conversation().asked(PING, PONG)
     file = section() + block(0x0BAD, b"whatever") + interface() + simple(first[1])
     file += section(">") + interface(">") + enhanced(0, second[1], ">")
     assert sent(file) == [PING, PONG]
 
 
-def test_frames_may_be_split_and_coalesced() -> None:
-    link = Conversation()
+def test_frames_may_be_split_and_coalesced(link: Conversation) -> None:
     stream = (PING + VERSION) * 3
     cuts = [stream[at : at + 11] for at in range(0, len(stream), 11)]
     frames = [*link.opened(), *(link.segment(0, cut) for cut in cuts)]
@@ -155,15 +158,13 @@ def test_frames_may_be_split_and_coalesced() -> None:
     assert len(packets(pcap(frames))) == 6
 
 
-def test_segments_out_of_order_are_put_in_order() -> None:
-    link = Conversation()
+def test_segments_out_of_order_are_put_in_order(link: Conversation) -> None:
     opened = link.opened()
     one, two, three = (link.segment(0, data) for data in (PING, VERSION, PONG))
     assert sent(pcap([*opened, three, two, one])) == [PING, VERSION, PONG]
 
 
-def test_repeated_segments_are_told_once() -> None:
-    link = Conversation()
+def test_repeated_segments_are_told_once(link: Conversation) -> None:
     opened = link.opened()
     at = link.sequences[0]
     once = link.segment(0, PING)
@@ -172,8 +173,7 @@ def test_repeated_segments_are_told_once() -> None:
     assert sent(pcap(frames)) == [PING, PONG]
 
 
-def test_overlapping_segments_give_each_byte_once() -> None:
-    link = Conversation()
+def test_overlapping_segments_give_each_byte_once(link: Conversation) -> None:
     opened = link.opened()
     at = link.sequences[0]
     stream = PING + VERSION + PONG
@@ -186,8 +186,7 @@ def test_overlapping_segments_give_each_byte_once() -> None:
     assert sent(pcap([*opened, *frames])) == [PING, VERSION, PONG]
 
 
-def test_a_probe_that_keeps_the_connection_alive_changes_nothing() -> None:
-    link = Conversation()
+def test_a_probe_that_keeps_the_connection_alive_changes_nothing(link: Conversation) -> None:
     frames = [*link.opened(), link.segment(0, PING)]
     frames.append(link.segment(0, b"\0", at=link.sequences[0] - 1))
     assert sent(pcap([*frames, link.segment(0, VERSION)])) == [PING, VERSION]
@@ -225,8 +224,7 @@ def test_a_lost_segment_does_not_hold_up_the_rest_for_long() -> None:
     assert len(packets(pcap(lossy()[:-1]))) == len(times) - 1
 
 
-def test_without_acknowledgements_a_hole_is_given_up_after_five_seconds() -> None:
-    link = Conversation()
+def test_without_acknowledgements_a_hole_is_given_up_after_five_seconds(link: Conversation) -> None:
     opened = link.opened()
     link.segment(0, PING)
     late = link.segment(0, VERSION)
@@ -237,8 +235,7 @@ def test_without_acknowledgements_a_hole_is_given_up_after_five_seconds() -> Non
     assert entry.time > 5 * SECOND
 
 
-def test_after_a_hole_a_frame_is_found_inside_a_segment() -> None:
-    link = Conversation()
+def test_after_a_hole_a_frame_is_found_inside_a_segment(link: Conversation) -> None:
     opened = link.opened()
     first = link.segment(0, PING)
     link.segment(0, VERSION)
@@ -246,28 +243,22 @@ def test_after_a_hole_a_frame_is_found_inside_a_segment() -> None:
     assert sent(pcap([*opened, first, middle]))[1:] == [b"\xff" * 33, VERSION, PING]
 
 
-def test_a_stream_that_ends_inside_a_frame_says_so() -> None:
-    link = Conversation()
-    frames = [*link.opened(), link.segment(0, PING + VERSION[:10]), *link.closed()]
-    last = packets(pcap(frames))[-1]
+def test_a_stream_that_ends_inside_a_frame_says_so(link: Conversation) -> None:
+    last = packets(pcap([*link.opened(), link.segment(0, PING + VERSION[:10]), *link.closed()]))[-1]
     assert (last.data, last.is_frame) == (VERSION[:10], False)
 
 
-def test_a_reset_ends_the_connection() -> None:
-    link = Conversation()
+def test_a_reset_ends_the_connection(link: Conversation) -> None:
     frames = [*link.opened(), *link.asked(PING, PONG), link.segment(1, flags=RST)]
     assert events(pcap([*frames, link.segment(0, PING)]))[-1] == "server-reset-connection"
     assert len(packets(pcap([*frames, link.segment(0, PING)]))) == 2
 
 
-def test_data_with_the_last_flag_still_count() -> None:
-    link = Conversation()
-    frames = [*link.opened(), link.segment(0, PING, FIN | ACK)]
-    assert sent(pcap(frames)) == [PING]
+def test_data_with_the_last_flag_still_count(link: Conversation) -> None:
+    assert sent(pcap([*link.opened(), link.segment(0, PING, FIN | ACK)])) == [PING]
 
 
-def test_the_same_ports_used_again_are_another_connection() -> None:
-    link = Conversation()
+def test_the_same_ports_used_again_are_another_connection(link: Conversation) -> None:
     frames = [*link.opened(), *link.asked(PING, PONG)]
     link.sequences = [500_000, 700_000]
     frames += [*link.opened(), *link.asked(VERSION, PONG)]
@@ -277,8 +268,7 @@ def test_the_same_ports_used_again_are_another_connection() -> None:
 
 
 def test_without_its_beginning_a_known_port_tells_the_server() -> None:
-    link = Conversation(client=("10.0.0.1", 5_000))
-    first = packets(pcap(link.asked(PING, PONG)))[0]
+    first = packets(pcap(Conversation(client=("10.0.0.1", 5_000)).asked(PING, PONG)))[0]
     assert (first.direction, first.port) == (TraceDirection.TO_SERVER, 11_000)
 
 
@@ -311,8 +301,7 @@ def test_other_traffic_is_left_out_and_counted() -> None:
     assert events(pcap(frames))[-1].startswith("connections without any frame: 1, e.g. 10.0.0.1")
 
 
-def test_strange_bytes_on_a_known_port_are_told() -> None:
-    link = Conversation()
+def test_strange_bytes_on_a_known_port_are_told(link: Conversation) -> None:
     frames = [*link.opened(), link.segment(0, b"GET / HTTP/1.1\r\n\r\n")]
     assert "what the client sent begins with no frame: 474554" in events(pcap(frames))[1]
 
@@ -326,11 +315,9 @@ def test_fragments_and_cut_headers_are_counted() -> None:
 
 
 def test_an_interface_of_a_strange_link_type_does_not_hide_the_others() -> None:
-    link = Conversation()
-    frame = link.segment(0, PING)[1]
+    frame = Conversation().segment(0, PING)[1]
     file = section() + interface(link_type=189) + interface(link_type=113)
-    cooked = linux_cooked(frame[14:])
-    file += enhanced(0, b"usb") + enhanced(0, cooked, number=1)
+    file += enhanced(0, b"usb") + enhanced(0, linux_cooked(frame[14:]), number=1)
     assert sent(file) == [PING]
     assert events(file)[-1] == "frames not read: 1 of link type 189"
 
@@ -345,14 +332,12 @@ def test_of_too_many_connections_the_silent_one_is_forgotten_aloud() -> None:
     assert len(packets(pcap(frames))) == 2 * (MAX_CONNECTIONS + 2)
 
 
-def test_a_flood_of_holes_keeps_a_bounded_amount() -> None:
-    link = Conversation()
+def test_a_flood_of_holes_keeps_a_bounded_amount(link: Conversation) -> None:
     frames = link.opened()
     for _ in range(5_000):
         link.sequences[0] += 1
         frames.append(link.segment(0, b"x" * 100))
-    missing = [text for text in events(pcap(frames)) if text.endswith("missing")]
-    assert len(missing) == 5_000
+    assert len([text for text in events(pcap(frames)) if text.endswith("missing")]) == 5_000
 
 
 WRONG: dict[str, tuple[bytes, str]] = {
@@ -414,8 +399,7 @@ def test_an_interface_table_is_bounded() -> None:
         entries(section() + interface() * 4_097)
 
 
-def test_a_syn_that_comes_after_its_answer_is_no_second_connection() -> None:
-    link = Conversation()
+def test_a_syn_that_comes_after_its_answer_is_no_second_connection(link: Conversation) -> None:
     syn, greeting, ack = link.opened()
     found = packets(pcap([greeting, syn, ack, *link.asked(PING, PONG)]))
     assert [packet.connection for packet in found] == [1, 1]
@@ -425,6 +409,5 @@ def test_a_syn_that_comes_after_its_answer_is_no_second_connection() -> None:
     ]
 
 
-def test_a_port_scan_is_no_traffic() -> None:
-    link = Conversation()
+def test_a_port_scan_is_no_traffic(link: Conversation) -> None:
     assert packets(pcap([link.segment(0, flags=SYN), link.segment(1, flags=RST | ACK)])) == []

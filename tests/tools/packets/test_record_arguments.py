@@ -28,11 +28,7 @@ PAIR = ["--listen", "0", "--to", "1"]
     ],
 )
 def test_a_wrong_argument_is_named(
-    arguments: list[str],
-    code: int,
-    reason: str,
-    tmp_path: Path,
-    capsys: pytest.CaptureFixture[str],
+    arguments: list[str], code: int, reason: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
     file = str(tmp_path / "trace")
     assert main([file if argument == "FILE" else argument for argument in arguments]) == code

@@ -101,12 +101,7 @@ DIFFERENCES = {
     "one too many": ([PONG] * 4, Pace(None), 1, "packet 4 should be none"),
     "topics do not matter": ([STATUS, PONG, STATUS, PONG, PONG], Pace(None), 0, ""),
     "topics matter": ([PONG], Pace(None, exact=True), 1, "packet 1 should be a topic of type 13"),
-    "a byte": (
-        [STATUS[:-1] + b"\1"],
-        Pace(None, exact=True),
-        1,
-        "byte 43 differs, of 44 and 44",
-    ),
+    "a byte": ([STATUS[:-1] + b"\1"], Pace(None, exact=True), 1, "byte 43 differs, of 44 and 44"),
 }
 
 

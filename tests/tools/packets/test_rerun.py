@@ -153,8 +153,7 @@ def test_one_changed_bit_of_a_write_is_found_where_it_is(
         at = _nth(lines, '"out": "motion"', 200)
         lines[at] = _flip_last_byte(lines[at])
 
-    file = _tampered(journals["server"], tmp_path / "changed", change)
-    assert main([str(file)]) == 1
+    assert main([str(_tampered(journals["server"], tmp_path / "changed", change))]) == 1
     told = capsys.readouterr().out
     assert "DIFFERENCE" in told
     assert "first different byte: 151" in told

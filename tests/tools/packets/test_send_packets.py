@@ -89,8 +89,7 @@ def test_words_that_make_none_say_why(words: str, reason: str) -> None:
 
 def test_a_reply_that_is_named_has_its_body() -> None:
     codec = codec_for(MOTOMAN)
-    reply = message_from_words("motoman_motion_reply", ["result=1"], codec)
-    assert len(codec.encode(reply)) == 76
+    assert len(codec.encode(message_from_words("motoman_motion_reply", ["result=1"], codec))) == 76
 
 
 def _made(words: str, dialect: Dialect = STANDARD) -> bytes:
@@ -223,8 +222,7 @@ async def test_an_answer_is_printed_as_it_is(
     code: int,
     printed: str,
 ) -> None:
-    endpoint = await peer(answer)
-    assert await talk(endpoint, [PING], codec_for(), within=1.0, as_json=True) == code
+    assert await talk(await peer(answer), [PING], codec_for(), within=1.0, as_json=True) == code
     (line,) = capsys.readouterr().out.splitlines()
     assert printed in line
     assert json.loads(line)["latency_ms"] >= 0
@@ -328,8 +326,7 @@ async def test_a_verdict_answers_requests_of_the_pendant_protocol(
     peer: Callable[..., Any], name: str
 ) -> None:
     endpoint = await peer(_made("verdict", PENDANT))
-    packet = _made(name, PENDANT)
-    assert await talk(endpoint, [packet], codec_for(PENDANT), within=1.0) == 0
+    assert await talk(endpoint, [_made(name, PENDANT)], codec_for(PENDANT), within=1.0) == 0
 
 
 @pytest.mark.asyncio

@@ -268,8 +268,7 @@ def test_portions_make_no_difference(file: bytes, sizes: list[int]) -> None:
         while True:
             yield from sizes
 
-    dripping = io.BufferedReader(Dripping(file, forever()))
-    assert list(read_trace(dripping)) == entries(file)
+    assert list(read_trace(io.BufferedReader(Dripping(file, forever())))) == entries(file)
 
 
 def test_what_was_peeked_at_is_read_again_from_any_stream() -> None:

@@ -14,13 +14,7 @@ from rigs.processes.hanging_program import hang
 from openpendant.simplemsg import Message
 from openpendant.simplemsg.pendant import JogBeat, JogEnd, JogRelease, JogStart
 from openpendant.simplemsg.verdicts import VerdictCode
-from openpendant.tools.pendants.client import (
-    Aborted,
-    ConnectionLost,
-    Jog,
-    PendantClient,
-    Refused,
-)
+from openpendant.tools.pendants.client import Aborted, ConnectionLost, Jog, PendantClient, Refused
 
 pytestmark = [pytest.mark.virtual_clock, pytest.mark.asyncio]
 

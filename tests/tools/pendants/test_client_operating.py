@@ -87,8 +87,7 @@ async def test_control_that_was_taken_over_is_no_longer_beaten(
     server: ScriptedPendantServer, pendant: PendantClient
 ) -> None:
     async with pendant.control():
-        mine = AuthorityChanged(holder=SESSION, reason=AuthorityReason.GRANTED, client="us")
-        server.send(mine)
+        server.send(AuthorityChanged(holder=SESSION, reason=AuthorityReason.GRANTED, client="us"))
         await pendant.next_state()
         assert has_control(pendant)
         server.send(AuthorityChanged(holder=9, reason=AuthorityReason.TAKEN_OVER, client="bob"))

@@ -27,12 +27,7 @@ from openpendant.simplemsg.pendant import (
     StopKind,
 )
 from openpendant.simplemsg.verdicts import VerdictCode
-from openpendant.tools.pendants.client import (
-    ConnectionLost,
-    PendantClient,
-    Refused,
-    WrongArgument,
-)
+from openpendant.tools.pendants.client import ConnectionLost, PendantClient, Refused, WrongArgument
 
 pytestmark = [pytest.mark.virtual_clock, pytest.mark.asyncio]
 

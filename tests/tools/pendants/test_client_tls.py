@@ -2,38 +2,22 @@
 
 from __future__ import annotations
 
-import shutil
 import ssl
-import subprocess
 from pathlib import Path
 
 import pytest
 from rigs.peers.scripted_pendant_server import scripted_server
+from rigs.peers.tls_certificates import make_certificate
 
 from openpendant.simplemsg.pendant import Login
 from openpendant.tools.pendants.client import PendantClient
 
-OPENSSL = shutil.which("openssl")
-pytestmark = [
-    pytest.mark.realtime,
-    pytest.mark.asyncio,
-    pytest.mark.skipif(OPENSSL is None, reason="no openssl to make a certificate with"),
-]
+pytestmark = [pytest.mark.realtime, pytest.mark.asyncio]
 
 
 @pytest.fixture(scope="module")
 def certificate(tmp_path_factory: pytest.TempPathFactory) -> tuple[Path, Path]:
-    """A certificate that signed itself, and its key."""
-    folder = tmp_path_factory.mktemp("tls")
-    paths = folder / "server.pem", folder / "server.key"
-    command = [
-        *(OPENSSL or "openssl", "req", "-x509", "-newkey", "ec", "-nodes", "-days", "2"),
-        *("-pkeyopt", "ec_paramgen_curve:prime256v1", "-subj", "/CN=pendant server"),
-        *("-addext", "subjectAltName=IP:127.0.0.1"),
-        *("-keyout", str(paths[1]), "-out", str(paths[0])),
-    ]
-    subprocess.run(command, check=True, capture_output=True, timeout=60)
-    return paths
+    return make_certificate(tmp_path_factory.mktemp("tls"))
 
 
 def server_side(certificate: tuple[Path, Path]) -> ssl.SSLContext:

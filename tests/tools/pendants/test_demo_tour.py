@@ -134,8 +134,7 @@ def test_an_arm_that_is_stretched_at_home_bends_before_it_draws_a_line() -> None
 
 def test_a_circle_is_drawn_in_the_plane_that_the_arm_can_reach() -> None:
     arm = SomeArm(pose=lambda at: abs(at[2] - 0.4) < 1e-9)
-    report = toured(arm)
-    assert report.poses == 8
+    assert toured(arm).poses == 8
     assert {round(z, 9) for _, _, z in arm.paths[-1]} == {0.4}
 
 

@@ -88,8 +88,7 @@ def pendant(server: ScriptedPendantServer) -> Iterator[SyncPendantClient]:
 def test_motions_block_until_they_have_ended(pendant: SyncPendantClient) -> None:
     with pendant.control():
         assert pendant.in_control
-        result = pendant.move_joints(pendant.joints(), speed=0.2).done()
-        assert result.plan_time == 0.25
+        assert pendant.move_joints(pendant.joints(), speed=0.2).done().plan_time == 0.25
         assert pendant.step({0: 0.1}).done(within=5).motion_time == 0.5
 
 

@@ -188,9 +188,7 @@ def test_a_text_is_malformed_exactly_where_it_is_not_utf_8(
     assert _differences(dissected["texts"], TEXT_PACKETS) == []
 
 
-def test_groups_are_taken_as_many_as_meant_or_four(
-    dissected: dict[str, list[Dissected]],
-) -> None:
+def test_groups_are_taken_as_many_as_meant_or_four(dissected: dict[str, list[Dissected]]) -> None:
     def check(meant: int) -> None:
         assert _differences(dissected[f"{meant} groups"], _with_groups(meant)) == []
 

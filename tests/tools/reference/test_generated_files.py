@@ -75,10 +75,7 @@ def _add(file: Path) -> None:
     ],
 )
 def test_a_stale_file_is_named_with_the_way_to_mend_it(
-    harm: Callable[[Path], None],
-    complaint: str,
-    written: Path,
-    capsys: pytest.CaptureFixture[str],
+    harm: Callable[[Path], None], complaint: str, written: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
     harm(written / "generated" / "openpendant.lua")
     assert main(["--check", "--out", str(written)]) == 1

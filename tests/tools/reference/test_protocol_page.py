@@ -56,8 +56,7 @@ def _agrees_with_the_codec(case: tuple[type[Message], int]) -> None:
     cls, real_size = case
     dialect = next(one for one in DIALECTS.values() if cls in one.messages)
     length = len(codec_for(dialect, ByteOrder.LITTLE, real_size).encode(sample(cls)))
-    size = frame_size(cls, real_size)
-    numbers = [int(number) for number in re.findall(r"\d+", size)]
+    numbers = [int(number) for number in re.findall(r"\d+", frame_size(cls, real_size))]
     last = list(cls.FIELDS.values())[-1] if cls.FIELDS else None
     if isinstance(last, Tail):
         assert numbers == [length - len(getattr(sample(cls), list(cls.FIELDS)[-1]))]

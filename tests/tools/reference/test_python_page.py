@@ -32,8 +32,7 @@ def test_every_call_of_a_group_has_its_arguments_and_the_keys_of_its_reply() -> 
 
 
 def _has_its_arguments(operation: PublishedOperation) -> None:
-    path = ".".join(part for part in ("pendant", operation.group, operation.call) if part)
-    told = section(path)
+    told = section(".".join(part for part in ("pendant", operation.group, operation.call) if part))
     assert f"[`{operation.name}`](operations.md#{operation.name.replace('.', '')})" in told
     for each in operation.arguments:
         assert re.search(rf"^\| `{each.name}` \| \S.* \| .* \| \S.* \|$", told, re.MULTILINE)
@@ -48,8 +47,7 @@ def test_a_call_is_written_as_python_writes_it() -> None:
     assert f"`await pendant.programs.save({saving}) -> ProgramSaved`" in PAGE
     assert "| `part` | `int`, 1 to 1000 | `1` | Which part this is, from 1. |" in PAGE
     assert "`await pendant.retreat() -> list[Hold]`" in PAGE
-    playing = section("pendant.recordings.play").splitlines()[1]
-    assert playing.endswith("-> PlaybackHandle`")
+    assert section("pendant.recordings.play").splitlines()[1].endswith("-> PlaybackHandle`")
 
 
 def test_the_page_is_linked_from_the_guide() -> None:

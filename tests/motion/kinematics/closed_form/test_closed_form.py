@@ -136,8 +136,7 @@ def test_a_pose_out_of_reach_is_missed_by_what_it_is_too_far_away(name: str) -> 
     assert form is not None
     target = np.eye(4)
     target[:3, 3] = (0.0, 30.0, 1.0)
-    gaps = form.branches(target, (0.0,) * kinematics.dof).gaps
-    assert 20.0 < min(gaps) < 30.0
+    assert 20.0 < min(form.branches(target, (0.0,) * kinematics.dof).gaps) < 30.0
 
 
 @pytest.mark.parametrize("name", SIX_AXES)
@@ -204,5 +203,4 @@ def test_a_wrist_whose_zero_is_anywhere_is_solved() -> None:
     for branch in branches:
         found = product_of_exponentials(geometry, branch)
         np.testing.assert_allclose(found, target, rtol=0, atol=1e-10)
-        turn = rotation_vector(found[:3, :3] @ target[:3, :3].T)
-        assert np.linalg.norm(turn) < 1e-9
+        assert np.linalg.norm(rotation_vector(found[:3, :3] @ target[:3, :3].T)) < 1e-9

@@ -57,7 +57,15 @@ def test_the_flags_of_an_industrial_arm_say_what_one_sees(
 
 @pytest.mark.parametrize(
     ("angle", "turn"),
-    [(0.0, 0), (3.0, 0), (3.2, 1), (-3.2, -1), (math.pi, 1), (-math.pi, 0), (-6.2, -1)],
+    [
+        (0.0, 0),
+        (3.0, 0),
+        (3.2, 1),
+        (-3.2, -1),
+        (math.pi, 1),
+        (-math.pi, 0),
+        (-6.2, -1),
+    ],
 )
 def test_a_turn_is_counted_from_half_a_turn_below_zero(angle: float, turn: int) -> None:
     found = configuration_of(Kinematics(serial_robot("ur5")), (0.0, 0.0, 0.5, 0.0, 0.5, angle))

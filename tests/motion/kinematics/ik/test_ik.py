@@ -49,10 +49,9 @@ def assert_solves(kinematics: Kinematics, solution: Solution, target: Pose, fram
     assert solution.position_error == pytest.approx(reached.position_distance(target), abs=1e-12)
 
 
-def solved_share(name: str, count: int) -> float:
+def solved_share(kinematics: Kinematics, count: int, chance: int = 1) -> float:
     """Solve poses of random joint positions, each from another random joint position."""
-    kinematics = Kinematics(serial_robot(name))
-    random = np.random.default_rng(1)
+    random = np.random.default_rng(chance)
     solved = 0
     for _ in range(count):
         position, seed = random.uniform(kinematics.lower, kinematics.upper, (2, kinematics.dof))
@@ -66,26 +65,22 @@ def solved_share(name: str, count: int) -> float:
     return solved / count
 
 
+@pytest.mark.parametrize("count", counts(40, 1000))
 @pytest.mark.parametrize("name", SIX_AXES)
-def test_every_reachable_pose_of_a_six_axis_robot_is_solved(name: str) -> None:
-    assert solved_share(name, 40) == 1.0
+def test_every_reachable_pose_of_a_six_axis_robot_is_solved(name: str, count: int) -> None:
+    assert solved_share(Kinematics(serial_robot(name)), count) == 1.0
 
 
-@pytest.mark.soak
-@pytest.mark.parametrize("name", SIX_AXES)
-def test_a_thousand_reachable_poses_of_a_six_axis_robot_are_solved(name: str) -> None:
-    assert solved_share(name, 1000) == 1.0
+ALL_OF_50 = [(50, 1.0), pytest.param(1000, 0.999, marks=pytest.mark.soak)]
+"""How many poses are tried, and the least share that is solved."""
 
 
+@pytest.mark.parametrize(("count", "share"), ALL_OF_50)
 @pytest.mark.parametrize("name", OTHERS)
-def test_reachable_poses_of_robots_with_fewer_or_more_axes_are_solved(name: str) -> None:
-    assert solved_share(name, 50) == 1.0
-
-
-@pytest.mark.soak
-@pytest.mark.parametrize("name", OTHERS)
-def test_a_thousand_poses_of_robots_with_fewer_or_more_axes_are_solved(name: str) -> None:
-    assert solved_share(name, 1000) >= 0.999
+def test_reachable_poses_of_robots_with_fewer_or_more_axes_are_solved(
+    name: str, count: int, share: float
+) -> None:
+    assert solved_share(Kinematics(serial_robot(name)), count) >= share
 
 
 @pytest.mark.parametrize("count", counts(8, 200))
@@ -359,29 +354,11 @@ def offset_wrist() -> Kinematics:
     )
 
 
-def offset_wrist_share(count: int) -> float:
+@pytest.mark.parametrize(("count", "share"), ALL_OF_50)
+def test_an_arm_with_an_offset_wrist_is_solved_by_search(count: int, share: float) -> None:
     kinematics = offset_wrist()
     assert closed_form(kinematics) is None
-    random = np.random.default_rng(15)
-    solved = 0
-    for _ in range(count):
-        position, seed = random.uniform(kinematics.lower, kinematics.upper, (2, 6))
-        target = kinematics.forward(position)
-        try:
-            assert_solves(kinematics, solve(kinematics, target, seed), target, "base")
-        except PoseUnreachable:
-            continue
-        solved += 1
-    return solved / count
-
-
-def test_an_arm_with_an_offset_wrist_is_solved_by_search() -> None:
-    assert offset_wrist_share(50) == 1.0
-
-
-@pytest.mark.soak
-def test_a_thousand_poses_of_an_arm_with_an_offset_wrist_are_solved() -> None:
-    assert offset_wrist_share(1000) >= 0.999
+    assert solved_share(kinematics, count, chance=15) >= share
 
 
 def test_a_configuration_is_refused_for_a_robot_without_flags() -> None:

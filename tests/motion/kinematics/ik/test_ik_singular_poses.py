@@ -6,6 +6,7 @@ from collections.abc import Callable
 import numpy as np
 import pytest
 from numpy.typing import NDArray
+from rigs.data.example_counts import counts
 from rigs.motion.loaded_robots import serial_robot
 
 from openpendant.motion.description.robot import robot_names
@@ -70,7 +71,10 @@ PLACES: tuple[Place, ...] = (
 )
 
 
-def check(name: str, place: Place, count: int) -> None:
+@pytest.mark.parametrize("count", counts(2, 200))
+@pytest.mark.parametrize("place", PLACES, ids=lambda place: place.__name__)
+@pytest.mark.parametrize("name", SERIAL)
+def test_a_singular_pose_is_solved_from_near_and_far(name: str, place: Place, count: int) -> None:
     kinematics = Kinematics(serial_robot(name))
     random = np.random.default_rng(12)
     for off in OFF:
@@ -87,19 +91,6 @@ def check(name: str, place: Place, count: int) -> None:
                 reached = kinematics.forward(solution.joint_position)
                 assert reached.position_distance(target) <= POSITION_TOLERANCE
                 assert reached.rotation_distance(target) <= ROTATION_TOLERANCE
-
-
-@pytest.mark.parametrize("place", PLACES, ids=lambda place: place.__name__)
-@pytest.mark.parametrize("name", SERIAL)
-def test_a_singular_pose_is_solved_from_near_and_far(name: str, place: Place) -> None:
-    check(name, place, 2)
-
-
-@pytest.mark.soak
-@pytest.mark.parametrize("place", PLACES, ids=lambda place: place.__name__)
-@pytest.mark.parametrize("name", SERIAL)
-def test_two_hundred_singular_poses_of_each_kind_are_solved(name: str, place: Place) -> None:
-    check(name, place, 200)
 
 
 @pytest.mark.parametrize("name", ["abb_irb2400", "fanuc_m10ia", "puma560"])

@@ -1,7 +1,5 @@
 """How a numeric search uses its seed, and where it may end."""
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
 from rigs.motion.loaded_robots import serial_robot

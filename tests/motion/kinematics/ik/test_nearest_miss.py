@@ -1,7 +1,5 @@
 """How near a refused pose is missed: told at once, and not much farther than a search finds."""
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
 from rigs.motion.loaded_robots import serial_robot

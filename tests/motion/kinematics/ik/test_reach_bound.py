@@ -1,7 +1,5 @@
 """The ball around an arm's reach: no tool leaves it, what is outside is refused without search."""
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
 from rigs.motion.loaded_robots import load_robot, serial_robot

@@ -55,8 +55,7 @@ def test_a_wrist_above_the_first_axis_is_a_shoulder_singularity() -> None:
 @pytest.mark.parametrize("name", SERIAL)
 def test_manipulability_is_yoshikawas_in_arm_sizes(name: str) -> None:
     kinematics = Kinematics(serial_robot(name))
-    random = np.random.default_rng(14)
-    position = random.uniform(kinematics.lower, kinematics.upper)
+    position = np.random.default_rng(14).uniform(kinematics.lower, kinematics.upper)
     jacobian = kinematics.jacobian(position)
     jacobian[:3] /= kinematics.size
     jacobian[:, np.array(kinematics.limits.prismatic)] *= kinematics.size

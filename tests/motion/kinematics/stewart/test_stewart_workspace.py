@@ -51,8 +51,7 @@ def test_together_the_coordinates_share_the_bounds() -> None:
 
 @given(poses_inside)
 def test_inside_the_workspace_every_leg_is_in_its_stroke_and_its_cones(pose: Pose) -> None:
-    lengths = WORKSPACE.check(pose)
-    assert lengths == pytest.approx(PLATFORM.legs.lengths(pose), abs=1e-15)
+    assert WORKSPACE.check(pose) == pytest.approx(PLATFORM.legs.lengths(pose), abs=1e-15)
     assert max(swing.max() for swing in WORKSPACE.swings(pose)) < WORKSPACE.cone
 
 

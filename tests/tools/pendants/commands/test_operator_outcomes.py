@@ -192,7 +192,14 @@ def test_a_stop_takes_no_authority(pendant: Scripted) -> None:
 
 @pytest.mark.parametrize(
     ("line", "ends", "resets"),
-    [("y\n", 0, 1), ("YES\n", 0, 1), ("n\n", 1, 0), ("\n", 1, 0), ("", 1, 0), ("yellow\n", 1, 0)],
+    [
+        ("y\n", 0, 1),
+        ("YES\n", 0, 1),
+        ("n\n", 1, 0),
+        ("\n", 1, 0),
+        ("", 1, 0),
+        ("yellow\n", 1, 0),
+    ],
 )
 def test_a_reset_asks_and_resets_only_for_a_yes(
     pendant: Scripted, typed: Callable[[str], None], line: str, ends: int, resets: int
@@ -276,8 +283,7 @@ def test_who_interrupts_a_motion_has_the_robot_stopped_and_gets_130(interrupted:
 
 
 @pytest.mark.parametrize(
-    ("code", "asked"),
-    [(V.NOTHING_TO_CONTROL, []), (V.HELD_BY_OTHER, ["stop"])],
+    ("code", "asked"), [(V.NOTHING_TO_CONTROL, []), (V.HELD_BY_OTHER, ["stop"])]
 )
 def test_who_cannot_end_a_motion_stops_the_robot(
     interrupted: Scripted, code: V, asked: list[str]

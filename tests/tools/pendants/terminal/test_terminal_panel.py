@@ -103,8 +103,7 @@ def test_what_is_paused_is_resumed_by_the_same_key(rig: PanelRig, changes: dict[
 @pytest.mark.parametrize("before", ["", "m", "n", "nabc", "=", "*", "0", "v", "/q", "C"])
 def test_the_space_bar_stops_whatever_was_struck_before(rig: PanelRig, before: str) -> None:
     rig.strike(*before)
-    asked = rig.panel.key(STOP_KEY, rig.now)
-    assert asked[0] == do.StopRobot("space bar")
+    assert rig.panel.key(STOP_KEY, rig.now)[0] == do.StopRobot("space bar")
     assert rig.panel.question is None
 
 
@@ -368,8 +367,7 @@ def test_what_was_appended_is_selected_and_the_selection_stays_inside(rig: Panel
 
 
 def test_each_edit_names_the_revision_that_it_was_made_from() -> None:
-    record = PROGRAM.request(RecordHere("LIN", 1))
-    assert record == {
+    assert PROGRAM.request(RecordHere("LIN", 1)) == {
         "op": "programs.record",
         "name": "pick",
         "expected_revision": 3,

@@ -11,6 +11,7 @@ from contextlib import asynccontextmanager
 from typing import Any
 
 import pytest
+import pytest_asyncio
 from rigs.cells.panel_rig import DRY_RUN
 from rigs.peers.scripted_pendant_server import ScriptedPendantServer, scripted_server
 from textual import events
@@ -34,12 +35,7 @@ from openpendant.simplemsg.pendant import (
     StopKind,
 )
 from openpendant.simplemsg.verdicts import VerdictCode
-from openpendant.tools.pendants.client import (
-    PendantClient,
-    PendantError,
-    Refused,
-    WrongArgument,
-)
+from openpendant.tools.pendants.client import PendantClient, PendantError, Refused, WrongArgument
 from openpendant.tools.pendants.terminal.app import PendantApp
 from openpendant.tools.pendants.terminal.panel import Panel
 
@@ -120,13 +116,18 @@ async def screen(size: tuple[int, int] = (120, 40)) -> AsyncIterator[Screen]:
             yield shown
 
 
-async def test_the_screen_shows_display_lamps_and_joints() -> None:
+@pytest_asyncio.fixture
+async def shown() -> AsyncIterator[Screen]:
     async with screen() as shown:
-        await shown.until(lambda: "pendant–server: up" in shown.text("lamps"))
-        rows = shown.text("lcd").split("\n")
-        assert [len(row) for row in rows] == [20] * 4
-        assert "7.16" in rows[1]
-        assert "Observing" in shown.text("banner")
+        yield shown
+
+
+async def test_the_screen_shows_display_lamps_and_joints(shown: Screen) -> None:
+    await shown.until(lambda: "pendant–server: up" in shown.text("lamps"))
+    rows = shown.text("lcd").split("\n")
+    assert [len(row) for row in rows] == [20] * 4
+    assert "7.16" in rows[1]
+    assert "Observing" in shown.text("banner")
 
 
 async def test_a_terminal_of_24_rows_shows_refusals_joints_and_the_keys_that_matter() -> None:
@@ -146,91 +147,81 @@ async def test_a_terminal_of_24_rows_shows_refusals_joints_and_the_keys_that_mat
         assert shown.text("keys").startswith("SPACE software stop")
 
 
-async def test_a_jog_key_becomes_a_step() -> None:
-    async with screen() as shown:
-        await shown.jog_keys("w")
-        await shown.until(lambda: shown.server.all(JogStep))
-        assert shown.server.one(JogStep).values[1] == pytest.approx(0.0087266, abs=1e-6)
+async def test_a_jog_key_becomes_a_step(shown: Screen) -> None:
+    await shown.jog_keys("w")
+    await shown.until(lambda: shown.server.all(JogStep))
+    assert shown.server.one(JogStep).values[1] == pytest.approx(0.0087266, abs=1e-6)
 
 
-async def test_a_held_key_becomes_presses_without_a_single_beat() -> None:
-    async with screen() as shown:
-        await shown.keys("slash")
-        await shown.jog_keys(*"qqqqq")
-        await shown.until(lambda: shown.server.all(JogStart))
-        await asyncio.sleep(0.3)
-        presses = shown.server.all(JogStart)
-        assert presses[0].values[0] == 1.0
-        assert all(0.05 <= press.deadline <= 0.2500001 for press in presses)
-        assert shown.server.all(JogBeat) == []
+async def test_a_held_key_becomes_presses_without_a_single_beat(shown: Screen) -> None:
+    await shown.keys("slash")
+    await shown.jog_keys(*"qqqqq")
+    await shown.until(lambda: shown.server.all(JogStart))
+    await asyncio.sleep(0.3)
+    presses = shown.server.all(JogStart)
+    assert presses[0].values[0] == 1.0
+    assert all(0.05 <= press.deadline <= 0.2500001 for press in presses)
+    assert shown.server.all(JogBeat) == []
 
 
-async def test_a_stroke_is_dropped_while_a_press_waits_for_its_verdict() -> None:
-    async with screen() as shown:
-        await shown.keys("slash")
-        shown.server.mutes = True
-        shown.server.tell_state()  # or what is shown is stale where the machine stalls
-        await shown.jog_keys(*"qqqq")
-        await shown.until(lambda: shown.server.all(JogStart))
-        await asyncio.sleep(0.1)
-        assert len(shown.server.all(JogStart)) == 1
-        await shown.keys("space")
-        await shown.until(lambda: shown.server.all(SoftwareStop))
+async def test_a_stroke_is_dropped_while_a_press_waits_for_its_verdict(shown: Screen) -> None:
+    await shown.keys("slash")
+    shown.server.mutes = True
+    shown.server.tell_state()  # or what is shown is stale where the machine stalls
+    await shown.jog_keys(*"qqqq")
+    await shown.until(lambda: shown.server.all(JogStart))
+    await asyncio.sleep(0.1)
+    assert len(shown.server.all(JogStart)) == 1
+    await shown.keys("space")
+    await shown.until(lambda: shown.server.all(SoftwareStop))
 
 
 @pytest.mark.parametrize("before", [(), ("n", "a"), ("m",), ("tab",)])
-async def test_the_space_bar_stops_from_everywhere(before: tuple[str, ...]) -> None:
-    async with screen() as shown:
-        await shown.keys(*before, "space")
-        await shown.until(lambda: shown.server.all(SoftwareStop))
-        assert shown.server.one(SoftwareStop).reason == "space bar"
+async def test_the_space_bar_stops_from_everywhere(before: tuple[str, ...], shown: Screen) -> None:
+    await shown.keys(*before, "space")
+    await shown.until(lambda: shown.server.all(SoftwareStop))
+    assert shown.server.one(SoftwareStop).reason == "space bar"
 
 
-async def test_enabling_is_repeated_and_let_go() -> None:
-    async with screen() as shown:
-        await shown.keys("v")
-        await shown.until(lambda: len(shown.server.all(Enabling)) > 5)
-        await shown.until(lambda: "HELD" in shown.text("jog"))
-        await shown.keys("escape")
-        await shown.until(
-            lambda: shown.server.all(Enabling)[-1].position == EnablingPosition.RELEASED
-        )
+async def test_enabling_is_repeated_and_let_go(shown: Screen) -> None:
+    await shown.keys("v")
+    await shown.until(lambda: len(shown.server.all(Enabling)) > 5)
+    await shown.until(lambda: "HELD" in shown.text("jog"))
+    await shown.keys("escape")
+    await shown.until(lambda: shown.server.all(Enabling)[-1].position == EnablingPosition.RELEASED)
 
 
-async def test_a_refusal_is_shown_with_its_remedy_and_lets_enabling_go() -> None:
-    async with screen() as shown:
-        await shown.keys("v")
-        shown.server.refusals[JogStep] = (VerdictCode.NOT_ENABLED, "it is released")
-        await shown.jog_keys("q")
-        await shown.until(lambda: "NOT_ENABLED: it is released -> " in shown.text("messages"))
-        await shown.until(lambda: "let go" in shown.text("jog"))
+async def test_a_refusal_is_shown_with_its_remedy_and_lets_enabling_go(shown: Screen) -> None:
+    await shown.keys("v")
+    shown.server.refusals[JogStep] = (VerdictCode.NOT_ENABLED, "it is released")
+    await shown.jog_keys("q")
+    await shown.until(lambda: "NOT_ENABLED: it is released -> " in shown.text("messages"))
+    await shown.until(lambda: "let go" in shown.text("jog"))
 
 
-async def test_mode_control_and_home_are_asked_for() -> None:
-    async with screen() as shown:
-        await shown.keys("c", "m", "2", "0", "1")
-        await shown.until(lambda: shown.server.all(Home))
-        assert shown.server.one(Authority).action == 1
-        assert shown.server.one(SetMode).mode == 2
-        assert shown.server.one(Home).target == "home"
-        await shown.until(lambda: "way to home ended" in shown.text("messages"))
+async def test_mode_control_and_home_are_asked_for(shown: Screen) -> None:
+    await shown.keys("c", "m", "2", "0", "1")
+    await shown.until(lambda: shown.server.all(Home))
+    assert shown.server.one(Authority).action == 1
+    assert shown.server.one(SetMode).mode == 2
+    assert shown.server.one(Home).target == "home"
+    await shown.until(lambda: "way to home ended" in shown.text("messages"))
 
 
-async def test_a_program_is_opened_recorded_and_run() -> None:
-    async with screen() as shown:
-        body = {"revision": 1, "next": None}
-        shown.server.answers["programs.record"] = {"revision": 2}
-        shown.server.answers["programs.load"] = {**body, "body": json.dumps(PROGRAM)}
-        # The list is refused here: a whole name opens its program all the same.
-        await shown.keys("n", *"pick", "enter")
-        await shown.until(lambda: "pick, revision 1" in shown.text("program"))
-        await shown.keys("1", "5", "1", "5")
-        await shown.until(lambda: shown.server.all(ProgramRun))
-        run = shown.server.one(ProgramRun)
-        assert (run.program, run.revision) == ("pick", 1)
-        asked = [json.loads(each.body) for each in shown.server.all(Management)]
-        (record,) = [each for each in asked if each["op"] == "programs.record"]
-        assert (record["point"], record["expected_revision"]) == ("P2", 1)
+async def test_a_program_is_opened_recorded_and_run(shown: Screen) -> None:
+    body = {"revision": 1, "next": None}
+    shown.server.answers["programs.record"] = {"revision": 2}
+    shown.server.answers["programs.load"] = {**body, "body": json.dumps(PROGRAM)}
+    # The list is refused here: a whole name opens its program all the same.
+    await shown.keys("n", *"pick", "enter")
+    await shown.until(lambda: "pick, revision 1" in shown.text("program"))
+    await shown.keys("1", "5", "1", "5")
+    await shown.until(lambda: shown.server.all(ProgramRun))
+    run = shown.server.one(ProgramRun)
+    assert (run.program, run.revision) == ("pick", 1)
+    asked = [json.loads(each.body) for each in shown.server.all(Management)]
+    (record,) = [each for each in asked if each["op"] == "programs.record"]
+    assert (record["point"], record["expected_revision"]) == ("P2", 1)
 
 
 async def open_pick(shown: Screen) -> None:
@@ -241,14 +232,13 @@ async def open_pick(shown: Screen) -> None:
     await shown.until(lambda: "pick, revision 1" in shown.text("program"))
 
 
-async def test_a_dry_run_is_asked_for_and_shown_beside_the_points() -> None:
-    async with screen() as shown:
-        await open_pick(shown)
-        shown.server.answers["programs.dry_run"] = {**DRY_RUN, "revision": 1}
-        await shown.keys("full_stop")
-        await shown.until(lambda: "all reachable, 4.2 s" in shown.text("program"))
-        await shown.keys("5", "1")
-        await shown.until(lambda: shown.server.all(ProgramRun))
+async def test_a_dry_run_is_asked_for_and_shown_beside_the_points(shown: Screen) -> None:
+    await open_pick(shown)
+    shown.server.answers["programs.dry_run"] = {**DRY_RUN, "revision": 1}
+    await shown.keys("full_stop")
+    await shown.until(lambda: "all reachable, 4.2 s" in shown.text("program"))
+    await shown.keys("5", "1")
+    await shown.until(lambda: shown.server.all(ProgramRun))
 
 
 class EditedMeanwhile(dict[str, dict[str, Any]]):
@@ -307,29 +297,26 @@ async def test_a_program_with_a_space_in_its_name_is_chosen_and_a_new_one_asked_
         assert "programs.create" not in ops
 
 
-async def test_a_dry_run_that_is_refused_is_told_and_may_be_asked_for_again() -> None:
-    async with screen() as shown:
-        await open_pick(shown)
-        await shown.keys("full_stop")
-        await shown.until(lambda: "BAD_ARGUMENT: no such op" in shown.text("messages"))
-        assert "no dry run of this revision" in shown.text("program")
+async def test_a_dry_run_that_is_refused_is_told_and_may_be_asked_for_again(shown: Screen) -> None:
+    await open_pick(shown)
+    await shown.keys("full_stop")
+    await shown.until(lambda: "BAD_ARGUMENT: no such op" in shown.text("messages"))
+    assert "no dry run of this revision" in shown.text("program")
 
 
-async def test_the_end_of_a_step_is_not_told_as_that_of_its_program() -> None:
-    async with screen() as shown:
-        await open_pick(shown)
-        await shown.keys("6")
-        await shown.until(lambda: "one step of pick ended" in shown.text("messages"))
-        assert "program pick" not in shown.text("messages")
+async def test_the_end_of_a_step_is_not_told_as_that_of_its_program(shown: Screen) -> None:
+    await open_pick(shown)
+    await shown.keys("6")
+    await shown.until(lambda: "one step of pick ended" in shown.text("messages"))
+    assert "program pick" not in shown.text("messages")
 
 
-async def test_the_newest_message_is_seen_however_long_those_before_it_are() -> None:
-    async with screen() as shown:
-        for number in range(6):
-            shown.panel.messages.add(f"{number} {'many words ' * 20}")
-        shown.panel.messages.add("the end")
-        await shown.until(lambda: shown.text("messages").endswith("the end"))
-        assert shown.text("messages").count("\n") < 6
+async def test_the_newest_message_is_seen_however_long_those_before_it_are(shown: Screen) -> None:
+    for number in range(6):
+        shown.panel.messages.add(f"{number} {'many words ' * 20}")
+    shown.panel.messages.add("the end")
+    await shown.until(lambda: shown.text("messages").endswith("the end"))
+    assert shown.text("messages").count("\n") < 6
 
 
 @pytest.mark.parametrize(
@@ -354,38 +341,34 @@ async def test_a_refusal_that_no_attempt_can_heal_ends_the_pendant(failure: Pend
     assert (app.return_value, attempts) == (failure, 1)
 
 
-async def test_the_reason_why_it_does_not_move_gets_a_page() -> None:
-    async with screen() as shown:
-        condition = {"meaning": "m", "holds": False, "text": "a", "cause": "b", "remedy": "c"}
-        shown.server.answers["why"] = {"kind": "jog", "conditions": [condition]}
-        await shown.keys("question_mark")
-        await shown.until(lambda: "No jog:" in shown.text("lcd"))
+async def test_the_reason_why_it_does_not_move_gets_a_page(shown: Screen) -> None:
+    condition = {"meaning": "m", "holds": False, "text": "a", "cause": "b", "remedy": "c"}
+    shown.server.answers["why"] = {"kind": "jog", "conditions": [condition]}
+    await shown.keys("question_mark")
+    await shown.until(lambda: "No jog:" in shown.text("lcd"))
 
 
-async def test_the_way_out_of_a_limit_is_on_that_page() -> None:
+async def test_the_way_out_of_a_limit_is_on_that_page(shown: Screen) -> None:
     """Feature J23."""
-    async with screen() as shown:
-        way = {"press": "joint 3 towards -", "space": 1, "frame": "", "values": [0, 0, -1]}
-        hold = {"reason": "joint-limit", "text": "joint 3 stands", "ways": [way]}
-        shown.server.answers["why"] = {"kind": "jog", "conditions": []}
-        shown.server.answers["jog.retreat"] = {"holds": [hold]}
-        await shown.keys("question_mark")
-        await shown.until(lambda: "-> joint 3 towards" in shown.text("lcd"))
+    way = {"press": "joint 3 towards -", "space": 1, "frame": "", "values": [0, 0, -1]}
+    hold = {"reason": "joint-limit", "text": "joint 3 stands", "ways": [way]}
+    shown.server.answers["why"] = {"kind": "jog", "conditions": []}
+    shown.server.answers["jog.retreat"] = {"holds": [hold]}
+    await shown.keys("question_mark")
+    await shown.until(lambda: "-> joint 3 towards" in shown.text("lcd"))
 
 
-async def test_a_stop_of_another_is_told_with_its_reason() -> None:
-    async with screen() as shown:
-        stop = StopChanged(stop=StopKind.SOFTWARE, session=3, client="bench-2", reason="smoke")
-        shown.server.send(stop)
-        await shown.until(lambda: "stop by bench-2: smoke" in shown.text("messages"))
+async def test_a_stop_of_another_is_told_with_its_reason(shown: Screen) -> None:
+    stop = StopChanged(stop=StopKind.SOFTWARE, session=3, client="bench-2", reason="smoke")
+    shown.server.send(stop)
+    await shown.until(lambda: "stop by bench-2: smoke" in shown.text("messages"))
 
 
-async def test_pasted_text_moves_nothing() -> None:
-    async with screen() as shown:
-        shown.pilot.app.post_message(events.Paste("qqqwww"))
-        await shown.keys("f1")
-        await asyncio.sleep(0.2)
-        assert shown.server.all(JogStep) == []
+async def test_pasted_text_moves_nothing(shown: Screen) -> None:
+    shown.pilot.app.post_message(events.Paste("qqqwww"))
+    await shown.keys("f1")
+    await asyncio.sleep(0.2)
+    assert shown.server.all(JogStep) == []
 
 
 async def test_a_lost_link_is_shown_and_comes_back_as_an_onlooker(
@@ -402,7 +385,6 @@ async def test_a_lost_link_is_shown_and_comes_back_as_an_onlooker(
 
 
 @pytest.mark.parametrize("key", ["ctrl+q", "ctrl+c"])
-async def test_the_pendant_is_left_by_its_keys(key: str) -> None:
-    async with screen() as shown:
-        await shown.keys(key)
-        await shown.until(lambda: not shown.pilot.app.is_running)
+async def test_the_pendant_is_left_by_its_keys(key: str, shown: Screen) -> None:
+    await shown.keys(key)
+    await shown.until(lambda: not shown.pilot.app.is_running)

@@ -8,13 +8,7 @@ import pytest
 from rigs.cells.panel_rig import HELLO, PanelRig, snapshot
 from rigs.peers.driven_pendant import driven
 
-from openpendant.simplemsg.pendant import (
-    Hello,
-    LinkState,
-    SoftwareStop,
-    StopChanged,
-    StopKind,
-)
+from openpendant.simplemsg.pendant import Hello, LinkState, SoftwareStop, StopChanged, StopKind
 from openpendant.simplemsg.verdicts import VerdictCode
 from openpendant.tools.pendants.client import PendantClient
 from openpendant.tools.pendants.terminal import commands as do
@@ -110,8 +104,7 @@ def test_a_stop_that_was_pressed_without_a_link_leaves_once_linked() -> None:
 
 
 def test_a_refusal_leaves_the_stop_owed_and_is_told_with_the_button(rig: PanelRig) -> None:
-    stop = press(rig)
-    rig.panel.stop_key.refused(stop.press, "HELLO_FIRST: who are you?")
+    rig.panel.stop_key.refused(press(rig).press, "HELLO_FIRST: who are you?")
     assert banner(rig) == f"{DOUBT}HELLO_FIRST: who are you?"
     assert rig.panel.greeted() == [do.StopRobot("space bar, sent again")]
 

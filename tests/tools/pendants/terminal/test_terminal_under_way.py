@@ -112,8 +112,7 @@ def test_news_of_the_end_counts_before_the_state_that_goes_with_it(rig: PanelRig
 
 def test_a_pendant_that_comes_later_learns_the_name_from_the_snapshot(rig: PanelRig) -> None:
     rig.open()
-    run = ProgramUnderWay(name="a", state="running", line=9, revision=1)
-    connect_anew(rig, run)
+    connect_anew(rig, ProgramUnderWay(name="a", state="running", line=9, revision=1))
     rig.state(program_state=ProgramState.RUNNING, program_line=9)
     assert listed(rig)[1] == "under way: a, running, line 9"
     connect_anew(rig, None)
