@@ -2,8 +2,7 @@ from __future__ import annotations
 
 import pytest
 
-from openpendant.server.endpoints.pendant.jog_requests import RecentStates
-from openpendant.server.endpoints.pendant.notifications import RECENT_NS
+from openpendant.server.endpoints.pendant.notifications import RECENT_NS, RecentStates
 from openpendant.simplemsg.verdicts import VerdictCode as V
 
 
