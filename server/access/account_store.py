@@ -27,11 +27,7 @@ from .secret import Secret
 
 
 class AccountRefused(Exception):
-    """A change of accounts that is not made.
-
-    Attributes:
-        refusal: why.
-    """
+    """A change of accounts that is not made."""
 
     def __init__(self, refusal: Refusal) -> None:
         super().__init__(refusal.sentence)
@@ -40,10 +36,6 @@ class AccountRefused(Exception):
 
 def read_account(key: str, body: str) -> Account:
     """Return the account in a document.
-
-    Args:
-        key: name of the document.
-        body: of the document.
 
     Raises:
         BadDocument: it is no account, or that of another name.
@@ -153,7 +145,6 @@ class StoredAccounts:
         """Take whole accounts that were exported, all or none.
 
         Args:
-            accounts: the accounts.
             replace: take them instead of those of the same names; else these are refused.
 
         Raises:
@@ -225,16 +216,7 @@ class AccountAction(StrEnum):
 
 @dataclass(frozen=True, slots=True)
 class AccountChange:
-    """A change that is wanted.
-
-    Attributes:
-        number: of the change, for its answer.
-        author: who wants it.
-        action: what is done.
-        name: to whose account.
-        role: the role wanted; None where none is.
-        password: the password wanted; None where none is.
-    """
+    """A change that is wanted."""
 
     number: int
     author: str
@@ -255,11 +237,6 @@ def make_change(
     accounts: StoredAccounts, change: AccountChange, hashed: PasswordHash | None
 ) -> None:
     """Make a change.
-
-    Args:
-        accounts: the accounts.
-        change: what is wanted.
-        hashed: the hash of its password; None where it has none.
 
     Raises:
         AccountRefused: it is not made.

@@ -34,14 +34,7 @@ _PAIRING = "\0pairing"
 
 @dataclass(frozen=True, slots=True)
 class VerifyJob:
-    """A password to be checked by `password_worker`.
-
-    Attributes:
-        job_id: number of the job.
-        session: number of the connection that waits for it.
-        password: what was typed.
-        kept: what it is to be compared with.
-    """
+    """A password to be checked by `password_worker`."""
 
     job_id: int
     session: int
@@ -62,7 +55,6 @@ class Admission:
     """Login state of the connections of one process.
 
     Attributes:
-        visitors: the connections.
         single_user_host: without accounts, a connection from this machine is admin.
     """
 
@@ -78,11 +70,9 @@ class Admission:
         """Admit nobody yet.
 
         Args:
-            book: the accounts.
             single_user_host: the server listens on loopback addresses only.
             record: takes what is to be noted in the audit log; must not block.
             observe_without_login: whoever reaches the server may look on.
-            pairing: the pairing codes; none where left out.
         """
         self.visitors = Visitors(record, observe_without_login=observe_without_login)
         self._book = book
@@ -132,12 +122,6 @@ class Admission:
 
         A name without an account takes the same time and gets the same answer, so that nobody
         learns which names exist.
-
-        Args:
-            session: the connection.
-            name: name of the account.
-            password: its password.
-            now: monotonic time, ns.
 
         Returns:
             The job for `password_worker`, whose outcome goes to `verified` or `not_verified`.
@@ -256,14 +240,7 @@ class Admission:
         return refusal or visitor or Refusal(VerdictCode.HELLO_FIRST)
 
     def pair(self, session: int, code: Secret, name: str, now: int) -> Granted | Refusal:
-        """Make a connection a guest of its cell.
-
-        Args:
-            session: the connection.
-            code: the pairing code, as typed.
-            name: what the guest wants to be called.
-            now: monotonic time, ns.
-        """
+        """Make a connection a guest of its cell."""
         visitor = self.visitors.find(session)
         if visitor is None:
             return Refusal(VerdictCode.HELLO_FIRST)

@@ -39,7 +39,6 @@ class ExposureRefused(Exception):
 
     Attributes:
         key: dotted name of the setting at fault.
-        problem: what is wrong and what would be accepted.
     """
 
     def __init__(self, key: str, problem: str) -> None:
@@ -50,13 +49,7 @@ class ExposureRefused(Exception):
 
 @dataclass(frozen=True, slots=True)
 class Exposure:
-    """Network exposure that a server's settings ask for.
-
-    Attributes:
-        host: address that it binds.
-        has_tls: whether the pendant port speaks TLS.
-        ros_allow: addresses that may use the ROS-Industrial ports.
-    """
+    """Network exposure that a server's settings ask for."""
 
     host: str
     has_tls: bool
@@ -70,10 +63,6 @@ class Exposure:
 
 def check_exposure(exposure: Exposure, book: AccountBook) -> list[str]:
     """Check a server before it listens.
-
-    Args:
-        exposure: how it shall listen.
-        book: the accounts.
 
     Returns:
         Warnings, each one sentence for its user.

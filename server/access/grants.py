@@ -34,14 +34,7 @@ class Basis(Enum):
 
 @dataclass(frozen=True, slots=True)
 class Granted:
-    """Grant of a connection.
-
-    Attributes:
-        session: number of the connection.
-        role: what it may do.
-        name: who it is, as shown and logged.
-        basis: what the grant rests on.
-    """
+    """Grant of a connection."""
 
     session: int
     role: Role
@@ -51,12 +44,7 @@ class Granted:
 
 @dataclass(frozen=True, slots=True)
 class GrantEnded:
-    """A connection's grant ended without its doing: it may now do what anybody may.
-
-    Attributes:
-        session: number of the connection.
-        reason: one sentence.
-    """
+    """A connection's grant ended without its doing: it may now do what anybody may."""
 
     session: int
     reason: str
@@ -68,11 +56,6 @@ class Visitor:
 
     Attributes:
         session: its number, never used again.
-        address: of the peer.
-        client: its name in the hello.
-        cell: the cell that its hello named.
-        grant: what it was granted.
-        checking: whether a password of it is being checked.
         ended: why its last grant ended; empty where none did.
     """
 
@@ -93,12 +76,6 @@ class Visitors:
     """The connections of one process."""
 
     def __init__(self, record: Record, *, observe_without_login: bool) -> None:
-        """Know nobody yet.
-
-        Args:
-            record: takes what is to be noted.
-            observe_without_login: whoever reaches the server may look on.
-        """
         self._record = record
         self._observe_without_login = observe_without_login
         self._visitors: dict[int, Visitor] = {}

@@ -57,7 +57,6 @@ class _Record:
         most: charges that may be open within the window.
         charges: when attempts were made that did not succeed, or are being checked [ns].
         locked_until: end of the present or last lock [ns].
-        locks: how many locks there were.
         touched: last attempt [ns].
     """
 
@@ -118,9 +117,7 @@ class Lockout:
         """Charge an attempt if it is allowed.
 
         Args:
-            address: the peer's address.
             account: key of the account, or a text of its own for another kind of secret.
-            now: monotonic time, ns.
 
         Returns:
             The charge; or for how long the attempts are refused [ns], where it was not charged.

@@ -22,13 +22,7 @@ from .tls import TlsUnusable, server_context
 
 @dataclass(frozen=True, slots=True)
 class OpenedAccess:
-    """Access of a server that may listen.
-
-    Attributes:
-        door: backend of accounts, passwords and audit log.
-        tls: encrypts the pendant port; None for no encryption.
-        warnings: sentences for whoever starts the server.
-    """
+    """Access of a server that may listen."""
 
     door: ProcessAccess
     tls: ssl.SSLContext | None
@@ -43,10 +37,6 @@ def exposure_of(cell: CellSettings) -> Exposure:
 @contextmanager
 def opened_access(settings: ServerSettings, source: str) -> Iterator[OpenedAccess]:
     """Keep accounts and audit log open while the context lasts.
-
-    Args:
-        settings: the server's settings.
-        source: where they come from, for the message.
 
     Raises:
         ConfigurationError: the server may not listen so, or a file that access needs is unusable.

@@ -202,9 +202,7 @@ def hash_password(password: Secret, salt: bytes, cost: ScryptCost = DEFAULT_COST
     """Return what is to be kept of a password; takes the full cost.
 
     Args:
-        password: the password.
         salt: `SALT_BYTES` random bytes, new ones for each password.
-        cost: what it shall cost.
     """
     digest = _scrypt(password, salt, cost)
     return PasswordHash(cost=cost, salt=salt.hex(), digest=digest.hex())
@@ -232,7 +230,6 @@ def password_fault(password: Secret, name: str) -> Refusal | None:
     passwords worse. The password itself is never in the answer.
 
     Args:
-        password: what somebody wants.
         name: the account's name, which the password must not contain.
     """
     text = unicodedata.normalize("NFKC", password.reveal())

@@ -149,7 +149,6 @@ def is_overtaken(message: Message, operation: str = "") -> bool:
     in its turn; a request in no table is refused.
 
     Args:
-        message: the request.
         operation: the one that a management request names; empty for none.
     """
     match message:

@@ -39,12 +39,7 @@ _Signature = tuple[tuple[int, int, int], ...]
 
 
 class ProcessAccess:
-    """The accounts in a store's file, the password worker and the audit log.
-
-    Attributes:
-        single_user: without any account, whoever is on this machine may do everything.
-        book: the accounts as they were read last.
-    """
+    """The accounts in a store's file, the password worker and the audit log."""
 
     def __init__(
         self,
@@ -59,8 +54,6 @@ class ProcessAccess:
 
         Args:
             file: the store's file; it need not be there yet. None where nothing is kept.
-            book: the accounts in it.
-            single_user: see the attribute.
             audit: the audit log; none is kept where left out. It is closed with this.
             read_period: pause between two looks at the accounts [s].
         """

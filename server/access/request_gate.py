@@ -28,15 +28,10 @@ class RequestOrder:
     """The highest request id of each connection among the requests that can move the robot."""
 
     def __init__(self) -> None:
-        """Start without connections."""
         self._highest: dict[int, int] = {}
 
     def take(self, session: int, request_id: int) -> Refusal | None:
         """Use up a request id, and all below it.
-
-        Args:
-            session: the connection.
-            request_id: of its request.
 
         Returns:
             Why the request is refused; None where its id is new. The id stays used up if the
@@ -60,11 +55,6 @@ class RequestGate:
     """Gate that each request of a cell's pendants passes before it is handled."""
 
     def __init__(self, login: Admission) -> None:
-        """Start with no request id used up.
-
-        Args:
-            login: the grants of the connections.
-        """
         self._visitors = login.visitors
         self._order = RequestOrder()
 
@@ -111,10 +101,7 @@ class RequestGate:
         undo the STOP.
 
         Args:
-            session: the connection.
-            message: its request.
             operation: the one that a management request names; empty for any other request.
-            now: monotonic time, ns.
         """
         if isinstance(message, Management):
             refusal = self.operation_refusal(session, message, operation, now)

@@ -24,12 +24,7 @@ _ENCRYPTED = (b"BEGIN ENCRYPTED PRIVATE KEY", b"Proc-Type: 4,ENCRYPTED")
 
 
 class TlsUnusable(Exception):
-    """A certificate, key or authority that cannot be used.
-
-    Attributes:
-        file: the file.
-        problem: what is wrong and what would be accepted.
-    """
+    """A certificate, key or authority that cannot be used."""
 
     def __init__(self, file: str, problem: str) -> None:
         super().__init__(f"{file}: {problem}")

@@ -55,11 +55,6 @@ class TextOut(Protocol):
 def write_points(name: str, body: str, out: TextOut) -> None:
     """Write the point list of a body.
 
-    Args:
-        name: of the document, for the error.
-        body: JSON text.
-        out: where to.
-
     Raises:
         BadDocument: there is no point list in it.
     """
@@ -139,11 +134,6 @@ def save_recording(
     """Save the samples in a file as a new recording, all or none; locks the store once all is read.
 
     Args:
-        store: where to.
-        name: of the recording.
-        stream: the file.
-        file: its name, for the errors.
-        author: who does it.
         described: fields of the recording's body beside its columns, which the file names.
         check: is given the columns, and raises where they are not those of such a recording.
 

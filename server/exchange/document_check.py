@@ -50,7 +50,6 @@ class _Unfit(Exception):
 
     Attributes:
         field: what is at fault; empty for the whole.
-        problem: what is wrong with it.
     """
 
     def __init__(self, field: str, problem: str) -> None:
@@ -65,8 +64,6 @@ def check_entries(
     """Return documents as they are to be stored; refuse one that its reader could not use.
 
     Args:
-        entries: the documents of one file.
-        file: its name, for the error.
         kept: the documents that are there already; frames may hang from their tools.
 
     Raises:
@@ -192,8 +189,6 @@ def program_entry(text: str, file: str, name: str | None = None) -> ImportedDocu
     """Return the document for a program's own text or JSON.
 
     Args:
-        text: of the file.
-        file: its name, for the error.
         name: what the program is to be called; as it says itself if None.
 
     Raises:
@@ -237,8 +232,6 @@ def program_of_points(
     """Return the document of a program with other points, or of a new one with nothing else.
 
     Args:
-        name: of the program.
-        points: as its JSON has them.
         kept: the body of the program that has this name; None for a new one.
         robot: of a new program, name or file; of a kept one left out.
         replacing: put the points in the place of those that are kept.
@@ -277,7 +270,6 @@ def robot_of_samples(name: str, robot: str | None) -> SerialRobot:
     """Return the robot that a table of samples is said to be of.
 
     Args:
-        name: of the new recording, for the error.
         robot: name or file of the robot; None where nobody said.
 
     Raises:
@@ -295,12 +287,6 @@ def robot_of_samples(name: str, robot: str | None) -> SerialRobot:
 
 def check_samples(name: str, robot: SerialRobot, file: str, columns: Sequence[str]) -> None:
     """Refuse a table that its robot could not play.
-
-    Args:
-        name: of the recording.
-        robot: the robot that it is of.
-        file: where the samples come from, for the error.
-        columns: as its first line names them.
 
     Raises:
         BadDocument: its columns are not those of the robot's joints.

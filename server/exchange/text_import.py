@@ -86,8 +86,6 @@ class ImportedDocument:
     """A document as a file holds it.
 
     Attributes:
-        kind: its kind.
-        name: its name.
         body: JSON text.
         rows: samples, of a recording.
         where: its place in the file, for errors; empty where it is the whole file.
@@ -138,7 +136,6 @@ def documents_from_json(
 
     Args:
         text: as `documents_to_json` made it, or written by hand.
-        file: its name, for the error.
         others: what reads the text where its format is another than ours, by format.
 
     Raises:
@@ -177,9 +174,6 @@ def save_entries(
     """Save imported documents, all or none, and return their new revisions.
 
     Args:
-        store: where to.
-        entries: the documents.
-        author: who imports them.
         replace: save over documents of the same names, whose revisions go on; else refuse.
     """
     with store.together():

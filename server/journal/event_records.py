@@ -113,7 +113,6 @@ def answer_from_record(asked: Ask, record: dict[str, Any], limits: JointLimits) 
     """Return the answer that a record holds; other keys are ignored.
 
     Args:
-        asked: the question.
         record: as `answer_to_record` made it.
         limits: of the robot; what a trajectory is certified against.
 
@@ -242,7 +241,6 @@ class PasswordNumbers:
     """The numbers that stand for passwords in one journal."""
 
     def __init__(self) -> None:
-        """Start without passwords."""
         self._numbers: dict[PasswordHash, int] = {}
 
     def book_to_json(self, book: AccountBook, *, single_user: bool) -> dict[str, Any]:
@@ -379,7 +377,6 @@ def plan_from_json(
     """Return the answer that a record holds.
 
     Args:
-        job_id: number of the job.
         record: as `plan_to_json` made it; other keys are ignored.
         limits: what the trajectory is certified against.
         start: (n,) where the robot stood when the job was given [rad or m].

@@ -67,7 +67,6 @@ class RecordingJob:
     """Job: play a recording back.
 
     Attributes:
-        job_id: number of the job.
         start: (n,) where the robot stands, controller side [rad or m].
         name: of the recording, for refusals.
         samples: its rows in pieces of whole rows, 8-byte little-endian reals; in pieces, because
@@ -142,7 +141,6 @@ class WayCheckJob:
     """Job: check the rest of a motion in progress against a scene that was changed.
 
     Attributes:
-        job_id: number of the job.
         start: (n,) the first of the positions, controller side [rad or m].
         positions: (m, n) of them in the order of the motion, 8-byte little-endian reals.
         scene: the changed scene.
@@ -167,7 +165,6 @@ class PoseJob:
     """Job: move the tool through one pose or several.
 
     Attributes:
-        job_id: number of the job.
         start: (n,) where the robot stands, controller side [rad or m].
         goals: the poses in order.
         frame: name of their frame.
@@ -194,7 +191,6 @@ class JointPathJob:
     """Job: move through joint positions without stopping.
 
     Attributes:
-        job_id: number of the job.
         start: (n,) where the robot stands, controller side [rad or m].
         waypoints: (n,) each, start excluded.
         speed: fraction of the joints' speed limits.
@@ -232,9 +228,7 @@ class RosPathJob:
     """Job: follow a ROS-Industrial trajectory, never faster than asked.
 
     Attributes:
-        job_id: number of the job.
         start: (n,) where the robot stands, controller side [rad or m].
-        points: the points in order.
         approach_speed: fraction of the speed limits for getting to a first point elsewhere.
         approach_tolerance: a first point closer than this to where it stands needs no approach.
         scene: what the way must not touch, the robot itself included; None to check nothing.
@@ -253,11 +247,8 @@ class BlockJob:
     """Job: run a block of a program's moves without a stop in between.
 
     Attributes:
-        job_id: number of the job.
         start: (n,) where the robot stands, controller side [rad or m].
-        block: the moves.
         lines: the line of each move in its program's text, for refusals.
-        frames: the named frames and tools.
         speed: fraction of the programmed speeds.
         tool_speed: largest speed of tool and elbow [m/s]; None for no cap.
         scene: what the way must not touch, the robot itself included; None to check nothing.
@@ -278,14 +269,10 @@ class DryRunJob:
     """Job: walk through a program without moving, for a slice of time.
 
     Attributes:
-        job_id: number of the job.
         run_id: name of the dry run among all of the server; its slices share what was planned.
         start: (n,) where the robot stands at the start, controller side [rad or m].
-        linked: the program with all that it calls.
-        frames: the named frames and tools.
         tool_speed: largest speed of tool and elbow [m/s]; None for no cap.
         scene: what the ways must not touch, as it is now; None to check nothing.
-        signals: which the controller has.
     """
 
     job_id: int
@@ -303,8 +290,6 @@ class ProgramJob:
     """Job: read, print or edit a program that is too large for the event loop; nothing moves.
 
     Attributes:
-        job_id: number of the job.
-        task: what to do.
         start: empty, as no robot stands anywhere for it.
     """
 
@@ -349,7 +334,6 @@ class PlanAnswer:
     """Answer to a job.
 
     Attributes:
-        job_id: number of the job.
         result: of a motion, a trajectory with its certificate, or why there is none; of a dry
             run, its findings, or its progress; of a check of the remaining path, that it is free,
             or why not; of a task about a program, its result, or what is wrong with the program.

@@ -34,7 +34,6 @@ class StoredMotion:
         number: counts the motions of this server, from 1.
         started: monotonic time of its first set-point [ns].
         plan_time: wall time that planning took [s].
-        certified: its samples and certificate.
     """
 
     number: int
@@ -50,7 +49,6 @@ class PlanStore:
         """Make a store; the folder is made when the first motion is kept.
 
         Args:
-            folder: where to.
             most_waiting: motions that may wait for the disk.
         """
         self._folder = folder

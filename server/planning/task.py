@@ -24,12 +24,7 @@ LENGTH = struct.Struct("<I")
 
 
 def split_question(robot: str, job: Job) -> tuple[bytes, Sequence[bytes]]:
-    """Return what is written at once, and the pieces that follow it.
-
-    Args:
-        robot: name or file of the robot that the job is for.
-        job: what to plan.
-    """
+    """Return what is written at once, and the pieces that follow it."""
     pieces: Sequence[bytes] = ()
     if isinstance(job, RecordingJob):
         pieces, job = job.samples, replace(job, samples=())
@@ -74,8 +69,6 @@ class PlanTask:
 
     Attributes:
         robot: name or file of the robot that it is for.
-        job: what to plan.
-        deliver: called with the answer.
         cell: number of the cell that it is for; cells take turns.
     """
 
@@ -101,7 +94,6 @@ class TaskInHand:
     """A job that a process is busy with.
 
     Attributes:
-        task: the job.
         timer: ends the process where no answer comes.
         given: when the process was given it, by the loop's clock [s].
         is_withdrawn: nobody waits for the answer.

@@ -22,11 +22,7 @@ from .library.program_loader import ProgramLoader
 
 
 class ProgramService:
-    """Programs of one cell.
-
-    Attributes:
-        desk: the executor of the programs.
-    """
+    """Programs of one cell."""
 
     def __init__(
         self,
@@ -39,17 +35,6 @@ class ProgramService:
         robot_name: str,
         environment: RunEnvironment,
     ) -> None:
-        """Join the parts.
-
-        Args:
-            cell: the cell.
-            robot: the mathematics of the robot.
-            pending: asks the store and the planner.
-            to_all: sends a message to every pendant of the cell.
-            cell_name: name of the cell.
-            robot_name: name of the robot.
-            environment: signals and objects.
-        """
         self._work = ProgramWork(cell.motions.new_job_id, pending)
         program_loader = ProgramLoader(pending.ask, self._work, robot_name, cell.limits)
         kept = KeptBreakpoints(program_loader, self._work)

@@ -44,14 +44,11 @@ class RecordingRun:
     """One recording under way.
 
     Attributes:
-        name: of its document.
-        author: who records.
         document: its description as saved.
         lost: called if it ends by itself.
         revision: of the document; 0 until it is saved.
         waiting: rows that no chunk holds yet.
         chunk: the next chunk for the disk; empty where there is none.
-        chunk_rows: how many rows it has.
         is_asked: True while the store has not answered a request.
         chunks: number of kept chunks.
         kept: rows in them.
@@ -115,11 +112,8 @@ class RecordingStatus:
     """Published status of a recording in progress.
 
     Attributes:
-        name: of its document.
         duration: from the first to the last row [s].
-        samples: rows so far.
         kept: rows that are on the disk.
-        gaps: between rows, so far.
     """
 
     name: str
@@ -131,12 +125,7 @@ class RecordingStatus:
 
 @dataclass(frozen=True, slots=True)
 class RecordingBrokenOff:
-    """Recording that ended by itself; its kept rows stay.
-
-    Attributes:
-        name: of its document.
-        refusal: why, naming the recording.
-    """
+    """Recording that ended by itself; its kept rows stay."""
 
     name: str
     refusal: Refusal
@@ -171,10 +160,7 @@ class Recorder:
         """Make a recorder without a recording.
 
         Args:
-            robot: name of the robot.
-            joints: names of its joints.
             period: how often the controller reports [s].
-            ask: sends a request to the store.
         """
         self.broken_off: RecordingBrokenOff | None = None
         self._robot = robot
@@ -202,13 +188,8 @@ class Recorder:
         """Start a recording; samples are taken once its document is saved.
 
         Args:
-            name: of the new document.
-            author: who records.
             told: called with the description once it is saved, or with why it is not.
             lost: called with the reason if the recording ends by itself afterwards.
-
-        Returns:
-            Why it may not start, or what follows.
         """
         if self._run is not None:
             return Refusal(VerdictCode.RECORDING_RUNNING, f"{self._run.name!r} is being recorded")

@@ -63,7 +63,6 @@ def part_samples(
     """Load the samples of a part of one recording: first its extent, then the rows.
 
     Args:
-        name: of the recording.
         columns: how many reals a row has, the time first.
         begins: first time of the part [s].
         ends: last time [s]; None for the end.
@@ -128,9 +127,7 @@ class _Loaded:
     """A loaded recording.
 
     Attributes:
-        document: its description.
         extract: which of its columns are played.
-        samples: the rows of the part.
     """
 
     document: RecordingDocument
@@ -140,14 +137,7 @@ class _Loaded:
 
 @dataclass(frozen=True, eq=False, slots=True)
 class _Playback:
-    """Playback until its motion starts.
-
-    Attributes:
-        asked: the request.
-        reply_to: sender of the request.
-        by: the sender as the holder of the motion authority.
-        steps: its loading.
-    """
+    """Playback until its motion starts."""
 
     asked: PlayRecording
     reply_to: ReplyTo[PlaybackTold]
@@ -168,10 +158,7 @@ class RecordingPlayback:
         """Make one that plays nothing.
 
         Args:
-            cell: the cell.
-            pending: loads recordings.
             tool: returns the centre point of the selected tool in the flange.
-            robot_name: name of the robot.
         """
         self._cell = cell
         self._pending = pending
@@ -185,14 +172,7 @@ class RecordingPlayback:
     def play(
         self, asked: PlayRecording, reply_to: ReplyTo[PlaybackTold], by: Holder, now: int
     ) -> list[Effect]:
-        """Load a recording and request its motion; the answer follows once it is planned.
-
-        Args:
-            asked: the request.
-            reply_to: its sender, who may move the robot.
-            by: the sender as the holder of the motion authority.
-            now: monotonic time, ns.
-        """
+        """Load a recording and request its motion; the answer follows once it is planned."""
         if self._loading is not None:
             text = f"{self._loading.asked.name!r} is being loaded to be played"
             return reply_to.refuse(Refusal(VerdictCode.PLANNING, text))

@@ -40,11 +40,7 @@ _MOST_LISTED = 100
 
 
 class RecordingService:
-    """Recording service of one cell.
-
-    Attributes:
-        recorder: records.
-    """
+    """Recording service of one cell."""
 
     def __init__(
         self,
@@ -58,10 +54,7 @@ class RecordingService:
         """Make a service that records and plays nothing.
 
         Args:
-            cell: the cell.
-            pending: asks the store.
             tool: returns the centre point of the selected tool in the flange.
-            robot_name: name of the robot.
             state_period: how often the controller reports [s].
         """
         ask: AskStore = pending.ask

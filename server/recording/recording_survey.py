@@ -35,8 +35,6 @@ def count_rows(
     """Count the rows of a recording.
 
     Args:
-        ask: sends a request to the store.
-        name: of the recording.
         columns: of its rows, the time first.
         counted: called once.
     """
@@ -101,12 +99,6 @@ class RecordingDescriptions:
     """Descriptions of the recordings of a store as one cell sees them."""
 
     def __init__(self, ask: AskStore, recorder: Recorder) -> None:
-        """Make one that has counted nothing yet.
-
-        Args:
-            ask: sends a request to the store.
-            recorder: counts the recording in progress, and knows why the last one broke off.
-        """
         self._ask = ask
         self._recorder = recorder
         self._counts: dict[tuple[str, int, int], RowCount] = {}
@@ -115,7 +107,6 @@ class RecordingDescriptions:
         """Load and measure the description of a recording.
 
         Args:
-            name: of the recording.
             told: called once.
         """
 
@@ -133,9 +124,7 @@ class RecordingDescriptions:
         """Make a line for each recording, one after the other.
 
         Args:
-            headings: of the recordings.
             told: called once.
-            now: the time [ns].
         """
         return self._next_line(headings, [], told, now)
 

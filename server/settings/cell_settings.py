@@ -315,7 +315,6 @@ def make_settings(data: dict[str, Any], source: str) -> CellSettings:
 
     Args:
         data: as read from TOML, possibly overridden by arguments.
-        source: file name for the message.
 
     Raises:
         ConfigurationError: the first key that is unknown or out of bounds.

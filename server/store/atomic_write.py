@@ -25,7 +25,6 @@ def whole_file(target: Path, *, replace: bool = False) -> Iterator[Path]:
     """Yield an empty file, its owner's only, that becomes `target` if the context ends well.
 
     Args:
-        target: the name.
         replace: True if the name may be in use, and is then taken from the file that has it.
 
     Yields:

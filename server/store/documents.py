@@ -63,11 +63,9 @@ class Heading:
     """Revision of a document without its body.
 
     Attributes:
-        kind: kind of the document.
         name: its name, unique among its kind.
         revision: counts its changes, from 1; goes on after a deletion.
         size: of its body [bytes].
-        saved_by: its author.
         saved_at: wall-clock time in UTC, ISO 8601; for display only, clocks jump.
         deleted: True if this revision is its deletion.
     """
@@ -86,7 +84,6 @@ class Document:
     """Revision of a document.
 
     Attributes:
-        heading: its kind, name, number, author and time.
         body: JSON text.
     """
 
@@ -197,8 +194,6 @@ def check_revision(kind: DocumentKind, name: str, expected: int, current: Headin
     """Refuse a change that was not made from the kept revision.
 
     Args:
-        kind: kind of the document.
-        name: its name.
         expected: the revision that the change was made from; 0 for a new document.
         current: the kept revision, perhaps a deletion; None where there never was one.
 

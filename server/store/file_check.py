@@ -24,8 +24,6 @@ class FileReport:
 
     Attributes:
         documents: number of documents, deleted ones not counted.
-        revisions: number of kept revisions of all documents.
-        chunks: number of chunks of recordings.
         problems: one line each; at most a hundred.
     """
 

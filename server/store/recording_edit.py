@@ -25,12 +25,9 @@ def trim_recording(
     """Save a part of a recording as a new one, its time counted from the first row kept.
 
     Args:
-        store: where it is.
         name: of the recording; it stays as it is.
-        new_name: of the part.
         begins: first time that is kept [s].
         ends: last time that is kept [s]; None for the end.
-        author: who does it.
 
     Raises:
         BadDocument: no row lies in the part, or the recording has no time.
@@ -67,11 +64,7 @@ def rename_recording(
     """Give a recording another name.
 
     Args:
-        store: where it is.
-        name: the name it has.
-        new_name: the name it is to have.
         expected_revision: the one that whoever renames has seen.
-        author: who does it.
 
     Raises:
         StoreError: it is not there, was changed since, or the new name is taken.

@@ -82,7 +82,6 @@ class ColumnFault(NamedTuple):
 
     Attributes:
         place: of the column at fault, from 0; None where one is missing.
-        problem: what is wrong and what would be accepted.
     """
 
     place: int | None
@@ -95,7 +94,6 @@ def column_fault(columns: Sequence[str], joints: int | None = None) -> ColumnFau
     The name of a column states its content, so their order is free and any other name is refused.
 
     Args:
-        columns: their names.
         joints: how many joints the robot has; None for as many as there are columns for.
     """
     if joints is None:
@@ -124,12 +122,7 @@ def new_document(robot: str, joints: Sequence[str], period: float) -> RecordingD
 
 
 def read_document(name: str, body: str) -> RecordingDocument | Refusal:
-    """Return a recording's description.
-
-    Args:
-        name: of the recording, for the refusal.
-        body: of its document.
-    """
+    """Return a recording's description."""
     try:
         return RecordingDocument.model_validate_json(body)
     except ValidationError as error:
@@ -143,14 +136,7 @@ def write_document(document: RecordingDocument) -> str:
 
 
 def extract_for(name: str, document: RecordingDocument, robot: str, dof: int) -> Extract | Refusal:
-    """Return where the joints are in the rows, if the recording is one of this robot.
-
-    Args:
-        name: of the recording, for the refusal.
-        document: its description.
-        robot: name of the robot that is to play it.
-        dof: number of its joints.
-    """
+    """Return where the joints are in the rows, if the recording is one of this robot."""
     if not document.robot:
         text = (
             f"recording {name!r} does not say of which robot it is; this robot is {robot!r}: if it"
@@ -181,7 +167,6 @@ class RowCount:
     """Count of the rows so far, taken in order.
 
     Attributes:
-        rows: how many.
         first: time of the first [s].
         last: time of the last [s].
         gaps: between rows.
@@ -240,7 +225,6 @@ class RowCount:
         """Count rows that follow one that was taken, without a gap.
 
         Args:
-            rows: how many.
             last: time of the last of them [s]; without meaning where there are none.
         """
         if rows:

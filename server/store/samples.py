@@ -56,7 +56,6 @@ def unpack_rows(data: bytes, columns: int) -> Iterator[Row]:
     """Return the rows in a chunk's bytes.
 
     Args:
-        data: a chunk.
         columns: how many reals a row has.
 
     Raises:
@@ -75,10 +74,6 @@ def rows_in_a_chunk(columns: int) -> int:
 
 def columns_of(name: str, body: str) -> tuple[str, ...]:
     """Return the names of a recording's columns.
-
-    Args:
-        name: of the recording, for the error.
-        body: of its document.
 
     Raises:
         BadDocument: the body does not name them.
@@ -110,12 +105,6 @@ def recording_rows(store: Store, name: str, columns: int) -> Iterator[Row]:
 
 def chunks_together(store: Store, name: str, first: int, most: int) -> tuple[bytes, ...]:
     """Return chunks of a recording that are together no larger than one may be.
-
-    Args:
-        store: where it is.
-        name: of the recording.
-        first: number of the first of them.
-        most: how many at most.
 
     Raises:
         StoreError: it is not there.

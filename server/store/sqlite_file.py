@@ -239,7 +239,6 @@ def copy(source: sqlite3.Connection, target: Path, *, replace: bool = False) -> 
     """Copy a file to another, whole or not at all, also where a kill ends it; others may write.
 
     Args:
-        source: a connection to it.
         target: the copy; it must not exist yet.
         replace: it may exist, and is then replaced when the copy is whole.
 

@@ -57,8 +57,6 @@ class SqliteStore:
     """Documents and recordings in one file; see `Store` for what each call promises.
 
     Attributes:
-        path: the file.
-        is_read_only: nothing can be saved.
         set_aside: where a broken file of that name was moved when this one was opened, or None.
         before_upgrade: the copy made before an older file was upgraded, or None.
     """
@@ -324,7 +322,6 @@ def open_store(
     """Open the store of a server; make its file, upgrade it, or set a broken one aside.
 
     Args:
-        path: the file.
         wall_clock: the time as text, for display only.
         migrations: the versions of its tables, oldest first.
 

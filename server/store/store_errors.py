@@ -26,8 +26,6 @@ class Conflict(StoreError):
     """Change from a revision that is no longer the kept one.
 
     Attributes:
-        kind: kind of the document.
-        name: its name.
         expected: the revision that the change was made from; 0 for a new document.
         current: the revision that is kept; 0 where there never was one.
         saved_by: who made the current one; empty where there is none.
@@ -72,8 +70,6 @@ class NotFound(StoreError):
     """Missing document, or missing revision of one.
 
     Attributes:
-        kind: kind of the document.
-        name: its name.
         revision: the revision asked for; None for the latest.
     """
 
@@ -91,8 +87,6 @@ class BadName(StoreError):
     """Name that cannot be shown on one line, or that looks like a path.
 
     Attributes:
-        name: the name.
-        problem: what is wrong with it and what would be accepted.
         size: its characters or bytes, where these are too many; else 0.
         limit: how many are accepted; else 0.
     """
@@ -116,7 +110,6 @@ class TooLarge(StoreError):
     """Document, chunk or file above its greatest size.
 
     Attributes:
-        what: what it is.
         size: its size [bytes]; at least so much where reading ended early.
         limit: the largest size accepted [bytes].
     """
@@ -142,7 +135,6 @@ class BadDocument(StoreError):
         file: the file, or what was asked to be saved.
         line: line of the fault, from 1; 0 where it has none.
         place: column of the text, or the field, as `column 7` or `points[2].speed`; may be empty.
-        problem: what is wrong and what would be accepted.
     """
 
     code = VerdictCode.BAD_DOCUMENT
@@ -160,8 +152,6 @@ class OutOfSequence(StoreError):
     """Chunk of a recording that is not the next one.
 
     Attributes:
-        name: the recording.
-        sequence: number of the chunk.
         following: number of the chunk that would be accepted.
     """
 

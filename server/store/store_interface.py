@@ -24,8 +24,6 @@ class Store(Protocol):
         """Return a document.
 
         Args:
-            kind: its kind.
-            name: its name.
             revision: an older one, if it is still kept; the latest if None.
         """
 
@@ -41,11 +39,7 @@ class Store(Protocol):
         """Save a document and return its new revision.
 
         Args:
-            kind: its kind.
-            name: its name.
-            body: JSON text.
             expected_revision: the one that the change was made from; 0 for a new document.
-            author: who saves it.
         """
 
     def delete(

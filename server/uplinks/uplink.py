@@ -41,14 +41,12 @@ class Uplink(Protocol):
             number: its number in the trajectory, from 0.
             row: its time from the start of the trajectory and its values.
             step: time since the set-point before it [s]; 0 for the first.
-            now: monotonic time, ns.
         """
 
     def stop(self, now: int, *, is_sent: bool) -> Message:
         """Return the message that stops the robot and empties the controller's buffer.
 
         Args:
-            now: monotonic time, ns.
             is_sent: the motion link is up, so that an answer is to be expected there.
         """
 
@@ -56,7 +54,6 @@ class Uplink(Protocol):
         """Judge an answer on the motion link.
 
         Args:
-            reply: what the controller answered.
             pending: answers that the link still owes after this one.
 
         Returns:

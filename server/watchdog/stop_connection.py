@@ -40,8 +40,6 @@ class ControllerAddress:
         """Take an address in digits, or start to look a name up.
 
         Args:
-            host: a name or an address.
-            port: TCP port.
             look_up: finds the addresses of a name; may take its time.
             renewal: a name that is known is looked up again no sooner [s].
         """
@@ -111,7 +109,6 @@ class StopConnection:
         """Prepare a connection; `keep_up` starts it.
 
         Args:
-            target: the controller.
             selector: calls `ready`, with the connection as its data.
             say: logs a line without waiting.
         """

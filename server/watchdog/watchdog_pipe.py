@@ -41,9 +41,6 @@ class StopTarget:
     """Address and STOP bytes of one cell's controller.
 
     Attributes:
-        cell: name of the cell, for the log.
-        host: address of its controller.
-        port: its motion port.
         stop: the bytes of its STOP, hexadecimal.
         is_kept: keep a connection up; else one is made when it is needed, because the controller
             takes only one at a time.
@@ -64,7 +61,6 @@ def orders(deadlines: Deadlines, targets: Sequence[StopTarget]) -> bytes:
     """Return the line that the server writes first.
 
     Args:
-        deadlines: how long a beat is waited for.
         targets: one for each cell, in their order.
     """
     told = {"deadlines": deadlines, "targets": [asdict(target) for target in targets]}

@@ -33,11 +33,7 @@ _RESTART_NS = 1_000_000_000
 
 
 class Watchdog:
-    """The server's end: starts the process, beats, and starts it again if it dies.
-
-    Attributes:
-        process: the process, None while there is none.
-    """
+    """The server's end: starts the process, beats, and starts it again if it dies."""
 
     def __init__(self, targets: Sequence[StopTarget], deadlines: Deadlines, period: float) -> None:
         """Prepare a watchdog.
@@ -108,10 +104,6 @@ class Watchdog:
 
         Call it last in each tick, before the first set-point of a motion is sent: otherwise no
         process would stop a motion that the loop starts before it hangs.
-
-        Args:
-            moving: for each cell whether its robot may move before the next tick.
-            emulated: for each cell whether its controller says that it is emulated.
         """
         cells = _bits(moving), _bits(emulated)
         if self.process is None or cells == self._told:

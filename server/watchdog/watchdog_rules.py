@@ -30,7 +30,6 @@ class BeatWatch:
         Args:
             real_ns: deadline of a beat where a controller may be a real one [ns].
             emulated_ns: deadline where it reports to be emulated [ns]; at least `real_ns`.
-            now: monotonic time, ns.
         """
         self._real_ns = real_ns
         self._emulated_ns = emulated_ns
@@ -45,7 +44,6 @@ class BeatWatch:
         Args:
             moving: the cells whose robots may move until the next beat.
             emulated: the cells whose controllers say that they are emulated.
-            now: monotonic time, ns.
 
         Returns:
             The server's silence [ns] if a robot was stopped because of it, else None.
@@ -92,7 +90,6 @@ class AnswerWatch:
     """The server's check that its watchdog process is alive."""
 
     def __init__(self, period_ns: int) -> None:
-        """Make a watch for a loop that ticks every `period_ns`."""
         self._most_ns = 2 * period_ns
         self._silent = 0
         self._allowed = _STARTING_NS
@@ -109,7 +106,6 @@ class AnswerWatch:
         between two ticks counts as two periods at most.
 
         Args:
-            now: monotonic time, ns.
             was_heard: whether it said anything since the last tick.
         """
         self._silent += min(now - self._ticked, self._most_ns)

@@ -59,7 +59,6 @@ class BlockFault(Exception):
 
     Attributes:
         place: the move at fault, by its place in the block.
-        error: what is wrong with it.
     """
 
     def __init__(self, place: int, error: MotionError) -> None:
@@ -98,7 +97,6 @@ class Places:
     """Places of points, frames and tools of one cell."""
 
     def __init__(self, kinematics: Kinematics, frames: FrameTree) -> None:
-        """Look at a robot and its frames."""
         self._kinematics = kinematics
         self._frames = frames
 
@@ -204,10 +202,7 @@ def plan_block(
     """Plan and certify the moves of a block from where the robot stands.
 
     Args:
-        kinematics: the robot.
         start: (n,) controller side [rad or m].
-        block: the moves.
-        frames: the named frames and tools.
         speed: fraction of the programmed speeds.
         cap: largest speed of tool and elbow [m/s]; None for no cap.
 
@@ -317,9 +312,7 @@ def collision_on(kinematics: Kinematics, positions: Array, scene: Scene) -> Refu
     """Return why a motion may not be made; None where nothing touches on its way.
 
     Args:
-        kinematics: the robot.
         positions: (m, n) its samples, controller side; straight lines join them [rad or m].
-        scene: what stands around.
 
     Raises:
         MotionError: the scene does not fit the robot.

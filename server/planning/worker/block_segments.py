@@ -41,8 +41,6 @@ def segments_of(block: MotionBlock, to_base: ToBase, forward: Forward) -> list[S
 
     Args:
         block: the moves; their speeds are not in the segments.
-        to_base: resolves the names of frames and tools.
-        forward: the robot's forward kinematics.
 
     Raises:
         MotionError: a frame or a tool is unknown.

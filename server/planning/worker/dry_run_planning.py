@@ -170,8 +170,6 @@ class DryRuns:
         """Walk on; at least one block is planned in each slice.
 
         Args:
-            kinematics: the robot.
-            job: the dry run.
             expired: returns True once the time of the slice is up.
         """
         known = self._known.setdefault(job.run_id, {})

@@ -74,7 +74,6 @@ def answer(robot: str, job: Job) -> PlanAnswer:
 
     Args:
         robot: name or file of the robot.
-        job: what to plan.
 
     Returns:
         The trajectory with its certificate, or the refusal; never raises for a motion that cannot

@@ -22,7 +22,6 @@ def plan_ros_path(job: RosPathJob, limits: JointLimits) -> Trajectory:
     """Plan the motion that a ROS-I trajectory asks for.
 
     Args:
-        job: the points and where the robot stands.
         limits: joint limits, controller side.
 
     Returns:

@@ -47,16 +47,6 @@ class DryRunService:
         pending: Pending,
         name: str,
     ) -> None:
-        """Make a service without a dry run.
-
-        Args:
-            cell: gives the position of the robot.
-            robot: gives frames and tools.
-            program_loader: loads programs.
-            signals: returns the signals of the controller.
-            pending: asks the planner.
-            name: of the cell.
-        """
         self._cell = cell
         self._robot = robot
         self._shelf = program_loader

@@ -52,13 +52,7 @@ Form: TypeAlias = Literal["text", "json"]
 
 @dataclass(frozen=True, slots=True)
 class ReadSource:
-    """Task: read the source of a program.
-
-    Attributes:
-        body: the source.
-        form: the form of the source.
-        file: its name, for errors.
-    """
+    """Task: read the source of a program."""
 
     body: str = field(repr=False)
     form: Form
@@ -76,9 +70,6 @@ class SourceRead:
 
     Attributes:
         head: JSON of the program without its points and statements, but with its first point.
-        body: its JSON.
-        points: number of its points.
-        statements: number of its statements.
         first_line: line of the first statement in its canonical text; 0 where it has none.
     """
 
@@ -95,7 +86,6 @@ class _OfBody:
 
     Attributes:
         body: its JSON.
-        file: its name, for errors.
     """
 
     body: str = field(repr=False)
@@ -129,7 +119,6 @@ class EditBody(_OfBody):
     """Task: edit a program.
 
     Attributes:
-        edit: the edit.
         own: the robot that the program must be of; None for any.
     """
 
@@ -139,12 +128,7 @@ class EditBody(_OfBody):
 
 @dataclass(frozen=True, slots=True)
 class BodyEdited:
-    """Result of `EditBody`.
-
-    Attributes:
-        splice: change of the program's JSON.
-        renumbering: change of the numbers of its statements.
-    """
+    """Result of `EditBody`."""
 
     splice: Splice
     renumbering: Renumbering
@@ -205,7 +189,6 @@ class ProgramRefused:
     """Refusal of a task.
 
     Attributes:
-        refusal: the reason.
         line: its line in a text, from 1; None without one.
         column: character of the line, from 1.
     """
@@ -321,7 +304,6 @@ class Unpacking:
     """Program under construction from its pieces."""
 
     def __init__(self, unpacked: BodyUnpacked) -> None:
-        """Start with nothing read."""
         self._head = unpacked.head
         self._point_packs = deque(unpacked.points)
         self._statement_packs = deque(unpacked.statements)
@@ -362,7 +344,6 @@ def check_to_be_kept(read: SourceRead, own: OwnRobot | None, name: str | None = 
     """Return the head of a program that may be kept.
 
     Args:
-        read: the program, as it was read.
         own: the robot that it must be of; None where that robot is not known here.
         name: its name in the store; None where it is only checked.
 

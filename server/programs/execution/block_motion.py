@@ -50,15 +50,6 @@ class ProgramMotion:
     def __init__(
         self, cell: RobotCell, robot: RobotModel, by: Holder, request_id: int, speed: float
     ) -> None:
-        """Make it without a motion.
-
-        Args:
-            cell: moves the robot.
-            robot: gives frames and tools.
-            by: client that runs the program and holds the motion authority.
-            request_id: the request that is shown as moving.
-            speed: fraction of the programmed speeds.
-        """
         self.plan_time = 0.0
         self.motion_time = 0.0
         self.speed = speed
@@ -81,12 +72,6 @@ class ProgramMotion:
 
         Args:
             number: the runner's number for it.
-            block: the moves.
-            lines: the line of each.
-            now: monotonic time, ns.
-
-        Returns:
-            Why it may not move, or the effects.
         """
         cell = self._cell
         if not self.is_permitted:

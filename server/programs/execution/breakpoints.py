@@ -29,15 +29,7 @@ from .program_executor import ProgramExecutor
 
 @dataclass(frozen=True, slots=True)
 class Breakpoints:
-    """Requests for breakpoints of one cell.
-
-    Attributes:
-        program_loader: loads a program.
-        work: reads it.
-        kept: keeps the breakpoints.
-        desk: the executor of the programs.
-        own: the robot that programs must be of.
-    """
+    """Requests for breakpoints of one cell."""
 
     program_loader: ProgramLoader
     work: ProgramWork

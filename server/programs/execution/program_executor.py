@@ -64,10 +64,7 @@ def going_on_fault(
     """Return the reason why a request does not continue a run.
 
     Args:
-        message: the request.
-        linked: the programs of the run.
         loops: number of passes asked for; 0 for until it is stopped.
-        status: state of the run.
     """
     main, line = linked.main, status.stack[0].line if status.stack else 0
     if message.program != main:
@@ -114,12 +111,7 @@ def run_fault(message: ProgramRun) -> Refusal | None:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Loading:
-    """Request to run a program that is being loaded, without a verdict yet; each is separate.
-
-    Attributes:
-        by: who asked.
-        message: the request.
-    """
+    """Request to run a program that is being loaded, without a verdict yet; each is separate."""
 
     by: Holder
     message: ProgramRun
@@ -139,11 +131,7 @@ ToAll = Callable[[Message], list[Effect]]
 
 
 class ProgramExecutor:
-    """Program run of one cell.
-
-    Attributes:
-        environment: signals and objects.
-    """
+    """Program run of one cell."""
 
     def __init__(
         self,
@@ -155,17 +143,6 @@ class ProgramExecutor:
         to_all: ToAll,
         pending: Pending,
     ) -> None:
-        """Make an executor without a run.
-
-        Args:
-            cell: the cell.
-            robot: the mathematics of the robot.
-            program_loader: the programs.
-            breakpoints: those of the programs.
-            environment: signals and objects.
-            to_all: sends reports.
-            pending: loads programs.
-        """
         self.environment = environment
         self._cell = cell
         self._robot = robot

@@ -31,13 +31,7 @@ class ProgramExecution:
     """A program under way.
 
     Attributes:
-        linked: the programs.
-        by: who runs it.
-        motion: its motions.
-        environment: signals and objects.
-        report: sends its state to the pendants.
         loops: number of passes requested; 0 for until it is stopped.
-        runner: the interpreter of the run.
         is_over: True once the run ended; later events have no effect.
     """
 

@@ -33,12 +33,7 @@ def program_state(status: RunStatus) -> ProgramState:
 
 
 def running_program(linked: Linked, status: RunStatus) -> RunningProgram | None:
-    """Return what everybody may see of a program; None where it is not under way.
-
-    Args:
-        linked: the program that was asked for, with those that it calls.
-        status: of its run.
-    """
+    """Return what everybody may see of a program; None where it is not under way."""
     state = program_state(status)
     if state is ProgramState.NONE:
         return None
@@ -50,8 +45,6 @@ def program_report(linked: Linked, status: RunStatus, ended: Refusal | None) -> 
     """Return the message with the place of a program's run.
 
     Args:
-        linked: the program that was asked for, with those that it calls.
-        status: of its run.
         ended: what ended it from outside; None for nothing.
     """
     name, line = _place(linked, status)

@@ -39,7 +39,6 @@ def dry_run(
     """Walk through a program.
 
     Args:
-        linked: the program with all that it calls.
         start: (n,) where the robot stands at the start [rad or m].
         plan: the planner; asked once for each block, start and scene.
         scene: what stands around at the start; None to check nothing.
@@ -83,7 +82,6 @@ def reachability(
     """Return a verdict for every point, including those that no statement moves to.
 
     Args:
-        program: the program.
         check: says why a point cannot be reached; None where it can.
     """
     return tuple(PointFinding(point.name, check(point)) for point in program.points)

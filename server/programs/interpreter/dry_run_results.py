@@ -27,7 +27,6 @@ class BlockPlan:
     Attributes:
         duration: of the block [s].
         end: (n,) where the robot stands afterwards [rad or m].
-        path: samples of the tool's path, in order.
     """
 
     duration: float
@@ -41,7 +40,6 @@ class BlockRefused:
 
     Attributes:
         place: the move at fault, by its place in the block.
-        refusal: the reason.
     """
 
     place: int
@@ -60,10 +58,7 @@ class MoveFinding:
     """Finding for one statement that moves.
 
     Attributes:
-        program: name of its program.
         index: its number, from 0.
-        point: the point that it goes to.
-        refusal: the reason why it cannot be run; None if it can.
         zone_used: True if its zone joins it with the next move, wherever it was walked.
     """
 
@@ -79,10 +74,7 @@ class HandOver:
     """Finding for one statement that changes the scene.
 
     Attributes:
-        program: name of its program.
         index: its number, from 0.
-        statement: the attach or detach.
-        refusal: the reason why it fails; None if it does not.
     """
 
     program: str
@@ -96,10 +88,7 @@ class StatementFinding:
     """Finding for one statement that neither moves nor changes the scene.
 
     Attributes:
-        program: name of its program.
         index: its number, from 0.
-        statement: the statement.
-        refusal: the reason why a run ends there; None if it continues.
     """
 
     program: str
@@ -147,12 +136,7 @@ class DryRunResult:
 
 @dataclass(frozen=True, slots=True)
 class PointFinding:
-    """Finding for one point.
-
-    Attributes:
-        point: its name.
-        refusal: the reason why it cannot be reached; None if it can.
-    """
+    """Finding for one point."""
 
     point: str
     refusal: Refusal | None

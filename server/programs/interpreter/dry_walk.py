@@ -118,7 +118,6 @@ class StatementFindings:
     """Findings about statements that do not move.
 
     Attributes:
-        verdicts: by program and number.
         unchecked: statements with signals, where nobody knows which the controller has.
     """
 
@@ -128,7 +127,6 @@ class StatementFindings:
         """Start without findings.
 
         Args:
-            linked: the programs.
             endless: the loops that a run never leaves.
             absent: knows the signals; None where nobody does.
         """
@@ -229,9 +227,7 @@ class Walk:
         ended: True if it came to the end of the program.
         moved: True if the robot is at a point of the program.
         scene: what stands around now; None to check nothing.
-        hand_overs: how often an object changed hands.
         by_flags: True if a condition on a flag is answered as the one before on the same flag.
-        course: the statements that it passed.
     """
 
     def __init__(self, start: JointVector, scene: Scene | None, *, by_flags: bool) -> None:

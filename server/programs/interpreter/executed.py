@@ -25,7 +25,6 @@ class _Executed:
     """Move that was executed.
 
     Attributes:
-        move: the move.
         position: before it.
         effect: the last effect since the move before; empty for none.
     """

@@ -37,11 +37,8 @@ class BlockMove:
     """Move with its points.
 
     Attributes:
-        program: name of the program that it is in.
         index: number of its statement, from 0.
         move: the statement; its zone is 0 where the motion stops.
-        target: the point that it goes to.
-        via: the points in between.
     """
 
     program: str
@@ -69,7 +66,6 @@ class Gathered:
     """Block, and the position of the run after it.
 
     Attributes:
-        block: the moves.
         positions: before each move.
         behind: after the last move.
     """

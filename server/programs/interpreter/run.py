@@ -91,10 +91,8 @@ class Passing:
         """Start before a statement of the main program.
 
         Args:
-            flow: the programs.
             index: the statement, from 0.
             stops_at: True if there is a breakpoint at a position.
-            leaving: as the attribute.
 
         Raises:
             BadValue: there is no such statement.
@@ -111,9 +109,6 @@ class Passing:
 
     def go(self, flags: Mapping[str, bool]) -> Statement | Halt | Refusal:
         """Pass statements until one takes time, or the run is to stop before one.
-
-        Args:
-            flags: what was read so far.
 
         Returns:
             The statement that takes time, at `position`; why there is none to start now; or why
@@ -142,12 +137,8 @@ class InterpretedRun:
     """Run in progress, or as it ended.
 
     Attributes:
-        state: how far it is.
-        why: why it is paused.
         is_stepping: True if a step is under way, or held by a pause.
-        failure: why it failed.
         task: what it is doing; None between two statements.
-        flags: the flags that were read.
         actions: what is to be done; whoever calls takes them out.
     """
 
@@ -163,10 +154,8 @@ class InterpretedRun:
         """Make a run that goes on with `advance`.
 
         Args:
-            flow: the programs.
             index: the statement to start with, from 0.
             stops_at: True if there is a breakpoint at a position.
-            requests: fresh request numbers.
             step: True if to pause after the first statement.
 
         Raises:

@@ -39,7 +39,6 @@ class RunPlace:
     """Statement of a run.
 
     Attributes:
-        program: name of its program.
         index: its number, from 0.
         line: its line in the canonical text, from 1.
     """
@@ -54,13 +53,10 @@ class RunStatus:
     """Published status of a run.
 
     Attributes:
-        state: how far it is.
-        pause: why it is paused.
         stack: the statements under way or coming next: of the main program first, then of each
             program that is called; empty before the start and at the end.
         passes: number of times that the main program was started.
         approaching: True if the robot is on its slow way to the first point.
-        failure: why the run failed.
     """
 
     state: RunState = RunState.IDLE

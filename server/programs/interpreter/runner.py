@@ -44,18 +44,9 @@ _UNDER_WAY = (RunState.RUNNING, RunState.PAUSED)
 
 
 class Runner:
-    """Runner of one program, with the programs that it calls.
-
-    Attributes:
-        status: what everybody may see.
-    """
+    """Runner of one program, with the programs that it calls."""
 
     def __init__(self, linked: Linked) -> None:
-        """Make a runner before its start.
-
-        Args:
-            linked: the program with all that it calls.
-        """
         self.status = RunStatus()
         self._linked = linked
         self._breakpoints: frozenset[tuple[str, int]] = frozenset()
@@ -74,10 +65,6 @@ class Runner:
 
     def handle(self, event: Event, now: int) -> list[Action]:
         """Take an event.
-
-        Args:
-            event: what happened, or what somebody wants.
-            now: monotonic time [ns].
 
         Returns:
             What is to be done; the last is a report where the status changed.

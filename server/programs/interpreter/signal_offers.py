@@ -14,12 +14,7 @@ SignalKind: TypeAlias = Literal["input", "output"]
 
 @dataclass(frozen=True, slots=True)
 class OfferedSignals:
-    """Numbers of signals; they are numbered from 0.
-
-    Attributes:
-        inputs: inputs.
-        outputs: outputs.
-    """
+    """Numbers of signals; they are numbered from 0."""
 
     inputs: int
     outputs: int

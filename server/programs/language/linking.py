@@ -78,10 +78,7 @@ def link(
     """Return a program with all that it calls.
 
     Args:
-        program: the one to run.
         resolve: gives the others; asked once for each.
-        sources: the JSON of each program, where it is known.
-        revisions: the one of each program, where it has any.
 
     Raises:
         ProgramUnknown: a program that is called is not there.

@@ -44,7 +44,6 @@ class Source:
     """A program with the lines of the text that it was read from.
 
     Attributes:
-        program: the program.
         point_lines: line of each point, from 1.
         statement_lines: line of each statement, from 1.
     """
@@ -70,10 +69,6 @@ def parse_bytes(raw: bytes, file: str = "program") -> Source:
 
 def parse_source(text: str, file: str = "program") -> Source:
     """Return the program that a text says, and where it says what.
-
-    Args:
-        text: the whole text.
-        file: its name, for errors.
 
     Raises:
         ProgramSyntaxError: the text is not a program; its refusal has the code of the rule.

@@ -31,8 +31,6 @@ class PointClauses:
     """Point that is being read.
 
     Attributes:
-        name: the point's name.
-        begin: where it begins.
         header: the program's names of tool and frame, and its linear axes.
         comments: the comments beside and between its clauses.
         places: where its values stand.

@@ -34,8 +34,6 @@ class Program:
         linear_axes: indexes of the robot's joints that are measured in metres, ascending.
         tool: name of the tool of points taught from now on.
         frame: name of the frame of points taught from now on.
-        points: in the order of the user.
-        statements: in the order in which they run.
         comment: lines about the whole program; empty for none.
     """
 
@@ -129,12 +127,7 @@ class Program:
 
 
 class OwnRobot(NamedTuple):
-    """The robot of a cell, as far as a program can be of it or not.
-
-    Attributes:
-        name: its name.
-        limits: its joints.
-    """
+    """The robot of a cell, as far as a program can be of it or not."""
 
     name: str
     limits: JointLimits
@@ -142,11 +135,6 @@ class OwnRobot(NamedTuple):
 
 def check_robot(program: Program, robot: str, limits: JointLimits) -> None:
     """Refuse a program of another robot; ranges are checked point by point, not here.
-
-    Args:
-        program: the program.
-        robot: name of the robot that shall run it.
-        limits: its joints.
 
     Raises:
         WrongRobot: the name, the number of joints or the linear axes differ.

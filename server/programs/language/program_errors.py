@@ -35,10 +35,8 @@ class ProgramSyntaxError(ProgramError):
     """Text that the parser refuses.
 
     Attributes:
-        file: name of the text.
         line: line of the place, from 1.
         column: character of the place in its line, from 1, counted in Unicode code points.
-        problem: what is wrong there, or what was found.
         accepted: what would be taken there; empty where `problem` says it.
         code: PROGRAM_SYNTAX, or the code of the rule that the place breaks.
     """
@@ -69,7 +67,6 @@ class JsonRefused(ProgramError):
     """A JSON text that is no program.
 
     Attributes:
-        file: name of the text.
         field: the field at fault, such as `points[3].joints`; empty for the whole.
     """
 
@@ -95,9 +92,7 @@ class ProgramTooLarge(ProgramError):
     """A program, or a part of it, exceeds its cap.
 
     Attributes:
-        what: what is counted.
         value: how many there are, at least.
-        limit: how many are taken.
     """
 
     code = VerdictCode.PROGRAM_TOO_LARGE
@@ -106,9 +101,7 @@ class ProgramTooLarge(ProgramError):
         """Take the numbers of the excess.
 
         Args:
-            what: what is counted.
             value: how many there are, or how many were seen before counting ended.
-            limit: how many are taken.
             is_counted: True if `value` is all there is.
         """
         counted = f"{value}" if is_counted else f"{value} or more"
@@ -125,8 +118,6 @@ class BadValue(ProgramError):
     """A value that a point or a statement cannot have.
 
     Attributes:
-        what: name of the value.
-        problem: what it is, and what would be accepted.
         part: the part of its owner that has the value, as whoever reads a text marks it.
         place: which of several values of that part, from 0.
     """
@@ -167,7 +158,6 @@ class BadBlocks(ProgramError):
 
     Attributes:
         index: the statement at fault, from 0.
-        problem: what is wrong with it.
     """
 
     def __init__(self, index: int, problem: str) -> None:
@@ -179,7 +169,6 @@ class PointUnknown(ProgramError):
     """A name that no point of the program has; the text has no place.
 
     Attributes:
-        name: the name.
         index: the statement that uses it, from 0; None for none.
         place: which of the names in that statement it is, from 0.
     """
@@ -207,9 +196,7 @@ class PointInUse(ProgramError):
     """A point that statements go to cannot be deleted.
 
     Attributes:
-        name: the point.
         indexes: the statements that use it, from 0.
-        places: the same in words.
     """
 
     code = VerdictCode.POINT_IN_USE
@@ -223,7 +210,6 @@ class PointInconsistent(ProgramError):
     """The joints of a point put the tool elsewhere than its pose says.
 
     Attributes:
-        name: the point.
         distance: between both places [m].
         angle: between both orientations [rad].
     """
@@ -248,8 +234,6 @@ class ProgramUnknown(ProgramError):
     """A call of a program that is not there.
 
     Attributes:
-        name: the program that is called.
-        caller: the program that calls it.
         index: the statement of the call, from 0.
         problem: what is wrong, without the place.
     """

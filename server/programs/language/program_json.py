@@ -74,10 +74,6 @@ def program_to_json(program: Program) -> str:
 def program_from_json(body: str | bytes, file: str = "program") -> Program:
     """Return the program that a JSON text says.
 
-    Args:
-        body: one JSON object.
-        file: its name, for the error.
-
     Raises:
         ProgramTooLarge: it exceeds `MOST_JSON_BYTES`.
         ProgramError: a field is missing, unknown or wrong; or the parts do not fit each other.
@@ -139,7 +135,6 @@ def source_of(raw: bytes, file: str) -> Source:
 
     Args:
         raw: the file's first `MOST_READ` bytes.
-        file: its name, for the error.
 
     Raises:
         ProgramError: it is no program; the error says where.

@@ -41,7 +41,6 @@ class Unit:
     """Unit word.
 
     Attributes:
-        dimension: what it measures.
         factor: its size in SI.
     """
 

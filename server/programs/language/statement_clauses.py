@@ -40,7 +40,6 @@ def read_statement(clauses: Clauses, comment: str) -> Statement:
 
     Args:
         clauses: the line, which begins with one of `STATEMENTS`.
-        comment: what stands behind the statement.
 
     Raises:
         ProgramSyntaxError: a word that is not accepted.

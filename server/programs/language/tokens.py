@@ -82,7 +82,6 @@ def lines_of(text: str, file: str) -> Iterator[Line]:
 
     Args:
         text: the whole text; lines end with LF or CR LF.
-        file: its name, for errors.
 
     Raises:
         ProgramSyntaxError: a line is too long, a quotation mark is not closed, or words touch.

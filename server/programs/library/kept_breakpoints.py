@@ -35,7 +35,6 @@ class _Kept:
 
     Attributes:
         revision: the revision of the numbers.
-        places: the statements to pause before.
         dropped: number of those that were removed with their statements, and not reported at a run
             yet.
     """
@@ -54,12 +53,6 @@ class KeptBreakpoints:
     """Breakpoints of one cell."""
 
     def __init__(self, program_loader: ProgramLoader, work: ProgramWork) -> None:
-        """Start without breakpoints.
-
-        Args:
-            program_loader: loads the revisions that they were of.
-            work: finds statements again.
-        """
         self._shelf = program_loader
         self._work = work
         self._kept: dict[str, _Kept] = {}
@@ -115,12 +108,8 @@ class KeptBreakpoints:
         """Find the breakpoints of a program in a revision of it.
 
         Args:
-            name: of the program.
             revision: the one in which they are sought; they are kept as of it where it is newer.
             body: its JSON.
-
-        Returns:
-            The places, or why they cannot be found now.
         """
         while True:
             kept = self._kept.get(name)

@@ -30,12 +30,6 @@ class ProgramWork:
     """Tasks of one cell."""
 
     def __init__(self, new_job_id: Callable[[], int], pending: Pending) -> None:
-        """Start without tasks.
-
-        Args:
-            new_job_id: numbers the jobs of the cell.
-            pending: asks the planner.
-        """
         self._new_job_id = new_job_id
         self._pending = pending
         self._waiting = 0

@@ -46,13 +46,7 @@ class Standing:
 
 
 def standing_now(cell: RobotCell, robot: RobotModel, now: int) -> Standing | Refusal:
-    """Return where the robot stands, or why no point can be taught now.
-
-    Args:
-        cell: knows where it stands.
-        robot: its mathematics, frames and tools.
-        now: monotonic time, ns.
-    """
+    """Return where the robot stands, or why no point can be taught now."""
     feedback = cell.feedback
     if feedback.position is None or not feedback.is_fresh(now):
         return Refusal(VerdictCode.FEEDBACK_STALE)
@@ -66,13 +60,6 @@ def taught_point(
     at: Standing, robot: RobotModel, name: str, frame: str, tool: str
 ) -> TeachPoint | Refusal:
     """Return the point where the robot stood, or why it has no such pose.
-
-    Args:
-        at: where it stood.
-        robot: its mathematics.
-        name: of the point.
-        frame: name of the frame of its pose.
-        tool: name of the tool.
 
     Raises:
         ProgramError: the name cannot be that of a point.
@@ -119,23 +106,12 @@ class PointTeaching:
     """Teaches points of one robot."""
 
     def __init__(self, cell: RobotCell, robot: RobotModel, robot_name: str) -> None:
-        """Make the point teaching of one robot.
-
-        Args:
-            cell: gives the position of the robot.
-            robot: its mathematics.
-            robot_name: its name.
-        """
         self._cell = cell
         self._robot = robot
         self._robot_name = robot_name
 
     def standing(self, now: int) -> Standing | Refusal:
-        """Return where the robot stands, for a point that is asked for now, or why there is none.
-
-        Args:
-            now: monotonic time, ns.
-        """
+        """Return where the robot stands for a point asked for now, or why there is none."""
         return standing_now(self._cell, self._robot, now)
 
     def record(self, head: Program, asked: op.RecordPoint, at: Standing) -> RecordPoint:
@@ -143,8 +119,6 @@ class PointTeaching:
 
         Args:
             head: the program; of its points one is enough, of its statements none.
-            asked: what to add.
-            at: where it stood when that was asked.
 
         Raises:
             NotTaught: there is no such frame or tool.
@@ -158,8 +132,6 @@ class PointTeaching:
 
         Args:
             head: the program; of its points the one in question is enough.
-            asked: which point.
-            at: where it stood when that was asked.
 
         Raises:
             NotTaught: there is no such frame or tool.

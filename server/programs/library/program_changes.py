@@ -54,16 +54,6 @@ class ProgramChanges:
         point_teaching: PointTeaching,
         own: OwnRobot,
     ) -> None:
-        """Start with nothing to undo.
-
-        Args:
-            ask: asks the store.
-            program_loader: loads programs.
-            work: edits them.
-            breakpoints: follow the changes.
-            point_teaching: teaches points.
-            own: the robot that programs must be of to be edited.
-        """
         self._ask = ask
         self._shelf = program_loader
         self._work = work
@@ -84,9 +74,6 @@ class ProgramChanges:
         """Save the result of a history; the history is kept once the store has acknowledged it.
 
         Args:
-            name: of the program.
-            body: its JSON.
-            history: what led to it.
             expected: the revision that the change was made from.
             reply_to: gets the answer, with the breakpoints as they are then.
             renumbering: where the change leaves the statements; None to find them by comparing.

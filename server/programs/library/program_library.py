@@ -64,17 +64,6 @@ class ProgramLibrary:
         robot: RobotModel,
         robot_name: str,
     ) -> None:
-        """Make a library.
-
-        Args:
-            ask: asks the store.
-            program_loader: loads programs.
-            work: reads, prints and edits them.
-            breakpoints: those of the programs.
-            cell: gives the position of the robot.
-            robot: its mathematics.
-            robot_name: its name.
-        """
         self._ask = ask
         self._shelf = program_loader
         self._work = work

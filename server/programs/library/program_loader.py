@@ -42,11 +42,7 @@ class _Gathering:
     """A program that is being loaded for a run, with all that it calls.
 
     Attributes:
-        main: its name.
         wanted: names of the programs that are still missing, the one being loaded first.
-        programs: the loaded programs.
-        sources: the JSON of each.
-        revisions: the revision of each.
         parts: number of points and statements of all of them.
     """
 
@@ -62,14 +58,6 @@ class ProgramLoader:
     """Loader of one cell's programs."""
 
     def __init__(self, ask: AskStore, work: ProgramWork, robot: str, limits: JointLimits) -> None:
-        """Make a loader.
-
-        Args:
-            ask: asks the store.
-            work: cuts programs into pieces.
-            robot: name of the robot.
-            limits: its joints.
-        """
         self._ask = ask
         self._work = work
         self._robot = robot
@@ -91,7 +79,6 @@ class ProgramLoader:
         """Load a program with all that it calls; return them, or why they cannot run here.
 
         Args:
-            name: of the program.
             revision: the only one of that program that is accepted; 0 for the newest. What it calls
                 is always the newest.
         """

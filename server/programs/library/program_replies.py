@@ -93,13 +93,7 @@ class KeptFields(TypedDict, total=False):
 def saved(
     found: Answer, reply: ReplyTo[SavedProgram], about: KeptFields | None = None
 ) -> list[Effect]:
-    """Answer after the store has a change: the point that is acknowledged is on the disk.
-
-    Args:
-        found: the store's answer.
-        reply: gets the answer.
-        about: what is said of the breakpoints; None for nothing.
-    """
+    """Answer after the store has a change: the point that is acknowledged is on the disk."""
     if isinstance(found, StoreError):
         return reply.refuse(found.refusal())
     assert isinstance(found, Heading)

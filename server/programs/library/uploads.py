@@ -28,7 +28,6 @@ class Uploads:
     """Uploads of all connections."""
 
     def __init__(self) -> None:
-        """Start without uploads."""
         self._under_way: dict[int, _Upload] = {}
 
     def forget(self, session: int) -> None:
