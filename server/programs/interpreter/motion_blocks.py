@@ -14,8 +14,8 @@ from dataclasses import dataclass, replace
 from openpendant.simplemsg.verdicts import VerdictCode
 
 from ...refusal import Refusal
+from ..language.grammar import statement_text
 from ..language.points import TeachPoint
-from ..language.statement_clauses import statement_text
 from ..language.statements import IfFlag, Move, Speed, SpeedKind, Statement, Way
 from .control_flow import ControlFlow, Position
 

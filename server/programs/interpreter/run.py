@@ -17,7 +17,7 @@ from enum import Enum, auto
 from openpendant.simplemsg.verdicts import VerdictCode
 
 from ...refusal import Refusal
-from ..language.statement_clauses import statement_text
+from ..language.grammar import statement_text
 from ..language.statements import (
     Attach,
     Detach,

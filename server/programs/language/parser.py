@@ -15,8 +15,8 @@ from typing import Final, NamedTuple, NoReturn
 
 from openpendant.simplemsg.pendant.management.programs import MOST_STATEMENTS
 
-from .clauses import Clauses, Places, TextPlace, place_of
-from .point_clauses import POINT_CLAUSES, PointClauses
+from .grammar import POINT_CLAUSES, STATEMENTS, PointClauses, read_statement
+from .lexer import Clauses, Line, Places, TextPlace, decoded, lines_of, place_of
 from .points import TeachPoint
 from .program import MOST_POINTS, Program
 from .program_errors import (
@@ -28,9 +28,7 @@ from .program_errors import (
     ProgramTooLarge,
     excerpt,
 )
-from .statement_clauses import STATEMENTS, read_statement
 from .statements import Comment, Statement
-from .tokens import Line, decoded, lines_of
 from .words import COMMENT
 
 FORMAT: Final = "openpendant-program/1"

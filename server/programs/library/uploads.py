@@ -9,9 +9,9 @@ from dataclasses import dataclass, field
 
 from openpendant.simplemsg.pendant.management.programs import SaveProgram
 
+from ..language.lexer import MOST_BYTES
 from ..language.program_errors import BadValue, ProgramTooLarge
 from ..language.program_json import MOST_JSON_BYTES
-from ..language.tokens import MOST_BYTES
 
 
 @dataclass(slots=True)

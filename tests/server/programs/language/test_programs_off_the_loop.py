@@ -34,11 +34,11 @@ from openpendant.server.programs.editing.program_tasks import (
     Unpacking,
     perform,
 )
+from openpendant.server.programs.language.lexer import MOST_BYTES
 from openpendant.server.programs.language.linking import link
 from openpendant.server.programs.language.parser import parse
 from openpendant.server.programs.language.program import Program
 from openpendant.server.programs.language.program_json import MOST_JSON_BYTES, program_to_json
-from openpendant.server.programs.language.tokens import MOST_BYTES
 from openpendant.server.programs.library.pending_tasks import MOST_WAITING
 from openpendant.server.refusal import Refusal
 from openpendant.server.store.documents import DocumentKind
