@@ -26,7 +26,7 @@ from openpendant.motion.scene.attachments import left, taken
 from openpendant.motion.scene.scene import Scene
 from openpendant.motion.trajectory.trajectory import Trajectory
 
-from ...programs.interpreter.dry_run import dry_run, reachability
+from ...programs.interpreter.dry_run import AbsentSignal, dry_run, reachability
 from ...programs.interpreter.dry_run_results import (
     BlockPlan,
     BlockRefused,
@@ -37,7 +37,6 @@ from ...programs.interpreter.dry_run_results import (
     StatementFinding,
     ToolSample,
 )
-from ...programs.interpreter.dry_walk import AbsentSignal
 from ...programs.interpreter.motion_blocks import MotionBlock
 from ...programs.interpreter.signal_offers import Offer
 from ...programs.language.points import TeachPoint

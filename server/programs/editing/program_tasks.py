@@ -33,10 +33,8 @@ from ..language.program_json import (
     program_to_json,
 )
 from ..language.statements import Statement
-from .edit_history import Splice, splice_between
-from .editing import apply
-from .edits import Edit
-from .renumbering import Renumbering, between, by_edit
+from .edit_history import Renumbering, Splice, between, by_edit, splice_between
+from .edits import Edit, apply
 
 MOST_TEXT_AT_ONCE = 2_048
 """Greatest text of a program parsed on the event loop [characters]: it takes about 1 ms."""

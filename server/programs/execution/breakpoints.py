@@ -17,8 +17,8 @@ from ...events.management_handlers import handles
 from ...events.reply_to import ReplyTo
 from ...refusal import Refusal
 from ...store.documents import Document
+from ..editing.edit_history import Renumbering
 from ..editing.program_tasks import CompareBodies, Done, ReadSource, SourceRead
-from ..editing.renumbering import Renumbering
 from ..language.program import OwnRobot, check_robot
 from ..language.program_json import program_from_json
 from ..library.kept_breakpoints import KeptBreakpoints, Places

@@ -1,7 +1,7 @@
 """Kept breakpoints of a cell's programs, which stay with their statements when programs change.
 
 Owns the statements that they are before, and the revision of these numbers. The renumbering by a
-change is `renumbering`'s; the runner pauses at them.
+change is `edit_history`'s; the runner pauses at them.
 """
 
 from __future__ import annotations
@@ -14,8 +14,8 @@ from ...events.effects import Effect
 from ...events.pending import Steps
 from ...refusal import Refusal
 from ...store.store_errors import NotFound
+from ..editing.edit_history import Renumbering
 from ..editing.program_tasks import CompareBodies, ProgramRefused
-from ..editing.renumbering import Renumbering
 from ..language.linking import Linked
 from .pending_tasks import ProgramWork
 from .program_loader import ProgramLoader

@@ -19,10 +19,9 @@ from ...events.reply_to import ReplyTo
 from ...refusal import Refusal
 from ...store.documents import Document, DocumentKind, Heading
 from ...store.requests import Answer, Delete, Save
-from ..editing.edit_history import EditStep, History, Splice
+from ..editing.edit_history import EditStep, History, Renumbering, Splice
 from ..editing.edits import DescribeProgram, Edit
 from ..editing.program_tasks import BodyEdited, Done, EditBody, HeadTaken, TakeHead
-from ..editing.renumbering import Renumbering
 from ..language.program import OwnRobot
 from ..language.program_errors import BadValue, ProgramError
 from ..language.program_json import program_from_json
