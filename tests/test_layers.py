@@ -117,7 +117,7 @@ FOLDER_ORDER = {
         *("programs/language", "programs/editing", "programs/interpreter"),
         *("planning", "planning/worker", "planning/pool", "control", "events"),
         *("cell/jog", "cell/execution", "cell", "scene", "recording", "environment"),
-        *("programs/library", "programs/dry_run", "programs/execution", "programs"),
+        *("programs/library", "programs/execution", "programs"),
         *("endpoints", "endpoints/pendant", "endpoints/ros", "watchdog", "core", "journal"),
         *("exchange", "shell", "cli"),
     ),

@@ -9,8 +9,8 @@ from ..cell.robot_cell import RobotCell
 from ..cell.robot_model import RobotModel
 from ..events.management_handlers import Handlers, handlers_of
 from ..events.pending import Pending
-from .dry_run.dry_run_service import DryRunService
 from .execution.breakpoints import Breakpoints
+from .execution.dry_run_service import DryRunService
 from .execution.program_executor import ProgramExecutor, ToAll
 from .execution.run_environment import RunEnvironment
 from .interpreter.signal_offers import Offer

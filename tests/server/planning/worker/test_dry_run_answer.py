@@ -12,7 +12,7 @@ from openpendant.server.planning.worker.dry_run_planning import (
     MOST_VERDICTS,
     shortened,
 )
-from openpendant.server.programs.dry_run.dry_run_service import told
+from openpendant.server.programs.execution.dry_run_service import told
 from openpendant.server.programs.interpreter.dry_run_results import (
     DryRunResult,
     HandOver,
