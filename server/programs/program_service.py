@@ -16,9 +16,8 @@ from .execution.run_environment import RunEnvironment
 from .interpreter.signal_offers import Offer
 from .language.program import OwnRobot
 from .library.kept_breakpoints import KeptBreakpoints
-from .library.pending_tasks import ProgramWork
 from .library.program_library import ProgramLibrary
-from .library.program_loader import ProgramLoader
+from .library.program_loader import ProgramLoader, ProgramWork
 
 
 class ProgramService:

@@ -22,8 +22,7 @@ from ..editing.program_tasks import CompareBodies, Done, ReadSource, SourceRead
 from ..language.program import OwnRobot, check_robot
 from ..language.program_json import program_from_json
 from ..library.kept_breakpoints import KeptBreakpoints, Places
-from ..library.pending_tasks import ProgramWork
-from ..library.program_loader import ProgramLoader
+from ..library.program_loader import ProgramLoader, ProgramWork
 from .program_executor import ProgramExecutor
 
 

@@ -45,10 +45,15 @@ from ..language.statements import MOST_PASSES
 from ..library.kept_breakpoints import KeptBreakpoints, Places, RunPlaces
 from ..library.program_loader import ProgramLoader
 from ..library.program_replies import not_the_one_under_way
-from .block_motion import ProgramMotion
-from .program_run import ProgramExecution
+from .program_run import (
+    ProgramExecution,
+    ProgramMotion,
+    noted,
+    program_report,
+    running_program,
+    start_index,
+)
 from .run_environment import RunEnvironment
-from .run_reports import noted, program_report, running_program, start_index
 
 GOING_ON: dict[RunKind, Event] = {
     RunKind.ALL: Resume(),

@@ -17,8 +17,7 @@ from ...store.store_errors import NotFound
 from ..editing.edit_history import Renumbering
 from ..editing.program_tasks import CompareBodies, ProgramRefused
 from ..language.linking import Linked
-from .pending_tasks import ProgramWork
-from .program_loader import ProgramLoader
+from .program_loader import ProgramLoader, ProgramWork
 from .program_replies import KeptFields
 
 Places: TypeAlias = frozenset[int]

@@ -26,9 +26,8 @@ from ..language.program import OwnRobot
 from ..language.program_errors import BadValue, ProgramError
 from ..language.program_json import program_from_json
 from .kept_breakpoints import KeptBreakpoints
-from .pending_tasks import ProgramWork
 from .point_teaching import NotTaught, PointTeaching, Standing
-from .program_loader import ProgramLoader
+from .program_loader import ProgramLoader, ProgramWork
 from .program_replies import conflict, renamed, saved
 
 MOST_HISTORIES = 50

@@ -3,15 +3,20 @@
 Owns that every change is made from the revision that it names and acknowledged after the store has
 it, and the undo of each program's edits. Each request is answered once, through its `ReplyTo`,
 after what it needs was read or printed elsewhere: here a program is a string of JSON, never parsed.
+
+Owns also the uploads of programs too long for one frame: the order of their parts and the bound on
+waiting text; one program for each connection.
 """
 
 from __future__ import annotations
 
 from collections import OrderedDict
+from dataclasses import dataclass, field
 from typing import cast
 
 from openpendant.motion.description.limits import JointLimits
 from openpendant.simplemsg.pendant.management import programs as op
+from openpendant.simplemsg.pendant.management.programs import SaveProgram
 
 from ...cell.robot_cell import RobotCell
 from ...cell.robot_model import RobotModel
@@ -32,15 +37,62 @@ from ..editing.program_tasks import (
     SourceRead,
     check_to_be_kept,
 )
+from ..language.lexer import MOST_BYTES
 from ..language.program import OwnRobot, Program
-from ..language.program_json import program_to_json
+from ..language.program_errors import BadValue, ProgramTooLarge
+from ..language.program_json import MOST_JSON_BYTES, program_to_json
 from .kept_breakpoints import KeptBreakpoints
-from .pending_tasks import ProgramWork
 from .point_teaching import PointTeaching
 from .program_changes import ProgramChanges
-from .program_loader import ProgramLoader
+from .program_loader import ProgramLoader, ProgramWork
 from .program_replies import KeptFields, listed, saved
-from .uploads import Uploads
+
+
+@dataclass(slots=True)
+class _Upload:
+    """Upload in progress, with the parts received so far."""
+
+    name: str
+    parts: int
+    bodies: list[str] = field(default_factory=list)
+    characters: int = 0
+
+
+class Uploads:
+    """Uploads of all connections."""
+
+    def __init__(self) -> None:
+        self._under_way: dict[int, _Upload] = {}
+
+    def forget(self, session: int) -> None:
+        """Drop the parts that a connection has sent."""
+        self._under_way.pop(session, None)
+
+    def add(self, session: int, asked: SaveProgram) -> str | None:
+        """Add a part; return the whole text after the last.
+
+        Raises:
+            BadValue: another part is due.
+            ProgramTooLarge: the whole would be too long.
+        """
+        upload = self._under_way.pop(session, None)
+        if asked.part == 1:
+            upload = _Upload(asked.name, asked.parts)
+        due = 1 if upload is None else len(upload.bodies) + 1
+        fits = upload is not None and (upload.name, upload.parts) == (asked.name, asked.parts)
+        if upload is None or not fits or asked.part != due or asked.part > asked.parts:
+            text = f"is {asked.part} of {asked.parts} of {asked.name!r}; accepted: from 1 on, each"
+            raise BadValue("the part", f"{text} in its turn")
+        upload.bodies.append(asked.body)
+        upload.characters += len(asked.body)
+        most = MOST_BYTES if asked.format == "text" else MOST_JSON_BYTES
+        if upload.characters > most:
+            raise ProgramTooLarge("characters of a program", upload.characters, most)
+        if asked.part == asked.parts:
+            return "".join(upload.bodies)
+        self._under_way[session] = upload
+        return None
+
 
 CHUNK = 15_000
 """Greatest number of characters of a program in one answer: escaped, in UTF-8, they fit a frame."""

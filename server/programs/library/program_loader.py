@@ -1,7 +1,11 @@
-"""Program loader: reads one program, or a program linked with every program it calls.
+"""Program loader: stored programs as a cell needs them, without holding up the event loop.
 
-Owns the loading, the size of a run, and the rule that a program on this cell is of this robot. A
-program for a run is read piece by piece, some at each tick. Saves nothing.
+Owns where a task on a program is done: a small one at once, any other in the planning process,
+because an event loop serves every robot of the server. Its answer is an event with a time.
+
+Owns the loading of one program, or of one linked with every program it calls, the size of a run,
+and the rule that a program on this cell is of this robot. A program for a run is read piece by
+piece, some at each tick. Saves nothing.
 """
 
 from __future__ import annotations
@@ -9,30 +13,93 @@ from __future__ import annotations
 from collections import deque
 from collections.abc import Callable
 from dataclasses import dataclass, field
-from typing import TypeAlias
+from typing import Any, TypeAlias, TypeVar
 
 from openpendant.motion.description.limits import JointLimits
+from openpendant.simplemsg.verdicts import VerdictCode
 
 from ...events.effects import Effect
-from ...events.pending import AskStore, Steps, Turn
+from ...events.pending import AskStore, Pending, Steps, Turn
+from ...events.reply_to import ReplyTo
+from ...planning.jobs import ProgramJob
 from ...refusal import Refusal
 from ...store.documents import Document, DocumentKind
 from ...store.requests import Answer, Load
 from ...store.store_errors import NotFound, StoreError
 from ..editing.program_tasks import (
     PACK,
+    RESULTS,
     BodyUnpacked,
+    Done,
     ProgramRefused,
+    Task,
     UnpackBody,
     Unpacking,
+    perform,
     unpacked,
 )
 from ..language.linking import MOST_PARTS, MOST_PROGRAMS, Linked, link
 from ..language.program import Program, check_robot
 from ..language.program_errors import ProgramError, ProgramTooLarge
 from ..language.program_json import program_from_json
-from .pending_tasks import ProgramWork
 from .program_replies import not_the_kept_one
+
+MOST_WAITING = 16
+"""Greatest number of tasks of one cell that wait for the planning process."""
+
+_T = TypeVar("_T")
+
+
+class ProgramWork:
+    """Tasks of one cell."""
+
+    def __init__(self, new_job_id: Callable[[], int], pending: Pending) -> None:
+        self._new_job_id = new_job_id
+        self._pending = pending
+        self._waiting = 0
+
+    def done(self, task: Task) -> Steps[Done | ProgramRefused]:
+        """Carry out a task, at once where it is small; return its result."""
+        if task.is_small:
+            return perform(task)
+        if self._waiting >= MOST_WAITING:
+            text = f"{self._waiting} programs are being read or written; at most that many"
+            busy = Refusal(VerdictCode.STORE_BUSY, text, value=MOST_WAITING, limit=MOST_WAITING)
+            return ProgramRefused(busy)
+        self._waiting += 1
+        planned = yield ProgramJob(self._new_job_id(), task)
+        self._waiting -= 1
+        result = planned.result
+        if isinstance(result, RESULTS):
+            return result
+        refusal = result if isinstance(result, Refusal) else Refusal(VerdictCode.PLANNER_FAILED)
+        return ProgramRefused(refusal)
+
+    def run(
+        self, steps: Steps[_T], then: Callable[[_T, int], list[Effect]], now: int
+    ) -> list[Effect]:
+        """Start work of several steps; `then` gets what it returns."""
+        return self._pending.run(steps, then, now)
+
+    def have(
+        self,
+        task: Task,
+        then: Callable[[Done, int], list[Effect]],
+        reply_to: ReplyTo[Any],
+        now: int,
+    ) -> list[Effect]:
+        """Carry out a task; refuse the request if the program is at fault."""
+
+        def done(result: Done | ProgramRefused, now: int) -> list[Effect]:
+            if isinstance(result, ProgramRefused):
+                return reply_to.refuse_work(result)
+            try:
+                return then(result, now)
+            except ProgramError as error:
+                return reply_to.refuse_program(error)
+
+        return self._pending.run(self.done(task), done, now)
+
 
 ThenDocument: TypeAlias = Callable[[Document | Refusal, int], list[Effect]]
 

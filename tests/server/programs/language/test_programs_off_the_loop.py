@@ -39,7 +39,7 @@ from openpendant.server.programs.language.linking import link
 from openpendant.server.programs.language.parser import parse
 from openpendant.server.programs.language.program import Program
 from openpendant.server.programs.language.program_json import MOST_JSON_BYTES, program_to_json
-from openpendant.server.programs.library.pending_tasks import MOST_WAITING
+from openpendant.server.programs.library.program_loader import MOST_WAITING
 from openpendant.server.refusal import Refusal
 from openpendant.server.store.documents import DocumentKind
 from openpendant.simplemsg.pendant import MotionControlAction, RunKind
