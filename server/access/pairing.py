@@ -14,7 +14,7 @@ from dataclasses import dataclass, field
 from typing import Protocol
 
 from .lockout import SECOND_NS
-from .secret import Secret
+from .passwords import Secret
 
 ALPHABET = "ABCDEFGHJKMNPQRTUVWXY346789"
 """Without 0 and O, 1 and I and L, 2 and Z, 5 and S, which are mistaken for one another."""

@@ -258,7 +258,7 @@ def _save(
     accounts: bool,
 ) -> tuple[Heading, ...]:
     """Save checked documents, all or none; accounts keep the rules of accounts."""
-    from ..access.account_store import AccountRefused, StoredAccounts, read_account
+    from ..access.accounts import AccountRefused, StoredAccounts, read_account
 
     given = [entry for entry in entries if entry.kind is DocumentKind.ACCOUNT]
     if given and not accounts:

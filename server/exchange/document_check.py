@@ -18,7 +18,7 @@ from openpendant.motion.description.robot import SerialRobot, robot_names, seria
 from openpendant.motion.errors import FrameFileError, MotionError, SceneFileError
 from openpendant.motion.frames.frame_tree import FrameTree
 
-from ..access.account_store import read_account
+from ..access.accounts import read_account
 from ..programs.editing.program_tasks import ReadSource, check_to_be_kept, read_source
 from ..programs.language.printer import print_program
 from ..programs.language.program import OwnRobot, Program, check_robot

@@ -19,9 +19,8 @@ from openpendant.simplemsg import __version__
 from openpendant.simplemsg.journal import Journal
 
 from ..access.access_backend import AccessBackend
-from ..access.admission import Admission
+from ..access.admission import Admission, Granted
 from ..access.audit import AuditEntry, AuditEvent
-from ..access.grants import Granted
 from ..access.lockout import SECOND_NS
 from ..access.open_access import exposure_of
 from ..access.pairing import PairingCodes

@@ -15,7 +15,7 @@ from openpendant.simplemsg import ByteOrder, Message
 from openpendant.simplemsg.journal import Journal
 
 from ..access.access_backend import AccessBackend
-from ..access.account_store import AccountChange
+from ..access.accounts import AccountChange
 from ..access.admission import VerifyJob
 from ..events.effects import (
     AnswerController,

@@ -22,8 +22,8 @@ from openpendant.controller_emulator.shell.build import build_controller
 from openpendant.controller_emulator.shell.service import EmulatorPorts, Service, loop_time
 from openpendant.controller_emulator.shell.settings import EmulatorSettings
 from openpendant.motion.description.robot import serial_robot
+from openpendant.server.access.access_backend import ProcessAccess
 from openpendant.server.access.accounts import AccountBook
-from openpendant.server.access.process_backend import ProcessAccess
 from openpendant.server.planning.jobs import Job
 from openpendant.server.planning.task import Deliver
 from openpendant.server.planning.worker.job_planner import answer

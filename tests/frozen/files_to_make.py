@@ -13,11 +13,9 @@ from rigs.data.stored_documents import noon
 
 from openpendant.motion.frames.frame_file import load_frames
 from openpendant.motion.scene.scene_file import load_scene
-from openpendant.server.access.account_store import StoredAccounts
-from openpendant.server.access.accounts import Account
+from openpendant.server.access.accounts import Account, StoredAccounts
 from openpendant.server.access.audit import AuditEntry, AuditEvent, Link, write_line
-from openpendant.server.access.passwords import ScryptCost, hash_password
-from openpendant.server.access.secret import Secret
+from openpendant.server.access.passwords import ScryptCost, Secret, hash_password
 from openpendant.server.programs.language.parser import parse
 from openpendant.server.programs.language.program_json import program_to_json
 from openpendant.server.scene.scene_documents import document_of

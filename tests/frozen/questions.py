@@ -15,10 +15,9 @@ from openpendant.motion.frames.frame_tree import FrameTree
 from openpendant.motion.pose import Pose
 from openpendant.motion.scene.scene import Box, Capsule, Cylinder, Mesh, Scene, SceneObject, Sphere
 from openpendant.motion.scene.scene_shapes import Shape
-from openpendant.server.access.account_store import AccountAction, AccountChange
+from openpendant.server.access.accounts import AccountAction, AccountChange
 from openpendant.server.access.admission import VerifyJob
-from openpendant.server.access.passwords import PasswordHash
-from openpendant.server.access.secret import Secret
+from openpendant.server.access.passwords import PasswordHash, Secret
 from openpendant.server.journal.event_records import request_to_bytes
 from openpendant.server.planning.jobs import (
     BlockJob,

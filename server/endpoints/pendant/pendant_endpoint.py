@@ -54,7 +54,7 @@ from openpendant.simplemsg.pendant import (
 from openpendant.simplemsg.standard import Ping
 from openpendant.simplemsg.verdicts import VerdictCode
 
-from ...access.permissions import is_overtaken
+from ...access.request_gate import is_overtaken
 from ...cell.robot_cell import RobotCell
 from ...cell.robot_model import RobotModel
 from ...environment import CellEnvironment

@@ -13,16 +13,15 @@ from pathlib import Path
 from rigs.processes.judged_server import LoopPlanner, running_emulator
 
 from openpendant.motion.description.robot import serial_robot
-from openpendant.server.access.account_store import StoredAccounts
-from openpendant.server.access.accounts import Account
+from openpendant.server.access.accounts import Account, StoredAccounts
 from openpendant.server.access.open_access import opened_access
 from openpendant.server.access.passwords import (
     SALT_BYTES,
     PasswordHash,
     ScryptCost,
+    Secret,
     hash_password,
 )
-from openpendant.server.access.secret import Secret
 from openpendant.server.cli import serve
 from openpendant.server.settings.server_settings import make_server_settings
 from openpendant.server.shell.app import App

@@ -12,7 +12,7 @@ from pathlib import Path
 import pytest
 from pydantic import ValidationError
 
-from openpendant.server.access.tls import TlsUnusable, server_context
+from openpendant.server.access.open_access import TlsUnusable, server_context
 from openpendant.server.settings.access_settings import TlsSettings
 
 OPENSSL = shutil.which("openssl")

@@ -12,7 +12,7 @@ from rigs.clock.busy_machine import PATIENCE
 from rigs.peers.server_clients import Pendant
 from rigs.processes.guarded_server import PASSWORDS, guarded_server
 
-from openpendant.server.access import grants
+from openpendant.server.access import admission
 from openpendant.server.access.accounts import Account, AccountBook
 from openpendant.server.access.passwords import PasswordHash
 from openpendant.server.cli.users_commands import main as users_main
@@ -168,7 +168,7 @@ async def test_a_client_on_another_machine_ends_its_wait_when_its_account_is_dis
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     """Over sockets, whose addresses count as another machine's."""
-    monkeypatch.setattr(grants, "is_loopback", lambda address: False)
+    monkeypatch.setattr(admission, "is_loopback", lambda address: False)
     async with (
         guarded_server(tmp_path) as server,
         await PendantClient.connect(

@@ -13,8 +13,7 @@ from rigs.data.program_samples import HEAD
 from rigs.data.stored_documents import ANN, opened, save
 
 from openpendant.motion.description.robot import serial_robot
-from openpendant.server.access.account_store import StoredAccounts
-from openpendant.server.access.accounts import Account
+from openpendant.server.access.accounts import Account, StoredAccounts
 from openpendant.server.access.passwords import NOBODYS_HASH
 from openpendant.server.cli.store_commands import main
 from openpendant.server.exchange import csv_format

@@ -9,12 +9,10 @@ from pydantic import ValidationError
 
 from openpendant.motion.description.robot import serial_robot
 from openpendant.motion.errors import MotionError
-from openpendant.server.access.access_backend import DeliverChange
-from openpendant.server.access.account_store import AccountChange
-from openpendant.server.access.accounts import AccountBook
+from openpendant.server.access.access_backend import DeliverChange, DeliverCheck
+from openpendant.server.access.accounts import AccountBook, AccountChange
 from openpendant.server.access.admission import VerifyJob
 from openpendant.server.access.audit import AuditEntry
-from openpendant.server.access.password_worker import Deliver as DeliverCheck
 from openpendant.server.endpoints.pendant.snapshot import snapshot
 from openpendant.server.events.effects import Ask, Backend
 from openpendant.server.events.events import Port
