@@ -87,7 +87,6 @@ SHELLS = {
     "server/planning/pool/planning_pool.py",
     "server/planning/pool/planning_process.py",
     "server/shell/ports.py",
-    "server/store/writer.py",
     "server/store/store_client.py",
     "server/watchdog/stop_connection.py",
     "server/watchdog/watchdog_main.py",
@@ -425,7 +424,7 @@ def test_the_files_that_the_rules_name_exist() -> None:
         (
             imports_a_folder_above_itself,
             "server/store/x.py",
-            "if TYPE_CHECKING:\n    from ..access.tls import TlsUnusable",
+            "if TYPE_CHECKING:\n    from ..access.open_access import TlsUnusable",
         ),
         (names_a_bare_folder, "tests/x.py", "from tools.pendants import client"),
         (

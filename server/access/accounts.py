@@ -21,9 +21,8 @@ from openpendant.simplemsg.pendant.roles import Role
 from openpendant.simplemsg.verdicts import VerdictCode
 
 from ..refusal import Refusal
-from ..store.documents import DocumentKind, Heading
+from ..store.documents import DocumentKind, Heading, Store
 from ..store.store_errors import BadDocument
-from ..store.store_interface import Store
 from .passwords import PasswordHash, Secret, password_fault
 
 NAME_BYTES = 32

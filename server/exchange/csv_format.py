@@ -16,8 +16,8 @@ import re
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from typing import Any, BinaryIO, NoReturn, Protocol
 
-from ..store.documents import DocumentKind, Heading
-from ..store.samples import (
+from ..store.documents import DocumentKind, Heading, Store
+from ..store.recording_format import (
     MOST_COLUMNS,
     Row,
     append_chunks,
@@ -28,7 +28,6 @@ from ..store.samples import (
     time_first,
 )
 from ..store.store_errors import BadDocument, TooLarge
-from ..store.store_interface import Store
 from .text_export import MOST_FILE_BYTES
 from .text_import import ChunkSpool
 

@@ -17,10 +17,9 @@ import json
 import re
 from collections.abc import Iterable, Iterator
 
-from ..store.documents import DocumentKind, Heading
-from ..store.samples import columns_of, recording_rows
+from ..store.documents import DocumentKind, Heading, Store
+from ..store.recording_format import columns_of, recording_rows
 from ..store.store_errors import TooLarge
-from ..store.store_interface import Store
 
 FORMAT = "openpendant-store/1"
 """Name and version of the format, in its first field."""

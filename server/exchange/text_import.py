@@ -18,10 +18,9 @@ from typing import Any, NoReturn
 
 from openpendant.motion.bounded_file import beginning_of
 
-from ..store.documents import DocumentKind, Heading, check_body, check_name
-from ..store.samples import Row, append_rows, columns_of, time_fault, time_first
+from ..store.documents import DocumentKind, Heading, Store, check_body, check_name
+from ..store.recording_format import Row, append_rows, columns_of, time_fault, time_first
 from ..store.store_errors import BadDocument, BadName, NotFound, StoreError, StoreFailed, TooLarge
-from ..store.store_interface import Store
 from ..store.strict_json import parse
 from .text_export import FORMAT, MOST_FILE_BYTES
 

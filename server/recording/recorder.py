@@ -22,12 +22,14 @@ from ..store.documents import DocumentKind, Extent, Heading
 from ..store.recording_format import (
     GAP_PERIODS,
     RecordingDocument,
+    Row,
     RowCount,
     new_document,
+    pack_rows,
+    rows_in_a_chunk,
     write_document,
 )
 from ..store.requests import Answer, AppendChunk, Save
-from ..store.samples import Row, pack_rows, rows_in_a_chunk
 from ..store.store_errors import StoreBusy, StoreError
 
 Told: TypeAlias = Callable[[RecordingDocument | Refusal, int], list[Effect]]

@@ -8,11 +8,9 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import TypeAlias
 
-from .documents import Document, DocumentKind, Extent, Heading
-from .recording_edit import rename_recording, trim_recording
-from .samples import chunks_together
+from .documents import Document, DocumentKind, Extent, Heading, Store
+from .recording_format import chunks_together, rename_recording, trim_recording
 from .store_errors import StoreError
-from .store_interface import Store
 
 
 @dataclass(frozen=True, slots=True)

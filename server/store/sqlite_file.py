@@ -26,9 +26,7 @@ from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
-from .atomic_write import sync_folder, whole_file
-from .file_identity import APPLICATION_ID, check_is_file
-from .free_space import RESERVE_BYTES
+from .database_file import APPLICATION_ID, RESERVE_BYTES, check_is_file, sync_folder, whole_file
 from .store_errors import (
     DiskFull,
     ForeignFile,

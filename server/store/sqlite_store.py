@@ -15,6 +15,7 @@ from datetime import UTC, datetime
 from pathlib import Path
 from typing import Any
 
+from .database_file import IN_MEMORY, FileIdentity, ReservedSpace
 from .documents import (
     KEPT_REVISIONS,
     Document,
@@ -29,8 +30,6 @@ from .documents import (
     check_revision,
     revision_after,
 )
-from .file_identity import FileIdentity
-from .free_space import IN_MEMORY, ReservedSpace
 from .sqlite_file import (
     MIGRATIONS,
     Migration,

@@ -20,8 +20,7 @@ from openpendant.server.programs.language.parser import parse
 from openpendant.server.programs.language.program_json import program_to_json
 from openpendant.server.scene.scene_documents import document_of
 from openpendant.server.store.documents import DocumentKind
-from openpendant.server.store.recording_format import RecordingDocument
-from openpendant.server.store.samples import pack_rows
+from openpendant.server.store.recording_format import RecordingDocument, pack_rows
 from openpendant.server.store.sqlite_store import SqliteStore, open_store
 from openpendant.simplemsg import CommType, JointPosition, Ping, codec_for, joint_array
 from openpendant.simplemsg.pendant.roles import Role

@@ -15,8 +15,8 @@ from openpendant.server.recording.recording_playback import Pieces, part_samples
 from openpendant.server.recording.recording_survey import count_rows
 from openpendant.server.refusal import Refusal
 from openpendant.server.store.documents import MOST_CHUNK_BYTES, Extent
+from openpendant.server.store.recording_format import chunks_together, pack_rows
 from openpendant.server.store.requests import Answer, LoadChunks, MeasureRecording, Request
-from openpendant.server.store.samples import chunks_together, pack_rows
 from openpendant.simplemsg.verdicts import VerdictCode as V
 
 WIDTH = 8

@@ -10,9 +10,8 @@ from openpendant.server.events.effects import Effect
 from openpendant.server.events.pending import Then
 from openpendant.server.recording.recording_survey import count_rows
 from openpendant.server.refusal import Refusal
-from openpendant.server.store.recording_format import RowCount
+from openpendant.server.store.recording_format import RowCount, pack_rows
 from openpendant.server.store.requests import Answer, LoadChunks, Request
-from openpendant.server.store.samples import pack_rows
 from openpendant.server.store.store_errors import NotFound
 from openpendant.simplemsg.verdicts import VerdictCode
 

@@ -22,7 +22,7 @@ from rigs.clock.busy_machine import PATIENCE
 from rigs.data.stored_documents import opened, save
 
 from openpendant.server.cli import store_commands
-from openpendant.server.store.atomic_write import whole_file
+from openpendant.server.store.database_file import whole_file
 
 
 @pytest.fixture

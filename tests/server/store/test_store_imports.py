@@ -25,8 +25,9 @@ from openpendant.server.store.recording_format import (
     RecordingDocument,
     extract_for,
     read_document,
+    recording_rows,
+    time_fault,
 )
-from openpendant.server.store.samples import recording_rows, time_fault
 from openpendant.simplemsg.pendant.roles import Role
 from openpendant.tools.cli import main as openpendant
 

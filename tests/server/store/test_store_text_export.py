@@ -16,7 +16,7 @@ from openpendant.server.exchange import text_export
 from openpendant.server.exchange.text_export import FORMAT, MOST_FILE_BYTES, documents_to_json
 from openpendant.server.exchange.text_import import documents_from_json, read_file, save_entries
 from openpendant.server.store.documents import DocumentKind
-from openpendant.server.store.samples import pack_rows, recording_rows
+from openpendant.server.store.recording_format import pack_rows, recording_rows
 from openpendant.server.store.sqlite_store import SqliteStore
 from openpendant.server.store.store_errors import (
     BadDocument,

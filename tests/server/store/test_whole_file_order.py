@@ -8,7 +8,7 @@ from typing import Any
 
 import pytest
 
-from openpendant.server.store.atomic_write import whole_file
+from openpendant.server.store.database_file import whole_file
 
 
 @pytest.mark.parametrize("replace", [False, True])
