@@ -133,7 +133,6 @@ ORDERED_ROOMS = [room for room in FOLDER_ORDER if room != "tools"]
 # The files of `uplinks` that belong to no dialect.
 NO_DIALECTS = {
     "server/uplinks/__init__.py",
-    "server/uplinks/controller_errors.py",
     "server/uplinks/uplink.py",
 }
 
@@ -464,7 +463,7 @@ def test_the_files_that_the_rules_name_exist() -> None:
         (runs_on_more_than_the_standard_library, "tools/cli.py", "import typer"),
         (
             names_a_dialect_outside_its_table,
-            "server/watchdog/stop_targets.py",
+            "server/watchdog/watchdog_process.py",
             "from ..uplinks.generic import GENERIC",
         ),
     ],

@@ -18,8 +18,7 @@ from pathlib import Path
 
 from openpendant.motion.bounded_file import beginning_of
 
-from ..settings.access_settings import TlsSettings
-from ..settings.cell_settings import CellSettings
+from ..settings.cell_settings import CellSettings, TlsSettings
 from ..settings.config_file import OFF, ConfigurationError
 from ..settings.server_settings import ServerSettings
 from ..store.store_client import default_path

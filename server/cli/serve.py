@@ -222,7 +222,7 @@ async def _run(
     from ..shell.event_loop import asked_niceness
     from ..shell.inbox import loop_time
     from ..store.store_client import opened_store
-    from ..watchdog.stop_targets import watchdog_of
+    from ..watchdog.watchdog_process import watchdog_of
 
     loop = asyncio.get_running_loop()
     interrupted = asyncio.Event()

@@ -1,7 +1,7 @@
 """What a server does that finds its event loop stood still: it latches a stop (promise 26).
 
 Owns the rule on the server's side; the watchdog process, which stops the robot meanwhile, has its
-own in `watchdog_rules`. No clock in here.
+own in `watchdog_protocol`. No clock in here.
 """
 
 from __future__ import annotations

@@ -28,8 +28,7 @@ from ..store.recording_format import (
     time_first,
 )
 from ..store.store_errors import BadDocument, TooLarge
-from .text_export import MOST_FILE_BYTES
-from .text_import import ChunkSpool
+from .text_format import MOST_FILE_BYTES, ChunkSpool
 
 POINTS = "points"
 """Field of a body that holds a point list."""

@@ -39,7 +39,7 @@ from ..scene.scene_documents import scene_from_json, with_frames
 from ..store.documents import DocumentKind
 from ..store.recording_format import RecordingDocument, column_fault
 from ..store.store_errors import BadDocument
-from .text_import import ImportedDocument
+from .text_format import ImportedDocument
 
 KeptBody = Callable[[DocumentKind, str], str | None]
 """Returns the body of a document that is kept; None if there is none."""

@@ -17,8 +17,8 @@ from openpendant.simplemsg.verdicts import CATALOGUE, VerdictCode
 
 from ..core.cell_core import CellCore
 from ..events.events import ClientEvent, ClientFailed, Event, Skipped
+from ..planning.jobs import Planner
 from ..planning.plan_store import PlanStore
-from ..planning.task import Planner
 from ..settings.cell_settings import CellSettings, ControllerPath
 from .controller_connection import ControllerConnection
 from .outbox import Outbox

@@ -34,9 +34,8 @@ from ..events.effects import (
     StorePlan,
 )
 from ..journal.event_records import question_to_bytes
-from ..planning.jobs import Job
+from ..planning.jobs import Job, Planner
 from ..planning.plan_store import PlanStore
-from ..planning.task import Planner
 from ..settings.cell_settings import ControllerPath
 from ..store.requests import Request
 from ..store.store_client import StoreClient

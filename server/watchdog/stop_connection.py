@@ -18,7 +18,7 @@ import threading
 from collections.abc import Callable
 from typing import Any
 
-from .watchdog_pipe import StopTarget
+from .watchdog_protocol import StopTarget
 
 _RETRY = 0.5
 _RENEWAL = 5.0

@@ -2,8 +2,8 @@
 
 A process and not a thread, because a loop that hangs may hold the interpreter's lock. The server
 writes a beat into its standard input each tick and reads its reports that it is alive. Owns the
-server's end: the start and end of the process, and its pipes. Must not know how a robot is stopped:
-`watchdog_main` owns that.
+server's end: the start and end of the process, its pipes, and the bytes of each cell's STOP that it
+is given. Must not know how a robot is stopped: `watchdog_main` owns that.
 """
 
 from __future__ import annotations
@@ -14,18 +14,23 @@ import subprocess
 import sys
 import time
 from collections.abc import Sequence
+from typing import Literal
 
-from .watchdog_pipe import (
+from openpendant.simplemsg import STANDARD, ByteOrder, codec_for
+
+from ..settings.cell_settings import CellSettings
+from ..uplinks import dialect_of
+from .watchdog_protocol import (
     ANSWER,
     BEAT,
     IS_BEAT,
     IS_FAREWELL,
     IS_NEWS,
+    AnswerWatch,
     Deadlines,
     StopTarget,
     orders,
 )
-from .watchdog_rules import AnswerWatch
 
 log = logging.getLogger("openpendant.server")
 
@@ -170,3 +175,31 @@ def _close(process: subprocess.Popen[bytes]) -> None:
     assert process.stdout is not None
     process.stdin.close()
     process.stdout.close()
+
+
+_HEADER = slice(4, 16)
+"""Type, communication type and reply code of a frame: they tell the answer to a STOP."""
+
+
+def stop_target(settings: CellSettings) -> StopTarget:
+    """Return the stop target of a cell."""
+    link = settings.controller
+    dialect, codec = dialect_of(link), codec_for(STANDARD, link.order, link.real_size)
+    order: Literal["little", "big"] = "big" if link.order is ByteOrder.BIG else "little"
+    return StopTarget(
+        cell=settings.name,
+        host=link.host,
+        port=link.motion_port,
+        stop=codec.encode(dialect.stop).hex(),
+        is_kept=link.stop_connection,
+        answer=codec.encode(dialect.stopped)[_HEADER].hex(),
+        order=order,
+    )
+
+
+def watchdog_of(cells: Sequence[CellSettings]) -> Watchdog:
+    """Return the watchdog of a server, not started yet; all cells have the same deadlines."""
+    targets = [stop_target(cell) for cell in cells]
+    rule = cells[0].watchdog
+    deadlines = Deadlines(rule.real_deadline, rule.emulated_deadline)
+    return Watchdog(targets, deadlines, 1.0 / cells[0].tick_rate)

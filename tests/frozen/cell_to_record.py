@@ -24,8 +24,7 @@ from openpendant.controller_emulator.shell.settings import EmulatorSettings
 from openpendant.motion.description.robot import serial_robot
 from openpendant.server.access.access_backend import ProcessAccess
 from openpendant.server.access.accounts import AccountBook
-from openpendant.server.planning.jobs import Job
-from openpendant.server.planning.task import Deliver
+from openpendant.server.planning.jobs import Deliver, Job
 from openpendant.server.planning.worker.job_planner import answer
 from openpendant.server.settings.cell_settings import CellSettings, make_settings, settings_as_data
 from openpendant.server.shell import inbox as server_inbox

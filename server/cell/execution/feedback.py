@@ -30,7 +30,7 @@ from openpendant.simplemsg import (
 )
 
 from ...settings.cell_settings import ControllerLink
-from ...uplinks.controller_errors import error_text
+from ...uplinks.uplink import error_text
 
 STANDING_SPEED = 1e-3
 """A joint slower than this stands [rad/s or m/s]; the 4-byte report of a resting joint is exact."""

@@ -13,7 +13,7 @@ from openpendant.simplemsg import ControllerMode
 from openpendant.simplemsg.verdicts import VerdictCode
 
 from ...refusal import Refusal
-from ...uplinks.controller_errors import error_text
+from ...uplinks.uplink import error_text
 from .feedback import Feedback
 
 

@@ -21,8 +21,7 @@ from collections import deque
 from collections.abc import Collection, Iterable
 from itertools import count
 
-from ..jobs import Job, WayCheckJob
-from ..task import Deliver, PlanTask
+from ..jobs import Deliver, Job, PlanTask, WayCheckJob
 from .planning_process import PlanningProcess
 
 

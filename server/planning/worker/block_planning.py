@@ -5,6 +5,11 @@ else its pose, reached in its own configuration. So a point of a user frame move
 and one taught with a tool that was measured again keeps its place. Lines and circles are those of
 the tool centre point with which the points were taught. Owns the speeds of the moves.
 
+Owns which of a point's two descriptions makes a segment: a point of the robot's own frames goes to
+its joints, which also give the arm's configuration; a point of a user's frame goes to its pose,
+because the frame may have moved since. A via point's pose, else the place of its joints, gives a
+circle.
+
 Owns the refusal of a contact, for every motion: before it starts, and while it runs in a scene that
 changes. All of this runs in the planning process, because it takes milliseconds: a motion of ten
 minutes is checked in about 1 s, one of a few seconds in about 10 ms.
@@ -12,9 +17,10 @@ minutes is checked in about 1 s, one of a few seconds in about 10 ms.
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from functools import lru_cache
+from typing import TypeAlias
 
 import numpy as np
 
@@ -31,6 +37,16 @@ from openpendant.motion.kinematics.ik.configuration import Configuration, Elbow,
 from openpendant.motion.kinematics.ik.ik import solve
 from openpendant.motion.kinematics.serial import Kinematics, with_tool
 from openpendant.motion.paths.segment_planning import plan_path
+from openpendant.motion.paths.segments import (
+    Circ,
+    Lin,
+    Ptp,
+    Segment,
+    Spline,
+    SplineSpace,
+    Target,
+    ThroughPoint,
+)
 from openpendant.motion.planning.path_check import first_contact
 from openpendant.motion.pose import Pose
 from openpendant.motion.scene.collision import CollisionModel
@@ -42,12 +58,60 @@ from openpendant.motion.trajectory.point_speed import ToolSpeedLimit, reduced_sp
 from openpendant.motion.trajectory.trajectory import Array, Trajectory
 
 from ...programs.interpreter.motion_blocks import BlockMove, MotionBlock
-from ...programs.language.points import ArmConfiguration, PointPose, TeachPoint, check_consistency
+from ...programs.language.points import (
+    ArmConfiguration,
+    PointPose,
+    TeachPoint,
+    check_consistency,
+)
 from ...programs.language.program_errors import PointInconsistent
-from ...programs.language.statements import SpeedKind
+from ...programs.language.statements import SpeedKind, Way
 from ...refusal import Refusal, refusal_of
 from ..jobs import BlockJob, JointVector, PathFree, WayCheckJob
-from .block_segments import segments_of
+
+OWN_FRAMES = frozenset({"base", "root"})
+"""Frames of the robot, which never move."""
+
+ToBase: TypeAlias = Callable[[PointPose], Pose]
+"""Returns the pose of the planner's tool in the base frame for a pose of a tool in a frame."""
+
+Forward: TypeAlias = Callable[[JointVector], Pose]
+"""Returns the pose of the planner's tool in the base frame for a joint position."""
+
+
+def segments_of(block: MotionBlock, to_base: ToBase, forward: Forward) -> list[Segment]:
+    """Return the segments of a block, one for each move.
+
+    Args:
+        block: the moves; their speeds are not in the segments.
+
+    Raises:
+        MotionError: a frame or a tool is unknown.
+    """
+    return [_segment(move, to_base, forward) for move in block.moves]
+
+
+def _segment(each: BlockMove, to_base: ToBase, forward: Forward) -> Segment:
+    target, zone = _target(each.target, to_base), each.move.zone
+    match each.move.way:
+        case Way.PTP:
+            return Ptp(target, zone=zone)
+        case Way.LIN:
+            return Lin(target, zone=zone)
+        case Way.CIRC:
+            via = _target(each.via[0], to_base)
+            pose = via if isinstance(via, Pose) else forward(each.via[0].joints)
+            return Circ(ThroughPoint(pose.position), target, zone=zone)
+        case Way.SPLINE:
+            through = [_target(point, to_base) for point in each.via]
+            return Spline([*through, target], SplineSpace.JOINTS)
+
+
+def _target(point: TeachPoint, to_base: ToBase) -> Target:
+    if point.pose is None or point.pose.frame in OWN_FRAMES:
+        return point.joints
+    return to_base(point.pose)
+
 
 _SAME_PLACE = 1e-6
 _SAME_TURN = 1e-5

@@ -11,9 +11,14 @@ from typing import Any
 
 import pytest
 
-from openpendant.server.planning.jobs import JointPathJob, RecordingJob
+from openpendant.server.planning.jobs import (
+    JointPathJob,
+    PlanTask,
+    RecordingJob,
+    read_question,
+    split_question,
+)
 from openpendant.server.planning.pool.planning_pool import PlanningPool
-from openpendant.server.planning.task import PlanTask, read_question, split_question
 from openpendant.server.refusal import Refusal
 from openpendant.server.store.recording_format import Extract
 from openpendant.simplemsg.verdicts import VerdictCode

@@ -12,7 +12,7 @@ from openpendant.server.events.effects import Ask, Effect
 from openpendant.server.events.pending import Pending, Then
 from openpendant.server.recording import recording_playback
 from openpendant.server.recording.recording_playback import Pieces, part_samples
-from openpendant.server.recording.recording_survey import count_rows
+from openpendant.server.recording.recording_service import count_rows
 from openpendant.server.refusal import Refusal
 from openpendant.server.store.documents import MOST_CHUNK_BYTES, Extent
 from openpendant.server.store.recording_format import chunks_together, pack_rows

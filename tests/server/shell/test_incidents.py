@@ -13,8 +13,7 @@ from rigs.processes.bare_app import bare_app
 from rigs.processes.judged_server import running_emulator
 
 from openpendant.motion.description.robot import serial_robot
-from openpendant.server.planning.jobs import Job
-from openpendant.server.planning.task import Deliver
+from openpendant.server.planning.jobs import Deliver, Job
 from openpendant.server.planning.worker.job_planner import answer
 from openpendant.server.settings.cell_settings import make_settings
 from openpendant.server.shell.app import App

@@ -17,8 +17,7 @@ from rigs.processes.judged_server import running_emulator
 from openpendant.motion.description.robot import serial_robot
 from openpendant.server.cli import serve
 from openpendant.server.events.effects import Effect
-from openpendant.server.planning.jobs import Job
-from openpendant.server.planning.task import Deliver
+from openpendant.server.planning.jobs import Deliver, Job
 from openpendant.server.planning.worker.job_planner import answer
 from openpendant.server.settings.server_settings import ServerSettings, make_server_settings
 from openpendant.server.shell.app import App

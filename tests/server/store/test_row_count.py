@@ -8,7 +8,7 @@ from hypothesis import strategies as st
 
 from openpendant.server.events.effects import Effect
 from openpendant.server.events.pending import Then
-from openpendant.server.recording.recording_survey import count_rows
+from openpendant.server.recording.recording_service import count_rows
 from openpendant.server.refusal import Refusal
 from openpendant.server.store.recording_format import RowCount, pack_rows
 from openpendant.server.store.requests import Answer, LoadChunks, Request

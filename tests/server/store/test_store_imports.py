@@ -17,7 +17,7 @@ from openpendant.server.access.accounts import Account, StoredAccounts
 from openpendant.server.access.passwords import NOBODYS_HASH
 from openpendant.server.cli.store_commands import main
 from openpendant.server.exchange import csv_format
-from openpendant.server.exchange.text_export import FORMAT
+from openpendant.server.exchange.text_format import FORMAT
 from openpendant.server.programs.language.program_json import program_from_json
 from openpendant.server.store.documents import DocumentKind
 from openpendant.server.store.recording_format import (

@@ -18,7 +18,7 @@ from openpendant.server.settings.cell_settings import ControllerPath, make_setti
 from openpendant.server.shell.app import App
 from openpendant.server.shell.cell_shell import CellParts
 from openpendant.server.watchdog.watchdog_process import Watchdog
-from openpendant.server.watchdog.watchdog_rules import BeatWatch
+from openpendant.server.watchdog.watchdog_protocol import BeatWatch
 from openpendant.simplemsg import Message
 from openpendant.tools.pendants.client import PendantClient
 

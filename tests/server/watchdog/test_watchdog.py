@@ -8,7 +8,7 @@ import pytest
 from promises.promise_table import figure
 
 from openpendant.server.core.loop_monitor import LoopMonitor, late_refusal
-from openpendant.server.watchdog.watchdog_rules import AnswerWatch, BeatWatch
+from openpendant.server.watchdog.watchdog_protocol import AnswerWatch, BeatWatch
 from openpendant.simplemsg.verdicts import VerdictCode
 
 MS = 1_000_000

@@ -15,9 +15,8 @@ import pytest
 from rigs.peers.full_pipe import filled_pipe
 
 from openpendant.server.settings.cell_settings import make_settings
-from openpendant.server.watchdog.stop_targets import stop_target
-from openpendant.server.watchdog.watchdog_pipe import Deadlines, StopTarget
-from openpendant.server.watchdog.watchdog_process import Watchdog
+from openpendant.server.watchdog.watchdog_process import Watchdog, stop_target
+from openpendant.server.watchdog.watchdog_protocol import Deadlines, StopTarget
 from openpendant.simplemsg import MsgType
 
 pytestmark = pytest.mark.realtime
@@ -31,7 +30,7 @@ DEADLINES = Deadlines(DEADLINE, 4 * DEADLINE)
 
 SERVER = """
 import sys, time
-from openpendant.server.watchdog.watchdog_pipe import Deadlines, StopTarget
+from openpendant.server.watchdog.watchdog_protocol import Deadlines, StopTarget
 from openpendant.server.watchdog.watchdog_process import Watchdog
 answer = "0b0000000300000001000000"
 target = StopTarget("cell", "127.0.0.1", int(sys.argv[1]), sys.argv[2], True, answer, "little")

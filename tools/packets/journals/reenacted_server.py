@@ -22,8 +22,7 @@ from openpendant.server.journal.event_records import (
     answer_from_record,
     book_from_json,
 )
-from openpendant.server.planning.jobs import Job
-from openpendant.server.planning.task import Deliver
+from openpendant.server.planning.jobs import Deliver, Job
 from openpendant.server.settings.cell_settings import CellSettings
 from openpendant.server.shell.app import App
 from openpendant.server.shell.cell_shell import CellParts, CellShell

@@ -12,10 +12,10 @@ from typing import Any
 import pytest
 from rigs.processes.planning_children import FLOOD, JOB, MUTE, Children, on_both_loops, run
 
+from openpendant.server.planning.jobs import PlanTask
 from openpendant.server.planning.pool import planning_process
 from openpendant.server.planning.pool.planning_pool import PlanningPool
 from openpendant.server.planning.pool.planning_process import PlanningProcess
-from openpendant.server.planning.task import PlanTask
 from openpendant.server.refusal import Refusal
 from openpendant.server.settings.cell_settings import EventLoop
 from openpendant.simplemsg.verdicts import VerdictCode

@@ -10,9 +10,9 @@ from typing import Any
 import pytest
 from rigs.processes.planning_children import BUSY, ECHO, JOB, Children, on_both_loops, run
 
+from openpendant.server.planning.jobs import PlanTask
 from openpendant.server.planning.pool import planning_process
 from openpendant.server.planning.pool.planning_pool import PlanningPool
-from openpendant.server.planning.task import PlanTask
 from openpendant.server.settings.cell_settings import EventLoop
 
 
