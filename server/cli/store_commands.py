@@ -34,9 +34,8 @@ from ..exchange.text_format import (
     save_entries,
 )
 from ..store.documents import DocumentKind, Heading, check_new_name, check_revision
-from ..store.file_check import check_store
 from ..store.sqlite_file import copy
-from ..store.sqlite_store import SqliteStore, open_store
+from ..store.sqlite_store import SqliteStore, check_store, open_store
 from ..store.store_client import default_path
 from ..store.store_errors import BadDocument, BadName, NotFound, StoreError, StoreFailed, TooLarge
 from .options import (

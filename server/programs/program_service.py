@@ -12,7 +12,7 @@ from ..events.pending import Pending
 from .execution.breakpoints import Breakpoints
 from .execution.dry_run_service import DryRunService
 from .execution.program_executor import ProgramExecutor, ToAll
-from .execution.run_environment import RunEnvironment
+from .execution.program_run import RunEnvironment
 from .interpreter.signal_offers import Offer
 from .language.program import OwnRobot
 from .library.kept_breakpoints import KeptBreakpoints

@@ -62,7 +62,7 @@ from ...events.effects import Effect, Send
 from ...events.management_body import parse
 from ...events.pending import Pending
 from ...events.replies import sent_away, verdict
-from ...programs.execution.run_environment import BareEnvironment
+from ...programs.execution.program_run import BareEnvironment
 from ...programs.program_service import ProgramService
 from ...refusal import Refusal
 from ...settings.cell_settings import CellSettings

@@ -48,12 +48,12 @@ from ..library.program_replies import not_the_one_under_way
 from .program_run import (
     ProgramExecution,
     ProgramMotion,
+    RunEnvironment,
     noted,
     program_report,
     running_program,
     start_index,
 )
-from .run_environment import RunEnvironment
 
 GOING_ON: dict[RunKind, Event] = {
     RunKind.ALL: Resume(),

@@ -13,10 +13,9 @@ from typing import TYPE_CHECKING, Literal, cast
 
 from openpendant.motion.pose import Pose
 
-from .lexer import Clauses, Places, TextPlace
+from .lexer import Clauses, Dimension, Places, TextPlace, from_si, plain_number
 from .points import MOST_TURNS, ArmConfiguration, PointPose, TeachPoint
 from .program_errors import BadValue
-from .quantities import Dimension, from_si, plain_number
 from .statements import (
     FULL_SPEED,
     Attach,

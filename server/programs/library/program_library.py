@@ -42,8 +42,7 @@ from ..language.program import OwnRobot, Program
 from ..language.program_errors import BadValue, ProgramTooLarge
 from ..language.program_json import MOST_JSON_BYTES, program_to_json
 from .kept_breakpoints import KeptBreakpoints
-from .point_teaching import PointTeaching
-from .program_changes import ProgramChanges
+from .program_changes import PointTeaching, ProgramChanges
 from .program_loader import ProgramLoader, ProgramWork
 from .program_replies import KeptFields, listed, saved
 

@@ -6,7 +6,7 @@ from typing import Any
 
 from rigs.cells.program_cell import BODY_LINE, HEAD, ProgramCell, ask
 
-from openpendant.server.programs.execution.run_environment import BareEnvironment
+from openpendant.server.programs.execution.program_run import BareEnvironment
 from openpendant.server.programs.interpreter.signal_offers import Offer, OfferedSignals
 from openpendant.simplemsg.verdicts import VerdictCode as V
 

@@ -8,7 +8,7 @@ from dataclasses import replace
 import pytest
 from rigs.data.program_samples import program
 
-from openpendant.server.programs.language.lexer import LONGEST_LINE
+from openpendant.server.programs.language.lexer import LONGEST_LINE, LONGEST_NUMBER
 from openpendant.server.programs.language.parser import parse
 from openpendant.server.programs.language.points import (
     MOST_JOINTS,
@@ -19,7 +19,6 @@ from openpendant.server.programs.language.points import (
 )
 from openpendant.server.programs.language.printer import print_program
 from openpendant.server.programs.language.program import DEEPEST_NESTING, Program
-from openpendant.server.programs.language.quantities import LONGEST_NUMBER
 from openpendant.server.programs.language.statements import (
     MOST_VIAS,
     End,
