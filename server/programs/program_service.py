@@ -53,7 +53,7 @@ class ProgramService:
     @property
     def handlers(self) -> Handlers:
         """Handlers of the requests about programs."""
-        return handlers_of(self._breakpoints, self._dry_runs, self._library)
+        return handlers_of(self._breakpoints, self._dry_runs, self._library, self._library.changes)
 
     def closed(self, session: int) -> None:
         """Forget a connection that ended."""

@@ -49,7 +49,7 @@ class DryRunService:
     ) -> None:
         self._cell = cell
         self._robot = robot
-        self._shelf = program_loader
+        self._loader = program_loader
         self._signals = signals
         self._pending = pending
         self._name = name
@@ -69,7 +69,7 @@ class DryRunService:
 
     def _found(self, program: str, current: _DryRun) -> Steps[op.DryRun | Refusal]:
         """Load a program and walk through it slice by slice; return what an answer says of it."""
-        linked = yield from self._shelf.linked(program)
+        linked = yield from self._loader.linked(program)
         position = self._cell.feedback.position
         if isinstance(linked, Refusal):
             return linked

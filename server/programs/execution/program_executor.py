@@ -151,7 +151,7 @@ class ProgramExecutor:
         self.environment = environment
         self._cell = cell
         self._robot = robot
-        self._shelf = program_loader
+        self._loader = program_loader
         self._breakpoints = breakpoints
         self._to_all = to_all
         self._pending = pending
@@ -204,7 +204,7 @@ class ProgramExecutor:
 
     def _load(self, name: str, revision: int) -> Steps[tuple[Linked, RunPlaces] | Refusal]:
         """Load a program with its breakpoints; return them, or why it cannot run."""
-        linked = yield from self._shelf.linked(name, revision)
+        linked = yield from self._loader.linked(name, revision)
         if isinstance(linked, Refusal):
             return linked
         places = yield from self._breakpoints.of_run(linked)

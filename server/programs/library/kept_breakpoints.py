@@ -52,7 +52,7 @@ class KeptBreakpoints:
     """Breakpoints of one cell."""
 
     def __init__(self, program_loader: ProgramLoader, work: ProgramWork) -> None:
-        self._shelf = program_loader
+        self._loader = program_loader
         self._work = work
         self._kept: dict[str, _Kept] = {}
 
@@ -125,7 +125,7 @@ class KeptBreakpoints:
 
     def _renumbering(self, name: str, before: int, body: str) -> Steps[Renumbering | Refusal]:
         """Find the statements of a revision of a program again in the JSON of another."""
-        found = yield from self._shelf.document(name, before)
+        found = yield from self._loader.document(name, before)
         if isinstance(found, Refusal):
             # The store keeps that revision no longer, so none of its statements can be found.
             return Renumbering(()) if found.code is NotFound.code else found

@@ -25,10 +25,11 @@ from openpendant.simplemsg.verdicts import VerdictCode
 from ...cell.robot_cell import RobotCell
 from ...cell.robot_model import RobotModel
 from ...events.effects import Effect
-from ...events.pending import AskStore
+from ...events.management_handlers import handles
+from ...events.pending import AskStore, Steps
 from ...events.reply_to import ReplyTo
 from ...refusal import Refusal, refusal_of
-from ...store.documents import Document, DocumentKind, Heading
+from ...store.documents import DocumentKind, Heading
 from ...store.requests import Answer, Delete, Save
 from ..editing.edit_history import EditStep, History, Renumbering, Splice
 from ..editing.edits import DescribeProgram, Edit, RecordPoint, TouchUp
@@ -66,32 +67,12 @@ def standing_now(cell: RobotCell, robot: RobotModel, now: int) -> Standing | Ref
     feedback = cell.feedback
     if feedback.position is None or not feedback.is_fresh(now):
         return Refusal(VerdictCode.FEEDBACK_STALE)
-    if not _stands(cell):
+    # Some controllers report a motion as long as they are sent points, even equal ones.
+    is_paused = cell.driving.activity is Activity.PAUSED
+    if not (feedback.joints_rest if is_paused else feedback.is_standing and not cell.is_busy):
         return Refusal(VerdictCode.MOVING, "a point is taught while the robot stands")
     joints = tuple(feedback.position)
     return Standing(joints, Pose.from_values(*robot.tool_pose(joints)), robot.frames)
-
-
-def taught_point(
-    at: Standing, robot: RobotModel, name: str, frame: str, tool: str
-) -> TeachPoint | Refusal:
-    """Return the point where the robot stood, or why it has no such pose.
-
-    Raises:
-        ProgramError: the name cannot be that of a point.
-    """
-    try:
-        pose = _pose(at, frame, tool)
-    except MotionError as error:
-        return refusal_of(error)
-    return TeachPoint(name, at.joints, pose, _configuration(robot, at.joints))
-
-
-def _stands(cell: RobotCell) -> bool:
-    if cell.driving.activity is Activity.PAUSED:
-        # Some controllers report a motion as long as they are sent points, even equal ones.
-        return cell.feedback.joints_rest
-    return cell.feedback.is_standing and not cell.is_busy
 
 
 def _pose(at: Standing, frame: str, tool: str) -> PointPose:
@@ -110,75 +91,6 @@ def _configuration(robot: RobotModel, joints: tuple[float, ...]) -> ArmConfigura
     return ArmConfiguration(found.shoulder.value, found.elbow.value, found.wrist.value, found.turns)
 
 
-class NotTaught(Exception):
-    """A point cannot be taught; the refusal says why."""
-
-    def __init__(self, refusal: Refusal) -> None:
-        super().__init__(refusal.sentence)
-        self.refusal = refusal
-
-
-class PointTeaching:
-    """Teaches points of one robot."""
-
-    def __init__(self, cell: RobotCell, robot: RobotModel, robot_name: str) -> None:
-        self._cell = cell
-        self._robot = robot
-        self._robot_name = robot_name
-
-    def standing(self, now: int) -> Standing | Refusal:
-        """Return where the robot stands for a point asked for now, or why there is none."""
-        return standing_now(self._cell, self._robot, now)
-
-    def record(self, head: Program, asked: op.RecordPoint, at: Standing) -> RecordPoint:
-        """Return the edit that adds a point where the robot stood.
-
-        Args:
-            head: the program; of its points one is enough, of its statements none.
-
-        Raises:
-            NotTaught: there is no such frame or tool.
-            ProgramError: the program is of another robot, or the name is refused.
-        """
-        point = replace(self._taught(head, asked.point, at), comment=asked.comment)
-        return RecordPoint(point, cast(Move | None, asked.move), asked.at)
-
-    def touch_up(self, head: Program, asked: op.TouchUpPoint, at: Standing) -> TouchUp:
-        """Return the edit that puts a point where the robot stood.
-
-        Args:
-            head: the program; of its points the one in question is enough.
-
-        Raises:
-            NotTaught: there is no such frame or tool.
-            ProgramError: as of `record`, or there is no such point.
-        """
-        before = head.point(asked.point).pose
-        point = self._taught(
-            head,
-            asked.point,
-            at,
-            frame=None if before is None else before.frame,
-            tool=None if before is None else before.tool,
-        )
-        return TouchUp(point.name, point.joints, point.pose, point.configuration)
-
-    def _taught(
-        self,
-        program: Program,
-        name: str,
-        at: Standing,
-        frame: str | None = None,
-        tool: str | None = None,
-    ) -> TeachPoint:
-        """Return the point where the robot stood, in the program's own frame if none is named."""
-        check_robot(program, self._robot_name, self._cell.limits)
-        point = taught_point(at, self._robot, name, frame or program.frame, tool or program.tool)
-        if isinstance(point, Refusal):
-            raise NotTaught(point)
-        return point
-
-
 MOST_HISTORIES = 50
 """Greatest number of programs with an undo history; the one edited longest ago is dropped."""
 
@@ -195,17 +107,19 @@ class ProgramChanges:
     def __init__(
         self,
         ask: AskStore,
-        program_loader: ProgramLoader,
+        loader: ProgramLoader,
         work: ProgramWork,
         breakpoints: KeptBreakpoints,
-        point_teaching: PointTeaching,
+        cell: RobotCell,
+        robot: RobotModel,
         own: OwnRobot,
     ) -> None:
         self._ask = ask
-        self._shelf = program_loader
+        self._loader = loader
         self._work = work
         self._breakpoints = breakpoints
-        self._teacher = point_teaching
+        self._cell = cell
+        self._robot = robot
         self._own = own
         self._histories: OrderedDict[str, tuple[int, History]] = OrderedDict()
 
@@ -252,102 +166,61 @@ class ProgramChanges:
         while len(self._histories) > MOST_HISTORIES:
             self._histories.popitem(last=False)
 
-    def replace(self, asked: op.SaveProgram, body: str, reply_to: _Reply) -> list[Effect]:
+    def replace(self, asked: op.SaveProgram, body: str, reply_to: _Reply, now: int) -> list[Effect]:
         """Save a program in the place of the one that is kept, so that this can be undone."""
         name, expected = asked.name, asked.expected_revision
         if self._histories.get(name, (0, None))[0] != expected or expected == 0:
             return self.save(name, body, History(), expected, reply_to)
 
-        def loaded(found: Document | Refusal, now: int) -> list[Effect]:
-            refusal = (
-                found if isinstance(found, Refusal) else conflict(name, expected, found.heading)
-            )
-            if isinstance(found, Refusal) or refusal is not None:
-                return reply_to.refuse(refusal or Refusal(VerdictCode.NOT_FOUND))
-            history = self._history(name, expected).edited(EditStep(Splice(0, found.body, body)))
+        def loaded(found: str | Refusal, now: int) -> list[Effect]:
+            if isinstance(found, Refusal):
+                return reply_to.refuse(found)
+            history = self._history(name, expected).edited(EditStep(Splice(0, found, body)))
             return self.save(name, body, history, expected, reply_to)
 
-        return self._shelf.load(name, loaded)
+        return self._work.run(self._kept(name, expected), loaded, now)
 
-    def edit(self, asked: op.EditProgram, edit: Edit, reply: _Reply) -> list[Effect]:
-        """Edit a program.
-
-        Raises:
-            BadValue: the edit names the program.
-        """
-        if isinstance(edit, DescribeProgram) and edit.name is not None:
-            raise BadValue("the edit", "names the program; accepted: programs.rename for that")
-        return self._of_kept(
-            asked, reply, lambda body, at: self._edit(asked, body, edit, reply, at)
-        )
-
-    def rename(self, asked: op.RenameProgram, reply: _Reply) -> list[Effect]:
-        """Give a program another name."""
-        return self._of_kept(asked, reply, lambda body, at: self._rename(asked, body, reply, at))
-
-    def undo(self, asked: op.UndoEdit, reply: _Reply) -> list[Effect]:
-        """Undo the last edit."""
-        return self._of_kept(
-            asked, reply, lambda body, at: self._go(asked, body, History.undone, reply)
-        )
-
-    def redo(self, asked: op.RedoEdit, reply: _Reply) -> list[Effect]:
-        """Redo the edit that was undone last."""
-        return self._of_kept(
-            asked, reply, lambda body, at: self._go(asked, body, History.redone, reply)
-        )
-
-    def teach(self, asked: Teaching, reply_to: _Reply, now: int) -> list[Effect]:
-        """Teach a point of a stored program at the robot's position at the time of the request.
-
-        The position is taken now: while the program is being loaded, the robot may move away.
-        """
-        standing = self._teacher.standing(now)
-        if isinstance(standing, Refusal):
-            return reply_to.refuse(standing)
-        return self._of_kept(
-            asked, reply_to, lambda body, at: self._teach(asked, body, standing, reply_to, at)
-        )
+    def _kept(self, name: str, expected: int) -> Steps[str | Refusal]:
+        """Load the JSON of the revision that a change is made from, or why it is not that one."""
+        found = yield from self._loader.document(name)
+        if isinstance(found, Refusal):
+            return found
+        return conflict(name, expected, found.heading) or found.body
 
     def _of_kept(
         self,
         asked: Change | Teaching,
         reply_to: _Reply,
         then: Callable[[str, int], list[Effect]],
+        now: int,
     ) -> list[Effect]:
         """Load the revision that a request names; `then` takes its JSON and the time."""
         name, expected = asked.name, asked.expected_revision
 
-        def loaded(found: Document | Refusal, now: int) -> list[Effect]:
-            refusal = (
-                found if isinstance(found, Refusal) else conflict(name, expected, found.heading)
-            )
-            if isinstance(found, Refusal) or refusal is not None:
-                return reply_to.refuse(refusal or Refusal(VerdictCode.NOT_FOUND))
-            body = found.body
+        def followed() -> Steps[str | Refusal]:
+            body = yield from self._kept(name, expected)
+            if isinstance(body, str):
+                yield from self._breakpoints.places(name, expected, body)
+            return body
 
-            def followed(_: object, now: int) -> list[Effect]:
-                try:
-                    return then(body, now)
-                except ProgramError as error:
-                    return reply_to.refuse_program(error)
+        def loaded(body: str | Refusal, now: int) -> list[Effect]:
+            if isinstance(body, Refusal):
+                return reply_to.refuse(body)
+            try:
+                return then(body, now)
+            except ProgramError as error:
+                return reply_to.refuse_program(error)
 
-            return self._breakpoints.follow(name, expected, body, followed, now)
+        return self._work.run(followed(), loaded, now)
 
-        return self._shelf.load(name, loaded)
-
-    def _go(
-        self,
-        asked: op.UndoEdit | op.RedoEdit,
-        body: str,
-        way: Callable[[History], tuple[History, EditStep]],
-        reply_to: _Reply,
-    ) -> list[Effect]:
-        """Undo or redo one edit; this works on the JSON and needs no parsing."""
-        name, expected = asked.name, asked.expected_revision
-        history, step = way(self._history(name, expected))
-        after = step.splice.applied(body)
-        return self.save(name, after, history, expected, reply_to, step.renumbering)
+    @handles(op.EditProgram)
+    def _ask_edit(self, asked: op.EditProgram, reply_to: _Reply, now: int) -> list[Effect]:
+        edit = cast(Edit, asked.edit)
+        if isinstance(edit, DescribeProgram) and edit.name is not None:
+            raise BadValue("the edit", "names the program; accepted: programs.rename for that")
+        return self._of_kept(
+            asked, reply_to, lambda body, at: self._edit(asked, body, edit, reply_to, at), now
+        )
 
     def _edit(
         self,
@@ -367,39 +240,99 @@ class ProgramChanges:
 
         return self._work.have(EditBody(body, name, edit, self._own), edited, reply_to, now)
 
-    def _teach(
+    @handles(op.UndoEdit)
+    def _undo(self, asked: op.UndoEdit, reply_to: _Reply, now: int) -> list[Effect]:
+        return self._go(asked, History.undone, reply_to, now)
+
+    @handles(op.RedoEdit)
+    def _redo(self, asked: op.RedoEdit, reply_to: _Reply, now: int) -> list[Effect]:
+        return self._go(asked, History.redone, reply_to, now)
+
+    def _go(
         self,
-        asked: Teaching,
-        body: str,
-        standing: Standing,
+        asked: op.UndoEdit | op.RedoEdit,
+        way: Callable[[History], tuple[History, EditStep]],
         reply_to: _Reply,
         now: int,
     ) -> list[Effect]:
-        def taken(done: Done, now: int) -> list[Effect]:
-            assert isinstance(done, HeadTaken)
-            head = program_from_json(done.head)
-            edit: Edit
-            try:
-                if isinstance(asked, op.RecordPoint):
-                    edit = self._teacher.record(head, asked, standing)
-                else:
-                    edit = self._teacher.touch_up(head, asked, standing)
-            except NotTaught as error:
-                return reply_to.refuse(error.refusal)
-            return self._edit(asked, body, edit, reply_to, now)
+        """Undo or redo one edit; this works on the JSON and needs no parsing."""
+        name, expected = asked.name, asked.expected_revision
 
+        def loaded(body: str, now: int) -> list[Effect]:
+            history, step = way(self._history(name, expected))
+            after = step.splice.applied(body)
+            return self.save(name, after, history, expected, reply_to, step.renumbering)
+
+        return self._of_kept(asked, reply_to, loaded, now)
+
+    @handles(op.RecordPoint)
+    def _record(self, asked: op.RecordPoint, reply_to: _Reply, now: int) -> list[Effect]:
+        return self._teach(asked, reply_to, now)
+
+    @handles(op.TouchUpPoint)
+    def _touch_up(self, asked: op.TouchUpPoint, reply_to: _Reply, now: int) -> list[Effect]:
+        return self._teach(asked, reply_to, now)
+
+    def _teach(self, asked: Teaching, reply_to: _Reply, now: int) -> list[Effect]:
+        """Teach a point of a stored program at the robot's position at the time of the request.
+
+        The position is taken now: while the program is being loaded, the robot may move away.
+        """
+        standing = standing_now(self._cell, self._robot, now)
+        if isinstance(standing, Refusal):
+            return reply_to.refuse(standing)
         point = asked.point if isinstance(asked, op.TouchUpPoint) else None
-        return self._work.have(TakeHead(body, asked.name, point), taken, reply_to, now)
 
-    def _rename(
-        self, asked: op.RenameProgram, body: str, reply_to: _Reply, now: int
-    ) -> list[Effect]:
+        def loaded(body: str, now: int) -> list[Effect]:
+            def taken(done: Done, now: int) -> list[Effect]:
+                assert isinstance(done, HeadTaken)
+                edit = self._taught(program_from_json(done.head), asked, standing)
+                if isinstance(edit, Refusal):
+                    return reply_to.refuse(edit)
+                return self._edit(asked, body, edit, reply_to, now)
+
+            return self._work.have(TakeHead(body, asked.name, point), taken, reply_to, now)
+
+        return self._of_kept(asked, reply_to, loaded, now)
+
+    def _taught(
+        self, head: Program, asked: Teaching, at: Standing
+    ) -> RecordPoint | TouchUp | Refusal:
+        """Return the edit that puts a point where the robot stood, or why it has no such pose.
+
+        Args:
+            head: the program; of its points the one in question is enough, of its statements none.
+
+        Raises:
+            ProgramError: the program is of another robot, or the name is refused or unknown.
+        """
+        before = head.point(asked.point).pose if isinstance(asked, op.TouchUpPoint) else None
+        check_robot(head, self._own.name, self._own.limits)
+        frame, tool = (head.frame, head.tool) if before is None else (before.frame, before.tool)
+        try:
+            pose = _pose(at, frame, tool)
+        except MotionError as error:
+            return refusal_of(error)
+        configuration = _configuration(self._robot, at.joints)
+        point = TeachPoint(asked.point, at.joints, pose, configuration)
+        if isinstance(asked, op.RecordPoint):
+            point = replace(point, comment=asked.comment)
+            return RecordPoint(point, cast(Move | None, asked.move), asked.at)
+        return TouchUp(point.name, point.joints, point.pose, point.configuration)
+
+    @handles(op.RenameProgram)
+    def _rename(self, asked: op.RenameProgram, reply_to: _Reply, now: int) -> list[Effect]:
         """Save under the new name, then delete the old one: a crash between loses nothing."""
         old, new, expected = asked.name, asked.new_name, asked.expected_revision
 
-        def edited(done: Done, now: int) -> list[Effect]:
-            assert isinstance(done, BodyEdited)
-            return self._ask(Save(_KIND, new, done.splice.applied(body), 0, reply_to.name), copied)
+        def loaded(body: str, now: int) -> list[Effect]:
+            def edited(done: Done, now: int) -> list[Effect]:
+                assert isinstance(done, BodyEdited)
+                copy = Save(_KIND, new, done.splice.applied(body), 0, reply_to.name)
+                return self._ask(copy, copied)
+
+            task = EditBody(body, old, DescribeProgram(name=new))
+            return self._work.have(task, edited, reply_to, now)
 
         def copied(found: Answer, now: int) -> list[Effect]:
             if not isinstance(found, Heading):
@@ -413,5 +346,4 @@ class ProgramChanges:
 
             return self._ask(Delete(_KIND, old, expected, reply_to.name), deleted)
 
-        task = EditBody(body, old, DescribeProgram(name=new))
-        return self._work.have(task, edited, reply_to, now)
+        return self._of_kept(asked, reply_to, loaded, now)

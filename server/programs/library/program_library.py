@@ -14,7 +14,6 @@ from collections import OrderedDict
 from dataclasses import dataclass, field
 from typing import cast
 
-from openpendant.motion.description.limits import JointLimits
 from openpendant.simplemsg.pendant.management import programs as op
 from openpendant.simplemsg.pendant.management.programs import SaveProgram
 
@@ -28,7 +27,6 @@ from ...refusal import Refusal
 from ...store.documents import Document, DocumentKind, Heading
 from ...store.requests import Answer, Delete, ListHeadings, ListHistory
 from ..editing.edit_history import History
-from ..editing.edits import Edit
 from ..editing.program_tasks import (
     BodyPrinted,
     Done,
@@ -42,7 +40,7 @@ from ..language.program import OwnRobot, Program
 from ..language.program_errors import BadValue, ProgramTooLarge
 from ..language.program_json import MOST_JSON_BYTES, program_to_json
 from .kept_breakpoints import KeptBreakpoints
-from .program_changes import PointTeaching, ProgramChanges
+from .program_changes import ProgramChanges
 from .program_loader import ProgramLoader, ProgramWork
 from .program_replies import KeptFields, listed, saved
 
@@ -103,12 +101,16 @@ _KIND = DocumentKind.PROGRAM
 
 
 class ProgramLibrary:
-    """Programs of one cell."""
+    """Programs of one cell.
+
+    Attributes:
+        changes: the requests that change a kept program.
+    """
 
     def __init__(
         self,
         ask: AskStore,
-        program_loader: ProgramLoader,
+        loader: ProgramLoader,
         work: ProgramWork,
         breakpoints: KeptBreakpoints,
         cell: RobotCell,
@@ -116,20 +118,13 @@ class ProgramLibrary:
         robot_name: str,
     ) -> None:
         self._ask = ask
-        self._shelf = program_loader
+        self._loader = loader
         self._work = work
         self._breakpoints = breakpoints
-        self._cell = cell
-        self._robot_name = robot_name
-        point_teaching = PointTeaching(cell, robot, robot_name)
-        own = OwnRobot(robot_name, cell.limits)
-        self._changes = ProgramChanges(ask, program_loader, work, breakpoints, point_teaching, own)
+        self._own = own = OwnRobot(robot_name, cell.limits)
+        self.changes = ProgramChanges(ask, loader, work, breakpoints, cell, robot, own)
         self._uploads = Uploads()
         self._printed: OrderedDict[tuple[str, int], str] = OrderedDict()
-
-    @property
-    def _limits(self) -> JointLimits:
-        return self._cell.limits
 
     def closed(self, session: int) -> None:
         """Drop the unfinished uploads of a connection that ended."""
@@ -169,7 +164,7 @@ class ProgramLibrary:
                 now,
             )
 
-        return self._shelf.load(asked.name, loaded, asked.revision)
+        return self._loader.load(asked.name, loaded, asked.revision)
 
     def _show(
         self, document: Document, asked: op.LoadProgram, reply_to: ReplyTo[op.ProgramText], now: int
@@ -216,19 +211,15 @@ class ProgramLibrary:
 
         return self._work.have(ReadSource(asked.body, asked.format, "program"), read, reply_to, now)
 
-    @property
-    def _own(self) -> OwnRobot:
-        return OwnRobot(self._robot_name, self._limits)
-
-    # Saving, and changes of what is kept.
+    # Saving.
 
     @handles(op.CreateProgram)
     def _create(
         self, asked: op.CreateProgram, reply: ReplyTo[op.SavedProgram], now: int
     ) -> list[Effect]:
-        axes = tuple(i for i, linear in enumerate(self._limits.prismatic) if linear)
-        program = Program(asked.name, self._robot_name, axes, asked.tool, asked.frame)
-        return self._changes.save(asked.name, program_to_json(program), History(), 0, reply)
+        axes = tuple(i for i, linear in enumerate(self._own.limits.prismatic) if linear)
+        program = Program(asked.name, self._own.name, axes, asked.tool, asked.frame)
+        return self.changes.save(asked.name, program_to_json(program), History(), 0, reply)
 
     @handles(op.DeleteProgram)
     def _delete(
@@ -241,38 +232,6 @@ class ProgramLibrary:
 
         expected = asked.expected_revision
         return self._ask(Delete(_KIND, asked.name, expected, reply.name), deleted)
-
-    @handles(op.RenameProgram)
-    def _rename(
-        self, asked: op.RenameProgram, reply: ReplyTo[op.SavedProgram], now: int
-    ) -> list[Effect]:
-        return self._changes.rename(asked, reply)
-
-    @handles(op.EditProgram)
-    def _edit(
-        self, asked: op.EditProgram, reply: ReplyTo[op.SavedProgram], now: int
-    ) -> list[Effect]:
-        return self._changes.edit(asked, cast(Edit, asked.edit), reply)
-
-    @handles(op.UndoEdit)
-    def _undo(self, asked: op.UndoEdit, reply: ReplyTo[op.SavedProgram], now: int) -> list[Effect]:
-        return self._changes.undo(asked, reply)
-
-    @handles(op.RedoEdit)
-    def _redo(self, asked: op.RedoEdit, reply: ReplyTo[op.SavedProgram], now: int) -> list[Effect]:
-        return self._changes.redo(asked, reply)
-
-    @handles(op.RecordPoint)
-    def _record(
-        self, asked: op.RecordPoint, reply: ReplyTo[op.SavedProgram], now: int
-    ) -> list[Effect]:
-        return self._changes.teach(asked, reply, now)
-
-    @handles(op.TouchUpPoint)
-    def _touch_up(
-        self, asked: op.TouchUpPoint, reply: ReplyTo[op.SavedProgram], now: int
-    ) -> list[Effect]:
-        return self._changes.teach(asked, reply, now)
 
     @handles(op.SaveProgram)
     def _save(
@@ -287,7 +246,7 @@ class ProgramLibrary:
             check_to_be_kept(done, self._own, asked.name)
             # The last part of a program is answered like any other change.
             reply = cast(ReplyTo[op.SavedProgram], reply_to)
-            return self._changes.replace(asked, done.body, reply)
+            return self.changes.replace(asked, done.body, reply, now)
 
         return self._work.have(ReadSource(body, asked.format, asked.name), read, reply_to, now)
 

@@ -15,6 +15,7 @@ from openpendant.server.events.management_handlers import handlers_of, handles
 from openpendant.server.events.reply_to import ReplyTo
 from openpendant.server.programs.execution.breakpoints import Breakpoints
 from openpendant.server.programs.execution.dry_run_service import DryRunService
+from openpendant.server.programs.library.program_changes import ProgramChanges
 from openpendant.server.programs.library.program_library import ProgramLibrary
 from openpendant.server.recording.recording_service import RecordingService
 from openpendant.server.scene.scene_service import SceneService
@@ -27,6 +28,7 @@ SERVICES = (
     Breakpoints,
     DryRunService,
     ManagementRequests,
+    ProgramChanges,
     ProgramLibrary,
     RecordingService,
     EscapeRequests,
