@@ -9,17 +9,20 @@ from typing import ClassVar
 
 from openpendant.simplemsg.verdicts import VerdictCode
 
-from ..refusal import Refusal
+from ..refusal import NO_JOINT, Refusal
 
 
 class StoreError(Exception):
     """Failure of a store request; nothing was changed."""
 
     code: ClassVar[VerdictCode] = VerdictCode.STORE_FAILED
+    numbers: ClassVar[tuple[str, ...]] = ()
+    """Names of the attributes that are the value and the limit of its refusal, if it has any."""
 
     def refusal(self) -> Refusal:
         """Return the refusal for a pendant."""
-        return Refusal(self.code, str(self))
+        numbers = (float(getattr(self, name)) for name in self.numbers)
+        return Refusal(self.code, str(self), NO_JOINT, *numbers)
 
 
 class Conflict(StoreError):
@@ -34,6 +37,7 @@ class Conflict(StoreError):
     """
 
     code = VerdictCode.REVISION_CONFLICT
+    numbers = ("current", "expected")
 
     def __init__(
         self,
@@ -60,10 +64,6 @@ class Conflict(StoreError):
         self.saved_by = saved_by
         self.saved_at = saved_at
         self.deleted = deleted
-
-    def refusal(self) -> Refusal:
-        """Return the refusal for a pendant: value is the kept revision, limit the expected one."""
-        return Refusal(self.code, str(self), value=float(self.current), limit=float(self.expected))
 
 
 class NotFound(StoreError):
@@ -92,18 +92,14 @@ class BadName(StoreError):
     """
 
     code = VerdictCode.BAD_NAME
+    numbers = ("size", "limit")
 
     def __init__(self, name: str, problem: str, *, size: int = 0, limit: int = 0) -> None:
         shown = ascii(name if len(name) <= 80 else name[:77] + "...")
         super().__init__(f"name {shown}: {problem}")
         self.name = name
         self.problem = problem
-        self.size = size
-        self.limit = limit
-
-    def refusal(self) -> Refusal:
-        """Return the refusal for a pendant: value is the size, limit the largest accepted."""
-        return Refusal(self.code, str(self), value=float(self.size), limit=float(self.limit))
+        self.size, self.limit = size, limit
 
 
 class TooLarge(StoreError):
@@ -115,17 +111,13 @@ class TooLarge(StoreError):
     """
 
     code = VerdictCode.TOO_LARGE
+    numbers = ("size", "limit")
 
     def __init__(self, what: str, size: int, limit: int, advice: str = "") -> None:
         more = f"; {advice}" if advice else ""
         super().__init__(f"{what} has {size} bytes or more; accepted: at most {limit}{more}")
         self.what = what
-        self.size = size
-        self.limit = limit
-
-    def refusal(self) -> Refusal:
-        """Return the refusal for a pendant: value is the size, limit the largest accepted."""
-        return Refusal(self.code, str(self), value=float(self.size), limit=float(self.limit))
+        self.size, self.limit = size, limit
 
 
 class BadDocument(StoreError):
@@ -156,18 +148,12 @@ class OutOfSequence(StoreError):
     """
 
     code = VerdictCode.OUT_OF_SEQUENCE
+    numbers = ("sequence", "following")
 
     def __init__(self, name: str, sequence: int, following: int) -> None:
         super().__init__(f"recording {name!r}: chunk {sequence} came, chunk {following} is next")
         self.name = name
-        self.sequence = sequence
-        self.following = following
-
-    def refusal(self) -> Refusal:
-        """Return the refusal for a pendant: value is the chunk that came, limit the next one."""
-        return Refusal(
-            self.code, str(self), value=float(self.sequence), limit=float(self.following)
-        )
+        self.sequence, self.following = sequence, following
 
 
 class StoreFailed(StoreError):

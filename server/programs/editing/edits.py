@@ -30,7 +30,14 @@ MOST_INSERTED = 200
 
 
 @dataclass(frozen=True, slots=True)
-class RecordPoint:
+class _Edit:
+    """What all edits have: their JSON has exactly their fields."""
+
+    __pydantic_config__: ClassVar[ConfigDict] = CLOSED
+
+
+@dataclass(frozen=True, slots=True)
+class RecordPoint(_Edit):
     """Add a point, and the statement that moves to it.
 
     Attributes:
@@ -39,8 +46,6 @@ class RecordPoint:
         at: the statement that the move is put before, from 0; None to append it.
     """
 
-    __pydantic_config__: ClassVar[ConfigDict] = CLOSED
-
     edit: Literal["record-point"] = field(default="record-point", kw_only=True, repr=False)
     point: TeachPoint
     move: Move | None = None
@@ -48,10 +53,8 @@ class RecordPoint:
 
 
 @dataclass(frozen=True, slots=True)
-class TouchUp:
+class TouchUp(_Edit):
     """Put a point where the robot stands now; its name, comment and statements stay."""
-
-    __pydantic_config__: ClassVar[ConfigDict] = CLOSED
 
     edit: Literal["touch-up"] = field(default="touch-up", kw_only=True, repr=False)
     name: str
@@ -61,20 +64,16 @@ class TouchUp:
 
 
 @dataclass(frozen=True, slots=True)
-class DeletePoint:
+class DeletePoint(_Edit):
     """Remove a point that no statement moves to."""
-
-    __pydantic_config__: ClassVar[ConfigDict] = CLOSED
 
     edit: Literal["delete-point"] = field(default="delete-point", kw_only=True, repr=False)
     name: str
 
 
 @dataclass(frozen=True, slots=True)
-class RenamePoint:
+class RenamePoint(_Edit):
     """Give a point another name, in all statements too."""
-
-    __pydantic_config__: ClassVar[ConfigDict] = CLOSED
 
     edit: Literal["rename-point"] = field(default="rename-point", kw_only=True, repr=False)
     name: str
@@ -82,10 +81,8 @@ class RenamePoint:
 
 
 @dataclass(frozen=True, slots=True)
-class CommentPoint:
+class CommentPoint(_Edit):
     """Say something about a point; empty to say nothing."""
-
-    __pydantic_config__: ClassVar[ConfigDict] = CLOSED
 
     edit: Literal["comment-point"] = field(default="comment-point", kw_only=True, repr=False)
     name: str
@@ -93,10 +90,8 @@ class CommentPoint:
 
 
 @dataclass(frozen=True, slots=True)
-class ReorderPoint:
+class ReorderPoint(_Edit):
     """Put a point at another place of the list, from 0."""
-
-    __pydantic_config__: ClassVar[ConfigDict] = CLOSED
 
     edit: Literal["reorder-point"] = field(default="reorder-point", kw_only=True, repr=False)
     name: str
@@ -104,10 +99,8 @@ class ReorderPoint:
 
 
 @dataclass(frozen=True, slots=True)
-class InsertStatements:
+class InsertStatements(_Edit):
     """Put statements before another, from 0; None to append them. Blocks come whole."""
-
-    __pydantic_config__: ClassVar[ConfigDict] = CLOSED
 
     edit: Literal["insert"] = field(default="insert", kw_only=True, repr=False)
     statements: Annotated[tuple[AnyStatement, ...], Field(max_length=MOST_INSERTED)]
@@ -115,10 +108,8 @@ class InsertStatements:
 
 
 @dataclass(frozen=True, slots=True)
-class DeleteStatements:
+class DeleteStatements(_Edit):
     """Remove statements in a row. Blocks go whole."""
-
-    __pydantic_config__: ClassVar[ConfigDict] = CLOSED
 
     edit: Literal["delete"] = field(default="delete", kw_only=True, repr=False)
     first: int
@@ -126,7 +117,7 @@ class DeleteStatements:
 
 
 @dataclass(frozen=True, slots=True)
-class ReorderStatements:
+class ReorderStatements(_Edit):
     """Move statements in a row to another place.
 
     Attributes:
@@ -135,8 +126,6 @@ class ReorderStatements:
         to: the number that the first has afterwards.
     """
 
-    __pydantic_config__: ClassVar[ConfigDict] = CLOSED
-
     edit: Literal["reorder"] = field(default="reorder", kw_only=True, repr=False)
     first: int
     count: int
@@ -144,10 +133,8 @@ class ReorderStatements:
 
 
 @dataclass(frozen=True, slots=True)
-class ReplaceStatement:
+class ReplaceStatement(_Edit):
     """Change one statement: its speed, its zone, its comment, or all of it."""
-
-    __pydantic_config__: ClassVar[ConfigDict] = CLOSED
 
     edit: Literal["replace"] = field(default="replace", kw_only=True, repr=False)
     at: int
@@ -155,10 +142,8 @@ class ReplaceStatement:
 
 
 @dataclass(frozen=True, slots=True)
-class CommentStatement:
+class CommentStatement(_Edit):
     """Say something beside a statement; empty to say nothing."""
-
-    __pydantic_config__: ClassVar[ConfigDict] = CLOSED
 
     edit: Literal["comment"] = field(default="comment", kw_only=True, repr=False)
     at: int
@@ -166,10 +151,8 @@ class CommentStatement:
 
 
 @dataclass(frozen=True, slots=True)
-class DescribeProgram:
+class DescribeProgram(_Edit):
     """Change what is said of the whole program; None leaves a value as it is."""
-
-    __pydantic_config__: ClassVar[ConfigDict] = CLOSED
 
     edit: Literal["describe"] = field(default="describe", kw_only=True, repr=False)
     name: str | None = None
