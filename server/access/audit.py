@@ -229,9 +229,9 @@ class ChainCheck:
         """Clear torn lines that this record accounts for; else return that they are damaged."""
         if not self._damaged:
             return None
-        told = record.get("event") == AuditEvent.LOG_RECOVERED
+        is_recovery = record.get("event") == AuditEvent.LOG_RECOVERED
         right = record.get("detail") == torn_detail(b"\n".join(self._damaged))
-        if told and right and not any(_is_whole(line) for line in self._damaged):
+        if is_recovery and right and not any(_is_whole(line) for line in self._damaged):
             self.torn += len(self._damaged)
             self._damaged.clear()
             return None

@@ -120,7 +120,7 @@ def _words(error: ssl.SSLError) -> str:
 class OpenedAccess:
     """Access of a server that may listen."""
 
-    door: ProcessAccess
+    backend: ProcessAccess
     tls: ssl.SSLContext | None
     warnings: tuple[str, ...]
 
@@ -158,11 +158,11 @@ def opened_access(settings: ServerSettings, source: str) -> Iterator[OpenedAcces
     except TlsUnusable as error:
         raise ConfigurationError(source, "tls", str(error)) from None
     audit = _audit_log(first.access.audit_log, source)
-    door = ProcessAccess(file, book, single_user=single_user, audit=audit)
+    backend = ProcessAccess(file, book, single_user=single_user, audit=audit)
     try:
-        yield OpenedAccess(door, tls, tuple(dict.fromkeys(warnings)))
+        yield OpenedAccess(backend, tls, tuple(dict.fromkeys(warnings)))
     finally:
-        door.close()
+        backend.close()
 
 
 def _store_file(cell: CellSettings) -> Path | None:

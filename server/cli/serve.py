@@ -233,7 +233,7 @@ async def _run(
     journal = Journal(loop_time)
     async with opened_store(settings.cells[0].store) as store:
         watchdog = watchdog_of([each.settings for each in served])
-        server = App(served, journal, store, access.door, watchdog, access.tls)
+        server = App(served, journal, store, access.backend, watchdog, access.tls)
         # The priority first, so that the watchdog's process has it as well.
         priority = asked_niceness(settings.cells[0].niceness)
         with priority, kept_journal(journal, journal_file, settings), watchdog:

@@ -244,11 +244,11 @@ def _tell_of_unknown_robots(entries: Sequence[ImportedDocument]) -> None:
         if entry.kind is DocumentKind.PROGRAM:
             name, own = robot_of_program(entry.body)
             if own is None:
-                told = (
+                text = (
                     f"program {entry.name!r} is of {name!r}, which is no robot of the catalogue:"
                     " its joints were not looked at"
                 )
-                typer.echo(one_line(told), err=True)
+                typer.echo(one_line(text), err=True)
 
 
 def _kept(store: SqliteStore, kind: DocumentKind, name: str) -> str | None:

@@ -131,7 +131,7 @@ class CellCore:
             *(() if self.environment is None else (self._load,)),
             *(self.cell.tick, self.ros.tick, self.pendants.tick),
         )
-        programs, announcing = self.pendants.programs.desk, self.pendants.announcing
+        programs, announcing = self.pendants.programs.executor, self.pendants.announcing
         recordings = None if self.environment is None else self.environment.recordings
         self._owners: dict[MotionOwner, _Hear] = {
             MotionOwner.PENDANT: announcing.on_cell_event,
@@ -289,7 +289,7 @@ class CellCore:
         return []
 
     def _on_shut_down(self, event: ShutDown, now: int) -> list[Effect]:
-        out = self.cell.shut_down(now) + self.pendants.programs.desk.shut_down(now)
+        out = self.cell.shut_down(now) + self.pendants.programs.executor.shut_down(now)
         return out if self.environment is None else out + self.environment.shut_down()
 
     def _after_a_freeze(self, now: int) -> list[Effect]:

@@ -296,8 +296,13 @@ def check_from_json(record: dict[str, Any]) -> bool | None:
 
 def outcome_to_json(refusal: Refusal | None) -> dict[str, Any]:
     """Return as plain data why an account was not changed, or that it was."""
-    told = refusal or Refusal(VerdictCode.ACCEPTED)
-    return {"code": int(told.code), "text": told.text, "value": told.value, "limit": told.limit}
+    reason = refusal or Refusal(VerdictCode.ACCEPTED)
+    return {
+        "code": int(reason.code),
+        "text": reason.text,
+        "value": reason.value,
+        "limit": reason.limit,
+    }
 
 
 def outcome_from_json(record: dict[str, Any]) -> Refusal | None:

@@ -37,9 +37,11 @@ class ProgramService:
         self._work = ProgramWork(cell.motions.new_job_id, pending)
         program_loader = ProgramLoader(pending.ask, self._work, robot_name, cell.limits)
         kept = KeptBreakpoints(program_loader, self._work)
-        self.desk = ProgramExecutor(cell, robot, program_loader, kept, environment, to_all, pending)
+        self.executor = ProgramExecutor(
+            cell, robot, program_loader, kept, environment, to_all, pending
+        )
         own = OwnRobot(robot_name, cell.limits)
-        self._breakpoints = Breakpoints(program_loader, self._work, kept, self.desk, own)
+        self._breakpoints = Breakpoints(program_loader, self._work, kept, self.executor, own)
         self._library = ProgramLibrary(
             pending.ask, program_loader, self._work, kept, cell, robot, robot_name
         )
@@ -48,7 +50,7 @@ class ProgramService:
         )
 
     def _offered_signals(self) -> Offer:
-        return self.desk.environment.offered_signals
+        return self.executor.environment.offered_signals
 
     @property
     def handlers(self) -> Handlers:

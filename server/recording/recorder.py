@@ -32,7 +32,7 @@ from ..store.recording_format import (
 from ..store.requests import Answer, AppendChunk, Save
 from ..store.store_errors import StoreBusy, StoreError
 
-Told: TypeAlias = Callable[[RecordingDocument | Refusal, int], list[Effect]]
+OnResult: TypeAlias = Callable[[RecordingDocument | Refusal, int], list[Effect]]
 """Takes the result of a request about the recording, and the time."""
 
 Lost: TypeAlias = Callable[[Refusal, int], list[Effect]]
@@ -57,7 +57,7 @@ class RecordingRun:
         count: what was counted of all rows, kept or not.
         first: time of the first row [ns]; None before it.
         last: time of the last row [ns].
-        told: called at the end; None until the end was requested.
+        on_result: called at the end; None until the end was requested.
         busy_since: start of the disk's busy time while the end waits for it [ns]; else None.
     """
 
@@ -75,7 +75,7 @@ class RecordingRun:
     count: RowCount = field(default_factory=RowCount)
     first: int | None = None
     last: int = 0
-    told: Told | None = None
+    on_result: OnResult | None = None
     busy_since: int | None = None
 
     @property
@@ -186,11 +186,13 @@ class Recorder:
         run = self._run
         return None if run is None or run.name != name else run.count
 
-    def start(self, name: str, author: str, told: Told, lost: Lost) -> Refusal | list[Effect]:
+    def start(
+        self, name: str, author: str, on_result: OnResult, lost: Lost
+    ) -> Refusal | list[Effect]:
         """Start a recording; samples are taken once its document is saved.
 
         Args:
-            told: called with the description once it is saved, or with why it is not.
+            on_result: called with the description once it is saved, or with why it is not.
             lost: called with the reason if the recording ends by itself afterwards.
         """
         if self._run is not None:
@@ -202,9 +204,9 @@ class Recorder:
         def saved(answer: Answer, now: int) -> list[Effect]:
             if isinstance(answer, Heading):
                 run.revision = answer.revision
-                return told(document, now)
+                return on_result(document, now)
             self._run = None
-            return told(store_refusal(answer), now)
+            return on_result(store_refusal(answer), now)
 
         body = write_document(document)
         return self._ask(Save(DocumentKind.RECORDING, name, body, 0, author), saved)
@@ -212,7 +214,7 @@ class Recorder:
     def reported(self, feedback: Feedback, now: int) -> list[Effect]:
         """Take the controller's last report, unless it was taken already."""
         run = self._run
-        if run is None or not run.revision or run.told is not None:
+        if run is None or not run.revision or run.on_result is not None:
             return []
         if feedback.position is None or (run.first is not None and feedback.received <= run.last):
             return []
@@ -221,8 +223,8 @@ class Recorder:
             return self._break_off(run, _fallen_behind(run), now)
         return self._write(run)
 
-    def stop(self, told: Told) -> Refusal | list[Effect]:
-        """End the recording; `told` gets its description once all of it is on the disk.
+    def stop(self, on_result: OnResult) -> Refusal | list[Effect]:
+        """End the recording; `on_result` gets its description once all of it is on the disk.
 
         Returns:
             Why there is nothing to end, or why it ended by itself before; or what follows.
@@ -230,9 +232,9 @@ class Recorder:
         run = self._run
         if run is None and self.broken_off is not None:
             return self.broken_off.refusal
-        if run is None or not run.revision or run.told is not None:
+        if run is None or not run.revision or run.on_result is not None:
             return Refusal(VerdictCode.NOT_RECORDING)
-        run.told = told
+        run.on_result = on_result
         return self._finish(run)
 
     def tick(self, now: int) -> list[Effect]:
@@ -251,7 +253,7 @@ class Recorder:
         run = self._run
         if run is None or not run.revision:
             return []
-        if run.told is not None and run.is_asked and not run.chunk and not run.waiting:
+        if run.on_result is not None and run.is_asked and not run.chunk and not run.waiting:
             return []  # the description is on its way, behind all rows
         self._run = None
         out: list[Effect] = []
@@ -262,10 +264,10 @@ class Recorder:
                 out += self._ask(chunk, lambda answer, at: [])
                 run.chunks += 1
             run.next_chunk()
-        if run.told is None:
+        if run.on_result is None:
             return out
         text = f"recording {run.name!r} was stopped, and the disk was still busy with its end"
-        return out + run.told(Refusal(VerdictCode.SHUTTING_DOWN, text), run.last)
+        return out + run.on_result(Refusal(VerdictCode.SHUTTING_DOWN, text), run.last)
 
     # Rows.
 
@@ -295,7 +297,7 @@ class Recorder:
             run.kept += run.chunk_rows
             run.chunk, run.chunk_rows = b"", 0
             run.busy_since = None
-            return self._write(run) if run.told is None else self._finish(run)
+            return self._write(run) if run.on_result is None else self._finish(run)
         if self._may_wait(run, answer, now):
             return []
         return self._break_off(run, store_refusal(answer), now)
@@ -305,7 +307,7 @@ class Recorder:
         """Return True if a refused chunk is tried again by the next report or tick."""
         if not isinstance(answer, StoreBusy):
             return False
-        if run.told is None:
+        if run.on_result is None:
             return True  # until too many rows wait
         if run.busy_since is None:
             run.busy_since = now
@@ -329,7 +331,7 @@ class Recorder:
             if not isinstance(answer, Heading):
                 return self._break_off(run, store_refusal(answer), now)
             self._run = None
-            return [] if run.told is None else run.told(document, now)
+            return [] if run.on_result is None else run.on_result(document, now)
 
         return self._ask(_save(run, document), saved)
 
@@ -340,8 +342,8 @@ class Recorder:
         refusal = replace(cause, text=text)
         self.broken_off = RecordingBrokenOff(run.name, refusal)
         out = run.lost(refusal, now)
-        if run.told is not None:
-            out += run.told(refusal, now)
+        if run.on_result is not None:
+            out += run.on_result(refusal, now)
         # A full disk refuses this, too; then the reason is known until the next recording starts.
         noted = run.document.model_copy(update={"problem": text})
         return out + self._ask(_save(run, noted), lambda answer, at: [])

@@ -199,14 +199,14 @@ class RecordingPlayback:
         refusal = _changed_since(latest, answer.heading.revision)
         return _Loaded(document, extract, samples) if refusal is None else refusal
 
-    def on_cell_event(self, news: CellEvent, now: int) -> list[Effect]:
+    def on_cell_event(self, event: CellEvent, now: int) -> list[Effect]:
         """Answer a request whose motion started or was refused, and report its end.
 
         Whatever ends a waiting program also drops a playback that is being loaded.
         """
-        if isinstance(news, MotionEvent):
-            return self._told(news)
-        refusal = None if self._loading is None else ending(news, self._loading.by)
+        if isinstance(event, MotionEvent):
+            return self._notify(event)
+        refusal = None if self._loading is None else ending(event, self._loading.by)
         return [] if refusal is None else self.drop(refusal)
 
     def tick(self, now: int) -> list[Effect]:
@@ -256,16 +256,16 @@ class RecordingPlayback:
         self._planning = request, reply_to
         return cell.motions.ask(request, job, MotionKind.MOVE)
 
-    def _told(self, news: MotionEvent) -> list[Effect]:
-        if isinstance(news, MotionEnded):
-            return [Send(news.request.session, outcome(news))]
-        if self._planning is None or news.request is not self._planning[0]:
+    def _notify(self, event: MotionEvent) -> list[Effect]:
+        if isinstance(event, MotionEnded):
+            return [Send(event.request.session, outcome(event))]
+        if self._planning is None or event.request is not self._planning[0]:
             return []
         _, reply_to = self._planning
         self._planning = None
-        if isinstance(news, MotionRefused):
-            return reply_to.refuse(news.refusal)
-        account = news.playback
+        if isinstance(event, MotionRefused):
+            return reply_to.refuse(event.refusal)
+        account = event.playback
         about = {} if account is None else asdict(account) | {"factor": account.factor}
         return reply_to.answer(cast(PlaybackTold, about))
 

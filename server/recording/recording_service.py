@@ -43,7 +43,7 @@ from ..store.requests import (
     TrimRecording,
 )
 from ..store.store_errors import BadDocument
-from .recorder import Lost, Recorder, Told, store_refusal
+from .recorder import Lost, OnResult, Recorder, store_refusal
 from .recording_playback import RecordingPlayback
 
 _CHUNKS_AT_ONCE = 256
@@ -127,36 +127,36 @@ class RecordingDescriptions:
         self._recorder = recorder
         self._counts: dict[tuple[str, int, int], RowCount] = {}
 
-    def describe(self, name: str, told: Described) -> list[Effect]:
+    def describe(self, name: str, on_result: Described) -> list[Effect]:
         """Load and measure the description of a recording.
 
         Args:
-            told: called once.
+            on_result: called once.
         """
 
         def loaded(answer: Answer, now: int) -> list[Effect]:
             if not isinstance(answer, Document):
-                return told(store_refusal(answer), now)
+                return on_result(store_refusal(answer), now)
             document = read_document(name, answer.body)
             if isinstance(document, Refusal):
-                return told(document, now)
-            return self._measure(answer.heading, document, told)
+                return on_result(document, now)
+            return self._measure(answer.heading, document, on_result)
 
         return self._ask(Load(DocumentKind.RECORDING, name), loaded)
 
-    def lines(self, headings: Sequence[Heading], told: Lines, now: int) -> list[Effect]:
+    def lines(self, headings: Sequence[Heading], on_result: Lines, now: int) -> list[Effect]:
         """Make a line for each recording, one after the other.
 
         Args:
-            told: called once.
+            on_result: called once.
         """
-        return self._next_line(headings, [], told, now)
+        return self._next_line(headings, [], on_result, now)
 
     def _next_line(
-        self, headings: Sequence[Heading], lines: list[Fields], told: Lines, now: int
+        self, headings: Sequence[Heading], lines: list[Fields], on_result: Lines, now: int
     ) -> list[Effect]:
         if len(lines) == len(headings):
-            return told(lines, now)
+            return on_result(lines, now)
         heading = headings[len(lines)]
 
         def described(about: Fields | Refusal, at: int) -> list[Effect]:
@@ -168,22 +168,22 @@ class RecordingDescriptions:
                 told_of_it = {key: about[key] for key in _IN_LIST}
             line = {"name": heading.name, "revision": heading.revision}
             line |= {"saved_by": heading.saved_by} | told_of_it
-            return self._next_line(headings, [*lines, line], told, at)
+            return self._next_line(headings, [*lines, line], on_result, at)
 
         return self.describe(heading.name, described)
 
     def _measure(
-        self, heading: Heading, document: RecordingDocument, told: Described
+        self, heading: Heading, document: RecordingDocument, on_result: Described
     ) -> list[Effect]:
         """Return the size: as described, as counted while it is made, or counted now."""
 
         def tell(counted: Fields, now: int) -> list[Effect]:
             about = document.model_dump() | counted | {"problem": self._problem(heading, document)}
-            return told({"name": heading.name, "revision": heading.revision} | about, now)
+            return on_result({"name": heading.name, "revision": heading.revision} | about, now)
 
         def measured(extent: Answer, now: int) -> list[Effect]:
             if not isinstance(extent, Extent):
-                return told(store_refusal(extent), now)
+                return on_result(store_refusal(extent), now)
             if extent.size == document.samples * len(document.columns) * _REAL_BYTES:
                 return tell({}, now)
             under_way = self._recorder.count_of(heading.name)
@@ -196,7 +196,7 @@ class RecordingDescriptions:
 
             def counted(count: RowCount | Refusal, at: int) -> list[Effect]:
                 if isinstance(count, Refusal):
-                    return told(count, at)
+                    return on_result(count, at)
                 if len(self._counts) == _MOST_COUNTED:
                     self._counts.clear()
                 self._counts[which] = count
@@ -267,8 +267,8 @@ class RecordingService:
     def _start(
         self, asked: op.StartRecording, reply: ReplyTo[op.RecordingMade], now: int
     ) -> list[Effect]:
-        begun = self.recorder.start(asked.name, reply.name, _tell(reply), _tell_loss(reply))
-        return reply.refuse(begun) if isinstance(begun, Refusal) else begun
+        started = self.recorder.start(asked.name, reply.name, _tell(reply), _tell_loss(reply))
+        return reply.refuse(started) if isinstance(started, Refusal) else started
 
     @handles(op.StopRecording)
     def _stop(
@@ -315,7 +315,7 @@ class RecordingService:
             return reply.refuse(store_refusal(answer))
         headings = [heading for heading in answer if isinstance(heading, Heading)]
 
-        def told(lines: list[Fields], at: int) -> list[Effect]:
+        def on_result(lines: list[Fields], at: int) -> list[Effect]:
             status, broken_off = self.recorder.status, self.recorder.broken_off
             progress = None if status is None else asdict(status)
             return reply.answer(
@@ -327,7 +327,7 @@ class RecordingService:
                 }
             )
 
-        return self._descriptions.lines(headings[first : first + _MOST_LISTED], told, now)
+        return self._descriptions.lines(headings[first : first + _MOST_LISTED], on_result, now)
 
     # Playing back.
 
@@ -361,13 +361,13 @@ class RecordingService:
         return self.drop(Refusal(VerdictCode.SHUTTING_DOWN)) + self.recorder.flush()
 
 
-def _tell(reply: ReplyTo[op.RecordingMade]) -> Told:
-    def told(ended: RecordingDocument | Refusal, now: int) -> list[Effect]:
+def _tell(reply: ReplyTo[op.RecordingMade]) -> OnResult:
+    def on_result(ended: RecordingDocument | Refusal, now: int) -> list[Effect]:
         if isinstance(ended, Refusal):
             return reply.refuse(ended)
         return reply.answer(cast(op.RecordingMade, ended.model_dump()))
 
-    return told
+    return on_result
 
 
 def _tell_loss(reply: ReplyTo[op.RecordingMade]) -> Lost:

@@ -191,7 +191,7 @@ class App:
     def _tell_watchdog(self) -> None:
         """Tell the watchdog what may move now."""
         if self._watchdog is not None:
-            self._watchdog.news(*self._watched())
+            self._watchdog.update(*self._watched())
 
     def _on_timer(self) -> None:
         """Run a control tick, of a late one after what has arrived meanwhile was read.

@@ -230,7 +230,7 @@ _OWNER_ONLY = 0o600
 
 
 @contextlib.contextmanager
-def whole_file(target: Path, *, replace: bool = False) -> Iterator[Path]:
+def atomic_file(target: Path, *, replace: bool = False) -> Iterator[Path]:
     """Yield an empty file, its owner's only, that becomes `target` if the context ends well.
 
     Args:

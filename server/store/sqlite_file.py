@@ -26,7 +26,7 @@ from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
-from .database_file import APPLICATION_ID, RESERVE_BYTES, check_is_file, sync_folder, whole_file
+from .database_file import APPLICATION_ID, RESERVE_BYTES, atomic_file, check_is_file, sync_folder
 from .store_errors import (
     DiskFull,
     ForeignFile,
@@ -243,7 +243,7 @@ def copy(source: sqlite3.Connection, target: Path, *, replace: bool = False) -> 
     Raises:
         StoreError: the target exists or cannot be written.
     """
-    with translated(target), whole_file(target, replace=replace) as beside:
+    with translated(target), atomic_file(target, replace=replace) as beside:
         with contextlib.closing(_connect(beside, "mode=rw")) as connection:
             connection.execute("PRAGMA synchronous = FULL")
             source.backup(connection)
@@ -391,7 +391,7 @@ def _make(path: Path) -> None:
             return
         # The log of a deleted file: SQLite would take it for that of the new one.
         set_log_aside(path)
-        with whole_file(path) as beside, contextlib.closing(_connect(beside, "mode=rw")) as new:
+        with atomic_file(path) as beside, contextlib.closing(_connect(beside, "mode=rw")) as new:
             new.execute(f"PRAGMA application_id = {APPLICATION_ID}")
 
 
@@ -428,7 +428,7 @@ def let_go_of_lost(path: Path) -> None:
     """
     set_log_aside(path)
     if path.is_file():
-        with whole_file(path.resolve(), replace=True) as beside:
+        with atomic_file(path.resolve(), replace=True) as beside:
             shutil.copyfile(path, beside)
 
 

@@ -120,7 +120,7 @@ class StopConnection:
         self._say = say
         self._socket: socket.socket | None = None
         self._is_up = False
-        self._begun = 0
+        self._connecting_since = 0
         self._next_attempt = 0
         self._received = b""
         self._owed = False
@@ -156,7 +156,7 @@ class StopConnection:
             self._say(f"cell {self._target.cell}: STOP was not answered")
             self._settle()
         if self._socket is not None:
-            if not self._is_up and now - self._begun >= _CONNECT_NS:
+            if not self._is_up and now - self._connecting_since >= _CONNECT_NS:
                 self._fail()
             elif self._owed and self._is_silent(now):
                 # A controller may answer only once its robot is at rest, so each try waits longer.
@@ -199,7 +199,7 @@ class StopConnection:
         if code not in (0, errno.EINPROGRESS):
             self._fail()
             return
-        self._begun = now
+        self._connecting_since = now
         # Writable means connected, or failed; the socket's error shows which.
         events = selectors.EVENT_READ | selectors.EVENT_WRITE
         self._selector.register(connection, events, self)

@@ -23,7 +23,7 @@ from .watchdog_protocol import (
     ANSWER,
     BEAT,
     IS_FAREWELL,
-    IS_NEWS,
+    IS_UPDATE,
     BeatWatch,
     Deadlines,
     StopTarget,
@@ -106,8 +106,8 @@ class _Child:
         for moving, emulated, kind in BEAT.iter_unpack(frames):
             if kind == IS_FAREWELL:
                 return False
-            if kind == IS_NEWS:
-                self._watch.news(moving, emulated)
+            if kind == IS_UPDATE:
+                self._watch.update(moving, emulated)
                 continue
             silence = self._watch.beat(moving, emulated, now)
             if silence is not None:

@@ -25,7 +25,7 @@ from .watchdog_protocol import (
     BEAT,
     IS_BEAT,
     IS_FAREWELL,
-    IS_NEWS,
+    IS_UPDATE,
     AnswerWatch,
     Deadlines,
     StopTarget,
@@ -52,7 +52,7 @@ class Watchdog:
         self._orders = orders(deadlines, targets)
         self._answers = AnswerWatch(round(period * 1e9))
         self._started = 0
-        self._told = (0, 0)
+        self._sent = (0, 0)
         self._ended: list[subprocess.Popen[bytes]] = []
 
     def __enter__(self) -> Watchdog:
@@ -87,34 +87,34 @@ class Watchdog:
             The cells whose robots the process has stopped since the last beat, one bit for each.
         """
         now = time.monotonic_ns()
-        process, heard = self.process, b""
+        process, reports = self.process, b""
         if process is None:
             if now - self._started >= _RESTART_NS:
                 self._start(now)
         else:
-            self._told = _bits(moving), _bits(emulated)
-            heard = _heard(process)
-            if not self._write(process, BEAT.pack(*self._told, IS_BEAT)):
+            self._sent = _bits(moving), _bits(emulated)
+            reports = _read(process)
+            if not self._write(process, BEAT.pack(*self._sent, IS_BEAT)):
                 self._part(process, "is gone or does not read")
-            elif self._answers.tick(now, was_heard=bool(heard)):
+            elif self._answers.tick(now, has_reported=bool(reports)):
                 self._part(process, "does not answer")
         self._ended = [each for each in self._ended if each.poll() is None]
         stopped = 0
-        for (cells,) in ANSWER.iter_unpack(heard[: len(heard) - len(heard) % ANSWER.size]):
+        for (cells,) in ANSWER.iter_unpack(reports[: len(reports) - len(reports) % ANSWER.size]):
             stopped |= cells
         return stopped
 
-    def news(self, moving: Sequence[bool], emulated: Sequence[bool]) -> None:
+    def update(self, moving: Sequence[bool], emulated: Sequence[bool]) -> None:
         """Send which robots may move now; this is no beat.
 
         Call it last in each tick, before the first set-point of a motion is sent: otherwise no
         process would stop a motion that the loop starts before it hangs.
         """
         cells = _bits(moving), _bits(emulated)
-        if self.process is None or cells == self._told:
+        if self.process is None or cells == self._sent:
             return
-        self._told = cells
-        if not self._write(self.process, BEAT.pack(*cells, IS_NEWS)):
+        self._sent = cells
+        if not self._write(self.process, BEAT.pack(*cells, IS_UPDATE)):
             self._part(self.process, "is gone or does not read")
 
     def _part(self, process: subprocess.Popen[bytes], why: str) -> None:
@@ -144,7 +144,7 @@ class Watchdog:
         os.set_blocking(process.stdout.fileno(), False)
         self._write(process, self._orders)
         self._answers.begin(now)
-        self._told = (0, 0)
+        self._sent = (0, 0)
         self.process = process
 
     @staticmethod
@@ -161,7 +161,7 @@ def _bits(moving: Sequence[bool]) -> int:
     return sum(1 << number for number, moves in enumerate(moving) if moves)
 
 
-def _heard(process: subprocess.Popen[bytes]) -> bytes:
+def _read(process: subprocess.Popen[bytes]) -> bytes:
     """Return the bytes that the process has written. Never waits."""
     assert process.stdout is not None
     try:

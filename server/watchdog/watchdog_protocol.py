@@ -19,7 +19,7 @@ BEAT = struct.Struct("<QQB")
 """One bit for each cell whose robot may move, one for each whose controller says that it is
 emulated, and which kind of beat it is."""
 
-IS_BEAT, IS_FAREWELL, IS_NEWS = 0, 1, 2
+IS_BEAT, IS_FAREWELL, IS_UPDATE = 0, 1, 2
 """Kinds of a frame: start of a tick; end of the server in order; cells that may move, no beat."""
 
 ANSWER = struct.Struct("<Q")
@@ -66,14 +66,14 @@ def orders(deadlines: Deadlines, targets: Sequence[StopTarget]) -> bytes:
     Args:
         targets: one for each cell, in their order.
     """
-    told = {"deadlines": deadlines, "targets": [asdict(target) for target in targets]}
-    return json.dumps(told).encode() + b"\n"
+    content = {"deadlines": deadlines, "targets": [asdict(target) for target in targets]}
+    return json.dumps(content).encode() + b"\n"
 
 
 def read_orders(line: bytes) -> tuple[Deadlines, list[StopTarget]]:
     """Return the contents of a line that `orders` made."""
-    told = json.loads(line)
-    return Deadlines(*told["deadlines"]), [StopTarget(**target) for target in told["targets"]]
+    content = json.loads(line)
+    return Deadlines(*content["deadlines"]), [StopTarget(**target) for target in content["targets"]]
 
 
 ALIVE_NS = 100_000_000
@@ -102,7 +102,7 @@ class BeatWatch:
         """
         self._real_ns = real_ns
         self._emulated_ns = emulated_ns
-        self._heard = now
+        self._last_beat = now
         self._moving = 0
         self._emulated = 0
         self._stopped = 0  # of those that move, since the last beat
@@ -117,19 +117,19 @@ class BeatWatch:
         Returns:
             The server's silence [ns] if a robot was stopped because of it, else None.
         """
-        silence = now - self._heard
+        silence = now - self._last_beat
         was_stopped = bool(self._stopped)
-        self._heard, self._stopped = now, 0
-        self.news(moving, emulated)
+        self._last_beat, self._stopped = now, 0
+        self.update(moving, emulated)
         return silence if was_stopped else None
 
-    def news(self, moving: int, emulated: int) -> None:
+    def update(self, moving: int, emulated: int) -> None:
         """Take which cells may move from now on; the silence still counts from the last beat."""
         self._moving, self._emulated = moving, emulated
 
     def overdue(self, now: int) -> int:
         """Return the cells to stop because no beat came in time, each once per silence."""
-        silence = now - self._heard
+        silence = now - self._last_beat
         if silence < self._real_ns:
             return 0
         return self._stop(self._moving if silence >= self._emulated_ns else self._impatient)
@@ -152,7 +152,7 @@ class BeatWatch:
         if not self._moving & ~self._stopped:
             return None
         deadline = self._real_ns if self._impatient & ~self._stopped else self._emulated_ns
-        return max(self._heard + deadline - now, 0) / 1e9
+        return max(self._last_beat + deadline - now, 0) / 1e9
 
 
 class AnswerWatch:
@@ -168,17 +168,17 @@ class AnswerWatch:
         """Start the check of a new process, which gets more time for its first report."""
         self._silent, self._allowed, self._ticked = 0, _STARTING_NS, now
 
-    def tick(self, now: int, *, was_heard: bool) -> bool:
+    def tick(self, now: int, *, has_reported: bool) -> bool:
         """Return True if the process has been silent for too long.
 
         Time in which the loop did not run must not count as silence of the process: each gap
         between two ticks counts as two periods at most.
 
         Args:
-            was_heard: whether it said anything since the last tick.
+            has_reported: whether it said anything since the last tick.
         """
         self._silent += min(now - self._ticked, self._most_ns)
         self._ticked = now
-        if was_heard:
+        if has_reported:
             self._silent, self._allowed = 0, _SILENT_NS
         return self._silent >= self._allowed

@@ -138,7 +138,7 @@ class PendantEndpoint:
         )
         self._authority = AuthorityRequests(cell, listeners)
         self._control = ControlRequests(
-            *(cell, listeners, self._jogs, self.programs.desk),
+            *(cell, listeners, self._jogs, self.programs.executor),
             None if around is None else around.recordings,
         )
         served = ServedCells.of(identity.cells or [(identity.cell, identity.robot)])
@@ -193,7 +193,7 @@ class PendantEndpoint:
         }
 
     def _run_program(self, session: int, message: ProgramRun, now: int) -> _Answered:
-        return self.programs.desk.start(self._listeners[session].holder, message, now)
+        return self.programs.executor.start(self._listeners[session].holder, message, now)
 
     # Connections.
 
@@ -341,7 +341,7 @@ class PendantEndpoint:
 
     def tick(self, now: int) -> list[Effect]:
         """Send state to whoever is due; end conversations that never began or fell silent."""
-        out = self.programs.desk.tick(now)
+        out = self.programs.executor.tick(now)
         ends, due = self._listeners.tick(now)
         return out + ends + self.announcing.state(due, now)
 

@@ -72,7 +72,7 @@ def shortened(found: DryRunFound) -> DryRunFound:
     points = room.refused(found.points)
     not_walked = room.places(run.not_walked)
     unchecked = room.places(run.unchecked)
-    told = replace(
+    cut = replace(
         run,
         path=_thinned(run),
         moves=room.filled(moves, run.moves),
@@ -82,7 +82,7 @@ def shortened(found: DryRunFound) -> DryRunFound:
         unchecked=unchecked,
     )
     refused = len(run.refusals) + sum(verdict.refusal is not None for verdict in found.points)
-    return DryRunFound(told, room.filled(points, found.points), refused)
+    return DryRunFound(cut, room.filled(points, found.points), refused)
 
 
 class _Room:

@@ -137,17 +137,17 @@ def answer(robot: str, job: Job) -> PlanAnswer:
         The trajectory with its certificate, or the refusal; never raises for a motion that cannot
         be made.
     """
-    began = time.perf_counter()
+    started = time.perf_counter()
     if isinstance(job, ProgramJob):
-        return PlanAnswer(job.job_id, perform(job.task), time.perf_counter() - began)
+        return PlanAnswer(job.job_id, perform(job.task), time.perf_counter() - started)
     kinematics = kinematics_of(robot)
     if isinstance(job, DryRunJob):
-        found = _dry_runs.slice(kinematics, job, lambda: time.perf_counter() - began > _SLICE)
+        found = _dry_runs.slice(kinematics, job, lambda: time.perf_counter() - started > _SLICE)
         if isinstance(found, DryRunFound):
             found = shortened(found)
-        return PlanAnswer(job.job_id, found, time.perf_counter() - began)
+        return PlanAnswer(job.job_id, found, time.perf_counter() - started)
     if isinstance(job, WayCheckJob):
-        return PlanAnswer(job.job_id, _looked(kinematics, job), time.perf_counter() - began)
+        return PlanAnswer(job.job_id, _looked(kinematics, job), time.perf_counter() - started)
     playback: PlaybackPlan | None = None
     if isinstance(job, RecordingJob):
         result, playback = _played_back(_tooled(robot, job.tool), job)
@@ -157,7 +157,7 @@ def answer(robot: str, job: Job) -> PlanAnswer:
         result = _certified(kinematics, job)
     if isinstance(result, tuple) and job.scene is not None:
         result = _free(kinematics, result, job.scene)
-    return PlanAnswer(job.job_id, result, time.perf_counter() - began, playback)
+    return PlanAnswer(job.job_id, result, time.perf_counter() - started, playback)
 
 
 def _free(

@@ -33,7 +33,7 @@ class Breakpoints:
     program_loader: ProgramLoader
     work: ProgramWork
     kept: KeptBreakpoints
-    desk: ProgramExecutor
+    executor: ProgramExecutor
     own: OwnRobot
 
     @handles(SetBreakpoints)
@@ -43,13 +43,13 @@ class Breakpoints:
         """Replace the breakpoints of a program; the answer may come later."""
         name = asked.name
         places = frozenset(asked.statements)
-        refusal = self.desk.breakpoint_fault(name, reply_to.session, now)
+        refusal = self.executor.breakpoint_fault(name, reply_to.session, now)
         if refusal is not None:
             return reply_to.refuse(refusal)
         if not places:
             # The breakpoints of a deleted program must be removable, too.
             self.kept.forget(name)
-            self.desk.set_breakpoints(name, places, now)
+            self.executor.set_breakpoints(name, places, now)
             return reply_to.answer({"name": name, "statements": []})
 
         def loaded(found: Document | Refusal, now: int) -> list[Effect]:
@@ -74,13 +74,13 @@ class Breakpoints:
     ) -> list[Effect]:
         """Set them for later runs, and in the revision of the present run."""
         name, revision = document.heading.name, document.heading.revision
-        refusal = self.desk.breakpoint_fault(name, reply_to.session, now)
+        refusal = self.executor.breakpoint_fault(name, reply_to.session, now)
         if refusal is not None:
             return reply_to.refuse(refusal)
-        under_way = self.desk.under_way(name)
+        under_way = self.executor.under_way(name)
         if under_way is None or under_way[0] == revision:
             self.kept.put(name, revision, places)
-            self.desk.set_breakpoints(name, places, now)
+            self.executor.set_breakpoints(name, places, now)
             return reply_to.answer(
                 {"name": name, "revision": revision, "statements": sorted(places)}
             )
@@ -88,21 +88,21 @@ class Breakpoints:
 
         def compared(done: Done, now: int) -> list[Effect]:
             assert isinstance(done, Renumbering)
-            still = self.desk.under_way(name)
-            refusal = self.desk.breakpoint_fault(name, reply_to.session, now)
+            still = self.executor.under_way(name)
+            refusal = self.executor.breakpoint_fault(name, reply_to.session, now)
             if still is None or still[0] != running or refusal is not None:
                 return self._set(document, places, reply_to, now)
             self.kept.put(name, revision, places)
-            self.desk.set_breakpoints(name, done.places(places), now)
+            self.executor.set_breakpoints(name, done.places(places), now)
             later = [each for each in sorted(places) if done.place(each) is None]
-            told: BreakpointsSet = {
+            reply: BreakpointsSet = {
                 "name": name,
                 "revision": revision,
                 "statements": sorted(places),
             }
             if later:
-                told["next_run"] = later
-            return reply_to.answer(told)
+                reply["next_run"] = later
+            return reply_to.answer(reply)
 
         return self.work.have(CompareBodies(document.body, name, source), compared, reply_to, now)
 

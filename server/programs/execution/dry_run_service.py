@@ -85,7 +85,7 @@ class DryRunService:
                 case DryRunSlice(planned=blocks):
                     current.planned = max(current.planned, blocks)
                 case DryRunFound() as found:
-                    return told(linked, found)
+                    return dry_run_reply(linked, found)
                 case Refusal() as refusal:
                     return refusal
 
@@ -106,7 +106,7 @@ class DryRunService:
         return reply_to.answer({"running": current is not None, "blocks": blocks})
 
 
-def told(linked: Linked, found: DryRunFound) -> op.DryRun:
+def dry_run_reply(linked: Linked, found: DryRunFound) -> op.DryRun:
     """Return the findings as JSON data that fits an answer, where they were shortened before."""
     run = found.run
     lines = linked.lines

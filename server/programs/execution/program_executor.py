@@ -157,7 +157,7 @@ class ProgramExecutor:
         self._pending = pending
         self._playing: ProgramExecution | None = None
         self._loading: Loading | None = None
-        self._begun: ProgramStarted | None = None
+        self._started: ProgramStarted | None = None
 
     # Requests of pendants.
 
@@ -339,13 +339,13 @@ class ProgramExecutor:
 
     # What happens.
 
-    def on_cell_event(self, news: CellEvent, now: int) -> list[Effect]:
+    def on_cell_event(self, event: CellEvent, now: int) -> list[Effect]:
         """Take the start or end of a motion of the run, or an event that ends the run."""
         current, by = self._run, self._by
-        if isinstance(news, MotionEvent):
-            return [] if current is None else current.on_cell_event(news, now)
-        refusal = None if by is None else ending(news, by)
-        if refusal is None or (isinstance(news, Interruption) and not self._goes_on):
+        if isinstance(event, MotionEvent):
+            return [] if current is None else current.on_cell_event(event, now)
+        refusal = None if by is None else ending(event, by)
+        if refusal is None or (isinstance(event, Interruption) and not self._goes_on):
             # A paused program moves only after a resume, and then every condition is checked again.
             return []
         return self.abandon(refusal, now)
@@ -392,12 +392,12 @@ class ProgramExecutor:
     ) -> list[Effect]:
         """Report the state of the run; its first and last report are its start and its end."""
         out: list[Effect] = []
-        if self._begun is None:
-            self._begun = ProgramStarted(linked.main, linked.revisions[linked.main], by)
-            out += self._cell.announce(self._begun, now)
+        if self._started is None:
+            self._started = ProgramStarted(linked.main, linked.revisions[linked.main], by)
+            out += self._cell.announce(self._started, now)
         shown = running_program(linked, status)
         self._cell.show_program(shown)
         if shown is None:
-            begun, self._begun = self._begun, None
-            out += self._cell.announce(ProgramEnded(begun, ended or status.failure), now)
+            started, self._started = self._started, None
+            out += self._cell.announce(ProgramEnded(started, ended or status.failure), now)
         return out + self._to_all(program_report(linked, status, ended))

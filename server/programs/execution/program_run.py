@@ -215,7 +215,7 @@ class _Block:
     """Block that the cell has; `number` is the runner's for it."""
 
     number: int
-    begun: bool = False
+    started: bool = False
     pause_wanted: bool = False
     passed: int = 0
 
@@ -279,7 +279,7 @@ class ProgramMotion:
         block = self._block
         if block is None:
             return
-        if block.begun:
+        if block.started:
             # Refused only where all points have been sent: then the robot rests at the block's end.
             self._cell.motions.pause(self._by, now)
         else:
@@ -297,7 +297,7 @@ class ProgramMotion:
         block = self._block
         if block is None:
             return
-        if block.begun:
+        if block.started:
             self._cell.motions.resume(self._by, now)
         else:
             block.pause_wanted = False
@@ -310,14 +310,14 @@ class ProgramMotion:
         self._block = None
         return self._cell.end(refusal, now)
 
-    def on_cell_event(self, news: MotionEvent, now: int) -> Event | None:
+    def on_cell_event(self, cell_event: MotionEvent, now: int) -> Event | None:
         """Take the start or end of a block; return the event for the runner."""
         block = self._block
-        if block is None or block.number != news.request.program:
+        if block is None or block.number != cell_event.request.program:
             return None
-        match news:
+        match cell_event:
             case MotionStarted():
-                block.begun = True
+                block.started = True
                 if block.pause_wanted:
                     self._cell.motions.pause(self._by, now)
                 return None
@@ -326,8 +326,8 @@ class ProgramMotion:
                 return RequestAborted(block.number, refusal)
             case MotionEnded(refusal=ended):
                 self._block = None
-                self.plan_time += news.plan_time
-                self.motion_time += news.motion_time
+                self.plan_time += cell_event.plan_time
+                self.motion_time += cell_event.motion_time
                 return (
                     RequestDone(block.number)
                     if ended is None
@@ -337,7 +337,7 @@ class ProgramMotion:
     def passed(self) -> Passed | None:
         """Return the event that another move of the block was passed since the last call."""
         block = self._block
-        if block is None or not block.begun:
+        if block is None or not block.started:
             return None
         passed = self._cell.motions.waypoints_passed
         if passed <= block.passed:
@@ -397,9 +397,9 @@ class ProgramExecution:
         """Pass an event to the runner, and carry out its actions."""
         return self.perform(self.runner.handle(event, now), now)
 
-    def on_cell_event(self, news: MotionEvent, now: int) -> list[Effect]:
+    def on_cell_event(self, cell_event: MotionEvent, now: int) -> list[Effect]:
         """Take the start or end of a motion of this run, or of one before it."""
-        event = self.motion.on_cell_event(news, now)
+        event = self.motion.on_cell_event(cell_event, now)
         return [] if event is None else self.handle(event, now)
 
     def tick(self, now: int) -> list[Effect]:

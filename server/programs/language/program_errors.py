@@ -5,8 +5,6 @@ Owns the wording of a place in a file: `name:line:column`.
 
 from __future__ import annotations
 
-from typing import ClassVar
-
 from openpendant.simplemsg.verdicts import VerdictCode
 
 from ...refusal import Refusal
@@ -23,7 +21,7 @@ def excerpt(text: str) -> str:
 class ProgramError(ValueError):
     """Base of all errors of programs; the text is one sentence with its numbers."""
 
-    code: ClassVar[VerdictCode] = VerdictCode.PROGRAM_INVALID
+    code: VerdictCode = VerdictCode.PROGRAM_INVALID
 
     @property
     def refusal(self) -> Refusal:
@@ -55,12 +53,7 @@ class ProgramSyntaxError(ProgramError):
         super().__init__(f"{file}:{line}:{column}: {problem}{ending}")
         self.file, self.line, self.column = file, line, column
         self.problem, self.accepted = problem, accepted
-        self._code = code
-
-    @property
-    def refusal(self) -> Refusal:
-        """The refusal that says the same."""
-        return Refusal(self._code, str(self))
+        self.code = code
 
 
 class JsonRefused(ProgramError):
@@ -80,12 +73,7 @@ class JsonRefused(ProgramError):
         where = f"{field[:_LONGEST_FIELD]}: " if field else ""
         super().__init__(f"{file}: {where}{problem}")
         self.file, self.field = file, field
-        self._code = code
-
-    @property
-    def refusal(self) -> Refusal:
-        """The refusal that says the same."""
-        return Refusal(self._code, str(self))
+        self.code = code
 
 
 class ProgramTooLarge(ProgramError):
@@ -145,12 +133,7 @@ class StatementRefused(ProgramError):
     def __init__(self, place: str, index: int, fault: ProgramError) -> None:
         super().__init__(f"{place}: {fault}")
         self.index = index
-        self._code = fault.code
-
-    @property
-    def refusal(self) -> Refusal:
-        """The refusal that says the same."""
-        return Refusal(self._code, str(self))
+        self.code = fault.code
 
 
 class BadBlocks(ProgramError):

@@ -82,20 +82,21 @@ class KeptBreakpoints:
         kept = self._kept.get(name)
         if kept is None or kept.revision != revision:
             return {}
-        told: KeptFields = {"breakpoints": sorted(kept.places)}
+        fields: KeptFields = {"breakpoints": sorted(kept.places)}
         if kept.dropped:
-            told["dropped_breakpoints"] = kept.dropped
-        return told
+            fields["dropped_breakpoints"] = kept.dropped
+        return fields
 
     def take_dropped(self, names: Iterable[str]) -> str:
         """Return the sentence on breakpoints that were dropped, once; empty if none was."""
-        told = []
+        dropped = []
         for name in names:
             kept = self._kept.get(name)
             if kept is not None and kept.dropped:
-                told.append(f"{kept.dropped} of {name!r}")
+                dropped.append(f"{kept.dropped} of {name!r}")
                 self._kept[name] = replace(kept, dropped=0)
-        return f"breakpoints dropped, their statements are gone: {', '.join(told)}" if told else ""
+        named = ", ".join(dropped)
+        return f"breakpoints dropped, their statements are gone: {named}" if named else ""
 
     def follow(
         self, name: str, revision: int, body: str, then: ThenPlaces, now: int

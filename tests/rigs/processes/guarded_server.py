@@ -96,7 +96,7 @@ async def guarded_server(
         with opened_access(settings, "test") as access:
             served = [CellParts(settings.cells[0], serial_robot(ROBOT), LoopPlanner())]
             async with opened_store(settings.cells[0].store) as door:
-                app = App(served, kept, door, access.door, tls=access.tls)
+                app = App(served, kept, door, access.backend, tls=access.tls)
                 with serve.kept_journal(kept, journal, settings):
                     async with app.running() as ports:
                         await asyncio.sleep(0.1)

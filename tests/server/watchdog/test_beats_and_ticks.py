@@ -55,9 +55,9 @@ class Judge:
         told, self.tells = self.tells, 0
         return told
 
-    def news(self, moving: Sequence[bool], emulated: Sequence[bool]) -> None:
+    def update(self, moving: Sequence[bool], emulated: Sequence[bool]) -> None:
         self._look()
-        self._watch.news(int(moving[0]), int(emulated[0]))
+        self._watch.update(int(moving[0]), int(emulated[0]))
         self.told.append(moving[0])
 
     def _look(self) -> None:

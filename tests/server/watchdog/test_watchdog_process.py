@@ -102,7 +102,7 @@ def test_promise_26_a_controller_that_says_it_is_emulated_is_given_its_own_deadl
         with connection:
             beat_for(watchdog, 0.1, emulated=True)
             assert received(connection, 3 * DEADLINE) == b""
-            watchdog.news([True], [False])
+            watchdog.update([True], [False])
             assert received(connection, 3 * DEADLINE * SCALE) == STOP
 
 

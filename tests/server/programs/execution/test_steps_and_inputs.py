@@ -28,7 +28,7 @@ class AllOff(BareEnvironment):
 
 def with_signals(statements: str) -> ProgramCell:
     cell = ProgramCell(main=statements)
-    cell.core.pendants.programs.desk.environment = AllOff()
+    cell.core.pendants.programs.executor.environment = AllOff()
     return cell
 
 

@@ -29,7 +29,7 @@ class Signals(BareEnvironment):
 
 def dry_run(offer: Offer, statements: str = STATEMENTS) -> dict[str, Any]:
     cell = ProgramCell(main=statements)
-    cell.core.pendants.programs.desk.environment = Signals(offer)
+    cell.core.pendants.programs.executor.environment = Signals(offer)
     return ask(cell.user, "programs.dry_run", name="main")
 
 

@@ -196,7 +196,7 @@ def test_a_program_stop_while_a_long_program_is_loaded_ends_it(cell: WorkingCell
     keep(cell)
     cell.run(kind=RunKind.STEP_FORWARD)
     cell.pass_time(50)
-    assert cell.core.pendants.programs.desk.is_under_way
+    assert cell.core.pendants.programs.executor.is_under_way
     request = cell.user.last_request
     assert cell.control(MotionControlAction.PROGRAM_STOP) is V.ACCEPTED
     cell.work()
