@@ -205,7 +205,6 @@ class Admission:
 
         Args:
             single_user_host: the server listens on loopback addresses only.
-            record: takes what is to be noted in the audit log; must not block.
             observe_without_login: whoever reaches the server may look on.
         """
         self.visitors = Visitors(record, observe_without_login=observe_without_login)

@@ -68,28 +68,17 @@ def open_raw(path: Path) -> RawFile:
 
 @dataclass(frozen=True, slots=True)
 class Stamped:
-    """An entry with its wall-clock time.
-
-    Attributes:
-        time: ISO 8601 in UTC.
-    """
+    """An entry with its wall-clock time."""
 
     entry: AuditEntry
     time: str
 
 
 class AuditFile:
-    """A log that lines are appended to.
-
-    Attributes:
-        path: the file that grows; the older ones are beside it.
-    """
+    """A log that lines are appended to."""
 
     def __init__(self, path: Path, most_bytes: int = MOST_BYTES, opener: Opener = open_raw) -> None:
         """Take the log for this process; the file is opened with the first line.
-
-        Args:
-            most_bytes: size beyond which it is put aside.
 
         Raises:
             OSError: the folder cannot be written, this is no regular file, or another process
@@ -297,7 +286,6 @@ class AuditLog:
         """Take the log and start its thread.
 
         Args:
-            most_bytes: size beyond which a file is put aside.
             retry: pause before a disk that refused is tried again [s].
 
         Raises:

@@ -35,11 +35,7 @@ def _parsed(address: str) -> ipaddress.IPv4Address | ipaddress.IPv6Address | Non
 
 
 class ExposureRefused(Exception):
-    """A server may not listen as configured.
-
-    Attributes:
-        key: dotted name of the setting at fault.
-    """
+    """A server may not listen as configured."""
 
     def __init__(self, key: str, problem: str) -> None:
         super().__init__(f"{key}: {problem}")

@@ -116,9 +116,6 @@ class Lockout:
     def attempt(self, address: str, account: str, now: int) -> Charge | int:
         """Charge an attempt if it is allowed.
 
-        Args:
-            account: key of the account, or a text of its own for another kind of secret.
-
         Returns:
             The charge; or for how long the attempts are refused [ns], where it was not charged.
         """

@@ -259,9 +259,6 @@ def password_fault(password: Secret, name: str) -> Refusal | None:
 
     Length and what everybody tries first (`password_guesses`), no rules of composition: those make
     passwords worse. The password itself is never in the answer.
-
-    Args:
-        name: the account's name, which the password must not contain.
     """
     text = unicodedata.normalize("NFKC", password.reveal())
     if not LEAST_CHARACTERS <= len(text) <= MOST_CHARACTERS:

@@ -258,9 +258,6 @@ class RequestGate:
 
         The STOP was sent after the request and acted before it: to execute the request now would
         undo the STOP.
-
-        Args:
-            operation: the one that a management request names; empty for any other request.
         """
         if isinstance(message, Management):
             refusal = self.operation_refusal(session, message, operation, now)

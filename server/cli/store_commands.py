@@ -298,11 +298,7 @@ app = command(
 
 
 def main(argv: Sequence[str]) -> int:
-    """Run `openpendant store` and return its exit code.
-
-    Args:
-        argv: the arguments after `store`.
-    """
+    """Run `openpendant store` and return its exit code."""
     return run(app, "store", argv, _FAULTS)
 
 

@@ -47,11 +47,7 @@ class _Unusable(Exception):
 
 
 def main(argv: Sequence[str]) -> int:
-    """Run `openpendant users` and return its exit code.
-
-    Args:
-        argv: the arguments after `users`.
-    """
+    """Run `openpendant users` and return its exit code."""
     faults = {
         _Unusable: ExitCode.USAGE,
         AccountRefused: ExitCode.REFUSED,

@@ -103,7 +103,6 @@ class ImportedDocument:
     """A document as a file holds it.
 
     Attributes:
-        body: JSON text.
         rows: samples, of a recording.
         where: its place in the file, for errors; empty where it is the whole file.
     """

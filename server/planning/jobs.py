@@ -5,6 +5,11 @@ with the proof that it keeps to the limits; `PoseGoal`, a pose to reach or the t
 `PlaybackPlan`, the figures of a playback for its reply. `RecordingJob` alone carries samples;
 `WayCheckJob` checks the rest of a motion in progress. Plain data that can be pickled.
 
+In a job `start` is (n,) where the robot stands, controller side [rad or m]; `tool_speed` the
+largest speed of tool and elbow [m/s], None for no cap; `tool` the tool centre point in the flange,
+None for the flange itself; `scene` what the way must not touch, the robot itself included, None to
+check nothing.
+
 A job goes through the pipe as a question: the length of a pickle, the pickle, and behind it the
 samples of a recording, whose size is in the pickle. These may be tens of megabytes, so nothing here
 joins or copies them as a whole on the event loop: `planning_process` writes them a piece at a time,
@@ -76,11 +81,9 @@ class RecordingJob:
     """Job: play a recording back.
 
     Attributes:
-        start: (n,) where the robot stands, controller side [rad or m].
         name: of the recording, for refusals.
         samples: its rows in pieces of whole rows, 8-byte little-endian reals; in pieces, because
             they are too many to be handled at once. May start before and end after the part.
-        extract: which values of a row are which.
         period: time between its reports [s].
         factor: speed relative to the recording.
         tolerance: how far the path may lie from a sample in any joint [rad or m]; None for the
@@ -89,9 +92,6 @@ class RecordingJob:
         ends: last time [s]; None for its end.
         repeats: how many times it is played.
         bridge: longest gap that is played across, in a smooth line [s].
-        tool_speed: largest speed of tool and elbow [m/s]; None for no cap.
-        tool: tool centre point in the flange; None for the flange itself.
-        scene: what the way must not touch, the robot itself included; None to check nothing.
     """
 
     job_id: int
@@ -152,7 +152,6 @@ class WayCheckJob:
     Attributes:
         start: (n,) the first of the positions, controller side [rad or m].
         positions: (m, n) of them in the order of the motion, 8-byte little-endian reals.
-        scene: the changed scene.
     """
 
     job_id: int
@@ -174,14 +173,9 @@ class PoseJob:
     """Job: move the tool through one pose or several.
 
     Attributes:
-        start: (n,) where the robot stands, controller side [rad or m].
-        goals: the poses in order.
         frame: name of their frame.
         motion: PTP passes them in joint space without stopping, LIN stops at each.
         speed: fraction of the joints' speed limits.
-        tool_speed: largest speed of tool and elbow [m/s]; None for no cap.
-        tool: tool centre point in the flange; None for the flange itself.
-        scene: what the way must not touch, the robot itself included; None to check nothing.
     """
 
     job_id: int
@@ -200,12 +194,8 @@ class JointPathJob:
     """Job: move through joint positions without stopping.
 
     Attributes:
-        start: (n,) where the robot stands, controller side [rad or m].
         waypoints: (n,) each, start excluded.
         speed: fraction of the joints' speed limits.
-        tool_speed: largest speed of tool and elbow [m/s]; None for no cap.
-        tool: tool centre point in the flange; None for the flange itself.
-        scene: what the way must not touch, the robot itself included; None to check nothing.
     """
 
     job_id: int
@@ -237,10 +227,8 @@ class RosPathJob:
     """Job: follow a ROS-Industrial trajectory, never faster than asked.
 
     Attributes:
-        start: (n,) where the robot stands, controller side [rad or m].
         approach_speed: fraction of the speed limits for getting to a first point elsewhere.
         approach_tolerance: a first point closer than this to where it stands needs no approach.
-        scene: what the way must not touch, the robot itself included; None to check nothing.
     """
 
     job_id: int
@@ -256,11 +244,8 @@ class BlockJob:
     """Job: run a block of a program's moves without a stop in between.
 
     Attributes:
-        start: (n,) where the robot stands, controller side [rad or m].
         lines: the line of each move in its program's text, for refusals.
         speed: fraction of the programmed speeds.
-        tool_speed: largest speed of tool and elbow [m/s]; None for no cap.
-        scene: what the way must not touch, the robot itself included; None to check nothing.
     """
 
     job_id: int
@@ -279,9 +264,6 @@ class DryRunJob:
 
     Attributes:
         run_id: name of the dry run among all of the server; its slices share what was planned.
-        start: (n,) where the robot stands at the start, controller side [rad or m].
-        tool_speed: largest speed of tool and elbow [m/s]; None for no cap.
-        scene: what the ways must not touch, as it is now; None to check nothing.
     """
 
     job_id: int
@@ -313,11 +295,7 @@ Job = MotionJob | DryRunJob | WayCheckJob | ProgramJob
 
 @dataclass(frozen=True, slots=True)
 class DryRunSlice:
-    """Answer of a dry run that is not done; the next slice of the same run continues.
-
-    Attributes:
-        planned: blocks that were planned so far.
-    """
+    """Answer of a dry run that is not done; the next slice of the same run continues."""
 
     planned: int
 
@@ -327,7 +305,6 @@ class DryRunFound:
     """Answer of a dry run that is done.
 
     Attributes:
-        run: what was found about each statement.
         points: True if each point of the main program can be reached.
         refused: how many statements and points cannot, those included that `dry_run_answer` cut
             off.
@@ -454,9 +431,7 @@ class TaskInHand:
     Attributes:
         timer: ends the process where no answer comes.
         given: when the process was given it, by the loop's clock [s].
-        is_withdrawn: nobody waits for the answer.
         patience: runs out some time after that; None until then, and until the process is warm.
-        is_overdue: it ran out.
     """
 
     task: PlanTask

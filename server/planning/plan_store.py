@@ -46,11 +46,7 @@ class PlanStore:
     """Folder with two files for each motion: `N.npz` with the samples, `N.json` with the rest."""
 
     def __init__(self, folder: Path, *, most_waiting: int = MOST_WAITING) -> None:
-        """Make a store; the folder is made when the first motion is kept.
-
-        Args:
-            most_waiting: motions that may wait for the disk.
-        """
+        """Make a store; the folder is made when the first motion is kept."""
         self._folder = folder
         # A second run in the same folder continues the numbers; nothing is overwritten.
         kept = [int(path.stem) for path in folder.glob("*.json") if path.stem.isdigit()]

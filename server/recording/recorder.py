@@ -46,13 +46,9 @@ class RecordingRun:
     """One recording under way.
 
     Attributes:
-        document: its description as saved.
-        lost: called if it ends by itself.
         revision: of the document; 0 until it is saved.
         waiting: rows that no chunk holds yet.
         chunk: the next chunk for the disk; empty where there is none.
-        is_asked: True while the store has not answered a request.
-        chunks: number of kept chunks.
         kept: rows in them.
         count: what was counted of all rows, kept or not.
         first: time of the first row [ns]; None before it.

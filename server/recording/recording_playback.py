@@ -124,11 +124,7 @@ def _too_large(name: str, size: int) -> Refusal:
 
 @dataclass(frozen=True, slots=True)
 class _Loaded:
-    """A loaded recording.
-
-    Attributes:
-        extract: which of its columns are played.
-    """
+    """A loaded recording."""
 
     document: RecordingDocument
     extract: Extract

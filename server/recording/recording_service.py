@@ -60,7 +60,6 @@ def count_rows(
 
     Args:
         columns: of its rows, the time first.
-        counted: called once.
     """
     return _count_from(ask, name, columns, counted, RowCount(), 0)
 
@@ -128,11 +127,7 @@ class RecordingDescriptions:
         self._counts: dict[tuple[str, int, int], RowCount] = {}
 
     def describe(self, name: str, on_result: Described) -> list[Effect]:
-        """Load and measure the description of a recording.
-
-        Args:
-            on_result: called once.
-        """
+        """Load and measure the description of a recording."""
 
         def loaded(answer: Answer, now: int) -> list[Effect]:
             if not isinstance(answer, Document):
@@ -145,11 +140,7 @@ class RecordingDescriptions:
         return self._ask(Load(DocumentKind.RECORDING, name), loaded)
 
     def lines(self, headings: Sequence[Heading], on_result: Lines, now: int) -> list[Effect]:
-        """Make a line for each recording, one after the other.
-
-        Args:
-            on_result: called once.
-        """
+        """Make a line for each recording, one after the other."""
         return self._next_line(headings, [], on_result, now)
 
     def _next_line(

@@ -60,7 +60,6 @@ class _Progress:
     """Newest rows of a file's documents; they never go back in a file that is only changed.
 
     Attributes:
-        revision: row of the newest revision.
         chunk: row of the newest chunk of a recording; only a new revision takes chunks away.
     """
 

@@ -86,11 +86,7 @@ class Heading:
 
 @dataclass(frozen=True, slots=True)
 class Document:
-    """Revision of a document.
-
-    Attributes:
-        body: JSON text.
-    """
+    """Revision of a document."""
 
     heading: Heading
     body: str
@@ -251,11 +247,7 @@ class Store(Protocol):
     def save(
         self, kind: DocumentKind, name: str, body: str, *, expected_revision: int, author: str
     ) -> Heading:
-        """Save a document and return its new revision.
-
-        Args:
-            expected_revision: the one that the change was made from; 0 for a new document.
-        """
+        """Save a document and return its new revision."""
 
     def delete(
         self, kind: DocumentKind, name: str, *, expected_revision: int, author: str

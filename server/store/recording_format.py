@@ -281,9 +281,6 @@ def pack_rows(rows: Iterable[Sequence[float]]) -> bytes:
 def unpack_rows(data: bytes, columns: int) -> Iterator[Row]:
     """Return the rows in a chunk's bytes.
 
-    Args:
-        columns: how many reals a row has.
-
     Raises:
         BadDocument: the chunk does not hold whole rows.
     """
@@ -416,9 +413,6 @@ def rename_recording(
     store: Store, name: str, new_name: str, expected_revision: int, author: str
 ) -> Heading:
     """Give a recording another name.
-
-    Args:
-        expected_revision: the one that whoever renames has seen.
 
     Raises:
         StoreError: it is not there, was changed since, or the new name is taken.

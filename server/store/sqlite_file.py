@@ -163,7 +163,6 @@ class OpenFile:
     """A file that is sound and has the latest schema.
 
     Attributes:
-        connection: to it, without transactions of Python's own.
         is_read_only: nothing can be saved; the medium or the permissions forbid it.
         set_aside: where a broken file of that name was moved; None where it was sound.
         before_upgrade: the copy made before an older file was upgraded; None if it was not.

@@ -59,12 +59,7 @@ def utc_now() -> str:
 
 
 class SqliteStore:
-    """Documents and recordings in one file; see `Store` for what each call promises.
-
-    Attributes:
-        set_aside: where a broken file of that name was moved when this one was opened, or None.
-        before_upgrade: the copy made before an older file was upgraded, or None.
-    """
+    """Documents and recordings in one file; see `Store` for what each call promises."""
 
     def __init__(self, path: Path, opened: OpenFile, wall_clock: Callable[[], str]) -> None:
         """Make a store of an open file; `open_store` and `open_for_reading` do both."""
@@ -328,7 +323,6 @@ def open_store(
 
     Args:
         wall_clock: the time as text, for display only.
-        migrations: the versions of its tables, oldest first.
 
     Raises:
         StoreError: it cannot be opened, belongs to another program, or is of a later version.

@@ -31,7 +31,6 @@ class Conflict(StoreError):
     Attributes:
         expected: the revision that the change was made from; 0 for a new document.
         current: the revision that is kept; 0 where there never was one.
-        saved_by: who made the current one; empty where there is none.
         saved_at: when, wall-clock time as text.
         deleted: True if the current revision is its deletion.
     """
@@ -141,11 +140,7 @@ class BadDocument(StoreError):
 
 
 class OutOfSequence(StoreError):
-    """Chunk of a recording that is not the next one.
-
-    Attributes:
-        following: number of the chunk that would be accepted.
-    """
+    """Chunk of a recording that is not the next one."""
 
     code = VerdictCode.OUT_OF_SEQUENCE
     numbers = ("sequence", "following")
@@ -179,12 +174,7 @@ class StoreBusy(StoreError):
 
 
 class StoreTooNew(StoreFailed):
-    """The file was written by a later version of this program.
-
-    Attributes:
-        found: version of the file's schema.
-        known: the latest version that this program knows.
-    """
+    """The file was written by a later version of this program."""
 
     def __init__(self, path: str, found: int, known: int) -> None:
         super().__init__(

@@ -46,11 +46,7 @@ _STOP_DEADLINE_NS = 2_000_000_000
 
 
 class GenericUplink:
-    """Writes set-points and reads answers of a generic controller.
-
-    Attributes:
-        stop_deadline: until when a STOP is to be answered [ns]; None where none is.
-    """
+    """Writes set-points and reads answers of a generic controller."""
 
     def __init__(self, link: ControllerLink, velocity_limits: Sequence[float]) -> None:
         """Make an uplink with nothing under way.

@@ -81,8 +81,6 @@ class ControllerDialect:
     Attributes:
         uplink: makes an uplink with nothing under way, from the link's settings and the largest
             joint speeds, (n,) [rad/s or m/s].
-        stop: the message that stops a robot.
-        stopped: the answer to that.
     """
 
     uplink: Callable[[ControllerLink, Sequence[float]], Uplink]

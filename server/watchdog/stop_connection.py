@@ -110,7 +110,6 @@ class StopConnection:
 
         Args:
             selector: calls `ready`, with the connection as its data.
-            say: logs a line without waiting.
         """
         self._target = target
         self._stop = bytes.fromhex(target.stop)

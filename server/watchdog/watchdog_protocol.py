@@ -173,9 +173,6 @@ class AnswerWatch:
 
         Time in which the loop did not run must not count as silence of the process: each gap
         between two ticks counts as two periods at most.
-
-        Args:
-            has_reported: whether it said anything since the last tick.
         """
         self._silent += min(now - self._ticked, self._most_ns)
         self._ticked = now

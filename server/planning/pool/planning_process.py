@@ -46,14 +46,12 @@ class PlanningProcess:
 
     Attributes:
         is_down: True if it could not be started or never got warm, until the next attempt.
-        is_warm: its libraries are loaded.
     """
 
     def __init__(self, robots: Sequence[str], on_change: Callable[[], None]) -> None:
         """Make a planner for some robots; `keep_up` starts its process.
 
         Args:
-            robots: names or files of the robots that it is warm for.
             on_change: called when it became free, or went down.
         """
         self.is_down = False

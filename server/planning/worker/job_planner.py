@@ -64,9 +64,6 @@ from .recording_planning import RecordingUnplayable, plan_recording
 def plan_ros_path(job: RosPathJob, limits: JointLimits) -> Trajectory:
     """Plan the motion that a ROS-I trajectory asks for.
 
-    Args:
-        limits: joint limits, controller side.
-
     Returns:
         One trajectory from where the robot stands through all points: the approach to the first
         where it stands elsewhere, then the rest without a stop.
@@ -129,9 +126,6 @@ def _tooled(robot: str, tool: PoseGoal | None) -> Kinematics:
 
 def answer(robot: str, job: Job) -> PlanAnswer:
     """Plan a job and certify the result.
-
-    Args:
-        robot: name or file of the robot.
 
     Returns:
         The trajectory with its certificate, or the refusal; never raises for a motion that cannot

@@ -26,7 +26,6 @@ class StatementSpan(NamedTuple):
     Attributes:
         before: number of the first before the change, from 0.
         after: its number after the change, from 0.
-        length: number of statements.
     """
 
     before: int
@@ -69,7 +68,6 @@ def by_edit(edit: Edit, count: int) -> Renumbering:
 
     Args:
         edit: one that the program accepts. A statement that is replaced keeps its place.
-        count: statements before the edit.
     """
     match edit:
         case InsertStatements(statements, at):
@@ -152,8 +150,6 @@ class Splice:
 
     Attributes:
         start: characters before it, the same in both texts.
-        removed: the stretch in the first text.
-        inserted: the stretch in the second text.
     """
 
     start: int
@@ -210,7 +206,6 @@ class EditStep:
     """Change of a program, which can be reversed.
 
     Attributes:
-        splice: its change of the JSON.
         renumbering: its change of the statements' numbers; None if only comparing can find it.
     """
 

@@ -171,7 +171,6 @@ class BodyUnpacked:
         head: JSON of the program without its points and statements.
         points: JSON lists of its points, `PACK` in each.
         statements: JSON lists of its statements.
-        parts: number of points and statements.
         calls: the programs that it calls, each once.
     """
 

@@ -159,11 +159,7 @@ def running_program(linked: Linked, status: RunStatus) -> RunningProgram | None:
 
 
 def program_report(linked: Linked, status: RunStatus, ended: Refusal | None) -> ProgramReport:
-    """Return the message with the place of a program's run.
-
-    Args:
-        ended: what ended it from outside; None for nothing.
-    """
+    """Return the message with the place of a program's run."""
     name, line = _place(linked, status)
     return ProgramReport(
         state=program_state(status),
@@ -251,11 +247,7 @@ class ProgramMotion:
     def begin(
         self, number: int, block: MotionBlock, lines: tuple[int, ...], now: int
     ) -> Refusal | list[Effect]:
-        """Request a block from the cell, to be planned and moved.
-
-        Args:
-            number: the runner's number for it.
-        """
+        """Request a block from the cell, to be planned and moved."""
         cell = self._cell
         if not self.is_permitted:
             refusal = cell.check(self._by.session, now, MotionKind.PROGRAM)

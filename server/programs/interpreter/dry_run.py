@@ -232,7 +232,6 @@ class Walk:
         joints: (n,) where the robot stands [rad or m].
         time: since the start [s].
         path: the tool's way, up to `MOST_SAMPLES`.
-        ended: True if it came to the end of the program.
         moved: True if the robot is at a point of the program.
         scene: what stands around now; None to check nothing.
         by_flags: True if a condition on a flag is answered as the one before on the same flag.
@@ -254,8 +253,6 @@ class Walker:
     """Walker through a program, each time where it has been least.
 
     Attributes:
-        verdicts: what was found about moves, by program and number.
-        hand_overs: likewise about what changes the scene.
         untaken: the branches that no walk took yet.
     """
 
@@ -469,11 +466,7 @@ def dry_run(
 def reachability(
     program: Program, check: Callable[[TeachPoint], Refusal | None]
 ) -> tuple[PointFinding, ...]:
-    """Return a verdict for every point, including those that no statement moves to.
-
-    Args:
-        check: says why a point cannot be reached; None where it can.
-    """
+    """Return a verdict for every point, including those that no statement moves to."""
     return tuple(PointFinding(point.name, check(point)) for point in program.points)
 
 

@@ -1,4 +1,7 @@
-"""Questions of a dry run to a planner, and its findings: plain values."""
+"""Questions of a dry run to a planner, and its findings: plain values.
+
+An `index` is the number of a statement in its program, from 0.
+"""
 
 from __future__ import annotations
 
@@ -58,7 +61,6 @@ class MoveFinding:
     """Finding for one statement that moves.
 
     Attributes:
-        index: its number, from 0.
         zone_used: True if its zone joins it with the next move, wherever it was walked.
     """
 
@@ -71,11 +73,7 @@ class MoveFinding:
 
 @dataclass(frozen=True, slots=True)
 class HandOver:
-    """Finding for one statement that changes the scene.
-
-    Attributes:
-        index: its number, from 0.
-    """
+    """Finding for one statement that changes the scene."""
 
     program: str
     index: int
@@ -85,11 +83,7 @@ class HandOver:
 
 @dataclass(frozen=True, slots=True)
 class StatementFinding:
-    """Finding for one statement that neither moves nor changes the scene.
-
-    Attributes:
-        index: its number, from 0.
-    """
+    """Finding for one statement that neither moves nor changes the scene."""
 
     program: str
     index: int

@@ -42,7 +42,6 @@ class BlockMove:
     """Move with its points.
 
     Attributes:
-        index: number of its statement, from 0.
         move: the statement; its zone is 0 where the motion stops.
     """
 
@@ -103,7 +102,6 @@ class Gatherer:
         together: what is looked at in one go is bounded, whatever stands between the moves.
 
         Args:
-            position: before a move.
             stops_at: True if the run must stand before a position, as at a breakpoint.
         """
         moves, positions = [self._block_move(position)], [position]
@@ -190,7 +188,6 @@ class _Executed:
     """Move that was executed.
 
     Attributes:
-        position: before it.
         effect: the last effect since the move before; empty for none.
     """
 

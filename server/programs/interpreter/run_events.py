@@ -39,7 +39,6 @@ class RunPlace:
     """Statement of a run.
 
     Attributes:
-        index: its number, from 0.
         line: its line in the canonical text, from 1.
     """
 

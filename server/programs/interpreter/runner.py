@@ -111,7 +111,6 @@ class Passing:
         """Start before a statement of the main program.
 
         Args:
-            index: the statement, from 0.
             stops_at: True if there is a breakpoint at a position.
 
         Raises:
@@ -174,8 +173,6 @@ class InterpretedRun:
         """Make a run that goes on with `advance`.
 
         Args:
-            index: the statement to start with, from 0.
-            stops_at: True if there is a breakpoint at a position.
             step: True if to pause after the first statement.
 
         Raises:

@@ -258,7 +258,6 @@ class PointClauses:
     Attributes:
         header: the program's names of tool and frame, and its linear axes.
         comments: the comments beside and between its clauses.
-        places: where its values stand.
     """
 
     name: str

@@ -100,12 +100,7 @@ def to_si(number: str, unit: str) -> float:
 
 
 def from_si(value: float, unit: str) -> str:
-    """Return the number that reads back as a real with this unit, with few digits.
-
-    Args:
-        value: a finite real, SI.
-        unit: a word of `UNITS`.
-    """
+    """Return the number that reads back as a real with this unit, with few digits."""
     exact = _EXACT.divide(Decimal(value), UNITS[unit].factor)
     for digits in _DIGITS:
         text = _plain(Context(prec=digits).plus(exact))
@@ -269,11 +264,7 @@ def place_of(error: BadValue, places: Places, whole: TextPlace) -> TextPlace:
 
 
 class Clauses:
-    """Words of a line, taken from the front.
-
-    Attributes:
-        places: what was marked so far.
-    """
+    """Words of a line, taken from the front."""
 
     def __init__(self, line: Line, file: str) -> None:
         self.places: Places = {}

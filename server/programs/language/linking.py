@@ -37,7 +37,6 @@ class Linked:
     """Programs of a run.
 
     Attributes:
-        main: name of the program that is run.
         programs: it and all that it calls, by name.
         sources: the JSON of each; empty where they were not read from one.
         revisions: the one of each that this is; empty where they do not come from the store, and in

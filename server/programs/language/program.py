@@ -127,7 +127,6 @@ class Program:
 
     Attributes:
         name: its name, also that of its document.
-        robot: name of the robot that it was taught on.
         linear_axes: indexes of the robot's joints that are measured in metres, ascending.
         tool: name of the tool of points taught from now on.
         frame: name of the frame of points taught from now on.

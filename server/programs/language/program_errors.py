@@ -1,6 +1,7 @@
 """Program errors: the faults of a program by kind, each with its verdict code.
 
-Owns the wording of a place in a file: `name:line:column`.
+Owns the wording of a place in a file: `name:line:column`. An `index` is the number of a statement,
+from 0.
 """
 
 from __future__ import annotations
@@ -77,11 +78,7 @@ class JsonRefused(ProgramError):
 
 
 class ProgramTooLarge(ProgramError):
-    """A program, or a part of it, exceeds its cap.
-
-    Attributes:
-        value: how many there are, at least.
-    """
+    """A program, or a part of it, exceeds its cap."""
 
     code = VerdictCode.PROGRAM_TOO_LARGE
 
@@ -124,11 +121,7 @@ class ProgramNameRefused(BadValue):
 
 
 class StatementRefused(ProgramError):
-    """A statement that does not fit the others, with its place in words.
-
-    Attributes:
-        index: the statement at fault, from 0.
-    """
+    """A statement that does not fit the others, with its place in words."""
 
     def __init__(self, place: str, index: int, fault: ProgramError) -> None:
         super().__init__(f"{place}: {fault}")
@@ -137,11 +130,7 @@ class StatementRefused(ProgramError):
 
 
 class BadBlocks(ProgramError):
-    """Loops and conditions that do not close, or nest too deep; the text has no place.
-
-    Attributes:
-        index: the statement at fault, from 0.
-    """
+    """Loops and conditions that do not close, or nest too deep; the text has no place."""
 
     def __init__(self, index: int, problem: str) -> None:
         super().__init__(problem)
@@ -176,11 +165,7 @@ class PointExists(ProgramError):
 
 
 class PointInUse(ProgramError):
-    """A point that statements go to cannot be deleted.
-
-    Attributes:
-        indexes: the statements that use it, from 0.
-    """
+    """A point that statements go to cannot be deleted."""
 
     code = VerdictCode.POINT_IN_USE
 

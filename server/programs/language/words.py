@@ -112,7 +112,6 @@ def check_number(
     Args:
         unit: of all three, for the error.
         part: as in `BadValue`.
-        place: likewise.
 
     Raises:
         BadValue: it is outside, or not a number.

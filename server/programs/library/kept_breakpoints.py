@@ -109,7 +109,6 @@ class KeptBreakpoints:
 
         Args:
             revision: the one in which they are sought; they are kept as of it where it is newer.
-            body: its JSON.
         """
         while True:
             kept = self._kept.get(name)

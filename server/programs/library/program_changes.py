@@ -54,7 +54,6 @@ class Standing:
     Attributes:
         joints: (n,) joint positions, controller side [rad or m].
         tool: the centre point of the tool that was selected, in the base frame [m].
-        frames: the frames and tools that were in force.
     """
 
     joints: tuple[float, ...]
@@ -136,7 +135,6 @@ class ProgramChanges:
 
         Args:
             expected: the revision that the change was made from.
-            reply_to: gets the answer, with the breakpoints as they are then.
             renumbering: where the change leaves the statements; None to find them by comparing.
         """
 

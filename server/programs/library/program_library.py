@@ -101,11 +101,7 @@ _KIND = DocumentKind.PROGRAM
 
 
 class ProgramLibrary:
-    """Programs of one cell.
-
-    Attributes:
-        changes: the requests that change a kept program.
-    """
+    """Programs of one cell."""
 
     def __init__(
         self,

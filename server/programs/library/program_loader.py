@@ -110,7 +110,6 @@ class _Gathering:
 
     Attributes:
         wanted: names of the programs that are still missing, the one being loaded first.
-        parts: number of points and statements of all of them.
     """
 
     main: str
