@@ -25,7 +25,7 @@ from ..cell.robot_cell import RobotCell
 from ..events.cell_events import CellEvent, MotionEnded, MotionRequest
 from ..events.effects import Effect, Send
 from ..events.management_handlers import handles
-from ..events.pending import AskStore, Pending
+from ..events.pending import AskStore, Pending, Steps
 from ..events.replies import outcome
 from ..events.reply_to import ReplyTo
 from ..planning.jobs import PoseGoal
@@ -49,44 +49,26 @@ from .recording_playback import RecordingPlayback
 _CHUNKS_AT_ONCE = 256
 _REAL_BYTES = 8
 
-Counted: TypeAlias = Callable[[RowCount | Refusal, int], list[Effect]]
-"""Takes the count, or the reason why there is none, and the time."""
 
-
-def count_rows(
-    ask: AskStore, name: str, columns: tuple[str, ...], counted: Counted
-) -> list[Effect]:
+def count_rows(name: str, columns: tuple[str, ...]) -> Steps[RowCount | Refusal]:
     """Count the rows of a recording.
 
     Args:
         columns: of its rows, the time first.
     """
-    return _count_from(ask, name, columns, counted, RowCount(), 0)
-
-
-def _count_from(
-    ask: AskStore,
-    name: str,
-    columns: tuple[str, ...],
-    counted: Counted,
-    count: RowCount,
-    first: int,
-) -> list[Effect]:
-    def loaded(answer: Answer, now: int) -> list[Effect]:
-        if not isinstance(answer, tuple):
-            return counted(store_refusal(answer), now)
-        chunks = [each for each in answer if isinstance(each, bytes)]
+    count, first = RowCount(), 0
+    while True:
+        chunks = yield LoadChunks(name, first, _CHUNKS_AT_ONCE)
+        if not isinstance(chunks, tuple):
+            return store_refusal(chunks)
+        if not chunks:
+            return count
         for chunk in chunks:
             if len(chunk) % (_REAL_BYTES * len(columns)):
                 problem = f"has {len(chunk)} bytes, no whole rows of {len(columns)} reals"
-                fault = BadDocument(f"a chunk of recording {name!r}", problem)
-                return counted(fault.refusal(), now)
+                return BadDocument(f"a chunk of recording {name!r}", problem).refusal()
             _take_chunk(count, columns, chunk)
-        if not chunks:
-            return counted(count, now)
-        return _count_from(ask, name, columns, counted, count, first + len(chunks))
-
-    return ask(LoadChunks(name, first, _CHUNKS_AT_ONCE), loaded)
+        first += len(chunks)
 
 
 def _take_chunk(count: RowCount, columns: tuple[str, ...], chunk: bytes) -> None:
@@ -112,90 +94,63 @@ _MOST_COUNTED = 256
 _IN_LIST = ("robot", "finished", "samples", "duration", "rate", "problem")
 
 Fields: TypeAlias = dict[str, Any]
-Described: TypeAlias = Callable[[Fields | Refusal, int], list[Effect]]
-"""Takes the description of a recording, or why there is none, and the time."""
-Lines: TypeAlias = Callable[[list[Fields], int], list[Effect]]
-"""Takes a line for each recording, and the time."""
 
 
 class RecordingDescriptions:
     """Descriptions of the recordings of a store as one cell sees them."""
 
-    def __init__(self, ask: AskStore, recorder: Recorder) -> None:
-        self._ask = ask
+    def __init__(self, recorder: Recorder) -> None:
         self._recorder = recorder
         self._counts: dict[tuple[str, int, int], RowCount] = {}
 
-    def describe(self, name: str, on_result: Described) -> list[Effect]:
+    def describe(self, name: str) -> Steps[Fields | Refusal]:
         """Load and measure the description of a recording."""
+        answer = yield Load(DocumentKind.RECORDING, name)
+        if not isinstance(answer, Document):
+            return store_refusal(answer)
+        document = read_document(name, answer.body)
+        if isinstance(document, Refusal):
+            return document
+        heading = answer.heading
+        measured = yield from self._measure(heading, document)
+        if isinstance(measured, Refusal):
+            return measured
+        about = document.model_dump() | measured | {"problem": self._problem(heading, document)}
+        return {"name": heading.name, "revision": heading.revision} | about
 
-        def loaded(answer: Answer, now: int) -> list[Effect]:
-            if not isinstance(answer, Document):
-                return on_result(store_refusal(answer), now)
-            document = read_document(name, answer.body)
-            if isinstance(document, Refusal):
-                return on_result(document, now)
-            return self._measure(answer.heading, document, on_result)
-
-        return self._ask(Load(DocumentKind.RECORDING, name), loaded)
-
-    def lines(self, headings: Sequence[Heading], on_result: Lines, now: int) -> list[Effect]:
+    def lines(self, headings: Sequence[Heading]) -> Steps[list[Fields]]:
         """Make a line for each recording, one after the other."""
-        return self._next_line(headings, [], on_result, now)
-
-    def _next_line(
-        self, headings: Sequence[Heading], lines: list[Fields], on_result: Lines, now: int
-    ) -> list[Effect]:
-        if len(lines) == len(headings):
-            return on_result(lines, now)
-        heading = headings[len(lines)]
-
-        def described(about: Fields | Refusal, at: int) -> list[Effect]:
+        lines: list[Fields] = []
+        for heading in headings:
+            about: Fields | Refusal = yield from self.describe(heading.name)
             # A recording that is damaged or was just deleted must not hide the others.
-            told_of_it: Fields
             if isinstance(about, Refusal):
-                told_of_it = {"problem": about.sentence}
+                about = {"problem": about.sentence}
             else:
-                told_of_it = {key: about[key] for key in _IN_LIST}
+                about = {key: about[key] for key in _IN_LIST}
             line = {"name": heading.name, "revision": heading.revision}
-            line |= {"saved_by": heading.saved_by} | told_of_it
-            return self._next_line(headings, [*lines, line], on_result, at)
+            lines.append(line | {"saved_by": heading.saved_by} | about)
+        return lines
 
-        return self.describe(heading.name, described)
-
-    def _measure(
-        self, heading: Heading, document: RecordingDocument, on_result: Described
-    ) -> list[Effect]:
-        """Return the size: as described, as counted while it is made, or counted now."""
-
-        def tell(counted: Fields, now: int) -> list[Effect]:
-            about = document.model_dump() | counted | {"problem": self._problem(heading, document)}
-            return on_result({"name": heading.name, "revision": heading.revision} | about, now)
-
-        def measured(extent: Answer, now: int) -> list[Effect]:
-            if not isinstance(extent, Extent):
-                return on_result(store_refusal(extent), now)
-            if extent.size == document.samples * len(document.columns) * _REAL_BYTES:
-                return tell({}, now)
-            under_way = self._recorder.count_of(heading.name)
-            if under_way is not None:
-                return tell(under_way.fields, now)
-            which = (heading.name, heading.revision, extent.size)
-            known = self._counts.get(which)
-            if known is not None:
-                return tell(known.fields, now)
-
-            def counted(count: RowCount | Refusal, at: int) -> list[Effect]:
-                if isinstance(count, Refusal):
-                    return on_result(count, at)
-                if len(self._counts) == _MOST_COUNTED:
-                    self._counts.clear()
-                self._counts[which] = count
-                return tell(count.fields, at)
-
-            return count_rows(self._ask, heading.name, document.columns, counted)
-
-        return self._ask(MeasureRecording(heading.name), measured)
+    def _measure(self, heading: Heading, document: RecordingDocument) -> Steps[Fields | Refusal]:
+        """Return the size, where the description has another: counted while made, or now."""
+        extent = yield MeasureRecording(heading.name)
+        if not isinstance(extent, Extent):
+            return store_refusal(extent)
+        if extent.size == document.samples * len(document.columns) * _REAL_BYTES:
+            return {}
+        under_way = self._recorder.count_of(heading.name)
+        if under_way is not None:
+            return under_way.fields
+        which = (heading.name, heading.revision, extent.size)
+        if which not in self._counts:
+            count = yield from count_rows(heading.name, document.columns)
+            if isinstance(count, Refusal):
+                return count
+            if len(self._counts) == _MOST_COUNTED:
+                self._counts.clear()
+            self._counts[which] = count
+        return self._counts[which].fields
 
     def _problem(self, heading: Heading, document: RecordingDocument) -> str:
         """Return why a recording ended without a stop; empty for any other."""
@@ -230,29 +185,24 @@ class RecordingService:
         """
         ask: AskStore = pending.ask
         self.recorder = Recorder(robot_name, cell.limits.names, state_period, ask)
-        self._descriptions = RecordingDescriptions(ask, self.recorder)
+        self._descriptions = RecordingDescriptions(self.recorder)
         self._playing = RecordingPlayback(cell, pending, tool, robot_name)
         self._cell = cell
         self._ask = ask
+        self._pending = pending
 
     @handles(op.ListRecordings)
     def _list(
         self, asked: op.ListRecordings, reply: ReplyTo[op.Recordings], now: int
     ) -> list[Effect]:
-        return self._ask(
-            ListHeadings(DocumentKind.RECORDING), partial(self._listed, asked.first, reply)
-        )
+        return self._pending.run(self._recordings(asked.first), partial(_answered, reply), now)
 
     @handles(op.DescribeRecording)
     def _describe(
         self, asked: op.DescribeRecording, reply: ReplyTo[op.RecordingDescription], now: int
     ) -> list[Effect]:
-        def described(about: Fields | Refusal, now: int) -> list[Effect]:
-            if isinstance(about, Refusal):
-                return reply.refuse(about)
-            return reply.answer(cast(op.RecordingDescription, about))
-
-        return self._descriptions.describe(asked.name, described)
+        described = self._descriptions.describe(asked.name)
+        return self._pending.run(described, partial(_answered, reply), now)
 
     @handles(op.StartRecording)
     def _start(
@@ -299,26 +249,19 @@ class RecordingService:
         text = f"{name!r} is still being recorded; accepted: once its recording was stopped"
         return reply.refuse(Refusal(VerdictCode.RECORDING_RUNNING, text))
 
-    def _listed(
-        self, first: int, reply: ReplyTo[op.Recordings], answer: Answer, now: int
-    ) -> list[Effect]:
+    def _recordings(self, first: int) -> Steps[Fields | Refusal]:
+        """List the recordings, from one on."""
+        answer = yield ListHeadings(DocumentKind.RECORDING)
         if not isinstance(answer, tuple):
-            return reply.refuse(store_refusal(answer))
-        headings = [heading for heading in answer if isinstance(heading, Heading)]
-
-        def on_result(lines: list[Fields], at: int) -> list[Effect]:
-            status, broken_off = self.recorder.status, self.recorder.broken_off
-            progress = None if status is None else asdict(status)
-            return reply.answer(
-                {
-                    "recordings": cast(list[op.RecordingHeading], lines),
-                    "total": len(headings),
-                    "recording": cast(op.RecordingProgress | None, progress),
-                    "problem": "" if broken_off is None else broken_off.refusal.sentence,
-                }
-            )
-
-        return self._descriptions.lines(headings[first : first + _MOST_LISTED], on_result, now)
+            return store_refusal(answer)
+        lines = yield from self._descriptions.lines(answer[first : first + _MOST_LISTED])
+        status, broken_off = self.recorder.status, self.recorder.broken_off
+        return {
+            "recordings": lines,
+            "total": len(answer),
+            "recording": None if status is None else asdict(status),
+            "problem": "" if broken_off is None else broken_off.refusal.sentence,
+        }
 
     # Playing back.
 
@@ -334,9 +277,9 @@ class RecordingService:
         assert by is not None, "checked above"
         return self._keep(asked.name, reply) or self._playing.play(asked, reply, by, now)
 
-    def on_cell_event(self, news: CellEvent, now: int) -> list[Effect]:
+    def on_cell_event(self, event: CellEvent, now: int) -> list[Effect]:
         """Pass an event to the playback; see `RecordingPlayback.on_cell_event`."""
-        return self._playing.on_cell_event(news, now)
+        return self._playing.on_cell_event(event, now)
 
     def drop(self, refusal: Refusal) -> list[Effect]:
         """Drop the playback that is being loaded, if any, and refuse its request."""
@@ -350,6 +293,10 @@ class RecordingService:
     def shut_down(self) -> list[Effect]:
         """Write what is recorded and drop the playback."""
         return self.drop(Refusal(VerdictCode.SHUTTING_DOWN)) + self.recorder.flush()
+
+
+def _answered(reply: ReplyTo[Any], found: Fields | Refusal, now: int) -> list[Effect]:
+    return reply.refuse(found) if isinstance(found, Refusal) else reply.answer(found)
 
 
 def _tell(reply: ReplyTo[op.RecordingMade]) -> OnResult:
