@@ -13,7 +13,6 @@ from .execution.breakpoints import Breakpoints
 from .execution.dry_run_service import DryRunService
 from .execution.program_executor import ProgramExecutor, ToAll
 from .execution.program_run import RunEnvironment
-from .interpreter.signal_offers import Offer
 from .language.program import OwnRobot
 from .library.kept_breakpoints import KeptBreakpoints
 from .library.program_library import ProgramLibrary
@@ -34,23 +33,14 @@ class ProgramService:
         robot_name: str,
         environment: RunEnvironment,
     ) -> None:
-        self._work = ProgramWork(cell.motions.new_job_id, pending)
-        program_loader = ProgramLoader(pending.ask, self._work, robot_name, cell.limits)
-        kept = KeptBreakpoints(program_loader, self._work)
-        self.executor = ProgramExecutor(
-            cell, robot, program_loader, kept, environment, to_all, pending
-        )
+        work = ProgramWork(cell.motions.new_job_id, pending)
+        loader = ProgramLoader(pending.ask, work, robot_name, cell.limits)
+        kept = KeptBreakpoints(loader, work)
         own = OwnRobot(robot_name, cell.limits)
-        self._breakpoints = Breakpoints(program_loader, self._work, kept, self.executor, own)
-        self._library = ProgramLibrary(
-            pending.ask, program_loader, self._work, kept, cell, robot, robot_name
-        )
-        self._dry_runs = DryRunService(
-            cell, robot, program_loader, self._offered_signals, pending, cell_name
-        )
-
-    def _offered_signals(self) -> Offer:
-        return self.executor.environment.offered_signals
+        self.executor = ProgramExecutor(cell, robot, loader, kept, environment, to_all, pending)
+        self._breakpoints = Breakpoints(loader, work, kept, self.executor, own)
+        self._library = ProgramLibrary(pending.ask, loader, work, kept, cell, robot, own)
+        self._dry_runs = DryRunService(cell, robot, loader, self.executor, pending, cell_name)
 
     @property
     def handlers(self) -> Handlers:

@@ -288,9 +288,9 @@ def plan_block(
         rules = [SegmentRule(speed_fraction=_fraction(move)) for move in _by_leg(block.moves, path)]
         limits = kinematics.limits
         trajectory = time_path(path, limits, speed=speed, segments=rules, tool_speed=caps)
-        return trajectory, certify(
-            trajectory, limits, start=start, tool_speed=[each for each in caps if _is_plain(each)]
-        )
+        # The limit of a leg does not hold on the whole path, so samples alone are not held to it.
+        plain = [each for each in caps if not isinstance(each, LegSpeedLimit)]
+        return trajectory, certify(trajectory, limits, start=start, tool_speed=plain)
     except SegmentRefused as error:
         raise BlockFault(error.segment, error.reason) from error
     except ZoneTooLarge as error:
@@ -353,11 +353,6 @@ def _speed_limits(
                 LegSpeedLimit("tool", point, asked.value * speed, "m/s", begins=begins, ends=end)
             )
     return found
-
-
-def _is_plain(limit: ToolSpeedLimit) -> bool:
-    """Return True if a limit holds on the whole path, so that samples alone can be held to it."""
-    return not isinstance(limit, LegSpeedLimit)
 
 
 def _flags(configuration: ArmConfiguration | None) -> Configuration | None:

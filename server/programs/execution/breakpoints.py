@@ -30,7 +30,7 @@ from .program_executor import ProgramExecutor
 class Breakpoints:
     """Requests for breakpoints of one cell."""
 
-    program_loader: ProgramLoader
+    loader: ProgramLoader
     work: ProgramWork
     kept: KeptBreakpoints
     executor: ProgramExecutor
@@ -67,7 +67,7 @@ class Breakpoints:
 
             return self.work.have(ReadSource(document.body, "json", name), read, reply_to, now)
 
-        return self.program_loader.load(name, loaded)
+        return self.loader.load(name, loaded)
 
     def _set(
         self, document: Document, places: Places, reply_to: ReplyTo[BreakpointsSet], now: int

@@ -142,7 +142,7 @@ class ProgramExecutor:
         self,
         cell: RobotCell,
         robot: RobotModel,
-        program_loader: ProgramLoader,
+        loader: ProgramLoader,
         breakpoints: KeptBreakpoints,
         environment: RunEnvironment,
         to_all: ToAll,
@@ -151,7 +151,7 @@ class ProgramExecutor:
         self.environment = environment
         self._cell = cell
         self._robot = robot
-        self._loader = program_loader
+        self._loader = loader
         self._breakpoints = breakpoints
         self._to_all = to_all
         self._pending = pending

@@ -360,7 +360,7 @@ class Walker:
 
     def _pass_moves(self, position: Position, walk: Walk) -> Position:
         if walk.moved:
-            gathered = self._gatherer.block(position, _nowhere)
+            gathered = self._gatherer.block(position, lambda _: False)
         else:
             gathered, walk.moved = self._gatherer.approach(position), True
         self._plan(gathered.block, walk)
@@ -401,10 +401,6 @@ class Walker:
             refusal = before.refusal or refusal
             joined = before.zone_used or joined
         self.verdicts[key] = MoveFinding(*key, move.target.name, refusal, joined)
-
-
-def _nowhere(position: Position) -> bool:
-    return False
 
 
 MOST_WALKS = 64

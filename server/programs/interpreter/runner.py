@@ -349,7 +349,7 @@ class InterpretedRun:
             case Move() if not self._approached:
                 self._request_motion(self._gatherer.approach(position))
             case Move():
-                stops_at = _everywhere if self.is_stepping else self._stops_at
+                stops_at = (lambda _: True) if self.is_stepping else self._stops_at
                 self._request_motion(self._gatherer.block(position, stops_at))
             case Wait(duration):
                 behind = self._flow.behind(position)
@@ -381,10 +381,6 @@ class InterpretedRun:
         self._passing.come_to(self.position)
         self.state, self.why, self.task = state, PauseReason.NONE, None
         self.is_stepping = False
-
-
-def _everywhere(position: Position) -> bool:
-    return True
 
 
 _UNDER_WAY = (RunState.RUNNING, RunState.PAUSED)

@@ -124,14 +124,6 @@ def _read(clauses: Clauses, comment: str) -> ReadInput:
     return ReadInput(signal, _flag(clauses), comment=comment)
 
 
-def _attach(clauses: Clauses, comment: str) -> Attach:
-    return Attach(clauses.name("the object's name", "the object"), comment=comment)
-
-
-def _detach(clauses: Clauses, comment: str) -> Detach:
-    return Detach(clauses.name("the object's name", "the object"), comment=comment)
-
-
 def _loop(clauses: Clauses, comment: str) -> Loop:
     if clauses.next is None:
         return Loop(comment=comment)
@@ -147,16 +139,12 @@ def _if(clauses: Clauses, comment: str) -> IfInput | IfFlag:
     return IfFlag(flag, _on_or_off(clauses), comment=comment)
 
 
-def _else(clauses: Clauses, comment: str) -> Else:
-    return Else(comment=comment)
-
-
-def _end(clauses: Clauses, comment: str) -> End:
-    return End(comment=comment)
-
-
 def _call(clauses: Clauses, comment: str) -> Call:
     return Call(clauses.name("the program's name", "the program"), comment=comment)
+
+
+def _object(clauses: Clauses) -> str:
+    return clauses.name("the object's name", "the object")
 
 
 def _input(clauses: Clauses) -> int:
@@ -176,12 +164,12 @@ STATEMENTS: Mapping[str, Callable[[Clauses, str], Statement]] = {
     "wait": _wait,
     "set": _set,
     "read": _read,
-    "attach": _attach,
-    "detach": _detach,
+    "attach": lambda clauses, comment: Attach(_object(clauses), comment=comment),
+    "detach": lambda clauses, comment: Detach(_object(clauses), comment=comment),
     "loop": _loop,
     "if": _if,
-    "else": _else,
-    "end": _end,
+    "else": lambda _, comment: Else(comment=comment),
+    "end": lambda _, comment: End(comment=comment),
     "call": _call,
 }
 """First word of each statement, and the function that reads the rest of its line."""

@@ -51,8 +51,8 @@ class _Kept:
 class KeptBreakpoints:
     """Breakpoints of one cell."""
 
-    def __init__(self, program_loader: ProgramLoader, work: ProgramWork) -> None:
-        self._loader = program_loader
+    def __init__(self, loader: ProgramLoader, work: ProgramWork) -> None:
+        self._loader = loader
         self._work = work
         self._kept: dict[str, _Kept] = {}
 

@@ -111,13 +111,13 @@ class ProgramLibrary:
         breakpoints: KeptBreakpoints,
         cell: RobotCell,
         robot: RobotModel,
-        robot_name: str,
+        own: OwnRobot,
     ) -> None:
         self._ask = ask
         self._loader = loader
         self._work = work
         self._breakpoints = breakpoints
-        self._own = own = OwnRobot(robot_name, cell.limits)
+        self._own = own
         self.changes = ProgramChanges(ask, loader, work, breakpoints, cell, robot, own)
         self._uploads = Uploads()
         self._printed: OrderedDict[tuple[str, int], str] = OrderedDict()
@@ -174,7 +174,9 @@ class ProgramLibrary:
 
         def printed(done: Done, now: int) -> list[Effect]:
             assert isinstance(done, BodyPrinted)
-            self._keep_printed(heading, done.text)
+            self._printed[heading.name, heading.revision] = done.text
+            while len(self._printed) > MOST_PRINTED:
+                self._printed.popitem(last=False)
             return show(done.text)
 
         if asked.format == "json":
@@ -183,11 +185,6 @@ class ProgramLibrary:
         if text is not None:
             return show(text)
         return self._work.have(PrintBody(document.body, asked.name), printed, reply_to, now)
-
-    def _keep_printed(self, heading: Heading, text: str) -> None:
-        self._printed[heading.name, heading.revision] = text
-        while len(self._printed) > MOST_PRINTED:
-            self._printed.popitem(last=False)
 
     @handles(op.CheckProgram)
     def _check(
