@@ -25,7 +25,6 @@ import tempfile
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
-from types import TracebackType
 from typing import Any, NoReturn
 
 from openpendant.motion.bounded_file import beginning_of
@@ -45,7 +44,7 @@ from ..store.strict_json import parse
 _MOST_IN_MEMORY = 16 << 20
 
 
-class ChunkSpool:
+class ChunkSpool(contextlib.AbstractContextManager["ChunkSpool"]):
     """Chunks in order; a temporary file holds them where they are many."""
 
     def __init__(self) -> None:
@@ -53,15 +52,7 @@ class ChunkSpool:
         self._file = tempfile.SpooledTemporaryFile(_MOST_IN_MEMORY)
         self._sizes: list[int] = []
 
-    def __enter__(self) -> ChunkSpool:
-        return self
-
-    def __exit__(
-        self,
-        kind: type[BaseException] | None,
-        error: BaseException | None,
-        traceback: TracebackType | None,
-    ) -> None:
+    def __exit__(self, *_: object) -> None:
         self._file.close()
 
     def take(self, chunks: Iterable[bytes]) -> None:

@@ -19,7 +19,7 @@ import base64
 import json
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
-from typing import Annotated, Any, Literal
+from typing import Annotated, Any, Literal, get_args
 
 import numpy as np
 from pydantic import BaseModel, ConfigDict, Field, TypeAdapter, ValidationError
@@ -36,7 +36,7 @@ from ..access.accounts import Account, AccountBook
 from ..access.passwords import DIGEST_BYTES, NOBODYS_HASH, PasswordHash
 from ..events.effects import Ask, Backend, Question
 from ..planning.jobs import DryRunFound, DryRunSlice, Job, PathFree, PlanAnswer, PlaybackPlan
-from ..programs.editing.program_tasks import RESULTS
+from ..programs.editing.program_tasks import TaskResult
 from ..refusal import Refusal, field_fault
 from ..store import store_errors
 from ..store.documents import Document, Extent, Heading
@@ -324,7 +324,8 @@ def outcome_from_json(record: dict[str, Any]) -> Refusal | None:
 
 
 _FOUND: dict[str, TypeAdapter[Any]] = {
-    kind.__name__: TypeAdapter(kind) for kind in (DryRunFound, DryRunSlice, PathFree, *RESULTS)
+    kind.__name__: TypeAdapter(kind)
+    for kind in (DryRunFound, DryRunSlice, PathFree, *get_args(TaskResult))
 }
 _PLAYBACK = TypeAdapter(PlaybackPlan)
 _ARRAYS = ("times", "position", "velocity", "acceleration", "waypoint_times")
@@ -362,7 +363,7 @@ def plan_to_json(planned: PlanAnswer) -> dict[str, Any]:
         return {"plan_time": planned.plan_time, "refused": refused}
     if not isinstance(result, tuple):
         found = _FOUND[type(result).__name__].dump_python(result, mode="json")
-        if isinstance(result, RESULTS):
+        if isinstance(result, TaskResult):
             found = with_long_texts(found)
         return {"plan_time": planned.plan_time, "kind": type(result).__name__, "found": found}
     trajectory, _ = result

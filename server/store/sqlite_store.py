@@ -67,7 +67,7 @@ class SqliteStore:
         self.is_read_only = opened.is_read_only
         self.set_aside = opened.set_aside
         self.before_upgrade = opened.before_upgrade
-        self._database = opened.connection
+        self.connection = opened.connection
         self._reserve = ReservedSpace(path)
         self._identity: FileIdentity | None = None
         if not self.is_read_only:
@@ -76,11 +76,6 @@ class SqliteStore:
                 self._identity = FileIdentity(path)
         self._wall_clock = wall_clock
 
-    @property
-    def connection(self) -> sqlite3.Connection:
-        """The connection, for whoever checks or copies the file as a whole."""
-        return self._database
-
     def load(self, kind: DocumentKind, name: str, revision: int | None = None) -> Document:
         """Return a document, the latest revision if none is named."""
         check_name(name)
@@ -88,7 +83,7 @@ class SqliteStore:
         if not 0 < wanted <= _LARGEST_INTEGER:
             raise NotFound(kind, name, revision)
         with translated(self.path):
-            row = self._database.execute(
+            row = self.connection.execute(
                 f"SELECT {_HEADING}, body FROM revision"
                 " WHERE kind = ? AND name = ? AND revision <= ? ORDER BY revision DESC LIMIT 1",
                 (kind, name, wanted),
@@ -101,7 +96,7 @@ class SqliteStore:
     def headings(self, kind: DocumentKind | None = None) -> tuple[Heading, ...]:
         """Return the latest revision of every document, by kind and name; deleted ones not."""
         with translated(self.path):
-            rows = self._database.execute(
+            rows = self.connection.execute(
                 # With max() alone, SQLite takes the other columns from the row of the maximum.
                 "SELECT kind, name, max(revision), size, saved_by, saved_at, body IS NULL"
                 " FROM revision WHERE ?1 IS NULL OR kind = ?1"
@@ -114,7 +109,7 @@ class SqliteStore:
         """Return the revisions of a document that are kept, deletions included, oldest first."""
         check_name(name)
         with translated(self.path):
-            rows = self._database.execute(
+            rows = self.connection.execute(
                 f"SELECT {_HEADING} FROM revision WHERE kind = ? AND name = ? ORDER BY revision",
                 (kind, name),
             ).fetchall()
@@ -147,7 +142,7 @@ class SqliteStore:
         """Delete a document and return the revision that is its deletion."""
         check_name(name)
         check_author(author)
-        if self._database.in_transaction:  # of `together`, whose other changes need room anyhow
+        if self.connection.in_transaction:  # of `together`, whose other changes need room anyhow
             return self._delete(kind, name, expected_revision, author)
         while True:
             try:
@@ -170,7 +165,7 @@ class SqliteStore:
             deleted = Heading(kind, name, revision, 0, author, at, deleted=True)
             self._insert(deleted, None)
             if kind is DocumentKind.RECORDING:
-                self._database.execute("DELETE FROM recording_chunk WHERE name = ?", (name,))
+                self.connection.execute("DELETE FROM recording_chunk WHERE name = ?", (name,))
         return deleted
 
     def append_chunk(self, name: str, sequence: int, data: bytes) -> Extent:
@@ -183,7 +178,7 @@ class SqliteStore:
                 return extent
             if sequence != extent.chunks:
                 raise OutOfSequence(name, sequence, extent.chunks)
-            self._database.execute(
+            self.connection.execute(
                 "INSERT INTO recording_chunk (name, sequence, total, data) VALUES (?, ?, ?, ?)",
                 (name, sequence, extent.size + len(data), data),
             )
@@ -194,7 +189,7 @@ class SqliteStore:
         check_name(name)
         with translated(self.path):
             self._check_recording(name)
-            rows = self._database.execute(
+            rows = self.connection.execute(
                 "SELECT data FROM recording_chunk"
                 " WHERE name = ? AND sequence >= ? ORDER BY sequence LIMIT ?",
                 (name, min(first, _LARGEST_INTEGER), min(most, _LARGEST_INTEGER)),
@@ -221,22 +216,22 @@ class SqliteStore:
                     let_go_of_lost(self.path)
                 except OSError as error:
                     log.error("the log of a store that is there no more stays: %s", error)
-            self._database.close()
+            self.connection.close()
 
     @contextlib.contextmanager
     def _change(self) -> Iterator[None]:
         """Run a transaction that is on the disk when the context ends, or undone if it raises."""
         if self.is_read_only:
             raise ReadOnly(f"{self.path}: was opened for reading only")
-        if self._database.in_transaction:  # of `together`
+        if self.connection.in_transaction:  # of `together`
             yield
             return
         try:
             with translated(self.path):
                 self._check_identity()
-                self._database.execute("BEGIN IMMEDIATE")
+                self.connection.execute("BEGIN IMMEDIATE")
                 yield
-                self._database.execute("COMMIT")
+                self.connection.execute("COMMIT")
                 # Checked again before the acknowledgement: a change written into a file that lost
                 # its name meanwhile is lost with it, so it must not count as saved.
                 self._check_identity()
@@ -256,24 +251,24 @@ class SqliteStore:
     def _undo(self) -> None:
         # The first fault of a failing disk is raised; those of the rollback add nothing.
         with contextlib.suppress(sqlite3.Error):
-            if self._database.in_transaction:
-                self._database.execute("ROLLBACK")
+            if self.connection.in_transaction:
+                self.connection.execute("ROLLBACK")
 
     def _merge_log(self) -> None:
         """Give back the room that the log takes, as far as there is room for what it holds."""
         with contextlib.suppress(sqlite3.Error):
-            self._database.execute("PRAGMA wal_checkpoint(TRUNCATE)")
+            self.connection.execute("PRAGMA wal_checkpoint(TRUNCATE)")
 
     def _check_json(self, kind: DocumentKind, name: str, body: str) -> None:
         # By SQLite, which lets other threads run meanwhile; Python's parser would not.
         with translated(self.path):
-            (is_json,) = self._database.execute("SELECT json_valid(?)", (body,)).fetchone()
+            (is_json,) = self.connection.execute("SELECT json_valid(?)", (body,)).fetchone()
         if not is_json:
             problem = "the body is not JSON, or nested too deeply; accepted: up to 1000 levels"
             raise BadDocument(f"{kind} {name!r}", problem)
 
     def _latest(self, kind: DocumentKind, name: str) -> Heading | None:
-        row = self._database.execute(
+        row = self.connection.execute(
             f"SELECT {_HEADING} FROM revision"
             " WHERE kind = ? AND name = ? ORDER BY revision DESC LIMIT 1",
             (kind, name),
@@ -282,12 +277,12 @@ class SqliteStore:
 
     def _insert(self, heading: Heading, body: str | None) -> None:
         values = (heading.kind, heading.name, heading.revision)
-        self._database.execute(
+        self.connection.execute(
             "INSERT INTO revision (kind, name, revision, size, saved_by, saved_at, body)"
             " VALUES (?, ?, ?, ?, ?, ?, ?)",
             (*values, heading.size, heading.saved_by, heading.saved_at, body),
         )
-        self._database.execute(
+        self.connection.execute(
             "DELETE FROM revision WHERE kind = ? AND name = ? AND revision <= ?",
             (*values[:2], heading.revision - KEPT_REVISIONS[heading.kind]),
         )
@@ -299,7 +294,7 @@ class SqliteStore:
 
     def _extent(self, name: str) -> Extent:
         self._check_recording(name)
-        row = self._database.execute(
+        row = self.connection.execute(
             "SELECT sequence + 1, total FROM recording_chunk"
             " WHERE name = ? ORDER BY sequence DESC LIMIT 1",
             (name,),
@@ -307,7 +302,7 @@ class SqliteStore:
         return Extent(0, 0) if row is None else Extent(*row)
 
     def _chunk(self, name: str, sequence: int) -> bytes | None:
-        row = self._database.execute(
+        row = self.connection.execute(
             "SELECT data FROM recording_chunk WHERE name = ? AND sequence = ?", (name, sequence)
         ).fetchone()
         return None if row is None else bytes(row[0])

@@ -21,7 +21,7 @@ from concurrent.futures import Future
 from contextlib import asynccontextmanager
 from functools import partial
 from pathlib import Path
-from typing import Protocol, TypeVar
+from typing import Protocol
 
 from openpendant.simplemsg.verdicts import VerdictCode
 
@@ -42,7 +42,6 @@ _FAREWELL = 5.0
 
 log = logging.getLogger("openpendant.server")
 
-AnyStore = TypeVar("AnyStore", bound=Store)
 OnDone = Callable[[Answer], None]
 Call = Callable[[], None]
 

@@ -16,7 +16,7 @@ from __future__ import annotations
 
 from collections import deque
 from dataclasses import dataclass, field, replace
-from typing import Literal, TypeAlias
+from typing import ClassVar, Literal, TypeAlias
 
 from ...refusal import Refusal
 from ..language.parser import parse_source
@@ -86,23 +86,22 @@ class _OfBody:
         body: its JSON.
     """
 
+    MOST_AT_ONCE: ClassVar[int] = MOST_JSON_AT_ONCE
+
     body: str = field(repr=False)
     file: str
 
     @property
     def is_small(self) -> bool:
         """True if it may be done on an event loop."""
-        return len(self.body) <= MOST_JSON_AT_ONCE
+        return len(self.body) <= self.MOST_AT_ONCE
 
 
 @dataclass(frozen=True, slots=True)
 class PrintBody(_OfBody):
     """Task: print a program as text."""
 
-    @property
-    def is_small(self) -> bool:
-        """True if it may be done on an event loop; numbers take long to print."""
-        return len(self.body) <= MOST_JSON_AT_ONCE // 2
+    MOST_AT_ONCE = MOST_JSON_AT_ONCE // 2  # numbers take long to print
 
 
 @dataclass(frozen=True, slots=True)
@@ -197,19 +196,10 @@ class ProgramRefused:
 
 Task: TypeAlias = ReadSource | PrintBody | EditBody | CompareBodies | TakeHead | UnpackBody
 Done: TypeAlias = SourceRead | BodyPrinted | BodyEdited | Renumbering | HeadTaken | BodyUnpacked
-RESULTS = (
-    SourceRead,
-    BodyPrinted,
-    BodyEdited,
-    Renumbering,
-    HeadTaken,
-    BodyUnpacked,
-    ProgramRefused,
-)
-"""Types of all results."""
+TaskResult: TypeAlias = Done | ProgramRefused
 
 
-def perform(task: Task) -> Done | ProgramRefused:
+def perform(task: Task) -> TaskResult:
     """Return the result of a task; a fault of a program is a result, too."""
     try:
         return _perform(task)

@@ -28,11 +28,11 @@ from ...store.requests import Answer, Load
 from ...store.store_errors import NotFound, StoreError
 from ..editing.program_tasks import (
     PACK,
-    RESULTS,
     BodyUnpacked,
     Done,
     ProgramRefused,
     Task,
+    TaskResult,
     UnpackBody,
     Unpacking,
     perform,
@@ -58,7 +58,7 @@ class ProgramWork:
         self._pending = pending
         self._waiting = 0
 
-    def done(self, task: Task) -> Steps[Done | ProgramRefused]:
+    def done(self, task: Task) -> Steps[TaskResult]:
         """Carry out a task, at once where it is small; return its result."""
         if task.is_small:
             return perform(task)
@@ -70,7 +70,7 @@ class ProgramWork:
         planned = yield ProgramJob(self._new_job_id(), task)
         self._waiting -= 1
         result = planned.result
-        if isinstance(result, RESULTS):
+        if isinstance(result, TaskResult):
             return result
         refusal = result if isinstance(result, Refusal) else Refusal(VerdictCode.PLANNER_FAILED)
         return ProgramRefused(refusal)
@@ -90,7 +90,7 @@ class ProgramWork:
     ) -> list[Effect]:
         """Carry out a task; refuse the request if the program is at fault."""
 
-        def done(result: Done | ProgramRefused, now: int) -> list[Effect]:
+        def done(result: TaskResult, now: int) -> list[Effect]:
             if isinstance(result, ProgramRefused):
                 return reply_to.refuse_work(result)
             try:
