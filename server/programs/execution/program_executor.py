@@ -43,8 +43,7 @@ from ..interpreter.run_events import Event, Resume, RunStatus, StepBack, StepFor
 from ..language.linking import Linked
 from ..language.statements import MOST_PASSES
 from ..library.kept_breakpoints import KeptBreakpoints, Places, RunPlaces
-from ..library.program_loader import ProgramLoader
-from ..library.program_replies import not_the_one_under_way
+from ..library.program_loader import ProgramLoader, not_the_one_under_way
 from .program_run import (
     ProgramExecution,
     ProgramMotion,

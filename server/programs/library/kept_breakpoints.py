@@ -8,7 +8,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass, replace
-from typing import TypeAlias
+from typing import TypeAlias, TypedDict
 
 from ...events.effects import Effect
 from ...events.pending import Steps
@@ -18,7 +18,6 @@ from ..editing.edit_history import Renumbering
 from ..editing.program_tasks import CompareBodies, ProgramRefused
 from ..language.linking import Linked
 from .program_loader import ProgramLoader, ProgramWork
-from .program_replies import KeptFields
 
 Places: TypeAlias = frozenset[int]
 """Numbers of statements, from 0."""
@@ -26,6 +25,18 @@ Places: TypeAlias = frozenset[int]
 ThenPlaces: TypeAlias = Callable[[Places | Refusal, int], list[Effect]]
 RunPlaces: TypeAlias = Mapping[str, Places]
 """Of each program of a run, by name."""
+
+
+class KeptFields(TypedDict, total=False):
+    """What an answer about a revision says of its breakpoints; nothing where it has had none.
+
+    Attributes:
+        breakpoints: the statements to pause before, from 0.
+        dropped_breakpoints: how many are gone with their statements since they were set.
+    """
+
+    breakpoints: list[int]
+    dropped_breakpoints: int
 
 
 @dataclass(frozen=True, slots=True)

@@ -31,6 +31,7 @@ from ...events.reply_to import ReplyTo
 from ...refusal import Refusal, refusal_of
 from ...store.documents import DocumentKind, Heading
 from ...store.requests import Answer, Delete, Save
+from ...store.store_errors import Conflict, StoreError
 from ..editing.edit_history import EditStep, History, Renumbering, Splice
 from ..editing.edits import DescribeProgram, Edit, RecordPoint, TouchUp
 from ..editing.program_tasks import BodyEdited, Done, EditBody, HeadTaken, TakeHead
@@ -39,9 +40,8 @@ from ..language.program import OwnRobot, Program, check_robot
 from ..language.program_errors import BadValue, ProgramError
 from ..language.program_json import program_from_json
 from ..language.statements import Move
-from .kept_breakpoints import KeptBreakpoints
+from .kept_breakpoints import KeptBreakpoints, KeptFields
 from .program_loader import ProgramLoader, ProgramWork
-from .program_replies import conflict, renamed, saved
 
 
 @dataclass(frozen=True, slots=True)
@@ -98,6 +98,14 @@ _KIND = DocumentKind.PROGRAM
 Change = op.EditProgram | op.UndoEdit | op.RedoEdit | op.RenameProgram
 Teaching = op.RecordPoint | op.TouchUpPoint
 _Reply: TypeAlias = ReplyTo[op.SavedProgram]
+
+
+def saved(found: Answer, reply: _Reply, about: KeptFields | None = None) -> list[Effect]:
+    """Answer after the store has a change: the point that is acknowledged is on the disk."""
+    if isinstance(found, StoreError):
+        return reply.refuse(found.refusal())
+    assert isinstance(found, Heading)
+    return reply.answer({"name": found.name, "revision": found.revision, **(about or {})})
 
 
 class ProgramChanges:
@@ -183,7 +191,11 @@ class ProgramChanges:
         found = yield from self._loader.document(name)
         if isinstance(found, Refusal):
             return found
-        return conflict(name, expected, found.heading) or found.body
+        kept = found.heading
+        if kept.revision == expected:
+            return found.body
+        by, at = kept.saved_by, kept.saved_at
+        return Conflict(_KIND, name, expected, kept.revision, by, at).refusal()
 
     def _of_kept(
         self,
@@ -338,9 +350,13 @@ class ProgramChanges:
             copy = found
 
             def deleted(gone: Answer, now: int) -> list[Effect]:
-                if isinstance(gone, Heading):
-                    self._breakpoints.rename(old, new, copy.revision)
-                return renamed(copy, gone, reply_to, self._breakpoints.fields(new, copy.revision))
+                if isinstance(gone, StoreError):
+                    refusal = gone.refusal()
+                    left = "was saved, but the old name is still there"
+                    text = f"{copy.name!r} {left}: {refusal.sentence}"
+                    return reply_to.refuse(replace(refusal, text=text))
+                self._breakpoints.rename(old, new, copy.revision)
+                return saved(copy, reply_to, self._breakpoints.fields(new, copy.revision))
 
             return self._ask(Delete(_KIND, old, expected, reply_to.name), deleted)
 

@@ -26,6 +26,7 @@ from ...events.reply_to import ReplyTo
 from ...refusal import Refusal
 from ...store.documents import Document, DocumentKind, Heading
 from ...store.requests import Answer, Delete, ListHeadings, ListHistory
+from ...store.store_errors import StoreError
 from ..editing.edit_history import History
 from ..editing.program_tasks import (
     BodyPrinted,
@@ -39,10 +40,9 @@ from ..language.lexer import MOST_BYTES
 from ..language.program import OwnRobot, Program
 from ..language.program_errors import BadValue, ProgramTooLarge
 from ..language.program_json import MOST_JSON_BYTES, program_to_json
-from .kept_breakpoints import KeptBreakpoints
-from .program_changes import ProgramChanges
+from .kept_breakpoints import KeptBreakpoints, KeptFields
+from .program_changes import ProgramChanges, saved
 from .program_loader import ProgramLoader, ProgramWork
-from .program_replies import KeptFields, listed, saved
 
 
 @dataclass(slots=True)
@@ -94,6 +94,9 @@ class Uploads:
 CHUNK = 15_000
 """Greatest number of characters of a program in one answer: escaped, in UTF-8, they fit a frame."""
 
+MOST_LISTED = 150
+"""Greatest number of programs in one answer."""
+
 MOST_PRINTED = 4
 """Number of texts kept for pendants that load them part by part."""
 
@@ -132,13 +135,13 @@ class ProgramLibrary:
     def _list(
         self, asked: op.ListPrograms, reply: ReplyTo[op.ProgramHeadings], now: int
     ) -> list[Effect]:
-        return self._ask(ListHeadings(_KIND), lambda found, _: listed(found, reply, asked.first))
+        return self._ask(ListHeadings(_KIND), lambda found, _: _listed(found, reply, asked.first))
 
     @handles(op.ProgramHistory)
     def _history(
         self, asked: op.ProgramHistory, reply: ReplyTo[op.ProgramHeadings], now: int
     ) -> list[Effect]:
-        return self._ask(ListHistory(_KIND, asked.name), lambda found, _: listed(found, reply, 0))
+        return self._ask(ListHistory(_KIND, asked.name), lambda found, _: _listed(found, reply, 0))
 
     # Loading.
 
@@ -265,3 +268,24 @@ def _part_of(
             **about,
         }
     )
+
+
+def _listed(found: Answer, reply: ReplyTo[op.ProgramHeadings], first: int) -> list[Effect]:
+    """Answer with some of the headings, from one on."""
+    if isinstance(found, StoreError):
+        return reply.refuse(found.refusal())
+    assert isinstance(found, tuple)
+    headings = [each for each in found if isinstance(each, Heading)]
+    end = first + MOST_LISTED
+    shown: list[op.ProgramHeading] = [
+        {
+            "name": each.name,
+            "revision": each.revision,
+            "size": each.size,
+            "saved_by": each.saved_by,
+            "saved_at": each.saved_at,
+            "deleted": each.deleted,
+        }
+        for each in headings[first:end]
+    ]
+    return reply.answer({"programs": shown, "next": end if end < len(headings) else None})

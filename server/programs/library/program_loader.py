@@ -23,7 +23,7 @@ from ...events.pending import AskStore, Pending, Steps, Turn
 from ...events.reply_to import ReplyTo
 from ...planning.jobs import ProgramJob
 from ...refusal import Refusal
-from ...store.documents import Document, DocumentKind
+from ...store.documents import Document, DocumentKind, Heading
 from ...store.requests import Answer, Load
 from ...store.store_errors import NotFound, StoreError
 from ..editing.program_tasks import (
@@ -42,7 +42,6 @@ from ..language.linking import MOST_PARTS, MOST_PROGRAMS, Linked, link
 from ..language.program import Program, check_robot
 from ..language.program_errors import ProgramError, ProgramTooLarge
 from ..language.program_json import program_from_json
-from .program_replies import not_the_kept_one
 
 MOST_WAITING = 16
 """Greatest number of tasks of one cell that wait for the planning process."""
@@ -217,3 +216,26 @@ def _put_together(pieces: BodyUnpacked) -> Steps[Program]:
     while (program := unpacking.step()) is None:
         yield Turn.NEXT
     return program
+
+
+def not_the_kept_one(asked: int, kept: Heading) -> Refusal:
+    """Return the refusal to run a revision in the place of which another is kept."""
+    text = (
+        f"revision {asked} was asked for, revision {kept.revision} is kept:"
+        f" program {kept.name!r} was saved by {kept.saved_by!r} at {kept.saved_at}"
+    )
+    return _other_revision(text, kept.revision, asked)
+
+
+def not_the_one_under_way(program: str, asked: int, running: int) -> Refusal:
+    """Return the refusal to continue with another revision than the run started with."""
+    text = (
+        f"revision {asked} was asked for, revision {running} of program {program!r} is under way;"
+        f" accepted: {running}, or {asked} after a program stop"
+    )
+    return _other_revision(text, running, asked)
+
+
+def _other_revision(text: str, found: int, asked: int) -> Refusal:
+    code = VerdictCode.REVISION_CONFLICT
+    return Refusal(code, text, value=float(found), limit=float(asked))
