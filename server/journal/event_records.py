@@ -17,7 +17,8 @@ from __future__ import annotations
 
 import base64
 import json
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
+from contextlib import contextmanager
 from dataclasses import replace
 from typing import Annotated, Any, Literal, get_args
 
@@ -62,8 +63,6 @@ class _Failed(BaseModel):
 
 
 class _Record(BaseModel):
-    model_config = ConfigDict(extra="ignore")
-
     what: Literal["document", "heading", "extent", "headings", "chunks", "failed"]
     answer: Any
 
@@ -87,6 +86,19 @@ ANSWERED: Mapping[Backend, str] = {
 
 class AnswerRecordError(ValueError):
     """The record holds no answer to the question; the text says why."""
+
+
+@contextmanager
+def _damage_named() -> Iterator[None]:
+    """Turn what is raised while a record is read into an `AnswerRecordError`."""
+    try:
+        yield
+    except KeyError as error:
+        raise AnswerRecordError(f"no samples of {error.args[0]}") from None
+    except ValidationError as error:
+        raise AnswerRecordError(field_fault(error)) from None
+    except (ValueError, MotionError) as error:
+        raise AnswerRecordError(str(error)) from None
 
 
 def question_to_bytes(question: Question) -> bytes:
@@ -172,7 +184,7 @@ def answer_from_json(record: dict[str, Any]) -> Answer:
     Raises:
         AnswerRecordError: the record is damaged.
     """
-    try:
+    with _damage_named():
         read = _Record.model_validate(record)
         match read.what:
             case "document":
@@ -188,10 +200,6 @@ def answer_from_json(record: dict[str, Any]) -> Answer:
                 return tuple(base64.b64decode(text, validate=True) for text in texts)
             case "failed":
                 return _error(_FAILED.validate_python(read.answer))
-    except ValidationError as error:
-        raise AnswerRecordError(field_fault(error)) from None
-    except ValueError as error:
-        raise AnswerRecordError(str(error)) from None
 
 
 def _error(failed: _Failed) -> StoreError:
@@ -215,22 +223,16 @@ class _Account(BaseModel):
 
 
 class _Accounts(BaseModel):
-    model_config = ConfigDict(extra="ignore")
-
     accounts: tuple[_Account, ...]
     unreadable: tuple[str, ...] = ()
     single_user: bool
 
 
 class _Check(BaseModel):
-    model_config = ConfigDict(extra="ignore")
-
     right: bool | None
 
 
 class _Outcome(BaseModel):
-    model_config = ConfigDict(extra="ignore")
-
     code: int
     text: str
     value: float
@@ -264,7 +266,7 @@ def book_from_json(record: dict[str, Any]) -> tuple[AccountBook, bool]:
     Raises:
         AnswerRecordError: the record is damaged.
     """
-    try:
+    with _damage_named():
         read = _Accounts.model_validate(record)
         accounts = [
             Account(
@@ -277,8 +279,6 @@ def book_from_json(record: dict[str, Any]) -> tuple[AccountBook, bool]:
             )
             for each in read.accounts
         ]
-    except ValidationError as error:
-        raise AnswerRecordError(field_fault(error)) from None
     return AccountBook(accounts, dict.fromkeys(read.unreadable, "")), read.single_user
 
 
@@ -288,10 +288,8 @@ def check_from_json(record: dict[str, Any]) -> bool | None:
     Raises:
         AnswerRecordError: the record is damaged.
     """
-    try:
+    with _damage_named():
         return _Check.model_validate(record).right
-    except ValidationError as error:
-        raise AnswerRecordError(field_fault(error)) from None
 
 
 def outcome_to_json(refusal: Refusal | None) -> dict[str, Any]:
@@ -311,13 +309,9 @@ def outcome_from_json(record: dict[str, Any]) -> Refusal | None:
     Raises:
         AnswerRecordError: the record is damaged.
     """
-    try:
+    with _damage_named():
         read = _Outcome.model_validate(record)
         code = VerdictCode(read.code)
-    except ValidationError as error:
-        raise AnswerRecordError(field_fault(error)) from None
-    except ValueError as error:
-        raise AnswerRecordError(str(error)) from None
     if code is VerdictCode.ACCEPTED:
         return None
     return Refusal(code, read.text, value=read.value, limit=read.limit)
@@ -343,8 +337,6 @@ class _Refused(BaseModel):
 
 
 class _PlanRecord(BaseModel):
-    model_config = ConfigDict(extra="ignore")
-
     plan_time: float
     took: float = 0.0
     joints: int = 0
@@ -390,7 +382,7 @@ def plan_from_json(
     Raises:
         AnswerRecordError: the record is damaged, or its trajectory does not pass the certificate.
     """
-    try:
+    with _damage_named():
         read = _PlanRecord.model_validate(record)
         if read.refused is not None:
             return PlanAnswer(job_id, Refusal(**read.refused.model_dump()), read.plan_time)
@@ -413,12 +405,6 @@ def plan_from_json(
             None if read.playback is None else _PLAYBACK.validate_python(read.playback),
             read.took,
         )
-    except KeyError as error:
-        raise AnswerRecordError(f"no samples of {error.args[0]}") from None
-    except ValidationError as error:
-        raise AnswerRecordError(field_fault(error)) from None
-    except (ValueError, MotionError) as error:
-        raise AnswerRecordError(str(error)) from None
 
 
 def _fine(samples: dict[str, str], joints: int) -> FineSamples | None:
