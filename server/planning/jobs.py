@@ -37,7 +37,7 @@ from openpendant.simplemsg.verdicts import VerdictCode
 from ..programs.editing.program_tasks import Done, ProgramRefused, Task
 from ..programs.interpreter.dry_run_results import DryRunResult, PointFinding
 from ..programs.interpreter.motion_blocks import MotionBlock
-from ..programs.interpreter.signal_offers import Offer
+from ..programs.interpreter.run_events import Offer
 from ..programs.language.linking import Linked
 from ..refusal import Refusal
 from ..store.recording_format import Extract

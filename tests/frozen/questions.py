@@ -34,7 +34,7 @@ from openpendant.server.planning.jobs import (
 )
 from openpendant.server.programs.editing import edits, program_tasks
 from openpendant.server.programs.interpreter.motion_blocks import BlockMove, MotionBlock
-from openpendant.server.programs.interpreter.signal_offers import OfferedSignals
+from openpendant.server.programs.interpreter.run_events import OfferedSignals
 from openpendant.server.programs.language import statements
 from openpendant.server.programs.language.linking import link
 from openpendant.server.programs.language.points import ArmConfiguration, PointPose, TeachPoint

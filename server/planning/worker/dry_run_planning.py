@@ -38,7 +38,7 @@ from ...programs.interpreter.dry_run_results import (
     ToolSample,
 )
 from ...programs.interpreter.motion_blocks import MotionBlock
-from ...programs.interpreter.signal_offers import Offer
+from ...programs.interpreter.run_events import Offer
 from ...programs.language.points import TeachPoint
 from ...programs.language.statements import Attach, Detach
 from ...refusal import Refusal, refusal_of

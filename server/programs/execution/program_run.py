@@ -44,6 +44,8 @@ from ..interpreter.run_events import (
     DetachFromTool,
     Event,
     InputValue,
+    Offer,
+    OfferedSignals,
     Passed,
     PauseReason,
     QueryInput,
@@ -54,7 +56,6 @@ from ..interpreter.run_events import (
     WriteOutput,
 )
 from ..interpreter.runner import Runner
-from ..interpreter.signal_offers import Offer, OfferedSignals
 from ..language.linking import Linked
 
 

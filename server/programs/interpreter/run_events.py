@@ -1,14 +1,18 @@
-"""Run events and actions: the input and the output of a program's run.
+"""Run events and actions: the input and the output of a program's run, and the signals it may use.
 
 Every action that takes time has a request number; its answer quotes it. An answer to a request that
 is no longer open, as after a stop, changes nothing.
+
+Owns the refusal of a signal that the controller does not have.
 """
 
 from __future__ import annotations
 
 from dataclasses import dataclass
 from enum import Enum
-from typing import TypeAlias
+from typing import Literal, TypeAlias
+
+from openpendant.simplemsg.verdicts import VerdictCode
 
 from ...refusal import Refusal
 from .motion_blocks import MotionBlock
@@ -267,3 +271,27 @@ Action: TypeAlias = (
     | Failed
     | EventRefused
 )
+
+
+SignalKind: TypeAlias = Literal["input", "output"]
+
+
+@dataclass(frozen=True, slots=True)
+class OfferedSignals:
+    """Numbers of signals; they are numbered from 0."""
+
+    inputs: int
+    outputs: int
+
+    def absent(self, kind: SignalKind, signal: int) -> Refusal | None:
+        """Return the reason why there is no such signal; None if there is one."""
+        count = self.inputs if kind == "input" else self.outputs
+        if 0 <= signal < count:
+            return None
+        accepted = f"0 to {count - 1}" if count else "none, there is not one"
+        text = f"{kind} {signal}; accepted: {accepted}"
+        return Refusal(VerdictCode.NO_SIGNAL, text, value=signal, limit=count - 1)
+
+
+Offer: TypeAlias = OfferedSignals | Refusal | None
+"""Signals that a controller offers; or why it offers none; None while that is unknown."""

@@ -7,7 +7,7 @@ from typing import Any
 from rigs.cells.program_cell import BODY_LINE, HEAD, ProgramCell, ask
 
 from openpendant.server.programs.execution.program_run import BareEnvironment
-from openpendant.server.programs.interpreter.signal_offers import Offer, OfferedSignals
+from openpendant.server.programs.interpreter.run_events import Offer, OfferedSignals
 from openpendant.simplemsg.verdicts import VerdictCode as V
 
 STATEMENTS = "wait input 999 on\nset output 1 on\nif flag F on\nend\nloop\nend\n"
