@@ -6,7 +6,6 @@ without credentials, and the rule that only named addresses use the clear-text R
 
 from __future__ import annotations
 
-import ipaddress
 from collections.abc import Sequence
 from dataclasses import dataclass
 
@@ -14,24 +13,15 @@ from openpendant.simplemsg.verdicts import VerdictCode
 
 from ..refusal import Refusal
 from .accounts import AccountBook
+from .lockout import ip_of
 
 
 def is_loopback(address: str) -> bool:
     """Return True if an address or host name is this machine's own."""
     if address == "localhost":
         return True
-    ip = _parsed(address)
+    ip = ip_of(address)
     return ip is not None and ip.is_loopback
-
-
-def _parsed(address: str) -> ipaddress.IPv4Address | ipaddress.IPv6Address | None:
-    try:
-        ip = ipaddress.ip_address(address.partition("%")[0])
-    except ValueError:
-        return None
-    if isinstance(ip, ipaddress.IPv6Address) and ip.ipv4_mapped is not None:
-        return ip.ipv4_mapped
-    return ip
 
 
 class ExposureRefused(Exception):
@@ -85,7 +75,7 @@ def check_exposure(exposure: Exposure, book: AccountBook) -> list[str]:
 
 
 def _check_allowed(address: str) -> None:
-    ip = _parsed(address)
+    ip = ip_of(address)
     if ip is None or ip.is_unspecified or ip.is_multicast:
         problem = (
             f"{address!r} is no address of one host; the ROS-Industrial ports have no credentials, "
@@ -100,7 +90,7 @@ def clear_text_fault(exposure: Exposure, address: str) -> Refusal | None:
     On loopback every address may connect, and the cell checks its own list of who may move. A port
     that can be reached from outside serves only the addresses of that list.
     """
-    if exposure.is_local or _parsed(address) in [_parsed(known) for known in exposure.ros_allow]:
+    if exposure.is_local or ip_of(address) in [ip_of(known) for known in exposure.ros_allow]:
         return None
     text = f"{address} is not among the addresses that may use this port"
     return Refusal(VerdictCode.ADDRESS_NOT_ALLOWED, text)

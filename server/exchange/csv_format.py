@@ -14,7 +14,7 @@ import json
 import math
 import re
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
-from typing import Any, BinaryIO, NoReturn, Protocol
+from typing import Any, BinaryIO, NoReturn, TextIO
 
 from ..store.documents import DocumentKind, Heading, Store
 from ..store.recording_format import (
@@ -43,14 +43,7 @@ _PLACE = re.compile(r"[^.\[\]\s]+|\[\d{1,3}\]")
 _WHOLE_PLACE = re.compile(r"[^.\[\]\s]+(\.[^.\[\]\s]+|\[\d{1,3}\])*")
 
 
-class TextOut(Protocol):
-    """Output for text."""
-
-    def write(self, text: str, /) -> object:
-        """Write text."""
-
-
-def write_points(name: str, body: str, out: TextOut) -> None:
+def write_points(name: str, body: str, out: TextIO) -> None:
     """Write the point list of a body.
 
     Raises:
@@ -80,7 +73,7 @@ class _UnixLines:
     those: otherwise a text with a carriage return could not be read again.
     """
 
-    def __init__(self, out: TextOut) -> None:
+    def __init__(self, out: TextIO) -> None:
         self._out = out
 
     def write(self, row: str) -> object:
@@ -111,7 +104,7 @@ def read_points(stream: BinaryIO, file: str) -> list[dict[str, Any]]:
     return points
 
 
-def write_recording(store: Store, name: str, out: TextOut) -> None:
+def write_recording(store: Store, name: str, out: TextIO) -> None:
     """Write the samples of a recording, a row each."""
     columns = columns_of(name, store.load(_RECORDING, name).body)
     writer = csv.writer(out, lineterminator="\n")
