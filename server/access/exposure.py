@@ -29,8 +29,7 @@ class ExposureRefused(Exception):
 
     def __init__(self, key: str, problem: str) -> None:
         super().__init__(f"{key}: {problem}")
-        self.key = key
-        self.problem = problem
+        self.key, self.problem = key, problem
 
 
 @dataclass(frozen=True, slots=True)

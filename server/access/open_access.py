@@ -40,8 +40,7 @@ class TlsUnusable(Exception):
 
     def __init__(self, file: str, problem: str) -> None:
         super().__init__(f"{file}: {problem}")
-        self.file = file
-        self.problem = problem
+        self.file, self.problem = file, problem
 
 
 def server_context(settings: TlsSettings) -> ssl.SSLContext | None:

@@ -36,9 +36,7 @@ class ConfigurationError(Exception):
 
     def __init__(self, file: str, key: str, problem: str) -> None:
         super().__init__(f"{file}: {key}: {problem}" if key else f"{file}: {problem}")
-        self.file = file
-        self.key = key
-        self.problem = problem
+        self.file, self.key, self.problem = file, key, problem
 
 
 def load_settings(path: Path) -> dict[str, Any]:

@@ -207,15 +207,8 @@ def check_revision(kind: DocumentKind, name: str, expected: int, current: Headin
         return
     kept = 0 if current.deleted else current.revision
     if expected != kept:
-        raise Conflict(
-            kind,
-            name,
-            expected,
-            current.revision,
-            current.saved_by,
-            current.saved_at,
-            deleted=current.deleted,
-        )
+        by, at, gone = current.saved_by, current.saved_at, current.deleted
+        raise Conflict(kind, name, expected, current.revision, by, at, deleted=gone)
 
 
 def revision_after(current: Heading | None) -> int:

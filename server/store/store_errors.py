@@ -56,13 +56,9 @@ class Conflict(StoreError):
         else:
             kept = "there is no such document"
         super().__init__(f"{kind} {name!r}: the change was {asked}, but {kept}")
-        self.kind = kind
-        self.name = name
-        self.expected = expected
-        self.current = current
-        self.saved_by = saved_by
-        self.saved_at = saved_at
-        self.deleted = deleted
+        self.kind, self.name = kind, name
+        self.expected, self.current = expected, current
+        self.saved_by, self.saved_at, self.deleted = saved_by, saved_at, deleted
 
 
 class NotFound(StoreError):
@@ -77,9 +73,7 @@ class NotFound(StoreError):
     def __init__(self, kind: str, name: str, revision: int | None = None) -> None:
         what = f"no {kind} {name!r}" if revision is None else f"no such revision of {kind} {name!r}"
         super().__init__(f"there is {what}" + ("" if revision is None else f": {revision}"))
-        self.kind = kind
-        self.name = name
-        self.revision = revision
+        self.kind, self.name, self.revision = kind, name, revision
 
 
 class BadName(StoreError):
@@ -96,8 +90,7 @@ class BadName(StoreError):
     def __init__(self, name: str, problem: str, *, size: int = 0, limit: int = 0) -> None:
         shown = ascii(name if len(name) <= 80 else name[:77] + "...")
         super().__init__(f"name {shown}: {problem}")
-        self.name = name
-        self.problem = problem
+        self.name, self.problem = name, problem
         self.size, self.limit = size, limit
 
 
@@ -133,10 +126,8 @@ class BadDocument(StoreError):
     def __init__(self, file: str, problem: str, *, line: int = 0, place: str = "") -> None:
         where = ", ".join(part for part in (f"line {line}" if line else "", place) if part)
         super().__init__(f"{file}: {where}: {problem}" if where else f"{file}: {problem}")
-        self.file = file
-        self.line = line
-        self.place = place
-        self.problem = problem
+        self.file, self.line = file, line
+        self.place, self.problem = place, problem
 
 
 class OutOfSequence(StoreError):
@@ -181,8 +172,7 @@ class StoreTooNew(StoreFailed):
             f"{path}: has schema version {found}; this program knows versions up to {known}:"
             f" use a newer openpendant"
         )
-        self.found = found
-        self.known = known
+        self.found, self.known = found, known
 
 
 class ForeignFile(StoreFailed):

@@ -127,8 +127,7 @@ class BlockFault(Exception):
 
     def __init__(self, place: int, error: MotionError) -> None:
         super().__init__(str(error))
-        self.place = place
-        self.error = error
+        self.place, self.error = place, error
 
     @property
     def is_standing(self) -> bool:
