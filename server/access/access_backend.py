@@ -19,7 +19,7 @@ import shlex
 import threading
 from collections.abc import Callable
 from concurrent.futures import ThreadPoolExecutor
-from contextlib import suppress
+from contextlib import closing, suppress
 from functools import partial
 from pathlib import Path
 from typing import Protocol
@@ -212,11 +212,8 @@ class ProcessAccess:
         if self._file is None:
             return Refusal(VerdictCode.NO_STORE)
         try:
-            store = open_store(self._file)
-            try:
+            with closing(open_store(self._file)) as store:
                 make_change(StoredAccounts(store, change.author or "admin"), change, hashed)
-            finally:
-                store.close()
         except AccountRefused as error:
             return error.refusal
         except StoreError as error:
@@ -249,11 +246,8 @@ class ProcessAccess:
         if signature == self._seen or not signature:
             return None
         try:
-            store = open_for_reading(self._file)
-            try:
+            with closing(open_for_reading(self._file)) as store:
                 book = StoredAccounts(store, "").book()
-            finally:
-                store.close()
         except StoreError as error:
             # The accounts read last stay in force; each period of failure is logged once.
             if not self._is_troubled:
@@ -302,8 +296,5 @@ def read_at_start(file: Path) -> tuple[AccountBook, bool]:
     """
     if not file.exists():
         return AccountBook(), True
-    store = open_store(file)
-    try:
+    with closing(open_store(file)) as store:
         return StoredAccounts(store, "").book(), store.set_aside is None
-    finally:
-        store.close()

@@ -137,6 +137,8 @@ def import_documents(
     as_json: AsJson = False,
 ) -> None:
     """Read documents from text; all are saved or, if one cannot be, none."""
+    from ..exchange.document_check import check_entries
+
     author = command_author("import")
     is_csv = source.suffix == _CSV
     if is_csv and name is None:
@@ -152,7 +154,7 @@ def import_documents(
             if is_csv:
                 assert name is not None, "checked above"
                 entries = (_points(opened, kind, name, source, robot, replace),)
-            entries = _check(opened, entries, str(source))
+            entries = check_entries(entries, str(source), partial(_kept, opened))
             _tell_of_unknown_robots(entries)
             saved = _save(opened, entries, str(source), author, replace, accounts)
     print_headings(saved, as_json)
@@ -208,7 +210,10 @@ def _import_samples(
     found, file = robot_of_samples(name, robot), str(source)
     described = {"robot": found.name, "joints": found.limits.names}
     # Now rather than after a file of hours was read; it is looked at once more as it is saved.
-    _check_free(store, DocumentKind.RECORDING, name)
+    check_new_name(name)
+    with contextlib.suppress(NotFound):
+        kept = store.load(DocumentKind.RECORDING, name).heading
+        check_revision(DocumentKind.RECORDING, name, 0, kept)
     check = partial(check_samples, name, found, file)
     try:
         with open_regular(source) as stream:
@@ -218,22 +223,8 @@ def _import_samples(
     return (saved,)
 
 
-def _check_free(store: SqliteStore, kind: DocumentKind, name: str) -> None:
-    check_new_name(name)
-    with contextlib.suppress(NotFound):
-        check_revision(kind, name, 0, store.load(kind, name).heading)
-
-
 def _unreadable(source: Path, error: Exception) -> StoreFailed:
     return StoreFailed(f"{source}: {getattr(error, 'strerror', None) or error}")
-
-
-def _check(
-    store: SqliteStore, entries: Sequence[ImportedDocument], file: str
-) -> tuple[ImportedDocument, ...]:
-    from ..exchange.document_check import check_entries
-
-    return check_entries(entries, file, lambda kind, name: _kept(store, kind, name))
 
 
 def _tell_of_unknown_robots(entries: Sequence[ImportedDocument]) -> None:
