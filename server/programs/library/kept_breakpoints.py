@@ -6,11 +6,10 @@ change is `edit_history`'s; the runner pauses at them.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Mapping
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, replace
 from typing import TypeAlias, TypedDict
 
-from ...events.effects import Effect
 from ...events.pending import Steps
 from ...refusal import Refusal
 from ...store.store_errors import NotFound
@@ -22,7 +21,6 @@ from .program_loader import ProgramLoader, ProgramWork
 Places: TypeAlias = frozenset[int]
 """Numbers of statements, from 0."""
 
-ThenPlaces: TypeAlias = Callable[[Places | Refusal, int], list[Effect]]
 RunPlaces: TypeAlias = Mapping[str, Places]
 """Of each program of a run, by name."""
 
@@ -108,12 +106,6 @@ class KeptBreakpoints:
                 self._kept[name] = replace(kept, dropped=0)
         named = ", ".join(dropped)
         return f"breakpoints dropped, their statements are gone: {named}" if named else ""
-
-    def follow(
-        self, name: str, revision: int, body: str, then: ThenPlaces, now: int
-    ) -> list[Effect]:
-        """Find the breakpoints of a program in a revision; `then` gets what `places` returns."""
-        return self._work.run(self.places(name, revision, body), then, now)
 
     def places(self, name: str, revision: int, body: str) -> Steps[Places | Refusal]:
         """Find the breakpoints of a program in a revision of it.

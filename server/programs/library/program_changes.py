@@ -157,7 +157,8 @@ class ProgramChanges:
             def followed(_: object, now: int) -> list[Effect]:
                 return saved(heading, reply_to, self._breakpoints.fields(name, revision))
 
-            return self._breakpoints.follow(name, revision, body, followed, now)
+            places = self._breakpoints.places(name, revision, body)
+            return self._work.run(places, followed, now)
 
         return self._ask(Save(_KIND, name, body, expected, reply_to.name), kept)
 

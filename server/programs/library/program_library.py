@@ -12,6 +12,7 @@ from __future__ import annotations
 
 from collections import OrderedDict
 from dataclasses import dataclass, field
+from functools import partial
 from typing import cast
 
 from openpendant.simplemsg.pendant.management import programs as op
@@ -155,13 +156,10 @@ class ProgramLibrary:
             document = found
             if asked.revision is not None:
                 return self._show(document, asked, reply_to, now)
-            return self._breakpoints.follow(
-                asked.name,
-                document.heading.revision,
-                document.body,
-                lambda _, at: self._show(document, asked, reply_to, at),
-                now,
-            )
+            revision = document.heading.revision
+            places = self._breakpoints.places(asked.name, revision, document.body)
+            show = partial(self._show, document, asked, reply_to)
+            return self._work.run(places, lambda _, at: show(at), now)
 
         return self._loader.load(asked.name, loaded, asked.revision)
 
