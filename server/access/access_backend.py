@@ -185,8 +185,6 @@ class ProcessAccess:
         """Check a password; `deliver` is called in a later turn of the loop."""
         self._passwords.submit(job, deliver)
 
-    # Changes.
-
     def change(self, change: AccountChange, deliver: DeliverChange) -> None:
         """Change an account; `deliver` is called in a later turn of the loop."""
         task = asyncio.get_running_loop().create_task(self._carry_out(change, deliver))
@@ -219,8 +217,6 @@ class ProcessAccess:
         except StoreError as error:
             return Refusal(error.code, str(error))
         return None
-
-    # Reading.
 
     async def keep_up(self, on_change: Callable[[], None]) -> None:
         """Read the accounts periodically; call `on_change` when `book` has changed."""

@@ -220,8 +220,6 @@ class Admission:
         """The accounts as they are now."""
         return self._book
 
-    # Connections.
-
     def welcomed(
         self, session: int, address: str, client: str, cell: str, now: int
     ) -> Granted | None:
@@ -245,8 +243,6 @@ class Admission:
         """Return what a connection was granted; None for nothing."""
         visitor = self.visitors.find(session)
         return None if visitor is None else visitor.grant
-
-    # Passwords.
 
     def try_password(
         self, session: int, name: str, password: Secret, now: int
@@ -340,8 +336,6 @@ class Admission:
         self.visitors.note(AuditEvent.ROLE_CHANGED, visitor, now, before=grant.role.value)
         return visitor.grant
 
-    # Pairing.
-
     def issue_pairing(self, session: int, now: int, chooser: Chooser) -> PairingCode | Refusal:
         """Make a pairing code for the cell of the connection that asks."""
         visitor = self._teacher(session)
@@ -403,8 +397,6 @@ class Admission:
             for other in self.visitors
             if other is not visitor and other.grant is not None
         )
-
-    # What passwords and pairing codes share.
 
     def _charge(
         self, visitor: Visitor, key: str, account: Account | None, now: int

@@ -181,9 +181,6 @@ def _of_motion(error: MotionError) -> _Unfit:
     return _Unfit("", str(error))
 
 
-# Programs, as people write them.
-
-
 def program_entry(text: str, file: str, name: str | None = None) -> ImportedDocument:
     """Return the document for a program's own text or JSON.
 
@@ -260,9 +257,6 @@ def program_of_points(
     except (MotionError, ProgramError) as error:
         raise BadDocument(what, str(error).removeprefix(f"{what}: ")) from None
     return entry
-
-
-# Samples of recordings, as tables.
 
 
 def robot_of_samples(name: str, robot: str | None) -> SerialRobot:

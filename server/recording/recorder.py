@@ -265,8 +265,6 @@ class Recorder:
         text = f"recording {run.name!r} was stopped, and the disk was still busy with its end"
         return out + run.on_result(Refusal(VerdictCode.SHUTTING_DOWN, text), run.last)
 
-    # Rows.
-
     def _write(self, run: RecordingRun) -> list[Effect]:
         """Write the chunk that the disk did not take, or one that is due."""
         if run.is_asked:
@@ -308,8 +306,6 @@ class Recorder:
         if run.busy_since is None:
             run.busy_since = now
         return now - run.busy_since < LONGEST_BUSY_NS
-
-    # The end.
 
     def _finish(self, run: RecordingRun) -> list[Effect]:
         """Write what is left, then the description with what was counted."""

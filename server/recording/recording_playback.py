@@ -163,8 +163,6 @@ class RecordingPlayback:
         self._loading: _Playback | None = None
         self._planning: tuple[MotionRequest, ReplyTo[PlaybackTold]] | None = None
 
-    # Loading.
-
     def play(
         self, asked: PlayRecording, reply_to: ReplyTo[PlaybackTold], by: Holder, now: int
     ) -> list[Effect]:
@@ -219,8 +217,6 @@ class RecordingPlayback:
             return []
         self._pending.drop(playback.steps)
         return playback.reply_to.refuse(refusal)
-
-    # Planning.
 
     def _loaded(self, found: _Loaded | Refusal, now: int) -> list[Effect]:
         """Request the motion if the robot may move now; that may have changed while loading."""

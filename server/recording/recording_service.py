@@ -263,8 +263,6 @@ class RecordingService:
             "problem": "" if broken_off is None else broken_off.refusal.sentence,
         }
 
-    # Playing back.
-
     @handles(op.PlayRecording)
     def _play(
         self, asked: op.PlayRecording, reply: ReplyTo[op.PlaybackAccount], now: int

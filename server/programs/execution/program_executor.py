@@ -158,8 +158,6 @@ class ProgramExecutor:
         self._loading: Loading | None = None
         self._started: ProgramStarted | None = None
 
-    # Requests of pendants.
-
     @property
     def is_under_way(self) -> bool:
         """True while a program runs, waits, is paused or is being loaded."""
@@ -335,8 +333,6 @@ class ProgramExecutor:
         """Pause before these statements of a program from now on, in the present run."""
         if self._run is not None:
             self._run.pause_before({program: places}, now)
-
-    # What happens.
 
     def on_cell_event(self, event: CellEvent, now: int) -> list[Effect]:
         """Take the start or end of a motion of the run, or an event that ends the run."""

@@ -205,8 +205,6 @@ class InterpretedRun:
         """True while the robot is on its slow approach to the first point."""
         return isinstance(self.task, MotionTask) and self.task.gathered.block.approach
 
-    # What the runner lets through.
-
     def pause(self, now: int) -> None:
         """Hold the present statement; a motion pauses on its path."""
         self._pause(PauseReason.REQUEST)
@@ -249,8 +247,6 @@ class InterpretedRun:
         if isinstance(self.task, MotionTask):
             self.actions.append(StopMotion(self.task.request))
         self._end(RunState.STOPPED)
-
-    # What happened.
 
     def answer(self, event: RequestDone | Passed | InputValue | RequestAborted, now: int) -> None:
         """Take the answer to a request; one to a request that is not open is ignored."""
@@ -325,8 +321,6 @@ class InterpretedRun:
             self._pause(PauseReason.STEP)
         elif self.state is RunState.RUNNING:
             self.advance(now)
-
-    # Going on.
 
     def advance(self, now: int) -> None:
         """Start the next statement that takes time, or pause before it, or end."""

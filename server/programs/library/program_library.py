@@ -130,8 +130,6 @@ class ProgramLibrary:
         """Drop the unfinished uploads of a connection that ended."""
         self._uploads.forget(session)
 
-    # Lists.
-
     @handles(op.ListPrograms)
     def _list(
         self, asked: op.ListPrograms, reply: ReplyTo[op.ProgramHeadings], now: int
@@ -143,8 +141,6 @@ class ProgramLibrary:
         self, asked: op.ProgramHistory, reply: ReplyTo[op.ProgramHeadings], now: int
     ) -> list[Effect]:
         return self._ask(ListHistory(_KIND, asked.name), lambda found, _: _listed(found, reply, 0))
-
-    # Loading.
 
     @handles(op.LoadProgram)
     def _load(
@@ -204,8 +200,6 @@ class ProgramLibrary:
             )
 
         return self._work.have(ReadSource(asked.body, asked.format, "program"), read, reply_to, now)
-
-    # Saving.
 
     @handles(op.CreateProgram)
     def _create(
