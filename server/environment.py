@@ -15,7 +15,7 @@ from openpendant.simplemsg.verdicts import VerdictCode
 from .cell.robot_cell import RobotCell
 from .events.effects import Effect
 from .events.pending import Pending
-from .programs.interpreter.signal_offers import Offer
+from .programs.interpreter.run_events import Offer
 from .recording.recording_service import RecordingService
 from .refusal import Refusal, refusal_of
 from .scene.planning_scene import PlanningScene, RobotEnvironment

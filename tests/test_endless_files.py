@@ -13,9 +13,9 @@ from openpendant.controller_emulator.shell import settings as emulator
 from openpendant.controller_emulator.shell.scenario import load_scenario
 from openpendant.motion.description.robot import load_robot
 from openpendant.motion.errors import RobotFileError
-from openpendant.server.access.tls import TlsUnusable, server_context
+from openpendant.server.access.open_access import TlsUnusable, server_context
 from openpendant.server.settings import config_file as server
-from openpendant.server.settings.access_settings import TlsSettings
+from openpendant.server.settings.cell_settings import TlsSettings
 from openpendant.tools.packets.console import PacketToolError
 from openpendant.tools.packets.faulty.fault_script import load_script
 

@@ -74,7 +74,7 @@ SHELLS = {
     "controller_emulator/shell/links.py",
     "controller_emulator/shell/service.py",
     "server/background_writer.py",
-    "server/access/password_worker.py",
+    "server/access/access_backend.py",
     "server/shell/app.py",
     "server/cli/serve.py",
     "server/shell/client_connection.py",
@@ -85,8 +85,6 @@ SHELLS = {
     "server/planning/plan_store.py",
     "server/planning/pool/planning_pool.py",
     "server/planning/pool/planning_process.py",
-    "server/access/process_backend.py",
-    "server/store/writer.py",
     "server/store/store_client.py",
     "server/watchdog/stop_connection.py",
     "server/watchdog/watchdog_main.py",
@@ -115,7 +113,7 @@ FOLDER_ORDER = {
         *("programs/language", "programs/editing", "programs/interpreter"),
         *("planning", "planning/worker", "planning/pool", "control", "events"),
         *("cell/execution", "cell", "scene", "recording", "environment"),
-        *("programs/library", "programs/dry_run", "programs/execution", "programs"),
+        *("programs/library", "programs/execution", "programs"),
         *("endpoints", "endpoints/pendant", "endpoints/ros", "watchdog", "core", "journal"),
         *("exchange", "shell", "cli"),
     ),
@@ -133,7 +131,6 @@ ORDERED_ROOMS = [room for room in FOLDER_ORDER if room != "tools"]
 # The files of `uplinks` that belong to no dialect.
 NO_DIALECTS = {
     "server/uplinks/__init__.py",
-    "server/uplinks/controller_errors.py",
     "server/uplinks/uplink.py",
 }
 
@@ -424,7 +421,7 @@ def test_the_files_that_the_rules_name_exist() -> None:
         (
             imports_a_folder_above_itself,
             "server/store/x.py",
-            "if TYPE_CHECKING:\n    from ..access.tls import TlsUnusable",
+            "if TYPE_CHECKING:\n    from ..access.open_access import TlsUnusable",
         ),
         (names_a_bare_folder, "tests/x.py", "from tools.pendants import client"),
         (
@@ -464,7 +461,7 @@ def test_the_files_that_the_rules_name_exist() -> None:
         (runs_on_more_than_the_standard_library, "tools/cli.py", "import typer"),
         (
             names_a_dialect_outside_its_table,
-            "server/watchdog/stop_targets.py",
+            "server/watchdog/watchdog_process.py",
             "from ..uplinks.generic import GENERIC",
         ),
     ],

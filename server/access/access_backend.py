@@ -1,16 +1,108 @@
-"""Access backend: the interface to accounts, password checks and the audit log of a process."""
+"""Access backend of a process: its accounts, password checks and audit log, beside the event loop.
+
+Owns when the accounts are read again, and that neither hashing nor the disk is waited for on the
+event loop: threads and files, no decisions. The accounts are read and changed as `openpendant
+users` does beside the server, by an open file of their own.
+
+Passwords are checked by one niced thread beside the event loop, with a bounded queue. A thread
+suffices because `hashlib.scrypt` lets go of the interpreter's lock while it works; a test measures
+that the loop goes on meanwhile. One thread is enough for a class, and leaves an attacker no more
+than one core's idle time.
+"""
 
 from __future__ import annotations
 
+import asyncio
+import logging
+import os
+import shlex
+import threading
 from collections.abc import Callable
+from concurrent.futures import ThreadPoolExecutor
+from contextlib import closing, suppress
+from functools import partial
+from pathlib import Path
 from typing import Protocol
 
+from openpendant.simplemsg.verdicts import VerdictCode
+
 from ..refusal import Refusal
-from .account_store import AccountChange
-from .accounts import AccountBook
+from ..store.sqlite_store import open_for_reading, open_store
+from ..store.store_errors import StoreError
+from .accounts import (
+    AccountBook,
+    AccountChange,
+    AccountRefused,
+    StoredAccounts,
+    change_fault,
+    make_change,
+)
 from .admission import VerifyJob
 from .audit import AuditEntry
-from .password_worker import Deliver as DeliverCheck
+from .audit_file import AuditLog
+from .passwords import SALT_BYTES, PasswordHash, Secret, hash_password, is_password
+
+log = logging.getLogger("openpendant.server")
+
+MOST_WAITING = 64
+"""Jobs that may wait: a class of 30 that logs in at once, twice."""
+
+_NICENESS = 10
+
+DeliverCheck = Callable[[bool | None], None]
+"""Called on the loop with whether the password was right; None for not checked."""
+
+
+class PasswordWorker:
+    """Checks passwords one after the other."""
+
+    def __init__(self, most_waiting: int = MOST_WAITING) -> None:
+        """Make a worker whose thread starts with the first job."""
+        self._most_waiting = most_waiting
+        self._under_way = 0
+        self._thread = ThreadPoolExecutor(1, "passwords", initializer=_step_back)
+
+    def submit(self, job: VerifyJob, deliver: DeliverCheck) -> None:
+        """Check a password; `deliver` is called from the loop, never from within this call."""
+        loop = asyncio.get_running_loop()
+        if self._under_way >= self._most_waiting:
+            loop.call_soon(deliver, None)
+            return
+        self._under_way += 1
+        checked = loop.run_in_executor(self._thread, is_password, job.password, job.kept)
+        checked.add_done_callback(partial(self._done, deliver))
+
+    async def hash(self, password: Secret) -> PasswordHash | Refusal:
+        """Return what is to be kept of a new password, or why it cannot be hashed now."""
+        if self._under_way >= self._most_waiting:
+            return Refusal(VerdictCode.LOGIN_BUSY)
+        self._under_way += 1
+        try:
+            loop = asyncio.get_running_loop()
+            salt = os.urandom(SALT_BYTES)
+            return await loop.run_in_executor(self._thread, hash_password, password, salt)
+        finally:
+            self._under_way -= 1
+
+    def close(self) -> None:
+        """End the thread; jobs that it has not started are dropped."""
+        self._thread.shutdown(wait=False, cancel_futures=True)
+
+    def _done(self, deliver: DeliverCheck, checked: asyncio.Future[bool]) -> None:
+        self._under_way -= 1
+        if checked.cancelled():
+            return
+        error = checked.exception()
+        if error is not None:  # OpenSSL found no memory; the reason is no secret
+            log.error("a password could not be checked: %s", error)
+        deliver(None if error is not None else checked.result())
+
+
+def _step_back() -> None:
+    """Lower the thread's priority below the event loop's; Linux has a niceness for each thread."""
+    with suppress(AttributeError, OSError):
+        os.setpriority(os.PRIO_PROCESS, threading.get_native_id(), _NICENESS)
+
 
 DeliverChange = Callable[[Refusal | None], None]
 """Called on the loop with why a change was not made; None where it was."""
@@ -38,3 +130,167 @@ class AccessBackend(Protocol):
 
     async def keep_up(self, on_change: Callable[[], None]) -> None:
         """Read the accounts periodically; call `on_change` when `book` has changed."""
+
+
+READ_PERIOD = 2.0
+"""Pause between two looks at the accounts [s]."""
+
+_Signature = tuple[tuple[int, int, int], ...]
+
+
+class ProcessAccess:
+    """The accounts in a store's file, the password worker and the audit log."""
+
+    def __init__(
+        self,
+        file: Path | None,
+        book: AccountBook,
+        *,
+        single_user: bool,
+        audit: AuditLog | None = None,
+        read_period: float = READ_PERIOD,
+    ) -> None:
+        """Take over what was read at the start.
+
+        Args:
+            file: the store's file; it need not be there yet. None where nothing is kept.
+            audit: the audit log; none is kept where left out. It is closed with this.
+            read_period: pause between two looks at the accounts [s].
+        """
+        self.single_user = single_user
+        self.book = book
+        self._file = file
+        self._audit = audit
+        self._period = read_period
+        self._passwords = PasswordWorker()
+        self._thread = ThreadPoolExecutor(1, "accounts")
+        self._seen: _Signature | None = None
+        self._is_troubled = False
+        self._on_change: Callable[[], None] = lambda: None
+        self._changing: set[asyncio.Task[None]] = set()
+
+    def close(self) -> None:
+        """End the threads; what waits for the audit log is written, for at most two seconds."""
+        self._passwords.close()
+        self._thread.shutdown(wait=False, cancel_futures=True)
+        if self._audit is not None:
+            self._audit.close()
+
+    def record(self, entry: AuditEntry) -> None:
+        """Note an entry; returns at once."""
+        if self._audit is not None:
+            self._audit.record(entry)
+
+    def check(self, job: VerifyJob, deliver: DeliverCheck) -> None:
+        """Check a password; `deliver` is called in a later turn of the loop."""
+        self._passwords.submit(job, deliver)
+
+    def change(self, change: AccountChange, deliver: DeliverChange) -> None:
+        """Change an account; `deliver` is called in a later turn of the loop."""
+        task = asyncio.get_running_loop().create_task(self._carry_out(change, deliver))
+        self._changing.add(task)
+        task.add_done_callback(self._changing.discard)
+
+    async def _carry_out(self, change: AccountChange, deliver: DeliverChange) -> None:
+        refusal = change_fault(change)
+        hashed: PasswordHash | None = None
+        if refusal is None and change.password is not None:
+            outcome = await self._passwords.hash(change.password)
+            if isinstance(outcome, Refusal):
+                refusal = outcome
+            else:
+                hashed = outcome
+        if refusal is None:
+            loop = asyncio.get_running_loop()
+            refusal = await loop.run_in_executor(self._thread, self._make, change, hashed)
+            await self._look()
+        deliver(refusal)
+
+    def _make(self, change: AccountChange, hashed: PasswordHash | None) -> Refusal | None:
+        if self._file is None:
+            return Refusal(VerdictCode.NO_STORE)
+        try:
+            with closing(open_store(self._file)) as store:
+                make_change(StoredAccounts(store, change.author or "admin"), change, hashed)
+        except AccountRefused as error:
+            return error.refusal
+        except StoreError as error:
+            return Refusal(error.code, str(error))
+        return None
+
+    async def keep_up(self, on_change: Callable[[], None]) -> None:
+        """Read the accounts periodically; call `on_change` when `book` has changed."""
+        self._on_change = on_change
+        while True:
+            await asyncio.sleep(self._period)
+            await self._look()
+
+    async def _look(self) -> None:
+        loop = asyncio.get_running_loop()
+        book = await loop.run_in_executor(self._thread, self._read)
+        if book is not None and book != self.book:
+            for warning in unreadable_accounts(book):
+                log.error("%s", warning)
+            self.book = book
+            self._on_change()
+
+    def _read(self) -> AccountBook | None:
+        """Return the accounts if the file was changed; None where it was not, or on trouble."""
+        if self._file is None:
+            return None
+        signature = _signature(self._file)
+        if signature == self._seen or not signature:
+            return None
+        try:
+            with closing(open_for_reading(self._file)) as store:
+                book = StoredAccounts(store, "").book()
+        except StoreError as error:
+            # The accounts read last stay in force; each period of failure is logged once.
+            if not self._is_troubled:
+                log.error("the accounts cannot be read: %s", error)
+            self._is_troubled = True
+            return None
+        self._is_troubled = False
+        self._seen = signature
+        return book
+
+
+def _signature(file: Path) -> _Signature:
+    """Return what changes whenever the store's file or its log does."""
+    found = []
+    for each in (file, file.with_name(file.name + "-wal")):
+        try:
+            status = os.stat(each)
+        except OSError:
+            continue
+        found.append((status.st_ino, status.st_mtime_ns, status.st_size))
+    return tuple(found)
+
+
+def unreadable_accounts(book: AccountBook) -> tuple[str, ...]:
+    """Return a sentence for each document that is no account."""
+    return tuple(
+        f"account {key!r} cannot be read, so nobody logs in with it: {why};"
+        f" remove it with: openpendant users remove {shlex.quote(key)}"
+        for key, why in book.unreadable.items()
+    )
+
+
+def read_at_start(file: Path) -> tuple[AccountBook, bool]:
+    """Read the accounts before the server listens.
+
+    A broken file is set aside, and then nobody knows who had an account.
+
+    Args:
+        file: the store's file; where there is none, there is no account.
+
+    Returns:
+        The accounts, and whether without any the machine's user may do everything.
+
+    Raises:
+        StoreError: the file belongs to another program, is of a later version or cannot be opened.
+    """
+    if not file.exists():
+        return AccountBook(), True
+    with closing(open_store(file)) as store:
+        return StoredAccounts(store, "").book(), store.set_aside is None

@@ -1,30 +1,164 @@
-"""Admission: how a connection earns a role, and when it loses it (promises 28 and 29).
+"""Admission: how a connection earns a role, what it was granted, and when it loses it.
 
-Owns login, pairing and the single user. The core never hashes: `try_password` returns a job for
-`password_worker`, and its outcome comes back as one more event. `roles` owns what a role allows,
-`lockout` how often somebody may guess.
+Owns login, pairing and the single user (promises 28 and 29). The core never hashes: `try_password`
+returns a job for the password worker, and its outcome comes back as one more event. `roles` owns
+what a role allows, `lockout` how often somebody may guess.
 
 A server without accounts that listens on loopback only has a single user: every local connection is
 admin, under the name of its hello. On any other server a connection that has not logged in may send
 STOP and, from the machine itself, observe.
+
+Owns the rule that a grant belongs to one connection and ends with it: there is no token that
+another connection could present (promise 28).
 """
 
 from __future__ import annotations
 
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass, field
+from enum import Enum
 
-from openpendant.simplemsg.pendant.roles import Permission, Role
+from openpendant.simplemsg.pendant.roles import (
+    LEAST_ROLE,
+    PERMISSIONS_OF,
+    WITHOUT_LOGIN,
+    Permission,
+    Role,
+)
 from openpendant.simplemsg.verdicts import VerdictCode
 
 from ..refusal import Refusal
 from .accounts import Account, AccountBook, account_key, name_fault
-from .audit import AuditEvent
+from .audit import AuditEntry, AuditEvent, Detail
 from .exposure import is_loopback
-from .grants import Basis, Granted, GrantEnded, Record, Visitor, Visitors
 from .lockout import SECOND_NS, Charge, Lockout
 from .pairing import Chooser, PairingCode, PairingCodes
-from .passwords import NOBODYS_HASH, PasswordHash
-from .secret import Secret
+from .passwords import NOBODYS_HASH, PasswordHash, Secret
+
+
+class Basis(Enum):
+    """Basis of a grant."""
+
+    SINGLE_USER = "single user"
+    ACCOUNT = "account"
+    PAIRING = "pairing"
+
+
+@dataclass(frozen=True, slots=True)
+class Granted:
+    """Grant of a connection."""
+
+    session: int
+    role: Role
+    name: str
+    basis: Basis
+
+
+@dataclass(frozen=True, slots=True)
+class GrantEnded:
+    """A connection's grant ended without its doing: it may now do what anybody may."""
+
+    session: int
+    reason: str
+
+
+@dataclass(slots=True)
+class Visitor:
+    """A connection that completed hello.
+
+    Attributes:
+        session: its number, never used again.
+        ended: why its last grant ended; empty where none did.
+    """
+
+    session: int
+    address: str
+    client: str
+    cell: str
+    grant: Granted | None = None
+    checking: bool = False
+    ended: str = ""
+
+
+Record = Callable[[AuditEntry], None]
+"""Takes what is to be noted in the audit log; must not block."""
+
+
+class Visitors:
+    """The connections of one process."""
+
+    def __init__(self, record: Record, *, observe_without_login: bool) -> None:
+        self._record = record
+        self._observe_without_login = observe_without_login
+        self._visitors: dict[int, Visitor] = {}
+
+    def __iter__(self) -> Iterator[Visitor]:
+        return iter(self._visitors.values())
+
+    def __len__(self) -> int:
+        return len(self._visitors)
+
+    def find(self, session: int) -> Visitor | None:
+        """Return a connection; None where it has not completed hello, or is gone."""
+        return self._visitors.get(session)
+
+    def add(self, visitor: Visitor, now: int) -> None:
+        """Take a connection that completed hello."""
+        self._visitors[visitor.session] = visitor
+        self.note(AuditEvent.CONNECTED, visitor, now, client=visitor.client)
+
+    def remove(self, session: int, now: int) -> None:
+        """Forget a connection and its grant."""
+        visitor = self._visitors.pop(session, None)
+        if visitor is not None:
+            self.note(AuditEvent.DISCONNECTED, visitor, now)
+
+    def may(self, session: int, permission: Permission) -> Refusal | None:
+        """Return why a connection may not do something; None where it may."""
+        visitor = self._visitors.get(session)
+        if visitor is None:
+            return Refusal(VerdictCode.HELLO_FIRST)
+        if permission in WITHOUT_LOGIN:
+            return None
+        grant = visitor.grant
+        if grant is not None and permission in PERMISSIONS_OF[grant.role]:
+            return None
+        needs = f"{permission.value} needs the role {LEAST_ROLE[permission].value}"
+        if grant is None:
+            if permission is Permission.OBSERVE and self._may_look_on(visitor):
+                return None
+            why = f": {visitor.ended}" if visitor.ended else ""
+            return Refusal(VerdictCode.LOGIN_NEEDED, f"{needs}; this connection has none{why}")
+        text = f"{needs}; {grant.name} is {grant.role.value}"
+        return Refusal(VerdictCode.ROLE_TOO_LOW, text)
+
+    def _may_look_on(self, visitor: Visitor) -> bool:
+        return self._observe_without_login or is_loopback(visitor.address)
+
+    def end(self, visitor: Visitor, reason: str, now: int) -> GrantEnded:
+        """Take back what a connection was granted."""
+        self.note(AuditEvent.LOGOUT, visitor, now, reason=reason)
+        visitor.grant = None
+        visitor.ended = reason
+        return GrantEnded(visitor.session, reason)
+
+    def note(self, event: AuditEvent, visitor: Visitor, now: int, **detail: Detail) -> None:
+        """Note what a connection did; of one without a login, what it calls itself."""
+        grant = visitor.grant
+        if grant is None:
+            detail.setdefault("client", visitor.client)
+        entry = AuditEntry(
+            event,
+            now,
+            who="" if grant is None else grant.name,
+            role="" if grant is None else grant.role.value,
+            source=visitor.address,
+            session=visitor.session,
+            cell=visitor.cell,
+            detail=detail,
+        )
+        self._record(entry)
+
 
 GUEST_ROLE = Role.OPERATOR
 
@@ -34,14 +168,7 @@ _PAIRING = "\0pairing"
 
 @dataclass(frozen=True, slots=True)
 class VerifyJob:
-    """A password to be checked by `password_worker`.
-
-    Attributes:
-        job_id: number of the job.
-        session: number of the connection that waits for it.
-        password: what was typed.
-        kept: what it is to be compared with.
-    """
+    """A password to be checked by the password worker."""
 
     job_id: int
     session: int
@@ -62,7 +189,6 @@ class Admission:
     """Login state of the connections of one process.
 
     Attributes:
-        visitors: the connections.
         single_user_host: without accounts, a connection from this machine is admin.
     """
 
@@ -78,11 +204,8 @@ class Admission:
         """Admit nobody yet.
 
         Args:
-            book: the accounts.
             single_user_host: the server listens on loopback addresses only.
-            record: takes what is to be noted in the audit log; must not block.
             observe_without_login: whoever reaches the server may look on.
-            pairing: the pairing codes; none where left out.
         """
         self.visitors = Visitors(record, observe_without_login=observe_without_login)
         self._book = book
@@ -96,8 +219,6 @@ class Admission:
     def accounts(self) -> AccountBook:
         """The accounts as they are now."""
         return self._book
-
-    # Connections.
 
     def welcomed(
         self, session: int, address: str, client: str, cell: str, now: int
@@ -123,8 +244,6 @@ class Admission:
         visitor = self.visitors.find(session)
         return None if visitor is None else visitor.grant
 
-    # Passwords.
-
     def try_password(
         self, session: int, name: str, password: Secret, now: int
     ) -> VerifyJob | Refusal:
@@ -133,14 +252,8 @@ class Admission:
         A name without an account takes the same time and gets the same answer, so that nobody
         learns which names exist.
 
-        Args:
-            session: the connection.
-            name: name of the account.
-            password: its password.
-            now: monotonic time, ns.
-
         Returns:
-            The job for `password_worker`, whose outcome goes to `verified` or `not_verified`.
+            The job for the password worker, whose outcome goes to `verified` or `not_verified`.
         """
         visitor = self.visitors.find(session)
         if visitor is None:
@@ -223,8 +336,6 @@ class Admission:
         self.visitors.note(AuditEvent.ROLE_CHANGED, visitor, now, before=grant.role.value)
         return visitor.grant
 
-    # Pairing.
-
     def issue_pairing(self, session: int, now: int, chooser: Chooser) -> PairingCode | Refusal:
         """Make a pairing code for the cell of the connection that asks."""
         visitor = self._teacher(session)
@@ -256,14 +367,7 @@ class Admission:
         return refusal or visitor or Refusal(VerdictCode.HELLO_FIRST)
 
     def pair(self, session: int, code: Secret, name: str, now: int) -> Granted | Refusal:
-        """Make a connection a guest of its cell.
-
-        Args:
-            session: the connection.
-            code: the pairing code, as typed.
-            name: what the guest wants to be called.
-            now: monotonic time, ns.
-        """
+        """Make a connection a guest of its cell."""
         visitor = self.visitors.find(session)
         if visitor is None:
             return Refusal(VerdictCode.HELLO_FIRST)
@@ -293,8 +397,6 @@ class Admission:
             for other in self.visitors
             if other is not visitor and other.grant is not None
         )
-
-    # What passwords and pairing codes share.
 
     def _charge(
         self, visitor: Visitor, key: str, account: Account | None, now: int

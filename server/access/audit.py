@@ -77,11 +77,8 @@ class AuditEntry:
     """One thing that somebody did.
 
     Attributes:
-        event: what was done.
         at: monotonic time [ns].
         who: name of the account or guest; empty for nobody in particular.
-        role: that one's role, empty for none.
-        source: address.
         session: number of the connection, 0 for none.
         cell: name of the cell, empty for all.
         detail: numbers and short texts; cut where they are long.
@@ -103,7 +100,6 @@ class Link:
 
     Attributes:
         number: of the last line, 0 for none.
-        digest: the last line's hash.
     """
 
     number: int = 0
@@ -114,9 +110,7 @@ def write_line(entry: AuditEntry, time: str, last: Link) -> tuple[bytes, Link]:
     """Return an entry as a line that ends in a line feed, and where the chain stands then.
 
     Args:
-        entry: the entry.
         time: wall-clock time, ISO 8601 in UTC; clocks jump, so `at` is kept too.
-        last: where the chain stands.
     """
     record = {
         "n": last.number + 1,
@@ -192,8 +186,6 @@ class ChainCheck:
     """Checks lines one after the other.
 
     Attributes:
-        last: where the chain stands.
-        lines: lines that were read.
         torn: torn lines that a later line accounts for.
     """
 
@@ -237,9 +229,9 @@ class ChainCheck:
         """Clear torn lines that this record accounts for; else return that they are damaged."""
         if not self._damaged:
             return None
-        told = record.get("event") == AuditEvent.LOG_RECOVERED
+        is_recovery = record.get("event") == AuditEvent.LOG_RECOVERED
         right = record.get("detail") == torn_detail(b"\n".join(self._damaged))
-        if told and right and not any(_is_whole(line) for line in self._damaged):
+        if is_recovery and right and not any(_is_whole(line) for line in self._damaged):
             self.torn += len(self._damaged)
             self._damaged.clear()
             return None

@@ -68,31 +68,17 @@ def open_raw(path: Path) -> RawFile:
 
 @dataclass(frozen=True, slots=True)
 class Stamped:
-    """An entry with its wall-clock time.
-
-    Attributes:
-        entry: the entry.
-        time: ISO 8601 in UTC.
-    """
+    """An entry with its wall-clock time."""
 
     entry: AuditEntry
     time: str
 
 
 class AuditFile:
-    """A log that lines are appended to.
-
-    Attributes:
-        path: the file that grows; the older ones are beside it.
-    """
+    """A log that lines are appended to."""
 
     def __init__(self, path: Path, most_bytes: int = MOST_BYTES, opener: Opener = open_raw) -> None:
         """Take the log for this process; the file is opened with the first line.
-
-        Args:
-            path: the file that grows, such as `audit.jsonl`.
-            most_bytes: size beyond which it is put aside.
-            opener: opens a file for appending.
 
         Raises:
             OSError: the folder cannot be written, this is no regular file, or another process
@@ -300,11 +286,7 @@ class AuditLog:
         """Take the log and start its thread.
 
         Args:
-            path: the file that grows; older ones are kept beside it.
-            most_waiting: entries that may wait for the disk.
-            most_bytes: size beyond which a file is put aside.
             retry: pause before a disk that refused is tried again [s].
-            opener: opens a file for appending.
 
         Raises:
             OSError: the folder cannot be written, or another process writes this log.

@@ -6,7 +6,6 @@ without credentials, and the rule that only named addresses use the clear-text R
 
 from __future__ import annotations
 
-import ipaddress
 from collections.abc import Sequence
 from dataclasses import dataclass
 
@@ -14,49 +13,28 @@ from openpendant.simplemsg.verdicts import VerdictCode
 
 from ..refusal import Refusal
 from .accounts import AccountBook
+from .lockout import ip_of
 
 
 def is_loopback(address: str) -> bool:
     """Return True if an address or host name is this machine's own."""
     if address == "localhost":
         return True
-    ip = _parsed(address)
+    ip = ip_of(address)
     return ip is not None and ip.is_loopback
 
 
-def _parsed(address: str) -> ipaddress.IPv4Address | ipaddress.IPv6Address | None:
-    try:
-        ip = ipaddress.ip_address(address.partition("%")[0])
-    except ValueError:
-        return None
-    if isinstance(ip, ipaddress.IPv6Address) and ip.ipv4_mapped is not None:
-        return ip.ipv4_mapped
-    return ip
-
-
 class ExposureRefused(Exception):
-    """A server may not listen as configured.
-
-    Attributes:
-        key: dotted name of the setting at fault.
-        problem: what is wrong and what would be accepted.
-    """
+    """A server may not listen as configured."""
 
     def __init__(self, key: str, problem: str) -> None:
         super().__init__(f"{key}: {problem}")
-        self.key = key
-        self.problem = problem
+        self.key, self.problem = key, problem
 
 
 @dataclass(frozen=True, slots=True)
 class Exposure:
-    """Network exposure that a server's settings ask for.
-
-    Attributes:
-        host: address that it binds.
-        has_tls: whether the pendant port speaks TLS.
-        ros_allow: addresses that may use the ROS-Industrial ports.
-    """
+    """Network exposure that a server's settings ask for."""
 
     host: str
     has_tls: bool
@@ -70,10 +48,6 @@ class Exposure:
 
 def check_exposure(exposure: Exposure, book: AccountBook) -> list[str]:
     """Check a server before it listens.
-
-    Args:
-        exposure: how it shall listen.
-        book: the accounts.
 
     Returns:
         Warnings, each one sentence for its user.
@@ -100,7 +74,7 @@ def check_exposure(exposure: Exposure, book: AccountBook) -> list[str]:
 
 
 def _check_allowed(address: str) -> None:
-    ip = _parsed(address)
+    ip = ip_of(address)
     if ip is None or ip.is_unspecified or ip.is_multicast:
         problem = (
             f"{address!r} is no address of one host; the ROS-Industrial ports have no credentials, "
@@ -115,7 +89,7 @@ def clear_text_fault(exposure: Exposure, address: str) -> Refusal | None:
     On loopback every address may connect, and the cell checks its own list of who may move. A port
     that can be reached from outside serves only the addresses of that list.
     """
-    if exposure.is_local or _parsed(address) in [_parsed(known) for known in exposure.ros_allow]:
+    if exposure.is_local or ip_of(address) in [ip_of(known) for known in exposure.ros_allow]:
         return None
     text = f"{address} is not among the addresses that may use this port"
     return Refusal(VerdictCode.ADDRESS_NOT_ALLOWED, text)

@@ -30,21 +30,24 @@ MOST_RECORDS = 8_192
 _V6_NETWORK_BITS = 64
 
 
-def source_of(address: str) -> str:
-    """Return the source that the attempts of an address are charged to.
-
-    An IPv6 host can choose any of the 2⁶⁴ addresses of its network, so the network is charged; an
-    IPv4 address written in IPv6 is the IPv4 address.
-    """
+def ip_of(address: str) -> ipaddress.IPv4Address | ipaddress.IPv6Address | None:
+    """Return an address without its zone, an IPv4 address written in IPv6 as the IPv4 address."""
     try:
         ip = ipaddress.ip_address(address.partition("%")[0])
     except ValueError:
+        return None
+    return getattr(ip, "ipv4_mapped", None) or ip
+
+
+def source_of(address: str) -> str:
+    """Return the source that the attempts of an address are charged to.
+
+    An IPv6 host can choose any of the 2⁶⁴ addresses of its network, so the network is charged.
+    """
+    ip = ip_of(address)
+    if ip is None:
         return address
-    if isinstance(ip, ipaddress.IPv4Address):
-        return str(ip)
-    if ip.ipv4_mapped is not None:
-        return str(ip.ipv4_mapped)
-    if ip.is_loopback:
+    if isinstance(ip, ipaddress.IPv4Address) or ip.is_loopback:
         return str(ip)
     return str(ipaddress.ip_network((ip, _V6_NETWORK_BITS), strict=False))
 
@@ -57,7 +60,6 @@ class _Record:
         most: charges that may be open within the window.
         charges: when attempts were made that did not succeed, or are being checked [ns].
         locked_until: end of the present or last lock [ns].
-        locks: how many locks there were.
         touched: last attempt [ns].
     """
 
@@ -116,11 +118,6 @@ class Lockout:
 
     def attempt(self, address: str, account: str, now: int) -> Charge | int:
         """Charge an attempt if it is allowed.
-
-        Args:
-            address: the peer's address.
-            account: key of the account, or a text of its own for another kind of secret.
-            now: monotonic time, ns.
 
         Returns:
             The charge; or for how long the attempts are refused [ns], where it was not charged.

@@ -1,36 +1,125 @@
-"""Opening of a server's access: its settings are checked before it listens."""
+"""Opening of a server's access: its settings are checked before it listens, TLS included.
+
+Owns the context made of the table `[tls]` (promise 28): versions, client certificates and what is
+said of a file that cannot be used. TLS 1.3 and nothing older: its records are numbered and
+authenticated, so one that is replayed, reordered, altered or pasted from another connection ends
+the connection before a message is seen.
+"""
 
 from __future__ import annotations
 
+import os
 import ssl
+import stat
 from collections.abc import Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass
 from pathlib import Path
 
-from ..settings.cell_settings import CellSettings
+from openpendant.motion.bounded_file import beginning_of
+
+from ..settings.cell_settings import CellSettings, TlsSettings
 from ..settings.config_file import OFF, ConfigurationError
 from ..settings.server_settings import ServerSettings
 from ..store.store_client import default_path
 from ..store.store_errors import StoreError
+from .access_backend import ProcessAccess, read_at_start, unreadable_accounts
 from .accounts import AccountBook
 from .audit_file import AuditLog
 from .exposure import Exposure, ExposureRefused, check_exposure
-from .process_backend import ProcessAccess, read_at_start, unreadable_accounts
-from .tls import TlsUnusable, server_context
+
+_MOST_BYTES = 1_048_576
+
+_CERTIFICATE = b"-----BEGIN CERTIFICATE-----"
+_KEY = b"PRIVATE KEY-----"
+_ENCRYPTED = (b"BEGIN ENCRYPTED PRIVATE KEY", b"Proc-Type: 4,ENCRYPTED")
+
+
+class TlsUnusable(Exception):
+    """A certificate, key or authority that cannot be used."""
+
+    def __init__(self, file: str, problem: str) -> None:
+        super().__init__(f"{file}: {problem}")
+        self.file, self.problem = file, problem
+
+
+def server_context(settings: TlsSettings) -> ssl.SSLContext | None:
+    """Return the context of the pendant port; None where TLS is off.
+
+    Raises:
+        TlsUnusable: a file cannot be used.
+    """
+    if not settings.is_on:
+        return None
+    if _CERTIFICATE not in _content(settings.certificate):
+        raise TlsUnusable(settings.certificate, "holds no certificate in PEM form")
+    _check_key(settings.key)
+    context = ssl.SSLContext(ssl.PROTOCOL_TLS_SERVER)
+    context.minimum_version = ssl.TLSVersion.TLSv1_3
+    context.num_tickets = 0  # no resumption: a grant ends with its connection, so the session does
+    try:
+        context.load_cert_chain(settings.certificate, settings.key)
+    except ssl.SSLError as error:
+        raise _of_pair(settings, error) from None
+    if settings.ca:
+        _ask_for_certificates(context, settings.ca)
+    return context
+
+
+def _content(file: str) -> bytes:
+    try:
+        content = beginning_of(Path(file), _MOST_BYTES + 1)
+    except OSError as error:
+        raise TlsUnusable(file, f"cannot be read: {error.strerror}") from None
+    if len(content) > _MOST_BYTES:
+        raise TlsUnusable(file, f"is larger than {_MOST_BYTES} bytes")
+    return content
+
+
+def _check_key(file: str) -> None:
+    content = _content(file)
+    if any(sign in content for sign in _ENCRYPTED):
+        # OpenSSL would ask for its password on the terminal and wait.
+        problem = "is encrypted; write it without a password: openssl pkey -in FILE -out NEW"
+        raise TlsUnusable(file, problem)
+    if _KEY not in content:
+        raise TlsUnusable(file, "holds no private key in PEM form")
+    mode = stat.S_IMODE(Path(file).stat().st_mode)
+    if os.name == "posix" and mode & stat.S_IRWXO:
+        problem = f"is open to every user of this machine (mode {mode:03o}); chmod 600"
+        raise TlsUnusable(file, problem)
+
+
+def _of_pair(settings: TlsSettings, error: ssl.SSLError) -> TlsUnusable:
+    if error.reason == "KEY_VALUES_MISMATCH":
+        problem = f"does not belong to the certificate in {settings.certificate}"
+        return TlsUnusable(settings.key, problem)
+    if error.reason in ("EE_KEY_TOO_SMALL", "CA_KEY_TOO_SMALL", "CA_MD_TOO_WEAK"):
+        problem = f"is too weak ({_words(error)}); use an EC key or RSA of 2048 bits or more"
+        return TlsUnusable(settings.certificate, problem)
+    problem = f"or the key in {settings.key} is damaged ({_words(error)})"
+    return TlsUnusable(settings.certificate, problem)
+
+
+def _ask_for_certificates(context: ssl.SSLContext, ca: str) -> None:
+    if _CERTIFICATE not in _content(ca):
+        raise TlsUnusable(ca, "holds no certificate in PEM form")
+    try:
+        context.load_verify_locations(ca)
+    except ssl.SSLError as error:
+        raise TlsUnusable(ca, f"is damaged ({_words(error)})") from None
+    context.verify_mode = ssl.CERT_REQUIRED
+
+
+def _words(error: ssl.SSLError) -> str:
+    return (error.reason or "unknown reason").replace("_", " ").lower()
 
 
 @dataclass(frozen=True, slots=True)
 class OpenedAccess:
-    """Access of a server that may listen.
+    """Access of a server that may listen."""
 
-    Attributes:
-        door: backend of accounts, passwords and audit log.
-        tls: encrypts the pendant port; None for no encryption.
-        warnings: sentences for whoever starts the server.
-    """
-
-    door: ProcessAccess
+    backend: ProcessAccess
     tls: ssl.SSLContext | None
     warnings: tuple[str, ...]
 
@@ -43,10 +132,6 @@ def exposure_of(cell: CellSettings) -> Exposure:
 @contextmanager
 def opened_access(settings: ServerSettings, source: str) -> Iterator[OpenedAccess]:
     """Keep accounts and audit log open while the context lasts.
-
-    Args:
-        settings: the server's settings.
-        source: where they come from, for the message.
 
     Raises:
         ConfigurationError: the server may not listen so, or a file that access needs is unusable.
@@ -72,11 +157,11 @@ def opened_access(settings: ServerSettings, source: str) -> Iterator[OpenedAcces
     except TlsUnusable as error:
         raise ConfigurationError(source, "tls", str(error)) from None
     audit = _audit_log(first.access.audit_log, source)
-    door = ProcessAccess(file, book, single_user=single_user, audit=audit)
+    backend = ProcessAccess(file, book, single_user=single_user, audit=audit)
     try:
-        yield OpenedAccess(door, tls, tuple(dict.fromkeys(warnings)))
+        yield OpenedAccess(backend, tls, tuple(dict.fromkeys(warnings)))
     finally:
-        door.close()
+        backend.close()
 
 
 def _store_file(cell: CellSettings) -> Path | None:

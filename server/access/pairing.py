@@ -14,7 +14,7 @@ from dataclasses import dataclass, field
 from typing import Protocol
 
 from .lockout import SECOND_NS
-from .secret import Secret
+from .passwords import Secret
 
 ALPHABET = "ABCDEFGHJKMNPQRTUVWXY346789"
 """Without 0 and O, 1 and I and L, 2 and Z, 5 and S, which are mistaken for one another."""
@@ -42,7 +42,6 @@ class PairingCode:
     Attributes:
         cell: the cell whose operator it makes.
         text: the code, as `shown` writes it; never logged.
-        issuer: name of who asked for it.
         expires: end of its validity [ns].
     """
 
@@ -73,7 +72,6 @@ class PairingCodes:
         """Have no code yet.
 
         Args:
-            lifetime_ns: how long a code is valid [ns].
             confirm: notes what was typed without the code, so that a run can be repeated.
         """
         self._lifetime_ns = lifetime_ns
@@ -82,14 +80,7 @@ class PairingCodes:
         self._wrong = 0
 
     def issue(self, cell: str, issuer: str, now: int, chooser: Chooser) -> PairingCode:
-        """Make a code for a cell; an earlier one of that cell ends.
-
-        Args:
-            cell: the cell.
-            issuer: name of who asks.
-            now: monotonic time, ns.
-            chooser: where the code comes from.
-        """
+        """Make a code for a cell; an earlier one of that cell ends."""
         self._drop_expired(now)
         if not self._codes:
             self._wrong = 0

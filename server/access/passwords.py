@@ -1,7 +1,7 @@
 """Passwords: scrypt hashes with their cost, and the rules that a new password must meet.
 
 Owns the cost, the length of a password and the comparison. Every call of `hash_password` and
-`is_password` takes the full cost and so belongs on a worker (`password_worker`), never on the event
+`is_password` takes the full cost and so belongs on a worker (`access_backend`), never on the event
 loop. Knows nothing of accounts, sessions or attempts.
 
 Owns the rule of NIST SP 800-63B (section 5.1.1.2) that a new password is compared with what is
@@ -10,6 +10,9 @@ and the names of the service and of the user "and derivatives thereof". Keys bes
 as sequential. The list is not a million leaked passwords but the few words that stand at the top of
 every such list and in a robot cell, with what people put around and into them: digits and signs at
 the ends, `0` for `o`, `$` for `s`.
+
+Owns the protection of a secret, be it a password or a pairing code: whatever prints, formats,
+pickles or compares it gets asterisks or an error (promise 30).
 """
 
 from __future__ import annotations
@@ -19,14 +22,42 @@ import hmac
 import re
 import unicodedata
 from itertools import pairwise
-from typing import Annotated
+from typing import Annotated, Final, NoReturn, final
 
 from pydantic import BaseModel, ConfigDict, Field, field_validator
 
 from openpendant.simplemsg.verdicts import VerdictCode
 
 from ..refusal import Refusal
-from .secret import Secret
+
+_SHOWN: Final = "********"
+
+
+@final
+class Secret:
+    """A text that only `reveal` gives out."""
+
+    __slots__ = ("_text",)
+
+    def __init__(self, text: str) -> None:
+        self._text = text
+
+    def reveal(self) -> str:
+        """Return the text itself; for hashing and comparing only."""
+        return self._text
+
+    def __repr__(self) -> str:
+        return f"Secret({_SHOWN})"
+
+    def __str__(self) -> str:
+        return _SHOWN
+
+    def __format__(self, format_spec: str) -> str:
+        return _SHOWN
+
+    def __reduce__(self) -> NoReturn:
+        raise TypeError("a secret is not pickled")
+
 
 _WORDS = frozenset(
     {
@@ -202,9 +233,7 @@ def hash_password(password: Secret, salt: bytes, cost: ScryptCost = DEFAULT_COST
     """Return what is to be kept of a password; takes the full cost.
 
     Args:
-        password: the password.
         salt: `SALT_BYTES` random bytes, new ones for each password.
-        cost: what it shall cost.
     """
     digest = _scrypt(password, salt, cost)
     return PasswordHash(cost=cost, salt=salt.hex(), digest=digest.hex())
@@ -230,10 +259,6 @@ def password_fault(password: Secret, name: str) -> Refusal | None:
 
     Length and what everybody tries first (`password_guesses`), no rules of composition: those make
     passwords worse. The password itself is never in the answer.
-
-    Args:
-        password: what somebody wants.
-        name: the account's name, which the password must not contain.
     """
     text = unicodedata.normalize("NFKC", password.reveal())
     if not LEAST_CHARACTERS <= len(text) <= MOST_CHARACTERS:

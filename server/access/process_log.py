@@ -45,7 +45,6 @@ class LineLimit:
     """Decides which entries are written, and counts the others."""
 
     def __init__(self) -> None:
-        """Begin with an empty second."""
         self._all: deque[int] = deque(maxlen=MOST_LINES - 1)
         self._noise: deque[int] = deque(maxlen=MOST_NOISE)
         self._events: Counter[str] = Counter()
@@ -91,7 +90,6 @@ class LineBudget:
     """Limit on the lines written in any second; the others are counted. Pure."""
 
     def __init__(self) -> None:
-        """Begin with an empty second."""
         self._written: deque[tuple[int, int]] = deque()
         self._lines = 0
         self._suppressed = 0
@@ -102,7 +100,6 @@ class LineBudget:
 
         Args:
             lines: how many it has; one entry beyond any limit is written where nothing else was.
-            now: monotonic time, ns.
         """
         while self._written and now - self._written[0][0] >= SECOND_NS:
             self._lines -= self._written.popleft()[1]

@@ -36,11 +36,7 @@ app = command(
 
 
 def main(argv: Sequence[str]) -> int:
-    """Run `openpendant audit` and return its exit code.
-
-    Args:
-        argv: the arguments after `audit`.
-    """
+    """Run `openpendant audit` and return its exit code."""
     return run(app, "audit", argv, {OSError: ExitCode.USAGE})
 
 

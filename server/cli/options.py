@@ -86,7 +86,6 @@ def print_headings(headings: Sequence[Heading], as_json: bool, what: str = "docu
     """Print a line for each revision of a document, or all of them as one of JSON.
 
     Args:
-        headings: what to print.
         as_json: as one line of JSON.
         what: each of them is, for the count at the end.
     """

@@ -221,7 +221,7 @@ async def _run(
     from ..shell.inbox import loop_time
     from ..shell.server_process import asked_niceness
     from ..store.store_client import opened_store
-    from ..watchdog.stop_targets import watchdog_of
+    from ..watchdog.watchdog_process import watchdog_of
 
     loop = asyncio.get_running_loop()
     interrupted = asyncio.Event()
@@ -232,7 +232,7 @@ async def _run(
     journal = Journal(loop_time)
     async with opened_store(settings.cells[0].store) as store:
         watchdog = watchdog_of([each.settings for each in served])
-        server = App(served, journal, store, access.door, watchdog, access.tls)
+        server = App(served, journal, store, access.backend, watchdog, access.tls)
         # The priority first, so that the watchdog's process has it as well.
         priority = asked_niceness(settings.cells[0].niceness)
         with priority, kept_journal(journal, journal_file, settings), watchdog:

@@ -22,10 +22,8 @@ import typer
 from openpendant.simplemsg.pendant.roles import Role
 from openpendant.tools.console import ExitCode, command, emit_json, one_line, run
 
-from ..access.account_store import AccountRefused, StoredAccounts
-from ..access.accounts import Account, AccountBook, name_fault
-from ..access.passwords import MOST_CHARACTERS, SALT_BYTES, hash_password, password_fault
-from ..access.secret import Secret
+from ..access.accounts import Account, AccountBook, AccountRefused, StoredAccounts, name_fault
+from ..access.passwords import MOST_CHARACTERS, SALT_BYTES, Secret, hash_password, password_fault
 from ..refusal import Refusal
 from ..store.sqlite_store import open_for_reading, open_store
 from ..store.store_client import default_path
@@ -49,11 +47,7 @@ class _Unusable(Exception):
 
 
 def main(argv: Sequence[str]) -> int:
-    """Run `openpendant users` and return its exit code.
-
-    Args:
-        argv: the arguments after `users`.
-    """
+    """Run `openpendant users` and return its exit code."""
     faults = {
         _Unusable: ExitCode.USAGE,
         AccountRefused: ExitCode.REFUSED,

@@ -11,7 +11,7 @@ business.
 
 Owns what a server does that finds its event loop stood still: it latches a stop (promise 26,
 `LoopMonitor`). The watchdog process, which stops the robot meanwhile, has its own rule in
-`watchdog_rules`.
+`watchdog_protocol`.
 """
 
 from __future__ import annotations
@@ -197,7 +197,7 @@ class CellCore:
             *(() if self.environment is None else (self._load,)),
             *(self.cell.tick, self.ros.tick, self.pendants.tick),
         )
-        programs, announcing = self.pendants.programs.desk, self.pendants.announcing
+        programs, announcing = self.pendants.programs.executor, self.pendants.announcing
         recordings = None if self.environment is None else self.environment.recordings
         self._owners: dict[MotionOwner, _Subscriber] = {
             MotionOwner.PENDANT: announcing.on_cell_event,
@@ -383,7 +383,7 @@ class CellCore:
         return []
 
     def _on_shut_down(self, event: ShutDown, now: int) -> list[Effect]:
-        out = self.cell.shut_down(now) + self.pendants.programs.desk.shut_down(now)
+        out = self.cell.shut_down(now) + self.pendants.programs.executor.shut_down(now)
         return out if self.environment is None else out + self.environment.shut_down()
 
     def _after_a_freeze(self, now: int) -> list[Effect]:

@@ -13,7 +13,7 @@ from typing import TypeAlias, get_args
 
 from openpendant.simplemsg import Message
 
-from ..access.account_store import AccountChange
+from ..access.accounts import AccountChange
 from ..access.admission import VerifyJob
 from ..planning.jobs import Job
 from ..planning.plan_store import StoredMotion

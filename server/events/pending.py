@@ -15,7 +15,7 @@ from functools import partial
 from itertools import count
 from typing import Any, NamedTuple, TypeAlias, TypeVar, overload
 
-from ..access.account_store import AccountChange
+from ..access.accounts import AccountChange
 from ..access.admission import VerifyJob
 from ..planning.jobs import Job, PlanAnswer
 from ..refusal import Refusal

@@ -14,10 +14,10 @@ import json
 import math
 import re
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
-from typing import Any, BinaryIO, NoReturn, Protocol
+from typing import Any, BinaryIO, NoReturn, TextIO
 
-from ..store.documents import DocumentKind, Heading
-from ..store.samples import (
+from ..store.documents import DocumentKind, Heading, Store
+from ..store.recording_format import (
     MOST_COLUMNS,
     Row,
     append_chunks,
@@ -28,9 +28,7 @@ from ..store.samples import (
     time_first,
 )
 from ..store.store_errors import BadDocument, TooLarge
-from ..store.store_interface import Store
-from .text_export import MOST_FILE_BYTES
-from .text_import import ChunkSpool
+from .text_format import MOST_FILE_BYTES, ChunkSpool
 
 POINTS = "points"
 """Field of a body that holds a point list."""
@@ -45,20 +43,8 @@ _PLACE = re.compile(r"[^.\[\]\s]+|\[\d{1,3}\]")
 _WHOLE_PLACE = re.compile(r"[^.\[\]\s]+(\.[^.\[\]\s]+|\[\d{1,3}\])*")
 
 
-class TextOut(Protocol):
-    """Output for text."""
-
-    def write(self, text: str, /) -> object:
-        """Write text."""
-
-
-def write_points(name: str, body: str, out: TextOut) -> None:
+def write_points(name: str, body: str, out: TextIO) -> None:
     """Write the point list of a body.
-
-    Args:
-        name: of the document, for the error.
-        body: JSON text.
-        out: where to.
 
     Raises:
         BadDocument: there is no point list in it.
@@ -87,7 +73,7 @@ class _UnixLines:
     those: otherwise a text with a carriage return could not be read again.
     """
 
-    def __init__(self, out: TextOut) -> None:
+    def __init__(self, out: TextIO) -> None:
         self._out = out
 
     def write(self, row: str) -> object:
@@ -118,7 +104,7 @@ def read_points(stream: BinaryIO, file: str) -> list[dict[str, Any]]:
     return points
 
 
-def write_recording(store: Store, name: str, out: TextOut) -> None:
+def write_recording(store: Store, name: str, out: TextIO) -> None:
     """Write the samples of a recording, a row each."""
     columns = columns_of(name, store.load(_RECORDING, name).body)
     writer = csv.writer(out, lineterminator="\n")
@@ -139,11 +125,6 @@ def save_recording(
     """Save the samples in a file as a new recording, all or none; locks the store once all is read.
 
     Args:
-        store: where to.
-        name: of the recording.
-        stream: the file.
-        file: its name, for the errors.
-        author: who does it.
         described: fields of the recording's body beside its columns, which the file names.
         check: is given the columns, and raises where they are not those of such a recording.
 

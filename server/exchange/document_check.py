@@ -18,7 +18,7 @@ from openpendant.motion.description.robot import SerialRobot, robot_names, seria
 from openpendant.motion.errors import FrameFileError, MotionError, SceneFileError
 from openpendant.motion.frames.frame_tree import FrameTree
 
-from ..access.account_store import read_account
+from ..access.accounts import read_account
 from ..programs.editing.program_tasks import ReadSource, check_to_be_kept, read_source
 from ..programs.language.printer import print_program
 from ..programs.language.program import OwnRobot, Program, check_robot
@@ -39,7 +39,7 @@ from ..scene.planning_scene import scene_from_json, with_frames
 from ..store.documents import DocumentKind
 from ..store.recording_format import RecordingDocument, column_fault
 from ..store.store_errors import BadDocument
-from .text_import import ImportedDocument
+from .text_format import ImportedDocument
 
 KeptBody = Callable[[DocumentKind, str], str | None]
 """Returns the body of a document that is kept; None if there is none."""
@@ -50,13 +50,11 @@ class _Unfit(Exception):
 
     Attributes:
         field: what is at fault; empty for the whole.
-        problem: what is wrong with it.
     """
 
     def __init__(self, field: str, problem: str) -> None:
         super().__init__(f"{field}: {problem}")
-        self.field = field
-        self.problem = problem
+        self.field, self.problem = field, problem
 
 
 def check_entries(
@@ -65,8 +63,6 @@ def check_entries(
     """Return documents as they are to be stored; refuse one that its reader could not use.
 
     Args:
-        entries: the documents of one file.
-        file: its name, for the error.
         kept: the documents that are there already; frames may hang from their tools.
 
     Raises:
@@ -185,15 +181,10 @@ def _of_motion(error: MotionError) -> _Unfit:
     return _Unfit("", str(error))
 
 
-# Programs, as people write them.
-
-
 def program_entry(text: str, file: str, name: str | None = None) -> ImportedDocument:
     """Return the document for a program's own text or JSON.
 
     Args:
-        text: of the file.
-        file: its name, for the error.
         name: what the program is to be called; as it says itself if None.
 
     Raises:
@@ -237,8 +228,6 @@ def program_of_points(
     """Return the document of a program with other points, or of a new one with nothing else.
 
     Args:
-        name: of the program.
-        points: as its JSON has them.
         kept: the body of the program that has this name; None for a new one.
         robot: of a new program, name or file; of a kept one left out.
         replacing: put the points in the place of those that are kept.
@@ -270,14 +259,10 @@ def program_of_points(
     return entry
 
 
-# Samples of recordings, as tables.
-
-
 def robot_of_samples(name: str, robot: str | None) -> SerialRobot:
     """Return the robot that a table of samples is said to be of.
 
     Args:
-        name: of the new recording, for the error.
         robot: name or file of the robot; None where nobody said.
 
     Raises:
@@ -295,12 +280,6 @@ def robot_of_samples(name: str, robot: str | None) -> SerialRobot:
 
 def check_samples(name: str, robot: SerialRobot, file: str, columns: Sequence[str]) -> None:
     """Refuse a table that its robot could not play.
-
-    Args:
-        name: of the recording.
-        robot: the robot that it is of.
-        file: where the samples come from, for the error.
-        columns: as its first line names them.
 
     Raises:
         BadDocument: its columns are not those of the robot's joints.

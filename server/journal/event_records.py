@@ -17,9 +17,10 @@ from __future__ import annotations
 
 import base64
 import json
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
+from contextlib import contextmanager
 from dataclasses import replace
-from typing import Annotated, Any, Literal
+from typing import Annotated, Any, Literal, get_args
 
 import numpy as np
 from pydantic import BaseModel, ConfigDict, Field, TypeAdapter, ValidationError
@@ -37,7 +38,7 @@ from ..access.accounts import Account, AccountBook
 from ..access.passwords import DIGEST_BYTES, NOBODYS_HASH, PasswordHash
 from ..events.effects import Ask, Backend, Question
 from ..planning.jobs import DryRunFound, DryRunSlice, Job, PathFree, PlanAnswer, PlaybackPlan
-from ..programs.editing.program_tasks import RESULTS
+from ..programs.editing.program_tasks import TaskResult
 from ..refusal import Refusal, field_fault
 from ..store import store_errors
 from ..store.documents import Document, Extent, Heading
@@ -63,8 +64,6 @@ class _Failed(BaseModel):
 
 
 class _Record(BaseModel):
-    model_config = ConfigDict(extra="ignore")
-
     what: Literal["document", "heading", "extent", "headings", "chunks", "failed"]
     answer: Any
 
@@ -88,6 +87,19 @@ ANSWERED: Mapping[Backend, str] = {
 
 class AnswerRecordError(ValueError):
     """The record holds no answer to the question; the text says why."""
+
+
+@contextmanager
+def _damage_named() -> Iterator[None]:
+    """Turn what is raised while a record is read into an `AnswerRecordError`."""
+    try:
+        yield
+    except KeyError as error:
+        raise AnswerRecordError(f"no samples of {error.args[0]}") from None
+    except ValidationError as error:
+        raise AnswerRecordError(field_fault(error)) from None
+    except (ValueError, MotionError) as error:
+        raise AnswerRecordError(str(error)) from None
 
 
 def question_to_bytes(question: Question) -> bytes:
@@ -114,7 +126,6 @@ def answer_from_record(asked: Ask, record: dict[str, Any], limits: JointLimits) 
     """Return the answer that a record holds; other keys are ignored.
 
     Args:
-        asked: the question.
         record: as `answer_to_record` made it.
         limits: of the robot; what a trajectory is certified against.
 
@@ -174,7 +185,7 @@ def answer_from_json(record: dict[str, Any]) -> Answer:
     Raises:
         AnswerRecordError: the record is damaged.
     """
-    try:
+    with _damage_named():
         read = _Record.model_validate(record)
         match read.what:
             case "document":
@@ -190,10 +201,6 @@ def answer_from_json(record: dict[str, Any]) -> Answer:
                 return tuple(base64.b64decode(text, validate=True) for text in texts)
             case "failed":
                 return _error(_FAILED.validate_python(read.answer))
-    except ValidationError as error:
-        raise AnswerRecordError(field_fault(error)) from None
-    except ValueError as error:
-        raise AnswerRecordError(str(error)) from None
 
 
 def _error(failed: _Failed) -> StoreError:
@@ -217,22 +224,16 @@ class _Account(BaseModel):
 
 
 class _Accounts(BaseModel):
-    model_config = ConfigDict(extra="ignore")
-
     accounts: tuple[_Account, ...]
     unreadable: tuple[str, ...] = ()
     single_user: bool
 
 
 class _Check(BaseModel):
-    model_config = ConfigDict(extra="ignore")
-
     right: bool | None
 
 
 class _Outcome(BaseModel):
-    model_config = ConfigDict(extra="ignore")
-
     code: int
     text: str
     value: float
@@ -243,7 +244,6 @@ class PasswordNumbers:
     """The numbers that stand for passwords in one journal."""
 
     def __init__(self) -> None:
-        """Start without passwords."""
         self._numbers: dict[PasswordHash, int] = {}
 
     def book_to_json(self, book: AccountBook, *, single_user: bool) -> dict[str, Any]:
@@ -267,7 +267,7 @@ def book_from_json(record: dict[str, Any]) -> tuple[AccountBook, bool]:
     Raises:
         AnswerRecordError: the record is damaged.
     """
-    try:
+    with _damage_named():
         read = _Accounts.model_validate(record)
         accounts = [
             Account(
@@ -280,8 +280,6 @@ def book_from_json(record: dict[str, Any]) -> tuple[AccountBook, bool]:
             )
             for each in read.accounts
         ]
-    except ValidationError as error:
-        raise AnswerRecordError(field_fault(error)) from None
     return AccountBook(accounts, dict.fromkeys(read.unreadable, "")), read.single_user
 
 
@@ -291,16 +289,19 @@ def check_from_json(record: dict[str, Any]) -> bool | None:
     Raises:
         AnswerRecordError: the record is damaged.
     """
-    try:
+    with _damage_named():
         return _Check.model_validate(record).right
-    except ValidationError as error:
-        raise AnswerRecordError(field_fault(error)) from None
 
 
 def outcome_to_json(refusal: Refusal | None) -> dict[str, Any]:
     """Return as plain data why an account was not changed, or that it was."""
-    told = refusal or Refusal(VerdictCode.ACCEPTED)
-    return {"code": int(told.code), "text": told.text, "value": told.value, "limit": told.limit}
+    reason = refusal or Refusal(VerdictCode.ACCEPTED)
+    return {
+        "code": int(reason.code),
+        "text": reason.text,
+        "value": reason.value,
+        "limit": reason.limit,
+    }
 
 
 def outcome_from_json(record: dict[str, Any]) -> Refusal | None:
@@ -309,20 +310,17 @@ def outcome_from_json(record: dict[str, Any]) -> Refusal | None:
     Raises:
         AnswerRecordError: the record is damaged.
     """
-    try:
+    with _damage_named():
         read = _Outcome.model_validate(record)
         code = VerdictCode(read.code)
-    except ValidationError as error:
-        raise AnswerRecordError(field_fault(error)) from None
-    except ValueError as error:
-        raise AnswerRecordError(str(error)) from None
     if code is VerdictCode.ACCEPTED:
         return None
     return Refusal(code, read.text, value=read.value, limit=read.limit)
 
 
 _FOUND: dict[str, TypeAdapter[Any]] = {
-    kind.__name__: TypeAdapter(kind) for kind in (DryRunFound, DryRunSlice, PathFree, *RESULTS)
+    kind.__name__: TypeAdapter(kind)
+    for kind in (DryRunFound, DryRunSlice, PathFree, *get_args(TaskResult))
 }
 _PLAYBACK = TypeAdapter(PlaybackPlan)
 _ARRAYS = ("times", "position", "velocity", "acceleration", "waypoint_times")
@@ -340,8 +338,6 @@ class _Refused(BaseModel):
 
 
 class _PlanRecord(BaseModel):
-    model_config = ConfigDict(extra="ignore")
-
     plan_time: float
     took: float = 0.0
     joints: int = 0
@@ -360,7 +356,7 @@ def plan_to_json(planned: PlanAnswer) -> dict[str, Any]:
         return {"plan_time": planned.plan_time, "refused": refused}
     if not isinstance(result, tuple):
         found = _FOUND[type(result).__name__].dump_python(result, mode="json")
-        if isinstance(result, RESULTS):
+        if isinstance(result, TaskResult):
             found = with_long_texts(found)
         return {"plan_time": planned.plan_time, "kind": type(result).__name__, "found": found}
     trajectory, _ = result
@@ -380,7 +376,6 @@ def plan_from_json(
     """Return the answer that a record holds.
 
     Args:
-        job_id: number of the job.
         record: as `plan_to_json` made it; other keys are ignored.
         limits: what the trajectory is certified against.
         start: (n,) where the robot stood when the job was given [rad or m].
@@ -388,7 +383,7 @@ def plan_from_json(
     Raises:
         AnswerRecordError: the record is damaged, or its trajectory does not pass the certificate.
     """
-    try:
+    with _damage_named():
         read = _PlanRecord.model_validate(record)
         if read.refused is not None:
             return PlanAnswer(job_id, Refusal(**read.refused.model_dump()), read.plan_time)
@@ -411,12 +406,6 @@ def plan_from_json(
             None if read.playback is None else _PLAYBACK.validate_python(read.playback),
             read.took,
         )
-    except KeyError as error:
-        raise AnswerRecordError(f"no samples of {error.args[0]}") from None
-    except ValidationError as error:
-        raise AnswerRecordError(field_fault(error)) from None
-    except (ValueError, MotionError) as error:
-        raise AnswerRecordError(str(error)) from None
 
 
 def _fine(samples: dict[str, str], joints: int) -> FineSamples | None:

@@ -1,15 +1,29 @@
-"""Jobs of the planning processes, and their answers; plain data that can be pickled.
+"""Jobs of the planning processes, their answers, and their form in the pipe to such a process.
 
 Owns the fields of each job and answer, and of what they hold: `CertifiedTrajectory`, a trajectory
 with the proof that it keeps to the limits; `PoseGoal`, a pose to reach or the tool in the flange;
 `PlaybackPlan`, the figures of a playback for its reply. `RecordingJob` alone carries samples;
-`WayCheckJob` checks the rest of a motion in progress.
+`WayCheckJob` checks the rest of a motion in progress. Plain data that can be pickled.
+
+In a job `start` is (n,) where the robot stands, controller side [rad or m]; `tool_speed` the
+largest speed of tool and elbow [m/s], None for no cap; `tool` the tool centre point in the flange,
+None for the flange itself; `scene` what the way must not touch, the robot itself included, None to
+check nothing.
+
+A job goes through the pipe as a question: the length of a pickle, the pickle, and behind it the
+samples of a recording, whose size is in the pickle. These may be tens of megabytes, so nothing here
+joins or copies them as a whole on the event loop: `planning_process` writes them a piece at a time,
+and the loop does other work in between.
 """
 
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass, field
+import pickle
+import struct
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, field, replace
+from typing import BinaryIO, Protocol
 
 from openpendant.motion.frames.frame_tree import FrameTree
 from openpendant.motion.scene.scene import Scene
@@ -22,7 +36,7 @@ from openpendant.simplemsg.verdicts import VerdictCode
 from ..programs.editing.program_tasks import Done, ProgramRefused, Task
 from ..programs.interpreter.dry_run_results import DryRunResult, PointFinding
 from ..programs.interpreter.motion_blocks import MotionBlock
-from ..programs.interpreter.signal_offers import Offer
+from ..programs.interpreter.run_events import Offer
 from ..programs.language.linking import Linked
 from ..refusal import Refusal
 from ..store.recording_format import Extract
@@ -66,12 +80,9 @@ class RecordingJob:
     """Job: play a recording back.
 
     Attributes:
-        job_id: number of the job.
-        start: (n,) where the robot stands, controller side [rad or m].
         name: of the recording, for refusals.
         samples: its rows in pieces of whole rows, 8-byte little-endian reals; in pieces, because
             they are too many to be handled at once. May start before and end after the part.
-        extract: which values of a row are which.
         period: time between its reports [s].
         factor: speed relative to the recording.
         tolerance: how far the path may lie from a sample in any joint [rad or m]; None for the
@@ -80,9 +91,6 @@ class RecordingJob:
         ends: last time [s]; None for its end.
         repeats: how many times it is played.
         bridge: longest gap that is played across, in a smooth line [s].
-        tool_speed: largest speed of tool and elbow [m/s]; None for no cap.
-        tool: tool centre point in the flange; None for the flange itself.
-        scene: what the way must not touch, the robot itself included; None to check nothing.
     """
 
     job_id: int
@@ -141,10 +149,8 @@ class WayCheckJob:
     """Job: check the rest of a motion in progress against a scene that was changed.
 
     Attributes:
-        job_id: number of the job.
         start: (n,) the first of the positions, controller side [rad or m].
         positions: (m, n) of them in the order of the motion, 8-byte little-endian reals.
-        scene: the changed scene.
     """
 
     job_id: int
@@ -166,15 +172,9 @@ class PoseJob:
     """Job: move the tool through one pose or several.
 
     Attributes:
-        job_id: number of the job.
-        start: (n,) where the robot stands, controller side [rad or m].
-        goals: the poses in order.
         frame: name of their frame.
         motion: PTP passes them in joint space without stopping, LIN stops at each.
         speed: fraction of the joints' speed limits.
-        tool_speed: largest speed of tool and elbow [m/s]; None for no cap.
-        tool: tool centre point in the flange; None for the flange itself.
-        scene: what the way must not touch, the robot itself included; None to check nothing.
     """
 
     job_id: int
@@ -193,13 +193,8 @@ class JointPathJob:
     """Job: move through joint positions without stopping.
 
     Attributes:
-        job_id: number of the job.
-        start: (n,) where the robot stands, controller side [rad or m].
         waypoints: (n,) each, start excluded.
         speed: fraction of the joints' speed limits.
-        tool_speed: largest speed of tool and elbow [m/s]; None for no cap.
-        tool: tool centre point in the flange; None for the flange itself.
-        scene: what the way must not touch, the robot itself included; None to check nothing.
     """
 
     job_id: int
@@ -231,12 +226,8 @@ class RosPathJob:
     """Job: follow a ROS-Industrial trajectory, never faster than asked.
 
     Attributes:
-        job_id: number of the job.
-        start: (n,) where the robot stands, controller side [rad or m].
-        points: the points in order.
         approach_speed: fraction of the speed limits for getting to a first point elsewhere.
         approach_tolerance: a first point closer than this to where it stands needs no approach.
-        scene: what the way must not touch, the robot itself included; None to check nothing.
     """
 
     job_id: int
@@ -252,14 +243,8 @@ class BlockJob:
     """Job: run a block of a program's moves without a stop in between.
 
     Attributes:
-        job_id: number of the job.
-        start: (n,) where the robot stands, controller side [rad or m].
-        block: the moves.
         lines: the line of each move in its program's text, for refusals.
-        frames: the named frames and tools.
         speed: fraction of the programmed speeds.
-        tool_speed: largest speed of tool and elbow [m/s]; None for no cap.
-        scene: what the way must not touch, the robot itself included; None to check nothing.
     """
 
     job_id: int
@@ -277,14 +262,7 @@ class DryRunJob:
     """Job: walk through a program without moving, for a slice of time.
 
     Attributes:
-        job_id: number of the job.
         run_id: name of the dry run among all of the server; its slices share what was planned.
-        start: (n,) where the robot stands at the start, controller side [rad or m].
-        linked: the program with all that it calls.
-        frames: the named frames and tools.
-        tool_speed: largest speed of tool and elbow [m/s]; None for no cap.
-        scene: what the ways must not touch, as it is now; None to check nothing.
-        signals: which the controller has.
     """
 
     job_id: int
@@ -302,8 +280,6 @@ class ProgramJob:
     """Job: read, print or edit a program that is too large for the event loop; nothing moves.
 
     Attributes:
-        job_id: number of the job.
-        task: what to do.
         start: empty, as no robot stands anywhere for it.
     """
 
@@ -318,11 +294,7 @@ Job = MotionJob | DryRunJob | WayCheckJob | ProgramJob
 
 @dataclass(frozen=True, slots=True)
 class DryRunSlice:
-    """Answer of a dry run that is not done; the next slice of the same run continues.
-
-    Attributes:
-        planned: blocks that were planned so far.
-    """
+    """Answer of a dry run that is not done; the next slice of the same run continues."""
 
     planned: int
 
@@ -332,7 +304,6 @@ class DryRunFound:
     """Answer of a dry run that is done.
 
     Attributes:
-        run: what was found about each statement.
         points: True if each point of the main program can be reached.
         refused: how many statements and points cannot, those included that `dry_run_answer` cut
             off.
@@ -348,7 +319,6 @@ class PlanAnswer:
     """Answer to a job.
 
     Attributes:
-        job_id: number of the job.
         result: of a motion, a trajectory with its certificate, or why there is none; of a dry
             run, its findings, or its progress; of a check of the remaining path, that it is free,
             or why not; of a task about a program, its result, or what is wrong with the program.
@@ -381,3 +351,97 @@ def speed_fault(speed: float) -> Refusal | None:
         return Refusal(VerdictCode.NOT_FINITE, "the speed is not a finite number")
     text = f"speed {speed:g}; accepted: above 0, up to 1"
     return Refusal(VerdictCode.BAD_ARGUMENT, text, value=speed, limit=1.0)
+
+
+LENGTH = struct.Struct("<I")
+"""Length prefix of each pickle, in both directions."""
+
+
+def split_question(robot: str, job: Job) -> tuple[bytes, Sequence[bytes]]:
+    """Return what is written at once, and the pieces that follow it."""
+    pieces: Sequence[bytes] = ()
+    if isinstance(job, RecordingJob):
+        pieces, job = job.samples, replace(job, samples=())
+    data = pickle.dumps((robot, job, sum(map(len, pieces))))
+    return LENGTH.pack(len(data)) + data, pieces
+
+
+def read_question(pipe: BinaryIO) -> tuple[str, Job] | None:
+    """Return robot and job of the next question; None where the pipe ends before. Blocks."""
+    head = pipe.read(LENGTH.size)
+    if len(head) < LENGTH.size:
+        return None
+    (length,) = LENGTH.unpack(head)
+    data = pipe.read(length)
+    if len(data) < length:
+        return None
+    robot, job, size = pickle.loads(data)
+    samples = pipe.read(size)
+    if len(samples) < size:
+        return None
+    if isinstance(job, RecordingJob):
+        job = replace(job, samples=(samples,))
+    return robot, job
+
+
+Deliver = Callable[[PlanAnswer], None]
+
+
+class Planner(Protocol):
+    """Interface that takes the jobs of a cell and delivers answers later."""
+
+    def submit(self, job: Job, deliver: Deliver) -> None:
+        """Plan a job; `deliver` is called with the answer."""
+
+    def withdraw(self, job_id: int) -> None:
+        """Withdraw a job: its answer is not needed any more."""
+
+
+@dataclass(frozen=True, slots=True)
+class PlanTask:
+    """A job with its receiver, until it is answered.
+
+    Attributes:
+        robot: name or file of the robot that it is for.
+        cell: number of the cell that it is for; cells take turns.
+    """
+
+    robot: str
+    job: Job
+    deliver: Deliver
+    cell: int = 0
+
+    def fail(self) -> None:
+        """Answer that no plan will come."""
+        self.deliver(PlanAnswer(self.job.job_id, Refusal(VerdictCode.PLANNER_FAILED), 0.0))
+
+
+class Timer(Protocol):
+    """Timer that can be cancelled, such as an `asyncio.TimerHandle`."""
+
+    def cancel(self) -> None:
+        """Stop it."""
+
+
+@dataclass(slots=True)
+class TaskInHand:
+    """A job that a process is busy with.
+
+    Attributes:
+        timer: ends the process where no answer comes.
+        given: when the process was given it, by the loop's clock [s].
+        patience: runs out some time after that; None until then, and until the process is warm.
+    """
+
+    task: PlanTask
+    timer: Timer
+    given: float = 0.0
+    is_withdrawn: bool = False
+    patience: Timer | None = None
+    is_overdue: bool = False
+
+    def end(self) -> None:
+        """Stop the timers."""
+        self.timer.cancel()
+        if self.patience is not None:
+            self.patience.cancel()

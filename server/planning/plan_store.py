@@ -34,7 +34,6 @@ class StoredMotion:
         number: counts the motions of this server, from 1.
         started: monotonic time of its first set-point [ns].
         plan_time: wall time that planning took [s].
-        certified: its samples and certificate.
     """
 
     number: int
@@ -47,12 +46,7 @@ class PlanStore:
     """Folder with two files for each motion: `N.npz` with the samples, `N.json` with the rest."""
 
     def __init__(self, folder: Path, *, most_waiting: int = MOST_WAITING) -> None:
-        """Make a store; the folder is made when the first motion is kept.
-
-        Args:
-            folder: where to.
-            most_waiting: motions that may wait for the disk.
-        """
+        """Make a store; the folder is made when the first motion is kept."""
         self._folder = folder
         # A second run in the same folder continues the numbers; nothing is overwritten.
         kept = [int(path.stem) for path in folder.glob("*.json") if path.stem.isdigit()]

@@ -9,24 +9,18 @@ from ..cell.robot_cell import RobotCell
 from ..cell.robot_model import RobotModel
 from ..events.management_requests import Handlers, handlers_of
 from ..events.pending import Pending
-from .dry_run.dry_run_service import DryRunService
 from .execution.breakpoints import Breakpoints
+from .execution.dry_run_service import DryRunService
 from .execution.program_executor import ProgramExecutor, ToAll
-from .execution.run_environment import RunEnvironment
-from .interpreter.signal_offers import Offer
+from .execution.program_run import RunEnvironment
 from .language.program import OwnRobot
 from .library.kept_breakpoints import KeptBreakpoints
-from .library.pending_tasks import ProgramWork
 from .library.program_library import ProgramLibrary
-from .library.program_loader import ProgramLoader
+from .library.program_loader import ProgramLoader, ProgramWork
 
 
 class ProgramService:
-    """Programs of one cell.
-
-    Attributes:
-        desk: the executor of the programs.
-    """
+    """Programs of one cell."""
 
     def __init__(
         self,
@@ -39,37 +33,19 @@ class ProgramService:
         robot_name: str,
         environment: RunEnvironment,
     ) -> None:
-        """Join the parts.
-
-        Args:
-            cell: the cell.
-            robot: the mathematics of the robot.
-            pending: asks the store and the planner.
-            to_all: sends a message to every pendant of the cell.
-            cell_name: name of the cell.
-            robot_name: name of the robot.
-            environment: signals and objects.
-        """
-        self._work = ProgramWork(cell.motions.new_job_id, pending)
-        program_loader = ProgramLoader(pending.ask, self._work, robot_name, cell.limits)
-        kept = KeptBreakpoints(program_loader, self._work)
-        self.desk = ProgramExecutor(cell, robot, program_loader, kept, environment, to_all, pending)
+        work = ProgramWork(cell.motions.new_job_id, pending)
+        loader = ProgramLoader(pending.ask, work, robot_name, cell.limits)
+        kept = KeptBreakpoints(loader, work)
         own = OwnRobot(robot_name, cell.limits)
-        self._breakpoints = Breakpoints(program_loader, self._work, kept, self.desk, own)
-        self._library = ProgramLibrary(
-            pending.ask, program_loader, self._work, kept, cell, robot, robot_name
-        )
-        self._dry_runs = DryRunService(
-            cell, robot, program_loader, self._offered_signals, pending, cell_name
-        )
-
-    def _offered_signals(self) -> Offer:
-        return self.desk.environment.offered_signals
+        self.executor = ProgramExecutor(cell, robot, loader, kept, environment, to_all, pending)
+        self._breakpoints = Breakpoints(loader, work, kept, self.executor, own)
+        self._library = ProgramLibrary(pending.ask, loader, work, kept, cell, robot, own)
+        self._dry_runs = DryRunService(cell, robot, loader, self.executor, pending, cell_name)
 
     @property
     def handlers(self) -> Handlers:
         """Handlers of the requests about programs."""
-        return handlers_of(self._breakpoints, self._dry_runs, self._library)
+        return handlers_of(self._breakpoints, self._dry_runs, self._library, self._library.changes)
 
     def closed(self, session: int) -> None:
         """Forget a connection that ended."""

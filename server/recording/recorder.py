@@ -22,15 +22,17 @@ from ..store.documents import DocumentKind, Extent, Heading
 from ..store.recording_format import (
     GAP_PERIODS,
     RecordingDocument,
+    Row,
     RowCount,
     new_document,
+    pack_rows,
+    rows_in_a_chunk,
     write_document,
 )
 from ..store.requests import Answer, AppendChunk, Save
-from ..store.samples import Row, pack_rows, rows_in_a_chunk
 from ..store.store_errors import StoreBusy, StoreError
 
-Told: TypeAlias = Callable[[RecordingDocument | Refusal, int], list[Effect]]
+OnResult: TypeAlias = Callable[[RecordingDocument | Refusal, int], list[Effect]]
 """Takes the result of a request about the recording, and the time."""
 
 Lost: TypeAlias = Callable[[Refusal, int], list[Effect]]
@@ -44,21 +46,14 @@ class RecordingRun:
     """One recording under way.
 
     Attributes:
-        name: of its document.
-        author: who records.
-        document: its description as saved.
-        lost: called if it ends by itself.
         revision: of the document; 0 until it is saved.
         waiting: rows that no chunk holds yet.
         chunk: the next chunk for the disk; empty where there is none.
-        chunk_rows: how many rows it has.
-        is_asked: True while the store has not answered a request.
-        chunks: number of kept chunks.
         kept: rows in them.
         count: what was counted of all rows, kept or not.
         first: time of the first row [ns]; None before it.
         last: time of the last row [ns].
-        told: called at the end; None until the end was requested.
+        on_result: called at the end; None until the end was requested.
         busy_since: start of the disk's busy time while the end waits for it [ns]; else None.
     """
 
@@ -76,7 +71,7 @@ class RecordingRun:
     count: RowCount = field(default_factory=RowCount)
     first: int | None = None
     last: int = 0
-    told: Told | None = None
+    on_result: OnResult | None = None
     busy_since: int | None = None
 
     @property
@@ -115,11 +110,8 @@ class RecordingStatus:
     """Published status of a recording in progress.
 
     Attributes:
-        name: of its document.
         duration: from the first to the last row [s].
-        samples: rows so far.
         kept: rows that are on the disk.
-        gaps: between rows, so far.
     """
 
     name: str
@@ -131,12 +123,7 @@ class RecordingStatus:
 
 @dataclass(frozen=True, slots=True)
 class RecordingBrokenOff:
-    """Recording that ended by itself; its kept rows stay.
-
-    Attributes:
-        name: of its document.
-        refusal: why, naming the recording.
-    """
+    """Recording that ended by itself; its kept rows stay."""
 
     name: str
     refusal: Refusal
@@ -171,10 +158,7 @@ class Recorder:
         """Make a recorder without a recording.
 
         Args:
-            robot: name of the robot.
-            joints: names of its joints.
             period: how often the controller reports [s].
-            ask: sends a request to the store.
         """
         self.broken_off: RecordingBrokenOff | None = None
         self._robot = robot
@@ -198,17 +182,14 @@ class Recorder:
         run = self._run
         return None if run is None or run.name != name else run.count
 
-    def start(self, name: str, author: str, told: Told, lost: Lost) -> Refusal | list[Effect]:
+    def start(
+        self, name: str, author: str, on_result: OnResult, lost: Lost
+    ) -> Refusal | list[Effect]:
         """Start a recording; samples are taken once its document is saved.
 
         Args:
-            name: of the new document.
-            author: who records.
-            told: called with the description once it is saved, or with why it is not.
+            on_result: called with the description once it is saved, or with why it is not.
             lost: called with the reason if the recording ends by itself afterwards.
-
-        Returns:
-            Why it may not start, or what follows.
         """
         if self._run is not None:
             return Refusal(VerdictCode.RECORDING_RUNNING, f"{self._run.name!r} is being recorded")
@@ -219,9 +200,9 @@ class Recorder:
         def saved(answer: Answer, now: int) -> list[Effect]:
             if isinstance(answer, Heading):
                 run.revision = answer.revision
-                return told(document, now)
+                return on_result(document, now)
             self._run = None
-            return told(store_refusal(answer), now)
+            return on_result(store_refusal(answer), now)
 
         body = write_document(document)
         return self._ask(Save(DocumentKind.RECORDING, name, body, 0, author), saved)
@@ -229,7 +210,7 @@ class Recorder:
     def reported(self, feedback: Feedback, now: int) -> list[Effect]:
         """Take the controller's last report, unless it was taken already."""
         run = self._run
-        if run is None or not run.revision or run.told is not None:
+        if run is None or not run.revision or run.on_result is not None:
             return []
         if feedback.position is None or (run.first is not None and feedback.received <= run.last):
             return []
@@ -238,8 +219,8 @@ class Recorder:
             return self._break_off(run, _fallen_behind(run), now)
         return self._write(run)
 
-    def stop(self, told: Told) -> Refusal | list[Effect]:
-        """End the recording; `told` gets its description once all of it is on the disk.
+    def stop(self, on_result: OnResult) -> Refusal | list[Effect]:
+        """End the recording; `on_result` gets its description once all of it is on the disk.
 
         Returns:
             Why there is nothing to end, or why it ended by itself before; or what follows.
@@ -247,9 +228,9 @@ class Recorder:
         run = self._run
         if run is None and self.broken_off is not None:
             return self.broken_off.refusal
-        if run is None or not run.revision or run.told is not None:
+        if run is None or not run.revision or run.on_result is not None:
             return Refusal(VerdictCode.NOT_RECORDING)
-        run.told = told
+        run.on_result = on_result
         return self._finish(run)
 
     def tick(self, now: int) -> list[Effect]:
@@ -268,7 +249,7 @@ class Recorder:
         run = self._run
         if run is None or not run.revision:
             return []
-        if run.told is not None and run.is_asked and not run.chunk and not run.waiting:
+        if run.on_result is not None and run.is_asked and not run.chunk and not run.waiting:
             return []  # the description is on its way, behind all rows
         self._run = None
         out: list[Effect] = []
@@ -279,12 +260,10 @@ class Recorder:
                 out += self._ask(chunk, lambda answer, at: [])
                 run.chunks += 1
             run.next_chunk()
-        if run.told is None:
+        if run.on_result is None:
             return out
         text = f"recording {run.name!r} was stopped, and the disk was still busy with its end"
-        return out + run.told(Refusal(VerdictCode.SHUTTING_DOWN, text), run.last)
-
-    # Rows.
+        return out + run.on_result(Refusal(VerdictCode.SHUTTING_DOWN, text), run.last)
 
     def _write(self, run: RecordingRun) -> list[Effect]:
         """Write the chunk that the disk did not take, or one that is due."""
@@ -312,7 +291,7 @@ class Recorder:
             run.kept += run.chunk_rows
             run.chunk, run.chunk_rows = b"", 0
             run.busy_since = None
-            return self._write(run) if run.told is None else self._finish(run)
+            return self._write(run) if run.on_result is None else self._finish(run)
         if self._may_wait(run, answer, now):
             return []
         return self._break_off(run, store_refusal(answer), now)
@@ -322,13 +301,11 @@ class Recorder:
         """Return True if a refused chunk is tried again by the next report or tick."""
         if not isinstance(answer, StoreBusy):
             return False
-        if run.told is None:
+        if run.on_result is None:
             return True  # until too many rows wait
         if run.busy_since is None:
             run.busy_since = now
         return now - run.busy_since < LONGEST_BUSY_NS
-
-    # The end.
 
     def _finish(self, run: RecordingRun) -> list[Effect]:
         """Write what is left, then the description with what was counted."""
@@ -346,7 +323,7 @@ class Recorder:
             if not isinstance(answer, Heading):
                 return self._break_off(run, store_refusal(answer), now)
             self._run = None
-            return [] if run.told is None else run.told(document, now)
+            return [] if run.on_result is None else run.on_result(document, now)
 
         return self._ask(_save(run, document), saved)
 
@@ -357,8 +334,8 @@ class Recorder:
         refusal = replace(cause, text=text)
         self.broken_off = RecordingBrokenOff(run.name, refusal)
         out = run.lost(refusal, now)
-        if run.told is not None:
-            out += run.told(refusal, now)
+        if run.on_result is not None:
+            out += run.on_result(refusal, now)
         # A full disk refuses this, too; then the reason is known until the next recording starts.
         noted = run.document.model_copy(update={"problem": text})
         return out + self._ask(_save(run, noted), lambda answer, at: [])

@@ -62,7 +62,6 @@ def part_samples(
     """Load the samples of a part of one recording: first its extent, then the rows.
 
     Args:
-        name: of the recording.
         columns: how many reals a row has, the time first.
         begins: first time of the part [s].
         ends: last time [s]; None for the end.
@@ -124,13 +123,7 @@ def _too_large(name: str, size: int) -> Refusal:
 
 @dataclass(frozen=True, slots=True)
 class _Loaded:
-    """A loaded recording.
-
-    Attributes:
-        document: its description.
-        extract: which of its columns are played.
-        samples: the rows of the part.
-    """
+    """A loaded recording."""
 
     document: RecordingDocument
     extract: Extract
@@ -139,14 +132,7 @@ class _Loaded:
 
 @dataclass(frozen=True, eq=False, slots=True)
 class _Playback:
-    """Playback until its motion starts.
-
-    Attributes:
-        asked: the request.
-        reply_to: sender of the request.
-        by: the sender as the holder of the motion authority.
-        steps: its loading.
-    """
+    """Playback until its motion starts."""
 
     asked: PlayRecording
     reply_to: ReplyTo[PlaybackTold]
@@ -167,10 +153,7 @@ class RecordingPlayback:
         """Make one that plays nothing.
 
         Args:
-            cell: the cell.
-            pending: loads recordings.
             tool: returns the centre point of the selected tool in the flange.
-            robot_name: name of the robot.
         """
         self._cell = cell
         self._pending = pending
@@ -179,19 +162,10 @@ class RecordingPlayback:
         self._loading: _Playback | None = None
         self._planning: tuple[MotionRequest, ReplyTo[PlaybackTold]] | None = None
 
-    # Loading.
-
     def play(
         self, asked: PlayRecording, reply_to: ReplyTo[PlaybackTold], by: Holder, now: int
     ) -> list[Effect]:
-        """Load a recording and request its motion; the answer follows once it is planned.
-
-        Args:
-            asked: the request.
-            reply_to: its sender, who may move the robot.
-            by: the sender as the holder of the motion authority.
-            now: monotonic time, ns.
-        """
+        """Load a recording and request its motion; the answer follows once it is planned."""
         if self._loading is not None:
             text = f"{self._loading.asked.name!r} is being loaded to be played"
             return reply_to.refuse(Refusal(VerdictCode.PLANNING, text))
@@ -218,14 +192,14 @@ class RecordingPlayback:
         refusal = _changed_since(latest, answer.heading.revision)
         return _Loaded(document, extract, samples) if refusal is None else refusal
 
-    def on_cell_event(self, news: CellEvent, now: int) -> list[Effect]:
+    def on_cell_event(self, event: CellEvent, now: int) -> list[Effect]:
         """Answer a request whose motion started or was refused, and report its end.
 
         Whatever ends a waiting program also drops a playback that is being loaded.
         """
-        if isinstance(news, MotionEvent):
-            return self._told(news)
-        refusal = None if self._loading is None else ending(news, self._loading.by)
+        if isinstance(event, MotionEvent):
+            return self._notify(event)
+        refusal = None if self._loading is None else ending(event, self._loading.by)
         return [] if refusal is None else self.drop(refusal)
 
     def tick(self, now: int) -> list[Effect]:
@@ -242,8 +216,6 @@ class RecordingPlayback:
             return []
         self._pending.drop(playback.steps)
         return playback.reply_to.refuse(refusal)
-
-    # Planning.
 
     def _loaded(self, found: _Loaded | Refusal, now: int) -> list[Effect]:
         """Request the motion if the robot may move now; that may have changed while loading."""
@@ -275,16 +247,16 @@ class RecordingPlayback:
         self._planning = request, reply_to
         return cell.motions.ask(request, job, MotionKind.MOVE)
 
-    def _told(self, news: MotionEvent) -> list[Effect]:
-        if isinstance(news, MotionEnded):
-            return [Send(news.request.session, outcome(news))]
-        if self._planning is None or news.request is not self._planning[0]:
+    def _notify(self, event: MotionEvent) -> list[Effect]:
+        if isinstance(event, MotionEnded):
+            return [Send(event.request.session, outcome(event))]
+        if self._planning is None or event.request is not self._planning[0]:
             return []
         _, reply_to = self._planning
         self._planning = None
-        if isinstance(news, MotionRefused):
-            return reply_to.refuse(news.refusal)
-        account = news.playback
+        if isinstance(event, MotionRefused):
+            return reply_to.refuse(event.refusal)
+        account = event.playback
         about = {} if account is None else asdict(account) | {"factor": account.factor}
         return reply_to.answer(cast(PlaybackTold, about))
 

@@ -16,7 +16,7 @@ from openpendant.simplemsg.pendant import ReadSignals, ReadSignalsReply, WriteOu
 from openpendant.simplemsg.verdicts import VerdictCode
 
 from ..events.effects import Effect, QueryController
-from ..programs.interpreter.signal_offers import Offer, OfferedSignals, SignalKind
+from ..programs.interpreter.run_events import Offer, OfferedSignals, SignalKind
 from ..refusal import Refusal
 
 BANK = 16

@@ -17,11 +17,11 @@ from pydantic import (
     ConfigDict,
     Field,
     PlainSerializer,
+    model_validator,
 )
 
 from openpendant.simplemsg import ByteOrder
 
-from .access_settings import AccessSettings, TlsSettings
 from .config_file import OFF, checked
 
 EventLoop = Literal["asyncio", "uvloop"]
@@ -79,6 +79,41 @@ class SettingsTable(BaseModel):
     """A table of a configuration file: nothing unknown is taken, nothing changes later."""
 
     model_config = ConfigDict(frozen=True, extra="forbid", use_attribute_docstrings=True)
+
+
+class AccessSettings(SettingsTable):
+    """Who may look on, how long a pairing code lasts, and where the audit log is."""
+
+    observe_without_login: bool = False
+    """Whoever reaches the server may look on; otherwise only this machine may without a login."""
+    pairing_minutes: Annotated[float, Field(ge=1, le=24 * 60)] = 15.0
+    """How long a pairing code lasts, minutes."""
+    audit_log: str = ""
+    """File of the audit log, `audit.jsonl`; empty for none on loopback."""
+
+
+class TlsSettings(SettingsTable):
+    """The server's certificate, and whose certificates it asks for."""
+
+    certificate: str = ""
+    """File with the certificate and the ones that signed it (PEM); empty for no TLS."""
+    key: str = ""
+    """File with its private key (PEM, not encrypted, readable by its owner)."""
+    ca: str = ""
+    """File with the authorities whose client certificates are taken (PEM); empty for none asked."""
+
+    @model_validator(mode="after")
+    def _is_whole(self) -> TlsSettings:
+        if bool(self.certificate) != bool(self.key):
+            raise ValueError("certificate and key are given together, or neither")
+        if self.ca and not self.certificate:
+            raise ValueError("ca needs certificate and key")
+        return self
+
+    @property
+    def is_on(self) -> bool:
+        """True if connections are encrypted."""
+        return bool(self.certificate)
 
 
 class ListenForAll(SettingsTable):
@@ -315,7 +350,6 @@ def make_settings(data: dict[str, Any], source: str) -> CellSettings:
 
     Args:
         data: as read from TOML, possibly overridden by arguments.
-        source: file name for the message.
 
     Raises:
         ConfigurationError: the first key that is unknown or out of bounds.

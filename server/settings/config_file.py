@@ -32,14 +32,11 @@ class ConfigurationError(Exception):
     Attributes:
         file: the file, or "arguments".
         key: dotted name of the key, empty for the file as a whole.
-        problem: what is wrong and what is expected.
     """
 
     def __init__(self, file: str, key: str, problem: str) -> None:
         super().__init__(f"{file}: {key}: {problem}" if key else f"{file}: {problem}")
-        self.file = file
-        self.key = key
-        self.problem = problem
+        self.file, self.key, self.problem = file, key, problem
 
 
 def load_settings(path: Path) -> dict[str, Any]:
@@ -65,9 +62,6 @@ def checked(model: type[_M], data: object, source: str, owner: str = "") -> _M:
     """Check plain data against a model and return it.
 
     Args:
-        model: what is expected.
-        data: as read from TOML.
-        source: file name for the message.
         owner: whose keys they are, put behind the key; empty for the file's own.
 
     Raises:
@@ -99,7 +93,6 @@ def settings_as_toml(settings: BaseModel, within: str = "") -> str:
     """Return settings as a TOML file, or the tables within one, that would give them again.
 
     Args:
-        settings: the settings of a file, or some of its tables.
         within: name of the array of tables that they are one element of; empty for a file.
     """
     lines: list[str] = [f"[[{within}]]"] if within else []

@@ -67,7 +67,6 @@ def make_server_settings(data: dict[str, Any], source: str) -> ServerSettings:
 
     Args:
         data: as read from TOML, of one cell or of several.
-        source: file name for the message.
 
     Raises:
         ConfigurationError: the first key that is unknown or out of bounds, or that two cells may

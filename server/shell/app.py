@@ -19,9 +19,8 @@ from openpendant.simplemsg import __version__
 from openpendant.simplemsg.journal import Journal
 
 from ..access.access_backend import AccessBackend
-from ..access.admission import Admission
+from ..access.admission import Admission, Granted
 from ..access.audit import AuditEntry, AuditEvent
-from ..access.grants import Granted
 from ..access.lockout import SECOND_NS
 from ..access.open_access import exposure_of
 from ..access.pairing import PairingCodes
@@ -181,7 +180,7 @@ class App:
     def _tell_watchdog(self) -> None:
         """Tell the watchdog what may move now."""
         if self._watchdog is not None:
-            self._watchdog.news(*self._watched())
+            self._watchdog.update(*self._watched())
 
     def _on_timer(self) -> None:
         """Run a control tick, of a late one after what has arrived meanwhile was read.

@@ -23,7 +23,7 @@ from openpendant.simplemsg.journal import Journal
 from openpendant.simplemsg.verdicts import CATALOGUE, VerdictCode
 
 from ..access.access_backend import AccessBackend
-from ..access.account_store import AccountChange
+from ..access.accounts import AccountChange
 from ..access.admission import VerifyJob
 from ..core.cell_core import CellCore
 from ..events.effects import (
@@ -44,9 +44,8 @@ from ..events.effects import (
 )
 from ..events.events import ClientEvent, ClientFailed, Event, Skipped
 from ..journal.event_records import question_to_bytes
-from ..planning.jobs import Job
+from ..planning.jobs import Job, Planner
 from ..planning.plan_store import PlanStore
-from ..planning.task import Planner
 from ..settings.cell_settings import CellSettings, ControllerPath
 from ..store.requests import Request
 from ..store.store_client import StoreClient

@@ -1,17 +1,22 @@
-"""Documents: their kinds, names, sizes and revisions.
+"""Documents: their kinds, names, sizes and revisions; and the interface of every store of them.
 
 Owns the rules for a document's name and size, and the rule of revisions: a change is made from the
 kept revision and becomes the next one. Only the number orders revisions, never the clock. A name is
 not the name of a file, but people read it on one line and type it on a command line. Plain data;
 knows no file.
+
+All calls of a store block until the disk has answered, so none belongs on an event loop:
+`store_client` makes them from a thread. A change that was acknowledged survives a crash.
 """
 
 from __future__ import annotations
 
 import unicodedata
 from collections.abc import Mapping
+from contextlib import AbstractContextManager
 from dataclasses import dataclass
 from enum import StrEnum
+from typing import Protocol
 
 from .store_errors import BadDocument, BadName, Conflict, TooLarge
 
@@ -63,11 +68,9 @@ class Heading:
     """Revision of a document without its body.
 
     Attributes:
-        kind: kind of the document.
         name: its name, unique among its kind.
         revision: counts its changes, from 1; goes on after a deletion.
         size: of its body [bytes].
-        saved_by: its author.
         saved_at: wall-clock time in UTC, ISO 8601; for display only, clocks jump.
         deleted: True if this revision is its deletion.
     """
@@ -83,12 +86,7 @@ class Heading:
 
 @dataclass(frozen=True, slots=True)
 class Document:
-    """Revision of a document.
-
-    Attributes:
-        heading: its kind, name, number, author and time.
-        body: JSON text.
-    """
+    """Revision of a document."""
 
     heading: Heading
     body: str
@@ -197,8 +195,6 @@ def check_revision(kind: DocumentKind, name: str, expected: int, current: Headin
     """Refuse a change that was not made from the kept revision.
 
     Args:
-        kind: kind of the document.
-        name: its name.
         expected: the revision that the change was made from; 0 for a new document.
         current: the kept revision, perhaps a deletion; None where there never was one.
 
@@ -211,17 +207,63 @@ def check_revision(kind: DocumentKind, name: str, expected: int, current: Headin
         return
     kept = 0 if current.deleted else current.revision
     if expected != kept:
-        raise Conflict(
-            kind,
-            name,
-            expected,
-            current.revision,
-            current.saved_by,
-            current.saved_at,
-            deleted=current.deleted,
-        )
+        by, at, gone = current.saved_by, current.saved_at, current.deleted
+        raise Conflict(kind, name, expected, current.revision, by, at, deleted=gone)
 
 
 def revision_after(current: Heading | None) -> int:
     """Return the number of the next revision; it goes on after a deletion."""
     return 1 if current is None else current.revision + 1
+
+
+class Store(Protocol):
+    """Documents with revisions, and recordings in chunks.
+
+    Every call raises a `StoreError` where it fails, and then has changed nothing: `BadName`,
+    `NotFound`, `Conflict`, `TooLarge`, `BadDocument`, `OutOfSequence`; `DiskFull`, `ReadOnly`,
+    `StoreBusy` or `StoreFailed` with the system's words.
+    """
+
+    def load(self, kind: DocumentKind, name: str, revision: int | None = None) -> Document:
+        """Return a document.
+
+        Args:
+            revision: an older one, if it is still kept; the latest if None.
+        """
+
+    def headings(self, kind: DocumentKind | None = None) -> tuple[Heading, ...]:
+        """Return the latest revision of every document, by kind and name; deleted ones not."""
+
+    def history(self, kind: DocumentKind, name: str) -> tuple[Heading, ...]:
+        """Return the revisions of a document that are kept, deletions included, oldest first."""
+
+    def save(
+        self, kind: DocumentKind, name: str, body: str, *, expected_revision: int, author: str
+    ) -> Heading:
+        """Save a document and return its new revision."""
+
+    def delete(
+        self, kind: DocumentKind, name: str, *, expected_revision: int, author: str
+    ) -> Heading:
+        """Delete a document and return the revision that is its deletion.
+
+        Its older revisions stay in its history; the chunks of a recording go at once.
+        """
+
+    def append_chunk(self, name: str, sequence: int, data: bytes) -> Extent:
+        """Append to a recording whose document is there; return how much it holds now.
+
+        Repeating the last chunk, because its acknowledgement was lost, changes nothing.
+        """
+
+    def load_chunks(self, name: str, first: int, most: int) -> tuple[bytes, ...]:
+        """Return up to `most` chunks of a recording, from number `first` on."""
+
+    def extent(self, name: str) -> Extent:
+        """Return how much of a recording is kept."""
+
+    def together(self) -> AbstractContextManager[None]:
+        """Return a context whose changes are kept all or, if it raises, not at all."""
+
+    def close(self) -> None:
+        """Close the store."""

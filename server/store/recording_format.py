@@ -1,16 +1,25 @@
-"""The stored form of a recording: the description in its document and the columns of its rows.
+"""The stored form of a recording: its description, its columns, their chunks, and their edits.
 
 Owns the columns, the definition of a gap between two reports, how a description is read, and the
 count of rows (`RowCount`): how many, how long, at which rate, with which gaps. Duration and rate
 are defined there; whoever passes rows on, while they are recorded or afterwards, counts by it. A
 gap is marked in the row that ends it and never filled. A file without the column of that mark may
 have gaps too; there only the times show them. Knows no robot and no clock.
+
+A chunk is rows of 8-byte little-endian reals, one row a sample, one column after the other. The
+recording's document names them in `columns`, the time first: `{"columns": ["t", "j1", …]}`. The
+samples of a kept recording are read as rows, whatever chunks they lie in.
+
+A recording is cut and renamed by a copy of rows under another name, all or nothing: chunk by chunk,
+so that its length costs time and no memory. That blocks, as all of the store does.
 """
 
 from __future__ import annotations
 
+import itertools
 import json
-from collections.abc import Sequence
+import struct
+from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass
 from typing import Any, NamedTuple
 
@@ -19,6 +28,8 @@ from pydantic import BaseModel, ConfigDict, Field, ValidationError
 from openpendant.simplemsg.verdicts import VerdictCode
 
 from ..refusal import Refusal, field_fault
+from .documents import LONGEST_NAME, MOST_CHUNK_BYTES, DocumentKind, Heading, Store
+from .store_errors import BadDocument
 
 TIME, GAP = "t", "gap"
 
@@ -82,7 +93,6 @@ class ColumnFault(NamedTuple):
 
     Attributes:
         place: of the column at fault, from 0; None where one is missing.
-        problem: what is wrong and what would be accepted.
     """
 
     place: int | None
@@ -95,7 +105,6 @@ def column_fault(columns: Sequence[str], joints: int | None = None) -> ColumnFau
     The name of a column states its content, so their order is free and any other name is refused.
 
     Args:
-        columns: their names.
         joints: how many joints the robot has; None for as many as there are columns for.
     """
     if joints is None:
@@ -124,12 +133,7 @@ def new_document(robot: str, joints: Sequence[str], period: float) -> RecordingD
 
 
 def read_document(name: str, body: str) -> RecordingDocument | Refusal:
-    """Return a recording's description.
-
-    Args:
-        name: of the recording, for the refusal.
-        body: of its document.
-    """
+    """Return a recording's description."""
     try:
         return RecordingDocument.model_validate_json(body)
     except ValidationError as error:
@@ -143,14 +147,7 @@ def write_document(document: RecordingDocument) -> str:
 
 
 def extract_for(name: str, document: RecordingDocument, robot: str, dof: int) -> Extract | Refusal:
-    """Return where the joints are in the rows, if the recording is one of this robot.
-
-    Args:
-        name: of the recording, for the refusal.
-        document: its description.
-        robot: name of the robot that is to play it.
-        dof: number of its joints.
-    """
+    """Return where the joints are in the rows, if the recording is one of this robot."""
     if not document.robot:
         text = (
             f"recording {name!r} does not say of which robot it is; this robot is {robot!r}: if it"
@@ -181,7 +178,6 @@ class RowCount:
     """Count of the rows so far, taken in order.
 
     Attributes:
-        rows: how many.
         first: time of the first [s].
         last: time of the last [s].
         gaps: between rows.
@@ -240,9 +236,218 @@ class RowCount:
         """Count rows that follow one that was taken, without a gap.
 
         Args:
-            rows: how many.
             last: time of the last of them [s]; without meaning where there are none.
         """
         if rows:
             self.rows += rows
             self.last = last
+
+
+MOST_COLUMNS = 256
+
+_REAL_BYTES = 8
+
+Row = tuple[float, ...]
+
+
+def time_first(columns: Sequence[str]) -> tuple[int, ...]:
+    """Return the places of the columns with the time before the others, which stay in order."""
+    at = columns.index(TIME) if TIME in columns else 0
+    return (at, *(place for place in range(len(columns)) if place != at))
+
+
+def time_fault(before: float | None, time: float) -> str:
+    """Return the fault in the time of a row; empty if it advances.
+
+    Args:
+        before: the time of the row before [s]; None for the first row.
+        time: the time of the row [s].
+    """
+    if before is None or time > before:
+        return ""
+    return f"is {time} s, after {before} s in the row before; accepted: times that advance"
+
+
+def pack_rows(rows: Iterable[Sequence[float]]) -> bytes:
+    """Return the bytes of rows, to the last bit.
+
+    Args:
+        rows: reals; all rows of one recording have as many columns as its document names.
+    """
+    values = list(itertools.chain.from_iterable(rows))
+    return struct.pack(f"<{len(values)}d", *values)
+
+
+def unpack_rows(data: bytes, columns: int) -> Iterator[Row]:
+    """Return the rows in a chunk's bytes.
+
+    Raises:
+        BadDocument: the chunk does not hold whole rows.
+    """
+    if len(data) % (columns * _REAL_BYTES):
+        problem = f"has {len(data)} bytes; accepted: a multiple of {columns} x {_REAL_BYTES}"
+        raise BadDocument("a chunk of a recording", problem)
+    return struct.iter_unpack(f"<{columns}d", data)
+
+
+def rows_in_a_chunk(columns: int) -> int:
+    """Return the greatest number of rows in a chunk."""
+    return MOST_CHUNK_BYTES // (columns * _REAL_BYTES)
+
+
+def columns_of(name: str, body: str) -> tuple[str, ...]:
+    """Return the names of a recording's columns.
+
+    Raises:
+        BadDocument: the body does not name them.
+    """
+    data = json.loads(body)
+    columns = data.get("columns") if isinstance(data, dict) else None
+    if not (
+        isinstance(columns, list)
+        and 1 <= len(columns) <= MOST_COLUMNS
+        and all(isinstance(column, str) and 1 <= len(column) <= LONGEST_NAME for column in columns)
+        and len(set(columns)) == len(columns)
+    ):
+        accepted = f"1 to {MOST_COLUMNS} different names, of the time and of each joint"
+        raise BadDocument(f"recording {name!r}", f"accepted: {accepted}", place="columns")
+    return tuple(columns)
+
+
+_CHUNKS_AT_ONCE = 16
+
+
+def recording_rows(store: Store, name: str, columns: int) -> Iterator[Row]:
+    """Return the samples of a recording, some chunks at a time."""
+    first = 0
+    while chunks := store.load_chunks(name, first, _CHUNKS_AT_ONCE):
+        for chunk in chunks:
+            yield from unpack_rows(chunk, columns)
+        first += len(chunks)
+
+
+def chunks_together(store: Store, name: str, first: int, most: int) -> tuple[bytes, ...]:
+    """Return chunks of a recording that are together no larger than one may be.
+
+    Raises:
+        StoreError: it is not there.
+    """
+    found: list[bytes] = []
+    room = MOST_CHUNK_BYTES
+    while len(found) < most:
+        chunks = store.load_chunks(name, first + len(found), 1)
+        if not chunks or (found and len(chunks[0]) > room):
+            break
+        found.append(chunks[0])
+        room -= len(chunks[0])
+    return tuple(found)
+
+
+def append_chunks(store: Store, name: str, chunks: Iterable[bytes]) -> None:
+    """Append chunks to a recording that has none yet."""
+    for sequence, chunk in enumerate(chunks):
+        store.append_chunk(name, sequence, chunk)
+
+
+def append_rows(store: Store, name: str, rows: Iterable[Row], columns: int) -> None:
+    """Append samples to a recording that has none yet."""
+    append_chunks(store, name, packed(rows, columns))
+
+
+def packed(rows: Iterable[Row], columns: int) -> Iterator[bytes]:
+    """Return samples in as few chunks as hold them."""
+    most = rows_in_a_chunk(columns)
+    waiting: list[Row] = []
+    for row in rows:
+        waiting.append(row)
+        if len(waiting) == most:
+            yield pack_rows(waiting)
+            waiting.clear()
+    if waiting:
+        yield pack_rows(waiting)
+
+
+_RECORDING = DocumentKind.RECORDING
+
+
+def trim_recording(
+    store: Store, name: str, new_name: str, begins: float, ends: float | None, author: str
+) -> Heading:
+    """Save a part of a recording as a new one, its time counted from the first row kept.
+
+    Args:
+        name: of the recording; it stays as it is.
+        begins: first time that is kept [s].
+        ends: last time that is kept [s]; None for the end.
+
+    Raises:
+        BadDocument: no row lies in the part, or the recording has no time.
+        StoreError: it is not there, or the new name is taken.
+    """
+    body = store.load(_RECORDING, name).body
+    columns = columns_of(name, body)
+    if columns[0] != TIME:
+        raise BadDocument(f"recording {name!r}", f"accepted: {TIME!r} first", place="columns")
+    gap = columns.index(GAP) if GAP in columns else None
+    counted = RowCount()
+    with store.together():
+        saved = store.save(_RECORDING, new_name, body, expected_revision=0, author=author)
+        rows = _part(recording_rows(store, name, len(columns)), begins, ends)
+        append_rows(store, new_name, _from_zero(rows, gap, counted), len(columns))
+        if not counted.rows:
+            until = "the end" if ends is None else f"{ends:g} s"
+            raise BadDocument(f"recording {name!r}", f"has no sample from {begins:g} s to {until}")
+        # A part is complete, however its recording ended.
+        whole = {"finished": True, "problem": ""} | counted.fields
+        described = json.dumps(json.loads(body) | whole, ensure_ascii=False)
+        return store.save(
+            _RECORDING,
+            new_name,
+            described,
+            expected_revision=saved.revision,
+            author=author,
+        )
+
+
+def rename_recording(
+    store: Store, name: str, new_name: str, expected_revision: int, author: str
+) -> Heading:
+    """Give a recording another name.
+
+    Raises:
+        StoreError: it is not there, was changed since, or the new name is taken.
+    """
+    document = store.load(_RECORDING, name)
+    with store.together():
+        body = document.body
+        renamed = store.save(_RECORDING, new_name, body, expected_revision=0, author=author)
+        for number in itertools.count():
+            chunk = store.load_chunks(name, number, 1)
+            if not chunk:
+                break
+            store.append_chunk(new_name, number, chunk[0])
+        store.delete(_RECORDING, name, expected_revision=expected_revision, author=author)
+    return renamed
+
+
+def _part(rows: Iterable[Row], begins: float, ends: float | None) -> Iterator[Row]:
+    for row in rows:
+        if row[0] >= begins and (ends is None or row[0] <= ends):
+            yield row
+
+
+def _from_zero(rows: Iterator[Row], gap: int | None, counted: RowCount) -> Iterator[Row]:
+    """Count time from the first row, in front of which no gap is left."""
+    zero = 0.0
+    for row in rows:
+        if not counted.rows:
+            zero = row[0]
+            marked = False
+        else:
+            marked = gap is not None and row[gap] != 0.0
+        time = row[0] - zero
+        counted.take(time, after_gap=marked)
+        values = [time, *row[1:]]
+        if gap is not None:
+            values[gap] = float(marked)
+        yield tuple(values)

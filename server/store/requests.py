@@ -8,11 +8,9 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import TypeAlias
 
-from .documents import Document, DocumentKind, Extent, Heading
-from .recording_edit import rename_recording, trim_recording
-from .samples import chunks_together
+from .documents import Document, DocumentKind, Extent, Heading, Store
+from .recording_format import chunks_together, rename_recording, trim_recording
 from .store_errors import StoreError
-from .store_interface import Store
 
 
 @dataclass(frozen=True, slots=True)
@@ -143,38 +141,23 @@ def perform(store: Store, request: Request) -> Result:
         StoreError: the store cannot.
     """
     match request:
-        case Load():
-            return store.load(request.kind, request.name, request.revision)
-        case ListHeadings():
-            return store.headings(request.kind)
-        case ListHistory():
-            return store.history(request.kind, request.name)
-        case Save():
-            return store.save(
-                request.kind,
-                request.name,
-                request.body,
-                expected_revision=request.expected_revision,
-                author=request.author,
-            )
-        case Delete():
-            return store.delete(
-                request.kind,
-                request.name,
-                expected_revision=request.expected_revision,
-                author=request.author,
-            )
-        case AppendChunk():
-            return store.append_chunk(request.name, request.sequence, request.data)
-        case LoadChunks():
-            return chunks_together(store, request.name, request.first, request.most)
-        case MeasureRecording():
-            return store.extent(request.name)
-        case TrimRecording():
-            return trim_recording(
-                store, request.name, request.new_name, request.begins, request.ends, request.author
-            )
-        case RenameRecording():
-            return rename_recording(
-                store, request.name, request.new_name, request.expected_revision, request.author
-            )
+        case Load(kind, name, revision):
+            return store.load(kind, name, revision)
+        case ListHeadings(kinds):
+            return store.headings(kinds)
+        case ListHistory(kind, name):
+            return store.history(kind, name)
+        case Save(kind, name, body, expected, author):
+            return store.save(kind, name, body, expected_revision=expected, author=author)
+        case Delete(kind, name, expected, author):
+            return store.delete(kind, name, expected_revision=expected, author=author)
+        case AppendChunk(name, sequence, data):
+            return store.append_chunk(name, sequence, data)
+        case LoadChunks(name, first, most):
+            return chunks_together(store, name, first, most)
+        case MeasureRecording(name):
+            return store.extent(name)
+        case TrimRecording(name, new_name, begins, ends, author):
+            return trim_recording(store, name, new_name, begins, ends, author)
+        case RenameRecording(name, new_name, expected, author):
+            return rename_recording(store, name, new_name, expected, author)

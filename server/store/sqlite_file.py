@@ -26,9 +26,7 @@ from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
-from .atomic_write import sync_folder, whole_file
-from .file_identity import APPLICATION_ID, check_is_file
-from .free_space import RESERVE_BYTES
+from .database_file import APPLICATION_ID, RESERVE_BYTES, atomic_file, check_is_file, sync_folder
 from .store_errors import (
     DiskFull,
     ForeignFile,
@@ -165,7 +163,6 @@ class OpenFile:
     """A file that is sound and has the latest schema.
 
     Attributes:
-        connection: to it, without transactions of Python's own.
         is_read_only: nothing can be saved; the medium or the permissions forbid it.
         set_aside: where a broken file of that name was moved; None where it was sound.
         before_upgrade: the copy made before an older file was upgraded; None if it was not.
@@ -239,14 +236,13 @@ def copy(source: sqlite3.Connection, target: Path, *, replace: bool = False) -> 
     """Copy a file to another, whole or not at all, also where a kill ends it; others may write.
 
     Args:
-        source: a connection to it.
         target: the copy; it must not exist yet.
         replace: it may exist, and is then replaced when the copy is whole.
 
     Raises:
         StoreError: the target exists or cannot be written.
     """
-    with translated(target), whole_file(target, replace=replace) as beside:
+    with translated(target), atomic_file(target, replace=replace) as beside:
         with contextlib.closing(_connect(beside, "mode=rw")) as connection:
             connection.execute("PRAGMA synchronous = FULL")
             source.backup(connection)
@@ -394,7 +390,7 @@ def _make(path: Path) -> None:
             return
         # The log of a deleted file: SQLite would take it for that of the new one.
         set_log_aside(path)
-        with whole_file(path) as beside, contextlib.closing(_connect(beside, "mode=rw")) as new:
+        with atomic_file(path) as beside, contextlib.closing(_connect(beside, "mode=rw")) as new:
             new.execute(f"PRAGMA application_id = {APPLICATION_ID}")
 
 
@@ -431,7 +427,7 @@ def let_go_of_lost(path: Path) -> None:
     """
     set_log_aside(path)
     if path.is_file():
-        with whole_file(path.resolve(), replace=True) as beside:
+        with atomic_file(path.resolve(), replace=True) as beside:
             shutil.copyfile(path, beside)
 
 

@@ -3,18 +3,24 @@
 Owns the statements, and that a change is compared with the kept revision (`documents`) inside the
 transaction that saves it, so that neither two pendants nor two processes overwrite each other.
 Blocks until the disk has answered; used by one thread at a time, the one that opened it.
+
+Owns also the thorough check of a file: more than at its opening, every body is parsed and every
+chunk counted. That changes nothing.
 """
 
 from __future__ import annotations
 
 import contextlib
+import json
 import logging
 import sqlite3
 from collections.abc import Callable, Iterator, Sequence
+from dataclasses import dataclass
 from datetime import UTC, datetime
 from pathlib import Path
 from typing import Any
 
+from .database_file import IN_MEMORY, FileIdentity, ReservedSpace
 from .documents import (
     KEPT_REVISIONS,
     Document,
@@ -29,18 +35,17 @@ from .documents import (
     check_revision,
     revision_after,
 )
-from .file_identity import FileIdentity
-from .free_space import IN_MEMORY, ReservedSpace
 from .sqlite_file import (
     MIGRATIONS,
     Migration,
     OpenFile,
+    integrity,
     let_go_of_lost,
     open_file,
     open_read_only,
     translated,
 )
-from .store_errors import BadDocument, DiskFull, NotFound, OutOfSequence, ReadOnly
+from .store_errors import BadDocument, DiskFull, NotFound, OutOfSequence, ReadOnly, StoreError
 
 log = logging.getLogger("openpendant.server")
 
@@ -54,14 +59,7 @@ def utc_now() -> str:
 
 
 class SqliteStore:
-    """Documents and recordings in one file; see `Store` for what each call promises.
-
-    Attributes:
-        path: the file.
-        is_read_only: nothing can be saved.
-        set_aside: where a broken file of that name was moved when this one was opened, or None.
-        before_upgrade: the copy made before an older file was upgraded, or None.
-    """
+    """Documents and recordings in one file; see `Store` for what each call promises."""
 
     def __init__(self, path: Path, opened: OpenFile, wall_clock: Callable[[], str]) -> None:
         """Make a store of an open file; `open_store` and `open_for_reading` do both."""
@@ -69,7 +67,7 @@ class SqliteStore:
         self.is_read_only = opened.is_read_only
         self.set_aside = opened.set_aside
         self.before_upgrade = opened.before_upgrade
-        self._database = opened.connection
+        self.connection = opened.connection
         self._reserve = ReservedSpace(path)
         self._identity: FileIdentity | None = None
         if not self.is_read_only:
@@ -78,11 +76,6 @@ class SqliteStore:
                 self._identity = FileIdentity(path)
         self._wall_clock = wall_clock
 
-    @property
-    def connection(self) -> sqlite3.Connection:
-        """The connection, for whoever checks or copies the file as a whole."""
-        return self._database
-
     def load(self, kind: DocumentKind, name: str, revision: int | None = None) -> Document:
         """Return a document, the latest revision if none is named."""
         check_name(name)
@@ -90,7 +83,7 @@ class SqliteStore:
         if not 0 < wanted <= _LARGEST_INTEGER:
             raise NotFound(kind, name, revision)
         with translated(self.path):
-            row = self._database.execute(
+            row = self.connection.execute(
                 f"SELECT {_HEADING}, body FROM revision"
                 " WHERE kind = ? AND name = ? AND revision <= ? ORDER BY revision DESC LIMIT 1",
                 (kind, name, wanted),
@@ -103,7 +96,7 @@ class SqliteStore:
     def headings(self, kind: DocumentKind | None = None) -> tuple[Heading, ...]:
         """Return the latest revision of every document, by kind and name; deleted ones not."""
         with translated(self.path):
-            rows = self._database.execute(
+            rows = self.connection.execute(
                 # With max() alone, SQLite takes the other columns from the row of the maximum.
                 "SELECT kind, name, max(revision), size, saved_by, saved_at, body IS NULL"
                 " FROM revision WHERE ?1 IS NULL OR kind = ?1"
@@ -116,7 +109,7 @@ class SqliteStore:
         """Return the revisions of a document that are kept, deletions included, oldest first."""
         check_name(name)
         with translated(self.path):
-            rows = self._database.execute(
+            rows = self.connection.execute(
                 f"SELECT {_HEADING} FROM revision WHERE kind = ? AND name = ? ORDER BY revision",
                 (kind, name),
             ).fetchall()
@@ -149,7 +142,7 @@ class SqliteStore:
         """Delete a document and return the revision that is its deletion."""
         check_name(name)
         check_author(author)
-        if self._database.in_transaction:  # of `together`, whose other changes need room anyhow
+        if self.connection.in_transaction:  # of `together`, whose other changes need room anyhow
             return self._delete(kind, name, expected_revision, author)
         while True:
             try:
@@ -172,7 +165,7 @@ class SqliteStore:
             deleted = Heading(kind, name, revision, 0, author, at, deleted=True)
             self._insert(deleted, None)
             if kind is DocumentKind.RECORDING:
-                self._database.execute("DELETE FROM recording_chunk WHERE name = ?", (name,))
+                self.connection.execute("DELETE FROM recording_chunk WHERE name = ?", (name,))
         return deleted
 
     def append_chunk(self, name: str, sequence: int, data: bytes) -> Extent:
@@ -185,7 +178,7 @@ class SqliteStore:
                 return extent
             if sequence != extent.chunks:
                 raise OutOfSequence(name, sequence, extent.chunks)
-            self._database.execute(
+            self.connection.execute(
                 "INSERT INTO recording_chunk (name, sequence, total, data) VALUES (?, ?, ?, ?)",
                 (name, sequence, extent.size + len(data), data),
             )
@@ -196,7 +189,7 @@ class SqliteStore:
         check_name(name)
         with translated(self.path):
             self._check_recording(name)
-            rows = self._database.execute(
+            rows = self.connection.execute(
                 "SELECT data FROM recording_chunk"
                 " WHERE name = ? AND sequence >= ? ORDER BY sequence LIMIT ?",
                 (name, min(first, _LARGEST_INTEGER), min(most, _LARGEST_INTEGER)),
@@ -223,22 +216,22 @@ class SqliteStore:
                     let_go_of_lost(self.path)
                 except OSError as error:
                     log.error("the log of a store that is there no more stays: %s", error)
-            self._database.close()
+            self.connection.close()
 
     @contextlib.contextmanager
     def _change(self) -> Iterator[None]:
         """Run a transaction that is on the disk when the context ends, or undone if it raises."""
         if self.is_read_only:
             raise ReadOnly(f"{self.path}: was opened for reading only")
-        if self._database.in_transaction:  # of `together`
+        if self.connection.in_transaction:  # of `together`
             yield
             return
         try:
             with translated(self.path):
                 self._check_identity()
-                self._database.execute("BEGIN IMMEDIATE")
+                self.connection.execute("BEGIN IMMEDIATE")
                 yield
-                self._database.execute("COMMIT")
+                self.connection.execute("COMMIT")
                 # Checked again before the acknowledgement: a change written into a file that lost
                 # its name meanwhile is lost with it, so it must not count as saved.
                 self._check_identity()
@@ -258,24 +251,24 @@ class SqliteStore:
     def _undo(self) -> None:
         # The first fault of a failing disk is raised; those of the rollback add nothing.
         with contextlib.suppress(sqlite3.Error):
-            if self._database.in_transaction:
-                self._database.execute("ROLLBACK")
+            if self.connection.in_transaction:
+                self.connection.execute("ROLLBACK")
 
     def _merge_log(self) -> None:
         """Give back the room that the log takes, as far as there is room for what it holds."""
         with contextlib.suppress(sqlite3.Error):
-            self._database.execute("PRAGMA wal_checkpoint(TRUNCATE)")
+            self.connection.execute("PRAGMA wal_checkpoint(TRUNCATE)")
 
     def _check_json(self, kind: DocumentKind, name: str, body: str) -> None:
         # By SQLite, which lets other threads run meanwhile; Python's parser would not.
         with translated(self.path):
-            (is_json,) = self._database.execute("SELECT json_valid(?)", (body,)).fetchone()
+            (is_json,) = self.connection.execute("SELECT json_valid(?)", (body,)).fetchone()
         if not is_json:
             problem = "the body is not JSON, or nested too deeply; accepted: up to 1000 levels"
             raise BadDocument(f"{kind} {name!r}", problem)
 
     def _latest(self, kind: DocumentKind, name: str) -> Heading | None:
-        row = self._database.execute(
+        row = self.connection.execute(
             f"SELECT {_HEADING} FROM revision"
             " WHERE kind = ? AND name = ? ORDER BY revision DESC LIMIT 1",
             (kind, name),
@@ -284,12 +277,12 @@ class SqliteStore:
 
     def _insert(self, heading: Heading, body: str | None) -> None:
         values = (heading.kind, heading.name, heading.revision)
-        self._database.execute(
+        self.connection.execute(
             "INSERT INTO revision (kind, name, revision, size, saved_by, saved_at, body)"
             " VALUES (?, ?, ?, ?, ?, ?, ?)",
             (*values, heading.size, heading.saved_by, heading.saved_at, body),
         )
-        self._database.execute(
+        self.connection.execute(
             "DELETE FROM revision WHERE kind = ? AND name = ? AND revision <= ?",
             (*values[:2], heading.revision - KEPT_REVISIONS[heading.kind]),
         )
@@ -301,7 +294,7 @@ class SqliteStore:
 
     def _extent(self, name: str) -> Extent:
         self._check_recording(name)
-        row = self._database.execute(
+        row = self.connection.execute(
             "SELECT sequence + 1, total FROM recording_chunk"
             " WHERE name = ? ORDER BY sequence DESC LIMIT 1",
             (name,),
@@ -309,7 +302,7 @@ class SqliteStore:
         return Extent(0, 0) if row is None else Extent(*row)
 
     def _chunk(self, name: str, sequence: int) -> bytes | None:
-        row = self._database.execute(
+        row = self.connection.execute(
             "SELECT data FROM recording_chunk WHERE name = ? AND sequence = ?", (name, sequence)
         ).fetchone()
         return None if row is None else bytes(row[0])
@@ -324,9 +317,7 @@ def open_store(
     """Open the store of a server; make its file, upgrade it, or set a broken one aside.
 
     Args:
-        path: the file.
         wall_clock: the time as text, for display only.
-        migrations: the versions of its tables, oldest first.
 
     Raises:
         StoreError: it cannot be opened, belongs to another program, or is of a later version.
@@ -355,3 +346,91 @@ def _heading(row: Sequence[Any]) -> Heading:
     return Heading(
         DocumentKind(kind), name, revision, size, saved_by, saved_at, deleted=bool(deleted)
     )
+
+
+_MOST_PROBLEMS = 100
+
+
+@dataclass(frozen=True, slots=True)
+class FileReport:
+    """Result of a check.
+
+    Attributes:
+        documents: number of documents, deleted ones not counted.
+        problems: one line each; at most a hundred.
+    """
+
+    documents: int
+    revisions: int
+    chunks: int
+    problems: tuple[str, ...]
+
+    @property
+    def is_sound(self) -> bool:
+        """True if the check found no problem."""
+        return not self.problems
+
+
+def check_store(path: Path) -> FileReport:
+    """Check a store's file, whether or not a server has it open.
+
+    Raises:
+        StoreError: it is not there, of another program or of another version.
+    """
+    with contextlib.closing(open_read_only(path, MIGRATIONS)) as connection:
+        problems: list[str] = []
+        counts = (0, 0, 0)
+        try:
+            with translated(path):
+                problems += integrity(connection, thorough=True)
+                problems += _unreadable(connection)
+                problems += _incomplete(connection)
+                counts = _counts(connection)
+        except StoreError as error:
+            problems.append(str(error))
+    return FileReport(*counts, tuple(problems[:_MOST_PROBLEMS]))
+
+
+def _unreadable(connection: sqlite3.Connection) -> list[str]:
+    problems = []
+    rows = connection.execute(
+        "SELECT kind, name, revision, size, body FROM revision ORDER BY kind, name, revision"
+    )
+    for kind, name, revision, size, body in rows:
+        what = f"{kind} {name!r}, revision {revision}"
+        if kind not in list(DocumentKind):
+            problems.append(f"{what}: unknown kind")
+        if body is None:
+            continue
+        if len(body.encode()) != size:
+            problems.append(f"{what}: has {len(body.encode())} bytes, not {size}")
+        try:
+            json.loads(body)
+        except (ValueError, RecursionError) as error:
+            problems.append(f"{what}: is not JSON: {error}")
+    return problems
+
+
+def _incomplete(connection: sqlite3.Connection) -> list[str]:
+    rows = connection.execute(
+        "SELECT name, count(*), max(sequence) + 1, max(total), sum(length(data))"
+        " FROM recording_chunk GROUP BY name"
+    )
+    problems = []
+    for name, count, following, total, size in rows:
+        if (count, total) != (following, size):
+            problems.append(
+                f"recording {name!r}: {count} chunks of {size} bytes are there,"
+                f" {following} of {total} bytes were saved"
+            )
+    return problems
+
+
+def _counts(connection: sqlite3.Connection) -> tuple[int, int, int]:
+    (documents,) = connection.execute(
+        "SELECT count(*) FROM (SELECT max(revision), body IS NULL AS gone FROM revision"
+        " GROUP BY kind, name) WHERE NOT gone"
+    ).fetchone()
+    (revisions,) = connection.execute("SELECT count(*) FROM revision").fetchone()
+    (chunks,) = connection.execute("SELECT count(*) FROM recording_chunk").fetchone()
+    return documents, revisions, chunks

@@ -9,33 +9,34 @@ from typing import ClassVar
 
 from openpendant.simplemsg.verdicts import VerdictCode
 
-from ..refusal import Refusal
+from ..refusal import NO_JOINT, Refusal
 
 
 class StoreError(Exception):
     """Failure of a store request; nothing was changed."""
 
     code: ClassVar[VerdictCode] = VerdictCode.STORE_FAILED
+    numbers: ClassVar[tuple[str, ...]] = ()
+    """Names of the attributes that are the value and the limit of its refusal, if it has any."""
 
     def refusal(self) -> Refusal:
         """Return the refusal for a pendant."""
-        return Refusal(self.code, str(self))
+        numbers = (float(getattr(self, name)) for name in self.numbers)
+        return Refusal(self.code, str(self), NO_JOINT, *numbers)
 
 
 class Conflict(StoreError):
     """Change from a revision that is no longer the kept one.
 
     Attributes:
-        kind: kind of the document.
-        name: its name.
         expected: the revision that the change was made from; 0 for a new document.
         current: the revision that is kept; 0 where there never was one.
-        saved_by: who made the current one; empty where there is none.
         saved_at: when, wall-clock time as text.
         deleted: True if the current revision is its deletion.
     """
 
     code = VerdictCode.REVISION_CONFLICT
+    numbers = ("current", "expected")
 
     def __init__(
         self,
@@ -55,25 +56,15 @@ class Conflict(StoreError):
         else:
             kept = "there is no such document"
         super().__init__(f"{kind} {name!r}: the change was {asked}, but {kept}")
-        self.kind = kind
-        self.name = name
-        self.expected = expected
-        self.current = current
-        self.saved_by = saved_by
-        self.saved_at = saved_at
-        self.deleted = deleted
-
-    def refusal(self) -> Refusal:
-        """Return the refusal for a pendant: value is the kept revision, limit the expected one."""
-        return Refusal(self.code, str(self), value=float(self.current), limit=float(self.expected))
+        self.kind, self.name = kind, name
+        self.expected, self.current = expected, current
+        self.saved_by, self.saved_at, self.deleted = saved_by, saved_at, deleted
 
 
 class NotFound(StoreError):
     """Missing document, or missing revision of one.
 
     Attributes:
-        kind: kind of the document.
-        name: its name.
         revision: the revision asked for; None for the latest.
     """
 
@@ -82,57 +73,43 @@ class NotFound(StoreError):
     def __init__(self, kind: str, name: str, revision: int | None = None) -> None:
         what = f"no {kind} {name!r}" if revision is None else f"no such revision of {kind} {name!r}"
         super().__init__(f"there is {what}" + ("" if revision is None else f": {revision}"))
-        self.kind = kind
-        self.name = name
-        self.revision = revision
+        self.kind, self.name, self.revision = kind, name, revision
 
 
 class BadName(StoreError):
     """Name that cannot be shown on one line, or that looks like a path.
 
     Attributes:
-        name: the name.
-        problem: what is wrong with it and what would be accepted.
         size: its characters or bytes, where these are too many; else 0.
         limit: how many are accepted; else 0.
     """
 
     code = VerdictCode.BAD_NAME
+    numbers = ("size", "limit")
 
     def __init__(self, name: str, problem: str, *, size: int = 0, limit: int = 0) -> None:
         shown = ascii(name if len(name) <= 80 else name[:77] + "...")
         super().__init__(f"name {shown}: {problem}")
-        self.name = name
-        self.problem = problem
-        self.size = size
-        self.limit = limit
-
-    def refusal(self) -> Refusal:
-        """Return the refusal for a pendant: value is the size, limit the largest accepted."""
-        return Refusal(self.code, str(self), value=float(self.size), limit=float(self.limit))
+        self.name, self.problem = name, problem
+        self.size, self.limit = size, limit
 
 
 class TooLarge(StoreError):
     """Document, chunk or file above its greatest size.
 
     Attributes:
-        what: what it is.
         size: its size [bytes]; at least so much where reading ended early.
         limit: the largest size accepted [bytes].
     """
 
     code = VerdictCode.TOO_LARGE
+    numbers = ("size", "limit")
 
     def __init__(self, what: str, size: int, limit: int, advice: str = "") -> None:
         more = f"; {advice}" if advice else ""
         super().__init__(f"{what} has {size} bytes or more; accepted: at most {limit}{more}")
         self.what = what
-        self.size = size
-        self.limit = limit
-
-    def refusal(self) -> Refusal:
-        """Return the refusal for a pendant: value is the size, limit the largest accepted."""
-        return Refusal(self.code, str(self), value=float(self.size), limit=float(self.limit))
+        self.size, self.limit = size, limit
 
 
 class BadDocument(StoreError):
@@ -142,7 +119,6 @@ class BadDocument(StoreError):
         file: the file, or what was asked to be saved.
         line: line of the fault, from 1; 0 where it has none.
         place: column of the text, or the field, as `column 7` or `points[2].speed`; may be empty.
-        problem: what is wrong and what would be accepted.
     """
 
     code = VerdictCode.BAD_DOCUMENT
@@ -150,34 +126,20 @@ class BadDocument(StoreError):
     def __init__(self, file: str, problem: str, *, line: int = 0, place: str = "") -> None:
         where = ", ".join(part for part in (f"line {line}" if line else "", place) if part)
         super().__init__(f"{file}: {where}: {problem}" if where else f"{file}: {problem}")
-        self.file = file
-        self.line = line
-        self.place = place
-        self.problem = problem
+        self.file, self.line = file, line
+        self.place, self.problem = place, problem
 
 
 class OutOfSequence(StoreError):
-    """Chunk of a recording that is not the next one.
-
-    Attributes:
-        name: the recording.
-        sequence: number of the chunk.
-        following: number of the chunk that would be accepted.
-    """
+    """Chunk of a recording that is not the next one."""
 
     code = VerdictCode.OUT_OF_SEQUENCE
+    numbers = ("sequence", "following")
 
     def __init__(self, name: str, sequence: int, following: int) -> None:
         super().__init__(f"recording {name!r}: chunk {sequence} came, chunk {following} is next")
         self.name = name
-        self.sequence = sequence
-        self.following = following
-
-    def refusal(self) -> Refusal:
-        """Return the refusal for a pendant: value is the chunk that came, limit the next one."""
-        return Refusal(
-            self.code, str(self), value=float(self.sequence), limit=float(self.following)
-        )
+        self.sequence, self.following = sequence, following
 
 
 class StoreFailed(StoreError):
@@ -203,20 +165,14 @@ class StoreBusy(StoreError):
 
 
 class StoreTooNew(StoreFailed):
-    """The file was written by a later version of this program.
-
-    Attributes:
-        found: version of the file's schema.
-        known: the latest version that this program knows.
-    """
+    """The file was written by a later version of this program."""
 
     def __init__(self, path: str, found: int, known: int) -> None:
         super().__init__(
             f"{path}: has schema version {found}; this program knows versions up to {known}:"
             f" use a newer openpendant"
         )
-        self.found = found
-        self.known = known
+        self.found, self.known = found, known
 
 
 class ForeignFile(StoreFailed):

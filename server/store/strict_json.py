@@ -22,10 +22,6 @@ _MOST_DIGITS = 19
 def parse(text: str, file: str) -> Any:
     """Return the value that a text stands for.
 
-    Args:
-        text: the text of a file.
-        file: its name, for the error.
-
     Raises:
         BadDocument: it is no JSON, or not as strict as is asked here.
     """

@@ -46,17 +46,12 @@ _STOP_DEADLINE_NS = 2_000_000_000
 
 
 class GenericUplink:
-    """Writes set-points and reads answers of a generic controller.
-
-    Attributes:
-        stop_deadline: until when a STOP is to be answered [ns]; None where none is.
-    """
+    """Writes set-points and reads answers of a generic controller."""
 
     def __init__(self, link: ControllerLink, velocity_limits: Sequence[float]) -> None:
         """Make an uplink with nothing under way.
 
         Args:
-            link: how to talk to the controller.
             velocity_limits: (n,) largest joint speeds, for the speed ratio of type 11.
         """
         self._full = link.points == "full"
@@ -83,14 +78,7 @@ class GenericUplink:
         return len(self._deadlines) >= self._most_unanswered
 
     def point(self, number: int, row: Row, step: float, now: int) -> Message:
-        """Return the message for a set-point, and expect its answer.
-
-        Args:
-            number: its number in the trajectory, from 0.
-            row: its time from the start of the trajectory and its values.
-            step: time since the set-point before it [s]; 0 for the first.
-            now: monotonic time, ns.
-        """
+        """Return the message for a set-point, and expect its answer."""
         self._deadlines.append(now + self._deadline_ns)
         if self._full:
             padding = self._padding
@@ -116,27 +104,14 @@ class GenericUplink:
         )
 
     def stop(self, now: int, *, is_sent: bool) -> Message:
-        """Return the message that stops the robot and empties the controller's buffer.
-
-        Args:
-            now: monotonic time, ns.
-            is_sent: the motion link is up, so that an answer is to be expected there.
-        """
+        """Return the message that stops the robot and empties the controller's buffer."""
         self._deadlines.clear()
         if is_sent and self.stop_deadline is None:
             self.stop_deadline = now + _STOP_DEADLINE_NS
         return _STOP
 
     def answer(self, reply: Message, pending: int) -> Refusal | None:
-        """Judge an answer on the motion link.
-
-        Args:
-            reply: what the controller answered.
-            pending: answers that the link still owes after this one.
-
-        Returns:
-            None where it is a success, else why the motion must end.
-        """
+        """Judge an answer on the motion link."""
         outstanding = len(self._deadlines)
         if pending <= outstanding:
             # Nothing that was sent before the points that count is owed any more.

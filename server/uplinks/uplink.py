@@ -2,11 +2,15 @@
 
 A dialect is a file of this folder and a line of the table in `uplinks`. Nothing else of the server
 names one: whoever speaks to a controller gets its dialect from that table.
+
+Owns the words for the error numbers that a controller shows in its status. No vendor's are alike,
+so the words are said to be those of the emulated controller, whose numbers a controller made after
+`docs/minimum-controller.md` has too.
 """
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Protocol
 
@@ -41,14 +45,12 @@ class Uplink(Protocol):
             number: its number in the trajectory, from 0.
             row: its time from the start of the trajectory and its values.
             step: time since the set-point before it [s]; 0 for the first.
-            now: monotonic time, ns.
         """
 
     def stop(self, now: int, *, is_sent: bool) -> Message:
         """Return the message that stops the robot and empties the controller's buffer.
 
         Args:
-            now: monotonic time, ns.
             is_sent: the motion link is up, so that an answer is to be expected there.
         """
 
@@ -56,7 +58,6 @@ class Uplink(Protocol):
         """Judge an answer on the motion link.
 
         Args:
-            reply: what the controller answered.
             pending: answers that the link still owes after this one.
 
         Returns:
@@ -80,10 +81,34 @@ class ControllerDialect:
     Attributes:
         uplink: makes an uplink with nothing under way, from the link's settings and the largest
             joint speeds, (n,) [rad/s or m/s].
-        stop: the message that stops a robot.
-        stopped: the answer to that.
     """
 
     uplink: Callable[[ControllerLink, Sequence[float]], Uplink]
     stop: Message
     stopped: Message
+
+
+WORDS: Mapping[int, str] = {
+    101: "a value of a point is not finite",
+    102: "a point is outside a joint's range",
+    103: "a point is faster than a joint may be",
+    104: "a point is sharper than a joint may accelerate",
+    105: "the time of a point does not advance",
+    106: "a point came out of order",
+    107: "the motion does not start where the robot stands",
+    108: "a point is not usable: of another group, or without time or position",
+    109: "a buffer under-run: points came too late",
+    110: "its buffer overflowed",
+    111: "its motion connection was lost",
+}
+"""By the numbers of `docs/emulator.md`."""
+
+
+UNDER_RUNS = (-1, 109)
+"""What a controller may show that ran out of points: an error without a number, or this one."""
+
+
+def error_text(number: int) -> str:
+    """Return an error number, and what it means to an emulated controller where it has one."""
+    words = WORDS.get(number)
+    return f"error {number}" if words is None else f"error {number} (emulated controller: {words})"

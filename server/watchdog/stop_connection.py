@@ -18,7 +18,7 @@ import threading
 from collections.abc import Callable
 from typing import Any
 
-from .watchdog_pipe import StopTarget
+from .watchdog_protocol import StopTarget
 
 _RETRY = 0.5
 _RENEWAL = 5.0
@@ -40,8 +40,6 @@ class ControllerAddress:
         """Take an address in digits, or start to look a name up.
 
         Args:
-            host: a name or an address.
-            port: TCP port.
             look_up: finds the addresses of a name; may take its time.
             renewal: a name that is known is looked up again no sooner [s].
         """
@@ -111,9 +109,7 @@ class StopConnection:
         """Prepare a connection; `keep_up` starts it.
 
         Args:
-            target: the controller.
             selector: calls `ready`, with the connection as its data.
-            say: logs a line without waiting.
         """
         self._target = target
         self._stop = bytes.fromhex(target.stop)
@@ -123,7 +119,7 @@ class StopConnection:
         self._say = say
         self._socket: socket.socket | None = None
         self._is_up = False
-        self._begun = 0
+        self._connecting_since = 0
         self._next_attempt = 0
         self._received = b""
         self._owed = False
@@ -159,7 +155,7 @@ class StopConnection:
             self._say(f"cell {self._target.cell}: STOP was not answered")
             self._settle()
         if self._socket is not None:
-            if not self._is_up and now - self._begun >= _CONNECT_NS:
+            if not self._is_up and now - self._connecting_since >= _CONNECT_NS:
                 self._fail()
             elif self._owed and self._is_silent(now):
                 # A controller may answer only once its robot is at rest, so each try waits longer.
@@ -202,7 +198,7 @@ class StopConnection:
         if code not in (0, errno.EINPROGRESS):
             self._fail()
             return
-        self._begun = now
+        self._connecting_since = now
         # Writable means connected, or failed; the socket's error shows which.
         events = selectors.EVENT_READ | selectors.EVENT_WRITE
         self._selector.register(connection, events, self)

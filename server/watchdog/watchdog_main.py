@@ -2,8 +2,8 @@
 
 Keeps a connection of its own to each controller and sends the controller's STOP on it when no beat
 comes in time or the server is gone; reports on standard output that it is alive. Owns pipe and
-clock; `watchdog_rules` owns when a robot is stopped. Imports the standard library and modules that
-import no more, so that it starts at once; it gets the bytes of a STOP from the server.
+clock; `watchdog_protocol` owns when a robot is stopped. Imports the standard library and modules
+that import no more, so that it starts at once; it gets the bytes of a STOP from the server.
 """
 
 from __future__ import annotations
@@ -18,8 +18,17 @@ from contextlib import suppress
 
 from ..background_writer import LogStream
 from .stop_connection import StopConnection
-from .watchdog_pipe import ANSWER, BEAT, IS_FAREWELL, IS_NEWS, Deadlines, StopTarget, read_orders
-from .watchdog_rules import ALIVE_NS, BeatWatch
+from .watchdog_protocol import (
+    ALIVE_NS,
+    ANSWER,
+    BEAT,
+    IS_FAREWELL,
+    IS_UPDATE,
+    BeatWatch,
+    Deadlines,
+    StopTarget,
+    read_orders,
+)
 
 _PREFIX = "openpendant watchdog: "
 _GAP = "{} lines were left out: nobody read them\n"
@@ -97,8 +106,8 @@ class _Child:
         for moving, emulated, kind in BEAT.iter_unpack(frames):
             if kind == IS_FAREWELL:
                 return False
-            if kind == IS_NEWS:
-                self._watch.news(moving, emulated)
+            if kind == IS_UPDATE:
+                self._watch.update(moving, emulated)
                 continue
             silence = self._watch.beat(moving, emulated, now)
             if silence is not None:

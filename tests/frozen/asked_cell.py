@@ -14,13 +14,13 @@ from rigs.cells.emulated_cell import EmulatedCell
 from rigs.cells.guarded_rig import log_in
 from rigs.peers.server_clients import Pendant
 
-from openpendant.server.access.account_store import (
+from openpendant.server.access.accounts import (
+    AccountBook,
     AccountChange,
     AccountRefused,
     StoredAccounts,
     make_change,
 )
-from openpendant.server.access.accounts import AccountBook
 from openpendant.server.access.admission import Admission, VerifyJob
 from openpendant.server.access.audit import AuditEntry
 from openpendant.server.endpoints.pendant.access_requests import CoreAccess

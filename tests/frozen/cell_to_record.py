@@ -22,10 +22,9 @@ from openpendant.controller_emulator.shell.build import build_controller
 from openpendant.controller_emulator.shell.service import EmulatorPorts, Service, loop_time
 from openpendant.controller_emulator.shell.settings import EmulatorSettings
 from openpendant.motion.description.robot import serial_robot
+from openpendant.server.access.access_backend import ProcessAccess
 from openpendant.server.access.accounts import AccountBook
-from openpendant.server.access.process_backend import ProcessAccess
-from openpendant.server.planning.jobs import Job
-from openpendant.server.planning.task import Deliver
+from openpendant.server.planning.jobs import Deliver, Job
 from openpendant.server.planning.worker.job_planner import answer
 from openpendant.server.settings.cell_settings import CellSettings, make_settings, settings_as_data
 from openpendant.server.shell import inbox as server_inbox
@@ -136,7 +135,7 @@ class WatchdogOnTheLoop:
         told, self.stopped = self.stopped, 0
         return told
 
-    def news(self, moving: Sequence[bool], emulated: Sequence[bool]) -> None:
+    def update(self, moving: Sequence[bool], emulated: Sequence[bool]) -> None:
         """Nothing is watched here."""
 
 

@@ -13,17 +13,14 @@ from rigs.data.stored_documents import noon
 
 from openpendant.motion.frames.frame_file import load_frames
 from openpendant.motion.scene.scene_file import load_scene
-from openpendant.server.access.account_store import StoredAccounts
-from openpendant.server.access.accounts import Account
+from openpendant.server.access.accounts import Account, StoredAccounts
 from openpendant.server.access.audit import AuditEntry, AuditEvent, Link, write_line
-from openpendant.server.access.passwords import ScryptCost, hash_password
-from openpendant.server.access.secret import Secret
+from openpendant.server.access.passwords import ScryptCost, Secret, hash_password
 from openpendant.server.programs.language.parser import parse
 from openpendant.server.programs.language.program_json import program_to_json
 from openpendant.server.scene.planning_scene import document_of
 from openpendant.server.store.documents import DocumentKind
-from openpendant.server.store.recording_format import RecordingDocument
-from openpendant.server.store.samples import pack_rows
+from openpendant.server.store.recording_format import RecordingDocument, pack_rows
 from openpendant.server.store.sqlite_store import SqliteStore, open_store
 from openpendant.simplemsg import CommType, JointPosition, Ping, codec_for, joint_array
 from openpendant.simplemsg.pendant.roles import Role

@@ -23,10 +23,9 @@ from openpendant.motion.scene.scene import (
     Shape,
     Sphere,
 )
-from openpendant.server.access.account_store import AccountAction, AccountChange
+from openpendant.server.access.accounts import AccountAction, AccountChange
 from openpendant.server.access.admission import VerifyJob
-from openpendant.server.access.passwords import PasswordHash
-from openpendant.server.access.secret import Secret
+from openpendant.server.access.passwords import PasswordHash, Secret
 from openpendant.server.journal.event_records import request_to_bytes
 from openpendant.server.planning.jobs import (
     BlockJob,
@@ -43,7 +42,7 @@ from openpendant.server.planning.jobs import (
 )
 from openpendant.server.programs.editing import edits, program_tasks
 from openpendant.server.programs.interpreter.motion_blocks import BlockMove, MotionBlock
-from openpendant.server.programs.interpreter.signal_offers import OfferedSignals
+from openpendant.server.programs.interpreter.run_events import OfferedSignals
 from openpendant.server.programs.language import statements
 from openpendant.server.programs.language.linking import link
 from openpendant.server.programs.language.points import ArmConfiguration, PointPose, TeachPoint

@@ -18,9 +18,8 @@ from openpendant.motion.description.robot import serial_robot
 from openpendant.motion.frames.frame_file import frames_to_json, load_frames
 from openpendant.motion.scene.scene import Box, Capsule, Cylinder, Scene, SceneObject, Sphere
 from openpendant.motion.scene.scene_file import load_scene, save_scene
-from openpendant.server.access.account_store import StoredAccounts
-from openpendant.server.access.passwords import is_password
-from openpendant.server.access.secret import Secret
+from openpendant.server.access.accounts import StoredAccounts
+from openpendant.server.access.passwords import Secret, is_password
 from openpendant.server.store.sqlite_store import open_store
 from openpendant.tools.cli import main
 

@@ -14,7 +14,7 @@ import pytest
 from rigs.cells.emulated_cell import EmulatedCell
 from rigs.motion.jog_pad import EmulatedPad
 
-from openpendant.server.store.file_identity import NotOurFile
+from openpendant.server.store.database_file import NotOurFile
 from openpendant.server.store.store_errors import DiskFull, ReadOnly, StoreError
 from openpendant.simplemsg import PENDANT, ByteOrder, Codec, ReplyCode
 from openpendant.simplemsg.pendant import Activity, Management, OperatingMode

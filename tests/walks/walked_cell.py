@@ -22,8 +22,7 @@ from walks.tracer import OnFrame
 
 from openpendant.motion.description.robot import serial_robot
 from openpendant.server.events.events import TICK
-from openpendant.server.planning.jobs import Job
-from openpendant.server.planning.task import Deliver
+from openpendant.server.planning.jobs import Deliver, Job
 from openpendant.server.planning.worker.job_planner import answer
 from openpendant.server.settings.cell_settings import make_settings
 from openpendant.server.shell.cell_shell import CellParts

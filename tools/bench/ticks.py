@@ -13,8 +13,8 @@ from typing import Any
 
 from openpendant.motion.description.robot import serial_robot
 from openpendant.motion.trajectory.ptp import straight_move
+from openpendant.server.access.access_backend import ProcessAccess
 from openpendant.server.access.accounts import AccountBook
-from openpendant.server.access.process_backend import ProcessAccess
 from openpendant.server.cell.execution.motion_watch import MotionWatch, ReportTiming
 from openpendant.server.cell.execution.tracking import tracking_tolerances
 from openpendant.server.control import REDUCED_SPEED

@@ -38,7 +38,7 @@ from openpendant.simplemsg.verdicts import VerdictCode
 
 from ...refusal import Refusal
 from ...settings.cell_settings import ControllerLink
-from ...uplinks.controller_errors import error_text
+from ...uplinks.uplink import error_text
 
 STANDING_SPEED = 1e-3
 """A joint slower than this stands [rad/s or m/s]; the 4-byte report of a resting joint is exact."""

@@ -18,8 +18,7 @@ from openpendant.simplemsg.verdicts import VerdictCode
 
 from ...refusal import Refusal
 from ...settings.cell_settings import ControllerLink
-from ...uplinks.controller_errors import UNDER_RUNS, error_text
-from ...uplinks.uplink import Uplink
+from ...uplinks.uplink import UNDER_RUNS, Uplink, error_text
 from .feedback import Feedback, lost
 from .motion_watch import MotionWatch
 from .setpoint_guard import SetpointGuard

@@ -34,15 +34,13 @@ from openpendant.simplemsg.pendant.management.declaration import Done
 from openpendant.simplemsg.pendant.roles import Permission, Role
 from openpendant.simplemsg.verdicts import VerdictCode
 
-from ...access.account_store import AccountAction, AccountChange
-from ...access.accounts import AccountBook
-from ...access.admission import Admission
+from ...access.accounts import AccountAction, AccountBook, AccountChange
+from ...access.admission import Admission, Basis, Granted, Record
 from ...access.audit import AuditEntry, AuditEvent
-from ...access.grants import Basis, Granted, Record
 from ...access.lockout import SECOND_NS
 from ...access.pairing import Chooser
+from ...access.passwords import Secret
 from ...access.request_gate import RequestGate
-from ...access.secret import Secret
 from ...control import Holder
 from ...events.effects import Close, Effect, Send
 from ...events.management_requests import ReplyTo, handles

@@ -54,7 +54,7 @@ from openpendant.simplemsg.pendant import (
 from openpendant.simplemsg.standard import Ping
 from openpendant.simplemsg.verdicts import VerdictCode
 
-from ...access.permissions import is_overtaken
+from ...access.request_gate import is_overtaken
 from ...cell.robot_cell import RobotCell
 from ...cell.robot_model import RobotModel
 from ...control import Holder
@@ -63,7 +63,7 @@ from ...events.effects import Effect, Send
 from ...events.management_requests import parse
 from ...events.pending import Pending
 from ...events.replies import sent_away, verdict
-from ...programs.execution.run_environment import BareEnvironment
+from ...programs.execution.program_run import BareEnvironment
 from ...programs.program_service import ProgramService
 from ...refusal import Refusal
 from ...settings.cell_settings import CellSettings
@@ -119,7 +119,7 @@ class PendantEndpoint:
         )
         self._authority = AuthorityRequests(cell, listeners)
         self._control = ControlRequests(
-            *(cell, listeners, self._jogs, self.programs.desk),
+            *(cell, listeners, self._jogs, self.programs.executor),
             None if environment is None else environment.recordings,
         )
         served = ServedCells.of(identity.cells or [(identity.cell, identity.robot)])
@@ -167,7 +167,7 @@ class PendantEndpoint:
         }
 
     def _run_program(self, session: int, message: ProgramRun, now: int) -> _Answered:
-        return self.programs.desk.start(self._listeners[session].holder, message, now)
+        return self.programs.executor.start(self._listeners[session].holder, message, now)
 
     # Connections.
 
@@ -315,7 +315,7 @@ class PendantEndpoint:
 
     def tick(self, now: int) -> list[Effect]:
         """Send state to whoever is due; end conversations that never began or fell silent."""
-        out = self.programs.desk.tick(now)
+        out = self.programs.executor.tick(now)
         ends, due = self._listeners.tick(now)
         return out + ends + self.announcing.state(due, now)
 

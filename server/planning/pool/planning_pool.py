@@ -21,8 +21,7 @@ from collections import deque
 from collections.abc import Collection, Iterable
 from itertools import count
 
-from ..jobs import Job, WayCheckJob
-from ..task import Deliver, PlanTask
+from ..jobs import Deliver, Job, PlanTask, WayCheckJob
 from .planning_process import PlanningProcess
 
 
@@ -30,7 +29,6 @@ class JobQueue:
     """Queue of jobs of several cells, each cell's in their order except its scene checks."""
 
     def __init__(self) -> None:
-        """Make an empty queue."""
         self._cells: dict[int, deque[PlanTask]] = {}  # in the order of their turns; none is empty
         self._looked: set[int] = set()  # cells whose look went first since the last turn
 
@@ -164,7 +162,6 @@ class CellPlanner:
     """Planner of one cell that uses the processes of a pool."""
 
     def __init__(self, pool: PlanningPool, robot: str, cell: int) -> None:
-        """Make it; see `PlanningPool.planner_of`."""
         self._pool = pool
         self._robot = robot
         self._cell = cell

@@ -1,6 +1,6 @@
 """One planning process and the shell round it.
 
-A job goes to a child process on its standard input (`task`), the answer comes back on its
+A job goes to a child process on its standard input (`jobs`), the answer comes back on its
 standard output as a length-prefixed pickle, so that neither side ever blocks the event loop and the
 death of either ends the other: the child sees the end of its input, the server the end of its
 output. It has one job in hand at a time; who waits for a process is `planning_pool`'s business.
@@ -25,8 +25,7 @@ from typing import BinaryIO
 from openpendant.simplemsg.verdicts import VerdictCode
 
 from ...refusal import Refusal
-from ..jobs import PlanAnswer
-from ..task import LENGTH, PlanTask, TaskInHand, read_question, split_question
+from ..jobs import LENGTH, PlanAnswer, PlanTask, TaskInHand, read_question, split_question
 
 log = logging.getLogger("openpendant.server")
 
@@ -47,14 +46,12 @@ class PlanningProcess:
 
     Attributes:
         is_down: True if it could not be started or never got warm, until the next attempt.
-        is_warm: its libraries are loaded.
     """
 
     def __init__(self, robots: Sequence[str], on_change: Callable[[], None]) -> None:
         """Make a planner for some robots; `keep_up` starts its process.
 
         Args:
-            robots: names or files of the robots that it is warm for.
             on_change: called when it became free, or went down.
         """
         self.is_down = False

@@ -5,6 +5,11 @@ else its pose, reached in its own configuration. So a point of a user frame move
 and one taught with a tool that was measured again keeps its place. Lines and circles are those of
 the tool centre point with which the points were taught. Owns the speeds of the moves.
 
+Owns which of a point's two descriptions makes a segment: a point of the robot's own frames goes to
+its joints, which also give the arm's configuration; a point of a user's frame goes to its pose,
+because the frame may have moved since. A via point's pose, else the place of its joints, gives a
+circle.
+
 Owns the refusal of a contact, for every motion: before it starts, and while it runs in a scene that
 changes. All of this runs in the planning process, because it takes milliseconds: a motion of ten
 minutes is checked in about 1 s, one of a few seconds in about 10 ms.
@@ -12,9 +17,10 @@ minutes is checked in about 1 s, one of a few seconds in about 10 ms.
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from functools import lru_cache
+from typing import TypeAlias
 
 import numpy as np
 
@@ -31,7 +37,17 @@ from openpendant.motion.kinematics.ik.configuration import Configuration, Elbow,
 from openpendant.motion.kinematics.ik.ik import solve
 from openpendant.motion.kinematics.serial import Kinematics, with_tool
 from openpendant.motion.paths.paths import plan_path
-from openpendant.motion.paths.segments import SegmentRule
+from openpendant.motion.paths.segments import (
+    Circ,
+    Lin,
+    Ptp,
+    Segment,
+    SegmentRule,
+    Spline,
+    SplineSpace,
+    Target,
+    ThroughPoint,
+)
 from openpendant.motion.planning.path_check import first_contact
 from openpendant.motion.pose import Array, Pose
 from openpendant.motion.scene.collision import CollisionModel
@@ -43,12 +59,60 @@ from openpendant.motion.trajectory.point_speed import ToolSpeedLimit, reduced_sp
 from openpendant.motion.trajectory.trajectory import Trajectory
 
 from ...programs.interpreter.motion_blocks import BlockMove, MotionBlock
-from ...programs.language.points import ArmConfiguration, PointPose, TeachPoint, check_consistency
+from ...programs.language.points import (
+    ArmConfiguration,
+    PointPose,
+    TeachPoint,
+    check_consistency,
+)
 from ...programs.language.program_errors import PointInconsistent
-from ...programs.language.statements import SpeedKind
+from ...programs.language.statements import SpeedKind, Way
 from ...refusal import Refusal, refusal_of
 from ..jobs import BlockJob, JointVector, PathFree, WayCheckJob
-from .block_segments import segments_of
+
+OWN_FRAMES = frozenset({"base", "root"})
+"""Frames of the robot, which never move."""
+
+ToBase: TypeAlias = Callable[[PointPose], Pose]
+"""Returns the pose of the planner's tool in the base frame for a pose of a tool in a frame."""
+
+Forward: TypeAlias = Callable[[JointVector], Pose]
+"""Returns the pose of the planner's tool in the base frame for a joint position."""
+
+
+def segments_of(block: MotionBlock, to_base: ToBase, forward: Forward) -> list[Segment]:
+    """Return the segments of a block, one for each move.
+
+    Args:
+        block: the moves; their speeds are not in the segments.
+
+    Raises:
+        MotionError: a frame or a tool is unknown.
+    """
+    return [_segment(move, to_base, forward) for move in block.moves]
+
+
+def _segment(each: BlockMove, to_base: ToBase, forward: Forward) -> Segment:
+    target, zone = _target(each.target, to_base), each.move.zone
+    match each.move.way:
+        case Way.PTP:
+            return Ptp(target, zone=zone)
+        case Way.LIN:
+            return Lin(target, zone=zone)
+        case Way.CIRC:
+            via = _target(each.via[0], to_base)
+            pose = via if isinstance(via, Pose) else forward(each.via[0].joints)
+            return Circ(ThroughPoint(pose.position), target, zone=zone)
+        case Way.SPLINE:
+            through = [_target(point, to_base) for point in each.via]
+            return Spline([*through, target], SplineSpace.JOINTS)
+
+
+def _target(point: TeachPoint, to_base: ToBase) -> Target:
+    if point.pose is None or point.pose.frame in OWN_FRAMES:
+        return point.joints
+    return to_base(point.pose)
+
 
 _SAME_PLACE = 1e-6
 _SAME_TURN = 1e-5
@@ -60,13 +124,11 @@ class BlockFault(Exception):
 
     Attributes:
         place: the move at fault, by its place in the block.
-        error: what is wrong with it.
     """
 
     def __init__(self, place: int, error: MotionError) -> None:
         super().__init__(str(error))
-        self.place = place
-        self.error = error
+        self.place, self.error = place, error
 
     @property
     def is_standing(self) -> bool:
@@ -99,7 +161,6 @@ class Places:
     """Places of points, frames and tools of one cell."""
 
     def __init__(self, kinematics: Kinematics, frames: FrameTree) -> None:
-        """Look at a robot and its frames."""
         self._kinematics = kinematics
         self._frames = frames
 
@@ -205,10 +266,7 @@ def plan_block(
     """Plan and certify the moves of a block from where the robot stands.
 
     Args:
-        kinematics: the robot.
         start: (n,) controller side [rad or m].
-        block: the moves.
-        frames: the named frames and tools.
         speed: fraction of the programmed speeds.
         cap: largest speed of tool and elbow [m/s]; None for no cap.
 
@@ -230,9 +288,9 @@ def plan_block(
         rules = [SegmentRule(speed_fraction=_fraction(move)) for move in _by_leg(block.moves, path)]
         limits = kinematics.limits
         trajectory = time_path(path, limits, speed=speed, segments=rules, tool_speed=caps)
-        return trajectory, certify(
-            trajectory, limits, start=start, tool_speed=[each for each in caps if _is_plain(each)]
-        )
+        # The limit of a leg does not hold on the whole path, so samples alone are not held to it.
+        plain = [each for each in caps if not isinstance(each, LegSpeedLimit)]
+        return trajectory, certify(trajectory, limits, start=start, tool_speed=plain)
     except SegmentRefused as error:
         raise BlockFault(error.segment, error.reason) from error
     except ZoneTooLarge as error:
@@ -297,11 +355,6 @@ def _speed_limits(
     return found
 
 
-def _is_plain(limit: ToolSpeedLimit) -> bool:
-    """Return True if a limit holds on the whole path, so that samples alone can be held to it."""
-    return not isinstance(limit, LegSpeedLimit)
-
-
 def _flags(configuration: ArmConfiguration | None) -> Configuration | None:
     if configuration is None:
         return None
@@ -318,9 +371,7 @@ def collision_on(kinematics: Kinematics, positions: Array, scene: Scene) -> Refu
     """Return why a motion may not be made; None where nothing touches on its way.
 
     Args:
-        kinematics: the robot.
         positions: (m, n) its samples, controller side; straight lines join them [rad or m].
-        scene: what stands around.
 
     Raises:
         MotionError: the scene does not fit the robot.

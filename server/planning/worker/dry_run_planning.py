@@ -25,7 +25,7 @@ from openpendant.motion.pose import Pose
 from openpendant.motion.scene.scene import Scene, left, taken
 from openpendant.motion.trajectory.trajectory import Trajectory
 
-from ...programs.interpreter.dry_run import dry_run, reachability
+from ...programs.interpreter.dry_run import AbsentSignal, dry_run, reachability
 from ...programs.interpreter.dry_run_results import (
     BlockPlan,
     BlockRefused,
@@ -36,9 +36,8 @@ from ...programs.interpreter.dry_run_results import (
     StatementFinding,
     ToolSample,
 )
-from ...programs.interpreter.dry_walk import AbsentSignal
 from ...programs.interpreter.motion_blocks import MotionBlock
-from ...programs.interpreter.signal_offers import Offer
+from ...programs.interpreter.run_events import Offer
 from ...programs.language.points import TeachPoint
 from ...programs.language.statements import Attach, Detach
 from ...refusal import Refusal, refusal_of
@@ -72,7 +71,7 @@ def shortened(found: DryRunFound) -> DryRunFound:
     points = room.refused(found.points)
     not_walked = room.places(run.not_walked)
     unchecked = room.places(run.unchecked)
-    told = replace(
+    cut = replace(
         run,
         path=_thinned(run),
         moves=room.filled(moves, run.moves),
@@ -82,7 +81,7 @@ def shortened(found: DryRunFound) -> DryRunFound:
         unchecked=unchecked,
     )
     refused = len(run.refusals) + sum(verdict.refusal is not None for verdict in found.points)
-    return DryRunFound(told, room.filled(points, found.points), refused)
+    return DryRunFound(cut, room.filled(points, found.points), refused)
 
 
 class _Room:
@@ -169,8 +168,6 @@ class DryRuns:
         """Walk on; at least one block is planned in each slice.
 
         Args:
-            kinematics: the robot.
-            job: the dry run.
             expired: returns True once the time of the slice is up.
         """
         known = self._known.setdefault(job.run_id, {})

@@ -3,27 +3,34 @@
 Runs in a worker process and nowhere else, because inverse kinematics and TOPP-RA hold the
 interpreter for milliseconds. Owns the planner of each kind of job; each answer passed the
 certificate.
+
+Owns the timing of a ROS-Industrial trajectory, never faster than it was asked: the approach to a
+first point where the robot does not stand, and the rule of each segment.
 """
 
 from __future__ import annotations
 
 import time
+from collections.abc import Sequence
+from dataclasses import replace
 from functools import cache, lru_cache
 
 import numpy as np
 
+from openpendant.motion.description.limits import JointLimits
 from openpendant.motion.description.robot import serial_robot
-from openpendant.motion.errors import MotionError
+from openpendant.motion.errors import MotionError, NoMotion
 from openpendant.motion.kinematics.serial import Kinematics, with_tool
 from openpendant.motion.paths.paths import joint_path_through_poses, linear_legs
+from openpendant.motion.paths.segments import SegmentRule
 from openpendant.motion.pose import Pose
 from openpendant.motion.scene.scene import Scene
 from openpendant.motion.timing.parameterization import time_legs, time_path
 from openpendant.motion.trajectory.certificate import Certificate, certify
-from openpendant.motion.trajectory.joint_curves import JointSpline
+from openpendant.motion.trajectory.joint_curves import COINCIDENT, JointSpline
 from openpendant.motion.trajectory.point_speed import ToolSpeedLimit, reduced_speed
 from openpendant.motion.trajectory.ptp import plan_joint_move
-from openpendant.motion.trajectory.trajectory import Trajectory
+from openpendant.motion.trajectory.trajectory import Trajectory, join
 from openpendant.simplemsg.pendant import Motion
 
 from ...programs.editing.program_tasks import perform
@@ -34,6 +41,7 @@ from ..jobs import (
     DryRunJob,
     Job,
     JointPathJob,
+    JointVector,
     PathFree,
     PlanAnswer,
     PlaybackPlan,
@@ -42,12 +50,55 @@ from ..jobs import (
     ProgramJob,
     RecordingJob,
     RosPathJob,
+    RosPoint,
     WayCheckJob,
 )
 from .block_planning import check_running, collision_on, plan_block_job
 from .dry_run_planning import DryRuns, shortened
 from .recording_planning import RecordingUnplayable, plan_recording
-from .ros_planning import plan_ros_path
+
+
+def plan_ros_path(job: RosPathJob, limits: JointLimits) -> Trajectory:
+    """Plan the motion that a ROS-I trajectory asks for.
+
+    Returns:
+        One trajectory from where the robot stands through all points: the approach to the first
+        where it stands elsewhere, then the rest without a stop.
+
+    Raises:
+        NoMotion: the robot stands at the only point already.
+        MotionError: the motion cannot be made.
+    """
+    first, *rest = job.points
+    somewhere = [point for point in rest if not _coincide(point.position, first.position)]
+    legs: list[Trajectory] = []
+    start = job.start
+    elsewhere = _distance(start, first.position) > job.approach_tolerance
+    if elsewhere or not (somewhere or _coincide(start, first.position)):
+        speed = min(job.approach_speed, first.speed_fraction)
+        legs.append(_follow(start, [replace(first, speed_fraction=speed)], limits))
+        start = first.position
+    if somewhere:
+        legs.append(_follow(start, rest, limits))
+    if not legs:
+        raise NoMotion
+    return join(legs)
+
+
+def _distance(one: JointVector, other: JointVector) -> float:
+    return max(abs(a - b) for a, b in zip(one, other, strict=True))
+
+
+def _coincide(one: JointVector, other: JointVector) -> bool:
+    return _distance(one, other) < COINCIDENT
+
+
+def _follow(start: JointVector, points: Sequence[RosPoint], limits: JointLimits) -> Trajectory:
+    """Run through points without a stop; a point that comes twice makes its way take longer."""
+    path = JointSpline([start, *(point.position for point in points)], limits)
+    rules = [SegmentRule(point.min_duration, point.speed_fraction) for point in points]
+    return time_path(path, limits, segments=rules)
+
 
 _SLICE = 0.2
 """Longest time that a slice of a dry run holds up the next job, besides one plan [s]."""
@@ -73,25 +124,21 @@ def _tooled(robot: str, tool: PoseGoal | None) -> Kinematics:
 def answer(robot: str, job: Job) -> PlanAnswer:
     """Plan a job and certify the result.
 
-    Args:
-        robot: name or file of the robot.
-        job: what to plan.
-
     Returns:
         The trajectory with its certificate, or the refusal; never raises for a motion that cannot
         be made.
     """
-    began = time.perf_counter()
+    started = time.perf_counter()
     if isinstance(job, ProgramJob):
-        return PlanAnswer(job.job_id, perform(job.task), time.perf_counter() - began)
+        return PlanAnswer(job.job_id, perform(job.task), time.perf_counter() - started)
     kinematics = kinematics_of(robot)
     if isinstance(job, DryRunJob):
-        found = _dry_runs.slice(kinematics, job, lambda: time.perf_counter() - began > _SLICE)
+        found = _dry_runs.slice(kinematics, job, lambda: time.perf_counter() - started > _SLICE)
         if isinstance(found, DryRunFound):
             found = shortened(found)
-        return PlanAnswer(job.job_id, found, time.perf_counter() - began)
+        return PlanAnswer(job.job_id, found, time.perf_counter() - started)
     if isinstance(job, WayCheckJob):
-        return PlanAnswer(job.job_id, _looked(kinematics, job), time.perf_counter() - began)
+        return PlanAnswer(job.job_id, _looked(kinematics, job), time.perf_counter() - started)
     playback: PlaybackPlan | None = None
     if isinstance(job, RecordingJob):
         result, playback = _played_back(_tooled(robot, job.tool), job)
@@ -101,7 +148,7 @@ def answer(robot: str, job: Job) -> PlanAnswer:
         result = _certified(kinematics, job)
     if isinstance(result, tuple) and job.scene is not None:
         result = _free(kinematics, result, job.scene)
-    return PlanAnswer(job.job_id, result, time.perf_counter() - began, playback)
+    return PlanAnswer(job.job_id, result, time.perf_counter() - started, playback)
 
 
 def _free(

@@ -31,11 +31,7 @@ _DENSITY = 8  # places on each span of the path that are compared with the sampl
 
 
 class RecordingUnplayable(Exception):
-    """Recording that cannot be played as asked.
-
-    Attributes:
-        refusal: why.
-    """
+    """Recording that cannot be played as asked."""
 
     def __init__(self, refusal: Refusal) -> None:
         super().__init__(refusal.sentence)
@@ -46,11 +42,6 @@ def plan_recording(
     kinematics: Kinematics, job: RecordingJob, caps: tuple[ToolSpeedLimit, ...]
 ) -> tuple[Trajectory, PlaybackPlan]:
     """Plan the playback of a recording from where the robot stands.
-
-    Args:
-        kinematics: the robot.
-        job: what to play and how.
-        caps: speeds that points of the arm keep.
 
     Returns:
         One motion, and what of it was asked and is possible.

@@ -16,7 +16,7 @@ from __future__ import annotations
 
 from collections import deque
 from dataclasses import dataclass, field, replace
-from typing import Literal, TypeAlias
+from typing import ClassVar, Literal, TypeAlias
 
 from ...refusal import Refusal
 from ..language.parser import parse_source
@@ -33,10 +33,8 @@ from ..language.program_json import (
     program_to_json,
 )
 from ..language.statements import Statement
-from .edit_history import Splice, splice_between
-from .editing import apply
-from .edits import Edit
-from .renumbering import Renumbering, between, by_edit
+from .edit_history import Renumbering, Splice, between, by_edit, splice_between
+from .edits import Edit, apply
 
 MOST_TEXT_AT_ONCE = 2_048
 """Greatest text of a program parsed on the event loop [characters]: it takes about 1 ms."""
@@ -52,13 +50,7 @@ Form: TypeAlias = Literal["text", "json"]
 
 @dataclass(frozen=True, slots=True)
 class ReadSource:
-    """Task: read the source of a program.
-
-    Attributes:
-        body: the source.
-        form: the form of the source.
-        file: its name, for errors.
-    """
+    """Task: read the source of a program."""
 
     body: str = field(repr=False)
     form: Form
@@ -76,9 +68,6 @@ class SourceRead:
 
     Attributes:
         head: JSON of the program without its points and statements, but with its first point.
-        body: its JSON.
-        points: number of its points.
-        statements: number of its statements.
         first_line: line of the first statement in its canonical text; 0 where it has none.
     """
 
@@ -95,8 +84,9 @@ class _OfBody:
 
     Attributes:
         body: its JSON.
-        file: its name, for errors.
     """
+
+    MOST_AT_ONCE: ClassVar[int] = MOST_JSON_AT_ONCE
 
     body: str = field(repr=False)
     file: str
@@ -104,17 +94,14 @@ class _OfBody:
     @property
     def is_small(self) -> bool:
         """True if it may be done on an event loop."""
-        return len(self.body) <= MOST_JSON_AT_ONCE
+        return len(self.body) <= self.MOST_AT_ONCE
 
 
 @dataclass(frozen=True, slots=True)
 class PrintBody(_OfBody):
     """Task: print a program as text."""
 
-    @property
-    def is_small(self) -> bool:
-        """True if it may be done on an event loop; numbers take long to print."""
-        return len(self.body) <= MOST_JSON_AT_ONCE // 2
+    MOST_AT_ONCE = MOST_JSON_AT_ONCE // 2  # numbers take long to print
 
 
 @dataclass(frozen=True, slots=True)
@@ -129,7 +116,6 @@ class EditBody(_OfBody):
     """Task: edit a program.
 
     Attributes:
-        edit: the edit.
         own: the robot that the program must be of; None for any.
     """
 
@@ -139,12 +125,7 @@ class EditBody(_OfBody):
 
 @dataclass(frozen=True, slots=True)
 class BodyEdited:
-    """Result of `EditBody`.
-
-    Attributes:
-        splice: change of the program's JSON.
-        renumbering: change of the numbers of its statements.
-    """
+    """Result of `EditBody`."""
 
     splice: Splice
     renumbering: Renumbering
@@ -189,7 +170,6 @@ class BodyUnpacked:
         head: JSON of the program without its points and statements.
         points: JSON lists of its points, `PACK` in each.
         statements: JSON lists of its statements.
-        parts: number of points and statements.
         calls: the programs that it calls, each once.
     """
 
@@ -205,7 +185,6 @@ class ProgramRefused:
     """Refusal of a task.
 
     Attributes:
-        refusal: the reason.
         line: its line in a text, from 1; None without one.
         column: character of the line, from 1.
     """
@@ -217,19 +196,10 @@ class ProgramRefused:
 
 Task: TypeAlias = ReadSource | PrintBody | EditBody | CompareBodies | TakeHead | UnpackBody
 Done: TypeAlias = SourceRead | BodyPrinted | BodyEdited | Renumbering | HeadTaken | BodyUnpacked
-RESULTS = (
-    SourceRead,
-    BodyPrinted,
-    BodyEdited,
-    Renumbering,
-    HeadTaken,
-    BodyUnpacked,
-    ProgramRefused,
-)
-"""Types of all results."""
+TaskResult: TypeAlias = Done | ProgramRefused
 
 
-def perform(task: Task) -> Done | ProgramRefused:
+def perform(task: Task) -> TaskResult:
     """Return the result of a task; a fault of a program is a result, too."""
     try:
         return _perform(task)
@@ -321,7 +291,6 @@ class Unpacking:
     """Program under construction from its pieces."""
 
     def __init__(self, unpacked: BodyUnpacked) -> None:
-        """Start with nothing read."""
         self._head = unpacked.head
         self._point_packs = deque(unpacked.points)
         self._statement_packs = deque(unpacked.statements)
@@ -362,7 +331,6 @@ def check_to_be_kept(read: SourceRead, own: OwnRobot | None, name: str | None = 
     """Return the head of a program that may be kept.
 
     Args:
-        read: the program, as it was read.
         own: the robot that it must be of; None where that robot is not known here.
         name: its name in the store; None where it is only checked.
 

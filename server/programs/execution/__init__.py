@@ -1,1 +1,1 @@
-"""Running programs on the robot."""
+"""Programs tried without moving, and run on the robot."""

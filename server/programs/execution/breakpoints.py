@@ -16,32 +16,23 @@ from ...events.effects import Effect
 from ...events.management_requests import ReplyTo, handles
 from ...refusal import Refusal
 from ...store.documents import Document
+from ..editing.edit_history import Renumbering
 from ..editing.program_tasks import CompareBodies, Done, ReadSource, SourceRead
-from ..editing.renumbering import Renumbering
 from ..language.program import OwnRobot, check_robot
 from ..language.program_json import program_from_json
 from ..library.kept_breakpoints import KeptBreakpoints, Places
-from ..library.pending_tasks import ProgramWork
-from ..library.program_loader import ProgramLoader
+from ..library.program_loader import ProgramLoader, ProgramWork
 from .program_executor import ProgramExecutor
 
 
 @dataclass(frozen=True, slots=True)
 class Breakpoints:
-    """Requests for breakpoints of one cell.
+    """Requests for breakpoints of one cell."""
 
-    Attributes:
-        program_loader: loads a program.
-        work: reads it.
-        kept: keeps the breakpoints.
-        desk: the executor of the programs.
-        own: the robot that programs must be of.
-    """
-
-    program_loader: ProgramLoader
+    loader: ProgramLoader
     work: ProgramWork
     kept: KeptBreakpoints
-    desk: ProgramExecutor
+    executor: ProgramExecutor
     own: OwnRobot
 
     @handles(SetBreakpoints)
@@ -51,13 +42,13 @@ class Breakpoints:
         """Replace the breakpoints of a program; the answer may come later."""
         name = asked.name
         places = frozenset(asked.statements)
-        refusal = self.desk.breakpoint_fault(name, reply_to.session, now)
+        refusal = self.executor.breakpoint_fault(name, reply_to.session, now)
         if refusal is not None:
             return reply_to.refuse(refusal)
         if not places:
             # The breakpoints of a deleted program must be removable, too.
             self.kept.forget(name)
-            self.desk.set_breakpoints(name, places, now)
+            self.executor.set_breakpoints(name, places, now)
             return reply_to.answer({"name": name, "statements": []})
 
         def loaded(found: Document | Refusal, now: int) -> list[Effect]:
@@ -75,20 +66,20 @@ class Breakpoints:
 
             return self.work.have(ReadSource(document.body, "json", name), read, reply_to, now)
 
-        return self.program_loader.load(name, loaded)
+        return self.loader.load(name, loaded)
 
     def _set(
         self, document: Document, places: Places, reply_to: ReplyTo[BreakpointsSet], now: int
     ) -> list[Effect]:
         """Set them for later runs, and in the revision of the present run."""
         name, revision = document.heading.name, document.heading.revision
-        refusal = self.desk.breakpoint_fault(name, reply_to.session, now)
+        refusal = self.executor.breakpoint_fault(name, reply_to.session, now)
         if refusal is not None:
             return reply_to.refuse(refusal)
-        under_way = self.desk.under_way(name)
+        under_way = self.executor.under_way(name)
         if under_way is None or under_way[0] == revision:
             self.kept.put(name, revision, places)
-            self.desk.set_breakpoints(name, places, now)
+            self.executor.set_breakpoints(name, places, now)
             return reply_to.answer(
                 {"name": name, "revision": revision, "statements": sorted(places)}
             )
@@ -96,21 +87,21 @@ class Breakpoints:
 
         def compared(done: Done, now: int) -> list[Effect]:
             assert isinstance(done, Renumbering)
-            still = self.desk.under_way(name)
-            refusal = self.desk.breakpoint_fault(name, reply_to.session, now)
+            still = self.executor.under_way(name)
+            refusal = self.executor.breakpoint_fault(name, reply_to.session, now)
             if still is None or still[0] != running or refusal is not None:
                 return self._set(document, places, reply_to, now)
             self.kept.put(name, revision, places)
-            self.desk.set_breakpoints(name, done.places(places), now)
+            self.executor.set_breakpoints(name, done.places(places), now)
             later = [each for each in sorted(places) if done.place(each) is None]
-            told: BreakpointsSet = {
+            reply: BreakpointsSet = {
                 "name": name,
                 "revision": revision,
                 "statements": sorted(places),
             }
             if later:
-                told["next_run"] = later
-            return reply_to.answer(told)
+                reply["next_run"] = later
+            return reply_to.answer(reply)
 
         return self.work.have(CompareBodies(document.body, name, source), compared, reply_to, now)
 

@@ -41,12 +41,16 @@ from ..interpreter.run_events import Event, Resume, RunStatus, StepBack, StepFor
 from ..language.linking import Linked
 from ..language.statements import MOST_PASSES
 from ..library.kept_breakpoints import KeptBreakpoints, Places, RunPlaces
-from ..library.program_loader import ProgramLoader
-from ..library.program_replies import not_the_one_under_way
-from .block_motion import ProgramMotion
-from .program_run import ProgramExecution
-from .run_environment import RunEnvironment
-from .run_reports import noted, program_report, running_program, start_index
+from ..library.program_loader import ProgramLoader, not_the_one_under_way
+from .program_run import (
+    ProgramExecution,
+    ProgramMotion,
+    RunEnvironment,
+    noted,
+    program_report,
+    running_program,
+    start_index,
+)
 
 GOING_ON: dict[RunKind, Event] = {
     RunKind.ALL: Resume(),
@@ -62,10 +66,7 @@ def going_on_fault(
     """Return the reason why a request does not continue a run.
 
     Args:
-        message: the request.
-        linked: the programs of the run.
         loops: number of passes asked for; 0 for until it is stopped.
-        status: state of the run.
     """
     main, line = linked.main, status.stack[0].line if status.stack else 0
     if message.program != main:
@@ -112,12 +113,7 @@ def run_fault(message: ProgramRun) -> Refusal | None:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Loading:
-    """Request to run a program that is being loaded, without a verdict yet; each is separate.
-
-    Attributes:
-        by: who asked.
-        message: the request.
-    """
+    """Request to run a program that is being loaded, without a verdict yet; each is separate."""
 
     by: Holder
     message: ProgramRun
@@ -137,45 +133,28 @@ ToAll = Callable[[Message], list[Effect]]
 
 
 class ProgramExecutor:
-    """Program run of one cell.
-
-    Attributes:
-        environment: signals and objects.
-    """
+    """Program run of one cell."""
 
     def __init__(
         self,
         cell: RobotCell,
         robot: RobotModel,
-        program_loader: ProgramLoader,
+        loader: ProgramLoader,
         breakpoints: KeptBreakpoints,
         environment: RunEnvironment,
         to_all: ToAll,
         pending: Pending,
     ) -> None:
-        """Make an executor without a run.
-
-        Args:
-            cell: the cell.
-            robot: the mathematics of the robot.
-            program_loader: the programs.
-            breakpoints: those of the programs.
-            environment: signals and objects.
-            to_all: sends reports.
-            pending: loads programs.
-        """
         self.environment = environment
         self._cell = cell
         self._robot = robot
-        self._shelf = program_loader
+        self._loader = loader
         self._breakpoints = breakpoints
         self._to_all = to_all
         self._pending = pending
         self._playing: ProgramExecution | None = None
         self._loading: Loading | None = None
-        self._begun: ProgramStarted | None = None
-
-    # Requests of pendants.
+        self._started: ProgramStarted | None = None
 
     @property
     def is_under_way(self) -> bool:
@@ -220,7 +199,7 @@ class ProgramExecutor:
 
     def _load(self, name: str, revision: int) -> Steps[tuple[Linked, RunPlaces] | Refusal]:
         """Load a program with its breakpoints; return them, or why it cannot run."""
-        linked = yield from self._shelf.linked(name, revision)
+        linked = yield from self._loader.linked(name, revision)
         if isinstance(linked, Refusal):
             return linked
         places = yield from self._breakpoints.of_run(linked)
@@ -353,15 +332,13 @@ class ProgramExecutor:
         if self._run is not None:
             self._run.pause_before({program: places}, now)
 
-    # What happens.
-
-    def on_cell_event(self, news: CellEvent, now: int) -> list[Effect]:
+    def on_cell_event(self, event: CellEvent, now: int) -> list[Effect]:
         """Take the start or end of a motion of the run, or an event that ends the run."""
         current, by = self._run, self._by
-        if isinstance(news, MotionEvent):
-            return [] if current is None else current.on_cell_event(news, now)
-        refusal = None if by is None else ending(news, by)
-        if refusal is None or (isinstance(news, Interruption) and not self._goes_on):
+        if isinstance(event, MotionEvent):
+            return [] if current is None else current.on_cell_event(event, now)
+        refusal = None if by is None else ending(event, by)
+        if refusal is None or (isinstance(event, Interruption) and not self._goes_on):
             # A paused program moves only after a resume, and then every condition is checked again.
             return []
         return self.abandon(refusal, now)
@@ -408,12 +385,12 @@ class ProgramExecutor:
     ) -> list[Effect]:
         """Report the state of the run; its first and last report are its start and its end."""
         out: list[Effect] = []
-        if self._begun is None:
-            self._begun = ProgramStarted(linked.main, linked.revisions[linked.main], by)
-            out += self._cell.announce(self._begun, now)
+        if self._started is None:
+            self._started = ProgramStarted(linked.main, linked.revisions[linked.main], by)
+            out += self._cell.announce(self._started, now)
         shown = running_program(linked, status)
         self._cell.show_program(shown)
         if shown is None:
-            begun, self._begun = self._begun, None
-            out += self._cell.announce(ProgramEnded(begun, ended or status.failure), now)
+            started, self._started = self._started, None
+            out += self._cell.announce(ProgramEnded(started, ended or status.failure), now)
         return out + self._to_all(program_report(linked, status, ended))

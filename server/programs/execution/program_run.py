@@ -1,26 +1,342 @@
 """Program run: carries out the actions of its runner, and gives each request its one outcome.
 
-Owns the requests that wait for the run or for a step of it. Permissions, and the end of a run from
-outside, are the executor's; the next statement is the runner's.
+Owns the requests that wait for the run or for a step of it, and the reports of its state. The next
+statement is the runner's; permissions, and the end of a run from outside, are the executor's.
+
+Owns the one block that is planned or moved: a pause during its planning holds it at its start, and
+the index of its present move. The permission to move is the cell's.
+
+Inputs, outputs and objects of the scene are a `RunEnvironment`, which a cell with signals or a
+scene supplies. `BareEnvironment` is that of a cell with neither: it refuses by name, so that no
+program waits for a signal that does not exist.
 """
 
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
+from typing import Protocol
 
-from openpendant.simplemsg.pendant import ProgramRun, RunKind
+from openpendant.simplemsg.pendant import ProgramReport, ProgramRun, ProgramState, RunKind
+from openpendant.simplemsg.verdicts import VerdictCode
 
-from ...control import Holder
-from ...events.cell_events import MotionEnded, MotionEvent, MotionRequest
+from ...cell.robot_cell import RobotCell
+from ...cell.robot_model import RobotModel
+from ...control import Holder, MotionKind
+from ...events.cell_events import (
+    MotionEnded,
+    MotionEvent,
+    MotionOwner,
+    MotionRefused,
+    MotionRequest,
+    MotionStarted,
+    RunningProgram,
+)
 from ...events.effects import Effect, Send
-from ...events.replies import outcome
+from ...events.replies import cut, outcome
+from ...planning.jobs import BlockJob
 from ...refusal import Refusal
 from ..interpreter import run_events as run
+from ..interpreter.motion_blocks import MotionBlock
+from ..interpreter.run_events import (
+    AttachToTool,
+    DetachFromTool,
+    Event,
+    InputValue,
+    Offer,
+    OfferedSignals,
+    Passed,
+    PauseReason,
+    QueryInput,
+    RequestAborted,
+    RequestDone,
+    RunState,
+    RunStatus,
+    WriteOutput,
+)
 from ..interpreter.runner import Runner
 from ..language.linking import Linked
-from .block_motion import ProgramMotion
-from .run_environment import RunEnvironment, answered
+
+
+class RunEnvironment(Protocol):
+    """Signals and objects of one cell; each call returns a refusal if it is not possible."""
+
+    @property
+    def offered_signals(self) -> Offer:
+        """Signals that there are."""
+
+    def input(self, signal: int, now: int) -> bool | Refusal:
+        """Return the value of an input."""
+
+    def set_output(self, signal: int, value: bool, now: int) -> list[Effect] | Refusal:
+        """Set an output."""
+
+    def attach(self, scene_object: str, now: int) -> list[Effect] | Refusal:
+        """Attach an object to the tool."""
+
+    def detach(self, scene_object: str, now: int) -> list[Effect] | Refusal:
+        """Detach an object where it is."""
+
+
+class BareEnvironment:
+    """Environment of a cell without signals and without a scene."""
+
+    @property
+    def offered_signals(self) -> Offer:
+        """None of either kind."""
+        return OfferedSignals(inputs=0, outputs=0)
+
+    def input(self, signal: int, now: int) -> bool | Refusal:
+        """Refuse: there is no such input."""
+        return Refusal(VerdictCode.NO_SIGNAL, f"input {signal}: this cell has no inputs")
+
+    def set_output(self, signal: int, value: bool, now: int) -> list[Effect] | Refusal:
+        """Refuse: there is no such output."""
+        return Refusal(VerdictCode.NO_SIGNAL, f"output {signal}: this cell has no outputs")
+
+    def attach(self, scene_object: str, now: int) -> list[Effect] | Refusal:
+        """Refuse: there is no such object."""
+        return _no_object(scene_object)
+
+    def detach(self, scene_object: str, now: int) -> list[Effect] | Refusal:
+        """Refuse: there is no such object."""
+        return _no_object(scene_object)
+
+
+def answered(
+    environment: RunEnvironment,
+    action: QueryInput | WriteOutput | AttachToTool | DetachFromTool,
+    now: int,
+) -> tuple[Event, list[Effect]]:
+    """Carry out a program's request; return the event for its runner, and the effects."""
+    done: bool | list[Effect] | Refusal
+    match action:
+        case QueryInput(_, signal):
+            done = environment.input(signal, now)
+        case WriteOutput(_, signal, value):
+            done = environment.set_output(signal, value, now)
+        case AttachToTool(_, scene_object):
+            done = environment.attach(scene_object, now)
+        case DetachFromTool(_, scene_object):
+            done = environment.detach(scene_object, now)
+    if isinstance(done, Refusal):
+        return RequestAborted(action.request, done), []
+    if isinstance(done, bool):
+        return InputValue(action.request, done), []
+    return RequestDone(action.request), done
+
+
+def _no_object(name: str) -> Refusal:
+    return Refusal(VerdictCode.UNKNOWN_OBJECT, f"object {name!r}: this cell has no scene")
+
+
+_NAME_BYTES = 64
+_TEXT_BYTES = 160
+
+_PAUSES = {
+    PauseReason.BREAKPOINT: ProgramState.AT_BREAKPOINT,
+    PauseReason.STEP: ProgramState.STEPPED,
+}
+
+
+def program_state(status: RunStatus) -> ProgramState:
+    """Return the state of a program; NONE before its start and after its end."""
+    match status.state:
+        case RunState.RUNNING:
+            return ProgramState.RUNNING
+        case RunState.PAUSED:
+            return _PAUSES.get(status.pause, ProgramState.PAUSED)
+    return ProgramState.NONE
+
+
+def running_program(linked: Linked, status: RunStatus) -> RunningProgram | None:
+    """Return what everybody may see of a program; None where it is not under way."""
+    state = program_state(status)
+    if state is ProgramState.NONE:
+        return None
+    name, line = _place(linked, status)
+    return RunningProgram(name, state, line, linked.revisions[name])
+
+
+def program_report(linked: Linked, status: RunStatus, ended: Refusal | None) -> ProgramReport:
+    """Return the message with the place of a program's run."""
+    name, line = _place(linked, status)
+    return ProgramReport(
+        state=program_state(status),
+        line=line,
+        loop=status.passes,
+        revision=linked.revisions[name],
+        program=cut(name, _NAME_BYTES),
+        text=cut(_text(status, ended), _TEXT_BYTES),
+    )
+
+
+def noted(report: ProgramReport, text: str) -> ProgramReport:
+    """Return the report with an additional sentence."""
+    return replace(report, text=cut(text, _TEXT_BYTES))
+
+
+def _place(linked: Linked, status: RunStatus) -> tuple[str, int]:
+    """Return the program and line of the run, line 0 before and after it."""
+    if not status.stack:
+        return linked.main, 0
+    return status.stack[-1].program, status.stack[-1].line
+
+
+def _text(status: RunStatus, ended: Refusal | None) -> str:
+    refusal = ended or status.failure
+    if refusal is not None:
+        return refusal.sentence
+    if status.state is RunState.FINISHED:
+        return "finished"
+    if status.approaching:
+        return "on the slow way to its first point"
+    return ""
+
+
+def start_index(linked: Linked, line: int) -> int | Refusal:
+    """Return the number of the statement on a line, from 0; of the first for line 0."""
+    lines = linked.lines[linked.main]
+    if not line:
+        return 0
+    if line in lines:
+        return lines.index(line)
+    accepted = f"0, or {lines[0]} to {lines[-1]}" if lines else "0, the program is empty"
+    text = f"no statement is on line {line} of {linked.main!r}; accepted: {accepted}"
+    return Refusal(VerdictCode.BAD_ARGUMENT, text, value=line)
+
+
+@dataclass(slots=True)
+class _Block:
+    """Block that the cell has; `number` is the runner's for it."""
+
+    number: int
+    started: bool = False
+    pause_wanted: bool = False
+    passed: int = 0
+
+
+class ProgramMotion:
+    """Motions of one run.
+
+    Attributes:
+        plan_time: wall time that planning took so far [s].
+        motion_time: planned duration of the motions that ended [s].
+        speed: fraction of the programmed speeds of the blocks from now on.
+        is_permitted: True if the interlocks were checked on this call stack, and hold.
+    """
+
+    def __init__(
+        self, cell: RobotCell, robot: RobotModel, by: Holder, request_id: int, speed: float
+    ) -> None:
+        self.plan_time = 0.0
+        self.motion_time = 0.0
+        self.speed = speed
+        self.is_permitted = False
+        self._cell = cell
+        self._robot = robot
+        self._by = by
+        self._request_id = request_id
+        self._block: _Block | None = None
+
+    @property
+    def is_asked(self) -> bool:
+        """True while the cell plans or moves a block."""
+        return self._block is not None
+
+    def begin(
+        self, number: int, block: MotionBlock, lines: tuple[int, ...], now: int
+    ) -> Refusal | list[Effect]:
+        """Request a block from the cell, to be planned and moved."""
+        cell = self._cell
+        if not self.is_permitted:
+            refusal = cell.check(self._by.session, now, MotionKind.PROGRAM)
+            if refusal is not None:
+                return refusal
+        job = BlockJob(
+            cell.motions.new_job_id(),
+            cell.standing_at,
+            block,
+            lines,
+            self._robot.frames,
+            self.speed,
+            cell.modes.tool_speed_cap(cell.feedback.mode),
+        )
+        self._block = _Block(number)
+        request = MotionRequest(self._by.session, self._request_id, number, MotionOwner.PROGRAM)
+        return cell.motions.ask(request, job, MotionKind.PROGRAM)
+
+    def pause(self, now: int) -> None:
+        """Pause the block: stop on its path, or hold it at its start."""
+        block = self._block
+        if block is None:
+            return
+        if block.started:
+            # Refused only where all points have been sent: then the robot rests at the block's end.
+            self._cell.motions.pause(self._by, now)
+        else:
+            block.pause_wanted = True
+
+    def resume_fault(self, now: int) -> Refusal | None:
+        """Return the reason why the run may not continue now."""
+        cell, session = self._cell, self._by.session
+        if self._block is None:
+            return cell.check(session, now, MotionKind.PROGRAM)
+        return cell.modes.unready(MotionKind.PROGRAM, session, cell.feedback.mode, now)
+
+    def resume(self, now: int) -> None:
+        """Continue along the path, after `resume_fault` returned None."""
+        block = self._block
+        if block is None:
+            return
+        if block.started:
+            self._cell.motions.resume(self._by, now)
+        else:
+            block.pause_wanted = False
+
+    def end(self, refusal: Refusal, now: int) -> list[Effect]:
+        """Stop the robot, if it moves for this run."""
+        asked = self._cell.driving.request
+        if self._block is None or asked is None or asked.program != self._block.number:
+            return []
+        self._block = None
+        return self._cell.end(refusal, now)
+
+    def on_cell_event(self, cell_event: MotionEvent, now: int) -> Event | None:
+        """Take the start or end of a block; return the event for the runner."""
+        block = self._block
+        if block is None or block.number != cell_event.request.program:
+            return None
+        match cell_event:
+            case MotionStarted():
+                block.started = True
+                if block.pause_wanted:
+                    self._cell.motions.pause(self._by, now)
+                return None
+            case MotionRefused(refusal=refusal):
+                self._block = None
+                return RequestAborted(block.number, refusal)
+            case MotionEnded(refusal=ended):
+                self._block = None
+                self.plan_time += cell_event.plan_time
+                self.motion_time += cell_event.motion_time
+                return (
+                    RequestDone(block.number)
+                    if ended is None
+                    else RequestAborted(block.number, ended)
+                )
+
+    def passed(self) -> Passed | None:
+        """Return the event that another move of the block was passed since the last call."""
+        block = self._block
+        if block is None or not block.started:
+            return None
+        passed = self._cell.motions.waypoints_passed
+        if passed <= block.passed:
+            return None
+        block.passed = passed
+        return Passed(block.number, passed - 1)
+
 
 Report = Callable[[run.RunStatus, Refusal | None, int], list[Effect]]
 """Reports the state of the run to every pendant, and what ended it from outside, at a time [ns]."""
@@ -31,13 +347,7 @@ class ProgramExecution:
     """A program under way.
 
     Attributes:
-        linked: the programs.
-        by: who runs it.
-        motion: its motions.
-        environment: signals and objects.
-        report: sends its state to the pendants.
         loops: number of passes requested; 0 for until it is stopped.
-        runner: the interpreter of the run.
         is_over: True once the run ended; later events have no effect.
     """
 
@@ -79,9 +389,9 @@ class ProgramExecution:
         """Pass an event to the runner, and carry out its actions."""
         return self.perform(self.runner.handle(event, now), now)
 
-    def on_cell_event(self, news: MotionEvent, now: int) -> list[Effect]:
+    def on_cell_event(self, cell_event: MotionEvent, now: int) -> list[Effect]:
         """Take the start or end of a motion of this run, or of one before it."""
-        event = self.motion.on_cell_event(news, now)
+        event = self.motion.on_cell_event(cell_event, now)
         return [] if event is None else self.handle(event, now)
 
     def tick(self, now: int) -> list[Effect]:

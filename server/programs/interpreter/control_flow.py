@@ -26,7 +26,6 @@ class Level:
     """Position in one program.
 
     Attributes:
-        program: the program's name.
         index: the next statement, from 0; their number at the end.
         passes: of each loop around it that was entered, the loop's number and the pass, from 1;
             in the main program those of `WHOLE_PROGRAM` come first.
@@ -47,7 +46,6 @@ class ControlFlow:
     """Order of the statements of a run.
 
     Attributes:
-        linked: the programs.
         passes: number of passes of the main program; None for ever.
     """
 
@@ -90,7 +88,6 @@ class ControlFlow:
 
         Args:
             position: before the statement; a condition on an input is not followed here.
-            flags: what was read so far.
 
         Returns:
             The position, empty at the end of the run; None where the flag was never read.

@@ -1,4 +1,7 @@
-"""Questions of a dry run to a planner, and its findings: plain values."""
+"""Questions of a dry run to a planner, and its findings: plain values.
+
+An `index` is the number of a statement in its program, from 0.
+"""
 
 from __future__ import annotations
 
@@ -27,7 +30,6 @@ class BlockPlan:
     Attributes:
         duration: of the block [s].
         end: (n,) where the robot stands afterwards [rad or m].
-        path: samples of the tool's path, in order.
     """
 
     duration: float
@@ -41,7 +43,6 @@ class BlockRefused:
 
     Attributes:
         place: the move at fault, by its place in the block.
-        refusal: the reason.
     """
 
     place: int
@@ -60,10 +61,6 @@ class MoveFinding:
     """Finding for one statement that moves.
 
     Attributes:
-        program: name of its program.
-        index: its number, from 0.
-        point: the point that it goes to.
-        refusal: the reason why it cannot be run; None if it can.
         zone_used: True if its zone joins it with the next move, wherever it was walked.
     """
 
@@ -76,14 +73,7 @@ class MoveFinding:
 
 @dataclass(frozen=True, slots=True)
 class HandOver:
-    """Finding for one statement that changes the scene.
-
-    Attributes:
-        program: name of its program.
-        index: its number, from 0.
-        statement: the attach or detach.
-        refusal: the reason why it fails; None if it does not.
-    """
+    """Finding for one statement that changes the scene."""
 
     program: str
     index: int
@@ -93,14 +83,7 @@ class HandOver:
 
 @dataclass(frozen=True, slots=True)
 class StatementFinding:
-    """Finding for one statement that neither moves nor changes the scene.
-
-    Attributes:
-        program: name of its program.
-        index: its number, from 0.
-        statement: the statement.
-        refusal: the reason why a run ends there; None if it continues.
-    """
+    """Finding for one statement that neither moves nor changes the scene."""
 
     program: str
     index: int
@@ -147,12 +130,7 @@ class DryRunResult:
 
 @dataclass(frozen=True, slots=True)
 class PointFinding:
-    """Finding for one point.
-
-    Attributes:
-        point: its name.
-        refusal: the reason why it cannot be reached; None if it can.
-    """
+    """Finding for one point."""
 
     point: str
     refusal: Refusal | None

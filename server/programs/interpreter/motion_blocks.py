@@ -4,18 +4,23 @@ Owns the end of a block: at every move without a zone or with a dwell, before a 
 statement that takes time, and where the next move is in another space (joints or tool), because no
 zone joins those. Owns the reasons why a run ends, and a dry run refuses, at a statement that leads
 nowhere. Knows no planner.
+
+Owns the conditions of a step back along the executed moves: along a move whose start is known, and
+not over a statement with an effect, because an output or an object does not go back with the robot.
+A move that started after an effect leads away from it, so the way back along it crosses nothing.
 """
 
 from __future__ import annotations
 
+from collections import deque
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 
 from openpendant.simplemsg.verdicts import VerdictCode
 
 from ...refusal import Refusal
+from ..language.grammar import statement_text
 from ..language.points import TeachPoint
-from ..language.statement_clauses import statement_text
 from ..language.statements import IfFlag, Move, Speed, SpeedKind, Statement, Way
 from .control_flow import ControlFlow, Position
 
@@ -37,11 +42,7 @@ class BlockMove:
     """Move with its points.
 
     Attributes:
-        program: name of the program that it is in.
-        index: number of its statement, from 0.
         move: the statement; its zone is 0 where the motion stops.
-        target: the point that it goes to.
-        via: the points in between.
     """
 
     program: str
@@ -69,7 +70,6 @@ class Gathered:
     """Block, and the position of the run after it.
 
     Attributes:
-        block: the moves.
         positions: before each move.
         behind: after the last move.
     """
@@ -102,7 +102,6 @@ class Gatherer:
         together: what is looked at in one go is bounded, whatever stands between the moves.
 
         Args:
-            position: before a move.
             stops_at: True if the run must stand before a position, as at a breakpoint.
         """
         moves, positions = [self._block_move(position)], [position]
@@ -178,3 +177,54 @@ def going_round() -> Refusal:
     """Return the refusal of a run that passes statements for ever while none takes time."""
     text = f"{MOST_INSTANT_STATEMENTS} statements in a row without motion, wait or input"
     return Refusal(VerdictCode.PROGRAM_STUCK, text, limit=MOST_INSTANT_STATEMENTS)
+
+
+MOST_STEPS_BACK = 1_000
+"""Greatest number of executed moves that are kept."""
+
+
+@dataclass(frozen=True, slots=True)
+class _Executed:
+    """Move that was executed.
+
+    Attributes:
+        effect: the last effect since the move before; empty for none.
+    """
+
+    move: BlockMove
+    position: Position
+    effect: str
+
+
+class ExecutedMoves:
+    """Last moves of a run, in order, and the effects since the last of them."""
+
+    def __init__(self) -> None:
+        self._moves: deque[_Executed] = deque(maxlen=MOST_STEPS_BACK)
+        self._effect = ""
+
+    def note_effect(self, text: str) -> None:
+        """Record that a statement had an effect that no motion undoes."""
+        self._effect = text
+
+    def note(self, gathered: Gathered) -> None:
+        """Record the moves of a block that was executed."""
+        for move, position in zip(gathered.block.moves, gathered.positions, strict=True):
+            self._moves.append(_Executed(move, position, self._effect))
+            self._effect = ""
+
+    def way_back(self) -> Gathered | Refusal:
+        """Return the path back along the last move, or the reason why there is none."""
+        code = VerdictCode.STEP_BACK_REFUSED
+        if self._effect:
+            text = f"{self._effect!r} was executed where the robot stands, and is not undone"
+            return Refusal(code, text)
+        if len(self._moves) < 2:
+            return Refusal(code, "no executed move is known whose beginning is a point")
+        last, before = self._moves[-1], self._moves[-2]
+        block = reverse_of(last.move, before.move.target)
+        return Gathered(block, (last.position,), last.position)
+
+    def forget_last(self) -> None:
+        """Remove the last move, along which the robot went back."""
+        self._effect = self._moves.pop().effect

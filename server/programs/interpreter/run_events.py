@@ -1,14 +1,18 @@
-"""Run events and actions: the input and the output of a program's run.
+"""Run events and actions: the input and the output of a program's run, and the signals it may use.
 
 Every action that takes time has a request number; its answer quotes it. An answer to a request that
 is no longer open, as after a stop, changes nothing.
+
+Owns the refusal of a signal that the controller does not have.
 """
 
 from __future__ import annotations
 
 from dataclasses import dataclass
 from enum import Enum
-from typing import TypeAlias
+from typing import Literal, TypeAlias
+
+from openpendant.simplemsg.verdicts import VerdictCode
 
 from ...refusal import Refusal
 from .motion_blocks import MotionBlock
@@ -39,8 +43,6 @@ class RunPlace:
     """Statement of a run.
 
     Attributes:
-        program: name of its program.
-        index: its number, from 0.
         line: its line in the canonical text, from 1.
     """
 
@@ -54,13 +56,10 @@ class RunStatus:
     """Published status of a run.
 
     Attributes:
-        state: how far it is.
-        pause: why it is paused.
         stack: the statements under way or coming next: of the main program first, then of each
             program that is called; empty before the start and at the end.
         passes: number of times that the main program was started.
         approaching: True if the robot is on its slow way to the first point.
-        failure: why the run failed.
     """
 
     state: RunState = RunState.IDLE
@@ -272,3 +271,27 @@ Action: TypeAlias = (
     | Failed
     | EventRefused
 )
+
+
+SignalKind: TypeAlias = Literal["input", "output"]
+
+
+@dataclass(frozen=True, slots=True)
+class OfferedSignals:
+    """Numbers of signals; they are numbered from 0."""
+
+    inputs: int
+    outputs: int
+
+    def absent(self, kind: SignalKind, signal: int) -> Refusal | None:
+        """Return the reason why there is no such signal; None if there is one."""
+        count = self.inputs if kind == "input" else self.outputs
+        if 0 <= signal < count:
+            return None
+        accepted = f"0 to {count - 1}" if count else "none, there is not one"
+        text = f"{kind} {signal}; accepted: {accepted}"
+        return Refusal(VerdictCode.NO_SIGNAL, text, value=signal, limit=count - 1)
+
+
+Offer: TypeAlias = OfferedSignals | Refusal | None
+"""Signals that a controller offers; or why it offers none; None while that is unknown."""

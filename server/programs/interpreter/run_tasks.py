@@ -46,7 +46,6 @@ class MotionTask:
     """Block that is being planned or run.
 
     Attributes:
-        request: its number.
         gathered: the block; the run is behind it when it is done.
         place: the move of the block that is under way.
         back: True if it goes back along the last executed move.
@@ -68,9 +67,7 @@ class WaitTask:
     """Wait for a time.
 
     Attributes:
-        watch: counts it.
         duration: how much [ns].
-        behind: where the run is afterwards.
     """
 
     watch: Stopwatch
@@ -83,11 +80,8 @@ class InputTask:
     """Wait for a value of an input.
 
     Attributes:
-        statement: which input, which value and how long at most.
-        watch: counts the time since the wait started.
         request: the question that is open; 0 for none.
         asked: time counted when it was asked last [ns].
-        behind: where the run is afterwards.
     """
 
     statement: WaitInput
@@ -162,15 +156,7 @@ _FROM_JOINED_MOVES = "resume, or a program stop and then a step from the line th
 def asked(
     statement: Question | Effect, request: int, position: Position, behind: Position, now: int
 ) -> tuple[Task, QueryInput | WriteOutput | AttachToTool | DetachFromTool]:
-    """Return the task of a statement with a request to others, and that request.
-
-    Args:
-        statement: the statement.
-        request: a fresh request number.
-        position: before the statement.
-        behind: after it.
-        now: monotonic time [ns].
-    """
+    """Return the task of a statement with a request to others, and that request."""
     match statement:
         case WaitInput(signal):
             watch = Stopwatch(now)

@@ -37,7 +37,6 @@ class Linked:
     """Programs of a run.
 
     Attributes:
-        main: name of the program that is run.
         programs: it and all that it calls, by name.
         sources: the JSON of each; empty where they were not read from one.
         revisions: the one of each that this is; empty where they do not come from the store, and in
@@ -78,10 +77,7 @@ def link(
     """Return a program with all that it calls.
 
     Args:
-        program: the one to run.
         resolve: gives the others; asked once for each.
-        sources: the JSON of each program, where it is known.
-        revisions: the one of each program, where it has any.
 
     Raises:
         ProgramUnknown: a program that is called is not there.

@@ -15,8 +15,8 @@ from typing import Final, NamedTuple, NoReturn
 
 from openpendant.simplemsg.pendant.management.programs import MOST_STATEMENTS
 
-from .clauses import Clauses, Places, TextPlace, place_of
-from .point_clauses import POINT_CLAUSES, PointClauses
+from .grammar import POINT_CLAUSES, STATEMENTS, PointClauses, read_statement
+from .lexer import Clauses, Line, Places, TextPlace, decoded, lines_of, place_of
 from .points import TeachPoint
 from .program import MOST_POINTS, Program
 from .program_errors import (
@@ -28,9 +28,7 @@ from .program_errors import (
     ProgramTooLarge,
     excerpt,
 )
-from .statement_clauses import STATEMENTS, read_statement
 from .statements import Comment, Statement
-from .tokens import Line, decoded, lines_of
 from .words import COMMENT
 
 FORMAT: Final = "openpendant-program/1"
@@ -44,7 +42,6 @@ class Source:
     """A program with the lines of the text that it was read from.
 
     Attributes:
-        program: the program.
         point_lines: line of each point, from 1.
         statement_lines: line of each statement, from 1.
     """
@@ -70,10 +67,6 @@ def parse_bytes(raw: bytes, file: str = "program") -> Source:
 
 def parse_source(text: str, file: str = "program") -> Source:
     """Return the program that a text says, and where it says what.
-
-    Args:
-        text: the whole text.
-        file: its name, for errors.
 
     Raises:
         ProgramSyntaxError: the text is not a program; its refusal has the code of the rule.

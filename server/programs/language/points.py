@@ -149,7 +149,6 @@ def check_consistency(
     """Check that a point's joints put its tool where its pose says; a point without one passes.
 
     Args:
-        point: the point.
         forward: the robot's forward kinematics, with the tools and frames of the cell.
         position_tolerance: greatest distance of both places [m].
         rotation_tolerance: greatest angle between both orientations [rad].

@@ -13,14 +13,12 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import replace
 
-from .block_structure import depths
+from .grammar import count_point_lines, point_lines, statement_text
+from .lexer import MOST_BYTES
 from .parser import FORMAT
-from .point_clauses import count_point_lines, point_lines
-from .program import Program
+from .program import Program, depths
 from .program_errors import ProgramTooLarge, excerpt
-from .statement_clauses import statement_text
 from .statements import Comment, Statement
-from .tokens import MOST_BYTES
 from .words import named
 
 _INDENT = "  "

@@ -1,7 +1,11 @@
-"""The program as a value: points and statements that fit each other.
+"""The program as a value: points, statements and blocks that fit each other.
 
 Owns what holds of a whole program: unique points of one robot, moves to points that exist, blocks
 that close, bounded size. A value that exists is valid. Knows no revision, no text and no store.
+
+Owns the rule of blocks (loops and conditions): each is closed by an end of its own, an else belongs
+to a condition and comes once, and they nest to a bounded depth. Without recursion, so that a block
+of any depth can be refused.
 """
 
 from __future__ import annotations
@@ -9,16 +13,109 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cached_property
+from itertools import pairwise
 from typing import NamedTuple
 
 from openpendant.motion.description.limits import JointLimits
 from openpendant.simplemsg.pendant.management.programs import MOST_STATEMENTS
 
-from .block_structure import Blocks, blocks_of
 from .points import MOST_JOINTS, TeachPoint
-from .program_errors import BadValue, PointExists, PointUnknown, ProgramTooLarge, WrongRobot
-from .statements import Call, Move, Statement
+from .program_errors import (
+    BadBlocks,
+    BadValue,
+    PointExists,
+    PointUnknown,
+    ProgramTooLarge,
+    WrongRobot,
+)
+from .statements import Call, Else, End, IfFlag, IfInput, Loop, Move, Statement
 from .words import check_comment, check_name
+
+DEEPEST_NESTING = 32
+"""Greatest depth of nested blocks."""
+
+
+@dataclass(frozen=True, slots=True)
+class Block:
+    """Loop or condition; the numbers are of statements, from 0.
+
+    Attributes:
+        opened: of its loop or if.
+        closed: of its end.
+        other: of its else; None without one.
+        depth: blocks around it.
+    """
+
+    opened: int
+    closed: int
+    other: int | None
+    depth: int
+
+
+@dataclass(frozen=True, slots=True)
+class Blocks:
+    """All blocks of a program.
+
+    Attributes:
+        at: the block of each statement that opens, divides or closes one.
+    """
+
+    at: dict[int, Block]
+
+    def around(self, index: int) -> tuple[Block, ...]:
+        """Return the blocks that a statement is inside of, the outermost first."""
+        found = {block for block in self.at.values() if block.opened < index <= block.closed}
+        return tuple(sorted(found, key=lambda block: block.opened))
+
+
+def blocks_of(statements: Sequence[Statement]) -> Blocks:
+    """Return the blocks of statements.
+
+    Raises:
+        BadBlocks: an end or else belongs to nothing, a block is not closed, or is too deep.
+    """
+    at: dict[int, Block] = {}
+    others: dict[int, int] = {}
+    opened: list[int] = []
+    for index, statement in enumerate(statements):
+        match statement:
+            case Move():
+                pass  # Most statements are, and a long program is asked for its blocks in one go.
+            case Loop() | IfInput() | IfFlag():
+                if len(opened) == DEEPEST_NESTING:
+                    problem = f"the block is number {DEEPEST_NESTING + 1} inside of each other"
+                    raise BadBlocks(index, f"{problem}; accepted: up to {DEEPEST_NESTING}")
+                opened.append(index)
+            case Else():
+                if not opened or isinstance(statements[opened[-1]], Loop):
+                    raise BadBlocks(index, "else belongs to no if; accepted: else inside an if")
+                if opened[-1] in others:
+                    raise BadBlocks(index, "the if has an else already; accepted: one")
+                others[opened[-1]] = index
+            case End():
+                if not opened:
+                    raise BadBlocks(index, "end closes nothing; accepted: one end for each block")
+                first = opened.pop()
+                block = Block(first, index, others.get(first), len(opened))
+                at[block.opened] = at[block.closed] = block
+                if block.other is not None:
+                    at[block.other] = block
+    if opened:
+        raise BadBlocks(opened[-1], "the block is not closed; accepted: an end for it")
+    return Blocks(at)
+
+
+def depths(statements: Sequence[Statement]) -> list[int]:
+    """Return the indentation of each statement of a program: the number of blocks around it."""
+    result, depth = [], 0
+    for before, statement in pairwise((None, *statements)):
+        if isinstance(before, Loop | IfInput | IfFlag | Else):
+            depth += 1
+        if isinstance(statement, Else | End):
+            depth -= 1
+        result.append(depth)
+    return result
+
 
 MOST_POINTS = 2_000
 """Points of one program."""
@@ -30,12 +127,9 @@ class Program:
 
     Attributes:
         name: its name, also that of its document.
-        robot: name of the robot that it was taught on.
         linear_axes: indexes of the robot's joints that are measured in metres, ascending.
         tool: name of the tool of points taught from now on.
         frame: name of the frame of points taught from now on.
-        points: in the order of the user.
-        statements: in the order in which they run.
         comment: lines about the whole program; empty for none.
     """
 
@@ -129,12 +223,7 @@ class Program:
 
 
 class OwnRobot(NamedTuple):
-    """The robot of a cell, as far as a program can be of it or not.
-
-    Attributes:
-        name: its name.
-        limits: its joints.
-    """
+    """The robot of a cell, as far as a program can be of it or not."""
 
     name: str
     limits: JointLimits
@@ -142,11 +231,6 @@ class OwnRobot(NamedTuple):
 
 def check_robot(program: Program, robot: str, limits: JointLimits) -> None:
     """Refuse a program of another robot; ranges are checked point by point, not here.
-
-    Args:
-        program: the program.
-        robot: name of the robot that shall run it.
-        limits: its joints.
 
     Raises:
         WrongRobot: the name, the number of joints or the linear axes differ.

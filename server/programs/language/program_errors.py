@@ -1,11 +1,10 @@
 """Program errors: the faults of a program by kind, each with its verdict code.
 
-Owns the wording of a place in a file: `name:line:column`.
+Owns the wording of a place in a file: `name:line:column`. An `index` is the number of a statement,
+from 0.
 """
 
 from __future__ import annotations
-
-from typing import ClassVar
 
 from openpendant.simplemsg.verdicts import VerdictCode
 
@@ -23,7 +22,7 @@ def excerpt(text: str) -> str:
 class ProgramError(ValueError):
     """Base of all errors of programs; the text is one sentence with its numbers."""
 
-    code: ClassVar[VerdictCode] = VerdictCode.PROGRAM_INVALID
+    code: VerdictCode = VerdictCode.PROGRAM_INVALID
 
     @property
     def refusal(self) -> Refusal:
@@ -35,10 +34,8 @@ class ProgramSyntaxError(ProgramError):
     """Text that the parser refuses.
 
     Attributes:
-        file: name of the text.
         line: line of the place, from 1.
         column: character of the place in its line, from 1, counted in Unicode code points.
-        problem: what is wrong there, or what was found.
         accepted: what would be taken there; empty where `problem` says it.
         code: PROGRAM_SYNTAX, or the code of the rule that the place breaks.
     """
@@ -57,19 +54,13 @@ class ProgramSyntaxError(ProgramError):
         super().__init__(f"{file}:{line}:{column}: {problem}{ending}")
         self.file, self.line, self.column = file, line, column
         self.problem, self.accepted = problem, accepted
-        self._code = code
-
-    @property
-    def refusal(self) -> Refusal:
-        """The refusal that says the same."""
-        return Refusal(self._code, str(self))
+        self.code = code
 
 
 class JsonRefused(ProgramError):
     """A JSON text that is no program.
 
     Attributes:
-        file: name of the text.
         field: the field at fault, such as `points[3].joints`; empty for the whole.
     """
 
@@ -83,22 +74,11 @@ class JsonRefused(ProgramError):
         where = f"{field[:_LONGEST_FIELD]}: " if field else ""
         super().__init__(f"{file}: {where}{problem}")
         self.file, self.field = file, field
-        self._code = code
-
-    @property
-    def refusal(self) -> Refusal:
-        """The refusal that says the same."""
-        return Refusal(self._code, str(self))
+        self.code = code
 
 
 class ProgramTooLarge(ProgramError):
-    """A program, or a part of it, exceeds its cap.
-
-    Attributes:
-        what: what is counted.
-        value: how many there are, at least.
-        limit: how many are taken.
-    """
+    """A program, or a part of it, exceeds its cap."""
 
     code = VerdictCode.PROGRAM_TOO_LARGE
 
@@ -106,9 +86,7 @@ class ProgramTooLarge(ProgramError):
         """Take the numbers of the excess.
 
         Args:
-            what: what is counted.
             value: how many there are, or how many were seen before counting ended.
-            limit: how many are taken.
             is_counted: True if `value` is all there is.
         """
         counted = f"{value}" if is_counted else f"{value} or more"
@@ -125,8 +103,6 @@ class BadValue(ProgramError):
     """A value that a point or a statement cannot have.
 
     Attributes:
-        what: name of the value.
-        problem: what it is, and what would be accepted.
         part: the part of its owner that has the value, as whoever reads a text marks it.
         place: which of several values of that part, from 0.
     """
@@ -145,30 +121,16 @@ class ProgramNameRefused(BadValue):
 
 
 class StatementRefused(ProgramError):
-    """A statement that does not fit the others, with its place in words.
-
-    Attributes:
-        index: the statement at fault, from 0.
-    """
+    """A statement that does not fit the others, with its place in words."""
 
     def __init__(self, place: str, index: int, fault: ProgramError) -> None:
         super().__init__(f"{place}: {fault}")
         self.index = index
-        self._code = fault.code
-
-    @property
-    def refusal(self) -> Refusal:
-        """The refusal that says the same."""
-        return Refusal(self._code, str(self))
+        self.code = fault.code
 
 
 class BadBlocks(ProgramError):
-    """Loops and conditions that do not close, or nest too deep; the text has no place.
-
-    Attributes:
-        index: the statement at fault, from 0.
-        problem: what is wrong with it.
-    """
+    """Loops and conditions that do not close, or nest too deep; the text has no place."""
 
     def __init__(self, index: int, problem: str) -> None:
         super().__init__(problem)
@@ -179,7 +141,6 @@ class PointUnknown(ProgramError):
     """A name that no point of the program has; the text has no place.
 
     Attributes:
-        name: the name.
         index: the statement that uses it, from 0; None for none.
         place: which of the names in that statement it is, from 0.
     """
@@ -204,13 +165,7 @@ class PointExists(ProgramError):
 
 
 class PointInUse(ProgramError):
-    """A point that statements go to cannot be deleted.
-
-    Attributes:
-        name: the point.
-        indexes: the statements that use it, from 0.
-        places: the same in words.
-    """
+    """A point that statements go to cannot be deleted."""
 
     code = VerdictCode.POINT_IN_USE
 
@@ -223,7 +178,6 @@ class PointInconsistent(ProgramError):
     """The joints of a point put the tool elsewhere than its pose says.
 
     Attributes:
-        name: the point.
         distance: between both places [m].
         angle: between both orientations [rad].
     """
@@ -248,8 +202,6 @@ class ProgramUnknown(ProgramError):
     """A call of a program that is not there.
 
     Attributes:
-        name: the program that is called.
-        caller: the program that calls it.
         index: the statement of the call, from 0.
         problem: what is wrong, without the place.
     """

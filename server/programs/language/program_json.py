@@ -17,12 +17,12 @@ from openpendant.simplemsg.pendant.management.programs import MOST_STATEMENTS
 
 from ...store.store_errors import BadDocument
 from ...store.strict_json import parse as parse_strictly
+from .lexer import MOST_BYTES
 from .parser import FORMAT, Source, parse_bytes
 from .points import TeachPoint
 from .program import MOST_POINTS, Program
 from .program_errors import BadBlocks, JsonRefused, PointUnknown, ProgramError, ProgramTooLarge
 from .statements import Statement
-from .tokens import MOST_BYTES
 
 MOST_JSON_BYTES = 2 << 20
 """Largest JSON of a program [bytes of UTF-8]; it is longer than its text."""
@@ -73,10 +73,6 @@ def program_to_json(program: Program) -> str:
 
 def program_from_json(body: str | bytes, file: str = "program") -> Program:
     """Return the program that a JSON text says.
-
-    Args:
-        body: one JSON object.
-        file: its name, for the error.
 
     Raises:
         ProgramTooLarge: it exceeds `MOST_JSON_BYTES`.
@@ -139,7 +135,6 @@ def source_of(raw: bytes, file: str) -> Source:
 
     Args:
         raw: the file's first `MOST_READ` bytes.
-        file: its name, for the error.
 
     Raises:
         ProgramError: it is no program; the error says where.

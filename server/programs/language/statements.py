@@ -2,7 +2,7 @@
 
 Owns what each statement says and which values it takes. A block (loop or condition) is opened by
 its statement and closed by `End`, as the lines of the text are: so a statement has a number, and
-edits, breakpoints and the current line speak of that. `block_structure` owns that they close.
+edits, breakpoints and the current line speak of that. `program` owns that they close.
 """
 
 from __future__ import annotations

@@ -45,7 +45,6 @@ def check_name(name: str, what: str, place: int = 0) -> None:
     """Refuse a name that cannot be shown on one line, or that looks like a path.
 
     Args:
-        name: the name.
         what: whose name it is, for the error.
         place: which of several names of these it is, from 0.
 
@@ -71,7 +70,6 @@ def check_comment_line(text: str, place: int = 0) -> None:
     """Refuse a line that would not come back unchanged from a text file.
 
     Args:
-        text: the line.
         place: which line of a comment it is, from 0.
 
     Raises:
@@ -112,13 +110,8 @@ def check_number(
     """Refuse a number outside a range; both bounds are legal.
 
     Args:
-        value: the number.
-        what: its name, for the error.
-        lower: least number that is accepted.
-        upper: greatest number that is accepted.
         unit: of all three, for the error.
         part: as in `BadValue`.
-        place: likewise.
 
     Raises:
         BadValue: it is outside, or not a number.

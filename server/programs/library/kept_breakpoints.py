@@ -1,32 +1,40 @@
 """Kept breakpoints of a cell's programs, which stay with their statements when programs change.
 
 Owns the statements that they are before, and the revision of these numbers. The renumbering by a
-change is `renumbering`'s; the runner pauses at them.
+change is `edit_history`'s; the runner pauses at them.
 """
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Mapping
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, replace
-from typing import TypeAlias
+from typing import TypeAlias, TypedDict
 
-from ...events.effects import Effect
 from ...events.pending import Steps
 from ...refusal import Refusal
 from ...store.store_errors import NotFound
+from ..editing.edit_history import Renumbering
 from ..editing.program_tasks import CompareBodies, ProgramRefused
-from ..editing.renumbering import Renumbering
 from ..language.linking import Linked
-from .pending_tasks import ProgramWork
-from .program_loader import ProgramLoader
-from .program_replies import KeptFields
+from .program_loader import ProgramLoader, ProgramWork
 
 Places: TypeAlias = frozenset[int]
 """Numbers of statements, from 0."""
 
-ThenPlaces: TypeAlias = Callable[[Places | Refusal, int], list[Effect]]
 RunPlaces: TypeAlias = Mapping[str, Places]
 """Of each program of a run, by name."""
+
+
+class KeptFields(TypedDict, total=False):
+    """What an answer about a revision says of its breakpoints; nothing where it has had none.
+
+    Attributes:
+        breakpoints: the statements to pause before, from 0.
+        dropped_breakpoints: how many are gone with their statements since they were set.
+    """
+
+    breakpoints: list[int]
+    dropped_breakpoints: int
 
 
 @dataclass(frozen=True, slots=True)
@@ -35,7 +43,6 @@ class _Kept:
 
     Attributes:
         revision: the revision of the numbers.
-        places: the statements to pause before.
         dropped: number of those that were removed with their statements, and not reported at a run
             yet.
     """
@@ -53,14 +60,8 @@ class _Kept:
 class KeptBreakpoints:
     """Breakpoints of one cell."""
 
-    def __init__(self, program_loader: ProgramLoader, work: ProgramWork) -> None:
-        """Start without breakpoints.
-
-        Args:
-            program_loader: loads the revisions that they were of.
-            work: finds statements again.
-        """
-        self._shelf = program_loader
+    def __init__(self, loader: ProgramLoader, work: ProgramWork) -> None:
+        self._loader = loader
         self._work = work
         self._kept: dict[str, _Kept] = {}
 
@@ -90,37 +91,27 @@ class KeptBreakpoints:
         kept = self._kept.get(name)
         if kept is None or kept.revision != revision:
             return {}
-        told: KeptFields = {"breakpoints": sorted(kept.places)}
+        fields: KeptFields = {"breakpoints": sorted(kept.places)}
         if kept.dropped:
-            told["dropped_breakpoints"] = kept.dropped
-        return told
+            fields["dropped_breakpoints"] = kept.dropped
+        return fields
 
     def take_dropped(self, names: Iterable[str]) -> str:
         """Return the sentence on breakpoints that were dropped, once; empty if none was."""
-        told = []
+        dropped = []
         for name in names:
             kept = self._kept.get(name)
             if kept is not None and kept.dropped:
-                told.append(f"{kept.dropped} of {name!r}")
+                dropped.append(f"{kept.dropped} of {name!r}")
                 self._kept[name] = replace(kept, dropped=0)
-        return f"breakpoints dropped, their statements are gone: {', '.join(told)}" if told else ""
-
-    def follow(
-        self, name: str, revision: int, body: str, then: ThenPlaces, now: int
-    ) -> list[Effect]:
-        """Find the breakpoints of a program in a revision; `then` gets what `places` returns."""
-        return self._work.run(self.places(name, revision, body), then, now)
+        named = ", ".join(dropped)
+        return f"breakpoints dropped, their statements are gone: {named}" if named else ""
 
     def places(self, name: str, revision: int, body: str) -> Steps[Places | Refusal]:
         """Find the breakpoints of a program in a revision of it.
 
         Args:
-            name: of the program.
             revision: the one in which they are sought; they are kept as of it where it is newer.
-            body: its JSON.
-
-        Returns:
-            The places, or why they cannot be found now.
         """
         while True:
             kept = self._kept.get(name)
@@ -137,7 +128,7 @@ class KeptBreakpoints:
 
     def _renumbering(self, name: str, before: int, body: str) -> Steps[Renumbering | Refusal]:
         """Find the statements of a revision of a program again in the JSON of another."""
-        found = yield from self._shelf.document(name, before)
+        found = yield from self._loader.document(name, before)
         if isinstance(found, Refusal):
             # The store keeps that revision no longer, so none of its statements can be found.
             return Renumbering(()) if found.code is NotFound.code else found

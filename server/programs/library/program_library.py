@@ -3,15 +3,20 @@
 Owns that every change is made from the revision that it names and acknowledged after the store has
 it, and the undo of each program's edits. Each request is answered once, through its `ReplyTo`,
 after what it needs was read or printed elsewhere: here a program is a string of JSON, never parsed.
+
+Owns also the uploads of programs too long for one frame: the order of their parts and the bound on
+waiting text; one program for each connection.
 """
 
 from __future__ import annotations
 
 from collections import OrderedDict
+from dataclasses import dataclass, field
+from functools import partial
 from typing import cast
 
-from openpendant.motion.description.limits import JointLimits
 from openpendant.simplemsg.pendant.management import programs as op
+from openpendant.simplemsg.pendant.management.programs import SaveProgram
 
 from ...cell.robot_cell import RobotCell
 from ...cell.robot_model import RobotModel
@@ -21,8 +26,8 @@ from ...events.pending import AskStore
 from ...refusal import Refusal
 from ...store.documents import Document, DocumentKind, Heading
 from ...store.requests import Answer, Delete, ListHeadings, ListHistory
+from ...store.store_errors import StoreError
 from ..editing.edit_history import History
-from ..editing.edits import Edit
 from ..editing.program_tasks import (
     BodyPrinted,
     Done,
@@ -31,18 +36,66 @@ from ..editing.program_tasks import (
     SourceRead,
     check_to_be_kept,
 )
+from ..language.lexer import MOST_BYTES
 from ..language.program import OwnRobot, Program
-from ..language.program_json import program_to_json
-from .kept_breakpoints import KeptBreakpoints
-from .pending_tasks import ProgramWork
-from .point_teaching import PointTeaching
-from .program_changes import ProgramChanges
-from .program_loader import ProgramLoader
-from .program_replies import KeptFields, listed, saved
-from .uploads import Uploads
+from ..language.program_errors import BadValue, ProgramTooLarge
+from ..language.program_json import MOST_JSON_BYTES, program_to_json
+from .kept_breakpoints import KeptBreakpoints, KeptFields
+from .program_changes import ProgramChanges, saved
+from .program_loader import ProgramLoader, ProgramWork
+
+
+@dataclass(slots=True)
+class _Upload:
+    """Upload in progress, with the parts received so far."""
+
+    name: str
+    parts: int
+    bodies: list[str] = field(default_factory=list)
+    characters: int = 0
+
+
+class Uploads:
+    """Uploads of all connections."""
+
+    def __init__(self) -> None:
+        self._under_way: dict[int, _Upload] = {}
+
+    def forget(self, session: int) -> None:
+        """Drop the parts that a connection has sent."""
+        self._under_way.pop(session, None)
+
+    def add(self, session: int, asked: SaveProgram) -> str | None:
+        """Add a part; return the whole text after the last.
+
+        Raises:
+            BadValue: another part is due.
+            ProgramTooLarge: the whole would be too long.
+        """
+        upload = self._under_way.pop(session, None)
+        if asked.part == 1:
+            upload = _Upload(asked.name, asked.parts)
+        due = 1 if upload is None else len(upload.bodies) + 1
+        fits = upload is not None and (upload.name, upload.parts) == (asked.name, asked.parts)
+        if upload is None or not fits or asked.part != due or asked.part > asked.parts:
+            text = f"is {asked.part} of {asked.parts} of {asked.name!r}; accepted: from 1 on, each"
+            raise BadValue("the part", f"{text} in its turn")
+        upload.bodies.append(asked.body)
+        upload.characters += len(asked.body)
+        most = MOST_BYTES if asked.format == "text" else MOST_JSON_BYTES
+        if upload.characters > most:
+            raise ProgramTooLarge("characters of a program", upload.characters, most)
+        if asked.part == asked.parts:
+            return "".join(upload.bodies)
+        self._under_way[session] = upload
+        return None
+
 
 CHUNK = 15_000
 """Greatest number of characters of a program in one answer: escaped, in UTF-8, they fit a frame."""
+
+MOST_LISTED = 150
+"""Greatest number of programs in one answer."""
 
 MOST_PRINTED = 4
 """Number of texts kept for pendants that load them part by part."""
@@ -56,59 +109,37 @@ class ProgramLibrary:
     def __init__(
         self,
         ask: AskStore,
-        program_loader: ProgramLoader,
+        loader: ProgramLoader,
         work: ProgramWork,
         breakpoints: KeptBreakpoints,
         cell: RobotCell,
         robot: RobotModel,
-        robot_name: str,
+        own: OwnRobot,
     ) -> None:
-        """Make a library.
-
-        Args:
-            ask: asks the store.
-            program_loader: loads programs.
-            work: reads, prints and edits them.
-            breakpoints: those of the programs.
-            cell: gives the position of the robot.
-            robot: its mathematics.
-            robot_name: its name.
-        """
         self._ask = ask
-        self._shelf = program_loader
+        self._loader = loader
         self._work = work
         self._breakpoints = breakpoints
-        self._cell = cell
-        self._robot_name = robot_name
-        point_teaching = PointTeaching(cell, robot, robot_name)
-        own = OwnRobot(robot_name, cell.limits)
-        self._changes = ProgramChanges(ask, program_loader, work, breakpoints, point_teaching, own)
+        self._own = own
+        self.changes = ProgramChanges(ask, loader, work, breakpoints, cell, robot, own)
         self._uploads = Uploads()
         self._printed: OrderedDict[tuple[str, int], str] = OrderedDict()
-
-    @property
-    def _limits(self) -> JointLimits:
-        return self._cell.limits
 
     def closed(self, session: int) -> None:
         """Drop the unfinished uploads of a connection that ended."""
         self._uploads.forget(session)
 
-    # Lists.
-
     @handles(op.ListPrograms)
     def _list(
         self, asked: op.ListPrograms, reply: ReplyTo[op.ProgramHeadings], now: int
     ) -> list[Effect]:
-        return self._ask(ListHeadings(_KIND), lambda found, _: listed(found, reply, asked.first))
+        return self._ask(ListHeadings(_KIND), lambda found, _: _listed(found, reply, asked.first))
 
     @handles(op.ProgramHistory)
     def _history(
         self, asked: op.ProgramHistory, reply: ReplyTo[op.ProgramHeadings], now: int
     ) -> list[Effect]:
-        return self._ask(ListHistory(_KIND, asked.name), lambda found, _: listed(found, reply, 0))
-
-    # Loading.
+        return self._ask(ListHistory(_KIND, asked.name), lambda found, _: _listed(found, reply, 0))
 
     @handles(op.LoadProgram)
     def _load(
@@ -120,15 +151,12 @@ class ProgramLibrary:
             document = found
             if asked.revision is not None:
                 return self._show(document, asked, reply_to, now)
-            return self._breakpoints.follow(
-                asked.name,
-                document.heading.revision,
-                document.body,
-                lambda _, at: self._show(document, asked, reply_to, at),
-                now,
-            )
+            revision = document.heading.revision
+            places = self._breakpoints.places(asked.name, revision, document.body)
+            show = partial(self._show, document, asked, reply_to)
+            return self._work.run(places, lambda _, at: show(at), now)
 
-        return self._shelf.load(asked.name, loaded, asked.revision)
+        return self._loader.load(asked.name, loaded, asked.revision)
 
     def _show(
         self, document: Document, asked: op.LoadProgram, reply_to: ReplyTo[op.ProgramText], now: int
@@ -142,7 +170,9 @@ class ProgramLibrary:
 
         def printed(done: Done, now: int) -> list[Effect]:
             assert isinstance(done, BodyPrinted)
-            self._keep_printed(heading, done.text)
+            self._printed[heading.name, heading.revision] = done.text
+            while len(self._printed) > MOST_PRINTED:
+                self._printed.popitem(last=False)
             return show(done.text)
 
         if asked.format == "json":
@@ -151,11 +181,6 @@ class ProgramLibrary:
         if text is not None:
             return show(text)
         return self._work.have(PrintBody(document.body, asked.name), printed, reply_to, now)
-
-    def _keep_printed(self, heading: Heading, text: str) -> None:
-        self._printed[heading.name, heading.revision] = text
-        while len(self._printed) > MOST_PRINTED:
-            self._printed.popitem(last=False)
 
     @handles(op.CheckProgram)
     def _check(
@@ -175,19 +200,13 @@ class ProgramLibrary:
 
         return self._work.have(ReadSource(asked.body, asked.format, "program"), read, reply_to, now)
 
-    @property
-    def _own(self) -> OwnRobot:
-        return OwnRobot(self._robot_name, self._limits)
-
-    # Saving, and changes of what is kept.
-
     @handles(op.CreateProgram)
     def _create(
         self, asked: op.CreateProgram, reply: ReplyTo[op.SavedProgram], now: int
     ) -> list[Effect]:
-        axes = tuple(i for i, linear in enumerate(self._limits.prismatic) if linear)
-        program = Program(asked.name, self._robot_name, axes, asked.tool, asked.frame)
-        return self._changes.save(asked.name, program_to_json(program), History(), 0, reply)
+        axes = tuple(i for i, linear in enumerate(self._own.limits.prismatic) if linear)
+        program = Program(asked.name, self._own.name, axes, asked.tool, asked.frame)
+        return self.changes.save(asked.name, program_to_json(program), History(), 0, reply)
 
     @handles(op.DeleteProgram)
     def _delete(
@@ -200,38 +219,6 @@ class ProgramLibrary:
 
         expected = asked.expected_revision
         return self._ask(Delete(_KIND, asked.name, expected, reply.name), deleted)
-
-    @handles(op.RenameProgram)
-    def _rename(
-        self, asked: op.RenameProgram, reply: ReplyTo[op.SavedProgram], now: int
-    ) -> list[Effect]:
-        return self._changes.rename(asked, reply)
-
-    @handles(op.EditProgram)
-    def _edit(
-        self, asked: op.EditProgram, reply: ReplyTo[op.SavedProgram], now: int
-    ) -> list[Effect]:
-        return self._changes.edit(asked, cast(Edit, asked.edit), reply)
-
-    @handles(op.UndoEdit)
-    def _undo(self, asked: op.UndoEdit, reply: ReplyTo[op.SavedProgram], now: int) -> list[Effect]:
-        return self._changes.undo(asked, reply)
-
-    @handles(op.RedoEdit)
-    def _redo(self, asked: op.RedoEdit, reply: ReplyTo[op.SavedProgram], now: int) -> list[Effect]:
-        return self._changes.redo(asked, reply)
-
-    @handles(op.RecordPoint)
-    def _record(
-        self, asked: op.RecordPoint, reply: ReplyTo[op.SavedProgram], now: int
-    ) -> list[Effect]:
-        return self._changes.teach(asked, reply, now)
-
-    @handles(op.TouchUpPoint)
-    def _touch_up(
-        self, asked: op.TouchUpPoint, reply: ReplyTo[op.SavedProgram], now: int
-    ) -> list[Effect]:
-        return self._changes.teach(asked, reply, now)
 
     @handles(op.SaveProgram)
     def _save(
@@ -246,7 +233,7 @@ class ProgramLibrary:
             check_to_be_kept(done, self._own, asked.name)
             # The last part of a program is answered like any other change.
             reply = cast(ReplyTo[op.SavedProgram], reply_to)
-            return self._changes.replace(asked, done.body, reply)
+            return self.changes.replace(asked, done.body, reply, now)
 
         return self._work.have(ReadSource(body, asked.format, asked.name), read, reply_to, now)
 
@@ -272,3 +259,24 @@ def _part_of(
             **about,
         }
     )
+
+
+def _listed(found: Answer, reply: ReplyTo[op.ProgramHeadings], first: int) -> list[Effect]:
+    """Answer with some of the headings, from one on."""
+    if isinstance(found, StoreError):
+        return reply.refuse(found.refusal())
+    assert isinstance(found, tuple)
+    headings = [each for each in found if isinstance(each, Heading)]
+    end = first + MOST_LISTED
+    shown: list[op.ProgramHeading] = [
+        {
+            "name": each.name,
+            "revision": each.revision,
+            "size": each.size,
+            "saved_by": each.saved_by,
+            "saved_at": each.saved_at,
+            "deleted": each.deleted,
+        }
+        for each in headings[first:end]
+    ]
+    return reply.answer({"programs": shown, "next": end if end < len(headings) else None})

@@ -1,7 +1,11 @@
-"""Program loader: reads one program, or a program linked with every program it calls.
+"""Program loader: stored programs as a cell needs them, without holding up the event loop.
 
-Owns the loading, the size of a run, and the rule that a program on this cell is of this robot. A
-program for a run is read piece by piece, some at each tick. Saves nothing.
+Owns where a task on a program is done: a small one at once, any other in the planning process,
+because an event loop serves every robot of the server. Its answer is an event with a time.
+
+Owns the loading of one program, or of one linked with every program it calls, the size of a run,
+and the rule that a program on this cell is of this robot. A program for a run is read piece by
+piece, some at each tick. Saves nothing.
 """
 
 from __future__ import annotations
@@ -9,30 +13,92 @@ from __future__ import annotations
 from collections import deque
 from collections.abc import Callable
 from dataclasses import dataclass, field
-from typing import TypeAlias
+from typing import Any, TypeAlias, TypeVar
 
 from openpendant.motion.description.limits import JointLimits
+from openpendant.simplemsg.verdicts import VerdictCode
 
 from ...events.effects import Effect
-from ...events.pending import AskStore, Steps, Turn
+from ...events.management_requests import ReplyTo
+from ...events.pending import AskStore, Pending, Steps, Turn
+from ...planning.jobs import ProgramJob
 from ...refusal import Refusal
-from ...store.documents import Document, DocumentKind
+from ...store.documents import Document, DocumentKind, Heading
 from ...store.requests import Answer, Load
 from ...store.store_errors import NotFound, StoreError
 from ..editing.program_tasks import (
     PACK,
     BodyUnpacked,
+    Done,
     ProgramRefused,
+    Task,
+    TaskResult,
     UnpackBody,
     Unpacking,
+    perform,
     unpacked,
 )
 from ..language.linking import MOST_PARTS, MOST_PROGRAMS, Linked, link
 from ..language.program import Program, check_robot
 from ..language.program_errors import ProgramError, ProgramTooLarge
 from ..language.program_json import program_from_json
-from .pending_tasks import ProgramWork
-from .program_replies import not_the_kept_one
+
+MOST_WAITING = 16
+"""Greatest number of tasks of one cell that wait for the planning process."""
+
+_T = TypeVar("_T")
+
+
+class ProgramWork:
+    """Tasks of one cell."""
+
+    def __init__(self, new_job_id: Callable[[], int], pending: Pending) -> None:
+        self._new_job_id = new_job_id
+        self._pending = pending
+        self._waiting = 0
+
+    def done(self, task: Task) -> Steps[TaskResult]:
+        """Carry out a task, at once where it is small; return its result."""
+        if task.is_small:
+            return perform(task)
+        if self._waiting >= MOST_WAITING:
+            text = f"{self._waiting} programs are being read or written; at most that many"
+            busy = Refusal(VerdictCode.STORE_BUSY, text, value=MOST_WAITING, limit=MOST_WAITING)
+            return ProgramRefused(busy)
+        self._waiting += 1
+        planned = yield ProgramJob(self._new_job_id(), task)
+        self._waiting -= 1
+        result = planned.result
+        if isinstance(result, TaskResult):
+            return result
+        refusal = result if isinstance(result, Refusal) else Refusal(VerdictCode.PLANNER_FAILED)
+        return ProgramRefused(refusal)
+
+    def run(
+        self, steps: Steps[_T], then: Callable[[_T, int], list[Effect]], now: int
+    ) -> list[Effect]:
+        """Start work of several steps; `then` gets what it returns."""
+        return self._pending.run(steps, then, now)
+
+    def have(
+        self,
+        task: Task,
+        then: Callable[[Done, int], list[Effect]],
+        reply_to: ReplyTo[Any],
+        now: int,
+    ) -> list[Effect]:
+        """Carry out a task; refuse the request if the program is at fault."""
+
+        def done(result: TaskResult, now: int) -> list[Effect]:
+            if isinstance(result, ProgramRefused):
+                return reply_to.refuse_work(result)
+            try:
+                return then(result, now)
+            except ProgramError as error:
+                return reply_to.refuse_program(error)
+
+        return self._pending.run(self.done(task), done, now)
+
 
 ThenDocument: TypeAlias = Callable[[Document | Refusal, int], list[Effect]]
 
@@ -42,12 +108,7 @@ class _Gathering:
     """A program that is being loaded for a run, with all that it calls.
 
     Attributes:
-        main: its name.
         wanted: names of the programs that are still missing, the one being loaded first.
-        programs: the loaded programs.
-        sources: the JSON of each.
-        revisions: the revision of each.
-        parts: number of points and statements of all of them.
     """
 
     main: str
@@ -62,14 +123,6 @@ class ProgramLoader:
     """Loader of one cell's programs."""
 
     def __init__(self, ask: AskStore, work: ProgramWork, robot: str, limits: JointLimits) -> None:
-        """Make a loader.
-
-        Args:
-            ask: asks the store.
-            work: cuts programs into pieces.
-            robot: name of the robot.
-            limits: its joints.
-        """
         self._ask = ask
         self._work = work
         self._robot = robot
@@ -91,7 +144,6 @@ class ProgramLoader:
         """Load a program with all that it calls; return them, or why they cannot run here.
 
         Args:
-            name: of the program.
             revision: the only one of that program that is accepted; 0 for the newest. What it calls
                 is always the newest.
         """
@@ -164,3 +216,26 @@ def _put_together(pieces: BodyUnpacked) -> Steps[Program]:
     while (program := unpacking.step()) is None:
         yield Turn.NEXT
     return program
+
+
+def not_the_kept_one(asked: int, kept: Heading) -> Refusal:
+    """Return the refusal to run a revision in the place of which another is kept."""
+    text = (
+        f"revision {asked} was asked for, revision {kept.revision} is kept:"
+        f" program {kept.name!r} was saved by {kept.saved_by!r} at {kept.saved_at}"
+    )
+    return _other_revision(text, kept.revision, asked)
+
+
+def not_the_one_under_way(program: str, asked: int, running: int) -> Refusal:
+    """Return the refusal to continue with another revision than the run started with."""
+    text = (
+        f"revision {asked} was asked for, revision {running} of program {program!r} is under way;"
+        f" accepted: {running}, or {asked} after a program stop"
+    )
+    return _other_revision(text, running, asked)
+
+
+def _other_revision(text: str, found: int, asked: int) -> Refusal:
+    code = VerdictCode.REVISION_CONFLICT
+    return Refusal(code, text, value=float(found), limit=float(asked))

@@ -15,9 +15,8 @@ from openpendant.server.events.pending import Pending
 from openpendant.server.recording.recorder import Recorder
 from openpendant.server.refusal import Refusal
 from openpendant.server.settings.cell_settings import ControllerLink
-from openpendant.server.store.recording_format import RecordingDocument
+from openpendant.server.store.recording_format import RecordingDocument, Row, unpack_rows
 from openpendant.server.store.requests import Answer, perform
-from openpendant.server.store.samples import Row, unpack_rows
 from openpendant.server.store.sqlite_store import open_store
 from openpendant.server.store.store_errors import StoreError
 from openpendant.simplemsg import JointFeedback, ValidField, joint_array

@@ -5,12 +5,10 @@ from __future__ import annotations
 import asyncio
 from collections.abc import Callable, Sequence
 
-from openpendant.server.access.access_backend import DeliverChange
-from openpendant.server.access.account_store import AccountChange
-from openpendant.server.access.accounts import AccountBook
+from openpendant.server.access.access_backend import DeliverChange, DeliverCheck
+from openpendant.server.access.accounts import AccountBook, AccountChange
 from openpendant.server.access.admission import VerifyJob
 from openpendant.server.access.audit import AuditEntry
-from openpendant.server.access.password_worker import Deliver
 from openpendant.server.refusal import Refusal
 from openpendant.server.shell.app import App
 from openpendant.server.shell.cell_shell import CellParts
@@ -31,7 +29,7 @@ class NoAccess:
     def record(self, entry: AuditEntry) -> None:
         """Forget an entry."""
 
-    def check(self, job: VerifyJob, deliver: Deliver) -> None:
+    def check(self, job: VerifyJob, deliver: DeliverCheck) -> None:
         """Find every password wrong: there is no account."""
         asyncio.get_running_loop().call_soon(deliver, False)
 

@@ -13,11 +13,15 @@ from pathlib import Path
 from rigs.processes.judged_server import LoopPlanner, running_emulator
 
 from openpendant.motion.description.robot import serial_robot
-from openpendant.server.access.account_store import StoredAccounts
-from openpendant.server.access.accounts import Account
+from openpendant.server.access.accounts import Account, StoredAccounts
 from openpendant.server.access.open_access import opened_access
-from openpendant.server.access.passwords import SALT_BYTES, PasswordHash, ScryptCost, hash_password
-from openpendant.server.access.secret import Secret
+from openpendant.server.access.passwords import (
+    SALT_BYTES,
+    PasswordHash,
+    ScryptCost,
+    Secret,
+    hash_password,
+)
 from openpendant.server.cli import serve
 from openpendant.server.settings.server_settings import make_server_settings
 from openpendant.server.shell.app import App
@@ -82,7 +86,7 @@ async def guarded_server(
         with opened_access(settings, "test") as access:
             served = [CellParts(settings.cells[0], serial_robot(ROBOT), LoopPlanner())]
             async with opened_store(settings.cells[0].store) as door:
-                app = App(served, kept, door, access.door, tls=access.tls)
+                app = App(served, kept, door, access.backend, tls=access.tls)
                 with serve.kept_journal(kept, journal, settings):
                     async with app.running() as ports:
                         await asyncio.sleep(0.1)

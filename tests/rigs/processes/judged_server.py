@@ -12,8 +12,7 @@ from openpendant.controller_emulator.shell.build import build_controller
 from openpendant.controller_emulator.shell.service import Service
 from openpendant.controller_emulator.shell.settings import EmulatorSettings
 from openpendant.motion.description.robot import serial_robot
-from openpendant.server.planning.jobs import Job
-from openpendant.server.planning.task import Deliver
+from openpendant.server.planning.jobs import Deliver, Job
 from openpendant.server.planning.worker.job_planner import answer
 from openpendant.server.settings.cell_settings import make_settings
 from openpendant.server.shell.cell_shell import CellParts

@@ -18,6 +18,7 @@ import threading
 from pathlib import Path
 
 from openpendant.server.store.documents import Document, DocumentKind, Extent, Heading
+from openpendant.server.store.recording_format import pack_rows
 from openpendant.server.store.requests import (
     Answer,
     AppendChunk,
@@ -26,10 +27,9 @@ from openpendant.server.store.requests import (
     Request,
     Save,
 )
-from openpendant.server.store.samples import pack_rows
 from openpendant.server.store.sqlite_store import open_store
+from openpendant.server.store.store_client import StoreWriter
 from openpendant.server.store.store_errors import NotFound
-from openpendant.server.store.writer import StoreWriter
 
 PROGRAM, RECORDING = "taught", "motion"
 COLUMNS = ("t", "j1", "j2", "j3", "j4", "j5", "j6")

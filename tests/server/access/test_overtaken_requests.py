@@ -5,7 +5,7 @@ import json
 import pytest
 from rigs.peers.server_clients import hello
 
-from openpendant.server.access.permissions import OF_MESSAGE, OVERTAKEN, is_overtaken
+from openpendant.server.access.request_gate import OF_MESSAGE, OVERTAKEN, is_overtaken
 from openpendant.server.events.management_requests import parse
 from openpendant.simplemsg import CommType, Message, Ping, joint_array
 from openpendant.simplemsg.pendant import (

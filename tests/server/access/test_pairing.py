@@ -12,7 +12,7 @@ from openpendant.server.access.pairing import (
     MOST_WRONG,
     PairingCodes,
 )
-from openpendant.server.access.secret import Secret
+from openpendant.server.access.passwords import Secret
 
 START = 1_000 * SECOND_NS
 

@@ -5,10 +5,9 @@ from functools import partial
 
 import pytest
 
+from openpendant.server.access.access_backend import PasswordWorker
 from openpendant.server.access.admission import VerifyJob
-from openpendant.server.access.password_worker import PasswordWorker
-from openpendant.server.access.passwords import PasswordHash, ScryptCost, hash_password
-from openpendant.server.access.secret import Secret
+from openpendant.server.access.passwords import PasswordHash, ScryptCost, Secret, hash_password
 
 CHEAP = ScryptCost(n=2**14, r=8, p=1)
 

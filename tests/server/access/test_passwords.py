@@ -19,11 +19,11 @@ from openpendant.server.access.passwords import (
     NOBODYS_HASH,
     PasswordHash,
     ScryptCost,
+    Secret,
     hash_password,
     is_password,
     password_fault,
 )
-from openpendant.server.access.secret import Secret
 from openpendant.simplemsg.verdicts import VerdictCode as V
 
 CHEAP = ScryptCost(n=2**14, r=8, p=1)

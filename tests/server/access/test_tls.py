@@ -10,8 +10,8 @@ from pathlib import Path
 import pytest
 from pydantic import ValidationError
 
-from openpendant.server.access.tls import TlsUnusable, server_context
-from openpendant.server.settings.access_settings import TlsSettings
+from openpendant.server.access.open_access import TlsUnusable, server_context
+from openpendant.server.settings.cell_settings import TlsSettings
 
 OPENSSL = shutil.which("openssl")
 pytestmark = pytest.mark.skipif(OPENSSL is None, reason="no openssl to make certificates with")

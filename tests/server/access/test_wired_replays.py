@@ -13,7 +13,7 @@ import pytest
 from rigs.cells.guarded_rig import GuardedRig, log_in
 from rigs.peers.server_clients import NEAR, UPRIGHT, Pendant
 
-from openpendant.server.access.permissions import IN_ORDER, OF_MESSAGE, permission_of
+from openpendant.server.access.request_gate import IN_ORDER, OF_MESSAGE, permission_of
 from openpendant.server.events.effects import SendToController
 from openpendant.server.events.management_requests import parse
 from openpendant.simplemsg import Message, joint_array

@@ -8,10 +8,9 @@ from rigs.cells.admission_desk import BOOK
 from rigs.cells.guarded_rig import GuardedRig
 from rigs.peers.server_clients import Pendant
 
-from openpendant.server.access.account_store import AccountChange
-from openpendant.server.access.accounts import AccountBook
+from openpendant.server.access.accounts import AccountBook, AccountChange
 from openpendant.server.access.audit import AuditEvent
-from openpendant.server.access.permissions import FREE, OF_MESSAGE, TOPICS, needs_of
+from openpendant.server.access.request_gate import FREE, OF_MESSAGE, TOPICS, needs_of
 from openpendant.server.refusal import Refusal
 from openpendant.simplemsg import CommType, JointTrajPt, Message, ReplyCode, joint_array, refused
 from openpendant.simplemsg.declaration import Direction

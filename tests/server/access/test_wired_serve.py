@@ -78,7 +78,7 @@ def test_without_tls_a_server_that_others_reach_warns_of_clear_text(tmp_path: Pa
     with opened_access(settings, "test") as access:
         (warning,) = access.warnings
         assert "clear text" in warning
-        assert access.door.book.find("ann") is not None
+        assert access.backend.book.find("ann") is not None
 
 
 @pytest.mark.parametrize("content", [b"SQLite format 3\0" + b"rubbish" * 999, b""])
@@ -86,7 +86,7 @@ def test_a_broken_store_makes_nobody_the_single_user(tmp_path: Path, content: by
     """Nor an empty file, such as a copy that was cut short and put back."""
     (tmp_path / "store.db").write_bytes(content)
     with opened_access(settings_of(tmp_path), "test") as access:
-        assert not access.door.single_user
+        assert not access.backend.single_user
 
 
 def test_two_servers_do_not_write_one_audit_log(tmp_path: Path) -> None:

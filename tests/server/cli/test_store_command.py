@@ -9,7 +9,7 @@ from rigs.data.stored_documents import ANN, opened, save
 
 from openpendant.server.cli.store_commands import main
 from openpendant.server.store.documents import DocumentKind
-from openpendant.server.store.samples import pack_rows
+from openpendant.server.store.recording_format import pack_rows
 from openpendant.server.store.store_client import default_path
 from openpendant.tools.cli import main as openpendant
 

@@ -9,18 +9,17 @@ from pathlib import Path
 
 import pytest
 
-from openpendant.server.access.account_store import AccountRefused, StoredAccounts
-from openpendant.server.access.accounts import AccountBook
+from openpendant.server.access.access_backend import read_at_start, unreadable_accounts
+from openpendant.server.access.accounts import AccountBook, AccountRefused, StoredAccounts
 from openpendant.server.access.admission import Admission
 from openpendant.server.access.passwords import (
     SALT_BYTES,
     PasswordHash,
     ScryptCost,
+    Secret,
     hash_password,
     is_password,
 )
-from openpendant.server.access.process_backend import read_at_start, unreadable_accounts
-from openpendant.server.access.secret import Secret
 from openpendant.server.cli import users_commands
 from openpendant.server.journal.event_records import PasswordNumbers, book_from_json
 from openpendant.server.store.documents import DocumentKind

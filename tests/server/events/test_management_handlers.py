@@ -10,8 +10,9 @@ from openpendant.server.endpoints.pendant.jog_requests import EscapeRequests
 from openpendant.server.endpoints.pendant.management import ManagementRequests
 from openpendant.server.events.effects import Effect
 from openpendant.server.events.management_requests import ReplyTo, handlers_of, handles
-from openpendant.server.programs.dry_run.dry_run_service import DryRunService
 from openpendant.server.programs.execution.breakpoints import Breakpoints
+from openpendant.server.programs.execution.dry_run_service import DryRunService
+from openpendant.server.programs.library.program_changes import ProgramChanges
 from openpendant.server.programs.library.program_library import ProgramLibrary
 from openpendant.server.recording.recording_service import RecordingService
 from openpendant.server.scene.scene_service import SceneService
@@ -24,6 +25,7 @@ SERVICES = (
     Breakpoints,
     DryRunService,
     ManagementRequests,
+    ProgramChanges,
     ProgramLibrary,
     RecordingService,
     EscapeRequests,

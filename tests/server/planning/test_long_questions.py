@@ -10,8 +10,13 @@ from typing import Any
 import pytest
 from rigs.processes.planning_children import WARM, running_pool
 
-from openpendant.server.planning.jobs import JointPathJob, RecordingJob
-from openpendant.server.planning.task import PlanTask, read_question, split_question
+from openpendant.server.planning.jobs import (
+    JointPathJob,
+    PlanTask,
+    RecordingJob,
+    read_question,
+    split_question,
+)
 from openpendant.server.refusal import Refusal
 from openpendant.server.store.recording_format import Extract
 from openpendant.simplemsg.verdicts import VerdictCode as V

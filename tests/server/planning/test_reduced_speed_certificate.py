@@ -30,8 +30,7 @@ from openpendant.server.planning.worker.recording_planning import plan_recording
 from openpendant.server.programs.interpreter.control_flow import ControlFlow, Level
 from openpendant.server.programs.interpreter.motion_blocks import Gatherer
 from openpendant.server.refusal import Refusal
-from openpendant.server.store.recording_format import Extract
-from openpendant.server.store.samples import pack_rows
+from openpendant.server.store.recording_format import Extract, pack_rows
 from openpendant.simplemsg.pendant import Motion
 from openpendant.simplemsg.verdicts import VerdictCode as V
 

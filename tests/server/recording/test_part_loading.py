@@ -2,20 +2,23 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from math import ceil
+from typing import TypeVar
 
 import numpy as np
 import pytest
 
 from openpendant.server.events.effects import Ask, Effect
-from openpendant.server.events.pending import Pending, Then
+from openpendant.server.events.pending import Pending, Steps
 from openpendant.server.recording import recording_playback
 from openpendant.server.recording.recording_playback import Pieces, part_samples
-from openpendant.server.recording.recording_survey import count_rows
+from openpendant.server.recording.recording_service import count_rows
 from openpendant.server.refusal import Refusal
 from openpendant.server.store.documents import MOST_CHUNK_BYTES, Extent
+from openpendant.server.store.recording_format import chunks_together, pack_rows
 from openpendant.server.store.requests import Answer, LoadChunks, MeasureRecording, Request
-from openpendant.server.store.samples import chunks_together, pack_rows
 from openpendant.simplemsg.verdicts import VerdictCode as V
+
+T = TypeVar("T")
 
 WIDTH = 8
 ROW_BYTES = 8 * WIDTH
@@ -45,9 +48,6 @@ class Kept:
     def load_chunks(self, name: str, first: int, most: int) -> tuple[bytes, ...]:
         return tuple(self.chunks[first : first + most])
 
-    def ask(self, request: Request, then: Then) -> list[Effect]:
-        return then(self._answer(request), 0)
-
     def _answer(self, request: Request) -> Answer:
         if isinstance(request, MeasureRecording):
             return Extent(len(self.chunks), sum(map(len, self.chunks)))
@@ -58,13 +58,15 @@ class Kept:
         return answer
 
     def load(self, begins: float = 0.0, ends: float | None = None) -> Pieces | Refusal:
-        steps = part_samples("arc", WIDTH, begins, ends)
+        return self.run(part_samples("arc", WIDTH, begins, ends))
+
+    def run(self, steps: Steps[T]) -> T:
         answer: Answer | None = None
         while True:
             try:
                 request = steps.send(answer)
             except StopIteration as end:
-                told: Pieces | Refusal = end.value
+                told: T = end.value
                 return told
             assert isinstance(request, MeasureRecording | LoadChunks)
             answer = self._answer(request)
@@ -88,7 +90,7 @@ def test_no_answer_and_no_piece_is_larger_than_one_chunk_may_be(rows: int, chunk
 def test_what_is_counted_comes_in_portions_too() -> None:
     kept = Kept(_recording(16_384, 5))
     columns = ("t", *(f"j{number}" for number in range(1, WIDTH)))
-    count_rows(kept.ask, "arc", columns, lambda count, now: [])
+    kept.run(count_rows("arc", columns))
     assert max(kept.answered) <= MOST_CHUNK_BYTES
 
 

@@ -8,7 +8,7 @@ from rigs.cells.recorded_cell import RecordedCell
 
 from openpendant.server.recording import recorder
 from openpendant.server.refusal import Refusal
-from openpendant.server.store import documents, samples
+from openpendant.server.store import documents, recording_format
 from openpendant.server.store.documents import DocumentKind
 from openpendant.server.store.recording_format import RecordingDocument, read_document
 from openpendant.server.store.store_errors import DiskFull, StoreBusy, StoreFailed
@@ -155,7 +155,7 @@ def test_why_it_ended_is_kept_where_there_is_room_again(cell: RecordedCell) -> N
 @pytest.fixture
 def small_chunks(monkeypatch: pytest.MonkeyPatch) -> None:
     """Chunks of at most 100 rows of two joints."""
-    for module in (documents, samples):
+    for module in (documents, recording_format):
         monkeypatch.setattr(module, "MOST_CHUNK_BYTES", 100 * 4 * 8)
 
 

@@ -11,7 +11,7 @@ from rigs.cells.surrounded_cell import SurroundedCell, robot
 from openpendant.server.endpoints.pendant.management import snapshot
 from openpendant.server.settings.cell_settings import make_settings
 from openpendant.server.store.documents import DocumentKind
-from openpendant.server.store.samples import pack_rows
+from openpendant.server.store.recording_format import pack_rows
 from openpendant.server.store.store_errors import DiskFull, StoreFailed
 from openpendant.simplemsg.pendant import OutcomeKind
 from openpendant.simplemsg.verdicts import VerdictCode as V

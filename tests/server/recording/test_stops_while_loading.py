@@ -10,7 +10,7 @@ from rigs.peers.server_clients import Pendant
 
 from openpendant.server.events.effects import Ask
 from openpendant.server.store.documents import DocumentKind
-from openpendant.server.store.samples import pack_rows
+from openpendant.server.store.recording_format import pack_rows
 from openpendant.simplemsg import ReplyCode
 from openpendant.simplemsg.pendant import (
     Activity,

@@ -6,7 +6,7 @@ import pytest
 
 from openpendant.controller_emulator.core.signals import DigitalSignals
 from openpendant.server.events.effects import Effect, QueryController
-from openpendant.server.programs.interpreter.signal_offers import OfferedSignals
+from openpendant.server.programs.interpreter.run_events import OfferedSignals
 from openpendant.server.refusal import Refusal
 from openpendant.server.scene.signals import CellSignals
 from openpendant.simplemsg import refused

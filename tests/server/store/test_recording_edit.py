@@ -8,8 +8,13 @@ import pytest
 from rigs.data.stored_documents import ANN, opened
 
 from openpendant.server.store.documents import DocumentKind
-from openpendant.server.store.recording_edit import rename_recording, trim_recording
-from openpendant.server.store.samples import Row, pack_rows, unpack_rows
+from openpendant.server.store.recording_format import (
+    Row,
+    pack_rows,
+    rename_recording,
+    trim_recording,
+    unpack_rows,
+)
 from openpendant.server.store.sqlite_store import SqliteStore
 from openpendant.server.store.store_errors import BadDocument, Conflict, NotFound
 

@@ -4,13 +4,10 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from openpendant.server.events.effects import Effect
-from openpendant.server.events.pending import Then
-from openpendant.server.recording.recording_survey import count_rows
+from openpendant.server.recording.recording_service import count_rows
 from openpendant.server.refusal import Refusal
-from openpendant.server.store.recording_format import RowCount
-from openpendant.server.store.requests import Answer, LoadChunks, Request
-from openpendant.server.store.samples import pack_rows
+from openpendant.server.store.recording_format import RowCount, pack_rows
+from openpendant.server.store.requests import Answer, LoadChunks
 from openpendant.server.store.store_errors import NotFound
 from openpendant.simplemsg.verdicts import VerdictCode as V
 
@@ -28,21 +25,19 @@ class Chunks:
     def __init__(self, chunks: list[bytes]) -> None:
         self.chunks = chunks
         self.error: NotFound | None = None
-        self.told: list[RowCount | Refusal] = []
 
     def count(self, columns: tuple[str, ...] = COLUMNS) -> RowCount | Refusal:
-        count_rows(self._ask, "arc", columns, self._tell)
-        return self.told.pop()
-
-    def _ask(self, request: Request, then: Then) -> list[Effect]:
-        assert isinstance(request, LoadChunks)
-        part = tuple(self.chunks[request.first : request.first + request.most])
-        answer: Answer = part if self.error is None else self.error
-        return then(answer, 0)
-
-    def _tell(self, count: RowCount | Refusal, now: int) -> list[Effect]:
-        self.told.append(count)
-        return []
+        steps = count_rows("arc", columns)
+        answer: Answer | None = None
+        while True:
+            try:
+                request = steps.send(answer)
+            except StopIteration as end:
+                counted: RowCount | Refusal = end.value
+                return counted
+            assert isinstance(request, LoadChunks)
+            part = tuple(self.chunks[request.first : request.first + request.most])
+            answer = part if self.error is None else self.error
 
 
 def test_rate_and_longest_gap_leave_the_time_in_gaps_out() -> None:

@@ -6,11 +6,11 @@ from pathlib import Path
 import pytest
 from rigs.data.stored_documents import ANN
 
-from openpendant.server.store import writer as writer_module
+from openpendant.server.store import store_client as writer_module
 from openpendant.server.store.documents import DocumentKind, Heading
 from openpendant.server.store.requests import Answer, Save
 from openpendant.server.store.sqlite_store import open_store
-from openpendant.server.store.writer import StoreWriter
+from openpendant.server.store.store_client import StoreWriter
 
 
 def test_bytes_that_the_disk_took_make_room_for_others(

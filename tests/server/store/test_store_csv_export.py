@@ -19,7 +19,7 @@ from openpendant.server.exchange.csv_format import (
     write_recording,
 )
 from openpendant.server.store.documents import DocumentKind
-from openpendant.server.store.samples import pack_rows, recording_rows
+from openpendant.server.store.recording_format import pack_rows, recording_rows
 from openpendant.server.store.sqlite_store import SqliteStore
 from openpendant.server.store.store_errors import BadDocument, Conflict, StoreError, TooLarge
 

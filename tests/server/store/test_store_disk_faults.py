@@ -13,10 +13,9 @@ from pathlib import Path
 import pytest
 from rigs.data.stored_documents import opened, save
 
+from openpendant.server.store.database_file import RESERVE_BYTES
 from openpendant.server.store.documents import DocumentKind
-from openpendant.server.store.file_check import check_store
-from openpendant.server.store.free_space import RESERVE_BYTES
-from openpendant.server.store.sqlite_store import SqliteStore, open_store
+from openpendant.server.store.sqlite_store import SqliteStore, check_store, open_store
 from openpendant.server.store.store_errors import DiskFull, ReadOnly, StoreFailed
 from openpendant.simplemsg.verdicts import VerdictCode as V
 

@@ -22,7 +22,7 @@ from rigs.clock.busy_machine import PATIENCE
 from rigs.data.stored_documents import opened, save
 
 from openpendant.server.cli import store_commands
-from openpendant.server.store.atomic_write import whole_file
+from openpendant.server.store.database_file import atomic_file
 
 
 @pytest.fixture
@@ -58,7 +58,7 @@ def test_a_file_has_its_content_on_the_disk_before_its_name_and_then_the_name(
     tmp_path: Path, told: list[str], replace: bool, call: str
 ) -> None:
     target = tmp_path / "whole"
-    with whole_file(target, replace=replace) as beside:
+    with atomic_file(target, replace=replace) as beside:
         beside.write_text("content")
         assert told == []
     assert told == [f"sync {beside.name}", f"{call} whole", f"sync {tmp_path.name}"]

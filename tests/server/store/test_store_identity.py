@@ -15,10 +15,14 @@ from rigs.data.stored_documents import opened, save
 
 from openpendant.server.cli import store_commands
 from openpendant.server.store import sqlite_file
+from openpendant.server.store.database_file import NotOurFile
 from openpendant.server.store.documents import DocumentKind
-from openpendant.server.store.file_check import check_store
-from openpendant.server.store.file_identity import NotOurFile
-from openpendant.server.store.sqlite_store import SqliteStore, open_for_reading, open_store
+from openpendant.server.store.sqlite_store import (
+    SqliteStore,
+    check_store,
+    open_for_reading,
+    open_store,
+)
 from openpendant.server.store.store_errors import StoreError, StoreFailed
 from openpendant.simplemsg.verdicts import VerdictCode as V
 

@@ -11,12 +11,11 @@ from rigs.data.program_samples import HEAD
 from rigs.data.stored_documents import ANN, opened, save
 
 from openpendant.motion.description.robot import serial_robot
-from openpendant.server.access.account_store import StoredAccounts
-from openpendant.server.access.accounts import Account
+from openpendant.server.access.accounts import Account, StoredAccounts
 from openpendant.server.access.passwords import NOBODYS_HASH
 from openpendant.server.cli.store_commands import main
 from openpendant.server.exchange import csv_format
-from openpendant.server.exchange.text_export import FORMAT
+from openpendant.server.exchange.text_format import FORMAT
 from openpendant.server.programs.language.program_json import program_from_json
 from openpendant.server.store.documents import DocumentKind
 from openpendant.server.store.recording_format import (
@@ -24,8 +23,9 @@ from openpendant.server.store.recording_format import (
     RecordingDocument,
     extract_for,
     read_document,
+    recording_rows,
+    time_fault,
 )
-from openpendant.server.store.samples import recording_rows, time_fault
 from openpendant.simplemsg.pendant.roles import Role
 from openpendant.tools.cli import main as openpendant
 

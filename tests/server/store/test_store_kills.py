@@ -18,8 +18,7 @@ from rigs.clock.busy_machine import PATIENCE
 from rigs.processes import store_child
 
 from openpendant.server.store.documents import DocumentKind
-from openpendant.server.store.file_check import check_store
-from openpendant.server.store.sqlite_store import open_store
+from openpendant.server.store.sqlite_store import check_store, open_store
 from openpendant.server.store.store_errors import NotFound
 
 KILLS_OF_ONE_FILE = 10

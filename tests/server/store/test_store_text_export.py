@@ -12,11 +12,17 @@ from hypothesis import strategies as st
 from rigs.data.example_counts import examples
 from rigs.data.stored_documents import ANN, opened, save
 
-from openpendant.server.exchange import text_export
-from openpendant.server.exchange.text_export import FORMAT, MOST_FILE_BYTES, documents_to_json
-from openpendant.server.exchange.text_import import documents_from_json, read_file, save_entries
+from openpendant.server.exchange import text_format
+from openpendant.server.exchange.text_format import (
+    FORMAT,
+    MOST_FILE_BYTES,
+    documents_from_json,
+    documents_to_json,
+    read_file,
+    save_entries,
+)
 from openpendant.server.store.documents import DocumentKind
-from openpendant.server.store.samples import pack_rows, recording_rows
+from openpendant.server.store.recording_format import pack_rows, recording_rows
 from openpendant.server.store.sqlite_store import SqliteStore
 from openpendant.server.store.store_errors import (
     BadDocument,
@@ -199,7 +205,7 @@ def test_an_imported_recording_takes_the_place_of_the_kept_one(store: SqliteStor
 def test_a_recording_too_long_for_json_is_told_before_the_file_is_whole(
     store: SqliteStore, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr(text_export, "MOST_FILE_BYTES", 10_000)
+    monkeypatch.setattr(text_format, "MOST_FILE_BYTES", 10_000)
     store.save(RECORDING, "r", '{"columns": ["t"]}', expected_revision=0, author=ANN)
     store.append_chunk("r", 0, pack_rows((row / 7,) for row in range(1_000)))
     with pytest.raises(TooLarge, match="export the recording as CSV, or make a backup"):

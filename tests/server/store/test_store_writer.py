@@ -12,7 +12,7 @@ from pathlib import Path
 import pytest
 from rigs.data.stored_documents import ANN, opened
 
-from openpendant.server.store import writer as writer_module
+from openpendant.server.store import store_client as writer_module
 from openpendant.server.store.documents import Document, DocumentKind, Extent, Heading
 from openpendant.server.store.requests import (
     Answer,
@@ -27,8 +27,8 @@ from openpendant.server.store.requests import (
     Save,
 )
 from openpendant.server.store.sqlite_store import SqliteStore, open_store
+from openpendant.server.store.store_client import StoreWriter
 from openpendant.server.store.store_errors import Conflict, NotFound, StoreBusy, StoreFailed
-from openpendant.server.store.writer import StoreWriter
 
 PROGRAM, RECORDING = DocumentKind.PROGRAM, DocumentKind.RECORDING
 

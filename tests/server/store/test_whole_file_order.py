@@ -6,7 +6,7 @@ from typing import Any
 
 import pytest
 
-from openpendant.server.store.atomic_write import whole_file
+from openpendant.server.store.database_file import atomic_file
 
 
 @pytest.mark.parametrize("replace", [False, True])
@@ -36,7 +36,7 @@ def test_the_disk_has_the_file_before_its_name_and_the_name_before_it_counts(
 
     folder = os.open(tmp_path, os.O_RDONLY)
     try:
-        with whole_file(target, replace=replace) as beside:
+        with atomic_file(target, replace=replace) as beside:
             beside.write_bytes(b"new")
             monkeypatch.setattr(os, "fsync", fsync)
             for name in ("link", "replace"):

@@ -5,7 +5,7 @@ from rigs.cells.emulated_cell import EmulatedCell
 
 from openpendant.controller_emulator.error_codes import ErrorCode
 from openpendant.server.settings.cell_settings import ControllerPath
-from openpendant.server.uplinks.controller_errors import WORDS, error_text
+from openpendant.server.uplinks.uplink import WORDS, error_text
 from openpendant.simplemsg import Received
 from openpendant.simplemsg.pendant import AuthorityBeat, Outcome
 from openpendant.simplemsg.verdicts import VerdictCode as V

@@ -11,7 +11,7 @@ from openpendant.server.events.effects import Effect, SendStop, SendToController
 from openpendant.server.settings.cell_settings import ControllerLink
 from openpendant.server.uplinks.generic import GenericUplink
 from openpendant.server.uplinks.uplink import ControllerDialect
-from openpendant.server.watchdog.stop_targets import stop_target
+from openpendant.server.watchdog.watchdog_process import stop_target
 from openpendant.simplemsg import HeaderOnly, JointTrajPtFull, Message, MsgType, ReplyCode
 
 TOY_STOP = JointTrajPtFull(7, -4, 0, 0.0, *((0.0,) * 10,) * 3)

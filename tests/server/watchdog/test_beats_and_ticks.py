@@ -16,7 +16,7 @@ from openpendant.server.settings.cell_settings import ControllerPath, make_setti
 from openpendant.server.shell.app import App
 from openpendant.server.shell.cell_shell import CellParts
 from openpendant.server.watchdog.watchdog_process import Watchdog
-from openpendant.server.watchdog.watchdog_rules import BeatWatch
+from openpendant.server.watchdog.watchdog_protocol import BeatWatch
 from openpendant.simplemsg import Message
 from openpendant.tools.pendants.client import PendantClient
 
@@ -50,9 +50,9 @@ class Judge:
         told, self.tells = self.tells, 0
         return told
 
-    def news(self, moving: Sequence[bool], emulated: Sequence[bool]) -> None:
+    def update(self, moving: Sequence[bool], emulated: Sequence[bool]) -> None:
         self._look()
-        self._watch.news(int(moving[0]), int(emulated[0]))
+        self._watch.update(int(moving[0]), int(emulated[0]))
         self.told.append(moving[0])
 
     def _look(self) -> None:

@@ -8,7 +8,7 @@ from collections.abc import Iterator
 import pytest
 
 from openpendant.server.watchdog.stop_connection import StopConnection
-from openpendant.server.watchdog.watchdog_pipe import StopTarget
+from openpendant.server.watchdog.watchdog_protocol import StopTarget
 
 MS = 1_000_000
 STOP = b"stop the robot"

@@ -21,7 +21,7 @@ class TellsOnce:
         told, self.stopped = self.stopped, 0
         return told
 
-    def news(self, moving: Sequence[bool], emulated: Sequence[bool]) -> None:
+    def update(self, moving: Sequence[bool], emulated: Sequence[bool]) -> None:
         """Nothing is watched here."""
 
 

@@ -8,7 +8,7 @@ import pytest
 from promises.promise_table import figure
 
 from openpendant.server.core.cell_core import LoopMonitor, late_refusal
-from openpendant.server.watchdog.watchdog_rules import AnswerWatch, BeatWatch
+from openpendant.server.watchdog.watchdog_protocol import AnswerWatch, BeatWatch
 from openpendant.simplemsg.verdicts import VerdictCode as V
 
 MS = 1_000_000
@@ -70,10 +70,10 @@ def test_the_watchdog_sleeps_no_longer_than_to_the_deadline() -> None:
 def test_news_of_what_moves_is_no_beat() -> None:
     beats = watch()
     beats.beat(FIRST, 0, 0)
-    beats.news(FIRST | THIRD, 0)
+    beats.update(FIRST | THIRD, 0)
     assert beats.overdue(DEADLINE - 1) == 0
     assert beats.overdue(DEADLINE) == FIRST | THIRD
-    beats.news(FIRST, 0)
+    beats.update(FIRST, 0)
     assert beats.overdue(2 * DEADLINE) == 0
 
 
@@ -94,7 +94,7 @@ def test_promise_26_one_that_says_so_no_more_is_a_real_one_at_once() -> None:
     beats = watch()
     beats.beat(FIRST | THIRD, FIRST | THIRD, 0)
     assert beats.overdue(2 * DEADLINE) == 0
-    beats.news(FIRST | THIRD, FIRST)
+    beats.update(FIRST | THIRD, FIRST)
     assert beats.overdue(2 * DEADLINE) == THIRD
 
 
@@ -124,31 +124,31 @@ def answering() -> AnswerWatch:
     """Return the watch of a process that answered at 0."""
     answers = AnswerWatch(10 * MS)
     answers.begin(0)
-    assert not answers.tick(0, was_heard=True)
+    assert not answers.tick(0, has_reported=True)
     return answers
 
 
 def test_a_watchdog_that_says_nothing_for_half_a_second_is_found_out() -> None:
     answers = answering()
-    late = [answers.tick(at * 10 * MS, was_heard=False) for at in range(1, 51)]
+    late = [answers.tick(at * 10 * MS, has_reported=False) for at in range(1, 51)]
     assert late == [False] * 49 + [True]
 
 
 def test_a_watchdog_that_answers_now_and_then_is_left_alone() -> None:
     answers = answering()
-    assert not any(answers.tick(at * 10 * MS, was_heard=at % 40 == 0) for at in range(1, 500))
+    assert not any(answers.tick(at * 10 * MS, has_reported=at % 40 == 0) for at in range(1, 500))
 
 
 def test_a_frozen_loop_does_not_blame_its_watchdog() -> None:
     answers = answering()
-    assert not answers.tick(60_000 * MS, was_heard=False)
-    assert not answers.tick(60_010 * MS, was_heard=True)
+    assert not answers.tick(60_000 * MS, has_reported=False)
+    assert not answers.tick(60_010 * MS, has_reported=True)
 
 
 def test_a_watchdog_that_starts_is_given_three_seconds() -> None:
     answers = AnswerWatch(10 * MS)
     answers.begin(0)
-    late = [answers.tick(at * 10 * MS, was_heard=False) for at in range(1, 301)]
+    late = [answers.tick(at * 10 * MS, has_reported=False) for at in range(1, 301)]
     assert late == [False] * 299 + [True]
 
 

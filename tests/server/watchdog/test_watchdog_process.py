@@ -13,9 +13,8 @@ import pytest
 from rigs.peers.full_pipe import filled_pipe
 
 from openpendant.server.settings.cell_settings import make_settings
-from openpendant.server.watchdog.stop_targets import stop_target
-from openpendant.server.watchdog.watchdog_pipe import Deadlines, StopTarget
-from openpendant.server.watchdog.watchdog_process import Watchdog
+from openpendant.server.watchdog.watchdog_process import Watchdog, stop_target
+from openpendant.server.watchdog.watchdog_protocol import Deadlines, StopTarget
 from openpendant.simplemsg import MsgType
 
 pytestmark = pytest.mark.realtime
@@ -29,7 +28,7 @@ DEADLINES = Deadlines(DEADLINE, 4 * DEADLINE)
 
 SERVER = """
 import sys, time
-from openpendant.server.watchdog.watchdog_pipe import Deadlines, StopTarget
+from openpendant.server.watchdog.watchdog_protocol import Deadlines, StopTarget
 from openpendant.server.watchdog.watchdog_process import Watchdog
 answer = "0b0000000300000001000000"
 target = StopTarget("cell", "127.0.0.1", int(sys.argv[1]), sys.argv[2], True, answer, "little")
@@ -101,7 +100,7 @@ def test_promise_26_a_controller_that_says_it_is_emulated_is_given_its_own_deadl
         with connection:
             beat_for(watchdog, 0.1, emulated=True)
             assert received(connection, 3 * DEADLINE) == b""
-            watchdog.news([True], [False])
+            watchdog.update([True], [False])
             assert received(connection, 3 * DEADLINE * SCALE) == STOP
 
 

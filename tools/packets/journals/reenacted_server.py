@@ -9,12 +9,10 @@ from pydantic import ValidationError
 
 from openpendant.motion.description.robot import serial_robot
 from openpendant.motion.errors import MotionError
-from openpendant.server.access.access_backend import DeliverChange
-from openpendant.server.access.account_store import AccountChange
-from openpendant.server.access.accounts import AccountBook
+from openpendant.server.access.access_backend import DeliverChange, DeliverCheck
+from openpendant.server.access.accounts import AccountBook, AccountChange
 from openpendant.server.access.admission import VerifyJob
 from openpendant.server.access.audit import AuditEntry
-from openpendant.server.access.password_worker import Deliver as DeliverCheck
 from openpendant.server.endpoints.pendant.management import snapshot
 from openpendant.server.events.effects import Ask, Backend
 from openpendant.server.events.events import Port
@@ -24,8 +22,7 @@ from openpendant.server.journal.event_records import (
     answer_from_record,
     book_from_json,
 )
-from openpendant.server.planning.jobs import Job
-from openpendant.server.planning.task import Deliver
+from openpendant.server.planning.jobs import Deliver, Job
 from openpendant.server.settings.cell_settings import CellSettings
 from openpendant.server.shell.app import App
 from openpendant.server.shell.cell_shell import CellParts, CellShell

@@ -5,10 +5,9 @@ from dataclasses import dataclass, field
 import pytest
 
 from openpendant.motion.scene.scene import Scene
-from openpendant.server.planning.jobs import JointPathJob, PlanAnswer, WayCheckJob
+from openpendant.server.planning.jobs import JointPathJob, PlanAnswer, PlanTask, WayCheckJob
 from openpendant.server.planning.pool import planning_pool
 from openpendant.server.planning.pool.planning_pool import PlanningPool
-from openpendant.server.planning.task import PlanTask
 from openpendant.server.refusal import Refusal
 from openpendant.simplemsg.verdicts import VerdictCode as V
 

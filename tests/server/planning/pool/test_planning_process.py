@@ -19,9 +19,9 @@ from rigs.processes.planning_children import (
     until,
 )
 
+from openpendant.server.planning.jobs import PlanTask
 from openpendant.server.planning.pool import planning_process
 from openpendant.server.planning.pool.planning_process import PlanningProcess
-from openpendant.server.planning.task import PlanTask
 from openpendant.server.refusal import Refusal
 from openpendant.server.settings.cell_settings import EventLoop
 from openpendant.simplemsg.verdicts import VerdictCode as V

@@ -17,9 +17,9 @@ from rigs.processes.planning_children import (
     until,
 )
 
+from openpendant.server.planning.jobs import PlanTask
 from openpendant.server.planning.pool import planning_process
 from openpendant.server.planning.pool.planning_pool import PlanningPool
-from openpendant.server.planning.task import PlanTask
 from openpendant.server.settings.cell_settings import EventLoop
 
 

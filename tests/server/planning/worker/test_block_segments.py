@@ -10,7 +10,7 @@ from openpendant.motion.kinematics.serial import Kinematics
 from openpendant.motion.paths.paths import plan_path
 from openpendant.motion.paths.segments import Circ, Lin, Ptp, Spline, ThroughPoint
 from openpendant.motion.pose import Pose
-from openpendant.server.planning.worker.block_segments import segments_of
+from openpendant.server.planning.worker.block_planning import segments_of
 from openpendant.server.programs.interpreter.motion_blocks import BlockMove, MotionBlock
 from openpendant.server.programs.language.points import JointVector, PointPose, TeachPoint
 from openpendant.server.programs.language.statements import Move, Way

@@ -10,7 +10,7 @@ from openpendant.server.planning.worker.dry_run_planning import (
     MOST_VERDICTS,
     shortened,
 )
-from openpendant.server.programs.dry_run.dry_run_service import told
+from openpendant.server.programs.execution.dry_run_service import dry_run_reply
 from openpendant.server.programs.interpreter.dry_run_results import (
     DryRunResult,
     HandOver,
@@ -75,7 +75,7 @@ def test_an_answer_of_long_texts_fits_a_frame_and_cuts_none_of_them() -> None:
         unchecked=tuple(keys),
     )
     points = tuple(PointFinding(name, far) for _ in keys)
-    answer = told(linked, shortened(DryRunFound(run, points)))
+    answer = dry_run_reply(linked, shortened(DryRunFound(run, points)))
     body = json.dumps(answer, ensure_ascii=False, separators=(",", ":")).encode()
     assert 40_000 < len(body) <= MOST_ANSWER
     assert answer["refused"] == 4 * count

@@ -20,8 +20,7 @@ from openpendant.server.planning.worker.recording_planning import (
     plan_recording,
 )
 from openpendant.server.refusal import Refusal
-from openpendant.server.store.recording_format import Extract
-from openpendant.server.store.samples import pack_rows
+from openpendant.server.store.recording_format import Extract, pack_rows
 from openpendant.simplemsg.verdicts import VerdictCode as V
 
 HOME = serial_robot("ur5").home_position

@@ -7,7 +7,7 @@ from rigs.cells.server_rig import LIMITS
 from openpendant.server.cell.joint_slots import JointSlots
 from openpendant.server.endpoints.ros.ros_trajectory import Collection
 from openpendant.server.planning.jobs import RosPathJob
-from openpendant.server.planning.worker.ros_planning import plan_ros_path
+from openpendant.server.planning.worker.job_planner import plan_ros_path
 from openpendant.simplemsg import JointTrajPt, joint_array
 
 START, GOAL = (0.0, 0.0), (0.5, 0.2)

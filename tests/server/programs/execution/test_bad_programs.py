@@ -9,7 +9,7 @@ from rigs.cells.program_cell import HEAD
 from rigs.data.large_programs import PIECE, WorkingCell, large_text
 
 from openpendant.server.exchange.document_check import check_entries, program_entry
-from openpendant.server.exchange.text_import import ImportedDocument
+from openpendant.server.exchange.text_format import ImportedDocument
 from openpendant.server.programs.language.parser import parse
 from openpendant.server.programs.language.program_json import program_to_json
 from openpendant.server.store.documents import DocumentKind

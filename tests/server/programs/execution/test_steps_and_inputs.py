@@ -4,7 +4,7 @@ import pytest
 from rigs.cells.program_cell import BODY_LINE, ProgramCell
 
 from openpendant.server.events.effects import Effect
-from openpendant.server.programs.execution.run_environment import BareEnvironment
+from openpendant.server.programs.execution.program_run import BareEnvironment
 from openpendant.server.programs.interpreter.motion_blocks import MOST_INSTANT_AT_ONCE
 from openpendant.simplemsg.pendant import MotionControlAction, ProgramState, RunKind, Verdict
 from openpendant.simplemsg.verdicts import VerdictCode as V
@@ -24,7 +24,7 @@ class AllOff(BareEnvironment):
 
 def with_signals(statements: str) -> ProgramCell:
     cell = ProgramCell(main=statements)
-    cell.core.pendants.programs.desk.environment = AllOff()
+    cell.core.pendants.programs.executor.environment = AllOff()
     return cell
 
 

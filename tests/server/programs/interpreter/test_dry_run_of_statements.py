@@ -4,8 +4,8 @@ from typing import Any
 
 from rigs.cells.program_cell import BODY_LINE, HEAD, ProgramCell, ask
 
-from openpendant.server.programs.execution.run_environment import BareEnvironment
-from openpendant.server.programs.interpreter.signal_offers import Offer, OfferedSignals
+from openpendant.server.programs.execution.program_run import BareEnvironment
+from openpendant.server.programs.interpreter.run_events import Offer, OfferedSignals
 from openpendant.simplemsg.verdicts import VerdictCode as V
 
 STATEMENTS = "wait input 999 on\nset output 1 on\nif flag F on\nend\nloop\nend\n"
@@ -25,7 +25,7 @@ class Signals(BareEnvironment):
 
 def dry_run(offer: Offer, statements: str = STATEMENTS) -> dict[str, Any]:
     cell = ProgramCell(main=statements)
-    cell.core.pendants.programs.desk.environment = Signals(offer)
+    cell.core.pendants.programs.executor.environment = Signals(offer)
     return ask(cell.user, "programs.dry_run", name="main")
 
 

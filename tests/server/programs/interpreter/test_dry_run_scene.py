@@ -11,7 +11,6 @@ from openpendant.motion.kinematics.serial import Kinematics
 from openpendant.motion.scene.scene import Scene, SceneObject, Sphere
 from openpendant.server.planning.jobs import DryRunFound, DryRunJob
 from openpendant.server.planning.worker.dry_run_planning import DryRuns
-from openpendant.server.programs.interpreter import dry_walk
 from openpendant.server.programs.language.linking import Linked
 from openpendant.server.programs.language.parser import parse
 from openpendant.simplemsg.verdicts import VerdictCode as V
@@ -75,7 +74,7 @@ def test_a_hand_over_that_cannot_be_is_refused_at_its_statement(statement: str) 
 
 
 def test_a_loop_of_hand_overs_ends(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(dry_walk, "MOST_HAND_OVERS", 10)
+    monkeypatch.setattr("openpendant.server.programs.interpreter.dry_run.MOST_HAND_OVERS", 10)
     lone = Scene((ball("part", beside_tool(0.0)),))
     run = found("loop 1000\nmove PTP a\nattach part\nmove PTP b\ndetach part\nend\n", lone).run
     assert not run.complete

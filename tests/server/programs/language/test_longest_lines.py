@@ -6,7 +6,7 @@ from dataclasses import replace
 import pytest
 from rigs.data.program_samples import program
 
-from openpendant.server.programs.language.block_structure import DEEPEST_NESTING
+from openpendant.server.programs.language.lexer import LONGEST_LINE, LONGEST_NUMBER
 from openpendant.server.programs.language.parser import parse
 from openpendant.server.programs.language.points import (
     MOST_JOINTS,
@@ -16,8 +16,7 @@ from openpendant.server.programs.language.points import (
     TeachPoint,
 )
 from openpendant.server.programs.language.printer import print_program
-from openpendant.server.programs.language.program import Program
-from openpendant.server.programs.language.quantities import LONGEST_NUMBER
+from openpendant.server.programs.language.program import DEEPEST_NESTING, Program
 from openpendant.server.programs.language.statements import (
     MOST_VIAS,
     End,
@@ -27,7 +26,6 @@ from openpendant.server.programs.language.statements import (
     SpeedKind,
     Way,
 )
-from openpendant.server.programs.language.tokens import LONGEST_LINE
 from openpendant.server.programs.language.words import LONGEST_COMMENT
 from openpendant.server.store.documents import LONGEST_NAME
 

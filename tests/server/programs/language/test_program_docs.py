@@ -6,16 +6,14 @@ from pathlib import Path
 import pytest
 from rigs.data.program_samples import HEAD
 
-from openpendant.server.programs.language.block_structure import DEEPEST_NESTING
+from openpendant.server.programs.language.grammar import STATEMENTS
+from openpendant.server.programs.language.lexer import LONGEST_LINE, MOST_BYTES, UNITS
 from openpendant.server.programs.language.linking import DEEPEST_CALL, MOST_PARTS, MOST_PROGRAMS
 from openpendant.server.programs.language.parser import parse
 from openpendant.server.programs.language.printer import print_program
-from openpendant.server.programs.language.program import MOST_POINTS
+from openpendant.server.programs.language.program import DEEPEST_NESTING, MOST_POINTS
 from openpendant.server.programs.language.program_errors import ProgramSyntaxError
 from openpendant.server.programs.language.program_json import program_from_json
-from openpendant.server.programs.language.quantities import UNITS
-from openpendant.server.programs.language.statement_clauses import STATEMENTS
-from openpendant.server.programs.language.tokens import LONGEST_LINE, MOST_BYTES
 from openpendant.server.programs.language.words import LONGEST_COMMENT
 from openpendant.simplemsg.pendant.management.programs import MOST_STATEMENTS
 

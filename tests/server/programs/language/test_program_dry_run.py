@@ -4,7 +4,6 @@ import pytest
 from rigs.data.program_samples import linked, program
 
 from openpendant.motion.scene.scene import Scene
-from openpendant.server.programs.interpreter import dry_walk
 from openpendant.server.programs.interpreter.dry_run import dry_run, reachability
 from openpendant.server.programs.interpreter.dry_run_results import (
     BlockPlan,
@@ -81,7 +80,9 @@ def test_an_endless_loop_is_walked_twice_and_said_to_be_endless() -> None:
 
 
 def test_a_walk_ends_at_its_bound_and_says_so(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(dry_walk, "MOST_STATEMENTS_WALKED", 500)
+    monkeypatch.setattr(
+        "openpendant.server.programs.interpreter.dry_run.MOST_STATEMENTS_WALKED", 500
+    )
     found = walked("loop 1000000\nmove PTP a\nmove PTP b\nend\nmove PTP c")
     assert not found.complete
     assert found.not_walked == (("main", 4),)

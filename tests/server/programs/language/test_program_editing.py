@@ -8,7 +8,6 @@ from pydantic import TypeAdapter
 from rigs.data.program_samples import program
 
 from openpendant.server.events.management_requests import parse
-from openpendant.server.programs.editing.editing import apply
 from openpendant.server.programs.editing.edits import (
     CommentPoint,
     CommentStatement,
@@ -23,6 +22,7 @@ from openpendant.server.programs.editing.edits import (
     ReorderStatements,
     ReplaceStatement,
     TouchUp,
+    apply,
 )
 from openpendant.server.programs.language.points import TeachPoint
 from openpendant.server.programs.language.printer import print_program

@@ -13,13 +13,13 @@ from openpendant.server.programs.editing.edit_history import (
     Splice,
     splice_between,
 )
-from openpendant.server.programs.editing.editing import apply
 from openpendant.server.programs.editing.edits import (
     DeleteStatements,
     DescribeProgram,
     Edit,
     RecordPoint,
     RenamePoint,
+    apply,
 )
 from openpendant.server.programs.language.points import TeachPoint
 from openpendant.server.programs.language.program_errors import NothingToUndo

@@ -7,6 +7,7 @@ from contextlib import suppress
 import pytest
 from rigs.data.program_samples import HEAD, program
 
+from openpendant.server.programs.language.lexer import MOST_BYTES
 from openpendant.server.programs.language.parser import Source, parse, parse_bytes, parse_source
 from openpendant.server.programs.language.program import MOST_POINTS
 from openpendant.server.programs.language.program_errors import (
@@ -24,7 +25,6 @@ from openpendant.server.programs.language.statements import (
     WaitInput,
     Way,
 )
-from openpendant.server.programs.language.tokens import MOST_BYTES
 from openpendant.simplemsg.pendant.management.programs import MOST_STATEMENTS
 from openpendant.simplemsg.verdicts import VerdictCode as V
 

@@ -6,7 +6,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from openpendant.server.programs.language.quantities import (
+from openpendant.server.programs.language.lexer import (
     LONGEST_NUMBER,
     UNITS,
     from_si,

@@ -5,7 +5,7 @@ from hypothesis import assume, given
 from hypothesis import strategies as st
 from rigs.data.program_samples import program
 
-from openpendant.server.programs.editing.editing import apply
+from openpendant.server.programs.editing.edit_history import Renumbering, between, by_edit
 from openpendant.server.programs.editing.edits import (
     CommentStatement,
     DeleteStatements,
@@ -16,8 +16,8 @@ from openpendant.server.programs.editing.edits import (
     RenamePoint,
     ReorderStatements,
     ReplaceStatement,
+    apply,
 )
-from openpendant.server.programs.editing.renumbering import Renumbering, between, by_edit
 from openpendant.server.programs.language.points import TeachPoint
 from openpendant.server.programs.language.program_errors import ProgramError
 from openpendant.server.programs.language.statements import Move, Wait, Way

@@ -32,12 +32,12 @@ from openpendant.server.programs.editing.program_tasks import (
     Unpacking,
     perform,
 )
+from openpendant.server.programs.language.lexer import MOST_BYTES
 from openpendant.server.programs.language.linking import link
 from openpendant.server.programs.language.parser import parse
 from openpendant.server.programs.language.program import Program
 from openpendant.server.programs.language.program_json import MOST_JSON_BYTES, program_to_json
-from openpendant.server.programs.language.tokens import MOST_BYTES
-from openpendant.server.programs.library.pending_tasks import MOST_WAITING
+from openpendant.server.programs.library.program_loader import MOST_WAITING
 from openpendant.server.refusal import Refusal
 from openpendant.server.store.documents import DocumentKind
 from openpendant.simplemsg.pendant import MotionControlAction, RunKind
@@ -194,7 +194,7 @@ def test_a_program_stop_while_a_long_program_is_loaded_ends_it(cell: WorkingCell
     keep(cell)
     cell.run(kind=RunKind.STEP_FORWARD)
     cell.pass_time(50)
-    assert cell.core.pendants.programs.desk.is_under_way
+    assert cell.core.pendants.programs.executor.is_under_way
     request = cell.user.last_request
     assert cell.control(MotionControlAction.PROGRAM_STOP) is V.ACCEPTED
     cell.work()

@@ -1,17 +1,32 @@
-"""File identity of an open store: the proof that it is still the file of its name.
+"""Database file on the disk: created in one step, with reserved space, still that of its name.
 
-SQLite keeps using the file that it opened, whatever becomes of its name: a change saved into one
-that was deleted, moved away or replaced is lost with it, and a write into one that a copy was
-written over damages both. Owns the detection, and the sentence about it; the store checks before a
-change, before it acknowledges one, and before it closes.
+Owns that a file's name appears in one step, which fails where it is taken, and after the disk has
+the file. A write that was killed leaves a temporary file `NAME.partial-…` beside the target, which
+nothing uses again; it may be removed.
+
+Owns the space reserved for deletions when the disk is full, in the file `store.db-reserve` beside
+the store. SQLite writes every change behind the others before it finds room for it in its file,
+also a deletion; without a reserve a disk that is full to the last byte could never be emptied from
+a pendant. The space is given back in pieces, so that several deletions are possible even where none
+of them frees any.
+
+Owns the proof that an open store is still the file of its name. SQLite keeps using the file that it
+opened, whatever becomes of its name: a change saved into one that was deleted, moved away or
+replaced is lost with it, and a write into one that a copy was written over damages both. Owns the
+detection, and the sentence about it; the store checks before a change, before it acknowledges one,
+and before it closes.
 """
 
 from __future__ import annotations
 
 import contextlib
+import errno
 import os
 import sqlite3
 import stat
+import sys
+import tempfile
+from collections.abc import Iterator
 from dataclasses import dataclass
 from enum import Enum
 from pathlib import Path
@@ -45,7 +60,6 @@ class _Progress:
     """Newest rows of a file's documents; they never go back in a file that is only changed.
 
     Attributes:
-        revision: row of the newest revision.
         chunk: row of the newest chunk of a recording; only a new revision takes chunks away.
     """
 
@@ -206,3 +220,140 @@ def _kind(mode: int) -> str:
         if is_kind(mode):
             return name
     return "a device"
+
+
+_OF_SQLITE = ("", "-journal", "-wal", "-shm")
+"""Suffixes of the files that SQLite keeps beside a file."""
+
+_OWNER_ONLY = 0o600
+
+
+@contextlib.contextmanager
+def atomic_file(target: Path, *, replace: bool = False) -> Iterator[Path]:
+    """Yield an empty file, its owner's only, that becomes `target` if the context ends well.
+
+    Args:
+        replace: True if the name may be in use, and is then taken from the file that has it.
+
+    Yields:
+        The file, beside the target; the files that SQLite keeps beside it are removed with it.
+
+    Raises:
+        FileExistsError: the name is in use.
+        OSError: the disk or the folder refuses it.
+    """
+    if not replace and os.path.lexists(target):
+        raise FileExistsError(errno.EEXIST, os.strerror(errno.EEXIST), str(target))
+    beside = _new_file(target)
+    try:
+        yield beside
+        _sync(beside)
+        if replace:
+            os.replace(beside, target)
+        else:
+            _give_name(beside, target)
+        sync_folder(target)
+    finally:
+        for ending in _OF_SQLITE:
+            beside.with_name(beside.name + ending).unlink(missing_ok=True)
+
+
+def sync_folder(path: Path) -> None:
+    """Fsync the folder of a file, so that the disk has the names in it."""
+    _sync(path.parent)
+
+
+def _new_file(target: Path) -> Path:
+    # A separate name for each: two processes may make the same file at once.
+    try:
+        opened, name = tempfile.mkstemp(prefix=f"{target.name}.partial-", dir=target.parent)
+    except OSError as error:
+        raise OSError(error.errno, error.strerror, str(target)) from None
+    os.close(opened)
+    return Path(name)
+
+
+def _give_name(whole: Path, target: Path) -> None:
+    with contextlib.suppress(OSError):
+        os.link(whole, target)
+        return
+    # Either the name is taken, which the next call reports, or the file system has no links, as on
+    # many USB sticks. Then a kill between the next two steps leaves an empty file, which no store
+    # accepts.
+    os.close(os.open(target, os.O_CREAT | os.O_EXCL | os.O_WRONLY, _OWNER_ONLY))
+    try:
+        os.replace(whole, target)
+    except OSError:
+        target.unlink(missing_ok=True)
+        raise
+
+
+def _sync(path: Path) -> None:
+    opened = os.open(path, os.O_RDONLY)
+    try:
+        os.fsync(opened)
+    finally:
+        os.close(opened)
+
+
+RESERVE_BYTES = 256 << 10
+"""Reserved bytes: a deletion takes about 30 KiB, of a recording 4 KiB for each 4 MiB."""
+
+_PIECE = 64 << 10
+IN_MEMORY = ":memory:"
+
+
+class ReservedSpace:
+    """File that only reserves disk space; a store in memory has none.
+
+    Attributes:
+        is_whole: it has its full size, as far as it needs any.
+    """
+
+    def __init__(self, store: Path) -> None:
+        """Take the store's file; nothing is made before `fill`."""
+        self.is_whole = True
+        self._needed = 0 if str(store) == IN_MEMORY else RESERVE_BYTES
+        self._path = store.with_name(store.name + "-reserve")
+
+    def fill(self) -> None:
+        """Reserve the space again; without room, it is tried again after the next change."""
+        self.is_whole = self._size() >= self._needed
+        if self.is_whole:
+            return
+        with contextlib.suppress(OSError):
+            self._extend()
+            self.is_whole = True
+
+    def give_back(self) -> bool:
+        """Free a piece of the space for a change that needs it; return True if there was any."""
+        size = self._size()
+        if not size:
+            return False
+        try:
+            os.truncate(self._path, max(0, size - _PIECE))
+        except OSError:
+            return False
+        self.is_whole = False
+        return True
+
+    def _size(self) -> int:
+        try:
+            return self._path.stat().st_size
+        except OSError:
+            return 0
+
+    def _extend(self) -> None:
+        before = self._size()
+        file = os.open(self._path, os.O_CREAT | os.O_WRONLY, _OWNER_ONLY)
+        try:
+            if sys.platform == "linux":
+                # Not zeros: some file systems compress them to nothing.
+                os.posix_fallocate(file, 0, RESERVE_BYTES)
+            else:
+                os.pwrite(file, bytes(RESERVE_BYTES), 0)
+        except OSError:
+            os.ftruncate(file, before)
+            raise
+        finally:
+            os.close(file)

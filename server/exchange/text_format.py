@@ -1,34 +1,50 @@
-"""Import of documents from the text that `text_export` writes, or that somebody wrote by hand.
+"""Documents as text: JSON of format `openpendant-store/1`, written, and read again.
 
-Owns the messages on faults of a file. Nothing is saved before the whole file was checked, and then
-all of it or nothing. Chunks of a recording wait in a `ChunkSpool` until then: a server waits for
-the lock of the store as well, so it is held for the inserts only, not while a long file is read.
+Owns the layout and its bounds. CSV is in `csv_format`.
+
+    {"format": "openpendant-store/1", "documents": [
+    {"kind": "program", "name": "weld", "revision": 7, "saved_by": "ann", "saved_at": "…",
+     "body": {…}},
+    {"kind": "recording", …, "body": {"columns": ["t", "j1"]}, "samples": [[0.0, 0.1], …]}
+    ]}
+
+On import `revision`, `saved_by` and `saved_at` may be left out; they are for the reader.
+
+Owns the messages on faults of a file that is imported. Nothing is saved before the whole file was
+checked, and then all of it or nothing. Chunks of a recording wait in a `ChunkSpool` until then: a
+server waits for the lock of the store as well, so it is held for the inserts only, not while a long
+file is read.
 """
 
 from __future__ import annotations
 
 import contextlib
 import json
+import re
 import tempfile
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
-from types import TracebackType
 from typing import Any, NoReturn
 
 from openpendant.motion.bounded_file import beginning_of
 
-from ..store.documents import DocumentKind, Heading, check_body, check_name
-from ..store.samples import Row, append_rows, columns_of, time_fault, time_first
+from ..store.documents import DocumentKind, Heading, Store, check_body, check_name
+from ..store.recording_format import (
+    Row,
+    append_rows,
+    columns_of,
+    recording_rows,
+    time_fault,
+    time_first,
+)
 from ..store.store_errors import BadDocument, BadName, NotFound, StoreError, StoreFailed, TooLarge
-from ..store.store_interface import Store
 from ..store.strict_json import parse
-from .text_export import FORMAT, MOST_FILE_BYTES
 
 _MOST_IN_MEMORY = 16 << 20
 
 
-class ChunkSpool:
+class ChunkSpool(contextlib.AbstractContextManager["ChunkSpool"]):
     """Chunks in order; a temporary file holds them where they are many."""
 
     def __init__(self) -> None:
@@ -36,15 +52,7 @@ class ChunkSpool:
         self._file = tempfile.SpooledTemporaryFile(_MOST_IN_MEMORY)
         self._sizes: list[int] = []
 
-    def __enter__(self) -> ChunkSpool:
-        return self
-
-    def __exit__(
-        self,
-        kind: type[BaseException] | None,
-        error: BaseException | None,
-        traceback: TracebackType | None,
-    ) -> None:
+    def __exit__(self, *_: object) -> None:
         self._file.close()
 
     def take(self, chunks: Iterable[bytes]) -> None:
@@ -86,9 +94,6 @@ class ImportedDocument:
     """A document as a file holds it.
 
     Attributes:
-        kind: its kind.
-        name: its name.
-        body: JSON text.
         rows: samples, of a recording.
         where: its place in the file, for errors; empty where it is the whole file.
     """
@@ -138,7 +143,6 @@ def documents_from_json(
 
     Args:
         text: as `documents_to_json` made it, or written by hand.
-        file: its name, for the error.
         others: what reads the text where its format is another than ours, by format.
 
     Raises:
@@ -177,9 +181,6 @@ def save_entries(
     """Save imported documents, all or none, and return their new revisions.
 
     Args:
-        store: where to.
-        entries: the documents.
-        author: who imports them.
         replace: save over documents of the same names, whose revisions go on; else refuse.
     """
     with store.together():
@@ -270,3 +271,62 @@ def _only(given: dict[str, Any], known: set[str], file: str, where: str) -> None
 
 def _refuse(file: str, place: str, problem: str) -> NoReturn:
     raise BadDocument(file, problem, place=place)
+
+
+FORMAT = "openpendant-store/1"
+"""Name and version of the format, in its first field."""
+
+MOST_FILE_BYTES = 16 << 20
+"""Largest file of JSON [bytes]: read into memory, it takes some 25 times as much at worst."""
+
+_NOT_ASCII = re.compile(r"[^\x00-\x7f]+")
+_USE_BACKUP = "export the recording as CSV, or make a backup"
+
+
+def documents_to_json(store: Store, headings: Iterable[Heading]) -> Iterator[str]:
+    """Return documents as the text of a file, in pieces.
+
+    Raises:
+        TooLarge: the file would be larger than what can be imported again.
+        StoreError: a document cannot be read.
+    """
+    size = 0
+    for piece in _pieces(store, headings):
+        size += len(piece)  # ASCII throughout
+        if size > MOST_FILE_BYTES:
+            raise TooLarge("the export", size, MOST_FILE_BYTES, _USE_BACKUP)
+        yield piece
+
+
+def _pieces(store: Store, headings: Iterable[Heading]) -> Iterator[str]:
+    separator = f'{{"format": "{FORMAT}", "documents": [\n'
+    for heading in headings:
+        document = store.load(heading.kind, heading.name, heading.revision)
+        about = {
+            "kind": heading.kind,
+            "name": heading.name,
+            "revision": heading.revision,
+            "saved_by": heading.saved_by,
+            "saved_at": heading.saved_at,
+        }
+        yield f'{separator}{json.dumps(about)[:-1]}, "body": {_ascii(document.body)}'
+        if heading.kind is DocumentKind.RECORDING:
+            yield from _samples(store, heading.name, document.body)
+        yield "}"
+        separator = ",\n"
+    yield "\n]}\n" if separator == ",\n" else separator + "]}\n"
+
+
+def _samples(store: Store, name: str, body: str) -> Iterator[str]:
+    if not store.extent(name).chunks:
+        return
+    separator = ', "samples": ['
+    for row in recording_rows(store, name, len(columns_of(name, body))):
+        yield separator + json.dumps(row, allow_nan=False)
+        separator = ", "
+    yield "]"
+
+
+def _ascii(body: str) -> str:
+    # Outside of its strings JSON is ASCII, and inside them an escape means the same.
+    return _NOT_ASCII.sub(lambda found: json.dumps(found[0])[1:-1], body)

@@ -6,7 +6,6 @@ planned in between; `dry_run_planning` cuts its findings to the size of an answe
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from dataclasses import dataclass, replace
 from itertools import count
 from typing import Any, cast
@@ -21,9 +20,9 @@ from ...events.management_requests import ReplyTo, handles
 from ...events.pending import Pending, Steps
 from ...planning.jobs import DryRunFound, DryRunJob, DryRunSlice
 from ...refusal import Refusal
-from ..interpreter.signal_offers import Offer
 from ..language.linking import Linked
 from ..library.program_loader import ProgramLoader
+from .program_executor import ProgramExecutor
 
 
 @dataclass(slots=True)
@@ -41,25 +40,15 @@ class DryRunService:
         self,
         cell: RobotCell,
         robot: RobotModel,
-        program_loader: ProgramLoader,
-        signals: Callable[[], Offer],
+        loader: ProgramLoader,
+        executor: ProgramExecutor,
         pending: Pending,
         name: str,
     ) -> None:
-        """Make a service without a dry run.
-
-        Args:
-            cell: gives the position of the robot.
-            robot: gives frames and tools.
-            program_loader: loads programs.
-            signals: returns the signals of the controller.
-            pending: asks the planner.
-            name: of the cell.
-        """
         self._cell = cell
         self._robot = robot
-        self._shelf = program_loader
-        self._signals = signals
+        self._loader = loader
+        self._executor = executor
         self._pending = pending
         self._name = name
         self._numbers = count(1)
@@ -78,7 +67,7 @@ class DryRunService:
 
     def _found(self, program: str, current: _DryRun) -> Steps[op.DryRun | Refusal]:
         """Load a program and walk through it slice by slice; return what an answer says of it."""
-        linked = yield from self._shelf.linked(program)
+        linked = yield from self._loader.linked(program)
         position = self._cell.feedback.position
         if isinstance(linked, Refusal):
             return linked
@@ -87,14 +76,15 @@ class DryRunService:
         run_id = f"{self._name} {next(self._numbers)}"
         cap = self._cell.modes.tool_speed_cap(self._cell.feedback.mode)
         frames, scene = self._robot.frames, self._cell.motions.scene
-        first = DryRunJob(0, run_id, tuple(position), linked, frames, cap, scene, self._signals())
+        signals = self._executor.environment.offered_signals
+        first = DryRunJob(0, run_id, tuple(position), linked, frames, cap, scene, signals)
         while True:
             planned = yield replace(first, job_id=self._cell.motions.new_job_id())
             match planned.result:
                 case DryRunSlice(planned=blocks):
                     current.planned = max(current.planned, blocks)
                 case DryRunFound() as found:
-                    return told(linked, found)
+                    return dry_run_reply(linked, found)
                 case Refusal() as refusal:
                     return refusal
 
@@ -115,10 +105,13 @@ class DryRunService:
         return reply_to.answer({"running": current is not None, "blocks": blocks})
 
 
-def told(linked: Linked, found: DryRunFound) -> op.DryRun:
+def dry_run_reply(linked: Linked, found: DryRunFound) -> op.DryRun:
     """Return the findings as JSON data that fits an answer, where they were shortened before."""
     run = found.run
-    lines = linked.lines
+
+    def place(program: str, index: int) -> dict[str, Any]:
+        return {"program": program, "line": linked.lines[program][index]}
+
     findings: dict[str, Any] = {
         "program": linked.main,
         "revision": linked.revisions[linked.main],
@@ -127,41 +120,26 @@ def told(linked: Linked, found: DryRunFound) -> op.DryRun:
         "complete": run.complete,
         "refused": found.refused,
         "moves": [
-            {
-                "program": each.program,
-                "line": lines[each.program][each.index],
-                "point": each.point,
-                "zone_used": each.zone_used,
-                **_refused(each.refusal),
-            }
+            place(each.program, each.index)
+            | {"point": each.point, "zone_used": each.zone_used}
+            | _refused(each.refusal)
             for each in run.moves
         ],
         "scene": [
-            {
-                "program": each.program,
-                "line": lines[each.program][each.index],
-                "does": each.statement.statement,
-                "object": each.statement.scene_object,
-                **_refused(each.refusal),
-            }
+            place(each.program, each.index)
+            | {"does": each.statement.statement, "object": each.statement.scene_object}
+            | _refused(each.refusal)
             for each in run.hand_overs
         ],
         "statements": [
-            {
-                "program": each.program,
-                "line": lines[each.program][each.index],
-                "does": each.statement.statement,
-                **_refused(each.refusal),
-            }
+            place(each.program, each.index)
+            | {"does": each.statement.statement}
+            | _refused(each.refusal)
             for each in run.statements
         ],
-        "unchecked": [
-            {"program": name, "line": lines[name][index]} for name, index in run.unchecked
-        ],
+        "unchecked": [place(*each) for each in run.unchecked],
         "points": [{"point": each.point, **_refused(each.refusal)} for each in found.points],
-        "not_walked": [
-            {"program": name, "line": lines[name][index]} for name, index in run.not_walked
-        ],
+        "not_walked": [place(*each) for each in run.not_walked],
         "path": [[round(value, 6) for value in sample] for sample in run.path],
     }
     return cast(op.DryRun, findings)

@@ -1,1 +1,0 @@
-"""Dry runs: programs checked without moving the robot."""
