@@ -39,25 +39,25 @@ from ..pendants.management.groups import (
 from .docstrings import Docstring, told_of, with_models
 
 
-class CallGroup(NamedTuple):
+class CallSection(NamedTuple):
     """A group of the client's calls, and its heading."""
 
     calls: type
     title: str
 
 
-GROUPS: Mapping[str, CallGroup] = {
-    "": CallGroup(CellCalls, "The cell"),
-    "programs": CallGroup(ProgramCalls, "Programs"),
-    "recordings": CallGroup(RecordingCalls, "Recordings"),
-    "frames": CallGroup(FrameCalls, "User frames"),
-    "tools": CallGroup(ToolCalls, "Tools"),
-    "scene": CallGroup(SceneCalls, "The scene"),
-    "signals": CallGroup(SignalCalls, "Signals"),
-    "robots": CallGroup(RobotCalls, "The robot itself"),
-    "trace": CallGroup(TraceCalls, "The trace of the tool"),
-    "access": CallGroup(AccessCalls, "Connections"),
-    "users": CallGroup(UserCalls, "Accounts"),
+GROUPS: Mapping[str, CallSection] = {
+    "": CallSection(CellCalls, "The cell"),
+    "programs": CallSection(ProgramCalls, "Programs"),
+    "recordings": CallSection(RecordingCalls, "Recordings"),
+    "frames": CallSection(FrameCalls, "User frames"),
+    "tools": CallSection(ToolCalls, "Tools"),
+    "scene": CallSection(SceneCalls, "The scene"),
+    "signals": CallSection(SignalCalls, "Signals"),
+    "robots": CallSection(RobotCalls, "The robot itself"),
+    "trace": CallSection(TraceCalls, "The trace of the tool"),
+    "access": CallSection(AccessCalls, "Connections"),
+    "users": CallSection(UserCalls, "Accounts"),
 }
 """Where a client has its calls, and what they are; the nameless group is the client itself."""
 
