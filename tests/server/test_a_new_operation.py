@@ -45,7 +45,7 @@ import json, sys
 from pathlib import Path
 
 import toy
-from openpendant.server.access.permissions import needs_of
+from openpendant.server.access.request_gate import needs_of
 from openpendant.server.events.management_requests import handles
 from openpendant.server.access.request_gate import needs_of
 from openpendant.server.events.management_handlers import handles
