@@ -47,8 +47,6 @@ from pathlib import Path
 import toy
 from openpendant.server.access.request_gate import needs_of
 from openpendant.server.events.management_requests import handles
-from openpendant.server.access.request_gate import needs_of
-from openpendant.server.events.management_handlers import handles
 from openpendant.server.scene.scene_service import SceneService
 
 def count(self, asked, reply, now):
