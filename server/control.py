@@ -139,6 +139,16 @@ class MotionKind(Enum):
     ROS = "a ROS-Industrial trajectory"
 
 
+def speed_fault(speed: float) -> Refusal | None:
+    """Return why a speed is no fraction of the limits; None where it is one."""
+    if 0 < speed <= 1:
+        return None
+    if not math.isfinite(speed):
+        return Refusal(VerdictCode.NOT_FINITE, "the speed is not a finite number")
+    text = f"speed {speed:g}; accepted: above 0, up to 1"
+    return Refusal(VerdictCode.BAD_ARGUMENT, text, value=speed, limit=1.0)
+
+
 @dataclass(slots=True)
 class _Device:
     """The enabling device (training) of one connection.

@@ -90,7 +90,8 @@ class CellEnvironment:
                 self._traced = now
                 # With the speed, which nobody asks for here: the state message asks for the same.
                 self.trace.add(self._view.tool_motion(position, feedback.velocity)[0])
-        return self.recordings.recorder.reported(feedback, now)
+        recorder = self.recordings.recorder
+        return [] if recorder.run is None else recorder.reported(feedback, now)
 
     @property
     def ticked(self) -> tuple[Callable[[int], list[Effect]], ...]:

@@ -18,7 +18,6 @@ and the loop does other work in between.
 
 from __future__ import annotations
 
-import math
 import pickle
 import struct
 from collections.abc import Callable, Sequence
@@ -341,16 +340,6 @@ class PlanAnswer:
     plan_time: float
     playback: PlaybackPlan | None = None
     took: float = 0.0
-
-
-def speed_fault(speed: float) -> Refusal | None:
-    """Judge a speed as a fraction of the limits."""
-    if 0 < speed <= 1:
-        return None
-    if not math.isfinite(speed):
-        return Refusal(VerdictCode.NOT_FINITE, "the speed is not a finite number")
-    text = f"speed {speed:g}; accepted: above 0, up to 1"
-    return Refusal(VerdictCode.BAD_ARGUMENT, text, value=speed, limit=1.0)
 
 
 LENGTH = struct.Struct("<I")

@@ -152,6 +152,7 @@ class Recorder:
 
     Attributes:
         broken_off: the last recording, if it ended by itself; None where it did not.
+        run: the recording under way; None where there is none.
     """
 
     def __init__(self, robot: str, joints: Sequence[str], period: float, ask: AskStore) -> None:
@@ -166,12 +167,12 @@ class Recorder:
         self._period = period
         self._gap_ns = round(GAP_PERIODS * period * _SECOND_NS)
         self._ask = ask
-        self._run: RecordingRun | None = None
+        self.run: RecordingRun | None = None
 
     @property
     def status(self) -> RecordingStatus | None:
         """The recording under way; None where there is none."""
-        run = self._run
+        run = self.run
         if run is None:
             return None
         count = run.count
@@ -179,7 +180,7 @@ class Recorder:
 
     def count_of(self, name: str) -> RowCount | None:
         """Return what was counted of the recording under way; None if it is not of this name."""
-        run = self._run
+        run = self.run
         return None if run is None or run.name != name else run.count
 
     def start(
@@ -191,17 +192,17 @@ class Recorder:
             on_result: called with the description once it is saved, or with why it is not.
             lost: called with the reason if the recording ends by itself afterwards.
         """
-        if self._run is not None:
-            return Refusal(VerdictCode.RECORDING_RUNNING, f"{self._run.name!r} is being recorded")
+        if self.run is not None:
+            return Refusal(VerdictCode.RECORDING_RUNNING, f"{self.run.name!r} is being recorded")
         document = new_document(self._robot, self._joints, self._period)
-        run = self._run = RecordingRun(name, author, document, lost)
+        run = self.run = RecordingRun(name, author, document, lost)
         self.broken_off = None
 
         def saved(answer: Answer, now: int) -> list[Effect]:
             if isinstance(answer, Heading):
                 run.revision = answer.revision
                 return on_result(document, now)
-            self._run = None
+            self.run = None
             return on_result(store_refusal(answer), now)
 
         body = write_document(document)
@@ -209,7 +210,7 @@ class Recorder:
 
     def reported(self, feedback: Feedback, now: int) -> list[Effect]:
         """Take the controller's last report, unless it was taken already."""
-        run = self._run
+        run = self.run
         if run is None or not run.revision or run.on_result is not None:
             return []
         if feedback.position is None or (run.first is not None and feedback.received <= run.last):
@@ -225,7 +226,7 @@ class Recorder:
         Returns:
             Why there is nothing to end, or why it ended by itself before; or what follows.
         """
-        run = self._run
+        run = self.run
         if run is None and self.broken_off is not None:
             return self.broken_off.refusal
         if run is None or not run.revision or run.on_result is not None:
@@ -235,7 +236,7 @@ class Recorder:
 
     def tick(self, now: int) -> list[Effect]:
         """Try the disk again if it was busy when the rest of a recording was due."""
-        run = self._run
+        run = self.run
         if run is None or run.busy_since is None:
             return []
         return self._finish(run)
@@ -246,12 +247,12 @@ class Recorder:
         A stopped recording that still waited for the disk keeps its rows but gets no final
         description, as if nobody had stopped it: there is no time to try again.
         """
-        run = self._run
+        run = self.run
         if run is None or not run.revision:
             return []
         if run.on_result is not None and run.is_asked and not run.chunk and not run.waiting:
             return []  # the description is on its way, behind all rows
-        self._run = None
+        self.run = None
         out: list[Effect] = []
         # A pending chunk is sent again without harm: the store accepts a repeated last chunk.
         while run.chunk or run.waiting:
@@ -283,7 +284,7 @@ class Recorder:
         return self._ask(AppendChunk(run.name, run.chunks, run.chunk), kept)
 
     def _kept(self, run: RecordingRun, answer: Answer, now: int) -> list[Effect]:
-        if self._run is not run:
+        if self.run is not run:
             return []
         run.is_asked = False
         if isinstance(answer, Extent):
@@ -322,14 +323,14 @@ class Recorder:
                 return []
             if not isinstance(answer, Heading):
                 return self._break_off(run, store_refusal(answer), now)
-            self._run = None
+            self.run = None
             return [] if run.on_result is None else run.on_result(document, now)
 
         return self._ask(_save(run, document), saved)
 
     def _break_off(self, run: RecordingRun, cause: Refusal, now: int) -> list[Effect]:
         """End a recording that cannot continue; kept rows stay, and its client is notified."""
-        self._run = None
+        self.run = None
         text = f"recording {run.name!r} ended by itself, {run.kept} samples kept: {cause.sentence}"
         refusal = replace(cause, text=text)
         self.broken_off = RecordingBrokenOff(run.name, refusal)

@@ -37,11 +37,11 @@ from ...cell.execution.trajectory_execution import UndoPlan, Waypoints
 from ...cell.joint_slots import JointSlots
 from ...cell.robot_cell import RobotCell
 from ...cell.robot_model import RobotModel
-from ...control import MotionKind
+from ...control import MotionKind, speed_fault
 from ...events.cell_events import MotionRequest
 from ...events.effects import Effect
 from ...events.management_requests import ReplyTo, handles
-from ...planning.jobs import JointPathJob, MotionJob, PoseJob, speed_fault
+from ...planning.jobs import JointPathJob, MotionJob, PoseJob
 from ...refusal import NO_JOINT, JsonBody, Refusal, refusal_of
 from ...settings.cell_settings import JogSettings
 from .notifications import RecentStates

@@ -18,9 +18,10 @@ from openpendant.simplemsg.verdicts import VerdictCode
 
 from ...cell.robot_cell import RobotCell
 from ...cell.robot_model import RobotModel
+from ...control import speed_fault
 from ...events.cell_events import MotionRequest
 from ...events.effects import Effect
-from ...planning.jobs import JointPathJob, JointVector, MotionJob, PoseGoal, PoseJob, speed_fault
+from ...planning.jobs import JointPathJob, JointVector, MotionJob, PoseGoal, PoseJob
 from ...refusal import Refusal, refusal_of
 
 LARGEST_COORDINATE = 1e3

@@ -22,7 +22,7 @@ from openpendant.simplemsg.verdicts import VerdictCode
 from ...cell.interlocks import broken_condition, ending, permission
 from ...cell.robot_cell import RobotCell
 from ...cell.robot_model import RobotModel
-from ...control import Holder, MotionKind
+from ...control import Holder, MotionKind, speed_fault
 from ...events.cell_events import (
     CellEvent,
     Interruption,
@@ -34,7 +34,6 @@ from ...events.cell_events import (
 from ...events.effects import Effect, Send
 from ...events.pending import Pending, Steps
 from ...events.replies import verdict
-from ...planning.jobs import speed_fault
 from ...refusal import Refusal
 from ..interpreter import run_events as run
 from ..interpreter.run_events import Event, Resume, RunStatus, StepBack, StepForward
