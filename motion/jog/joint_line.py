@@ -114,7 +114,7 @@ class JogLine:
         return self.sigma + 0.5 * (self.share + share) * dt + self._stop_way(share, dt)
 
     def _stop_way(self, share: float, dt: float) -> float:
-        """Return the length of a stop from a share by σ, computed as in `JointMotion`."""
+        """Return the length of a stop from a share by σ, computed as in `JointJogMotion`."""
         time = share * self._time
         return 0.5 * share * ((time if time > LONGEST_STEP else LONGEST_STEP) + dt)
 

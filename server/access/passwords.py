@@ -257,7 +257,7 @@ def _scrypt(password: Secret, salt: bytes, cost: ScryptCost) -> bytes:
 def password_fault(password: Secret, name: str) -> Refusal | None:
     """Return why a new password is refused; None where it is taken.
 
-    Length and what everybody tries first (`password_guesses`), no rules of composition: those make
+    Length and what everybody tries first, no rules of composition: those make
     passwords worse. The password itself is never in the answer.
     """
     text = unicodedata.normalize("NFKC", password.reveal())

@@ -111,7 +111,7 @@ IN_ORDER = frozenset(
         Permission.FORCE_AUTHORITY,
     }
 )
-"""What can move the robot or lets it move: asked in order and once (`request_order`)."""
+"""What can move the robot or lets it move: asked in order and once."""
 
 OVERTAKEN: Mapping[Permission, bool] = {
     Permission.OBSERVE: False,

@@ -50,8 +50,11 @@ from ..events.cell_events import (
     MotionOwner,
     MotionRefused,
     OperatingModeChanged,
+    ProgramEnded,
+    ProgramStarted,
     StopLatch,
     StopLatchChanged,
+    UncommandedMotionSeen,
 )
 from ..events.effects import AnswerController, Ask, Backend, Close, Effect, Send, SendStop
 from ..events.events import (
@@ -214,6 +217,10 @@ class CellCore:
             StopLatchChanged: (announcing.on_cell_event, *waiting),
             OperatingModeChanged: (announcing.on_cell_event, *waiting),
             Interruption: (*waiting, self.ros.on_cell_event),
+            # Of these the audit trail alone takes note.
+            ProgramStarted: (),
+            ProgramEnded: (),
+            UncommandedMotionSeen: (),
         }
         # A second one, so that a stop can be made whatever became of the cell's own.
         self._last_resort = dialect_of(settings.controller).uplink(
@@ -227,7 +234,7 @@ class CellCore:
             if not isinstance(event, MotionRefused):
                 self.cell.ended = event.refusal if isinstance(event, MotionEnded) else None
             return self._owners[event.request.owner](event, now)
-        subscribers = self._subscribers.get(type(event), ())
+        subscribers = self._subscribers[type(event)]
         return [item for subscriber in subscribers for item in subscriber(event, now)]
 
     def handle(self, event: Event, now: int) -> list[Effect]:

@@ -304,8 +304,7 @@ class DryRunFound:
 
     Attributes:
         points: True if each point of the main program can be reached.
-        refused: how many statements and points cannot, those included that `dry_run_answer` cut
-            off.
+        refused: how many statements and points cannot, those included that were cut off.
     """
 
     run: DryRunResult

@@ -180,7 +180,7 @@ class ControllerConnection(asyncio.Protocol):
         self._lost.set()
 
     def send(self, message: Message) -> bool:
-        """Write a message in one piece; tell whether there was a connection to write to."""
+        """Write a message in one piece; return True if there was a connection to write to."""
         if self._wire is None or not self.is_up:
             return False
         assert self._transport is not None

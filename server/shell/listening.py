@@ -180,7 +180,7 @@ class Listening:
         return int(self._loop.time() * 1e9)
 
     def _take(self, listener: _ListeningSocket) -> bool:
-        """Take a connection that may be there; tell whether the system has means for more."""
+        """Take a connection that may be there; return True if the system has means for more."""
         try:
             accepted, address = listener.socket.accept()
         except OSError as error:

@@ -135,7 +135,7 @@ class GenericUplink:
         return None
 
     def overdue(self, now: int) -> Refusal | None:
-        """Tell whether the answer to a point has been outstanding for too long."""
+        """Return a refusal if the answer to a point has been outstanding for too long."""
         if not self._deadlines or now < self._deadlines[0]:
             return None
         self._deadlines.clear()

@@ -2,7 +2,7 @@
 
 Owns the formats of the orders, sent once, of the beat that follows each tick, and of the process's
 reports. Owns the watchdog's part of promise 26: how long beats may be missing, and which robots are
-stopped then. `loop_monitor` owns what the server does when it returns. Knows no socket, process or
+stopped then. `LoopMonitor` owns what the server does when it returns. Knows no socket, process or
 clock (`watchdog_process` is the shell) and imports the standard library only, so that the child
 starts fast.
 """

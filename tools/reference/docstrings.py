@@ -126,5 +126,5 @@ def closed_model(
 
 
 def is_optional(data: type, name: str) -> bool:
-    """Tell whether a key of a typed dictionary may be missing."""
+    """Return True if a key of a typed dictionary may be missing."""
     return get_origin(get_type_hints(data, include_extras=True)[name]) is NotRequired

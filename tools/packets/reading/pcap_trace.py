@@ -1,7 +1,7 @@
 """The simple-message connections in a packet capture, as entries of a trace.
 
 Owns which connections there are, which end is the server, and how they are numbered. Segments come
-from `link_layers`, their order is `tcp_streams`', frames are cut by a searching `Splitter`.
+from `capture_files`, their order is `tcp_streams`', frames are cut by a searching `Splitter`.
 """
 
 from __future__ import annotations
