@@ -46,8 +46,10 @@ def test_it_is_decided_for_every_permission() -> None:
     assert OVERTAKEN.keys() == set(Permission)
 
 
-def test_what_is_in_no_table_is_overtaken() -> None:
+def test_what_is_in_no_table_is_overtaken(monkeypatch: pytest.MonkeyPatch) -> None:
     assert is_overtaken(told(1), "robots.explode")
+    monkeypatch.delitem(OF_MESSAGE, SetMode)
+    assert is_overtaken(SetMode(1, OperatingMode.AUTOMATIC))
 
 
 @pytest.mark.parametrize(

@@ -57,6 +57,18 @@ def test_a_plan_that_comes_twice_starts_one_motion() -> None:
     assert rig.planned(job, planned) == []
 
 
+def test_an_answer_that_holds_the_plan_of_another_job_moves_nothing() -> None:
+    rig = ready(plans_at_once=False)
+    pendant = rig.holder()
+    pendant.path((0.1, 0.1), GOAL)
+    pendant.release()
+    pendant.take()
+    pendant.path((0.1, 0.1), (0.2, 0.2))
+    first, second = rig.jobs
+    assert rig.planned(second, rig.plan_of(first)) == []
+    assert rig.activity() is Activity.PLANNING
+
+
 def test_the_plan_of_a_refused_request_does_not_serve_the_next() -> None:
     rig = ready(plans_at_once=False)
     pendant = rig.holder()
