@@ -65,10 +65,13 @@ class Terminal:
         return _ESCAPES.sub("", self._output.decode("utf-8", "replace"))
 
     async def shows(self, text: str) -> None:
-        async with asyncio.timeout(PATIENCE):
-            while text not in self.text:
-                self._grown.clear()
-                await self._grown.wait()
+        try:
+            async with asyncio.timeout(PATIENCE):
+                while text not in self.text:
+                    self._grown.clear()
+                    await self._grown.wait()
+        except TimeoutError:
+            pytest.fail(f"{text!r} was not shown, exit code {self.process.returncode}: {self.text}")
 
 
 @asynccontextmanager

@@ -178,7 +178,8 @@ class CellView:
         """The joint positions [rad, m]; None if they are not known."""
         if self.state is None or not self.state.valid_fields & StateField.POSITION:
             return None
-        return self.state.positions[: self.dof]
+        # A state may come before the snapshot that names the joints.
+        return self.state.positions[: self.dof] or None
 
     @property
     def knows_tool(self) -> bool:

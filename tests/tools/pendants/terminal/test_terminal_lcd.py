@@ -368,3 +368,9 @@ def test_why_names_the_key_that_leads_out_of_what_the_robot_stands_at() -> None:
 
 def test_why_says_so_where_nothing_is_broken() -> None:
     assert why_lines({"kind": "jog", "conditions": []})[0].startswith("A jog may start")
+
+
+def test_a_state_before_the_joints_are_named_shows_no_values(rig: PanelRig) -> None:
+    rig.panel.cell.joints = ()
+    assert shown(rig, Page.JOINTS)[1] == "no joint values"
+    assert screen_text.joint_table(rig.panel) == "no joint values"
