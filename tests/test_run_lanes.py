@@ -199,7 +199,7 @@ def test_tests_on_the_real_clock_come_last_in_many_workers() -> None:
     (first, computing), (last, waiting) = lane_commands(3, ["-x"], soak=False)
     assert (first, last) == ("computing", "real-time")
     assert "--numprocesses=3" in computing
-    assert "--maxprocesses=3" in waiting
+    assert "--maxprocesses=2" in waiting
     assert computing[-1] == waiting[-1] == "-x"
 
 
