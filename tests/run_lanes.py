@@ -25,7 +25,7 @@ from xml.etree import ElementTree
 from coverage_counts import counts, least, lost
 
 REAL_TIME_WORKERS = 2
-"""Three took a quarter less time, and one run of three failed: storms of one were late for another."""
+"""Three took a quarter less time, but storms of one were late for another, and tests failed."""
 
 LANES = ("computing", "real-time")
 """As `pytest --lane` calls them, in the order in which they run."""
