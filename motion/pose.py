@@ -46,10 +46,11 @@ class Pose:
     def __post_init__(self) -> None:
         position = checked_vector(self.position, 3, "position")
         quaternion = checked_vector(self.quaternion, 4, "quaternion")
-        if float(np.max(np.abs(position))) > _LARGEST_COORDINATE:
+        # Of so few numbers Python finds the greatest in a tenth of the time that numpy takes.
+        if max(map(abs, position.tolist())) > _LARGEST_COORDINATE:
             raise BadArgument("position", position.tolist(), "coordinates within a million metres")
         # Dividing by the largest element first keeps the norm from overflowing.
-        scale = float(np.max(np.abs(quaternion)))
+        scale = max(map(abs, quaternion.tolist()))
         if scale < _SMALLEST_QUATERNION:
             raise BadArgument("quaternion", quaternion.tolist(), "a norm of at least 1e-6")
         quaternion /= scale
@@ -241,9 +242,9 @@ def checked_vector(values: Sequence[float] | Array, count: int, what: str) -> Ar
     vector = np.array(values, dtype=np.float64)
     if vector.shape != (count,):
         raise BadArgument(what, vector.tolist(), f"{count} numbers")
-    finite = np.isfinite(vector)
-    if not finite.all():
-        raise NotFinite(what, int(np.argmin(finite)))
+    finite = [math.isfinite(value) for value in vector.tolist()]
+    if not all(finite):
+        raise NotFinite(what, finite.index(False))
     return vector
 
 

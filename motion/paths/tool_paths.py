@@ -10,7 +10,8 @@ this module, so inverse kinematics is imported only by the function that searche
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
+from contextlib import suppress
 
 import numpy as np
 from numpy.typing import NDArray
@@ -36,6 +37,8 @@ _MOST_STEPS = 2000
 _MOST_HALVINGS = 10  # to 2 µm, where a nearly aligned wrist rotates by π
 _DENSER = 10
 _GREATEST_JOINT_STEP = {False: 0.1, True: 0.02}  # by prismatic: rad or m
+_STRIDE = 5  # samples from one that is solved to the next, where a refusal is looked for
+_REFUSALS = (OutOfRange, PlatformLimit, PoseUnreachable)
 _ARM = POSITION_DEVIATION / ROTATION_DEVIATION  # m; weighs rotations against shifts
 _PROJECTIONS = 2
 
@@ -101,10 +104,30 @@ class _Follower:
 
     def solve(self, s: Array, start: Array) -> Array:
         """Return the (m, n) joint positions [rad or m] at s: (m,), the first being the start."""
+        self._refuse_end_out_of_reach(s, start)
         joints = [start]
+        self._extend(joints, s)
+        return np.array(joints)
+
+    def _refuse_end_out_of_reach(self, s: Array, start: Array) -> None:
+        """Raise the refusal of a curve that ends out of reach, without solving all samples to it.
+
+        Every fifth sample is solved up to the first that is refused, then those just before it.
+        Where it is only the wide steps that fail, nothing is raised.
+        """
+        try:
+            self._extend([start], s[[0, -1]])
+        except _REFUSALS:
+            joints = [start]
+            with suppress(*_REFUSALS):
+                self._extend(joints, s[::_STRIDE])
+            refused = (len(joints) - 1) * _STRIDE
+            self._extend(joints[-1:], s[refused : refused + _STRIDE + 1])
+
+    def _extend(self, joints: list[Array], s: Array) -> None:
+        """Append joint positions at s: (m,), whose first is solved already and is the last."""
         for place, pose in zip(s[1:].tolist(), self._poses(s[1:]), strict=True):
             joints.append(self._solve(place, pose, joints[-1]))
-        return np.array(joints)
 
     def jumps(self, joints: Array) -> Array:
         """Return for each of m - 1 spans the greatest joint step, relative to what is accepted."""
@@ -149,7 +172,7 @@ class _Follower:
         for index in range(1, len(s)):
             step = np.abs(joints[index] - joints[index - 1]) / self.greatest_step
             if step.max() > 1.0:
-                pose = self._poses(s[index : index + 1])[0]
+                pose = next(self._poses(s[index : index + 1]))
                 joints[index] = self._solve(float(s[index]), pose, joints[index - 1])
 
     def refusal(self, s: Array, joints: Array) -> BranchChange:
@@ -167,13 +190,14 @@ class _Follower:
             singularity_near(self.kinematics, joints[worst]),
         )
 
-    def _poses(self, s: Array) -> list[Pose]:
-        return [Pose.from_matrix(*place) for place in zip(*self.curve.place(s), strict=True)]
+    def _poses(self, s: Array) -> Iterator[Pose]:
+        """Yield the poses at s, each when it is wanted: a refused path wants the first few only."""
+        return (Pose.from_matrix(*place) for place in zip(*self.curve.place(s), strict=True))
 
     def _solve(self, s: float, pose: Pose, seed: Array) -> Array:
         try:
             return next_joints(self.kinematics, pose, seed)
-        except (OutOfRange, PlatformLimit, PoseUnreachable) as error:
+        except _REFUSALS as error:
             error.fraction = s / self.curve.length
             raise
 

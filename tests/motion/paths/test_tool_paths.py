@@ -1,5 +1,7 @@
 import math
+from contextlib import suppress
 from functools import cache
+from unittest.mock import Mock
 
 import numpy as np
 import pytest
@@ -15,9 +17,11 @@ from openpendant.motion.errors import (
 )
 from openpendant.motion.kinematics.ik.ik import solve
 from openpendant.motion.kinematics.serial import Kinematics
+from openpendant.motion.paths import tool_paths
 from openpendant.motion.paths.path_chains import ToolChain
 from openpendant.motion.paths.tool_curves import ToolArc, ToolLine, circle_about
-from openpendant.motion.paths.tool_paths import deviation, follow_tool_curve
+from openpendant.motion.paths.tool_kinematics import next_joints
+from openpendant.motion.paths.tool_paths import POSITION_STEP, deviation, follow_tool_curve
 from openpendant.motion.pose import Pose, PoseArray
 from openpendant.motion.timing.parameterization import time_path
 from openpendant.motion.trajectory.certificate import certify
@@ -94,6 +98,44 @@ def test_a_curve_that_leaves_the_reach_is_refused_with_its_fraction(
     assert isinstance(error, PoseUnreachable | OutOfRange)
     assert error.fraction is not None
     assert least < error.fraction < most
+
+
+def test_a_line_that_ends_out_of_reach_is_refused_where_following_it_is_and_sooner(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    kinematics, asked = robot("ur5"), Mock(side_effect=next_joints)
+    here = kinematics.forward(UR5)
+    line = ToolLine(here, shifted(here, [2.0, 0.0, 0.0]))
+    monkeypatch.setattr(tool_paths, "next_joints", asked)
+
+    with pytest.raises((PoseUnreachable, OutOfRange)) as refusal:
+        follow_tool_curve(kinematics, UR5, line)
+
+    places = line.place(np.linspace(0.0, line.length, 1001)[1:])
+    followed = [np.array(UR5)]
+    with suppress(PoseUnreachable, OutOfRange):
+        for place in zip(*places, strict=True):
+            followed.append(next_joints(kinematics, Pose.from_matrix(*place), followed[-1]))
+    assert isinstance(refusal.value, PoseUnreachable | OutOfRange)
+    assert refusal.value.fraction == pytest.approx(len(followed) / 1000, abs=1e-12)
+    assert asked.call_count < len(followed) / 4
+
+
+def test_a_line_that_is_solved_in_short_steps_alone_is_planned(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    kinematics = robot("ur5")
+    here = kinematics.forward(UR5)
+    line = ToolLine(here, shifted(here, [0.05, 0.0, 0.0]))
+    planned = follow_tool_curve(kinematics, UR5, line)
+
+    def short_steps(robot: Kinematics, pose: Pose, before: NDArray[np.float64]) -> Array:
+        if pose.position_distance(robot.forward(before)) > 1.01 * POSITION_STEP:
+            raise PoseUnreachable(tuple(pose.position.tolist()), "base", 1.0, 0.0, 0)
+        return next_joints(robot, pose, before)
+
+    monkeypatch.setattr(tool_paths, "next_joints", short_steps)
+    assert follow_tool_curve(kinematics, UR5, line).length == planned.length
 
 
 def test_a_circle_of_a_hundred_metres_is_refused_soon() -> None:
