@@ -25,7 +25,7 @@ from openpendant.simplemsg.verdicts import VerdictCode
 
 from ..programs.editing.edits import Edit
 from ..programs.editing.program_tasks import ProgramRefused
-from ..programs.language.program_errors import ProgramError, ProgramSyntaxError
+from ..programs.language.program_errors import ProgramError, ProgramSyntaxError, program_refusal
 from ..programs.language.statements import Move
 from ..refusal import Refusal
 from .effects import Effect, Send
@@ -177,8 +177,8 @@ class ReplyTo(Generic[Answer]):
     def refuse_program(self, error: ProgramError) -> list[Effect]:
         """Return the answer that says what is wrong with a program, and where in its text."""
         if isinstance(error, ProgramSyntaxError):
-            return self.refuse(error.refusal, line=error.line, column=error.column)
-        return self.refuse(error.refusal)
+            return self.refuse(program_refusal(error), line=error.line, column=error.column)
+        return self.refuse(program_refusal(error))
 
     def refuse_work(self, refused: ProgramRefused) -> list[Effect]:
         """Return the refusal of a program task, with the place in the text where it has one."""

@@ -23,7 +23,13 @@ from ..language.parser import parse_source
 from ..language.points import TeachPoint
 from ..language.printer import print_program, statement_lines
 from ..language.program import OwnRobot, Program, check_robot
-from ..language.program_errors import BadValue, ProgramError, ProgramSyntaxError, ProgramTooLarge
+from ..language.program_errors import (
+    BadValue,
+    ProgramError,
+    ProgramSyntaxError,
+    ProgramTooLarge,
+    program_refusal,
+)
 from ..language.program_json import (
     MOST_JSON_BYTES,
     POINTS,
@@ -204,9 +210,9 @@ def perform(task: Task) -> TaskResult:
     try:
         return _perform(task)
     except ProgramSyntaxError as error:
-        return ProgramRefused(error.refusal, error.line, error.column)
+        return ProgramRefused(program_refusal(error), error.line, error.column)
     except ProgramError as error:
-        return ProgramRefused(error.refusal)
+        return ProgramRefused(program_refusal(error))
 
 
 def _perform(task: Task) -> Done:

@@ -24,11 +24,6 @@ class ProgramError(ValueError):
 
     code: VerdictCode = VerdictCode.PROGRAM_INVALID
 
-    @property
-    def refusal(self) -> Refusal:
-        """Refusal with the same text."""
-        return Refusal(self.code, str(self))
-
 
 class ProgramSyntaxError(ProgramError):
     """Text that the parser refuses.
@@ -92,11 +87,6 @@ class ProgramTooLarge(ProgramError):
         counted = f"{value}" if is_counted else f"{value} or more"
         super().__init__(f"{counted} {what}; accepted: up to {limit}")
         self.what, self.value, self.limit = what, value, limit
-
-    @property
-    def refusal(self) -> Refusal:
-        """The refusal with both numbers."""
-        return Refusal(self.code, str(self), value=self.value, limit=self.limit)
 
 
 class BadValue(ProgramError):
@@ -240,3 +230,10 @@ def _listed(names: tuple[str, ...], what: str) -> str:
         return f"there are no {what}"
     shown = ", ".join(excerpt(name) for name in names[:8])
     return f"{what}: {shown}{', ...' if len(names) > 8 else ''}"
+
+
+def program_refusal(error: ProgramError) -> Refusal:
+    """Return the refusal that says what an error says, numbers included."""
+    if isinstance(error, ProgramTooLarge):
+        return Refusal(error.code, str(error), value=error.value, limit=error.limit)
+    return Refusal(error.code, str(error))

@@ -117,7 +117,7 @@ def _error(error: ValidationError, file: str) -> ProgramError:
     for part in first["loc"]:
         path += f"[{part}]" if isinstance(part, int) else f".{part}" if path else part
     if isinstance(cause, ProgramError):
-        return JsonRefused(file, path, str(cause), cause.refusal.code)
+        return JsonRefused(file, path, str(cause), cause.code)
     return JsonRefused(file, path, first["msg"])
 
 

@@ -75,7 +75,7 @@ def test_a_used_point_is_not_deleted_and_its_statements_are_named() -> None:
         ProgramError, match=r"is used in line 11, 'move PTP a' and line 13, 'move CIRC b via a'$"
     ) as caught:
         apply(BEFORE, DeletePoint("a"))
-    assert caught.value.refusal.code is V.POINT_IN_USE
+    assert caught.value.code is V.POINT_IN_USE
 
 
 def test_an_unused_point_is_deleted() -> None:
@@ -165,7 +165,7 @@ def test_the_whole_program_is_described() -> None:
 def test_an_edit_that_leaves_no_valid_program_is_refused(edit: Edit, code: V, message: str) -> None:
     with pytest.raises(ProgramError) as caught:
         apply(BEFORE, edit)
-    assert caught.value.refusal.code is code
+    assert caught.value.code is code
     assert message in str(caught.value)
 
 

@@ -83,7 +83,7 @@ def test_an_edit_after_an_undo_ends_what_could_be_redone() -> None:
 def test_there_is_nothing_before_the_first_edit() -> None:
     with pytest.raises(NothingToUndo) as caught:
         History().undone()
-    assert caught.value.refusal.code is V.NOTHING_TO_UNDO
+    assert caught.value.code is V.NOTHING_TO_UNDO
 
 
 def test_a_history_is_bounded_in_edits() -> None:
