@@ -11,8 +11,8 @@ import math
 import re
 from functools import lru_cache
 
-from ...store.documents import check_name as check_document_name
-from ...store.store_errors import BadName
+from openpendant.simplemsg.names import name_fault
+
 from .program_errors import BadValue, ProgramNameRefused
 
 _BARE = re.compile(r"[A-Za-z_][A-Za-z0-9_.-]*", re.ASCII)
@@ -51,19 +51,18 @@ def check_name(name: str, what: str, place: int = 0) -> None:
     Raises:
         ProgramNameRefused: it cannot be a name.
     """
-    try:
-        _check_words(name)
-    except BadName as error:
-        raise ProgramNameRefused(f"the name of {what}", error.problem, place=place) from None
-    if '"' in name:
-        problem = 'holds a quotation mark; accepted: a name without "'
+    problem = _problem(name)
+    if problem:
         raise ProgramNameRefused(f"the name of {what}", problem, place=place)
 
 
 @lru_cache(maxsize=8_192)
-def _check_words(name: str) -> None:
-    """Check a name, once for each: the moves of a program name each point many times."""
-    check_document_name(name)
+def _problem(name: str) -> str:
+    """Return what is wrong with a name, once for each: moves name each point many times."""
+    fault = name_fault(name)
+    if fault is not None:
+        return fault.problem
+    return 'holds a quotation mark; accepted: a name without "' if '"' in name else ""
 
 
 def check_comment_line(text: str, place: int = 0) -> None:

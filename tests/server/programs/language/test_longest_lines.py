@@ -27,7 +27,7 @@ from openpendant.server.programs.language.statements import (
     Way,
 )
 from openpendant.server.programs.language.words import LONGEST_COMMENT
-from openpendant.server.store.documents import LONGEST_NAME
+from openpendant.simplemsg.names import LONGEST_NAME
 
 LONG_NUMBER = 123456.78901234567
 LONG_DIGITS = 0.00012345678901234567
