@@ -26,13 +26,9 @@ from ..programs.language.parser import Source
 from ..programs.language.points import TeachPoint
 from ..programs.language.printer import in_words, print_program
 from ..programs.language.program import Program, check_robot
-from ..programs.language.program_errors import (
-    ProgramError,
-    ProgramSyntaxError,
-    ProgramUnknown,
-    program_refusal,
-)
+from ..programs.language.program_errors import ProgramSyntaxError, ProgramUnknown, program_refusal
 from ..programs.language.program_json import MOST_READ, is_json, program_to_json, source_of
+from ..programs.language.words import ProgramError
 from ..refusal import Refusal, refusal_of
 from ..store.documents import check_new_name
 from ..store.store_errors import BadName

@@ -25,8 +25,9 @@ from openpendant.simplemsg.verdicts import VerdictCode
 
 from ..programs.editing.edits import Edit
 from ..programs.editing.program_tasks import ProgramRefused
-from ..programs.language.program_errors import ProgramError, ProgramSyntaxError, program_refusal
+from ..programs.language.program_errors import ProgramSyntaxError, program_refusal
 from ..programs.language.statements import Move
+from ..programs.language.words import ProgramError
 from ..refusal import Refusal
 from .effects import Effect, Send
 

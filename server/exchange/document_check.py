@@ -22,18 +22,14 @@ from ..access.accounts import read_account
 from ..programs.editing.program_tasks import ReadSource, check_to_be_kept, read_source
 from ..programs.language.printer import print_program
 from ..programs.language.program import OwnRobot, Program, check_robot
-from ..programs.language.program_errors import (
-    BadValue,
-    JsonRefused,
-    ProgramError,
-    ProgramSyntaxError,
-)
+from ..programs.language.program_errors import JsonRefused, ProgramSyntaxError
 from ..programs.language.program_json import (
     MOST_READ,
     program_from_json,
     program_to_json,
     source_of,
 )
+from ..programs.language.words import BadValue, ProgramError
 from ..refusal import field_fault
 from ..scene.planning_scene import scene_from_json, with_frames
 from ..store.documents import DocumentKind

@@ -8,8 +8,9 @@ from rigs.data.program_samples import HEAD
 
 from openpendant.server.programs.language.parser import parse, parse_bytes
 from openpendant.server.programs.language.printer import print_program
-from openpendant.server.programs.language.program_errors import ProgramError, program_refusal
+from openpendant.server.programs.language.program_errors import program_refusal
 from openpendant.server.programs.language.program_json import program_from_json, program_to_json
+from openpendant.server.programs.language.words import ProgramError
 from openpendant.simplemsg.verdicts import CATALOGUE
 
 from .choices import Choices

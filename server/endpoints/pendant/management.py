@@ -32,7 +32,7 @@ from ...events.management_requests import (
     is_of_topic,
     unknown,
 )
-from ...programs.language.program_errors import ProgramError
+from ...programs.language.words import ProgramError
 from ...programs.program_service import ProgramService
 from ...refusal import JsonBody, Refusal, refusal_of
 from ...settings.cell_settings import CellSettings

@@ -59,12 +59,8 @@ from openpendant.motion.trajectory.point_speed import ToolSpeedLimit, reduced_sp
 from openpendant.motion.trajectory.trajectory import Trajectory
 
 from ...programs.interpreter.motion_blocks import BlockMove, MotionBlock
-from ...programs.language.points import (
-    ArmConfiguration,
-    PointPose,
-    TeachPoint,
-    check_consistency,
-)
+from ...programs.language.point_poses import check_consistency, pose_of
+from ...programs.language.points import ArmConfiguration, PointPose, TeachPoint
 from ...programs.language.program_errors import PointInconsistent
 from ...programs.language.statements import SpeedKind, Way
 from ...refusal import Refusal, refusal_of
@@ -181,7 +177,9 @@ class Places:
             FrameUnknown: there is no such frame or tool, or the frame moves.
         """
         tip = self._frames.transform(pose.tool, FLANGE)
-        return self._frames.transform(pose.frame, BASE).compose(pose.pose).compose(tip.inverse())
+        return (
+            self._frames.transform(pose.frame, BASE).compose(pose_of(pose)).compose(tip.inverse())
+        )
 
     def tool(self, point: TeachPoint | None = None) -> Pose:
         """Return a point's tool in the flange; the selected one for a point without a pose.

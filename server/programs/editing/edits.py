@@ -6,17 +6,17 @@ either to a valid program or to an error, and the program that it was applied to
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
-from typing import Annotated, ClassVar, Literal, TypeAlias, TypeVar
+from typing import Annotated, Any, ClassVar, Literal, TypeAlias, TypeVar
 
-from pydantic import ConfigDict, Field
+from pydantic import Field
 
 from ..language.points import CLOSED, ArmConfiguration, JointVector, PointPose, TeachPoint
 from ..language.printer import first_line, in_words, last_of, places_of
 from ..language.program import Program
 from ..language.program_errors import (
     BadBlocks,
-    BadValue,
     PointExists,
     PointInUse,
     PointUnknown,
@@ -24,6 +24,7 @@ from ..language.program_errors import (
 )
 from ..language.program_json import AnyStatement
 from ..language.statements import Move
+from ..language.words import BadValue
 
 MOST_INSERTED = 200
 """Statements that one edit inserts; the event loop reads each of them."""
@@ -33,7 +34,7 @@ MOST_INSERTED = 200
 class _Edit:
     """What all edits have: their JSON has exactly their fields."""
 
-    __pydantic_config__: ClassVar[ConfigDict] = CLOSED
+    __pydantic_config__: ClassVar[Mapping[str, Any]] = CLOSED
 
 
 @dataclass(frozen=True, slots=True)

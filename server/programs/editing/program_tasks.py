@@ -23,13 +23,7 @@ from ..language.parser import parse_source
 from ..language.points import TeachPoint
 from ..language.printer import print_program, statement_lines
 from ..language.program import OwnRobot, Program, check_robot
-from ..language.program_errors import (
-    BadValue,
-    ProgramError,
-    ProgramSyntaxError,
-    ProgramTooLarge,
-    program_refusal,
-)
+from ..language.program_errors import ProgramSyntaxError, ProgramTooLarge, program_refusal
 from ..language.program_json import (
     MOST_JSON_BYTES,
     POINTS,
@@ -39,6 +33,7 @@ from ..language.program_json import (
     program_to_json,
 )
 from ..language.statements import Statement
+from ..language.words import BadValue, ProgramError
 from .edit_history import Renumbering, Splice, between, by_edit, splice_between
 from .edits import Edit, apply
 

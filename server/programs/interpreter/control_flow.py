@@ -12,8 +12,8 @@ from typing import TypeAlias
 
 from ..language.linking import Linked
 from ..language.program import Program
-from ..language.program_errors import BadValue
 from ..language.statements import Call, Comment, Else, End, IfFlag, Loop, Statement
+from ..language.words import BadValue
 
 Flags: TypeAlias = Mapping[str, bool]
 

@@ -23,7 +23,6 @@ from openpendant.simplemsg.verdicts import VerdictCode
 from ...refusal import Refusal
 from ..language.grammar import statement_text
 from ..language.linking import Linked
-from ..language.program_errors import BadValue
 from ..language.statements import (
     MOST_PASSES,
     Attach,
@@ -36,6 +35,7 @@ from ..language.statements import (
     Wait,
     WaitInput,
 )
+from ..language.words import BadValue
 from .control_flow import ControlFlow, Position
 from .motion_blocks import (
     MOST_INSTANT_AT_ONCE,

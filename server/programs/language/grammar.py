@@ -13,9 +13,8 @@ from typing import TYPE_CHECKING, Literal, cast
 
 from openpendant.motion.pose import Pose
 
-from .lexer import Clauses, Dimension, Places, TextPlace, from_si, plain_number
+from .lexer import Clauses, Dimension, Places, TextPlace, from_si, named, plain_number
 from .points import MOST_TURNS, ArmConfiguration, PointPose, TeachPoint
-from .program_errors import BadValue
 from .statements import (
     FULL_SPEED,
     Attach,
@@ -37,7 +36,7 @@ from .statements import (
     WaitInput,
     Way,
 )
-from .words import named
+from .words import BadValue
 
 if TYPE_CHECKING:
     from .program import Program

@@ -19,17 +19,9 @@ from .grammar import POINT_CLAUSES, STATEMENTS, PointClauses, read_statement
 from .lexer import Clauses, Line, Places, TextPlace, decoded, lines_of, place_of
 from .points import TeachPoint
 from .program import MOST_POINTS, Program
-from .program_errors import (
-    BadBlocks,
-    BadValue,
-    PointUnknown,
-    ProgramError,
-    ProgramSyntaxError,
-    ProgramTooLarge,
-    excerpt,
-)
+from .program_errors import BadBlocks, PointUnknown, ProgramSyntaxError, ProgramTooLarge, excerpt
 from .statements import Comment, Statement
-from .words import COMMENT
+from .words import COMMENT, BadValue, ProgramError
 
 FORMAT: Final = "openpendant-program/1"
 """First word of a program's text, and `format` of its JSON."""

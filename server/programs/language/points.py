@@ -1,23 +1,17 @@
 """Teach points: the joint position, and the pose of a tool in a frame there.
 
-Owns the fields of a point and their accepted values, and the comparison of its joints with its
-pose. Joints are controller-side [rad or m]. Knows no kinematics: the caller of the comparison
-supplies them.
+Owns the fields of a point and their accepted values. Joints are controller-side [rad or m]. Knows
+no mathematics of poses.
 """
 
 from __future__ import annotations
 
 import math
-from collections.abc import Callable
+from collections.abc import Mapping
 from dataclasses import dataclass
-from typing import ClassVar, Literal, TypeAlias
+from typing import Any, ClassVar, Literal, TypeAlias
 
-from pydantic import ConfigDict
-
-from openpendant.motion.pose import Pose
-
-from .program_errors import BadValue, PointInconsistent
-from .words import check_comment, check_name, check_number
+from .words import BadValue, check_comment, check_name, check_number
 
 JointVector: TypeAlias = tuple[float, ...]
 
@@ -29,11 +23,9 @@ MOST_TURNS = 100
 
 _LARGEST_VALUE = 1e6
 _UNIT_TOLERANCE = 1e-6
-_POSITION_TOLERANCE = 1e-4
-_ROTATION_TOLERANCE = 1e-3
 
-CLOSED = ConfigDict(extra="forbid", strict=True)
-"""Settings for reading JSON into values: exactly these fields, of exactly these types."""
+CLOSED: Mapping[str, Any] = {"extra": "forbid", "strict": True}
+"""What pydantic is told for reading JSON: exactly these fields, of exactly these types."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -47,7 +39,7 @@ class ArmConfiguration:
         turns: full turns of each joint; None where they are not said.
     """
 
-    __pydantic_config__: ClassVar[ConfigDict] = CLOSED
+    __pydantic_config__: ClassVar[Mapping[str, Any]] = CLOSED
 
     shoulder: Literal["front", "back"]
     elbow: Literal["up", "down"]
@@ -70,7 +62,7 @@ class PointPose:
         tool: the tool's name.
     """
 
-    __pydantic_config__: ClassVar[ConfigDict] = CLOSED
+    __pydantic_config__: ClassVar[Mapping[str, Any]] = CLOSED
 
     position: tuple[float, float, float]
     quaternion: tuple[float, float, float, float]
@@ -91,11 +83,6 @@ class PointPose:
         check_name(self.frame, "the frame")
         check_name(self.tool, "the tool")
 
-    @property
-    def pose(self) -> Pose:
-        """The pose, with its quaternion normalised."""
-        return Pose.from_values(self.position, self.quaternion)
-
 
 @dataclass(frozen=True, slots=True)
 class TeachPoint:
@@ -109,7 +96,7 @@ class TeachPoint:
         comment: lines of text; empty for none.
     """
 
-    __pydantic_config__: ClassVar[ConfigDict] = CLOSED
+    __pydantic_config__: ClassVar[Mapping[str, Any]] = CLOSED
 
     name: str
     joints: JointVector
@@ -133,35 +120,3 @@ class TeachPoint:
             place = min(len(turns) - 1, len(self.joints))
             raise BadValue("turns", problem, part="a number of turns", place=place)
         check_comment(self.comment)
-
-
-Forward: TypeAlias = Callable[[JointVector, str, str], Pose]
-"""Forward kinematics of (joints, frame's name, tool's name): the tool's pose in the frame."""
-
-
-def check_consistency(
-    point: TeachPoint,
-    forward: Forward,
-    *,
-    position_tolerance: float = _POSITION_TOLERANCE,
-    rotation_tolerance: float = _ROTATION_TOLERANCE,
-) -> None:
-    """Check that a point's joints put its tool where its pose says; a point without one passes.
-
-    Args:
-        forward: the robot's forward kinematics, with the tools and frames of the cell.
-        position_tolerance: greatest distance of both places [m].
-        rotation_tolerance: greatest angle between both orientations [rad].
-
-    Raises:
-        PointInconsistent: they differ by more.
-        MotionError: the frame or the tool is unknown.
-    """
-    if point.pose is None:
-        return
-    reached = forward(point.joints, point.pose.frame, point.pose.tool)
-    distance = reached.position_distance(point.pose.pose)
-    angle = reached.rotation_distance(point.pose.pose)
-    if not (distance <= position_tolerance and angle <= rotation_tolerance):
-        within = f"{position_tolerance:g} m and {rotation_tolerance:g} rad"
-        raise PointInconsistent(point.name, distance, angle, within)

@@ -20,16 +20,9 @@ from openpendant.motion.description.limits import JointLimits
 from openpendant.simplemsg.pendant.management.programs import MOST_STATEMENTS
 
 from .points import MOST_JOINTS, TeachPoint
-from .program_errors import (
-    BadBlocks,
-    BadValue,
-    PointExists,
-    PointUnknown,
-    ProgramTooLarge,
-    WrongRobot,
-)
+from .program_errors import BadBlocks, PointExists, PointUnknown, ProgramTooLarge, WrongRobot
 from .statements import Call, Else, End, IfFlag, IfInput, Loop, Move, Statement
-from .words import check_comment, check_name
+from .words import BadValue, check_comment, check_name
 
 DEEPEST_NESTING = 32
 """Greatest depth of nested blocks."""

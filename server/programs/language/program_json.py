@@ -21,8 +21,9 @@ from .lexer import MOST_BYTES
 from .parser import FORMAT, Source, parse_bytes
 from .points import TeachPoint
 from .program import MOST_POINTS, Program
-from .program_errors import BadBlocks, JsonRefused, PointUnknown, ProgramError, ProgramTooLarge
+from .program_errors import BadBlocks, JsonRefused, PointUnknown, ProgramTooLarge
 from .statements import Statement
+from .words import ProgramError
 
 MOST_JSON_BYTES = 2 << 20
 """Largest JSON of a program [bytes of UTF-8]; it is longer than its text."""

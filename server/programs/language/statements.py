@@ -7,15 +7,13 @@ edits, breakpoints and the current line speak of that. `program` owns that they 
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass, field
 from enum import StrEnum
-from typing import ClassVar, Literal, TypeAlias
-
-from pydantic import ConfigDict
+from typing import Any, ClassVar, Literal, TypeAlias
 
 from .points import CLOSED
-from .program_errors import BadValue
-from .words import check_comment_line, check_name, check_number
+from .words import BadValue, check_comment_line, check_name, check_number
 
 LONGEST_WAIT = 86_400.0
 """Longest wait, dwell or time limit [s]: a day."""
@@ -61,7 +59,7 @@ class Speed:
         value: more than 0 and at most 1, or the speed [m/s].
     """
 
-    __pydantic_config__: ClassVar[ConfigDict] = CLOSED
+    __pydantic_config__: ClassVar[Mapping[str, Any]] = CLOSED
 
     kind: SpeedKind
     value: float
@@ -80,7 +78,7 @@ FULL_SPEED = Speed(SpeedKind.FRACTION, 1.0)
 class _Statement:
     """What all statements have: a comment behind them, one line, empty for none."""
 
-    __pydantic_config__: ClassVar[ConfigDict] = CLOSED
+    __pydantic_config__: ClassVar[Mapping[str, Any]] = CLOSED
 
     comment: str = field(default="", kw_only=True)
 

@@ -36,9 +36,9 @@ from ..editing.edits import DescribeProgram, Edit, RecordPoint, TouchUp
 from ..editing.program_tasks import BodyEdited, Done, EditBody, HeadTaken, TakeHead
 from ..language.points import ArmConfiguration, PointPose, TeachPoint
 from ..language.program import OwnRobot, Program, check_robot
-from ..language.program_errors import BadValue, ProgramError
 from ..language.program_json import program_from_json
 from ..language.statements import Move
+from ..language.words import BadValue, ProgramError
 from .kept_breakpoints import KeptBreakpoints, KeptFields
 from .program_loader import ProgramLoader, ProgramWork
 

@@ -38,8 +38,9 @@ from ..editing.program_tasks import (
 )
 from ..language.lexer import MOST_BYTES
 from ..language.program import OwnRobot, Program
-from ..language.program_errors import BadValue, ProgramTooLarge
+from ..language.program_errors import ProgramTooLarge
 from ..language.program_json import MOST_JSON_BYTES, program_to_json
+from ..language.words import BadValue
 from .kept_breakpoints import KeptBreakpoints, KeptFields
 from .program_changes import ProgramChanges, saved
 from .program_loader import ProgramLoader, ProgramWork

@@ -40,8 +40,9 @@ from ..editing.program_tasks import (
 )
 from ..language.linking import MOST_PARTS, MOST_PROGRAMS, Linked, link
 from ..language.program import Program, check_robot
-from ..language.program_errors import ProgramError, ProgramTooLarge, program_refusal
+from ..language.program_errors import ProgramTooLarge, program_refusal
 from ..language.program_json import program_from_json
+from ..language.words import ProgramError
 
 MOST_WAITING = 16
 """Greatest number of tasks of one cell that wait for the planning process."""

@@ -12,6 +12,7 @@ from openpendant.motion.paths.segments import Circ, Lin, Ptp, Spline, ThroughPoi
 from openpendant.motion.pose import Pose
 from openpendant.server.planning.worker.block_planning import segments_of
 from openpendant.server.programs.interpreter.motion_blocks import BlockMove, MotionBlock
+from openpendant.server.programs.language.point_poses import pose_of
 from openpendant.server.programs.language.points import JointVector, PointPose, TeachPoint
 from openpendant.server.programs.language.statements import Move, Way
 
@@ -23,7 +24,8 @@ TABLE = Pose.from_values((1.0, 0.0, 0.0), LEVEL)
 
 
 def to_base(pose: PointPose) -> Pose:
-    return TABLE.compose(pose.pose) if pose.frame == "table" else pose.pose
+    there = pose_of(pose)
+    return TABLE.compose(there) if pose.frame == "table" else there
 
 
 def forward(joints: JointVector) -> Pose:

@@ -8,7 +8,7 @@ import pytest
 from rigs.data.program_samples import program
 
 from openpendant.server.programs.language.program import Program
-from openpendant.server.programs.language.program_errors import ProgramError, ProgramTooLarge
+from openpendant.server.programs.language.program_errors import ProgramTooLarge
 from openpendant.server.programs.language.program_json import (
     MOST_JSON_BYTES,
     program_from_json,
@@ -16,6 +16,7 @@ from openpendant.server.programs.language.program_json import (
     program_to_json,
     source_of,
 )
+from openpendant.server.programs.language.words import ProgramError
 from openpendant.simplemsg.verdicts import VerdictCode as V
 
 

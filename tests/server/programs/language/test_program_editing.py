@@ -26,8 +26,8 @@ from openpendant.server.programs.editing.edits import (
 )
 from openpendant.server.programs.language.points import TeachPoint
 from openpendant.server.programs.language.printer import print_program
-from openpendant.server.programs.language.program_errors import ProgramError
 from openpendant.server.programs.language.statements import Call, End, Loop, Move, Wait, Way
+from openpendant.server.programs.language.words import ProgramError
 from openpendant.simplemsg.pendant.management.programs import EditProgram
 from openpendant.simplemsg.verdicts import VerdictCode as V
 

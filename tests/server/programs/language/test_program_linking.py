@@ -8,7 +8,8 @@ from rigs.data.program_samples import linked, program
 from openpendant.server.programs.language.linking import DEEPEST_CALL, MOST_PROGRAMS, link
 from openpendant.server.programs.language.parser import parse
 from openpendant.server.programs.language.printer import statement_lines
-from openpendant.server.programs.language.program_errors import CallTooDeep, ProgramError
+from openpendant.server.programs.language.program_errors import CallTooDeep
+from openpendant.server.programs.language.words import ProgramError
 from openpendant.simplemsg.verdicts import VerdictCode as V
 
 

@@ -11,7 +11,6 @@ from openpendant.server.programs.language.lexer import MOST_BYTES
 from openpendant.server.programs.language.parser import Source, parse, parse_bytes, parse_source
 from openpendant.server.programs.language.program import MOST_POINTS
 from openpendant.server.programs.language.program_errors import (
-    ProgramError,
     ProgramSyntaxError,
     ProgramTooLarge,
     program_refusal,
@@ -26,6 +25,7 @@ from openpendant.server.programs.language.statements import (
     WaitInput,
     Way,
 )
+from openpendant.server.programs.language.words import ProgramError
 from openpendant.simplemsg.pendant.management.programs import MOST_STATEMENTS
 from openpendant.simplemsg.verdicts import VerdictCode as V
 

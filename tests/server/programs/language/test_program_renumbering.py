@@ -19,8 +19,8 @@ from openpendant.server.programs.editing.edits import (
     apply,
 )
 from openpendant.server.programs.language.points import TeachPoint
-from openpendant.server.programs.language.program_errors import ProgramError
 from openpendant.server.programs.language.statements import Move, Wait, Way
+from openpendant.server.programs.language.words import ProgramError
 
 COUNT = 6
 ALL_DIFFERENT = program("\n".join(f"wait {number + 1} s" for number in range(COUNT)))
