@@ -18,17 +18,17 @@ import typer
 from openpendant.motion.bounded_file import beginning_of
 from openpendant.motion.description.robot import SerialRobot, serial_robot
 from openpendant.motion.errors import MotionError
+from openpendant.simplemsg.pendant.management.points import TeachPoint
+from openpendant.simplemsg.pendant.management.words import ProgramError
 from openpendant.tools.console import ExitCode, command, emit_json, run_alone
 
 from ..programs.interpreter.dry_run import reachability
 from ..programs.language.linking import link
 from ..programs.language.parser import Source
-from ..programs.language.points import TeachPoint
 from ..programs.language.printer import in_words, print_program
 from ..programs.language.program import Program, check_robot
 from ..programs.language.program_errors import ProgramSyntaxError, ProgramUnknown, program_refusal
 from ..programs.language.program_json import MOST_READ, is_json, program_to_json, source_of
-from ..programs.language.words import ProgramError
 from ..refusal import Refusal, refusal_of
 from ..store.documents import check_new_name
 from ..store.store_errors import BadName

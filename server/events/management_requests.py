@@ -21,13 +21,13 @@ from openpendant.simplemsg.pendant import MAX_PENDANT_FRAME, Management
 from openpendant.simplemsg.pendant.management import OPERATIONS
 from openpendant.simplemsg.pendant.management.declaration import SERVER_VALUES, Request
 from openpendant.simplemsg.pendant.management.programs import EDIT, MOVE
+from openpendant.simplemsg.pendant.management.statements import Move
+from openpendant.simplemsg.pendant.management.words import ProgramError
 from openpendant.simplemsg.verdicts import VerdictCode
 
 from ..programs.editing.edits import Edit
 from ..programs.editing.program_tasks import ProgramRefused
 from ..programs.language.program_errors import ProgramSyntaxError, program_refusal
-from ..programs.language.statements import Move
-from ..programs.language.words import ProgramError
 from ..refusal import Refusal
 from .effects import Effect, Send
 

@@ -17,6 +17,7 @@ from pydantic import ValidationError
 from openpendant.motion.description.robot import SerialRobot, robot_names, serial_robot
 from openpendant.motion.errors import FrameFileError, MotionError, SceneFileError
 from openpendant.motion.frames.frame_tree import FrameTree
+from openpendant.simplemsg.pendant.management.words import BadValue, ProgramError
 
 from ..access.accounts import read_account
 from ..programs.editing.program_tasks import ReadSource, check_to_be_kept, read_source
@@ -29,7 +30,6 @@ from ..programs.language.program_json import (
     program_to_json,
     source_of,
 )
-from ..programs.language.words import BadValue, ProgramError
 from ..refusal import field_fault
 from ..scene.planning_scene import scene_from_json, with_frames
 from ..store.documents import DocumentKind

@@ -43,16 +43,16 @@ from openpendant.server.planning.jobs import (
 from openpendant.server.programs.editing import edits, program_tasks
 from openpendant.server.programs.interpreter.motion_blocks import BlockMove, MotionBlock
 from openpendant.server.programs.interpreter.run_events import OfferedSignals
-from openpendant.server.programs.language import statements
 from openpendant.server.programs.language.linking import link
-from openpendant.server.programs.language.points import ArmConfiguration, PointPose, TeachPoint
 from openpendant.server.programs.language.program import OwnRobot, Program
-from openpendant.server.programs.language.statements import Move, Speed, SpeedKind, Way
 from openpendant.server.refusal import Refusal
 from openpendant.server.store import requests
 from openpendant.server.store.documents import DocumentKind
 from openpendant.server.store.recording_format import Extract
 from openpendant.simplemsg.pendant import Motion
+from openpendant.simplemsg.pendant.management import statements
+from openpendant.simplemsg.pendant.management.points import ArmConfiguration, PointPose, TeachPoint
+from openpendant.simplemsg.pendant.management.statements import Move, Speed, SpeedKind, Way
 from openpendant.simplemsg.pendant.roles import Role
 from openpendant.simplemsg.verdicts import VerdictCode
 

@@ -57,12 +57,12 @@ from openpendant.motion.trajectory.certificate import Certificate, certify
 from openpendant.motion.trajectory.joint_curves import Path
 from openpendant.motion.trajectory.point_speed import ToolSpeedLimit, reduced_speed, tool_point
 from openpendant.motion.trajectory.trajectory import Trajectory
+from openpendant.simplemsg.pendant.management.points import ArmConfiguration, PointPose, TeachPoint
+from openpendant.simplemsg.pendant.management.statements import SpeedKind, Way
 
 from ...programs.interpreter.motion_blocks import BlockMove, MotionBlock
 from ...programs.language.point_poses import check_consistency, pose_of
-from ...programs.language.points import ArmConfiguration, PointPose, TeachPoint
 from ...programs.language.program_errors import PointInconsistent
-from ...programs.language.statements import SpeedKind, Way
 from ...refusal import Refusal, refusal_of
 from ..jobs import BlockJob, JointVector, PathFree, WayCheckJob
 

@@ -12,7 +12,16 @@ from typing import Annotated, Any, ClassVar, Literal, TypeAlias, TypeVar
 
 from pydantic import Field
 
-from ..language.points import CLOSED, ArmConfiguration, JointVector, PointPose, TeachPoint
+from openpendant.simplemsg.pendant.management.points import (
+    CLOSED,
+    ArmConfiguration,
+    JointVector,
+    PointPose,
+    TeachPoint,
+)
+from openpendant.simplemsg.pendant.management.statements import Move
+from openpendant.simplemsg.pendant.management.words import BadValue
+
 from ..language.printer import first_line, in_words, last_of, places_of
 from ..language.program import Program
 from ..language.program_errors import (
@@ -23,8 +32,6 @@ from ..language.program_errors import (
     StatementRefused,
 )
 from ..language.program_json import AnyStatement
-from ..language.statements import Move
-from ..language.words import BadValue
 
 MOST_INSERTED = 200
 """Statements that one edit inserts; the event loop reads each of them."""

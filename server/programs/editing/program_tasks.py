@@ -18,9 +18,12 @@ from collections import deque
 from dataclasses import dataclass, field, replace
 from typing import ClassVar, Literal, TypeAlias
 
+from openpendant.simplemsg.pendant.management.points import TeachPoint
+from openpendant.simplemsg.pendant.management.statements import Statement
+from openpendant.simplemsg.pendant.management.words import BadValue, ProgramError
+
 from ...refusal import Refusal
 from ..language.parser import parse_source
-from ..language.points import TeachPoint
 from ..language.printer import print_program, statement_lines
 from ..language.program import OwnRobot, Program, check_robot
 from ..language.program_errors import ProgramSyntaxError, ProgramTooLarge, program_refusal
@@ -32,8 +35,6 @@ from ..language.program_json import (
     program_from_source,
     program_to_json,
 )
-from ..language.statements import Statement
-from ..language.words import BadValue, ProgramError
 from .edit_history import Renumbering, Splice, between, by_edit, splice_between
 from .edits import Edit, apply
 

@@ -22,8 +22,9 @@ from enum import Enum
 from functools import cache
 from typing import NamedTuple, TypeAlias
 
+from openpendant.simplemsg.pendant.management.words import BadValue
+
 from .program_errors import ProgramSyntaxError, ProgramTooLarge, excerpt
-from .words import BadValue
 
 _BARE_NAME = re.compile(r"[A-Za-z_][A-Za-z0-9_.-]*", re.ASCII)
 

@@ -9,8 +9,8 @@ from collections.abc import Callable
 from typing import TypeAlias
 
 from openpendant.motion.pose import Pose
+from openpendant.simplemsg.pendant.management.points import JointVector, PointPose, TeachPoint
 
-from .points import JointVector, PointPose, TeachPoint
 from .program_errors import PointInconsistent
 
 _POSITION_TOLERANCE = 1e-4

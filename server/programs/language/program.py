@@ -17,12 +17,21 @@ from itertools import pairwise
 from typing import NamedTuple
 
 from openpendant.motion.description.limits import JointLimits
+from openpendant.simplemsg.pendant.management.points import MOST_JOINTS, TeachPoint
 from openpendant.simplemsg.pendant.management.programs import MOST_STATEMENTS
+from openpendant.simplemsg.pendant.management.statements import (
+    Call,
+    Else,
+    End,
+    IfFlag,
+    IfInput,
+    Loop,
+    Move,
+    Statement,
+)
+from openpendant.simplemsg.pendant.management.words import BadValue, check_comment, check_name
 
-from .points import MOST_JOINTS, TeachPoint
 from .program_errors import BadBlocks, PointExists, PointUnknown, ProgramTooLarge, WrongRobot
-from .statements import Call, Else, End, IfFlag, IfInput, Loop, Move, Statement
-from .words import BadValue, check_comment, check_name
 
 DEEPEST_NESTING = 32
 """Greatest depth of nested blocks."""

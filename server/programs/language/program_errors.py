@@ -6,10 +6,10 @@ from 0.
 
 from __future__ import annotations
 
+from openpendant.simplemsg.pendant.management.words import ProgramError
 from openpendant.simplemsg.verdicts import VerdictCode
 
 from ...refusal import Refusal
-from .words import ProgramError
 
 _LONGEST_EXCERPT = 40
 _LONGEST_FIELD = 120

@@ -13,17 +13,17 @@ from typing import Annotated, Literal, TypeAlias
 
 from pydantic import BaseModel, ConfigDict, Field, TypeAdapter, ValidationError
 
+from openpendant.simplemsg.pendant.management.points import TeachPoint
 from openpendant.simplemsg.pendant.management.programs import MOST_STATEMENTS
+from openpendant.simplemsg.pendant.management.statements import Statement
+from openpendant.simplemsg.pendant.management.words import ProgramError
 
 from ...store.store_errors import BadDocument
 from ...store.strict_json import parse as parse_strictly
 from .lexer import MOST_BYTES
 from .parser import FORMAT, Source, parse_bytes
-from .points import TeachPoint
 from .program import MOST_POINTS, Program
 from .program_errors import BadBlocks, JsonRefused, PointUnknown, ProgramTooLarge
-from .statements import Statement
-from .words import ProgramError
 
 MOST_JSON_BYTES = 2 << 20
 """Largest JSON of a program [bytes of UTF-8]; it is longer than its text."""

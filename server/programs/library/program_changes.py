@@ -20,6 +20,9 @@ from openpendant.motion.frames.frame_tree import BASE, TOOL, FrameTree
 from openpendant.motion.pose import Pose
 from openpendant.simplemsg.pendant import Activity
 from openpendant.simplemsg.pendant.management import programs as op
+from openpendant.simplemsg.pendant.management.points import ArmConfiguration, PointPose, TeachPoint
+from openpendant.simplemsg.pendant.management.statements import Move
+from openpendant.simplemsg.pendant.management.words import BadValue, ProgramError
 from openpendant.simplemsg.verdicts import VerdictCode
 
 from ...cell.robot_cell import RobotCell
@@ -34,11 +37,8 @@ from ...store.store_errors import Conflict, StoreError
 from ..editing.edit_history import EditStep, History, Renumbering, Splice
 from ..editing.edits import DescribeProgram, Edit, RecordPoint, TouchUp
 from ..editing.program_tasks import BodyEdited, Done, EditBody, HeadTaken, TakeHead
-from ..language.points import ArmConfiguration, PointPose, TeachPoint
 from ..language.program import OwnRobot, Program, check_robot
 from ..language.program_json import program_from_json
-from ..language.statements import Move
-from ..language.words import BadValue, ProgramError
 from .kept_breakpoints import KeptBreakpoints, KeptFields
 from .program_loader import ProgramLoader, ProgramWork
 

@@ -17,6 +17,7 @@ from typing import cast
 
 from openpendant.simplemsg.pendant.management import programs as op
 from openpendant.simplemsg.pendant.management.programs import SaveProgram
+from openpendant.simplemsg.pendant.management.words import BadValue
 
 from ...cell.robot_cell import RobotCell
 from ...cell.robot_model import RobotModel
@@ -40,7 +41,6 @@ from ..language.lexer import MOST_BYTES
 from ..language.program import OwnRobot, Program
 from ..language.program_errors import ProgramTooLarge
 from ..language.program_json import MOST_JSON_BYTES, program_to_json
-from ..language.words import BadValue
 from .kept_breakpoints import KeptBreakpoints, KeptFields
 from .program_changes import ProgramChanges, saved
 from .program_loader import ProgramLoader, ProgramWork

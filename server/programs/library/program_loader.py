@@ -16,6 +16,7 @@ from dataclasses import dataclass, field
 from typing import Any, TypeAlias, TypeVar
 
 from openpendant.motion.description.limits import JointLimits
+from openpendant.simplemsg.pendant.management.words import ProgramError
 from openpendant.simplemsg.verdicts import VerdictCode
 
 from ...events.effects import Effect
@@ -42,7 +43,6 @@ from ..language.linking import MOST_PARTS, MOST_PROGRAMS, Linked, link
 from ..language.program import Program, check_robot
 from ..language.program_errors import ProgramTooLarge, program_refusal
 from ..language.program_json import program_from_json
-from ..language.words import ProgramError
 
 MOST_WAITING = 16
 """Greatest number of tasks of one cell that wait for the planning process."""

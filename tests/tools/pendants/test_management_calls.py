@@ -14,8 +14,8 @@ from openpendant.server.cell.why import WhyReply
 from openpendant.server.endpoints.pendant.jog_requests import RetreatReply
 from openpendant.server.endpoints.pendant.management import ServedCells, Snapshot
 from openpendant.server.programs.editing import edits as server_edits
-from openpendant.server.programs.language import statements as server_statements
 from openpendant.simplemsg.pendant.management import cell, edits, programs
+from openpendant.simplemsg.pendant.management import statements as server_statements
 from openpendant.tools.pendants.client import PendantClient
 from openpendant.tools.pendants.loop_thread import LoopThread
 from openpendant.tools.pendants.management.calls import AsyncCalls, CallGroup, call

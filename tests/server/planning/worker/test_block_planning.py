@@ -20,9 +20,9 @@ from openpendant.server.planning.worker.job_planner import answer, kinematics_of
 from openpendant.server.programs.interpreter.control_flow import ControlFlow, Level
 from openpendant.server.programs.interpreter.motion_blocks import Gatherer, MotionBlock
 from openpendant.server.programs.language.point_poses import pose_of
-from openpendant.server.programs.language.points import ArmConfiguration, PointPose, TeachPoint
 from openpendant.server.programs.language.program import Program
 from openpendant.server.refusal import Refusal
+from openpendant.simplemsg.pendant.management.points import ArmConfiguration, PointPose, TeachPoint
 from openpendant.simplemsg.verdicts import VerdictCode as V
 
 UR5 = kinematics_of("ur5")

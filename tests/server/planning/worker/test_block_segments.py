@@ -13,8 +13,8 @@ from openpendant.motion.pose import Pose
 from openpendant.server.planning.worker.block_planning import segments_of
 from openpendant.server.programs.interpreter.motion_blocks import BlockMove, MotionBlock
 from openpendant.server.programs.language.point_poses import pose_of
-from openpendant.server.programs.language.points import JointVector, PointPose, TeachPoint
-from openpendant.server.programs.language.statements import Move, Way
+from openpendant.simplemsg.pendant.management.points import JointVector, PointPose, TeachPoint
+from openpendant.simplemsg.pendant.management.statements import Move, Way
 
 LEVEL = (0.0, 0.0, 0.0, 1.0)
 IN_BASE = TeachPoint("a", (0.1,) * 6, PointPose((0.4, 0.0, 0.3), LEVEL, "base", "flange"))

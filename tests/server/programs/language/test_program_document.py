@@ -16,7 +16,7 @@ from openpendant.server.programs.language.program_json import (
     program_to_json,
     source_of,
 )
-from openpendant.server.programs.language.words import ProgramError
+from openpendant.simplemsg.pendant.management.words import ProgramError
 from openpendant.simplemsg.verdicts import VerdictCode as V
 
 

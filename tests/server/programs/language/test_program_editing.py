@@ -24,11 +24,11 @@ from openpendant.server.programs.editing.edits import (
     TouchUp,
     apply,
 )
-from openpendant.server.programs.language.points import TeachPoint
 from openpendant.server.programs.language.printer import print_program
-from openpendant.server.programs.language.statements import Call, End, Loop, Move, Wait, Way
-from openpendant.server.programs.language.words import ProgramError
+from openpendant.simplemsg.pendant.management.points import TeachPoint
 from openpendant.simplemsg.pendant.management.programs import EditProgram
+from openpendant.simplemsg.pendant.management.statements import Call, End, Loop, Move, Wait, Way
+from openpendant.simplemsg.pendant.management.words import ProgramError
 from openpendant.simplemsg.verdicts import VerdictCode as V
 
 D = TeachPoint("d", (0.5,) * 6)

@@ -21,10 +21,10 @@ from openpendant.server.programs.editing.edits import (
     RenamePoint,
     apply,
 )
-from openpendant.server.programs.language.points import TeachPoint
 from openpendant.server.programs.language.program_errors import NothingToUndo
 from openpendant.server.programs.language.program_json import program_from_json, program_to_json
-from openpendant.server.programs.language.statements import Move, Way
+from openpendant.simplemsg.pendant.management.points import TeachPoint
+from openpendant.simplemsg.pendant.management.statements import Move, Way
 from openpendant.simplemsg.verdicts import VerdictCode as V
 
 BEFORE = program_to_json(program("move PTP a\nloop 2\nmove CIRC b via a\nend\nwait 1 s"))

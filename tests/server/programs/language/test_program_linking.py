@@ -9,7 +9,7 @@ from openpendant.server.programs.language.linking import DEEPEST_CALL, MOST_PROG
 from openpendant.server.programs.language.parser import parse
 from openpendant.server.programs.language.printer import statement_lines
 from openpendant.server.programs.language.program_errors import CallTooDeep
-from openpendant.server.programs.language.words import ProgramError
+from openpendant.simplemsg.pendant.management.words import ProgramError
 from openpendant.simplemsg.verdicts import VerdictCode as V
 
 

@@ -15,7 +15,8 @@ from openpendant.server.programs.language.program_errors import (
     ProgramTooLarge,
     program_refusal,
 )
-from openpendant.server.programs.language.statements import (
+from openpendant.simplemsg.pendant.management.programs import MOST_STATEMENTS
+from openpendant.simplemsg.pendant.management.statements import (
     Comment,
     IfInput,
     Loop,
@@ -25,8 +26,7 @@ from openpendant.server.programs.language.statements import (
     WaitInput,
     Way,
 )
-from openpendant.server.programs.language.words import ProgramError
-from openpendant.simplemsg.pendant.management.programs import MOST_STATEMENTS
+from openpendant.simplemsg.pendant.management.words import ProgramError
 from openpendant.simplemsg.verdicts import VerdictCode as V
 
 

@@ -11,15 +11,15 @@ from openpendant.motion.kinematics.ik.configuration import Elbow, Shoulder, Wris
 from openpendant.motion.pose import Pose
 from openpendant.server.programs.language.parser import parse
 from openpendant.server.programs.language.point_poses import check_consistency
-from openpendant.server.programs.language.points import (
+from openpendant.server.programs.language.program import Program, check_robot
+from openpendant.server.programs.language.program_errors import PointInconsistent, WrongRobot
+from openpendant.simplemsg.pendant.management.points import (
     ArmConfiguration,
     JointVector,
     PointPose,
     TeachPoint,
 )
-from openpendant.server.programs.language.program import Program, check_robot
-from openpendant.server.programs.language.program_errors import PointInconsistent, WrongRobot
-from openpendant.server.programs.language.words import BadValue, ProgramNameRefused
+from openpendant.simplemsg.pendant.management.words import BadValue, ProgramNameRefused
 from openpendant.simplemsg.verdicts import VerdictCode as V
 
 SQUARE = PointPose((0.4, 0.0, 0.3), (0.0, 0.0, 0.0, 1.0), "base", "gripper")

@@ -18,9 +18,9 @@ from openpendant.server.programs.editing.edits import (
     ReplaceStatement,
     apply,
 )
-from openpendant.server.programs.language.points import TeachPoint
-from openpendant.server.programs.language.statements import Move, Wait, Way
-from openpendant.server.programs.language.words import ProgramError
+from openpendant.simplemsg.pendant.management.points import TeachPoint
+from openpendant.simplemsg.pendant.management.statements import Move, Wait, Way
+from openpendant.simplemsg.pendant.management.words import ProgramError
 
 COUNT = 6
 ALL_DIFFERENT = program("\n".join(f"wait {number + 1} s" for number in range(COUNT)))

@@ -9,8 +9,8 @@ from __future__ import annotations
 import math
 from functools import lru_cache
 
-from openpendant.simplemsg.names import name_fault
-from openpendant.simplemsg.verdicts import VerdictCode
+from ...names import name_fault
+from ...verdicts import VerdictCode
 
 
 class ProgramError(ValueError):
