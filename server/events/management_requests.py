@@ -19,13 +19,10 @@ from pydantic import BaseModel, Field, TypeAdapter, ValidationError
 from openpendant.simplemsg import CommType, ReplyCode
 from openpendant.simplemsg.pendant import MAX_PENDANT_FRAME, Management
 from openpendant.simplemsg.pendant.management import OPERATIONS
-from openpendant.simplemsg.pendant.management.declaration import SERVER_VALUES, Request
-from openpendant.simplemsg.pendant.management.programs import EDIT, MOVE
-from openpendant.simplemsg.pendant.management.statements import Move
+from openpendant.simplemsg.pendant.management.declaration import Request
 from openpendant.simplemsg.pendant.management.words import ProgramError
 from openpendant.simplemsg.verdicts import VerdictCode
 
-from ..programs.editing.edits import Edit
 from ..programs.editing.program_tasks import ProgramRefused
 from ..programs.language.program_errors import ProgramSyntaxError, program_refusal
 from ..refusal import Refusal
@@ -33,9 +30,6 @@ from .effects import Effect, Send
 
 LONGEST_TEXT = 400
 """A place may be as long as the request, and the answer has to fit a frame [characters]."""
-
-SERVER_VALUES[EDIT] = Annotated[Edit, Field(discriminator="edit")]
-SERVER_VALUES[MOVE] = Move | None
 
 _KINDS: Any = reduce(or_, OPERATIONS.values())
 _TOLD_APART: Any = Annotated[_KINDS, Field(discriminator="op")]
@@ -49,7 +43,7 @@ _WITHOUT_TOPIC = ("snapshot", "cells", "why")
 _ALONE = frozenset({*_WITHOUT_TOPIC, "jog.retreat"})
 """Operations that a fault does not name in front of its place."""
 
-_IN_PROGRAMS = {EDIT, MOVE}
+_IN_PROGRAMS = {"edit", "move"}
 """Fields that hold parts of a program: a key too many has the words there that files get."""
 
 _LONGEST_NAME = 40

@@ -19,7 +19,7 @@ from dataclasses import dataclass, field, replace
 from typing import ClassVar, Literal, TypeAlias
 
 from openpendant.simplemsg.pendant.management.points import TeachPoint
-from openpendant.simplemsg.pendant.management.statements import Statement
+from openpendant.simplemsg.pendant.management.statements import Edit, Statement
 from openpendant.simplemsg.pendant.management.words import BadValue, ProgramError
 
 from ...refusal import Refusal
@@ -36,7 +36,7 @@ from ..language.program_json import (
     program_to_json,
 )
 from .edit_history import Renumbering, Splice, between, by_edit, splice_between
-from .edits import Edit, apply
+from .edits import apply
 
 MOST_TEXT_AT_ONCE = 2_048
 """Greatest text of a program parsed on the event loop [characters]: it takes about 1 ms."""

@@ -9,13 +9,13 @@ is too large, of which only the beginning is read. Opens no file and knows no st
 from __future__ import annotations
 
 from codecs import BOM_UTF8
-from typing import Annotated, Literal, TypeAlias
+from typing import Literal
 
 from pydantic import BaseModel, ConfigDict, Field, TypeAdapter, ValidationError
 
 from openpendant.simplemsg.pendant.management.points import TeachPoint
 from openpendant.simplemsg.pendant.management.programs import MOST_STATEMENTS
-from openpendant.simplemsg.pendant.management.statements import Statement
+from openpendant.simplemsg.pendant.management.statements import AnyStatement, Statement
 from openpendant.simplemsg.pendant.management.words import ProgramError
 
 from ...store.store_errors import BadDocument
@@ -27,8 +27,6 @@ from .program_errors import BadBlocks, JsonRefused, PointUnknown, ProgramTooLarg
 
 MOST_JSON_BYTES = 2 << 20
 """Largest JSON of a program [bytes of UTF-8]; it is longer than its text."""
-
-AnyStatement: TypeAlias = Annotated[Statement, Field(discriminator="statement")]
 
 
 class ProgramDocument(BaseModel):

@@ -1,8 +1,9 @@
-"""The statements of a program: a closed set of values, in the order in which they run.
+"""The statements of a program and its edits: two closed sets of values.
 
-Owns what each statement says and which values it takes. A block (loop or condition) is opened by
-its statement and closed by `End`, as the lines of the text are: so a statement has a number, and
-edits, breakpoints and the current line speak of that. `program` owns that they close.
+Owns what each statement says and which values it takes, and the fields of each edit. A block (loop
+or condition) is opened by its statement and closed by `End`, as the lines of the text are: so a
+statement has a number, and edits, breakpoints and the current line speak of that. That blocks close
+is checked by the server.
 """
 
 from __future__ import annotations
@@ -10,9 +11,10 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 from enum import StrEnum
-from typing import Any, ClassVar, Literal, TypeAlias
+from typing import Annotated, Any, ClassVar, Literal, TypeAlias
 
-from .points import CLOSED
+from .declaration import Length, ToldApart
+from .points import CLOSED, ArmConfiguration, JointVector, PointPose, TeachPoint
 from .words import BadValue, check_comment_line, check_name, check_number
 
 LONGEST_WAIT = 86_400.0
@@ -309,3 +311,159 @@ Statement: TypeAlias = (
     | Call
     | Comment
 )
+
+AnyStatement: TypeAlias = Annotated[Statement, ToldApart("statement")]
+"""A statement as it is read from JSON."""
+
+MOST_INSERTED = 200
+"""Statements that one edit inserts; the event loop reads each of them."""
+
+
+@dataclass(frozen=True, slots=True)
+class _Edit:
+    """What all edits have: their JSON has exactly their fields."""
+
+    __pydantic_config__: ClassVar[Mapping[str, Any]] = CLOSED
+
+
+@dataclass(frozen=True, slots=True)
+class RecordPoint(_Edit):
+    """Add a point, and the statement that moves to it.
+
+    Attributes:
+        point: the new point.
+        move: a move that names it; None for the point alone.
+        at: the statement that the move is put before, from 0; None to append it.
+    """
+
+    edit: Literal["record-point"] = field(default="record-point", kw_only=True, repr=False)
+    point: TeachPoint
+    move: Move | None = None
+    at: int | None = None
+
+
+@dataclass(frozen=True, slots=True)
+class TouchUp(_Edit):
+    """Put a point where the robot stands now; its name, comment and statements stay."""
+
+    edit: Literal["touch-up"] = field(default="touch-up", kw_only=True, repr=False)
+    name: str
+    joints: JointVector
+    pose: PointPose | None = None
+    configuration: ArmConfiguration | None = None
+
+
+@dataclass(frozen=True, slots=True)
+class DeletePoint(_Edit):
+    """Remove a point that no statement moves to."""
+
+    edit: Literal["delete-point"] = field(default="delete-point", kw_only=True, repr=False)
+    name: str
+
+
+@dataclass(frozen=True, slots=True)
+class RenamePoint(_Edit):
+    """Give a point another name, in all statements too."""
+
+    edit: Literal["rename-point"] = field(default="rename-point", kw_only=True, repr=False)
+    name: str
+    new_name: str
+
+
+@dataclass(frozen=True, slots=True)
+class CommentPoint(_Edit):
+    """Say something about a point; empty to say nothing."""
+
+    edit: Literal["comment-point"] = field(default="comment-point", kw_only=True, repr=False)
+    name: str
+    comment: str
+
+
+@dataclass(frozen=True, slots=True)
+class ReorderPoint(_Edit):
+    """Put a point at another place of the list, from 0."""
+
+    edit: Literal["reorder-point"] = field(default="reorder-point", kw_only=True, repr=False)
+    name: str
+    to: int
+
+
+@dataclass(frozen=True, slots=True)
+class InsertStatements(_Edit):
+    """Put statements before another, from 0; None to append them. Blocks come whole."""
+
+    edit: Literal["insert"] = field(default="insert", kw_only=True, repr=False)
+    statements: Annotated[tuple[AnyStatement, ...], Length(None, MOST_INSERTED)]
+    at: int | None = None
+
+
+@dataclass(frozen=True, slots=True)
+class DeleteStatements(_Edit):
+    """Remove statements in a row. Blocks go whole."""
+
+    edit: Literal["delete"] = field(default="delete", kw_only=True, repr=False)
+    first: int
+    count: int = 1
+
+
+@dataclass(frozen=True, slots=True)
+class ReorderStatements(_Edit):
+    """Move statements in a row to another place.
+
+    Attributes:
+        first: the first of them, from 0.
+        count: how many.
+        to: the number that the first has afterwards.
+    """
+
+    edit: Literal["reorder"] = field(default="reorder", kw_only=True, repr=False)
+    first: int
+    count: int
+    to: int
+
+
+@dataclass(frozen=True, slots=True)
+class ReplaceStatement(_Edit):
+    """Change one statement: its speed, its zone, its comment, or all of it."""
+
+    edit: Literal["replace"] = field(default="replace", kw_only=True, repr=False)
+    at: int
+    statement: AnyStatement
+
+
+@dataclass(frozen=True, slots=True)
+class CommentStatement(_Edit):
+    """Say something beside a statement; empty to say nothing."""
+
+    edit: Literal["comment"] = field(default="comment", kw_only=True, repr=False)
+    at: int
+    comment: str
+
+
+@dataclass(frozen=True, slots=True)
+class DescribeProgram(_Edit):
+    """Change what is said of the whole program; None leaves a value as it is."""
+
+    edit: Literal["describe"] = field(default="describe", kw_only=True, repr=False)
+    name: str | None = None
+    tool: str | None = None
+    frame: str | None = None
+    comment: str | None = None
+
+
+StatementEdit: TypeAlias = (
+    InsertStatements | DeleteStatements | ReorderStatements | ReplaceStatement | CommentStatement
+)
+Edit: TypeAlias = (
+    RecordPoint
+    | TouchUp
+    | DeletePoint
+    | RenamePoint
+    | CommentPoint
+    | ReorderPoint
+    | StatementEdit
+    | DescribeProgram
+)
+
+AnyEdit: TypeAlias = Annotated[Edit, ToldApart("edit")]
+"""An edit as it is read from JSON."""

@@ -13,7 +13,6 @@ from rigs.data.case_table import every
 from openpendant.server.cell.why import WhyReply
 from openpendant.server.endpoints.pendant.jog_requests import RetreatReply
 from openpendant.server.endpoints.pendant.management import ServedCells, Snapshot
-from openpendant.server.programs.editing import edits as server_edits
 from openpendant.simplemsg.pendant.management import cell, edits, programs
 from openpendant.simplemsg.pendant.management import statements as server_statements
 from openpendant.tools.pendants.client import PendantClient
@@ -51,7 +50,7 @@ def _by_tag(union: Any, tag: str) -> dict[str, Any]:
 
 
 TAGGED = [
-    ("edit", server_edits.Edit, edits.Edit),
+    ("edit", server_statements.Edit, edits.Edit),
     ("statement", server_statements.Statement, edits.Statement),
 ]
 
@@ -85,7 +84,7 @@ def _fields(kind: Any) -> tuple[Mapping[str, Any], set[str]]:
     ],
 )
 def test_what_is_inside_an_edit_has_the_fields_of_the_server(name: str, nested: str) -> None:
-    theirs = getattr(server_edits if name != "Move" else server_statements, name)
+    theirs = getattr(server_statements, name)
     ours = getattr(edits, name)
     their_kind, our_kind = (_inner(get_type_hints(kind)[nested]) for kind in (theirs, ours))
     assert set(get_type_hints(our_kind)) == set(_fields(their_kind)[0])

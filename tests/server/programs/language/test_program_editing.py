@@ -8,26 +8,31 @@ from pydantic import TypeAdapter
 from rigs.data.program_samples import program
 
 from openpendant.server.events.management_requests import parse
-from openpendant.server.programs.editing.edits import (
+from openpendant.server.programs.editing.edits import apply
+from openpendant.server.programs.language.printer import print_program
+from openpendant.simplemsg.pendant.management.points import TeachPoint
+from openpendant.simplemsg.pendant.management.programs import EditProgram
+from openpendant.simplemsg.pendant.management.statements import (
+    Call,
     CommentPoint,
     CommentStatement,
     DeletePoint,
     DeleteStatements,
     DescribeProgram,
     Edit,
+    End,
     InsertStatements,
+    Loop,
+    Move,
     RecordPoint,
     RenamePoint,
     ReorderPoint,
     ReorderStatements,
     ReplaceStatement,
     TouchUp,
-    apply,
+    Wait,
+    Way,
 )
-from openpendant.server.programs.language.printer import print_program
-from openpendant.simplemsg.pendant.management.points import TeachPoint
-from openpendant.simplemsg.pendant.management.programs import EditProgram
-from openpendant.simplemsg.pendant.management.statements import Call, End, Loop, Move, Wait, Way
 from openpendant.simplemsg.pendant.management.words import ProgramError
 from openpendant.simplemsg.verdicts import VerdictCode as V
 

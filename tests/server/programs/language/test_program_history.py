@@ -13,18 +13,19 @@ from openpendant.server.programs.editing.edit_history import (
     Splice,
     splice_between,
 )
-from openpendant.server.programs.editing.edits import (
-    DeleteStatements,
-    DescribeProgram,
-    Edit,
-    RecordPoint,
-    RenamePoint,
-    apply,
-)
+from openpendant.server.programs.editing.edits import apply
 from openpendant.server.programs.language.program_errors import NothingToUndo
 from openpendant.server.programs.language.program_json import program_from_json, program_to_json
 from openpendant.simplemsg.pendant.management.points import TeachPoint
-from openpendant.simplemsg.pendant.management.statements import Move, Way
+from openpendant.simplemsg.pendant.management.statements import (
+    DeleteStatements,
+    DescribeProgram,
+    Edit,
+    Move,
+    RecordPoint,
+    RenamePoint,
+    Way,
+)
 from openpendant.simplemsg.verdicts import VerdictCode as V
 
 BEFORE = program_to_json(program("move PTP a\nloop 2\nmove CIRC b via a\nend\nwait 1 s"))

@@ -6,20 +6,22 @@ from hypothesis import strategies as st
 from rigs.data.program_samples import program
 
 from openpendant.server.programs.editing.edit_history import Renumbering, between, by_edit
-from openpendant.server.programs.editing.edits import (
+from openpendant.server.programs.editing.edits import apply
+from openpendant.simplemsg.pendant.management.points import TeachPoint
+from openpendant.simplemsg.pendant.management.statements import (
     CommentStatement,
     DeleteStatements,
     DescribeProgram,
     Edit,
     InsertStatements,
+    Move,
     RecordPoint,
     RenamePoint,
     ReorderStatements,
     ReplaceStatement,
-    apply,
+    Wait,
+    Way,
 )
-from openpendant.simplemsg.pendant.management.points import TeachPoint
-from openpendant.simplemsg.pendant.management.statements import Move, Wait, Way
 from openpendant.simplemsg.pendant.management.words import ProgramError
 
 COUNT = 6
