@@ -83,6 +83,7 @@ class _Statement:
     __pydantic_config__: ClassVar[Mapping[str, Any]] = CLOSED
 
     comment: str = field(default="", kw_only=True)
+    """one line behind it."""
 
     def __post_init__(self) -> None:
         check_comment_line(self.comment)
@@ -153,6 +154,7 @@ class Wait(_Statement):
 
     statement: Literal["wait"] = field(default="wait", kw_only=True, repr=False)
     duration: float
+    """how long [s]."""
 
     def _check(self) -> None:
         check_number(self.duration, "the wait", 0.0, LONGEST_WAIT, "s")
@@ -185,7 +187,9 @@ class SetOutput(_Statement):
 
     statement: Literal["set-output"] = field(default="set-output", kw_only=True, repr=False)
     signal: int
+    """number of the output."""
     value: bool
+    """the value."""
 
     def _check(self) -> None:
         check_number(self.signal, "the output", 0, LARGEST_SIGNAL)
@@ -197,7 +201,9 @@ class ReadInput(_Statement):
 
     statement: Literal["read-input"] = field(default="read-input", kw_only=True, repr=False)
     signal: int
+    """number of the input."""
     flag: str
+    """name of the flag."""
 
     def _check(self) -> None:
         check_number(self.signal, "the input", 0, LARGEST_SIGNAL)
@@ -210,6 +216,7 @@ class Attach(_Statement):
 
     statement: Literal["attach"] = field(default="attach", kw_only=True, repr=False)
     scene_object: str
+    """name of the object."""
 
     def _check(self) -> None:
         check_name(self.scene_object, "the object")
@@ -221,6 +228,7 @@ class Detach(_Statement):
 
     statement: Literal["detach"] = field(default="detach", kw_only=True, repr=False)
     scene_object: str
+    """name of the object."""
 
     def _check(self) -> None:
         check_name(self.scene_object, "the object")
@@ -232,6 +240,7 @@ class Loop(_Statement):
 
     statement: Literal["loop"] = field(default="loop", kw_only=True, repr=False)
     passes: int | None = None
+    """how often; None for ever."""
 
     def _check(self) -> None:
         if self.passes is not None:
@@ -244,7 +253,9 @@ class IfInput(_Statement):
 
     statement: Literal["if-input"] = field(default="if-input", kw_only=True, repr=False)
     signal: int
+    """number of the input."""
     value: bool
+    """the value."""
 
     def _check(self) -> None:
         check_number(self.signal, "the input", 0, LARGEST_SIGNAL)
@@ -256,7 +267,9 @@ class IfFlag(_Statement):
 
     statement: Literal["if-flag"] = field(default="if-flag", kw_only=True, repr=False)
     flag: str
+    """name of the flag."""
     value: bool
+    """the value."""
 
     def _check(self) -> None:
         check_name(self.flag, "the flag")
@@ -282,6 +295,7 @@ class Call(_Statement):
 
     statement: Literal["call"] = field(default="call", kw_only=True, repr=False)
     program: str
+    """its name."""
 
     def _check(self) -> None:
         check_name(self.program, "the program")
@@ -348,9 +362,13 @@ class TouchUp(_Edit):
 
     edit: Literal["touch-up"] = field(default="touch-up", kw_only=True, repr=False)
     name: str
+    """name of the point."""
     joints: JointVector
+    """controller side [rad, m for a linear axis]."""
     pose: PointPose | None = None
+    """where that puts the tool; None where nobody measured it."""
     configuration: ArmConfiguration | None = None
+    """which of the ways to reach the pose."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -359,6 +377,7 @@ class DeletePoint(_Edit):
 
     edit: Literal["delete-point"] = field(default="delete-point", kw_only=True, repr=False)
     name: str
+    """name of the point."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -367,7 +386,9 @@ class RenamePoint(_Edit):
 
     edit: Literal["rename-point"] = field(default="rename-point", kw_only=True, repr=False)
     name: str
+    """name of the point."""
     new_name: str
+    """the name that it has afterwards."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -376,7 +397,9 @@ class CommentPoint(_Edit):
 
     edit: Literal["comment-point"] = field(default="comment-point", kw_only=True, repr=False)
     name: str
+    """name of the point."""
     comment: str
+    """lines of text."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -385,7 +408,9 @@ class ReorderPoint(_Edit):
 
     edit: Literal["reorder-point"] = field(default="reorder-point", kw_only=True, repr=False)
     name: str
+    """name of the point."""
     to: int
+    """its number afterwards."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -394,7 +419,9 @@ class InsertStatements(_Edit):
 
     edit: Literal["insert"] = field(default="insert", kw_only=True, repr=False)
     statements: Annotated[tuple[AnyStatement, ...], Length(None, MOST_INSERTED)]
+    """what to put there."""
     at: int | None = None
+    """the statement that they are put before."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -403,7 +430,9 @@ class DeleteStatements(_Edit):
 
     edit: Literal["delete"] = field(default="delete", kw_only=True, repr=False)
     first: int
+    """number of the first of them."""
     count: int = 1
+    """how many."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -428,7 +457,9 @@ class ReplaceStatement(_Edit):
 
     edit: Literal["replace"] = field(default="replace", kw_only=True, repr=False)
     at: int
+    """number of the statement."""
     statement: AnyStatement
+    """what stands there afterwards."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -437,7 +468,9 @@ class CommentStatement(_Edit):
 
     edit: Literal["comment"] = field(default="comment", kw_only=True, repr=False)
     at: int
+    """number of the statement."""
     comment: str
+    """one line."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -447,8 +480,11 @@ class DescribeProgram(_Edit):
     edit: Literal["describe"] = field(default="describe", kw_only=True, repr=False)
     name: str | None = None
     tool: str | None = None
+    """the tool that new points are taught with; None as it is."""
     frame: str | None = None
+    """the frame that they are taught in; None as it is."""
     comment: str | None = None
+    """about the program; None as it is."""
 
 
 StatementEdit: TypeAlias = (
