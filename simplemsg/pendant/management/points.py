@@ -24,12 +24,16 @@ MOST_TURNS = 100
 _LARGEST_VALUE = 1e6
 _UNIT_TOLERANCE = 1e-6
 
-CLOSED: Mapping[str, Any] = {"extra": "forbid", "strict": True}
-"""What pydantic is told for reading JSON: exactly these fields, of exactly these types."""
+
+class Value:
+    """A part of a program; its JSON has exactly its fields, of exactly their types."""
+
+    __slots__ = ()
+    __pydantic_config__: ClassVar[Mapping[str, Any]] = {"extra": "forbid", "strict": True}
 
 
 @dataclass(frozen=True, slots=True)
-class ArmConfiguration:
+class ArmConfiguration(Value):
     """Which of the ways to reach its pose a point takes; the words of `motion.configuration`.
 
     Attributes:
@@ -38,8 +42,6 @@ class ArmConfiguration:
         wrist: the sign of the wrist's middle joint.
         turns: full turns of each joint; None where they are not said.
     """
-
-    __pydantic_config__: ClassVar[Mapping[str, Any]] = CLOSED
 
     shoulder: Literal["front", "back"]
     elbow: Literal["up", "down"]
@@ -52,7 +54,7 @@ class ArmConfiguration:
 
 
 @dataclass(frozen=True, slots=True)
-class PointPose:
+class PointPose(Value):
     """Where the tool is.
 
     Attributes:
@@ -61,8 +63,6 @@ class PointPose:
         frame: the frame's name.
         tool: the tool's name.
     """
-
-    __pydantic_config__: ClassVar[Mapping[str, Any]] = CLOSED
 
     position: tuple[float, float, float]
     quaternion: tuple[float, float, float, float]
@@ -85,7 +85,7 @@ class PointPose:
 
 
 @dataclass(frozen=True, slots=True)
-class TeachPoint:
+class TeachPoint(Value):
     """One taught point.
 
     Attributes:
@@ -95,8 +95,6 @@ class TeachPoint:
         configuration: which of the ways to reach the pose; None where the robot has no such words.
         comment: lines of text; empty for none.
     """
-
-    __pydantic_config__: ClassVar[Mapping[str, Any]] = CLOSED
 
     name: str
     joints: JointVector

@@ -8,13 +8,12 @@ is checked by the server.
 
 from __future__ import annotations
 
-from collections.abc import Mapping
 from dataclasses import dataclass, field
 from enum import StrEnum
-from typing import Annotated, Any, ClassVar, Literal, TypeAlias
+from typing import Annotated, Literal, TypeAlias
 
 from .declaration import Length, ToldApart
-from .points import CLOSED, ArmConfiguration, JointVector, PointPose, TeachPoint
+from .points import ArmConfiguration, JointVector, PointPose, TeachPoint, Value
 from .words import BadValue, check_comment_line, check_name, check_number
 
 LONGEST_WAIT = 86_400.0
@@ -53,15 +52,13 @@ class SpeedKind(StrEnum):
 
 
 @dataclass(frozen=True, slots=True)
-class Speed:
+class Speed(Value):
     """How fast.
 
     Attributes:
         kind: whether the value is a fraction of the joints' greatest speeds, or the tool's speed.
         value: more than 0 and at most 1, or the speed [m/s].
     """
-
-    __pydantic_config__: ClassVar[Mapping[str, Any]] = CLOSED
 
     kind: SpeedKind
     value: float
@@ -77,10 +74,8 @@ FULL_SPEED = Speed(SpeedKind.FRACTION, 1.0)
 
 
 @dataclass(frozen=True, slots=True)
-class _Statement:
+class _Statement(Value):
     """What all statements have: a comment behind them, one line, empty for none."""
-
-    __pydantic_config__: ClassVar[Mapping[str, Any]] = CLOSED
 
     comment: str = field(default="", kw_only=True)
     """one line behind it."""
@@ -334,14 +329,7 @@ MOST_INSERTED = 200
 
 
 @dataclass(frozen=True, slots=True)
-class _Edit:
-    """What all edits have: their JSON has exactly their fields."""
-
-    __pydantic_config__: ClassVar[Mapping[str, Any]] = CLOSED
-
-
-@dataclass(frozen=True, slots=True)
-class RecordPoint(_Edit):
+class RecordPoint(Value):
     """Add a point, and the statement that moves to it.
 
     Attributes:
@@ -357,7 +345,7 @@ class RecordPoint(_Edit):
 
 
 @dataclass(frozen=True, slots=True)
-class TouchUp(_Edit):
+class TouchUp(Value):
     """Put a point where the robot stands now; its name, comment and statements stay."""
 
     edit: Literal["touch-up"] = field(default="touch-up", kw_only=True, repr=False)
@@ -372,7 +360,7 @@ class TouchUp(_Edit):
 
 
 @dataclass(frozen=True, slots=True)
-class DeletePoint(_Edit):
+class DeletePoint(Value):
     """Remove a point that no statement moves to."""
 
     edit: Literal["delete-point"] = field(default="delete-point", kw_only=True, repr=False)
@@ -381,7 +369,7 @@ class DeletePoint(_Edit):
 
 
 @dataclass(frozen=True, slots=True)
-class RenamePoint(_Edit):
+class RenamePoint(Value):
     """Give a point another name, in all statements too."""
 
     edit: Literal["rename-point"] = field(default="rename-point", kw_only=True, repr=False)
@@ -392,7 +380,7 @@ class RenamePoint(_Edit):
 
 
 @dataclass(frozen=True, slots=True)
-class CommentPoint(_Edit):
+class CommentPoint(Value):
     """Say something about a point; empty to say nothing."""
 
     edit: Literal["comment-point"] = field(default="comment-point", kw_only=True, repr=False)
@@ -403,7 +391,7 @@ class CommentPoint(_Edit):
 
 
 @dataclass(frozen=True, slots=True)
-class ReorderPoint(_Edit):
+class ReorderPoint(Value):
     """Put a point at another place of the list, from 0."""
 
     edit: Literal["reorder-point"] = field(default="reorder-point", kw_only=True, repr=False)
@@ -414,7 +402,7 @@ class ReorderPoint(_Edit):
 
 
 @dataclass(frozen=True, slots=True)
-class InsertStatements(_Edit):
+class InsertStatements(Value):
     """Put statements before another, from 0; None to append them. Blocks come whole."""
 
     edit: Literal["insert"] = field(default="insert", kw_only=True, repr=False)
@@ -425,7 +413,7 @@ class InsertStatements(_Edit):
 
 
 @dataclass(frozen=True, slots=True)
-class DeleteStatements(_Edit):
+class DeleteStatements(Value):
     """Remove statements in a row. Blocks go whole."""
 
     edit: Literal["delete"] = field(default="delete", kw_only=True, repr=False)
@@ -436,7 +424,7 @@ class DeleteStatements(_Edit):
 
 
 @dataclass(frozen=True, slots=True)
-class ReorderStatements(_Edit):
+class ReorderStatements(Value):
     """Move statements in a row to another place.
 
     Attributes:
@@ -452,7 +440,7 @@ class ReorderStatements(_Edit):
 
 
 @dataclass(frozen=True, slots=True)
-class ReplaceStatement(_Edit):
+class ReplaceStatement(Value):
     """Change one statement: its speed, its zone, its comment, or all of it."""
 
     edit: Literal["replace"] = field(default="replace", kw_only=True, repr=False)
@@ -463,7 +451,7 @@ class ReplaceStatement(_Edit):
 
 
 @dataclass(frozen=True, slots=True)
-class CommentStatement(_Edit):
+class CommentStatement(Value):
     """Say something beside a statement; empty to say nothing."""
 
     edit: Literal["comment"] = field(default="comment", kw_only=True, repr=False)
@@ -474,7 +462,7 @@ class CommentStatement(_Edit):
 
 
 @dataclass(frozen=True, slots=True)
-class DescribeProgram(_Edit):
+class DescribeProgram(Value):
     """Change what is said of the whole program; None leaves a value as it is."""
 
     edit: Literal["describe"] = field(default="describe", kw_only=True, repr=False)
