@@ -15,9 +15,10 @@ from typing import Annotated
 
 import typer
 
+from openpendant.simplemsg.names import LONGEST_NAME
 from openpendant.tools.console import emit_json, one_line
 
-from ..store.documents import LONGEST_NAME, DocumentKind, Heading
+from ..store.documents import DocumentKind, Heading
 from ..store.sqlite_store import SqliteStore, open_for_reading
 from ..store.store_client import STORE_VARIABLE, default_path
 from ..store.store_errors import StoreFailed

@@ -18,15 +18,16 @@ import typer
 from openpendant.motion.bounded_file import beginning_of
 from openpendant.motion.description.robot import SerialRobot, serial_robot
 from openpendant.motion.errors import MotionError
+from openpendant.simplemsg.pendant.management.points import TeachPoint
+from openpendant.simplemsg.pendant.management.words import ProgramError
 from openpendant.tools.console import ExitCode, command, emit_json, run_alone
 
 from ..programs.interpreter.dry_run import reachability
 from ..programs.language.linking import link
 from ..programs.language.parser import Source
-from ..programs.language.points import TeachPoint
 from ..programs.language.printer import in_words, print_program
 from ..programs.language.program import Program, check_robot
-from ..programs.language.program_errors import ProgramError, ProgramSyntaxError, ProgramUnknown
+from ..programs.language.program_errors import ProgramSyntaxError, ProgramUnknown, program_refusal
 from ..programs.language.program_json import MOST_READ, is_json, program_to_json, source_of
 from ..refusal import Refusal, refusal_of
 from ..store.documents import check_new_name
@@ -130,9 +131,9 @@ def _read(file: Path) -> _Checked:
         checked.source = source_of(raw, str(file))
         check_new_name(checked.source.program.name)
     except ProgramSyntaxError as error:
-        checked.add(error.refusal, error.line)
+        checked.add(program_refusal(error), error.line)
     except ProgramError as error:
-        checked.add(error.refusal)
+        checked.add(program_refusal(error))
     except BadName as error:
         checked.add(error.refusal())
     return checked
@@ -178,7 +179,7 @@ def _check_calls(checked: _Checked, source: Source, library: dict[str, Program])
             refusal = Refusal(error.code, f"{words}: {error.problem}")
             checked.add(refusal, source.statement_lines[error.index])
     except ProgramError as error:
-        checked.add(error.refusal)
+        checked.add(program_refusal(error))
 
 
 def _check_points(checked: _Checked, source: Source, robot: SerialRobot | Refusal) -> None:
@@ -196,7 +197,7 @@ def _check_points(checked: _Checked, source: Source, robot: SerialRobot | Refusa
     try:
         check_robot(source.program, robot.name, robot.limits)
     except ProgramError as error:
-        checked.add(error.refusal)
+        checked.add(program_refusal(error))
         return
     lines = source.point_lines
     for line, verdict in zip(lines, reachability(source.program, beyond), strict=True):

@@ -19,22 +19,17 @@ from pydantic import BaseModel, Field, TypeAdapter, ValidationError
 from openpendant.simplemsg import CommType, ReplyCode
 from openpendant.simplemsg.pendant import MAX_PENDANT_FRAME, Management
 from openpendant.simplemsg.pendant.management import OPERATIONS
-from openpendant.simplemsg.pendant.management.declaration import SERVER_VALUES, Request
-from openpendant.simplemsg.pendant.management.programs import EDIT, MOVE
+from openpendant.simplemsg.pendant.management.declaration import Request
+from openpendant.simplemsg.pendant.management.words import ProgramError
 from openpendant.simplemsg.verdicts import VerdictCode
 
-from ..programs.editing.edits import Edit
 from ..programs.editing.program_tasks import ProgramRefused
-from ..programs.language.program_errors import ProgramError, ProgramSyntaxError
-from ..programs.language.statements import Move
+from ..programs.language.program_errors import ProgramSyntaxError, program_refusal
 from ..refusal import Refusal
 from .effects import Effect, Send
 
 LONGEST_TEXT = 400
 """A place may be as long as the request, and the answer has to fit a frame [characters]."""
-
-SERVER_VALUES[EDIT] = Annotated[Edit, Field(discriminator="edit")]
-SERVER_VALUES[MOVE] = Move | None
 
 _KINDS: Any = reduce(or_, OPERATIONS.values())
 _TOLD_APART: Any = Annotated[_KINDS, Field(discriminator="op")]
@@ -48,7 +43,7 @@ _WITHOUT_TOPIC = ("snapshot", "cells", "why")
 _ALONE = frozenset({*_WITHOUT_TOPIC, "jog.retreat"})
 """Operations that a fault does not name in front of its place."""
 
-_IN_PROGRAMS = {EDIT, MOVE}
+_IN_PROGRAMS = {"edit", "move"}
 """Fields that hold parts of a program: a key too many has the words there that files get."""
 
 _LONGEST_NAME = 40
@@ -177,8 +172,8 @@ class ReplyTo(Generic[Answer]):
     def refuse_program(self, error: ProgramError) -> list[Effect]:
         """Return the answer that says what is wrong with a program, and where in its text."""
         if isinstance(error, ProgramSyntaxError):
-            return self.refuse(error.refusal, line=error.line, column=error.column)
-        return self.refuse(error.refusal)
+            return self.refuse(program_refusal(error), line=error.line, column=error.column)
+        return self.refuse(program_refusal(error))
 
     def refuse_work(self, refused: ProgramRefused) -> list[Effect]:
         """Return the refusal of a program task, with the place in the text where it has one."""

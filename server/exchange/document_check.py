@@ -17,17 +17,13 @@ from pydantic import ValidationError
 from openpendant.motion.description.robot import SerialRobot, robot_names, serial_robot
 from openpendant.motion.errors import FrameFileError, MotionError, SceneFileError
 from openpendant.motion.frames.frame_tree import FrameTree
+from openpendant.simplemsg.pendant.management.words import BadValue, ProgramError
 
 from ..access.accounts import read_account
 from ..programs.editing.program_tasks import ReadSource, check_to_be_kept, read_source
 from ..programs.language.printer import print_program
 from ..programs.language.program import OwnRobot, Program, check_robot
-from ..programs.language.program_errors import (
-    BadValue,
-    JsonRefused,
-    ProgramError,
-    ProgramSyntaxError,
-)
+from ..programs.language.program_errors import JsonRefused, ProgramSyntaxError
 from ..programs.language.program_json import (
     MOST_READ,
     program_from_json,

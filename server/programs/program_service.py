@@ -15,6 +15,7 @@ from .execution.program_executor import ProgramExecutor, ToAll
 from .execution.program_run import RunEnvironment
 from .language.program import OwnRobot
 from .library.kept_breakpoints import KeptBreakpoints
+from .library.program_changes import ProgramChanges
 from .library.program_library import ProgramLibrary
 from .library.program_loader import ProgramLoader, ProgramWork
 
@@ -39,13 +40,14 @@ class ProgramService:
         own = OwnRobot(robot_name, cell.limits)
         self.executor = ProgramExecutor(cell, robot, loader, kept, environment, to_all, pending)
         self._breakpoints = Breakpoints(loader, work, kept, self.executor, own)
-        self._library = ProgramLibrary(pending.ask, loader, work, kept, cell, robot, own)
+        self._changes = ProgramChanges(pending.ask, loader, work, kept, cell, robot, own)
+        self._library = ProgramLibrary(pending.ask, loader, work, kept, own, self._changes)
         self._dry_runs = DryRunService(cell, robot, loader, self.executor, pending, cell_name)
 
     @property
     def handlers(self) -> Handlers:
         """Handlers of the requests about programs."""
-        return handlers_of(self._breakpoints, self._dry_runs, self._library, self._library.changes)
+        return handlers_of(self._breakpoints, self._dry_runs, self._library, self._changes)
 
     def closed(self, session: int) -> None:
         """Forget a connection that ended."""

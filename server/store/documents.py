@@ -1,8 +1,7 @@
 """Documents: their kinds, names, sizes and revisions; and the interface of every store of them.
 
-Owns the rules for a document's name and size, and the rule of revisions: a change is made from the
-kept revision and becomes the next one. Only the number orders revisions, never the clock. A name is
-not the name of a file, but people read it on one line and type it on a command line. Plain data;
+Owns the rules for a document's size and the rule of revisions: a change is made from the kept
+revision and becomes the next one. Only the number orders revisions, never the clock. Plain data;
 knows no file.
 
 All calls of a store block until the disk has answered, so none belongs on an event loop:
@@ -11,25 +10,21 @@ All calls of a store block until the disk has answered, so none belongs on an ev
 
 from __future__ import annotations
 
-import unicodedata
 from collections.abc import Mapping
 from contextlib import AbstractContextManager
 from dataclasses import dataclass
 from enum import StrEnum
 from typing import Protocol
 
-from .store_errors import BadDocument, BadName, Conflict, TooLarge
+from openpendant.simplemsg.names import NameFault, author_fault, name_fault
 
-LONGEST_NAME = 64
-"""Greatest number of characters of a document's name, and of its author's."""
+from .store_errors import BadDocument, BadName, Conflict, TooLarge
 
 MOST_NAME_BYTES = 64
 """Greatest number of bytes of UTF-8 of a new document's name: the size of message fields."""
 
 MOST_CHUNK_BYTES = 1 << 20
 """Largest chunk of a recording [bytes]: minutes of samples."""
-
-_FORBIDDEN = frozenset("/\\")
 
 
 class DocumentKind(StrEnum):
@@ -111,12 +106,7 @@ def check_name(name: str) -> None:
     Raises:
         BadName: it is empty, too long, not printable, not trimmed, or looks like a path.
     """
-    _check_words(name)
-    found = _FORBIDDEN.intersection(name)
-    if found:
-        raise BadName(name, f"has {min(found)!r}; accepted: a name without / and \\")
-    if set(name) == {"."}:
-        raise BadName(name, "consists of dots; accepted: a name with other characters, too")
+    _refuse(name, name_fault(name))
 
 
 def check_new_name(name: str) -> None:
@@ -137,23 +127,12 @@ def check_new_name(name: str) -> None:
 
 def check_author(author: str) -> None:
     """Refuse what cannot be the name of whoever saves; as `check_name`, but may hold slashes."""
-    _check_words(author)
+    _refuse(author, author_fault(author))
 
 
-def _check_words(name: str) -> None:
-    accepted = f"accepted: 1 to {LONGEST_NAME} printable characters"
-    if not 1 <= len(name) <= LONGEST_NAME:
-        problem = f"has {len(name)} characters; {accepted}"
-        raise BadName(name, problem, size=len(name), limit=LONGEST_NAME)
-    for place, character in enumerate(name):
-        if not character.isprintable():
-            problem = f"holds U+{ord(character):04X} as character {place + 1}"
-            raise BadName(name, f"{problem}; {accepted}")
-    if name != name.strip():
-        raise BadName(name, "begins or ends with a space; accepted: a name without")
-    # Two encodings of one letter would make two documents that look the same.
-    if not unicodedata.is_normalized("NFC", name):
-        raise BadName(name, "is not in Unicode's composed form; accepted: form NFC")
+def _refuse(name: str, fault: NameFault | None) -> None:
+    if fault is not None:
+        raise BadName(name, fault.problem, size=fault.size, limit=fault.limit)
 
 
 def check_body(kind: DocumentKind, name: str, body: str) -> int:

@@ -25,10 +25,11 @@ from typing import Any, NamedTuple
 
 from pydantic import BaseModel, ConfigDict, Field, ValidationError
 
+from openpendant.simplemsg.names import LONGEST_NAME
 from openpendant.simplemsg.verdicts import VerdictCode
 
 from ..refusal import Refusal, field_fault
-from .documents import LONGEST_NAME, MOST_CHUNK_BYTES, DocumentKind, Heading, Store
+from .documents import MOST_CHUNK_BYTES, DocumentKind, Heading, Store
 from .store_errors import BadDocument
 
 TIME, GAP = "t", "gap"

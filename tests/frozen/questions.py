@@ -40,19 +40,19 @@ from openpendant.server.planning.jobs import (
     RosPoint,
     WayCheckJob,
 )
-from openpendant.server.programs.editing import edits, program_tasks
+from openpendant.server.programs.editing import program_tasks
 from openpendant.server.programs.interpreter.motion_blocks import BlockMove, MotionBlock
 from openpendant.server.programs.interpreter.run_events import OfferedSignals
-from openpendant.server.programs.language import statements
 from openpendant.server.programs.language.linking import link
-from openpendant.server.programs.language.points import ArmConfiguration, PointPose, TeachPoint
 from openpendant.server.programs.language.program import OwnRobot, Program
-from openpendant.server.programs.language.statements import Move, Speed, SpeedKind, Way
 from openpendant.server.refusal import Refusal
 from openpendant.server.store import requests
 from openpendant.server.store.documents import DocumentKind
 from openpendant.server.store.recording_format import Extract
 from openpendant.simplemsg.pendant import Motion
+from openpendant.simplemsg.pendant.management import statements
+from openpendant.simplemsg.pendant.management.points import ArmConfiguration, PointPose, TeachPoint
+from openpendant.simplemsg.pendant.management.statements import Move, Speed, SpeedKind, Way
 from openpendant.simplemsg.pendant.roles import Role
 from openpendant.simplemsg.verdicts import VerdictCode
 
@@ -105,18 +105,18 @@ STATEMENTS: tuple[Any, ...] = (
 )
 
 EDITS: tuple[Any, ...] = (
-    edits.RecordPoint(_POINT, _MOVE, 1),
-    edits.TouchUp("above", _START, _POSE, _ARM),
-    edits.DeletePoint("above"),
-    edits.RenamePoint("above", "below"),
-    edits.CommentPoint("above", "grip here"),
-    edits.ReorderPoint("above", 1),
-    edits.InsertStatements(STATEMENTS, 1),
-    edits.DeleteStatements(1, 2),
-    edits.ReorderStatements(1, 2, 3),
-    edits.ReplaceStatement(1, statements.Wait(0.5)),
-    edits.CommentStatement(1, "now"),
-    edits.DescribeProgram("main", "gripper", "table", "a comment"),
+    statements.RecordPoint(_POINT, _MOVE, 1),
+    statements.TouchUp("above", _START, _POSE, _ARM),
+    statements.DeletePoint("above"),
+    statements.RenamePoint("above", "below"),
+    statements.CommentPoint("above", "grip here"),
+    statements.ReorderPoint("above", 1),
+    statements.InsertStatements(STATEMENTS, 1),
+    statements.DeleteStatements(1, 2),
+    statements.ReorderStatements(1, 2, 3),
+    statements.ReplaceStatement(1, statements.Wait(0.5)),
+    statements.CommentStatement(1, "now"),
+    statements.DescribeProgram("main", "gripper", "table", "a comment"),
 )
 
 TASKS: tuple[Any, ...] = (
@@ -169,7 +169,7 @@ CHANGES: tuple[Any, ...] = (
 KINDS: Mapping[str, tuple[Any, tuple[Any, ...]]] = {
     "planner": (Job, JOBS),
     "program": (program_tasks.Task, TASKS),
-    "edit": (edits.Edit, EDITS),
+    "edit": (statements.Edit, EDITS),
     "statement": (statements.Statement, STATEMENTS),
     "shape": (Shape, tuple(each.shape for each in _SCENE.objects)),
     "store": (requests.Request, REQUESTS),

@@ -8,8 +8,9 @@ from rigs.data.program_samples import HEAD
 
 from openpendant.server.programs.language.parser import parse, parse_bytes
 from openpendant.server.programs.language.printer import print_program
-from openpendant.server.programs.language.program_errors import ProgramError
+from openpendant.server.programs.language.program_errors import program_refusal
 from openpendant.server.programs.language.program_json import program_from_json, program_to_json
+from openpendant.simplemsg.pendant.management.words import ProgramError
 from openpendant.simplemsg.verdicts import CATALOGUE
 
 from .choices import Choices
@@ -26,7 +27,7 @@ def TestOneInput(data: bytes) -> None:
             head = HEAD.encode() if form == 2 else b""
             program = parse_bytes(head + body).program
     except ProgramError as error:
-        refusal = error.refusal
+        refusal = program_refusal(error)
     else:
         assert parse(print_program(program)) == program
         assert program_from_json(program_to_json(program)) == program

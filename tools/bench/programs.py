@@ -14,7 +14,6 @@ from contextlib import contextmanager
 from functools import cache, partial
 
 from openpendant.server.planning.jobs import PlanAnswer, ProgramJob
-from openpendant.server.programs.editing.edits import DeleteStatements
 from openpendant.server.programs.editing.program_tasks import (
     BodyEdited,
     BodyUnpacked,
@@ -31,6 +30,7 @@ from openpendant.server.programs.language.parser import parse
 from openpendant.server.programs.language.program import MOST_POINTS
 from openpendant.server.programs.language.program_json import program_to_json
 from openpendant.simplemsg.pendant.management.programs import MOST_STATEMENTS
+from openpendant.simplemsg.pendant.management.statements import DeleteStatements
 
 from .table import Benchmark, Bound, Judged, Sides
 

@@ -17,7 +17,7 @@ from openpendant.simplemsg.packet_text import packet_to_json
 from ..console import ExitCode, complain
 from .console import LineError, lines_of, open_input, parser, run, text_of
 from .reading.presentation import Format, Output, add_presentation, frame_as_tree, message_as_line
-from .reading.reader import Reader, Reading, add_reading_form, codec_of, reader_of
+from .reading.reader import add_reading_form, codec_of, reader_of
 from .reading.trace_files import FileKind, detect, read_trace
 
 _ABOUT = """\
@@ -54,19 +54,7 @@ def _decode(arguments: argparse.Namespace) -> int:
             kind, stream = detect(stream)
         if kind is FileKind.HEX:
             return _decode_lines(stream, codec_of(arguments), output)
-        return _decode_entries(stream, kind, reader_of(arguments), output)
-
-
-def _decode_entries(stream: BinaryIO, kind: FileKind, reader: Reader, output: Output) -> int:
-    status = ExitCode.OK
-    for entry in read_trace(stream, kind):
-        item = reader.read(entry)
-        output.print_item(item)
-        if isinstance(item, Reading) and item.message is None:
-            status = ExitCode.FAILED
-        if output.full:
-            break
-    return status
+        return output.print_all(map(reader_of(arguments).read, read_trace(stream, kind)))
 
 
 def _decode_lines(stream: BinaryIO, codec: Codec, output: Output) -> int:

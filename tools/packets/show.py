@@ -301,18 +301,7 @@ def _show(arguments: argparse.Namespace) -> int:
         if arguments.follow is not None:
             return _follow(items, filters, arguments.follow, output)
         wanted = (item for item in items if filters.fits(item))
-        return _count(wanted, output) if arguments.count else _list(wanted, output)
-
-
-def _list(items: _Items, output: Output) -> int:
-    status = ExitCode.OK
-    for item in items:
-        output.print_item(item)
-        if isinstance(item, Reading) and item.message is None:
-            status = ExitCode.FAILED
-        if output.full:
-            break
-    return status
+        return _count(wanted, output) if arguments.count else output.print_all(wanted)
 
 
 def _count(items: _Items, output: Output) -> int:

@@ -13,18 +13,7 @@ from openpendant.simplemsg.pendant.management.declaration import Request, body_o
 from openpendant.simplemsg.pendant.management.recordings import PlaybackAccount, PlayRecording
 
 from .management.calls import AsyncCalls, function_of, then
-from .management.groups import (
-    AccessCalls,
-    FrameCalls,
-    ProgramCalls,
-    RecordingCalls,
-    RobotCalls,
-    SceneCalls,
-    SignalCalls,
-    ToolCalls,
-    TraceCalls,
-    UserCalls,
-)
+from .management.groups import ProgramCalls, RecordingCalls
 from .motions import MotionHandle
 from .observing import Observing
 from .operating import Moves
@@ -75,31 +64,14 @@ class AsyncRecordingCalls(RecordingCalls[AsyncCalls]):
 
 
 class Managing(Moves, Observing):
-    """Management operations in groups.
+    """Management operations that move the robot, too.
 
     Attributes:
         programs: stored programs: teach, edit, undo, dry run, run.
         recordings: continuous recordings: start, stop, trim, play.
-        frames: user frames.
-        tools: tools.
-        scene: objects around the robot.
-        signals: inputs and outputs.
-        robots: the robot itself.
-        trace: where the tool went.
-        access: who is connected.
-        users: who has an account.
     """
 
     def __init__(self) -> None:
         super().__init__()
-        way = AsyncCalls(self.manage)
-        self.programs = Programs(way, self)
-        self.recordings = AsyncRecordingCalls(way, self._manage_motion)
-        self.frames = FrameCalls(way)
-        self.tools = ToolCalls(way)
-        self.scene = SceneCalls(way)
-        self.signals = SignalCalls(way)
-        self.robots = RobotCalls(way)
-        self.trace = TraceCalls(way)
-        self.access = AccessCalls(way)
-        self.users = UserCalls(way)
+        self.programs = Programs(self._way, self)
+        self.recordings = AsyncRecordingCalls(self._way, self._manage_motion)

@@ -15,7 +15,7 @@ from openpendant.simplemsg.verdicts import VerdictCode
 from .connection_errors import PendantError, Refused, StateSilent, WrongArgument
 from .conversation import REPLY_TIMEOUT
 from .management.calls import AsyncCalls
-from .management.groups import CellCalls
+from .management.groups import GroupedCalls
 from .motions import MotionHandle, Pose
 from .session import PendantSession
 
@@ -44,12 +44,12 @@ _PLANNED = frozenset({"programs.dry_run", "recordings.play"})
 _UNASKED = "no states were asked for: subscribe to the state first"
 
 
-class Observing(PendantSession, CellCalls[AsyncCalls]):
+class Observing(PendantSession, GroupedCalls[AsyncCalls]):
     """State and data, which need no authority."""
 
     def __init__(self) -> None:
         PendantSession.__init__(self)
-        CellCalls.__init__(self, AsyncCalls(self.manage))
+        GroupedCalls.__init__(self, AsyncCalls(self.manage))
         # Who waits for a state, and since when [s].
         self._waiting: dict[asyncio.Future[State], float] = {}
         self._last_state = 0.0

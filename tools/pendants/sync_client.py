@@ -26,19 +26,7 @@ from .client import DEFAULT_PORT, ConnectionLost, EnablingDevice, PendantClient,
 from .jog import Jog
 from .loop_thread import LoopThread
 from .management.calls import SyncCalls, then
-from .management.groups import (
-    AccessCalls,
-    CellCalls,
-    FrameCalls,
-    ProgramCalls,
-    RecordingCalls,
-    RobotCalls,
-    SceneCalls,
-    SignalCalls,
-    ToolCalls,
-    TraceCalls,
-    UserCalls,
-)
+from .management.groups import GroupedCalls, ProgramCalls, RecordingCalls
 from .managing import PlaybackHandle
 from .motions import JogAccount, MotionHandle, MotionResult
 
@@ -207,7 +195,7 @@ class SyncRecordings(RecordingCalls[SyncCalls]):
         self.play = then(background.recordings.play, begun)
 
 
-class SyncPendantClient(CellCalls[SyncCalls], OnThread[PendantClient]):
+class SyncPendantClient(GroupedCalls[SyncCalls], OnThread[PendantClient]):
     """One connection to a pendant server, with blocking calls.
 
     Safe to share between threads: each call waits for its own answer. Where one thread closes it,
@@ -225,14 +213,6 @@ class SyncPendantClient(CellCalls[SyncCalls], OnThread[PendantClient]):
         self.background = self._asked = background
         self.programs = SyncPrograms(way, self)
         self.recordings = SyncRecordings(thread, background)
-        self.frames = FrameCalls(way)
-        self.tools = ToolCalls(way)
-        self.scene = SceneCalls(way)
-        self.signals = SignalCalls(way)
-        self.robots = RobotCalls(way)
-        self.trace = TraceCalls(way)
-        self.access = AccessCalls(way)
-        self.users = UserCalls(way)
 
     @classmethod
     def connect(

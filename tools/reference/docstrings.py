@@ -70,6 +70,16 @@ def told_of(request: type) -> Docstring:
     return replace(told, entries={**told.entries, "Args": meanings})
 
 
+def meanings_of(declared: type) -> Mapping[str, str]:
+    """Return what a class and its bases say of their fields, in docstrings or below the fields."""
+    found: dict[str, str] = {}
+    for base in reversed(declared.__mro__):
+        if base.__module__ == declared.__module__:
+            found |= Docstring.of(base).section("Attributes")
+            found |= _below_fields(base.__module__).get(base.__name__, {})
+    return found
+
+
 @cache
 def _below_fields(module: str) -> Mapping[str, Mapping[str, str]]:
     """Return the texts below the fields of the classes of a module, by class and field."""

@@ -5,12 +5,12 @@ from __future__ import annotations
 import re
 from collections.abc import Iterable, Iterator
 from functools import cache
-from typing import Any, is_typeddict
+from typing import Any
 
-from openpendant.simplemsg.pendant.management import declaration, edits
+from openpendant.simplemsg.pendant.management import declaration, edits, points, statements
 from openpendant.simplemsg.verdicts import VerdictCode
 
-from .docstrings import Docstring
+from .docstrings import Docstring, meanings_of
 from .messages import NOTICE
 from .operations import GROUPS, PublishedOperation, published_operations
 from .schemas import FieldRow, field_rows, reply_schema, request_schema, tagged
@@ -143,29 +143,22 @@ def _tagged(schema: dict[str, Any]) -> list[str]:
     lines += ["What `programs.edit` takes, and what a program consists of.", ""]
     for tag, inner in sorted(tagged(schema).items()):
         kind, _, value = tag.partition(" ")
-        about = Docstring.of(_clients_types()[inner["title"]]).about
+        about = Docstring.of(vars(edits)[inner["title"]]).about
         rows = map(_request_cells, field_rows({**inner, "$defs": schema["$defs"]}, meaning_of))
         lines += [f'<a id="{kind}-{value}"></a>', f"### {kind} `{value}`", "", about, ""]
         lines += [*table(_REQUEST_HEADS, rows), ""]
     return lines
 
 
+_TYPES = (edits, declaration, statements, points)
+"""Where the types of what requests hold are; those that clients give come first."""
+
+
 @cache
-def _clients_types() -> dict[str, type]:
-    """Return the client's types of what requests hold, by name."""
-    modules = (edits, declaration)
-    return {
-        name: kind
-        for module in modules
-        for name, kind in vars(module).items()
-        if is_typeddict(kind)
-    }
-
-
 def meaning_of(kind: str, name: str) -> str:
-    """Return what the client's type of the same name says of a field."""
-    found = _clients_types().get(kind)
-    return "" if found is None else Docstring.of(found).section("Attributes").get(name, "")
+    """Return what the types of this name say of a field; empty where they say nothing."""
+    types = [vars(each)[kind] for each in _TYPES if kind in vars(each)]
+    return next((told[name] for told in map(meanings_of, types) if name in told), "")
 
 
 def table(heads: Iterable[str], rows: Iterable[Iterable[str]]) -> Iterator[str]:

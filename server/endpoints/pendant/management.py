@@ -19,6 +19,7 @@ from openpendant.simplemsg import CommType, ReplyCode
 from openpendant.simplemsg.pendant import Management
 from openpendant.simplemsg.pendant.management import cell as op
 from openpendant.simplemsg.pendant.management.declaration import Request
+from openpendant.simplemsg.pendant.management.words import ProgramError
 
 from ...cell.robot_cell import RobotCell
 from ...cell.why import why
@@ -32,7 +33,6 @@ from ...events.management_requests import (
     is_of_topic,
     unknown,
 )
-from ...programs.language.program_errors import ProgramError
 from ...programs.program_service import ProgramService
 from ...refusal import JsonBody, Refusal, refusal_of
 from ...settings.cell_settings import CellSettings

@@ -57,16 +57,12 @@ from openpendant.motion.trajectory.certificate import Certificate, certify
 from openpendant.motion.trajectory.joint_curves import Path
 from openpendant.motion.trajectory.point_speed import ToolSpeedLimit, reduced_speed, tool_point
 from openpendant.motion.trajectory.trajectory import Trajectory
+from openpendant.simplemsg.pendant.management.points import ArmConfiguration, PointPose, TeachPoint
+from openpendant.simplemsg.pendant.management.statements import SpeedKind, Way
 
 from ...programs.interpreter.motion_blocks import BlockMove, MotionBlock
-from ...programs.language.points import (
-    ArmConfiguration,
-    PointPose,
-    TeachPoint,
-    check_consistency,
-)
+from ...programs.language.point_poses import check_consistency, pose_of
 from ...programs.language.program_errors import PointInconsistent
-from ...programs.language.statements import SpeedKind, Way
 from ...refusal import Refusal, refusal_of
 from ..jobs import BlockJob, JointVector, PathFree, WayCheckJob
 
@@ -181,7 +177,9 @@ class Places:
             FrameUnknown: there is no such frame or tool, or the frame moves.
         """
         tip = self._frames.transform(pose.tool, FLANGE)
-        return self._frames.transform(pose.frame, BASE).compose(pose.pose).compose(tip.inverse())
+        return (
+            self._frames.transform(pose.frame, BASE).compose(pose_of(pose)).compose(tip.inverse())
+        )
 
     def tool(self, point: TeachPoint | None = None) -> Pose:
         """Return a point's tool in the flange; the selected one for a point without a pose.

@@ -24,6 +24,8 @@ from openpendant.motion.kinematics.serial import Kinematics
 from openpendant.motion.pose import Pose
 from openpendant.motion.scene.scene import Scene, left, taken
 from openpendant.motion.trajectory.trajectory import Trajectory
+from openpendant.simplemsg.pendant.management.points import TeachPoint
+from openpendant.simplemsg.pendant.management.statements import Attach, Detach
 
 from ...programs.interpreter.dry_run import AbsentSignal, dry_run, reachability
 from ...programs.interpreter.dry_run_results import (
@@ -38,8 +40,6 @@ from ...programs.interpreter.dry_run_results import (
 )
 from ...programs.interpreter.motion_blocks import MotionBlock
 from ...programs.interpreter.run_events import Offer
-from ...programs.language.points import TeachPoint
-from ...programs.language.statements import Attach, Detach
 from ...refusal import Refusal, refusal_of
 from ..jobs import DryRunFound, DryRunJob, DryRunSlice, JointVector
 from .block_planning import BlockFault, Places, collision_on, placed_refusal, plan_block

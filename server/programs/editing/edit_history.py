@@ -16,8 +16,15 @@ from collections.abc import Callable, Hashable, Iterable, Iterator, Sequence
 from dataclasses import dataclass
 from typing import NamedTuple
 
+from openpendant.simplemsg.pendant.management.statements import (
+    DeleteStatements,
+    Edit,
+    InsertStatements,
+    RecordPoint,
+    ReorderStatements,
+)
+
 from ..language.program_errors import NothingToUndo
-from .edits import DeleteStatements, Edit, InsertStatements, RecordPoint, ReorderStatements
 
 
 class StatementSpan(NamedTuple):

@@ -1,180 +1,44 @@
-"""Edits of a program: a closed set of values, and `apply(program, edit)`, the edited program.
+"""Edits of a program: `apply(program, edit)`, the edited program.
 
-Owns the fields of each edit as pendants request it, its changes and its refusals. An edit leads
-either to a valid program or to an error, and the program that it was applied to is unchanged.
+Owns the changes of each edit and its refusals. An edit leads either to a valid program or to an
+error, and the program that it was applied to is unchanged.
 """
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field, replace
-from typing import Annotated, ClassVar, Literal, TypeAlias, TypeVar
+from dataclasses import replace
+from typing import TypeVar
 
-from pydantic import ConfigDict, Field
+from openpendant.simplemsg.pendant.management.points import TeachPoint
+from openpendant.simplemsg.pendant.management.statements import (
+    CommentPoint,
+    CommentStatement,
+    DeletePoint,
+    DeleteStatements,
+    DescribeProgram,
+    Edit,
+    InsertStatements,
+    Move,
+    RecordPoint,
+    RenamePoint,
+    ReorderPoint,
+    ReorderStatements,
+    ReplaceStatement,
+    Statement,
+    StatementEdit,
+    TouchUp,
+)
+from openpendant.simplemsg.pendant.management.words import BadValue
 
-from ..language.points import CLOSED, ArmConfiguration, JointVector, PointPose, TeachPoint
 from ..language.printer import first_line, in_words, last_of, places_of
 from ..language.program import Program
 from ..language.program_errors import (
     BadBlocks,
-    BadValue,
     PointExists,
     PointInUse,
     PointUnknown,
     StatementRefused,
 )
-from ..language.program_json import AnyStatement
-from ..language.statements import Move
-
-MOST_INSERTED = 200
-"""Statements that one edit inserts; the event loop reads each of them."""
-
-
-@dataclass(frozen=True, slots=True)
-class _Edit:
-    """What all edits have: their JSON has exactly their fields."""
-
-    __pydantic_config__: ClassVar[ConfigDict] = CLOSED
-
-
-@dataclass(frozen=True, slots=True)
-class RecordPoint(_Edit):
-    """Add a point, and the statement that moves to it.
-
-    Attributes:
-        point: the new point.
-        move: a move that names it; None for the point alone.
-        at: the statement that the move is put before, from 0; None to append it.
-    """
-
-    edit: Literal["record-point"] = field(default="record-point", kw_only=True, repr=False)
-    point: TeachPoint
-    move: Move | None = None
-    at: int | None = None
-
-
-@dataclass(frozen=True, slots=True)
-class TouchUp(_Edit):
-    """Put a point where the robot stands now; its name, comment and statements stay."""
-
-    edit: Literal["touch-up"] = field(default="touch-up", kw_only=True, repr=False)
-    name: str
-    joints: JointVector
-    pose: PointPose | None = None
-    configuration: ArmConfiguration | None = None
-
-
-@dataclass(frozen=True, slots=True)
-class DeletePoint(_Edit):
-    """Remove a point that no statement moves to."""
-
-    edit: Literal["delete-point"] = field(default="delete-point", kw_only=True, repr=False)
-    name: str
-
-
-@dataclass(frozen=True, slots=True)
-class RenamePoint(_Edit):
-    """Give a point another name, in all statements too."""
-
-    edit: Literal["rename-point"] = field(default="rename-point", kw_only=True, repr=False)
-    name: str
-    new_name: str
-
-
-@dataclass(frozen=True, slots=True)
-class CommentPoint(_Edit):
-    """Say something about a point; empty to say nothing."""
-
-    edit: Literal["comment-point"] = field(default="comment-point", kw_only=True, repr=False)
-    name: str
-    comment: str
-
-
-@dataclass(frozen=True, slots=True)
-class ReorderPoint(_Edit):
-    """Put a point at another place of the list, from 0."""
-
-    edit: Literal["reorder-point"] = field(default="reorder-point", kw_only=True, repr=False)
-    name: str
-    to: int
-
-
-@dataclass(frozen=True, slots=True)
-class InsertStatements(_Edit):
-    """Put statements before another, from 0; None to append them. Blocks come whole."""
-
-    edit: Literal["insert"] = field(default="insert", kw_only=True, repr=False)
-    statements: Annotated[tuple[AnyStatement, ...], Field(max_length=MOST_INSERTED)]
-    at: int | None = None
-
-
-@dataclass(frozen=True, slots=True)
-class DeleteStatements(_Edit):
-    """Remove statements in a row. Blocks go whole."""
-
-    edit: Literal["delete"] = field(default="delete", kw_only=True, repr=False)
-    first: int
-    count: int = 1
-
-
-@dataclass(frozen=True, slots=True)
-class ReorderStatements(_Edit):
-    """Move statements in a row to another place.
-
-    Attributes:
-        first: the first of them, from 0.
-        count: how many.
-        to: the number that the first has afterwards.
-    """
-
-    edit: Literal["reorder"] = field(default="reorder", kw_only=True, repr=False)
-    first: int
-    count: int
-    to: int
-
-
-@dataclass(frozen=True, slots=True)
-class ReplaceStatement(_Edit):
-    """Change one statement: its speed, its zone, its comment, or all of it."""
-
-    edit: Literal["replace"] = field(default="replace", kw_only=True, repr=False)
-    at: int
-    statement: AnyStatement
-
-
-@dataclass(frozen=True, slots=True)
-class CommentStatement(_Edit):
-    """Say something beside a statement; empty to say nothing."""
-
-    edit: Literal["comment"] = field(default="comment", kw_only=True, repr=False)
-    at: int
-    comment: str
-
-
-@dataclass(frozen=True, slots=True)
-class DescribeProgram(_Edit):
-    """Change what is said of the whole program; None leaves a value as it is."""
-
-    edit: Literal["describe"] = field(default="describe", kw_only=True, repr=False)
-    name: str | None = None
-    tool: str | None = None
-    frame: str | None = None
-    comment: str | None = None
-
-
-StatementEdit: TypeAlias = (
-    InsertStatements | DeleteStatements | ReorderStatements | ReplaceStatement | CommentStatement
-)
-Edit: TypeAlias = (
-    RecordPoint
-    | TouchUp
-    | DeletePoint
-    | RenamePoint
-    | CommentPoint
-    | ReorderPoint
-    | StatementEdit
-    | DescribeProgram
-)
-
 
 _T = TypeVar("_T")
 
@@ -212,7 +76,7 @@ def apply(program: Program, edit: Edit) -> Program:
     return _with_statements(program, _edited_statements(program, edit))
 
 
-def _with_statements(program: Program, statements: tuple[AnyStatement, ...]) -> Program:
+def _with_statements(program: Program, statements: tuple[Statement, ...]) -> Program:
     """Return a program with other statements.
 
     Raises:
@@ -226,7 +90,7 @@ def _with_statements(program: Program, statements: tuple[AnyStatement, ...]) -> 
         raise StatementRefused(f"line {line} of the edited text, {words}", index, error) from None
 
 
-def _edited_statements(program: Program, edit: StatementEdit) -> tuple[AnyStatement, ...]:
+def _edited_statements(program: Program, edit: StatementEdit) -> tuple[Statement, ...]:
     old = program.statements
     match edit:
         case InsertStatements(statements, at):

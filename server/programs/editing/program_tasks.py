@@ -18,12 +18,15 @@ from collections import deque
 from dataclasses import dataclass, field, replace
 from typing import ClassVar, Literal, TypeAlias
 
+from openpendant.simplemsg.pendant.management.points import TeachPoint
+from openpendant.simplemsg.pendant.management.statements import Edit, Statement
+from openpendant.simplemsg.pendant.management.words import BadValue, ProgramError
+
 from ...refusal import Refusal
 from ..language.parser import parse_source
-from ..language.points import TeachPoint
 from ..language.printer import print_program, statement_lines
 from ..language.program import OwnRobot, Program, check_robot
-from ..language.program_errors import BadValue, ProgramError, ProgramSyntaxError, ProgramTooLarge
+from ..language.program_errors import ProgramSyntaxError, ProgramTooLarge, program_refusal
 from ..language.program_json import (
     MOST_JSON_BYTES,
     POINTS,
@@ -32,9 +35,8 @@ from ..language.program_json import (
     program_from_source,
     program_to_json,
 )
-from ..language.statements import Statement
 from .edit_history import Renumbering, Splice, between, by_edit, splice_between
-from .edits import Edit, apply
+from .edits import apply
 
 MOST_TEXT_AT_ONCE = 2_048
 """Greatest text of a program parsed on the event loop [characters]: it takes about 1 ms."""
@@ -204,9 +206,9 @@ def perform(task: Task) -> TaskResult:
     try:
         return _perform(task)
     except ProgramSyntaxError as error:
-        return ProgramRefused(error.refusal, error.line, error.column)
+        return ProgramRefused(program_refusal(error), error.line, error.column)
     except ProgramError as error:
-        return ProgramRefused(error.refusal)
+        return ProgramRefused(program_refusal(error))
 
 
 def _perform(task: Task) -> Done:

@@ -17,6 +17,7 @@ from functools import partial
 
 from openpendant.simplemsg import Message
 from openpendant.simplemsg.pendant import ProgramRun, ProgramState, RunKind
+from openpendant.simplemsg.pendant.management.statements import MOST_PASSES
 from openpendant.simplemsg.verdicts import VerdictCode
 
 from ...cell.interlocks import broken_condition, ending, permission
@@ -38,7 +39,6 @@ from ...refusal import Refusal
 from ..interpreter import run_events as run
 from ..interpreter.run_events import Event, Resume, RunStatus, StepBack, StepForward
 from ..language.linking import Linked
-from ..language.statements import MOST_PASSES
 from ..library.kept_breakpoints import KeptBreakpoints, Places, RunPlaces
 from ..library.program_loader import ProgramLoader, not_the_one_under_way
 from .program_run import (

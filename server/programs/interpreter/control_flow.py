@@ -10,10 +10,19 @@ from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from typing import TypeAlias
 
+from openpendant.simplemsg.pendant.management.statements import (
+    Call,
+    Comment,
+    Else,
+    End,
+    IfFlag,
+    Loop,
+    Statement,
+)
+from openpendant.simplemsg.pendant.management.words import BadValue
+
 from ..language.linking import Linked
 from ..language.program import Program
-from ..language.program_errors import BadValue
-from ..language.statements import Call, Comment, Else, End, IfFlag, Loop, Statement
 
 Flags: TypeAlias = Mapping[str, bool]
 

@@ -21,12 +21,8 @@ from dataclasses import replace
 from typing import Literal, TypeAlias
 
 from openpendant.motion.scene.scene import Scene
-
-from ...refusal import Refusal
-from ..language.linking import Linked
-from ..language.points import JointVector, TeachPoint
-from ..language.program import Program
-from ..language.statements import (
+from openpendant.simplemsg.pendant.management.points import JointVector, TeachPoint
+from openpendant.simplemsg.pendant.management.statements import (
     Attach,
     Detach,
     End,
@@ -40,6 +36,10 @@ from ..language.statements import (
     Wait,
     WaitInput,
 )
+
+from ...refusal import Refusal
+from ..language.linking import Linked
+from ..language.program import Program
 from .control_flow import ControlFlow, Position
 from .dry_run_results import (
     ENDLESS_PASSES,

@@ -10,10 +10,10 @@ from dataclasses import dataclass
 from typing import TypeAlias
 
 from openpendant.motion.scene.scene import Scene
+from openpendant.simplemsg.pendant.management.points import JointVector
+from openpendant.simplemsg.pendant.management.statements import Attach, Detach, Statement
 
 from ...refusal import Refusal
-from ..language.points import JointVector
-from ..language.statements import Attach, Detach, Statement
 from .motion_blocks import MotionBlock
 
 ENDLESS_PASSES = 2

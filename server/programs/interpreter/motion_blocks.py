@@ -16,12 +16,19 @@ from collections import deque
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 
+from openpendant.simplemsg.pendant.management.points import TeachPoint
+from openpendant.simplemsg.pendant.management.statements import (
+    IfFlag,
+    Move,
+    Speed,
+    SpeedKind,
+    Statement,
+    Way,
+)
 from openpendant.simplemsg.verdicts import VerdictCode
 
 from ...refusal import Refusal
 from ..language.grammar import statement_text
-from ..language.points import TeachPoint
-from ..language.statements import IfFlag, Move, Speed, SpeedKind, Statement, Way
 from .control_flow import ControlFlow, Position
 
 MOST_MOVES_IN_BLOCK = 100

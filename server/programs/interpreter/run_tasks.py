@@ -8,10 +8,17 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import TypeAlias
 
+from openpendant.simplemsg.pendant.management.statements import (
+    Attach,
+    Detach,
+    IfInput,
+    ReadInput,
+    SetOutput,
+    WaitInput,
+)
 from openpendant.simplemsg.verdicts import VerdictCode
 
 from ...refusal import Refusal
-from ..language.statements import Attach, Detach, IfInput, ReadInput, SetOutput, WaitInput
 from .control_flow import Position
 from .motion_blocks import Gathered
 from .run_events import AttachToTool, DetachFromTool, QueryInput, WriteOutput

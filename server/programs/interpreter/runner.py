@@ -18,13 +18,7 @@ from collections.abc import Callable, Iterator, Mapping
 from enum import Enum, auto
 from itertools import count
 
-from openpendant.simplemsg.verdicts import VerdictCode
-
-from ...refusal import Refusal
-from ..language.grammar import statement_text
-from ..language.linking import Linked
-from ..language.program_errors import BadValue
-from ..language.statements import (
+from openpendant.simplemsg.pendant.management.statements import (
     MOST_PASSES,
     Attach,
     Detach,
@@ -36,6 +30,12 @@ from ..language.statements import (
     Wait,
     WaitInput,
 )
+from openpendant.simplemsg.pendant.management.words import BadValue
+from openpendant.simplemsg.verdicts import VerdictCode
+
+from ...refusal import Refusal
+from ..language.grammar import statement_text
+from ..language.linking import Linked
 from .control_flow import ControlFlow, Position
 from .motion_blocks import (
     MOST_INSTANT_AT_ONCE,

@@ -12,11 +12,13 @@ from itertools import groupby
 from typing import TYPE_CHECKING, Literal, cast
 
 from openpendant.motion.pose import Pose
-
-from .lexer import Clauses, Dimension, Places, TextPlace, from_si, plain_number
-from .points import MOST_TURNS, ArmConfiguration, PointPose, TeachPoint
-from .program_errors import BadValue
-from .statements import (
+from openpendant.simplemsg.pendant.management.points import (
+    MOST_TURNS,
+    ArmConfiguration,
+    PointPose,
+    TeachPoint,
+)
+from openpendant.simplemsg.pendant.management.statements import (
     FULL_SPEED,
     Attach,
     Call,
@@ -37,7 +39,9 @@ from .statements import (
     WaitInput,
     Way,
 )
-from .words import named
+from openpendant.simplemsg.pendant.management.words import BadValue
+
+from .lexer import Clauses, Dimension, Places, TextPlace, from_si, named, plain_number
 
 if TYPE_CHECKING:
     from .program import Program

@@ -22,7 +22,24 @@ from enum import Enum
 from functools import cache
 from typing import NamedTuple, TypeAlias
 
-from .program_errors import BadValue, ProgramSyntaxError, ProgramTooLarge, excerpt
+from openpendant.simplemsg.pendant.management.words import BadValue
+
+from .program_errors import ProgramSyntaxError, ProgramTooLarge, excerpt
+
+_BARE_NAME = re.compile(r"[A-Za-z_][A-Za-z0-9_.-]*", re.ASCII)
+
+_CLAUSE_WORDS = frozenset(
+    "via speed zone dwell robot linear frame tool joints pose config into timeout".split()
+)
+"""Words that may follow a name; a name that is one of them is quoted, for readers too."""
+
+
+def named(name: str) -> str:
+    """Return a name in its text form: bare where it cannot be mistaken, else quoted."""
+    if _BARE_NAME.fullmatch(name) and name not in _CLAUSE_WORDS:
+        return name
+    return f'"{name}"'
+
 
 LONGEST_NUMBER = 40
 """Greatest number of characters of a number."""

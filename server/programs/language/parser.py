@@ -13,23 +13,15 @@ from contextlib import contextmanager
 from dataclasses import dataclass, replace
 from typing import Final, NamedTuple, NoReturn
 
+from openpendant.simplemsg.pendant.management.points import TeachPoint
 from openpendant.simplemsg.pendant.management.programs import MOST_STATEMENTS
+from openpendant.simplemsg.pendant.management.statements import Comment, Statement
+from openpendant.simplemsg.pendant.management.words import COMMENT, BadValue, ProgramError
 
 from .grammar import POINT_CLAUSES, STATEMENTS, PointClauses, read_statement
 from .lexer import Clauses, Line, Places, TextPlace, decoded, lines_of, place_of
-from .points import TeachPoint
 from .program import MOST_POINTS, Program
-from .program_errors import (
-    BadBlocks,
-    BadValue,
-    PointUnknown,
-    ProgramError,
-    ProgramSyntaxError,
-    ProgramTooLarge,
-    excerpt,
-)
-from .statements import Comment, Statement
-from .words import COMMENT
+from .program_errors import BadBlocks, PointUnknown, ProgramSyntaxError, ProgramTooLarge, excerpt
 
 FORMAT: Final = "openpendant-program/1"
 """First word of a program's text, and `format` of its JSON."""

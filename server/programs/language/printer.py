@@ -13,13 +13,13 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import replace
 
+from openpendant.simplemsg.pendant.management.statements import Comment, Statement
+
 from .grammar import count_point_lines, point_lines, statement_text
-from .lexer import MOST_BYTES
+from .lexer import MOST_BYTES, named
 from .parser import FORMAT
 from .program import Program, depths
 from .program_errors import ProgramTooLarge, excerpt
-from .statements import Comment, Statement
-from .words import named
 
 _INDENT = "  "
 

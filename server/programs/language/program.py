@@ -17,19 +17,21 @@ from itertools import pairwise
 from typing import NamedTuple
 
 from openpendant.motion.description.limits import JointLimits
+from openpendant.simplemsg.pendant.management.points import MOST_JOINTS, TeachPoint
 from openpendant.simplemsg.pendant.management.programs import MOST_STATEMENTS
-
-from .points import MOST_JOINTS, TeachPoint
-from .program_errors import (
-    BadBlocks,
-    BadValue,
-    PointExists,
-    PointUnknown,
-    ProgramTooLarge,
-    WrongRobot,
+from openpendant.simplemsg.pendant.management.statements import (
+    Call,
+    Else,
+    End,
+    IfFlag,
+    IfInput,
+    Loop,
+    Move,
+    Statement,
 )
-from .statements import Call, Else, End, IfFlag, IfInput, Loop, Move, Statement
-from .words import check_comment, check_name
+from openpendant.simplemsg.pendant.management.words import BadValue, check_comment, check_name
+
+from .program_errors import BadBlocks, PointExists, PointUnknown, ProgramTooLarge, WrongRobot
 
 DEEPEST_NESTING = 32
 """Greatest depth of nested blocks."""

@@ -6,6 +6,7 @@ from 0.
 
 from __future__ import annotations
 
+from openpendant.simplemsg.pendant.management.words import ProgramError
 from openpendant.simplemsg.verdicts import VerdictCode
 
 from ...refusal import Refusal
@@ -17,17 +18,6 @@ _LONGEST_FIELD = 120
 def excerpt(text: str) -> str:
     """Return text from outside for a message: short, printable, quoted."""
     return ascii(text if len(text) <= _LONGEST_EXCERPT else text[:_LONGEST_EXCERPT] + "...")
-
-
-class ProgramError(ValueError):
-    """Base of all errors of programs; the text is one sentence with its numbers."""
-
-    code: VerdictCode = VerdictCode.PROGRAM_INVALID
-
-    @property
-    def refusal(self) -> Refusal:
-        """Refusal with the same text."""
-        return Refusal(self.code, str(self))
 
 
 class ProgramSyntaxError(ProgramError):
@@ -92,32 +82,6 @@ class ProgramTooLarge(ProgramError):
         counted = f"{value}" if is_counted else f"{value} or more"
         super().__init__(f"{counted} {what}; accepted: up to {limit}")
         self.what, self.value, self.limit = what, value, limit
-
-    @property
-    def refusal(self) -> Refusal:
-        """The refusal with both numbers."""
-        return Refusal(self.code, str(self), value=self.value, limit=self.limit)
-
-
-class BadValue(ProgramError):
-    """A value that a point or a statement cannot have.
-
-    Attributes:
-        part: the part of its owner that has the value, as whoever reads a text marks it.
-        place: which of several values of that part, from 0.
-    """
-
-    def __init__(self, what: str, problem: str, *, part: str = "", place: int = 0) -> None:
-        """Take the fault; `part` is `what` by default."""
-        super().__init__(f"{what} {problem}")
-        self.what, self.problem = what, problem
-        self.part, self.place = part or what, place
-
-
-class ProgramNameRefused(BadValue):
-    """A name that a program, a point or an object cannot have."""
-
-    code = VerdictCode.BAD_NAME
 
 
 class StatementRefused(ProgramError):
@@ -240,3 +204,10 @@ def _listed(names: tuple[str, ...], what: str) -> str:
         return f"there are no {what}"
     shown = ", ".join(excerpt(name) for name in names[:8])
     return f"{what}: {shown}{', ...' if len(names) > 8 else ''}"
+
+
+def program_refusal(error: ProgramError) -> Refusal:
+    """Return the refusal that says what an error says, numbers included."""
+    if isinstance(error, ProgramTooLarge):
+        return Refusal(error.code, str(error), value=error.value, limit=error.limit)
+    return Refusal(error.code, str(error))

@@ -9,25 +9,24 @@ is too large, of which only the beginning is read. Opens no file and knows no st
 from __future__ import annotations
 
 from codecs import BOM_UTF8
-from typing import Annotated, Literal, TypeAlias
+from typing import Literal
 
 from pydantic import BaseModel, ConfigDict, Field, TypeAdapter, ValidationError
 
+from openpendant.simplemsg.pendant.management.points import TeachPoint
 from openpendant.simplemsg.pendant.management.programs import MOST_STATEMENTS
+from openpendant.simplemsg.pendant.management.statements import AnyStatement, Statement
+from openpendant.simplemsg.pendant.management.words import ProgramError
 
 from ...store.store_errors import BadDocument
 from ...store.strict_json import parse as parse_strictly
 from .lexer import MOST_BYTES
 from .parser import FORMAT, Source, parse_bytes
-from .points import TeachPoint
 from .program import MOST_POINTS, Program
-from .program_errors import BadBlocks, JsonRefused, PointUnknown, ProgramError, ProgramTooLarge
-from .statements import Statement
+from .program_errors import BadBlocks, JsonRefused, PointUnknown, ProgramTooLarge
 
 MOST_JSON_BYTES = 2 << 20
 """Largest JSON of a program [bytes of UTF-8]; it is longer than its text."""
-
-AnyStatement: TypeAlias = Annotated[Statement, Field(discriminator="statement")]
 
 
 class ProgramDocument(BaseModel):
@@ -117,7 +116,7 @@ def _error(error: ValidationError, file: str) -> ProgramError:
     for part in first["loc"]:
         path += f"[{part}]" if isinstance(part, int) else f".{part}" if path else part
     if isinstance(cause, ProgramError):
-        return JsonRefused(file, path, str(cause), cause.refusal.code)
+        return JsonRefused(file, path, str(cause), cause.code)
     return JsonRefused(file, path, first["msg"])
 
 

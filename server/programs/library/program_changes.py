@@ -20,6 +20,15 @@ from openpendant.motion.frames.frame_tree import BASE, TOOL, FrameTree
 from openpendant.motion.pose import Pose
 from openpendant.simplemsg.pendant import Activity
 from openpendant.simplemsg.pendant.management import programs as op
+from openpendant.simplemsg.pendant.management.points import ArmConfiguration, PointPose, TeachPoint
+from openpendant.simplemsg.pendant.management.statements import (
+    DescribeProgram,
+    Edit,
+    Move,
+    RecordPoint,
+    TouchUp,
+)
+from openpendant.simplemsg.pendant.management.words import BadValue, ProgramError
 from openpendant.simplemsg.verdicts import VerdictCode
 
 from ...cell.robot_cell import RobotCell
@@ -32,13 +41,9 @@ from ...store.documents import DocumentKind, Heading
 from ...store.requests import Answer, Delete, Save
 from ...store.store_errors import Conflict, StoreError
 from ..editing.edit_history import EditStep, History, Renumbering, Splice
-from ..editing.edits import DescribeProgram, Edit, RecordPoint, TouchUp
 from ..editing.program_tasks import BodyEdited, Done, EditBody, HeadTaken, TakeHead
-from ..language.points import ArmConfiguration, PointPose, TeachPoint
 from ..language.program import OwnRobot, Program, check_robot
-from ..language.program_errors import BadValue, ProgramError
 from ..language.program_json import program_from_json
-from ..language.statements import Move
 from .kept_breakpoints import KeptBreakpoints, KeptFields
 from .program_loader import ProgramLoader, ProgramWork
 

@@ -17,9 +17,8 @@ from typing import cast
 
 from openpendant.simplemsg.pendant.management import programs as op
 from openpendant.simplemsg.pendant.management.programs import SaveProgram
+from openpendant.simplemsg.pendant.management.words import BadValue
 
-from ...cell.robot_cell import RobotCell
-from ...cell.robot_model import RobotModel
 from ...events.effects import Effect
 from ...events.management_requests import ReplyTo, handles
 from ...events.pending import AskStore
@@ -38,7 +37,7 @@ from ..editing.program_tasks import (
 )
 from ..language.lexer import MOST_BYTES
 from ..language.program import OwnRobot, Program
-from ..language.program_errors import BadValue, ProgramTooLarge
+from ..language.program_errors import ProgramTooLarge
 from ..language.program_json import MOST_JSON_BYTES, program_to_json
 from .kept_breakpoints import KeptBreakpoints, KeptFields
 from .program_changes import ProgramChanges, saved
@@ -112,16 +111,15 @@ class ProgramLibrary:
         loader: ProgramLoader,
         work: ProgramWork,
         breakpoints: KeptBreakpoints,
-        cell: RobotCell,
-        robot: RobotModel,
         own: OwnRobot,
+        changes: ProgramChanges,
     ) -> None:
         self._ask = ask
         self._loader = loader
         self._work = work
         self._breakpoints = breakpoints
         self._own = own
-        self.changes = ProgramChanges(ask, loader, work, breakpoints, cell, robot, own)
+        self._changes = changes
         self._uploads = Uploads()
         self._printed: OrderedDict[tuple[str, int], str] = OrderedDict()
 
@@ -206,7 +204,7 @@ class ProgramLibrary:
     ) -> list[Effect]:
         axes = tuple(i for i, linear in enumerate(self._own.limits.prismatic) if linear)
         program = Program(asked.name, self._own.name, axes, asked.tool, asked.frame)
-        return self.changes.save(asked.name, program_to_json(program), History(), 0, reply)
+        return self._changes.save(asked.name, program_to_json(program), History(), 0, reply)
 
     @handles(op.DeleteProgram)
     def _delete(
@@ -233,7 +231,7 @@ class ProgramLibrary:
             check_to_be_kept(done, self._own, asked.name)
             # The last part of a program is answered like any other change.
             reply = cast(ReplyTo[op.SavedProgram], reply_to)
-            return self.changes.replace(asked, done.body, reply, now)
+            return self._changes.replace(asked, done.body, reply, now)
 
         return self._work.have(ReadSource(body, asked.format, asked.name), read, reply_to, now)
 

@@ -16,6 +16,7 @@ from dataclasses import dataclass, field
 from typing import Any, TypeAlias, TypeVar
 
 from openpendant.motion.description.limits import JointLimits
+from openpendant.simplemsg.pendant.management.words import ProgramError
 from openpendant.simplemsg.verdicts import VerdictCode
 
 from ...events.effects import Effect
@@ -40,7 +41,7 @@ from ..editing.program_tasks import (
 )
 from ..language.linking import MOST_PARTS, MOST_PROGRAMS, Linked, link
 from ..language.program import Program, check_robot
-from ..language.program_errors import ProgramError, ProgramTooLarge
+from ..language.program_errors import ProgramTooLarge, program_refusal
 from ..language.program_json import program_from_json
 
 MOST_WAITING = 16
@@ -172,7 +173,7 @@ class ProgramLoader:
             if task.is_small:
                 whole = program_from_json(task.body, task.file)
         except ProgramError as error:
-            return error.refusal
+            return program_refusal(error)
         if whole is None:
             done = yield from self._work.done(task)
             if isinstance(done, ProgramRefused):
@@ -184,7 +185,7 @@ class ProgramLoader:
         gathering.parts += pieces.parts
         if gathering.parts > MOST_PARTS:
             what = "points and statements in the programs of one run"
-            return ProgramTooLarge(what, gathering.parts, MOST_PARTS).refusal
+            return program_refusal(ProgramTooLarge(what, gathering.parts, MOST_PARTS))
         known = {*gathering.programs, *gathering.wanted}
         gathering.wanted += (called for called in pieces.calls if called not in known)
         yield Turn.FIRST
@@ -201,7 +202,7 @@ class ProgramLoader:
             check_robot(program, self._robot, self._limits)
             return link(program, gathering.programs.get, gathering.sources, revisions)
         except ProgramError as error:
-            return error.refusal
+            return program_refusal(error)
 
 
 def _document(answer: Answer) -> Document | Refusal:

@@ -11,6 +11,7 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import MISSING, Field, asdict, dataclass, field, fields, make_dataclass
 from functools import cache
+from importlib import import_module
 from typing import (
     Annotated,
     Any,
@@ -189,24 +190,42 @@ class ReadAsKeys:
         return {"type": "function-after", "function": call, "schema": handler(_reader(self.kind))}
 
 
-SERVER_VALUES: dict[str, Any] = {}
-"""The types of `ServerValue` by name; the server puts them in before it reads any request."""
-
-
 @dataclass(frozen=True, slots=True)
-class ServerValue:
-    """A field that callers give as a JSON object, and that the server reads as a class of its own.
+class ReadAsFrom:
+    """As `ReadAs`, of a type in a file of this folder that callers have no need to import.
 
     Attributes:
-        name: of the type among `SERVER_VALUES`.
+        file: its name.
+        name: of the type in it.
     """
 
+    file: str
     name: str
 
     def __get_pydantic_core_schema__(self, source: Any, handler: _Handler) -> CoreSchema:
-        """Return the schema of the server's type."""
-        schema: CoreSchema = handler(SERVER_VALUES[self.name])
+        """Return the schema of the type."""
+        file = import_module(f".{self.file}", __package__)
+        schema: CoreSchema = handler(getattr(file, self.name))
         return schema
+
+
+@dataclass(frozen=True, slots=True)
+class ToldApart:
+    """A value of several classes, each of which has a field that says which it is.
+
+    Attributes:
+        tag: name of that field, which has one value in each class.
+    """
+
+    tag: str
+
+    def __get_pydantic_core_schema__(self, source: Any, handler: Any) -> CoreSchema:
+        """Return the schema of a value that is read as the class of its tag."""
+        choices = {}
+        for kind in get_args(source):
+            (value,) = get_args(get_type_hints(kind)[self.tag])
+            choices[value] = handler.generate_schema(kind)
+        return {"type": "tagged-union", "discriminator": self.tag, "choices": choices}
 
 
 @dataclass(frozen=True, slots=True)

@@ -1,7 +1,8 @@
-"""Edits and statements of programs as the server takes them: JSON objects told apart by their tag.
+"""Edits and statements of programs as clients give them: JSON objects told apart by their tag.
 
-Numbers of statements, of points and of signals count from 0; a comment is one line behind the
-statement.
+Each is read as the class of the same name in `statements` or `points`, which says what a field
+means, its bounds and its default; here stands only what differs for whoever writes JSON. Numbers of
+statements, of points and of signals count from 0; a comment is one line behind the statement.
 """
 
 from __future__ import annotations
@@ -15,7 +16,6 @@ class Speed(TypedDict):
 
     Attributes:
         kind: `fraction` of the joints' greatest speeds, or the speed of the `tool`.
-        value: more than 0 and at most 1, or the speed [m/s].
     """
 
     kind: Literal["fraction", "tool"]
@@ -26,13 +26,8 @@ class Move(TypedDict):
     """Move to a point.
 
     Attributes:
-        way: how.
-        point: name of the point to go to.
-        via: the points in between: one for CIRC, any number for SPLINE, none for the others.
         speed: how fast; PTP takes a fraction only. Left out for full speed.
         zone: where to turn towards the next point, 0 for a stop there [m; rad for PTP].
-        dwell: how long to stand there [s]; not together with a zone.
-        comment: one line behind it.
     """
 
     statement: Literal["move"]
@@ -46,12 +41,7 @@ class Move(TypedDict):
 
 
 class Wait(TypedDict):
-    """Stand still for a time.
-
-    Attributes:
-        duration: how long [s].
-        comment: one line behind it.
-    """
+    """Stand still for a time."""
 
     statement: Literal["wait"]
     duration: float
@@ -59,14 +49,7 @@ class Wait(TypedDict):
 
 
 class WaitInput(TypedDict):
-    """Stand still until an input has a value.
-
-    Attributes:
-        signal: number of the input.
-        value: the value.
-        timeout: how long to wait at most [s]; None for ever.
-        comment: one line behind it.
-    """
+    """Stand still until an input has a value."""
 
     statement: Literal["wait-input"]
     signal: int
@@ -76,13 +59,7 @@ class WaitInput(TypedDict):
 
 
 class SetOutput(TypedDict):
-    """Give an output a value.
-
-    Attributes:
-        signal: number of the output.
-        value: the value.
-        comment: one line behind it.
-    """
+    """Give an output a value."""
 
     statement: Literal["set-output"]
     signal: int
@@ -91,13 +68,7 @@ class SetOutput(TypedDict):
 
 
 class ReadInput(TypedDict):
-    """Read an input into a flag, for conditions further on.
-
-    Attributes:
-        signal: number of the input.
-        flag: name of the flag.
-        comment: one line behind it.
-    """
+    """Read an input into a flag, for conditions further on."""
 
     statement: Literal["read-input"]
     signal: int
@@ -106,12 +77,7 @@ class ReadInput(TypedDict):
 
 
 class Attach(TypedDict):
-    """Let the tool carry an object of the scene.
-
-    Attributes:
-        scene_object: name of the object.
-        comment: one line behind it.
-    """
+    """Let the tool carry an object of the scene."""
 
     statement: Literal["attach"]
     scene_object: str
@@ -119,12 +85,7 @@ class Attach(TypedDict):
 
 
 class Detach(TypedDict):
-    """Leave an object of the scene where it is.
-
-    Attributes:
-        scene_object: name of the object.
-        comment: one line behind it.
-    """
+    """Leave an object of the scene where it is."""
 
     statement: Literal["detach"]
     scene_object: str
@@ -132,12 +93,7 @@ class Detach(TypedDict):
 
 
 class Loop(TypedDict):
-    """Open a block that runs several times; None for ever.
-
-    Attributes:
-        passes: how often; None for ever.
-        comment: one line behind it.
-    """
+    """Open a block that runs several times; None for ever."""
 
     statement: Literal["loop"]
     passes: NotRequired[int | None]
@@ -145,13 +101,7 @@ class Loop(TypedDict):
 
 
 class IfInput(TypedDict):
-    """Open a block that runs if an input, read now, has a value.
-
-    Attributes:
-        signal: number of the input.
-        value: the value.
-        comment: one line behind it.
-    """
+    """Open a block that runs if an input, read now, has a value."""
 
     statement: Literal["if-input"]
     signal: int
@@ -160,13 +110,7 @@ class IfInput(TypedDict):
 
 
 class IfFlag(TypedDict):
-    """Open a block that runs if a flag, read before, has a value.
-
-    Attributes:
-        flag: name of the flag.
-        value: the value.
-        comment: one line behind it.
-    """
+    """Open a block that runs if a flag, read before, has a value."""
 
     statement: Literal["if-flag"]
     flag: str
@@ -175,34 +119,21 @@ class IfFlag(TypedDict):
 
 
 class Else(TypedDict):
-    """What runs if the condition of the block does not hold.
-
-    Attributes:
-        comment: one line behind it.
-    """
+    """What runs if the condition of the block does not hold."""
 
     statement: Literal["else"]
     comment: NotRequired[str]
 
 
 class End(TypedDict):
-    """Close the block that was opened last.
-
-    Attributes:
-        comment: one line behind it.
-    """
+    """Close the block that was opened last."""
 
     statement: Literal["end"]
     comment: NotRequired[str]
 
 
 class Call(TypedDict):
-    """Run another program.
-
-    Attributes:
-        program: its name.
-        comment: one line behind it.
-    """
+    """Run another program."""
 
     statement: Literal["call"]
     program: str
@@ -239,14 +170,7 @@ Statement: TypeAlias = (
 
 
 class ArmConfiguration(TypedDict):
-    """Which of the ways to reach its pose a point takes; turns: full turns of each joint.
-
-    Attributes:
-        shoulder: where the wrist is, seen from axis 1.
-        elbow: where the elbow is, seen from the line between shoulder and wrist.
-        wrist: the sign of the wrist's middle joint.
-        turns: full turns of each joint; None where they are not said.
-    """
+    """Which of the ways to reach its pose a point takes; turns: full turns of each joint."""
 
     shoulder: Literal["front", "back"]
     elbow: Literal["up", "down"]
@@ -260,8 +184,6 @@ class PointPose(TypedDict):
     Attributes:
         position: x, y, z in the frame [m].
         quaternion: x, y, z, w.
-        frame: the frame's name.
-        tool: the tool's name.
     """
 
     position: Sequence[float]
@@ -274,11 +196,7 @@ class TeachPoint(TypedDict):
     """One point.
 
     Attributes:
-        name: unique in its program.
         joints: controller side [rad, m for a linear axis].
-        pose: where that put the tool; None where nobody measured it.
-        configuration: which of the ways to reach the pose; None where the robot has no such words.
-        comment: lines of text; empty for none.
     """
 
     name: str
@@ -292,8 +210,6 @@ class RecordPoint(TypedDict):
     """Add a point with its numbers, and a move to it; `record` takes where the robot stands.
 
     Attributes:
-        point: the new point.
-        move: a move that names it; None for the point alone.
         at: the statement that the move is put before; None to append it.
     """
 
@@ -304,14 +220,7 @@ class RecordPoint(TypedDict):
 
 
 class TouchUp(TypedDict):
-    """Put a point elsewhere by its numbers; `touch_up` takes where the robot stands.
-
-    Attributes:
-        name: name of the point.
-        joints: controller side [rad, m for a linear axis].
-        pose: where that puts the tool; None where nobody measured it.
-        configuration: which of the ways to reach the pose.
-    """
+    """Put a point elsewhere by its numbers; `touch_up` takes where the robot stands."""
 
     edit: Literal["touch-up"]
     name: str
@@ -321,23 +230,14 @@ class TouchUp(TypedDict):
 
 
 class DeletePoint(TypedDict):
-    """Remove a point that no statement moves to.
-
-    Attributes:
-        name: name of the point.
-    """
+    """Remove a point that no statement moves to."""
 
     edit: Literal["delete-point"]
     name: str
 
 
 class RenamePoint(TypedDict):
-    """Give a point another name, in all statements too.
-
-    Attributes:
-        name: name of the point.
-        new_name: the name that it has afterwards.
-    """
+    """Give a point another name, in all statements too."""
 
     edit: Literal["rename-point"]
     name: str
@@ -345,12 +245,7 @@ class RenamePoint(TypedDict):
 
 
 class CommentPoint(TypedDict):
-    """Say something about a point; empty to say nothing.
-
-    Attributes:
-        name: name of the point.
-        comment: lines of text.
-    """
+    """Say something about a point; empty to say nothing."""
 
     edit: Literal["comment-point"]
     name: str
@@ -358,12 +253,7 @@ class CommentPoint(TypedDict):
 
 
 class ReorderPoint(TypedDict):
-    """Put a point at another place of the list.
-
-    Attributes:
-        name: name of the point.
-        to: its number afterwards.
-    """
+    """Put a point at another place of the list."""
 
     edit: Literal["reorder-point"]
     name: str
@@ -371,12 +261,7 @@ class ReorderPoint(TypedDict):
 
 
 class InsertStatements(TypedDict):
-    """Put statements before another; None to append them. Blocks come whole.
-
-    Attributes:
-        statements: what to put there.
-        at: the statement that they are put before.
-    """
+    """Put statements before another; None to append them. Blocks come whole."""
 
     edit: Literal["insert"]
     statements: Sequence[Statement]
@@ -384,12 +269,7 @@ class InsertStatements(TypedDict):
 
 
 class DeleteStatements(TypedDict):
-    """Remove statements in a row, one where no count is given. Blocks go whole.
-
-    Attributes:
-        first: number of the first of them.
-        count: how many.
-    """
+    """Remove statements in a row, one where no count is given. Blocks go whole."""
 
     edit: Literal["delete"]
     first: int
@@ -401,8 +281,6 @@ class ReorderStatements(TypedDict):
 
     Attributes:
         first: number of the first of them.
-        count: how many.
-        to: the number that the first has afterwards.
     """
 
     edit: Literal["reorder"]
@@ -412,12 +290,7 @@ class ReorderStatements(TypedDict):
 
 
 class ReplaceStatement(TypedDict):
-    """Change one statement: its speed, its zone, its comment, or all of it.
-
-    Attributes:
-        at: number of the statement.
-        statement: what stands there afterwards.
-    """
+    """Change one statement: its speed, its zone, its comment, or all of it."""
 
     edit: Literal["replace"]
     at: int
@@ -425,12 +298,7 @@ class ReplaceStatement(TypedDict):
 
 
 class CommentStatement(TypedDict):
-    """Say something beside a statement; empty to say nothing.
-
-    Attributes:
-        at: number of the statement.
-        comment: one line.
-    """
+    """Say something beside a statement; empty to say nothing."""
 
     edit: Literal["comment"]
     at: int
@@ -442,9 +310,6 @@ class DescribeProgram(TypedDict):
 
     Attributes:
         name: None; a program is renamed by `programs.rename`.
-        tool: the tool that new points are taught with; None as it is.
-        frame: the frame that they are taught in; None as it is.
-        comment: about the program; None as it is.
     """
 
     edit: Literal["describe"]

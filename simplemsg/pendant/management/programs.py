@@ -11,7 +11,7 @@ from dataclasses import field
 from typing import Annotated, Literal, NotRequired, TypeAlias, TypedDict
 
 from ..roles import Permission
-from .declaration import Count, Length, ReadAs, Request, Revision, ServerValue, operation
+from .declaration import Count, Length, ReadAs, ReadAsFrom, Request, Revision, operation
 from .edits import Edit, Move
 
 MOST_PARTS = 1_000
@@ -19,9 +19,6 @@ MOST_PARTS = 1_000
 
 MOST_STATEMENTS = 4_000
 """Statements of one program; a longer one calls others."""
-
-EDIT, MOVE = "edit", "move"
-"""Values of programs that the server has classes of its own for."""
 
 Format: TypeAlias = Literal["text", "json"]
 
@@ -427,7 +424,7 @@ class EditProgram(Request[SavedProgram]):
     """name of the program."""
     expected_revision: Revision
     """the one that the change was made from."""
-    edit: Annotated[Edit, ServerValue(EDIT)]
+    edit: Annotated[Edit, ReadAsFrom("statements", "AnyEdit")]
     """what to change: points or statements added, removed, moved, described."""
 
 
@@ -445,7 +442,9 @@ class RecordPoint(Request[SavedProgram]):
     """the one that the change was made from."""
     point: str
     """name of the new point."""
-    move: Annotated[Move | None, ServerValue(MOVE)] = field(default=None, kw_only=True)
+    move: Annotated[Move, ReadAsFrom("statements", "Move")] | None = field(
+        default=None, kw_only=True
+    )
     """a move that names it; None for the point alone."""
     at: int | None = field(default=None, kw_only=True)
     """the statement that the move is put before, from 0; None to append it."""

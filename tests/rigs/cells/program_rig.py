@@ -30,8 +30,8 @@ from openpendant.server.programs.interpreter.run_events import (
     WriteOutput,
 )
 from openpendant.server.programs.interpreter.runner import Runner
-from openpendant.server.programs.language.statements import Way
 from openpendant.server.refusal import Refusal
+from openpendant.simplemsg.pendant.management.statements import Way
 
 
 class ProgramRig:

@@ -15,12 +15,12 @@ from openpendant.server.events.effects import Ask, Effect
 from openpendant.server.planning.jobs import ProgramJob
 from openpendant.server.planning.worker import job_planner
 from openpendant.server.programs.editing import program_tasks
-from openpendant.server.programs.language import statements
 from openpendant.server.programs.language.parser import parse
-from openpendant.server.programs.language.points import TeachPoint
 from openpendant.server.programs.language.program import MOST_POINTS
 from openpendant.server.programs.language.program_json import program_to_json
 from openpendant.simplemsg.pendant import Management
+from openpendant.simplemsg.pendant.management import statements
+from openpendant.simplemsg.pendant.management.points import TeachPoint
 from openpendant.simplemsg.pendant.management.programs import MOST_STATEMENTS
 
 PIECE = 40_000

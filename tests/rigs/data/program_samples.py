@@ -9,9 +9,9 @@ from hypothesis import strategies as st
 
 from openpendant.server.programs.language.linking import Linked, link
 from openpendant.server.programs.language.parser import parse
-from openpendant.server.programs.language.points import ArmConfiguration, PointPose, TeachPoint
 from openpendant.server.programs.language.program import Program
-from openpendant.server.programs.language.statements import (
+from openpendant.simplemsg.pendant.management.points import ArmConfiguration, PointPose, TeachPoint
+from openpendant.simplemsg.pendant.management.statements import (
     Attach,
     Call,
     Comment,

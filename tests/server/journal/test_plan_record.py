@@ -25,9 +25,9 @@ from openpendant.server.programs.interpreter.dry_run_results import (
     StatementFinding,
 )
 from openpendant.server.programs.language.program import Program
-from openpendant.server.programs.language.statements import Attach, Detach
 from openpendant.server.refusal import Refusal
 from openpendant.simplemsg.journal import LongValue, json_parts
+from openpendant.simplemsg.pendant.management.statements import Attach, Detach
 from openpendant.simplemsg.verdicts import VerdictCode as V
 
 START = (0.1, -0.2)

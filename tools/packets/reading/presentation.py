@@ -12,7 +12,7 @@ import json
 import math
 import os
 import sys
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Iterable, Iterator, Mapping
 from enum import Enum
 from typing import Any
 
@@ -22,6 +22,7 @@ from openpendant.simplemsg.framing import Frame
 from openpendant.simplemsg.masking import masked_frame
 from openpendant.simplemsg.packet_text import packet_to_json
 
+from ...console import ExitCode
 from ..trace import Event, TraceDirection, entry_to_json
 from .field_table import FieldValue, Value, field_values, remark_on
 from .reader import Reading
@@ -323,6 +324,17 @@ class Output:
     def full(self) -> bool:
         """True when as many packets were printed as were asked for."""
         return self._left == 0
+
+    def print_all(self, items: Iterable[Reading | Event]) -> ExitCode:
+        """Print items, as many packets as were asked for; FAILED where one was not decoded."""
+        status = ExitCode.OK
+        for item in items:
+            self.print_item(item)
+            if isinstance(item, Reading) and item.message is None:
+                status = ExitCode.FAILED
+            if self.full:
+                break
+        return status
 
     def print_item(self, item: Reading | Event) -> None:
         """Print a packet or an event in the chosen format."""

@@ -144,3 +144,29 @@ class UserCalls(CallGroup[Way]):
     set_role = call(access.SetUserRole)
     disable = call(access.DisableUser)
     enable = call(access.EnableUser)
+
+
+class GroupedCalls(CellCalls[Way]):
+    """The operations on the cell and, in groups, on what is in it, as both clients have them.
+
+    Attributes:
+        frames: user frames.
+        tools: tools.
+        scene: objects around the robot.
+        signals: inputs and outputs.
+        robots: the robot itself.
+        trace: where the tool went.
+        access: who is connected.
+        users: who has an account.
+    """
+
+    def __init__(self, way: Way) -> None:
+        super().__init__(way)
+        self.frames = FrameCalls(way)
+        self.tools = ToolCalls(way)
+        self.scene = SceneCalls(way)
+        self.signals = SignalCalls(way)
+        self.robots = RobotCalls(way)
+        self.trace = TraceCalls(way)
+        self.access = AccessCalls(way)
+        self.users = UserCalls(way)

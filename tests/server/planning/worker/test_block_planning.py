@@ -19,9 +19,10 @@ from openpendant.server.planning.worker.dry_run_planning import DryRuns
 from openpendant.server.planning.worker.job_planner import answer, kinematics_of
 from openpendant.server.programs.interpreter.control_flow import ControlFlow, Level
 from openpendant.server.programs.interpreter.motion_blocks import Gatherer, MotionBlock
-from openpendant.server.programs.language.points import ArmConfiguration, PointPose, TeachPoint
+from openpendant.server.programs.language.point_poses import pose_of
 from openpendant.server.programs.language.program import Program
 from openpendant.server.refusal import Refusal
+from openpendant.simplemsg.pendant.management.points import ArmConfiguration, PointPose, TeachPoint
 from openpendant.simplemsg.verdicts import VerdictCode as V
 
 UR5 = kinematics_of("ur5")
@@ -102,7 +103,7 @@ def test_moving_a_user_frame_moves_the_points_taught_in_it_in_their_configuratio
     joints = Places(UR5, moved).joints(point)
     assert point.pose is not None
     reached = Places(UR5, moved).forward(joints, "fixture", "gripper")
-    assert reached.position_distance(point.pose.pose) < 1e-6
+    assert reached.position_distance(pose_of(point.pose)) < 1e-6
     assert max(abs(np.subtract(joints, point.joints))) > 0.01
     before, after = configuration_of(UR5, point.joints), configuration_of(UR5, joints)
     assert before is not None

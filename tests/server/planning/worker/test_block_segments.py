@@ -12,8 +12,9 @@ from openpendant.motion.paths.segments import Circ, Lin, Ptp, Spline, ThroughPoi
 from openpendant.motion.pose import Pose
 from openpendant.server.planning.worker.block_planning import segments_of
 from openpendant.server.programs.interpreter.motion_blocks import BlockMove, MotionBlock
-from openpendant.server.programs.language.points import JointVector, PointPose, TeachPoint
-from openpendant.server.programs.language.statements import Move, Way
+from openpendant.server.programs.language.point_poses import pose_of
+from openpendant.simplemsg.pendant.management.points import JointVector, PointPose, TeachPoint
+from openpendant.simplemsg.pendant.management.statements import Move, Way
 
 LEVEL = (0.0, 0.0, 0.0, 1.0)
 IN_BASE = TeachPoint("a", (0.1,) * 6, PointPose((0.4, 0.0, 0.3), LEVEL, "base", "flange"))
@@ -23,7 +24,8 @@ TABLE = Pose.from_values((1.0, 0.0, 0.0), LEVEL)
 
 
 def to_base(pose: PointPose) -> Pose:
-    return TABLE.compose(pose.pose) if pose.frame == "table" else pose.pose
+    there = pose_of(pose)
+    return TABLE.compose(there) if pose.frame == "table" else there
 
 
 def forward(joints: JointVector) -> Pose:

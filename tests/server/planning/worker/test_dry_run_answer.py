@@ -20,8 +20,8 @@ from openpendant.server.programs.interpreter.dry_run_results import (
 )
 from openpendant.server.programs.language.linking import Linked
 from openpendant.server.programs.language.parser import parse
-from openpendant.server.programs.language.statements import Attach, SetOutput
 from openpendant.server.refusal import Refusal
+from openpendant.simplemsg.pendant.management.statements import Attach, SetOutput
 from openpendant.simplemsg.verdicts import VerdictCode as V
 
 FAR = Refusal(V.UNREACHABLE)

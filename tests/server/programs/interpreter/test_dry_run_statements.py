@@ -8,8 +8,8 @@ from openpendant.server.programs.interpreter.dry_run import dry_run
 from openpendant.server.programs.interpreter.dry_run_results import BlockPlan, DryRunResult
 from openpendant.server.programs.interpreter.motion_blocks import MotionBlock
 from openpendant.server.programs.interpreter.run_events import OfferedSignals
-from openpendant.server.programs.language.points import JointVector
 from openpendant.server.refusal import Refusal
+from openpendant.simplemsg.pendant.management.points import JointVector
 from openpendant.simplemsg.verdicts import VerdictCode as V
 
 START = (0.0,) * 6

@@ -8,16 +8,17 @@ from rigs.data.program_samples import program
 
 from openpendant.server.programs.language.lexer import LONGEST_LINE, LONGEST_NUMBER
 from openpendant.server.programs.language.parser import parse
-from openpendant.server.programs.language.points import (
+from openpendant.server.programs.language.printer import print_program
+from openpendant.server.programs.language.program import DEEPEST_NESTING, Program
+from openpendant.simplemsg.names import LONGEST_NAME
+from openpendant.simplemsg.pendant.management.points import (
     MOST_JOINTS,
     MOST_TURNS,
     ArmConfiguration,
     PointPose,
     TeachPoint,
 )
-from openpendant.server.programs.language.printer import print_program
-from openpendant.server.programs.language.program import DEEPEST_NESTING, Program
-from openpendant.server.programs.language.statements import (
+from openpendant.simplemsg.pendant.management.statements import (
     MOST_VIAS,
     End,
     Loop,
@@ -26,8 +27,7 @@ from openpendant.server.programs.language.statements import (
     SpeedKind,
     Way,
 )
-from openpendant.server.programs.language.words import LONGEST_COMMENT
-from openpendant.server.store.documents import LONGEST_NAME
+from openpendant.simplemsg.pendant.management.words import LONGEST_COMMENT
 
 LONG_NUMBER = 123456.78901234567
 LONG_DIGITS = 0.00012345678901234567

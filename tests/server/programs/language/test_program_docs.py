@@ -14,8 +14,8 @@ from openpendant.server.programs.language.printer import print_program
 from openpendant.server.programs.language.program import DEEPEST_NESTING, MOST_POINTS
 from openpendant.server.programs.language.program_errors import ProgramSyntaxError
 from openpendant.server.programs.language.program_json import program_from_json
-from openpendant.server.programs.language.words import LONGEST_COMMENT
 from openpendant.simplemsg.pendant.management.programs import MOST_STATEMENTS
+from openpendant.simplemsg.pendant.management.words import LONGEST_COMMENT
 
 ROOT = Path(__file__).parents[4]
 PAGE = (ROOT / "docs" / "programs.md").read_text("utf-8")

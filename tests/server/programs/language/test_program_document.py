@@ -8,7 +8,7 @@ import pytest
 from rigs.data.program_samples import program
 
 from openpendant.server.programs.language.program import Program
-from openpendant.server.programs.language.program_errors import ProgramError, ProgramTooLarge
+from openpendant.server.programs.language.program_errors import ProgramTooLarge
 from openpendant.server.programs.language.program_json import (
     MOST_JSON_BYTES,
     program_from_json,
@@ -16,6 +16,7 @@ from openpendant.server.programs.language.program_json import (
     program_to_json,
     source_of,
 )
+from openpendant.simplemsg.pendant.management.words import ProgramError
 from openpendant.simplemsg.verdicts import VerdictCode as V
 
 
@@ -63,7 +64,7 @@ def test_a_wrong_field_is_named(
     place[path[-1]] = value
     error = refused(document)
     assert message in f"body: {error}" if "body: the" in message else message in str(error)
-    assert error.refusal.code is code
+    assert error.code is code
 
 
 @pytest.mark.parametrize(
@@ -74,7 +75,7 @@ def test_a_wrong_field_is_named(
     ],
 )
 def test_what_is_no_program_is_refused(body: str) -> None:
-    assert refused(body).refusal.code is V.PROGRAM_SYNTAX
+    assert refused(body).code is V.PROGRAM_SYNTAX
 
 
 def test_numbers_that_are_none_are_refused(document: dict[str, Any]) -> None:
@@ -105,7 +106,7 @@ def test_a_key_that_stands_twice_in_what_somebody_wrote_is_refused(
     assert text.count(once) == 1
     with pytest.raises(ProgramError, match=f"^body: has the key '{key}' twice") as caught:
         read(text.replace(once, twice), "body")
-    assert caught.value.refusal.code is V.PROGRAM_SYNTAX
+    assert caught.value.code is V.PROGRAM_SYNTAX
 
 
 @pytest.mark.parametrize(
@@ -124,4 +125,4 @@ def test_a_byte_order_mark_is_taken_before_json_as_before_text(
 def test_what_is_no_json_is_refused_as_what_is_no_program(body: str | bytes) -> None:
     with pytest.raises(ProgramError) as caught:
         program_from_source(body)
-    assert caught.value.refusal.code is V.PROGRAM_SYNTAX
+    assert caught.value.code is V.PROGRAM_SYNTAX

@@ -12,8 +12,8 @@ from openpendant.server.programs.interpreter.dry_run_results import (
     PointFinding,
 )
 from openpendant.server.programs.interpreter.motion_blocks import MotionBlock
-from openpendant.server.programs.language.points import JointVector, TeachPoint
 from openpendant.server.refusal import Refusal
+from openpendant.simplemsg.pendant.management.points import JointVector, TeachPoint
 from openpendant.simplemsg.verdicts import VerdictCode as V
 
 START = (0.0,) * 6

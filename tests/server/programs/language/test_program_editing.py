@@ -8,27 +8,32 @@ from pydantic import TypeAdapter
 from rigs.data.program_samples import program
 
 from openpendant.server.events.management_requests import parse
-from openpendant.server.programs.editing.edits import (
+from openpendant.server.programs.editing.edits import apply
+from openpendant.server.programs.language.printer import print_program
+from openpendant.simplemsg.pendant.management.points import TeachPoint
+from openpendant.simplemsg.pendant.management.programs import EditProgram
+from openpendant.simplemsg.pendant.management.statements import (
+    Call,
     CommentPoint,
     CommentStatement,
     DeletePoint,
     DeleteStatements,
     DescribeProgram,
     Edit,
+    End,
     InsertStatements,
+    Loop,
+    Move,
     RecordPoint,
     RenamePoint,
     ReorderPoint,
     ReorderStatements,
     ReplaceStatement,
     TouchUp,
-    apply,
+    Wait,
+    Way,
 )
-from openpendant.server.programs.language.points import TeachPoint
-from openpendant.server.programs.language.printer import print_program
-from openpendant.server.programs.language.program_errors import ProgramError
-from openpendant.server.programs.language.statements import Call, End, Loop, Move, Wait, Way
-from openpendant.simplemsg.pendant.management.programs import EditProgram
+from openpendant.simplemsg.pendant.management.words import ProgramError
 from openpendant.simplemsg.verdicts import VerdictCode as V
 
 D = TeachPoint("d", (0.5,) * 6)
@@ -75,7 +80,7 @@ def test_a_used_point_is_not_deleted_and_its_statements_are_named() -> None:
         ProgramError, match=r"is used in line 11, 'move PTP a' and line 13, 'move CIRC b via a'$"
     ) as caught:
         apply(BEFORE, DeletePoint("a"))
-    assert caught.value.refusal.code is V.POINT_IN_USE
+    assert caught.value.code is V.POINT_IN_USE
 
 
 def test_an_unused_point_is_deleted() -> None:
@@ -165,7 +170,7 @@ def test_the_whole_program_is_described() -> None:
 def test_an_edit_that_leaves_no_valid_program_is_refused(edit: Edit, code: V, message: str) -> None:
     with pytest.raises(ProgramError) as caught:
         apply(BEFORE, edit)
-    assert caught.value.refusal.code is code
+    assert caught.value.code is code
     assert message in str(caught.value)
 
 

@@ -13,18 +13,19 @@ from openpendant.server.programs.editing.edit_history import (
     Splice,
     splice_between,
 )
-from openpendant.server.programs.editing.edits import (
+from openpendant.server.programs.editing.edits import apply
+from openpendant.server.programs.language.program_errors import NothingToUndo
+from openpendant.server.programs.language.program_json import program_from_json, program_to_json
+from openpendant.simplemsg.pendant.management.points import TeachPoint
+from openpendant.simplemsg.pendant.management.statements import (
     DeleteStatements,
     DescribeProgram,
     Edit,
+    Move,
     RecordPoint,
     RenamePoint,
-    apply,
+    Way,
 )
-from openpendant.server.programs.language.points import TeachPoint
-from openpendant.server.programs.language.program_errors import NothingToUndo
-from openpendant.server.programs.language.program_json import program_from_json, program_to_json
-from openpendant.server.programs.language.statements import Move, Way
 from openpendant.simplemsg.verdicts import VerdictCode as V
 
 BEFORE = program_to_json(program("move PTP a\nloop 2\nmove CIRC b via a\nend\nwait 1 s"))
@@ -83,7 +84,7 @@ def test_an_edit_after_an_undo_ends_what_could_be_redone() -> None:
 def test_there_is_nothing_before_the_first_edit() -> None:
     with pytest.raises(NothingToUndo) as caught:
         History().undone()
-    assert caught.value.refusal.code is V.NOTHING_TO_UNDO
+    assert caught.value.code is V.NOTHING_TO_UNDO
 
 
 def test_a_history_is_bounded_in_edits() -> None:

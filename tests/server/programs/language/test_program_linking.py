@@ -8,7 +8,8 @@ from rigs.data.program_samples import linked, program
 from openpendant.server.programs.language.linking import DEEPEST_CALL, MOST_PROGRAMS, link
 from openpendant.server.programs.language.parser import parse
 from openpendant.server.programs.language.printer import statement_lines
-from openpendant.server.programs.language.program_errors import CallTooDeep, ProgramError
+from openpendant.server.programs.language.program_errors import CallTooDeep
+from openpendant.simplemsg.pendant.management.words import ProgramError
 from openpendant.simplemsg.verdicts import VerdictCode as V
 
 
@@ -47,7 +48,7 @@ def test_a_chain_is_too_deep_whichever_call_is_followed_first(through: str) -> N
 def test_a_circle_is_refused_and_named() -> None:
     with pytest.raises(CallTooDeep, match="'x' calls 'y' calls 'x': that never ends") as caught:
         linked("call x", {"x": "call y", "y": "call x"})
-    assert caught.value.refusal.code is V.CALL_TOO_DEEP
+    assert caught.value.code is V.CALL_TOO_DEEP
 
 
 def test_a_program_that_calls_itself_is_refused() -> None:
@@ -64,14 +65,14 @@ def test_a_program_that_is_not_there_is_named_with_the_call() -> None:
     message = "program 'main', line 12, 'call x': there is no program 'x' to call"
     with pytest.raises(ProgramError, match=message) as caught:
         linked("wait 1 s\ncall x")
-    assert caught.value.refusal.code is V.PROGRAM_UNKNOWN
+    assert caught.value.code is V.PROGRAM_UNKNOWN
 
 
 def test_a_program_of_another_robot_is_not_called() -> None:
     other = parse('openpendant-program/1\nprogram "x" robot puma560')
     with pytest.raises(ProgramError, match="'x' was taught on 'puma560'") as caught:
         link(program("call x"), {"x": other}.get)
-    assert caught.value.refusal.code is V.PROGRAM_WRONG_ROBOT
+    assert caught.value.code is V.PROGRAM_WRONG_ROBOT
 
 
 def test_there_are_only_so_many_programs_in_one_run() -> None:

@@ -11,11 +11,12 @@ from openpendant.server.programs.language.lexer import MOST_BYTES
 from openpendant.server.programs.language.parser import Source, parse, parse_bytes, parse_source
 from openpendant.server.programs.language.program import MOST_POINTS
 from openpendant.server.programs.language.program_errors import (
-    ProgramError,
     ProgramSyntaxError,
     ProgramTooLarge,
+    program_refusal,
 )
-from openpendant.server.programs.language.statements import (
+from openpendant.simplemsg.pendant.management.programs import MOST_STATEMENTS
+from openpendant.simplemsg.pendant.management.statements import (
     Comment,
     IfInput,
     Loop,
@@ -25,7 +26,7 @@ from openpendant.server.programs.language.statements import (
     WaitInput,
     Way,
 )
-from openpendant.simplemsg.pendant.management.programs import MOST_STATEMENTS
+from openpendant.simplemsg.pendant.management.words import ProgramError
 from openpendant.simplemsg.verdicts import VerdictCode as V
 
 
@@ -322,7 +323,7 @@ def test_a_text_that_is_no_program_is_refused(text: str, place: str, message: st
 def test_bytes_that_are_no_text_are_refused_with_their_place() -> None:
     with pytest.raises(ProgramSyntaxError, match=r"^x:2:3: byte 0xFF is not UTF-8") as caught:
         parse_bytes(b"a\nbc\xff", "x")
-    assert caught.value.refusal.code is V.PROGRAM_SYNTAX
+    assert caught.value.code is V.PROGRAM_SYNTAX
 
 
 @pytest.mark.parametrize(
@@ -335,7 +336,7 @@ def test_bytes_that_are_no_text_are_refused_with_their_place() -> None:
     ],
 )
 def test_a_refusal_has_the_code_of_the_rule(statements: str, code: V) -> None:
-    assert error_of(HEAD + statements).refusal.code is code
+    assert error_of(HEAD + statements).code is code
 
 
 @pytest.mark.parametrize("cut", range(0, len(HEAD), 7))
@@ -363,4 +364,4 @@ def test_a_program_nested_too_deep_is_refused() -> None:
 def test_a_program_that_is_too_large_is_refused_with_the_limit(text: str, limit: int) -> None:
     with pytest.raises(ProgramTooLarge) as caught:
         parse_bytes(text.encode())
-    assert caught.value.refusal.limit == limit
+    assert program_refusal(caught.value).limit == limit

@@ -10,20 +10,16 @@ from openpendant.motion.description.robot import serial_robot
 from openpendant.motion.kinematics.ik.configuration import Elbow, Shoulder, Wrist
 from openpendant.motion.pose import Pose
 from openpendant.server.programs.language.parser import parse
-from openpendant.server.programs.language.points import (
+from openpendant.server.programs.language.point_poses import check_consistency
+from openpendant.server.programs.language.program import Program, check_robot
+from openpendant.server.programs.language.program_errors import PointInconsistent, WrongRobot
+from openpendant.simplemsg.pendant.management.points import (
     ArmConfiguration,
     JointVector,
     PointPose,
     TeachPoint,
-    check_consistency,
 )
-from openpendant.server.programs.language.program import Program, check_robot
-from openpendant.server.programs.language.program_errors import (
-    BadValue,
-    PointInconsistent,
-    ProgramNameRefused,
-    WrongRobot,
-)
+from openpendant.simplemsg.pendant.management.words import BadValue, ProgramNameRefused
 from openpendant.simplemsg.verdicts import VerdictCode as V
 
 SQUARE = PointPose((0.4, 0.0, 0.3), (0.0, 0.0, 0.0, 1.0), "base", "gripper")
@@ -53,7 +49,7 @@ def test_joints_that_put_it_elsewhere_are_refused_with_numbers(
         check_consistency(POINT, lambda *_: reaching(distance, angle))
     assert caught.value.distance == pytest.approx(distance)
     assert caught.value.angle == pytest.approx(angle)
-    assert caught.value.refusal.code is V.POINT_INCONSISTENT
+    assert caught.value.code is V.POINT_INCONSISTENT
 
 
 def test_a_point_without_a_pose_agrees_with_everything() -> None:
@@ -70,7 +66,7 @@ def test_the_words_of_a_configuration_are_those_of_motion() -> None:
 def test_a_name_that_is_a_path_or_not_printable_is_refused(name: str) -> None:
     with pytest.raises(ProgramNameRefused) as caught:
         TeachPoint(name, (0.0,))
-    assert caught.value.refusal.code is V.BAD_NAME
+    assert caught.value.code is V.BAD_NAME
 
 
 @pytest.mark.parametrize("joints", [(), (0.0,) * 17, (math.nan,), (math.inf,)])
@@ -117,4 +113,4 @@ def test_a_program_of_another_robot_is_refused(
 ) -> None:
     with pytest.raises(WrongRobot, match=message) as caught:
         check_robot(program, robot, limits)
-    assert caught.value.refusal.code is V.PROGRAM_WRONG_ROBOT
+    assert caught.value.code is V.PROGRAM_WRONG_ROBOT

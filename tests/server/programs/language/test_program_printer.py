@@ -12,7 +12,7 @@ from openpendant.server.programs.language.printer import print_program, statemen
 from openpendant.server.programs.language.program import Program
 from openpendant.server.programs.language.program_errors import ProgramTooLarge
 from openpendant.server.programs.language.program_json import program_from_json, program_to_json
-from openpendant.server.programs.language.statements import Comment
+from openpendant.simplemsg.pendant.management.statements import Comment
 
 
 @settings(max_examples=examples(20, in_soak=5_000))

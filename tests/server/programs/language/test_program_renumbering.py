@@ -6,21 +6,23 @@ from hypothesis import strategies as st
 from rigs.data.program_samples import program
 
 from openpendant.server.programs.editing.edit_history import Renumbering, between, by_edit
-from openpendant.server.programs.editing.edits import (
+from openpendant.server.programs.editing.edits import apply
+from openpendant.simplemsg.pendant.management.points import TeachPoint
+from openpendant.simplemsg.pendant.management.statements import (
     CommentStatement,
     DeleteStatements,
     DescribeProgram,
     Edit,
     InsertStatements,
+    Move,
     RecordPoint,
     RenamePoint,
     ReorderStatements,
     ReplaceStatement,
-    apply,
+    Wait,
+    Way,
 )
-from openpendant.server.programs.language.points import TeachPoint
-from openpendant.server.programs.language.program_errors import ProgramError
-from openpendant.server.programs.language.statements import Move, Wait, Way
+from openpendant.simplemsg.pendant.management.words import ProgramError
 
 COUNT = 6
 ALL_DIFFERENT = program("\n".join(f"wait {number + 1} s" for number in range(COUNT)))

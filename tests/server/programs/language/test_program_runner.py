@@ -15,8 +15,8 @@ from openpendant.server.programs.interpreter.run_events import (
     StepForward,
     Stop,
 )
-from openpendant.server.programs.language.statements import MOST_PASSES, SpeedKind
 from openpendant.server.refusal import Refusal
+from openpendant.simplemsg.pendant.management.statements import MOST_PASSES, SpeedKind
 from openpendant.simplemsg.verdicts import VerdictCode as V
 
 FAULT = Refusal(V.CONTROLLER_LOST, "the link is gone")

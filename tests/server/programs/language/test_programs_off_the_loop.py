@@ -18,7 +18,6 @@ from rigs.data.large_programs import (
 from openpendant.motion.description.robot import serial_robot
 from openpendant.server.journal.event_records import plan_from_json, plan_to_json
 from openpendant.server.planning.jobs import PlanAnswer, ProgramJob
-from openpendant.server.programs.editing.edits import MOST_INSERTED, DeleteStatements
 from openpendant.server.programs.editing.program_tasks import (
     PACK,
     BodyUnpacked,
@@ -42,6 +41,7 @@ from openpendant.server.refusal import Refusal
 from openpendant.server.store.documents import DocumentKind
 from openpendant.simplemsg.pendant import MotionControlAction, RunKind
 from openpendant.simplemsg.pendant.management.programs import MOST_STATEMENTS
+from openpendant.simplemsg.pendant.management.statements import MOST_INSERTED, DeleteStatements
 from openpendant.simplemsg.verdicts import VerdictCode as V
 
 LARGEST = large_text()

@@ -1,21 +1,20 @@
-"""The statements of a program: a closed set of values, in the order in which they run.
+"""The statements of a program and its edits: two closed sets of values.
 
-Owns what each statement says and which values it takes. A block (loop or condition) is opened by
-its statement and closed by `End`, as the lines of the text are: so a statement has a number, and
-edits, breakpoints and the current line speak of that. `program` owns that they close.
+Owns what each statement says and which values it takes, and the fields of each edit. A block (loop
+or condition) is opened by its statement and closed by `End`, as the lines of the text are: so a
+statement has a number, and edits, breakpoints and the current line speak of that. That blocks close
+is checked by the server.
 """
 
 from __future__ import annotations
 
 from dataclasses import dataclass, field
 from enum import StrEnum
-from typing import ClassVar, Literal, TypeAlias
+from typing import Annotated, Literal, TypeAlias
 
-from pydantic import ConfigDict
-
-from .points import CLOSED
-from .program_errors import BadValue
-from .words import check_comment_line, check_name, check_number
+from .declaration import Length, ToldApart
+from .points import ArmConfiguration, JointVector, PointPose, TeachPoint, Value
+from .words import BadValue, check_comment_line, check_name, check_number
 
 LONGEST_WAIT = 86_400.0
 """Longest wait, dwell or time limit [s]: a day."""
@@ -53,15 +52,13 @@ class SpeedKind(StrEnum):
 
 
 @dataclass(frozen=True, slots=True)
-class Speed:
+class Speed(Value):
     """How fast.
 
     Attributes:
         kind: whether the value is a fraction of the joints' greatest speeds, or the tool's speed.
         value: more than 0 and at most 1, or the speed [m/s].
     """
-
-    __pydantic_config__: ClassVar[ConfigDict] = CLOSED
 
     kind: SpeedKind
     value: float
@@ -77,12 +74,11 @@ FULL_SPEED = Speed(SpeedKind.FRACTION, 1.0)
 
 
 @dataclass(frozen=True, slots=True)
-class _Statement:
+class _Statement(Value):
     """What all statements have: a comment behind them, one line, empty for none."""
 
-    __pydantic_config__: ClassVar[ConfigDict] = CLOSED
-
     comment: str = field(default="", kw_only=True)
+    """one line behind it."""
 
     def __post_init__(self) -> None:
         check_comment_line(self.comment)
@@ -153,6 +149,7 @@ class Wait(_Statement):
 
     statement: Literal["wait"] = field(default="wait", kw_only=True, repr=False)
     duration: float
+    """how long [s]."""
 
     def _check(self) -> None:
         check_number(self.duration, "the wait", 0.0, LONGEST_WAIT, "s")
@@ -185,7 +182,9 @@ class SetOutput(_Statement):
 
     statement: Literal["set-output"] = field(default="set-output", kw_only=True, repr=False)
     signal: int
+    """number of the output."""
     value: bool
+    """the value."""
 
     def _check(self) -> None:
         check_number(self.signal, "the output", 0, LARGEST_SIGNAL)
@@ -197,7 +196,9 @@ class ReadInput(_Statement):
 
     statement: Literal["read-input"] = field(default="read-input", kw_only=True, repr=False)
     signal: int
+    """number of the input."""
     flag: str
+    """name of the flag."""
 
     def _check(self) -> None:
         check_number(self.signal, "the input", 0, LARGEST_SIGNAL)
@@ -210,6 +211,7 @@ class Attach(_Statement):
 
     statement: Literal["attach"] = field(default="attach", kw_only=True, repr=False)
     scene_object: str
+    """name of the object."""
 
     def _check(self) -> None:
         check_name(self.scene_object, "the object")
@@ -221,6 +223,7 @@ class Detach(_Statement):
 
     statement: Literal["detach"] = field(default="detach", kw_only=True, repr=False)
     scene_object: str
+    """name of the object."""
 
     def _check(self) -> None:
         check_name(self.scene_object, "the object")
@@ -232,6 +235,7 @@ class Loop(_Statement):
 
     statement: Literal["loop"] = field(default="loop", kw_only=True, repr=False)
     passes: int | None = None
+    """how often; None for ever."""
 
     def _check(self) -> None:
         if self.passes is not None:
@@ -244,7 +248,9 @@ class IfInput(_Statement):
 
     statement: Literal["if-input"] = field(default="if-input", kw_only=True, repr=False)
     signal: int
+    """number of the input."""
     value: bool
+    """the value."""
 
     def _check(self) -> None:
         check_number(self.signal, "the input", 0, LARGEST_SIGNAL)
@@ -256,7 +262,9 @@ class IfFlag(_Statement):
 
     statement: Literal["if-flag"] = field(default="if-flag", kw_only=True, repr=False)
     flag: str
+    """name of the flag."""
     value: bool
+    """the value."""
 
     def _check(self) -> None:
         check_name(self.flag, "the flag")
@@ -282,6 +290,7 @@ class Call(_Statement):
 
     statement: Literal["call"] = field(default="call", kw_only=True, repr=False)
     program: str
+    """its name."""
 
     def _check(self) -> None:
         check_name(self.program, "the program")
@@ -311,3 +320,174 @@ Statement: TypeAlias = (
     | Call
     | Comment
 )
+
+AnyStatement: TypeAlias = Annotated[Statement, ToldApart("statement")]
+"""A statement as it is read from JSON."""
+
+MOST_INSERTED = 200
+"""Statements that one edit inserts; the event loop reads each of them."""
+
+
+@dataclass(frozen=True, slots=True)
+class RecordPoint(Value):
+    """Add a point, and the statement that moves to it.
+
+    Attributes:
+        point: the new point.
+        move: a move that names it; None for the point alone.
+        at: the statement that the move is put before, from 0; None to append it.
+    """
+
+    edit: Literal["record-point"] = field(default="record-point", kw_only=True, repr=False)
+    point: TeachPoint
+    move: Move | None = None
+    at: int | None = None
+
+
+@dataclass(frozen=True, slots=True)
+class TouchUp(Value):
+    """Put a point where the robot stands now; its name, comment and statements stay."""
+
+    edit: Literal["touch-up"] = field(default="touch-up", kw_only=True, repr=False)
+    name: str
+    """name of the point."""
+    joints: JointVector
+    """controller side [rad, m for a linear axis]."""
+    pose: PointPose | None = None
+    """where that puts the tool; None where nobody measured it."""
+    configuration: ArmConfiguration | None = None
+    """which of the ways to reach the pose."""
+
+
+@dataclass(frozen=True, slots=True)
+class DeletePoint(Value):
+    """Remove a point that no statement moves to."""
+
+    edit: Literal["delete-point"] = field(default="delete-point", kw_only=True, repr=False)
+    name: str
+    """name of the point."""
+
+
+@dataclass(frozen=True, slots=True)
+class RenamePoint(Value):
+    """Give a point another name, in all statements too."""
+
+    edit: Literal["rename-point"] = field(default="rename-point", kw_only=True, repr=False)
+    name: str
+    """name of the point."""
+    new_name: str
+    """the name that it has afterwards."""
+
+
+@dataclass(frozen=True, slots=True)
+class CommentPoint(Value):
+    """Say something about a point; empty to say nothing."""
+
+    edit: Literal["comment-point"] = field(default="comment-point", kw_only=True, repr=False)
+    name: str
+    """name of the point."""
+    comment: str
+    """lines of text."""
+
+
+@dataclass(frozen=True, slots=True)
+class ReorderPoint(Value):
+    """Put a point at another place of the list, from 0."""
+
+    edit: Literal["reorder-point"] = field(default="reorder-point", kw_only=True, repr=False)
+    name: str
+    """name of the point."""
+    to: int
+    """its number afterwards."""
+
+
+@dataclass(frozen=True, slots=True)
+class InsertStatements(Value):
+    """Put statements before another, from 0; None to append them. Blocks come whole."""
+
+    edit: Literal["insert"] = field(default="insert", kw_only=True, repr=False)
+    statements: Annotated[tuple[AnyStatement, ...], Length(None, MOST_INSERTED)]
+    """what to put there."""
+    at: int | None = None
+    """the statement that they are put before."""
+
+
+@dataclass(frozen=True, slots=True)
+class DeleteStatements(Value):
+    """Remove statements in a row. Blocks go whole."""
+
+    edit: Literal["delete"] = field(default="delete", kw_only=True, repr=False)
+    first: int
+    """number of the first of them."""
+    count: int = 1
+    """how many."""
+
+
+@dataclass(frozen=True, slots=True)
+class ReorderStatements(Value):
+    """Move statements in a row to another place.
+
+    Attributes:
+        first: the first of them, from 0.
+        count: how many.
+        to: the number that the first has afterwards.
+    """
+
+    edit: Literal["reorder"] = field(default="reorder", kw_only=True, repr=False)
+    first: int
+    count: int
+    to: int
+
+
+@dataclass(frozen=True, slots=True)
+class ReplaceStatement(Value):
+    """Change one statement: its speed, its zone, its comment, or all of it."""
+
+    edit: Literal["replace"] = field(default="replace", kw_only=True, repr=False)
+    at: int
+    """number of the statement."""
+    statement: AnyStatement
+    """what stands there afterwards."""
+
+
+@dataclass(frozen=True, slots=True)
+class CommentStatement(Value):
+    """Say something beside a statement; empty to say nothing."""
+
+    edit: Literal["comment"] = field(default="comment", kw_only=True, repr=False)
+    at: int
+    """number of the statement."""
+    comment: str
+    """one line."""
+
+
+@dataclass(frozen=True, slots=True)
+class DescribeProgram(Value):
+    """Change what is said of the whole program; None leaves a value as it is."""
+
+    edit: Literal["describe"] = field(default="describe", kw_only=True, repr=False)
+    name: str | None = None
+    tool: str | None = None
+    """the tool that new points are taught with; None as it is."""
+    frame: str | None = None
+    """the frame that they are taught in; None as it is."""
+    comment: str | None = None
+    """about the program; None as it is."""
+
+
+StatementEdit: TypeAlias = (
+    InsertStatements | DeleteStatements | ReorderStatements | ReplaceStatement | CommentStatement
+)
+Edit: TypeAlias = (
+    RecordPoint
+    | TouchUp
+    | DeletePoint
+    | RenamePoint
+    | CommentPoint
+    | ReorderPoint
+    | StatementEdit
+    | DescribeProgram
+)
+
+AnyEdit: TypeAlias = Annotated[Edit, ToldApart("edit")]
+"""An edit as it is read from JSON."""

@@ -1,23 +1,17 @@
 """Teach points: the joint position, and the pose of a tool in a frame there.
 
-Owns the fields of a point and their accepted values, and the comparison of its joints with its
-pose. Joints are controller-side [rad or m]. Knows no kinematics: the caller of the comparison
-supplies them.
+Owns the fields of a point and their accepted values. Joints are controller-side [rad or m]. Knows
+no mathematics of poses.
 """
 
 from __future__ import annotations
 
 import math
-from collections.abc import Callable
+from collections.abc import Mapping
 from dataclasses import dataclass
-from typing import ClassVar, Literal, TypeAlias
+from typing import Any, ClassVar, Literal, TypeAlias
 
-from pydantic import ConfigDict
-
-from openpendant.motion.pose import Pose
-
-from .program_errors import BadValue, PointInconsistent
-from .words import check_comment, check_name, check_number
+from .words import BadValue, check_comment, check_name, check_number
 
 JointVector: TypeAlias = tuple[float, ...]
 
@@ -29,15 +23,17 @@ MOST_TURNS = 100
 
 _LARGEST_VALUE = 1e6
 _UNIT_TOLERANCE = 1e-6
-_POSITION_TOLERANCE = 1e-4
-_ROTATION_TOLERANCE = 1e-3
 
-CLOSED = ConfigDict(extra="forbid", strict=True)
-"""Settings for reading JSON into values: exactly these fields, of exactly these types."""
+
+class Value:
+    """A part of a program; its JSON has exactly its fields, of exactly their types."""
+
+    __slots__ = ()
+    __pydantic_config__: ClassVar[Mapping[str, Any]] = {"extra": "forbid", "strict": True}
 
 
 @dataclass(frozen=True, slots=True)
-class ArmConfiguration:
+class ArmConfiguration(Value):
     """Which of the ways to reach its pose a point takes; the words of `motion.configuration`.
 
     Attributes:
@@ -46,8 +42,6 @@ class ArmConfiguration:
         wrist: the sign of the wrist's middle joint.
         turns: full turns of each joint; None where they are not said.
     """
-
-    __pydantic_config__: ClassVar[ConfigDict] = CLOSED
 
     shoulder: Literal["front", "back"]
     elbow: Literal["up", "down"]
@@ -60,7 +54,7 @@ class ArmConfiguration:
 
 
 @dataclass(frozen=True, slots=True)
-class PointPose:
+class PointPose(Value):
     """Where the tool is.
 
     Attributes:
@@ -69,8 +63,6 @@ class PointPose:
         frame: the frame's name.
         tool: the tool's name.
     """
-
-    __pydantic_config__: ClassVar[ConfigDict] = CLOSED
 
     position: tuple[float, float, float]
     quaternion: tuple[float, float, float, float]
@@ -91,14 +83,9 @@ class PointPose:
         check_name(self.frame, "the frame")
         check_name(self.tool, "the tool")
 
-    @property
-    def pose(self) -> Pose:
-        """The pose, with its quaternion normalised."""
-        return Pose.from_values(self.position, self.quaternion)
-
 
 @dataclass(frozen=True, slots=True)
-class TeachPoint:
+class TeachPoint(Value):
     """One taught point.
 
     Attributes:
@@ -108,8 +95,6 @@ class TeachPoint:
         configuration: which of the ways to reach the pose; None where the robot has no such words.
         comment: lines of text; empty for none.
     """
-
-    __pydantic_config__: ClassVar[ConfigDict] = CLOSED
 
     name: str
     joints: JointVector
@@ -133,35 +118,3 @@ class TeachPoint:
             place = min(len(turns) - 1, len(self.joints))
             raise BadValue("turns", problem, part="a number of turns", place=place)
         check_comment(self.comment)
-
-
-Forward: TypeAlias = Callable[[JointVector, str, str], Pose]
-"""Forward kinematics of (joints, frame's name, tool's name): the tool's pose in the frame."""
-
-
-def check_consistency(
-    point: TeachPoint,
-    forward: Forward,
-    *,
-    position_tolerance: float = _POSITION_TOLERANCE,
-    rotation_tolerance: float = _ROTATION_TOLERANCE,
-) -> None:
-    """Check that a point's joints put its tool where its pose says; a point without one passes.
-
-    Args:
-        forward: the robot's forward kinematics, with the tools and frames of the cell.
-        position_tolerance: greatest distance of both places [m].
-        rotation_tolerance: greatest angle between both orientations [rad].
-
-    Raises:
-        PointInconsistent: they differ by more.
-        MotionError: the frame or the tool is unknown.
-    """
-    if point.pose is None:
-        return
-    reached = forward(point.joints, point.pose.frame, point.pose.tool)
-    distance = reached.position_distance(point.pose.pose)
-    angle = reached.rotation_distance(point.pose.pose)
-    if not (distance <= position_tolerance and angle <= rotation_tolerance):
-        within = f"{position_tolerance:g} m and {rotation_tolerance:g} rad"
-        raise PointInconsistent(point.name, distance, angle, within)

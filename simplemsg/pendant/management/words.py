@@ -1,33 +1,43 @@
-"""Names, comments and numbers of a program: their checks, and the quoting of names.
+"""Names, comments and numbers of a program: which there may be, and the errors of others.
 
 A name follows the rule of documents, because programs are documents, and holds no quotation mark,
-so the text form needs no escapes. In the text a name stands bare where it cannot be mistaken, else
-quoted.
+so the text form needs no escapes.
 """
 
 from __future__ import annotations
 
 import math
-import re
 from functools import lru_cache
 
-from ...store.documents import check_name as check_document_name
-from ...store.store_errors import BadName
-from .program_errors import BadValue, ProgramNameRefused
-
-_BARE = re.compile(r"[A-Za-z_][A-Za-z0-9_.-]*", re.ASCII)
-
-_CLAUSE_WORDS = frozenset(
-    "via speed zone dwell robot linear frame tool joints pose config into timeout".split()
-)
-"""Words that may follow a name; a name that is one of them is quoted, for readers too."""
+from ...names import name_fault
+from ...verdicts import VerdictCode
 
 
-def named(name: str) -> str:
-    """Return a name in its text form."""
-    if _BARE.fullmatch(name) and name not in _CLAUSE_WORDS:
-        return name
-    return f'"{name}"'
+class ProgramError(ValueError):
+    """Base of all errors of programs; the text is one sentence with its numbers."""
+
+    code: VerdictCode = VerdictCode.PROGRAM_INVALID
+
+
+class BadValue(ProgramError):
+    """A value that a point or a statement cannot have.
+
+    Attributes:
+        part: the part of its owner that has the value, as whoever reads a text marks it.
+        place: which of several values of that part, from 0.
+    """
+
+    def __init__(self, what: str, problem: str, *, part: str = "", place: int = 0) -> None:
+        """Take the fault; `part` is `what` by default."""
+        super().__init__(f"{what} {problem}")
+        self.what, self.problem = what, problem
+        self.part, self.place = part or what, place
+
+
+class ProgramNameRefused(BadValue):
+    """A name that a program, a point or an object cannot have."""
+
+    code = VerdictCode.BAD_NAME
 
 
 LONGEST_COMMENT = 200
@@ -51,19 +61,18 @@ def check_name(name: str, what: str, place: int = 0) -> None:
     Raises:
         ProgramNameRefused: it cannot be a name.
     """
-    try:
-        _check_words(name)
-    except BadName as error:
-        raise ProgramNameRefused(f"the name of {what}", error.problem, place=place) from None
-    if '"' in name:
-        problem = 'holds a quotation mark; accepted: a name without "'
+    problem = _problem(name)
+    if problem:
         raise ProgramNameRefused(f"the name of {what}", problem, place=place)
 
 
 @lru_cache(maxsize=8_192)
-def _check_words(name: str) -> None:
-    """Check a name, once for each: the moves of a program name each point many times."""
-    check_document_name(name)
+def _problem(name: str) -> str:
+    """Return what is wrong with a name, once for each: moves name each point many times."""
+    fault = name_fault(name)
+    if fault is not None:
+        return fault.problem
+    return 'holds a quotation mark; accepted: a name without "' if '"' in name else ""
 
 
 def check_comment_line(text: str, place: int = 0) -> None:
