@@ -67,12 +67,15 @@ class Codec:
         usual: the sixteen header bytes of every frame of fixed size with a usual header, with the
             size of the frame and a decoder for it; that decoder raises `struct.error` for another
             size and `UnicodeDecodeError` for a text that is none.
+        of_any_size: the header bytes behind the length of every frame of variable size with a usual
+            header, with a decoder for it that raises what `decode` raises.
         real_size: bytes of a real, 4 or 8.
     """
 
     encode: Encode
     decode: Decode
     usual: dict[bytes, tuple[int, Decode]]
+    of_any_size: dict[bytes, Decode]
 
     def __init__(self, dialect: Dialect, byte_order: ByteOrder, real_size: int) -> None:
         if real_size not in _REAL_CODES:
@@ -98,6 +101,33 @@ class Codec:
             header: (PREFIX_SIZE + self._header.unpack(header)[0], decode)
             for header, decode in headers.items()
         }
+        self.of_any_size = {
+            self._header.pack(0, msg_type, comm, code)[PREFIX_SIZE:]: self._any_size(
+                layout, comm, code
+            )
+            for (msg_type, is_reply), layout in self._layouts.items()
+            if isinstance(layout, VariableLayout) and not layout.cls.PLACE.any_body
+            for comm, code in self._headers_of(msg_type, is_reply)
+        }
+
+    def _headers_of(self, msg_type: int, is_reply: bool) -> list[tuple[CommType, ReplyCode]]:
+        """Return the usual headers of a layout."""
+        if is_reply:
+            return _REPLY_HEADERS
+        has_reply = (msg_type, True) in self._layouts
+        return _OTHER_HEADERS if has_reply else _OTHER_HEADERS + _REPLY_HEADERS
+
+    def _any_size(self, layout: VariableLayout, comm: CommType, code: ReplyCode) -> Decode:
+        """Return a decoder of frames of variable size with a header that breaks no rule."""
+        unpack, unusual = layout.decode, self._decode_unusual
+
+        def decode(frame: Any) -> Message:
+            try:
+                return unpack(frame, comm, code)
+            except Misfit:
+                return unusual(frame)  # which says what is wrong with it
+
+        return decode
 
     def _usual_headers(self) -> dict[bytes, Decode]:
         """Return a decoder for every header that is usual in this dialect."""
@@ -105,13 +135,7 @@ class Codec:
         for (msg_type, is_reply), layout in self._layouts.items():
             if not isinstance(layout, FixedLayout):
                 continue
-            if is_reply:
-                headers = _REPLY_HEADERS
-            elif (msg_type, True) in self._layouts:
-                headers = _OTHER_HEADERS
-            else:
-                headers = _OTHER_HEADERS + _REPLY_HEADERS
-            for comm, code in headers:
+            for comm, code in self._headers_of(msg_type, is_reply):
                 header = self._header.pack(layout.size - PREFIX_SIZE, msg_type, comm, code)
                 usual[header] = layout.decoder(comm, code)
         for msg_type, _ in self._layouts:

@@ -38,6 +38,7 @@ _WINDOW = 16 * 1024
 handled in parts is not copied once for each of them."""
 
 _HEADER = slice(0, HEADER_SIZE)
+_BEHIND_LENGTH = slice(PREFIX_SIZE, HEADER_SIZE)
 
 _Known = tuple[int, Decode]
 """Size of a frame, and what decodes it."""
@@ -146,6 +147,7 @@ class Connection:
         self._walk = None if stop_rule is None else StopWalk(stop_rule, max_frame)
         self._passing: list[WaitingStop] = []
         self._usual: dict[bytes, _Known] = {}
+        self._of_any_size: dict[bytes, Decode] = {}
         if byte_order is not None:
             self.settle_byte_order(byte_order)
 
@@ -155,8 +157,14 @@ class Connection:
         self._prefix = struct.Struct(f"{byte_order.value}i")
         self._codec = codec_for(self._dialect, byte_order, self._real_size)
         self._usual = _frames_up_to(self._max_frame, self._codec)
+        self._of_any_size = self._codec.of_any_size
         if self._walk is not None:
             self._walk.settle(byte_order)
+            self._of_any_size = {
+                header: decode
+                for header, decode in self._codec.of_any_size.items()
+                if not self._walk.may_be_stop(self._prefix.unpack_from(header)[0])
+            }
 
     @property
     def partial(self) -> bool:
@@ -184,6 +192,9 @@ class Connection:
             return self._go_on(data)
         # Nearly all bytes of controllers and pendants come as one whole frame, alone.
         known = self._usual.get(data[_HEADER])
+        if known is None and (decode := self._of_any_size.get(data[_BEHIND_LENGTH])) is not None:
+            size = PREFIX_SIZE + self._prefix.unpack_from(data)[0]
+            known = (size, decode) if HEADER_SIZE <= size <= self._max_frame else None
         if known is not None and known[0] == len(data):
             received = [self._take(data, known[1])]
             if self._walk is not None and type(received[0]) is Malformed:

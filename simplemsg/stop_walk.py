@@ -156,6 +156,10 @@ class StopWalk:
         self._integer = struct.Struct("=i")
         self._order: ByteOrder | None = None
 
+    def may_be_stop(self, msg_type: int) -> bool:
+        """Return True if a frame of this type has to be read to tell that it is no STOP."""
+        return msg_type in self._rule.reads
+
     def settle(self, order: ByteOrder) -> None:
         """Fix the byte order."""
         self._order = order

@@ -13,6 +13,8 @@ real one.
 
 from __future__ import annotations
 
+from functools import partial
+
 from openpendant.motion.description.limits import JointLimits
 from openpendant.simplemsg import Message, ReplyCode, Status, TriState
 from openpendant.simplemsg.pendant import (
@@ -36,7 +38,7 @@ from ..events.cell_events import (
     StopLatch,
     StopLatchChanged,
 )
-from ..events.effects import Effect, LogLine, QueryController
+from ..events.effects import Effect, LogLine, QueryController, Then
 from ..events.pending import Pending
 from ..refusal import Refusal
 from ..settings.cell_settings import CellSettings, ControllerPath
@@ -269,7 +271,12 @@ class RobotCell:
     def software_stop(self, by: Holder, reason: str, now: int) -> list[Effect]:
         """Stop the robot and latch; anyone may, at any time. The stop leaves first."""
         stop = StopLatch(by, reason, now)
-        out = self.halt(Refusal(VerdictCode.STOPPED, stop.sentence), now)
+        return [self.driving.stop(now), Then(partial(self._stopped, stop, now))]
+
+    def _stopped(self, stop: StopLatch, now: int) -> list[Effect]:
+        """End what the stop has ended, tell everybody and latch."""
+        refusal = Refusal(VerdictCode.STOPPED, stop.sentence)
+        out = self.driving.stopped(refusal, now) + self._publish(Interruption(refusal), now)
         return out + self._latch(stop, now)
 
     def protective_stop(self, refusal: Refusal, now: int) -> list[Effect]:

@@ -6,7 +6,7 @@ out on the same call stack. The two that each tick makes are not frozen, which h
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from enum import Enum
 from typing import TypeAlias, get_args
@@ -154,6 +154,19 @@ class LogLine:
     text: str
 
 
+@dataclass(frozen=True, slots=True)
+class Then:
+    """Work out what else follows once what stands before it has left.
+
+    So a stop waits for nobody who is told of it, and has left whatever fails in the telling.
+
+    Attributes:
+        step: returns the effects that stand in its place.
+    """
+
+    step: Callable[[], list[Effect]]
+
+
 Effect = (
     Send
     | Broadcast
@@ -167,4 +180,5 @@ Effect = (
     | StorePlan
     | QueryController
     | LogLine
+    | Then
 )

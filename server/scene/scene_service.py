@@ -77,7 +77,7 @@ class SceneService:
     def _show_frames(
         self, asked: frames.ShowFrames, reply: ReplyTo[frames.Frames], now: int
     ) -> list[Effect]:
-        world, tree = self._world, self._world.frames
+        world, tree = self._world, self._view.frames
         return reply.answer(
             {
                 "content": json.loads(frames_to_json(tree)),

@@ -41,6 +41,7 @@ from ..events.effects import (
     SendStop,
     SendToController,
     StorePlan,
+    Then,
 )
 from ..events.events import ClientEvent, ClientFailed, Event, Skipped
 from ..journal.event_records import question_to_bytes
@@ -241,6 +242,8 @@ class Outbox:
                 case StorePlan(motion=motion):
                     if self._plans is not None:
                         self._plans.keep(motion)
+                case Then(step=step):
+                    skipped += self.perform(step())
                 case LogLine(text=text):
                     log.warning("cell %s: %s", self._name, text)
         return skipped

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import struct
+
 import pytest
 
 from openpendant.simplemsg import (
@@ -54,6 +56,33 @@ def test_every_usual_frame_is_received_as_the_codec_decodes_it(codec: Codec, fil
         frame = header + bytes([filling]) * (size - HEADER_SIZE)
         (received,) = _connection(codec).receive(frame)
         assert repr(received) == _plainly(codec, frame)
+
+
+@each_codec
+@pytest.mark.parametrize("filling", [0x00, 0x41, 0x80, 0xFF])
+def test_a_frame_of_any_size_is_received_as_the_codec_decodes_it(
+    codec: Codec, filling: int
+) -> None:
+    for header in codec.of_any_size:
+        for size in (0, 3, 4, 8, 52, 104, 400):
+            frame = _prefix(codec, header, size) + header + bytes([filling]) * size
+            (received,) = _connection(codec).receive(frame)
+            assert repr(received) == _plainly(codec, frame)
+            in_two = _connection(codec)
+            assert list(map(repr, in_two.receive(frame + frame[:-1]))) == [repr(received)]
+            assert in_two.partial
+
+
+@each_codec
+def test_a_frame_of_any_size_beyond_the_bound_of_the_conversation_is_a_fault(codec: Codec) -> None:
+    for header in codec.of_any_size:
+        wire = _connection(codec, max_frame=HEADER_SIZE + 99)
+        assert wire.receive(_prefix(codec, header, 100) + header + bytes(100)) == []
+        assert isinstance(wire.fault, LengthOutOfBounds)
+
+
+def _prefix(codec: Codec, header: bytes, size: int) -> bytes:
+    return struct.pack(f"{codec.byte_order.value}i", len(header) + size)
 
 
 @each_codec

@@ -241,6 +241,15 @@ def test_a_stop_that_comes_alone_is_a_message_like_any_other() -> None:
     assert not wire.overtaking
 
 
+def test_a_whole_trajectory_that_is_a_stop_is_found_also_where_it_comes_alone() -> None:
+    order = ByteOrder.LITTLE
+    wire = served(STANDARD, ROS_STOPS)
+    assert len(wire.receive(PING[order])) == 1
+    wire.receive(ROS_FRAMES["a trajectory with it"](order))
+    (stop,) = wire.stops
+    assert isinstance(stop.message, JointTraj)
+
+
 def test_a_stop_may_be_answered_before_its_turn_and_only_once() -> None:
     codec = codec_for(PENDANT)
     wire = served(PENDANT, PENDANT_STOPS, frames_per_call=1)

@@ -23,6 +23,13 @@ calls into another file, `depth` is the most frames of ours on the stack. The se
 emulated robot on a virtual clock, so the counts are the same in every run of the same code.
 """
 
+_RIG = """\
+rig: one server with one cell, an emulated UR5 at 100 reports a second; 100 ticks a second; one
+pendant, told the state with each tick in b1, b2, c and d2, connected but not told in the others;
+no ROS-Industrial client; surroundings with an empty scene, no signals and no recording; a store in
+memory and a planner, each of which answers when told to; no accounts, audit log, journal, watchdog
+"""
+
 _HEADING = ("walk", "calls", "files", "hops", "depth", "bound", "budget", "event")
 _ROW = "{:7}{:>6}{:>6}{:>6}{:>6}  {:>9} {:>9}  {}"
 _WIDTH = 100
@@ -45,6 +52,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
     for name in ROUTES:
         _tell(table_row(name, gone(name)))
     _tell("bound and budget are calls/files of tests/walks/bounds.toml")
+    _tell(_RIG.rstrip())
     return 0
 
 

@@ -13,6 +13,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
+from functools import partial
 
 from openpendant.motion.description.limits import JointLimits
 from openpendant.simplemsg import Message
@@ -36,6 +37,7 @@ from ...events.effects import (
     SendStop,
     SendToController,
     StorePlan,
+    Then,
 )
 from ...planning.jobs import CertifiedTrajectory, JointVector, PlaybackPlan
 from ...planning.plan_store import StoredMotion
@@ -337,8 +339,9 @@ class TrajectoryExecution:
         self.work = work
         self.undoable = None if work.back is None else work
         self._rested_at, self._awaits_rest = None, False
+        # The first set-point waits for nobody who is told of the motion.
         out: list[Effect] = [] if first is None else [SendToController(first)]
-        return out + self._publish(MotionStarted(work.request, work.playback), now)
+        return [*out, Then(partial(self._publish, MotionStarted(work.request, work.playback), now))]
 
     def reported(self, now: int) -> list[Effect]:
         """Compare the newest joint report, where one has come, with what was commanded.
@@ -437,23 +440,28 @@ class TrajectoryExecution:
         work = self.work
         if work is None:
             return []
+        stop = [] if work.execution is None else [self.stop(now)]
+        return stop + self._ended_before_goal(work, refusal, now)
+
+    def _ended_before_goal(self, work: ActiveMotion, refusal: Refusal, now: int) -> list[Effect]:
+        """End a motion whose stop, where it moves, was made already."""
         self.work = None
         if work.execution is None:
             return self._cancel(work.job_id) + self._publish(
                 MotionRefused(work.request, refusal), now
             )
-        out = self._halt(now)
+        self._begin_stopping(now)
         self._awaits_rest = self._feedback.position is not None
-        return out + self._publish(self._ended(work, refusal, now), now)
+        return self._publish(self._ended(work, refusal, now), now)
 
-    def _halt(self, now: int) -> list[Effect]:
+    def _begin_stopping(self, now: int) -> None:
         self._stopping_since = now
         self._stop_repeated = now
         if self._watch is not None:
             self._watch.stopping()
-        return [self._stop_now(now)]
 
-    def _stop_now(self, now: int) -> SendStop:
+    def stop(self, now: int) -> SendStop:
+        """Return the stop, whether or not we know of a motion; `stopped` has to follow."""
         return SendStop(self._uplink.stop(now, is_sent=self._up[ControllerPath.MOTION]))
 
     @staticmethod
@@ -467,15 +475,17 @@ class TrajectoryExecution:
         jog.press.end(JogEnd.STOPPED, now)
         return MotionEnded(work.request, refusal, 0.0, jog.last.time, jog.account())
 
+    def stopped(self, refusal: Refusal, now: int) -> list[Effect]:
+        """End what is under way, after a `stop`."""
+        work, moves = self.work, self.is_driving
+        out = [] if work is None else self._ended_before_goal(work, refusal, now)
+        if not moves and self.is_seen_moving:
+            self._begin_stopping(now)
+        return out
+
     def halt(self, refusal: Refusal, now: int) -> list[Effect]:
         """Send a stop whether or not we know of a motion, and end what is under way."""
-        moves = self.is_driving
-        out = self.end(refusal, now)
-        if moves:
-            return out
-        if self.is_seen_moving:
-            return self._halt(now) + out
-        return [self._stop_now(now), *out]
+        return [self.stop(now), *self.stopped(refusal, now)]
 
     def advance(self, now: int) -> list[Effect]:
         """Look at the motion once a tick: due set-points, arrival, what aborts it."""
@@ -526,5 +536,5 @@ class TrajectoryExecution:
             self._stand()
         elif now - self._stop_repeated >= _STOP_REPEAT_NS:
             self._stop_repeated = now
-            out.append(self._stop_now(now))
+            out.append(self.stop(now))
         return out

@@ -6,7 +6,7 @@ import json
 from typing import Any
 
 from rigs.cells.emulated_cell import EmulatedCell
-from rigs.cells.server_rig import job_of
+from rigs.cells.server_rig import job_of, worked_out
 from rigs.peers.server_clients import Pendant
 
 from openpendant.server.events.effects import Ask, Backend, Effect
@@ -33,6 +33,7 @@ class BusyCell(EmulatedCell):
 
     def perform(self, outgoing: list[Effect]) -> list[Effect]:
         here = []
+        outgoing = worked_out(outgoing)
         for item in outgoing:
             match item:
                 case Ask(question=question) if self.is_busy and (

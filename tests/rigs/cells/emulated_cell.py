@@ -11,7 +11,7 @@ from collections import deque
 from collections.abc import Callable
 from functools import cache
 
-from rigs.cells.server_rig import IDENTITY, MS, Shell, job_of
+from rigs.cells.server_rig import IDENTITY, MS, Shell, job_of, worked_out
 
 from openpendant.controller_emulator.shell.build import build_controller
 from openpendant.controller_emulator.shell.settings import EmulatorSettings
@@ -118,6 +118,7 @@ class EmulatedCell(Shell):
         commands: deque[tuple[ControllerPath, Message]] = deque()
         questions: list[Ask] = []
         replies: list[Message] = []
+        outgoing = worked_out(outgoing)
         for item in outgoing:
             match item:
                 case Send(session=session, message=message):

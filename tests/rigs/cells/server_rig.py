@@ -35,6 +35,7 @@ from openpendant.server.events.effects import (
     SendStop,
     SendToController,
     StorePlan,
+    Then,
 )
 from openpendant.server.events.events import (
     Answered,
@@ -169,6 +170,14 @@ def request_of(asked: Ask) -> Request:
     """Return what the store is asked for."""
     assert isinstance(asked.question, Request)
     return asked.question
+
+
+def worked_out(outgoing: Iterable[Effect]) -> list[Effect]:
+    """Return effects with what follows from them in its place."""
+    out: list[Effect] = []
+    for item in outgoing:
+        out += worked_out(item.step()) if isinstance(item, Then) else [item]
+    return out
 
 
 class Shell(ABC):
@@ -313,6 +322,7 @@ class ServerRig(Shell):
     def perform(self, outgoing: list[Effect]) -> list[Effect]:
         commands: deque[Message] = deque()
         requests: list[Ask] = []
+        outgoing = worked_out(outgoing)
         for item in outgoing:
             self.log.append((self.now, item))
             match item:

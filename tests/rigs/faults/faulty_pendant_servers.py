@@ -22,7 +22,7 @@ from openpendant.server.endpoints.pendant.motion_requests import PendantMotions
 from openpendant.server.endpoints.pendant.notifications import Listeners, Notifications
 from openpendant.server.endpoints.pendant.pendant_endpoint import PendantEndpoint
 from openpendant.server.events.cell_events import AuthorityTransferred, CellEvent, MotionEnded
-from openpendant.server.events.effects import Effect, Send
+from openpendant.server.events.effects import Effect, LogLine, Send
 from openpendant.server.refusal import Refusal
 from openpendant.server.shell.client_connection import ClientConnection
 from openpendant.simplemsg import CommType, Message, Received
@@ -299,7 +299,7 @@ PENDANT_FAULTS = (
     PendantFault(
         "sends the controller no STOP",
         "PS37",
-        _instead(TrajectoryExecution, "_halt", lambda *_: []),
+        _instead(TrajectoryExecution, "stop", lambda *_: LogLine("no STOP")),
     ),
     PendantFault("names a wrong reason", "PS34", _saying(AuthorityChanged, _wrong_reason)),
 )

@@ -14,9 +14,11 @@ from rigs.cells.robot_cell_situations import (
     keep_beating,
     moving,
 )
-from rigs.cells.server_rig import MS, ServerRig, ready
+from rigs.cells.server_rig import MS, ServerRig, ready, worked_out
 from rigs.peers.server_clients import Pendant
 
+from openpendant.server.core.audit_trail import AuditTrail
+from openpendant.server.events.cell_events import CellEvent
 from openpendant.server.events.effects import ReconnectController, SendStop, SendToController
 from openpendant.server.events.events import Received, ShutDown, Tick
 from openpendant.server.settings.cell_settings import ControllerPath
@@ -33,9 +35,30 @@ def test_a_stop_leaves_first_whatever_the_cell_is_doing(
     rig = ready()
     pendant, observer = rig.holder(), rig.pendant("observer")
     phase(rig, pendant)
-    out = rig.core.handle(Received(observer.session, SoftwareStop(1, "x")), rig.now)
+    out = worked_out(rig.core.handle(Received(observer.session, SoftwareStop(1, "x")), rig.now))
     assert isinstance(out[0], SendStop)
     assert not any(isinstance(item, SendToController) for item in out)
+
+
+@pytest.mark.parametrize("phase", PHASES)
+def test_a_stop_is_there_to_leave_before_anybody_is_told_of_it(
+    phase: Callable[[ServerRig, Pendant], None], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    rig = ready()
+    pendant = rig.holder()
+    phase(rig, pendant)
+    told: list[CellEvent] = []
+
+    def fail(_: AuditTrail, event: CellEvent, now: int) -> None:
+        told.append(event)
+        raise RuntimeError
+
+    monkeypatch.setattr(AuditTrail, "on_cell_event", fail)
+    stop, *rest = rig.core.handle(Received(pendant.session, SoftwareStop(1, "x")), rig.now)
+    assert isinstance(stop, SendStop)
+    assert told == []
+    with pytest.raises(RuntimeError):
+        worked_out(rest)
 
 
 def test_a_motion_link_that_does_not_answer_a_stop_for_two_seconds_is_dropped() -> None:

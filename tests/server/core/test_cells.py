@@ -4,7 +4,7 @@ from collections.abc import Sequence
 from typing import NamedTuple
 
 import pytest
-from rigs.cells.server_rig import LIMITS, MS, NoTool
+from rigs.cells.server_rig import LIMITS, MS, NoTool, worked_out
 from rigs.peers.server_clients import hello
 
 from openpendant.server.core.cell_core import CellCore
@@ -55,7 +55,7 @@ class Room:
     def handle(self, event: ClientEvent, cell: int | None = None) -> Handled:
         number, out = 0, []
         for number, each in self._server.route(event, cell):
-            out += self.cores[number].handle(each, NOW)
+            out += worked_out(self.cores[number].handle(each, NOW))
         return Handled(number, out)
 
     @property

@@ -4,6 +4,7 @@ from collections.abc import Callable
 
 import pytest
 from rigs.cells.emulated_cell import EmulatedCell
+from rigs.cells.server_rig import worked_out
 from rigs.peers.scripted_action_node import Goal, ScriptedActionNode
 from rigs.peers.server_clients import RosClient
 
@@ -23,6 +24,7 @@ class LoggedCell(EmulatedCell):
         super().__init__()
 
     def perform(self, outgoing: list[Effect]) -> list[Effect]:
+        outgoing = worked_out(outgoing)
         self.lines += [item.text for item in outgoing if isinstance(item, LogLine)]
         return super().perform(outgoing)
 
