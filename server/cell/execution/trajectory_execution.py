@@ -13,7 +13,6 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
-from functools import partial
 
 from openpendant.motion.description.limits import JointLimits
 from openpendant.simplemsg import Message
@@ -37,7 +36,6 @@ from ...events.effects import (
     SendStop,
     SendToController,
     StorePlan,
-    Then,
 )
 from ...planning.jobs import CertifiedTrajectory, JointVector, PlaybackPlan
 from ...planning.plan_store import StoredMotion
@@ -339,9 +337,8 @@ class TrajectoryExecution:
         self.work = work
         self.undoable = None if work.back is None else work
         self._rested_at, self._awaits_rest = None, False
-        # The first set-point waits for nobody who is told of the motion.
         out: list[Effect] = [] if first is None else [SendToController(first)]
-        return [*out, Then(partial(self._publish, MotionStarted(work.request, work.playback), now))]
+        return out + self._publish(MotionStarted(work.request, work.playback), now)
 
     def reported(self, now: int) -> list[Effect]:
         """Compare the newest joint report, where one has come, with what was commanded.
