@@ -4,8 +4,9 @@
     {"cell": "frames", "id": "frames.show: right", "by": "viewer", "body": "…", "done": true,
      "answer": "…"}
 
-All lines of a cell are made in one, in order. A body is its text; a list of texts, each with how
-often it is repeated where it is; or `hex` where it is no text.
+All lines of a cell are made in one, in order. One that is not recorded yet has no answer. A body
+is its text; a list of texts, each with how often it is repeated where it is; or `hex` where it is
+no text.
 """
 
 from __future__ import annotations
@@ -73,4 +74,5 @@ def read_steps(file: Path) -> Iterator[tuple[str, Step, Answer | None]]:
             yield read["cell"], Happening(read["do"]), None
         else:
             question = Question(read["id"], read["by"], read["body"])
-            yield read["cell"], question, Answer(read["done"], read["answer"])
+            answer = Answer(read["done"], read["answer"]) if "done" in read else None
+            yield read["cell"], question, answer

@@ -8,9 +8,7 @@ from pathlib import Path
 
 from frozen.asked_cell import AskedCell
 from frozen.body_file import Answer, Question, Step, line_of, read_steps
-from frozen.frozen_files import BODIES, FROZEN
-
-SCHEMAS = FROZEN.parents[1] / "docs" / "generated" / "schemas"
+from frozen.frozen_files import BODIES, SCHEMAS
 
 
 def differing(file: Path) -> dict[str, str]:
