@@ -49,10 +49,6 @@ def _headers(codec: Codec, cls: type[Message]) -> list[tuple[CommType, ReplyCode
     return OTHERS + REPLIES if answered_by is cls else OTHERS
 
 
-def test_every_declared_message_has_a_sample() -> None:
-    assert set(DECLARED.values()) <= set(SAMPLES)
-
-
 def test_every_sample_comes_back_as_it_was_in_each_form() -> None:
     every(IN_EACH_FORM, _comes_back)
 

@@ -27,6 +27,7 @@ from openpendant.simplemsg import (
     codec_for,
     refused,
 )
+from openpendant.simplemsg.motoman import MotomanGroup, MotomanJointTrajPtFullEx
 from openpendant.simplemsg.pendant import JointMove, Outcome, SoftwareStop, Verdict
 from openpendant.tools.packets.cli import main
 from openpendant.tools.packets.reading.field_table import field_values
@@ -244,8 +245,8 @@ def test_conditions_on_packets_leave_no_event(tool: Tool) -> None:
 
 
 def test_the_fields_of_repeated_records_can_be_compared(tool: Tool) -> None:
-    groups = [sample for sample in SAMPLES.values() if hasattr(sample, "groups")][:1]
-    entries: list[Entry] = [packet(1, UP, sample) for sample in groups]
+    groups = tuple(MotomanGroup(number, 7, 0.5, ZEROS, ZEROS, ZEROS) for number in range(2))
+    entries: list[Entry] = [packet(1, UP, MotomanJointTrajPtFullEx(2, 5, groups))]
     assert tool.numbers(entries, "--field", "groups.robot_id=1") == [1]
     assert tool.numbers(entries, "--field", "groups[1].robot_id=1") == [1]
     assert tool.numbers(entries, "--field", "groups[0].robot_id=1") == []
