@@ -212,39 +212,49 @@ def test_any_key_shows_that_somebody_is_there(rig: PanelRig) -> None:
     assert rig.panel.enabling.is_on
 
 
-@pytest.mark.parametrize("key", ["v", "escape"])
-def test_enabling_is_let_go_by_its_key_and_by_escape(rig: PanelRig, key: str) -> None:
+@pytest.mark.parametrize(
+    ("key", "asked"),
+    [
+        ("v", [do.Enable(False)]),
+        ("escape", [do.Enable(False)]),
+        (STOP_KEY, [do.StopRobot("space bar"), do.Enable(False)]),
+    ],
+)
+def test_enabling_is_let_go_by_its_key_by_escape_and_by_a_stop(
+    rig: PanelRig, key: str, asked: list[Command]
+) -> None:
     rig.strike("v")
-    assert rig.strike(key) == [do.Enable(False)]
-
-
-def test_a_stop_lets_enabling_go(rig: PanelRig) -> None:
-    rig.strike("v")
-    assert rig.strike(STOP_KEY) == [do.StopRobot("space bar"), do.Enable(False)]
+    assert rig.strike(key) == asked
 
 
 @pytest.mark.parametrize(
-    "news",
+    ("news", "asked", "said"),
     [
-        StopChanged(stop=StopKind.SOFTWARE, session=9, client="bench-2", reason="fire"),
-        ModeChanged(mode=OperatingMode.AUTOMATIC, session=9, client="bench-2"),
+        (
+            StopChanged(stop=StopKind.SOFTWARE, session=9, client="bench-2", reason="fire"),
+            [do.Enable(False)],
+            "bench-2",
+        ),
+        (
+            StopChanged(stop=StopKind.NONE, session=9, client="bench-2", reason=""),
+            [],
+            "stop reset by bench-2",
+        ),
+        (
+            ModeChanged(mode=OperatingMode.AUTOMATIC, session=9, client="bench-2"),
+            [do.Enable(False)],
+            "bench-2",
+        ),
     ],
 )
-def test_a_stop_or_a_mode_of_another_lets_enabling_go(
-    rig: PanelRig, news: StopChanged | ModeChanged
+def test_a_stop_or_a_mode_of_another_is_told_and_lets_enabling_go_but_no_reset_does(
+    rig: PanelRig, news: StopChanged | ModeChanged, asked: list[Command], said: str
 ) -> None:
     rig.strike("v")
     panel = rig.panel
-    asked = panel.stop_changed(news) if isinstance(news, StopChanged) else panel.mode_changed(news)
-    assert asked == [do.Enable(False)]
-    assert "bench-2" in rig.said
-
-
-def test_a_reset_by_another_is_told_and_lets_nothing_go(rig: PanelRig) -> None:
-    rig.strike("v")
-    news = StopChanged(stop=StopKind.NONE, session=9, client="bench-2", reason="")
-    assert rig.panel.stop_changed(news) == []
-    assert rig.said == "stop reset by bench-2"
+    heard = panel.stop_changed(news) if isinstance(news, StopChanged) else panel.mode_changed(news)
+    assert heard == asked
+    assert said in rig.said
 
 
 def test_enabling_that_the_server_does_not_take_is_not_shown_as_held(rig: PanelRig) -> None:
