@@ -7,12 +7,13 @@ says, and the controller itself. Which rules are broken is the business of the t
 from __future__ import annotations
 
 import asyncio
+import dataclasses
 import struct
 from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass, field
 from typing import Any
 
-from rigs.processes.judged_server import HALF_RATE, USUAL_RATE
+from rigs.processes.judged_server import HALF_RATE
 
 from openpendant.controller_emulator.core.admission import Admission, Tolerances
 from openpendant.controller_emulator.core.controller import EmulatedController, Outgoing
@@ -26,6 +27,7 @@ from openpendant.simplemsg import (
     PENDANT,
     CommType,
     Connection,
+    JointFeedback,
     JointTrajPt,
     JointTrajPtFull,
     Message,
@@ -50,9 +52,6 @@ LIMITS = JointLimits(
     prismatic=(False, False),
 )
 _MS = 1_000_000
-
-AT_USUAL_RATE: Mapping[str, object] = {"rate": USUAL_RATE}
-"""For faults that half the reports of an emulator do not show."""
 
 
 def little(*values: int) -> bytes:
@@ -244,6 +243,23 @@ def each_point(change: Callable[[JointTrajPt], JointTrajPt]) -> MessageIn:
     return apply
 
 
+def feedback(**changes: Callable[[JointFeedback], object]) -> StateOut:
+    """Change fields of each joint feedback, by their names."""
+
+    def apply(_: FaultyService, message: Message) -> Message:
+        if not isinstance(message, JointFeedback):
+            return message
+        values: dict[str, Any] = {name: change(message) for name, change in changes.items()}
+        return dataclasses.replace(message, **values)
+
+    return each(apply)
+
+
+def patch(at: int, value: int, kind: int | None = None) -> BytesChange:
+    """Replace one little-endian integer of each frame, or of those of one type."""
+    return lambda _, data: patched(data, at, value) if kind in (None, header(data)[1]) else data
+
+
 def disobeying(
     when: Callable[[EmulatedController, int, Message, int], bool],
 ) -> type[EmulatedController]:
@@ -256,6 +272,11 @@ def disobeying(
             return super().handle(link, message, now)
 
     return Disobeying
+
+
+def ignoring(when: Callable[[Any], bool]) -> type[EmulatedController]:
+    """Return a controller that takes some messages, whoever sends them, and does not obey them."""
+    return disobeying(lambda _controller, _link, message, _now: when(message))
 
 
 async def serve(fault: Fault) -> tuple[FaultyService, EmulatorPorts]:
