@@ -70,10 +70,6 @@ def test_the_examples_are_scripts_and_can_be_explained(file: Path) -> None:
     assert [line for line in lines if line.startswith("rule ")] != []
 
 
-def test_there_are_examples() -> None:
-    assert len(EXAMPLES) >= 5
-
-
 def test_a_script_is_explained_in_words(tmp_path: Path) -> None:
     file = tmp_path / "script.toml"
     file.write_text(DELAY + 'ms = 20\nmatch = {direction = "to_server", type = 11, nth = 2}')

@@ -14,8 +14,7 @@ from rigs.data.message_samples import SAMPLES
 from rigs.data.pcap_files import Conversation, pcap
 
 from openpendant.simplemsg import (
-    MOTOMAN,
-    STANDARD,
+    DIALECTS,
     ByteOrder,
     CommType,
     JointPosition,
@@ -203,10 +202,10 @@ def test_hexadecimal_lines_are_little_endian_and_standard_unless_told(tool: Tool
     assert (found, json.loads(line)["name"]) == (0, "verdict")
 
 
-def test_no_two_dialects_have_the_same_message_number() -> None:
+def test_no_two_messages_of_any_dialect_have_the_same_number() -> None:
     places = {(cls.PLACE.msg_type, cls.PLACE.is_reply) for cls in ALL.messages}
     assert len(places) == len(ALL.messages)
-    assert set(ALL.messages) >= {*STANDARD.messages, *MOTOMAN.messages}
+    assert set(ALL.messages) == {cls for each in DIALECTS.values() for cls in each.messages}
 
 
 @pytest.mark.parametrize(

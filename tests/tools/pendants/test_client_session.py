@@ -190,13 +190,16 @@ async def test_waiting_for_a_state_that_never_comes_ends_and_says_so(
         await pendant.wait_until(lambda state: state.sequence < 0, within=0.5)
 
 
+@pytest.mark.parametrize("wait", [PendantClient.next_state, PendantClient.home])
 async def test_a_server_that_falls_silent_ends_what_waits_within_20_s(
-    server: ScriptedPendantServer, pendant: PendantClient
+    wait: Callable[[PendantClient], Awaitable[object]],
+    server: ScriptedPendantServer,
+    pendant: PendantClient,
 ) -> None:
     server.mutes = True
     began = asyncio.get_running_loop().time()
     with pytest.raises(ConnectionLost, match="said nothing for 15 s"):
-        await pendant.next_state()
+        await wait(pendant)
     assert 15.0 < asyncio.get_running_loop().time() - began <= 20.1
     assert len(server.all(Ping)) >= 3
 
@@ -270,16 +273,6 @@ async def test_a_motion_that_is_planned_late_tells_its_outcome(
 ) -> None:
     think(server, Home, LONG)
     assert (await (await pendant.home()).done()).motion_time == 0.5
-
-
-async def test_a_plan_that_is_awaited_on_a_dead_link_ends_with_the_link(
-    server: ScriptedPendantServer, pendant: PendantClient
-) -> None:
-    server.mutes = True
-    began = asyncio.get_running_loop().time()
-    with pytest.raises(ConnectionLost, match="said nothing for 15 s"):
-        await pendant.home()
-    assert asyncio.get_running_loop().time() - began < 20.0
 
 
 async def test_what_is_not_planned_and_not_answered_does_not_claim_a_lost_link(
@@ -445,29 +438,26 @@ async def test_states_that_nobody_asked_for_are_not_waited_for(
             await blind.next_state()
 
 
-@pytest.mark.parametrize("holder", [0, SESSION])
-async def test_whoever_is_logged_out_is_not_in_control(
-    holder: int, server: ScriptedPendantServer, pendant: PendantClient
-) -> None:
-    await pendant.take_control()
+def logged_out(server: ScriptedPendantServer, holder: int) -> None:
     server.send(AuthorityChanged(holder=holder, reason=AuthorityReason.LOGGED_OUT, client=""))
-    await pendant.next_state()
-    assert not pendant.in_control
 
 
-async def test_whoever_is_sent_away_is_not_in_control(
-    server: ScriptedPendantServer, pendant: PendantClient
+@pytest.mark.parametrize(
+    "lose",
+    [
+        lambda server: logged_out(server, 0),
+        lambda server: logged_out(server, SESSION),
+        lambda server: server.end_motion(0, VerdictCode.LOGIN_NEEDED),
+        lambda server: server.hang_up(),
+    ],
+    ids=["logged out", "logged out as the holder", "sent away", "without a connection"],
+)
+async def test_whoever_has_no_login_or_no_connection_is_not_in_control(
+    lose: Callable[[ScriptedPendantServer], None],
+    server: ScriptedPendantServer,
+    pendant: PendantClient,
 ) -> None:
     await pendant.take_control()
-    server.end_motion(0, VerdictCode.LOGIN_NEEDED)
-    await asyncio.sleep(0.01)
-    assert not pendant.in_control
-
-
-async def test_a_client_without_a_connection_is_not_in_control(
-    server: ScriptedPendantServer, pendant: PendantClient
-) -> None:
-    await pendant.take_control()
-    server.hang_up()
+    lose(server)
     await asyncio.sleep(0.01)
     assert not pendant.in_control

@@ -44,19 +44,11 @@ from openpendant.tools.pendants.roboanalyzer.values import some_cell
 pytestmark = pytest.mark.realtime
 
 THE_TWELVE = [
-    "RoboAnalyzerClient",  # the constructor, which selects the robot
-    "ClearTrace",
-    "IncrementA",
-    "IncrementB",
-    "IncrementC",
-    "IncrementX",
-    "IncrementY",
-    "IncrementZ",
-    "IncrementJointAngle",
-    "IncrementJointAngles",
-    "SetHomePosition",
-    "UpdateJointAngles",
+    *("RoboAnalyzerClient", "ClearTrace", "SetHomePosition", "UpdateJointAngles"),
+    *(f"Increment{each}" for each in (*"ABCXYZ", "JointAngle", "JointAngles")),
 ]
+"""The first is the constructor, which selects the robot."""
+
 MORE = ["ShowAvailableRobots", "LoadRobot", "DisplayRobot", "UpdateRobot", "DisposeRobot"]
 
 
