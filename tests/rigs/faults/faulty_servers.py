@@ -9,7 +9,8 @@ from __future__ import annotations
 import asyncio
 import dataclasses
 import struct
-from collections.abc import Callable, Iterable, Mapping
+from collections.abc import AsyncIterator, Callable, Iterable, Mapping
+from contextlib import asynccontextmanager
 from dataclasses import dataclass, field
 from typing import Any
 
@@ -296,6 +297,16 @@ async def serve(fault: Fault) -> tuple[FaultyService, EmulatorPorts]:
     service = (fault.service or FaultyService)(controller, settings)
     service.fault, service.memory, service.motion_numbers = fault, {}, set()
     return service, await service.start()
+
+
+@asynccontextmanager
+async def sound_server(**options: Any) -> AsyncIterator[tuple[FaultyService, Options]]:
+    """Run a server without a fault, with options to judge it by."""
+    service, ports = await serve(SOUND)
+    try:
+        yield service, Options(HOST, ports.motion, ports.state, limits=LIMITS, **options)
+    finally:
+        await service.close()
 
 
 def checks_named(numbers: Iterable[str]) -> list[ServerCheck]:

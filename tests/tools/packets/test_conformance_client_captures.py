@@ -10,11 +10,7 @@ import pytest
 
 from openpendant.simplemsg import MOTOMAN, STANDARD, ByteOrder
 from openpendant.tools.packets.conformance.check import CheckFinding, CheckVerdict
-from openpendant.tools.packets.conformance.client.judge import (
-    CHECKS,
-    judge_scenario,
-    scenarios_of,
-)
+from openpendant.tools.packets.conformance.client.judge import CHECKS, judge_scenario, scenarios_of
 from openpendant.tools.packets.conformance.client.setup import Setup
 from openpendant.tools.packets.reading.trace_files import read_trace
 

@@ -21,11 +21,7 @@ from openpendant.tools.pendants.loop_thread import LoopThread
 from openpendant.tools.pendants.management.calls import AsyncCalls, CallGroup, call
 from openpendant.tools.pendants.sync_client import SyncPendantClient
 from openpendant.tools.reference.docstrings import is_optional
-from openpendant.tools.reference.operations import (
-    GROUPS,
-    PublishedOperation,
-    published_operations,
-)
+from openpendant.tools.reference.operations import GROUPS, PublishedOperation, published_operations
 
 ALL = published_operations()
 

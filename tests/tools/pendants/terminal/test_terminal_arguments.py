@@ -11,12 +11,7 @@ import pytest
 from openpendant.simplemsg.verdicts import VerdictCode
 from openpendant.tools.cli import main as openpendant
 from openpendant.tools.console import ExitCode
-from openpendant.tools.pendants.client import (
-    PendantClient,
-    PendantError,
-    Refused,
-    WrongArgument,
-)
+from openpendant.tools.pendants.client import PendantClient, PendantError, Refused, WrongArgument
 from openpendant.tools.pendants.connection_errors import server_address
 from openpendant.tools.pendants.terminal import cli
 from openpendant.tools.pendants.terminal.cli import main
