@@ -88,7 +88,6 @@ def test_how_often_each_ran():
 
 
 def run(folder: Path, tests: dict[str, str], *options: str) -> subprocess.CompletedProcess[str]:
-    """Run pytest on files of tests."""
     for name, text in {"conftest.py": CONFTEST, "lateness.py": LATENESS, **tests}.items():
         (folder / name).write_text(text, encoding="utf-8")
     here = Path(__file__).parent
@@ -105,7 +104,6 @@ def run(folder: Path, tests: dict[str, str], *options: str) -> subprocess.Comple
 
 @pytest.fixture(scope="module")
 def told(tmp_path_factory: pytest.TempPathFactory) -> list[str]:
-    """What pytest says of a file with such tests."""
     folder = tmp_path_factory.mktemp("attempts")
     done = run(folder, {"test_attempts.py": TESTS})
     assert done.returncode == 1, done.stderr
@@ -175,8 +173,6 @@ def test_more_than_five_second_tries_of_a_machine_that_was_hardly_late_fail_the_
 
 @dataclass
 class Ended:
-    """A run of pytest that comes to its end."""
-
     exitstatus: int = 0
     config: object = None
 

@@ -14,7 +14,6 @@ MOST_DOUBLE = 40
 
 
 def public_classes(source: str) -> list[str]:
-    """Return the public classes at the top of a module."""
     return [
         node.name
         for node in ast.parse(source).body
@@ -23,7 +22,6 @@ def public_classes(source: str) -> list[str]:
 
 
 def double_names() -> list[str]:
-    """Return the names of public classes of several modules, sorted."""
     found = Counter(
         name
         for room in ROOMS

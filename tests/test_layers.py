@@ -75,7 +75,6 @@ def imports_of(source: str, file: str) -> Iterator[Import]:
 
 
 def _statements(block: ast.AST) -> Iterator[ast.AST]:
-    """Yield what stands in a block, and the blocks in it; expressions hold no import."""
     for name in ("body", "orelse", "finalbody", "handlers", "cases"):
         inside = getattr(block, name, ())
         yield from inside if isinstance(inside, list) else ()
@@ -355,7 +354,6 @@ def test_no_files_import_each_other_in_a_circle() -> None:
 
 
 def journal_uses(source: str) -> set[str]:
-    """Return what a file does with something that is called a journal."""
     return {
         node.attr
         for node in ast.walk(ast.parse(source))

@@ -20,7 +20,6 @@ ROOMS = ("simplemsg", "motion", "controller_emulator", "server", "tools")
 
 @cache
 def loaded_by(*modules: str) -> frozenset[str]:
-    """Names in `sys.modules` after a fresh interpreter imported the given modules."""
     script = f"import json, sys, {', '.join(modules)}; print(json.dumps(list(sys.modules)))"
     return frozenset(json.loads(_python(script)))
 

@@ -73,12 +73,10 @@ async def listener(controller: Controller) -> AsyncIterator[Wire]:
 
 
 async def begin(link: Wire, far: float = 1.0, duration: float = 1.0) -> None:
-    """Start a point-to-point motion of the first joint."""
     assert await link.ask(point(0, turned(0, far), duration)) == SUCCESS
 
 
 async def moving(listener: Wire) -> None:
-    """Wait until the first joint is under way."""
     while True:
         joints, _ = (await listener.rounds(lambda status: status.in_motion == 1))[-1]
         if joints.joints[0] > 0.1:

@@ -73,7 +73,6 @@ def port(tmp_path_factory: pytest.TempPathFactory) -> Iterator[int]:
 
 
 def run(*command: str) -> str:
-    """Run an example to its end; return what it printed."""
     done = subprocess.run(
         command, capture_output=True, text=True, timeout=80 * SCALE, check=False, cwd=EXAMPLES
     )

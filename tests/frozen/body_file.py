@@ -22,8 +22,6 @@ Body: TypeAlias = str | list[str | list[Any]] | dict[str, str]
 
 @dataclass(frozen=True)
 class Question:
-    """One request."""
-
     name: str
     by: str
     body: Body
@@ -49,8 +47,6 @@ class Happening:
 
 @dataclass(frozen=True)
 class Answer:
-    """What came of a request."""
-
     done: bool
     text: str
 
@@ -59,7 +55,6 @@ Step: TypeAlias = Question | Happening
 
 
 def line_of(cell: str, step: Step, answer: Answer | None) -> str:
-    """Return the line of a step; a request has its answer."""
     if isinstance(step, Happening):
         return json.dumps({"cell": cell, "do": step.what})
     assert answer is not None

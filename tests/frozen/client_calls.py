@@ -116,7 +116,6 @@ class Calls:
         is_async: bool = False,
         leave_out: Collection[str] = (),
     ) -> Iterator[str]:
-        """Yield the public attributes of a class, and of an object of it."""
         of_object = {} if made is None else vars(made)
         names = {name for name in dir(kind) if not name.startswith("_")} | set(of_object)
         hints = get_type_hints(kind)

@@ -186,7 +186,6 @@ def kinds_of(union: Any) -> set[type]:
 
 
 def lines() -> list[str]:
-    """Return all questions that leave a core, as a journal has them; one a line."""
     asked = [
         *(f"planner {job!r}" for job in JOBS),
         *(f"store {request_to_bytes(request).decode()}" for request in REQUESTS),

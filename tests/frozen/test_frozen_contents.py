@@ -40,7 +40,6 @@ def contents(file: Path) -> Iterator[bytes]:
 
 
 def traces(data: bytes) -> list[bytes]:
-    """Return what tells of modules, machines or people."""
     found = [match.group() for rule in (OF_MODULES, OF_MACHINES) for match in rule.finditer(data)]
     return found + [each for each in ADDRESSES.findall(data) if not NOBODYS.fullmatch(each)]
 

@@ -79,7 +79,6 @@ def _hand_over(wire: Connection, expected: set[int]) -> None:
 
 
 def _stops(stream: bytes, order: ByteOrder, port: int, most: int) -> list[tuple[int, int]]:
-    """Return which frames are a STOP, and where in the stream they end."""
     at, place, found = 0, 0, []
     while at + 16 <= len(stream):
         length, msg_type, comm = struct.unpack_from(f"{order.value}3i", stream, at)

@@ -37,8 +37,6 @@ _MOST_MEGABYTES = 1_024
 
 @dataclass(frozen=True)
 class Outcome:
-    """How one target's run ended."""
-
     target: str
     executions: int
     found: tuple[Path, ...]

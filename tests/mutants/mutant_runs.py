@@ -46,8 +46,6 @@ _POLL = 0.02  # [s]
 
 
 class Verdict(enum.Enum):
-    """How a row ended."""
-
     FOUND = "found"
     HUNG = "found by its hang"
     SURVIVED = "SURVIVED"
@@ -56,7 +54,6 @@ class Verdict(enum.Enum):
 
     @property
     def found(self) -> bool:
-        """Whether the tests told the fault."""
         return self in (Verdict.FOUND, Verdict.HUNG)
 
 
@@ -89,7 +86,6 @@ class TestRun:
 
     @property
     def said(self) -> str:
-        """What failed, as pytest's summary tells it, or the end of the log."""
         if (line := _SAID.search(self.log)) is not None:
             return line[1]
         return self.log.strip()[-_LOG_TAIL:]

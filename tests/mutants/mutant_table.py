@@ -214,7 +214,6 @@ def _statements(path: Path) -> tuple[tuple[int, int], ...]:
 
 
 def _functions(module: ast.Module) -> Iterator[_Function]:
-    """Yield all functions of a module, those in classes, functions and branches among them."""
     blocks: list[ast.AST] = [module]
     while blocks:
         block = blocks.pop()
@@ -232,7 +231,6 @@ def _parsed(path: Path) -> ast.Module:
 
 @cache
 def _test_names(path: Path) -> frozenset[str]:
-    """Return the ids of a file's tests and classes of tests, without parameters."""
     names: set[str] = set()
     for node in _parsed(path).body:
         if isinstance(node, _FUNCTIONS):

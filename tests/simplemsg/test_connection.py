@@ -52,7 +52,6 @@ def _client() -> Connection:
 
 
 def _frame(length: int, msg_type: int = 999) -> bytes:
-    """Return a topic whose length field is right."""
     return struct.pack("<4i", length, msg_type, 1, 0) + bytes(length - 12)
 
 

@@ -150,7 +150,6 @@ def _connection(codec: Codec, max_frame: int = MAX_DETECTABLE_LENGTH) -> Connect
 
 
 def _plainly(codec: Codec, frame: bytes) -> str:
-    """What the codec alone makes of a frame."""
     try:
         message = codec.decode(frame)
     except MessageFault as error:

@@ -9,6 +9,5 @@ from openpendant.simplemsg.journal import json_parts, spelled
 
 
 def read_back(record: dict[str, Any]) -> dict[str, Any]:
-    """Return a record after it was written to a journal."""
     found: dict[str, Any] = json.loads("".join(map(spelled, json_parts(record))))
     return found

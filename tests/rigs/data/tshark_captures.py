@@ -102,7 +102,6 @@ def run_tshark(script: Path, pcap: Path, *options: str) -> str:
 
 
 def dissect(script: Path, pcap: Path, *options: str) -> list[Dissected]:
-    """Return every simple-message frame that tshark finds, in order."""
     return [found for packet in _dissect_each(script, pcap, *options) for found in packet]
 
 

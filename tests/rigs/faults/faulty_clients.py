@@ -35,8 +35,6 @@ _NOTHING = joint_array(())
 
 
 def _changing(what: Mapping[str, Mapping[str, Any]]) -> Change:
-    """Return a change of some fields of a message."""
-
     def change(message: Message) -> Message:
         for name, value in what.get("set", {}).items():
             setattr(message, name, tuple(value) if isinstance(value, list) else value)
@@ -52,7 +50,6 @@ def _changing(what: Mapping[str, Mapping[str, Any]]) -> Change:
 
 
 def _overwriting(at: int, value: int) -> Cut:
-    """Return a cut that overwrites one integer of a frame."""
     return lambda frame: [frame[:at] + struct.pack("<i", value) + frame[at + 4 :]]
 
 

@@ -59,8 +59,6 @@ class PendantFault:
 
 
 def _around(owner: type, name: str, changed: Change) -> Plant:
-    """Return a plant that puts a function round a method, which it is given first."""
-
     def plant(patch: pytest.MonkeyPatch) -> None:
         method = getattr(owner, name)
         patch.setattr(owner, name, lambda *given, **named: changed(method, *given, **named))
@@ -85,7 +83,6 @@ def _saying(kind: type[Message], change: Alter) -> Plant:
 
 
 def _showing(**values: Any) -> Plant:
-    """Return a plant that shows other values in each state."""
     return _shown_as(lambda state: values)
 
 

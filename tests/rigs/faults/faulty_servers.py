@@ -216,20 +216,17 @@ SOUND = Fault("nothing at all", ())
 
 
 def count(memory: dict[str, Any], name: str) -> int:
-    """Return for the how many-th time this is called with a name."""
     memory[name] = memory.get(name, 0) + 1
     return int(memory[name])
 
 
 def each(change: Callable[[FaultyService, Message], Message | bytes | None]) -> StateOut:
-    """Change each message of a round, or leave it out."""
     return lambda service, messages: [
         told for message in messages if (told := change(service, message)) is not None
     ]
 
 
 def each_frame(change: Callable[[bytes], bytes]) -> StateOut:
-    """Change the bytes of each message of a round."""
     return each(lambda service, message: change(service._codec.encode(message)))
 
 
@@ -245,8 +242,6 @@ def each_point(change: Callable[[JointTrajPt], JointTrajPt]) -> MessageIn:
 
 
 def feedback(**changes: Callable[[JointFeedback], object]) -> StateOut:
-    """Change fields of each joint feedback, by their names."""
-
     def apply(_: FaultyService, message: Message) -> Message:
         if not isinstance(message, JointFeedback):
             return message

@@ -56,8 +56,6 @@ def status(**values: int) -> StateOut:
 
 
 def _joints(change: Callable[[tuple[float, ...]], tuple[float, ...]]) -> StateOut:
-    """Change joint values wherever they are told."""
-
     def apply(_: FaultyService, message: Message) -> Message:
         if isinstance(message, JointPosition):
             return dataclasses.replace(message, joints=change(message.joints))
@@ -175,7 +173,6 @@ class Frozen(EmulatedController):
 
 
 def scaled(part: float) -> MessageIn:
-    """Move only a part of the way."""
     return each_point(lambda point: _joint(point, 0.4 + part * (point.joints[1] - 0.4)))
 
 
@@ -364,8 +361,6 @@ class DiesAfterFive(FaultyService):
 
 
 class OneMotionClient(FaultyService):
-    """Takes one motion client in its life."""
-
     def _motion_opened(self, link: EmulatorLink) -> bool:
         return count(self.memory, "clients") <= 4 and super()._motion_opened(link)
 
@@ -484,7 +479,6 @@ class WrongErrorNumber(EmulatedController):
 
 
 def answer_of(kind: int, size: int) -> BytesChange:
-    """Answer messages of a type with a body of so many bytes."""
     return lambda _, data: frame(kind, 3, 1, bytes(size)) if header(data)[1] == kind else data
 
 

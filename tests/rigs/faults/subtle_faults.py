@@ -71,7 +71,6 @@ def _status(change: Callable[[FaultyService, Status], Mapping[str, int]]) -> Sta
 
 
 def in_motion(**values: int) -> StateOut:
-    """Say something else while the robot moves."""
     return _status(lambda _, message: values if message.in_motion == 1 else {})
 
 
@@ -276,8 +275,6 @@ def refuses_dwells(link: FaultyLink, received: Received) -> Iterable[Received]:
 
 
 def no_look_at(*fields: str) -> MessageIn:
-    """Take full points that are no numbers in some fields."""
-
     def change(link: FaultyLink, received: Received) -> Iterable[Received]:
         if isinstance(received, JointTrajPtFull):
             values = [getattr(received, name) for name in fields]

@@ -28,7 +28,6 @@ from openpendant.simplemsg import Malformed, Message, MsgType, Ping, Received
 
 
 def frames_of(data: bytes) -> tuple[list[bytes], bytes]:
-    """Cut little-endian frames; return them and what is left."""
     frames = []
     while len(data) >= 4:
         size = 4 + struct.unpack_from("<i", data)[0]
@@ -148,7 +147,6 @@ def answer_in_newest(link: FaultyLink, data: bytes) -> bytes:
 
 
 def _flip(data: bytes) -> bytes:
-    """Return 4-byte values in the other byte order."""
     return b"".join(data[n : n + 4][::-1] for n in range(0, len(data), 4))
 
 

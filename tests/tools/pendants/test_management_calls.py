@@ -38,7 +38,6 @@ def _says_what_each_argument_means(operation: PublishedOperation) -> None:
 
 
 def _by_tag(union: Any, tag: str) -> dict[str, Any]:
-    """Return the members of a union, by their tag."""
     found = {}
     for member in get_args(union):
         (value,) = get_args(get_type_hints(member)[tag])

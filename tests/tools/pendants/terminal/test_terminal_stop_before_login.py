@@ -36,8 +36,6 @@ def refused(code: V) -> Refused:
 
 
 def failing(failure: PendantError, attempts: list[str]) -> LogIn:
-    """Return a login that fails, and notes each attempt."""
-
     async def log_in(_: PendantClient) -> None:
         attempts.append("tried")
         raise failure

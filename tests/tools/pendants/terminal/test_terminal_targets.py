@@ -27,7 +27,6 @@ def rig() -> PanelRig:
 
 
 def typed(rig: PanelRig, text: str) -> Any:
-    """Return the one command that a typed text makes."""
     (command,) = rig.strike("=", *text, "enter")
     return command
 
