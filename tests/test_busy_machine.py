@@ -1,7 +1,5 @@
 """Tests on the real clock are tried again where the machine was late, openly; no other is."""
 
-from __future__ import annotations
-
 import os
 import signal
 import subprocess

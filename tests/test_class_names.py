@@ -1,7 +1,5 @@
 """A public class has a name of its own in the product, so that a search finds one."""
 
-from __future__ import annotations
-
 import ast
 from collections import Counter
 from pathlib import Path

@@ -1,7 +1,5 @@
 """What the documents promise: their links lead somewhere, and their commands exist."""
 
-from __future__ import annotations
-
 import re
 import tomllib
 from pathlib import Path

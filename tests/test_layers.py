@@ -1,7 +1,5 @@
 """Who may import whom, read from the source: the rules; `layers.toml` has the tables."""
 
-from __future__ import annotations
-
 import ast
 import re
 import sys

@@ -1,7 +1,5 @@
 """What is loaded when a program starts: the same rules as `test_layers.py`, seen at run time."""
 
-from __future__ import annotations
-
 import json
 import subprocess
 import sys

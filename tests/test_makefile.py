@@ -1,7 +1,5 @@
 """The two commands of the README, with an interpreter that only writes down what it is asked."""
 
-from __future__ import annotations
-
 import os
 import re
 import shutil

@@ -1,7 +1,5 @@
 """The minimum controller by itself, compiled with sanitizers: frames in, frames out."""
 
-from __future__ import annotations
-
 import asyncio
 import contextlib
 import math

@@ -1,7 +1,5 @@
 """What `docs/minimum-controller.md` shows to the byte, and the size of the program beside it."""
 
-from __future__ import annotations
-
 import re
 from pathlib import Path
 

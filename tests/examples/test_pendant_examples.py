@@ -1,7 +1,5 @@
 """Every pendant example runs as its page says, against a server and an emulated robot."""
 
-from __future__ import annotations
-
 import json
 import re
 import runpy

@@ -6,8 +6,6 @@ the same with a key too many, without a key, with values of another type or out 
 a role that may not; none of them changes anything. Those that the file has not are made up here.
 """
 
-from __future__ import annotations
-
 import json
 from collections.abc import Iterator, Mapping
 from pathlib import Path

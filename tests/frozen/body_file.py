@@ -9,8 +9,6 @@ is its text; a list of texts, each with how often it is repeated where it is; or
 no text.
 """
 
-from __future__ import annotations
-
 import json
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass

@@ -5,8 +5,6 @@ what may be given and what is returned: of the clients' own types their keys, fi
 follow behind the calls.
 """
 
-from __future__ import annotations
-
 import dataclasses
 import inspect
 import sys

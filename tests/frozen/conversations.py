@@ -4,8 +4,6 @@ Each is short, because its journal stays in the repository, and shows one way th
 from end to end, with a refusal or an interruption on it.
 """
 
-from __future__ import annotations
-
 import asyncio
 import contextlib
 from collections.abc import AsyncIterator, Awaitable, Callable, Iterator, Mapping, Sequence

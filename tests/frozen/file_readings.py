@@ -3,8 +3,6 @@
 By commands, because those are words that stay, wherever the code behind them is.
 """
 
-from __future__ import annotations
-
 import contextlib
 import gzip
 import io

@@ -1,7 +1,5 @@
 """Where the frozen evidence is."""
 
-from __future__ import annotations
-
 from pathlib import Path
 
 FROZEN = Path(__file__).parent

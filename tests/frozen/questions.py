@@ -4,8 +4,6 @@ A journal has such a question as the words of its `repr`: the names of classes, 
 every value inside are part of what is compared when it is run again.
 """
 
-from __future__ import annotations
-
 from collections.abc import Mapping
 from types import UnionType
 from typing import Any, get_args

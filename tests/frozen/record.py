@@ -13,8 +13,6 @@ Machines differ in the last bit of what is calculated, so nothing is recorded in
 no value that is zero but for rounding, and none with all its digits that does not come out even.
 """
 
-from __future__ import annotations
-
 import contextlib
 import gzip
 import tempfile

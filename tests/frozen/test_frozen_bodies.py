@@ -1,7 +1,5 @@
 """Each management request that is recorded gets the same answer today, to the byte."""
 
-from __future__ import annotations
-
 import json
 from collections import Counter
 from pathlib import Path

@@ -1,7 +1,5 @@
 """What is frozen says nothing of the machine that wrote it, nor of the modules of that time."""
 
-from __future__ import annotations
-
 import gzip
 import re
 from collections.abc import Iterator

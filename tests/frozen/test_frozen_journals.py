@@ -4,8 +4,6 @@ Another version says another name in its hello: before a version is changed, the
 recorded anew (`record.py`) with what is behind it unchanged.
 """
 
-from __future__ import annotations
-
 import gzip
 import json
 from pathlib import Path

@@ -4,8 +4,6 @@ The other way to find them is slow and needs all bytes: cut the stream at its le
 frame alone.
 """
 
-from __future__ import annotations
-
 import struct
 from collections.abc import Iterator
 

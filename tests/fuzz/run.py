@@ -5,8 +5,6 @@ breaks one is kept in `regressions/<target>/`, where the tests run it for ever a
 0 nothing found, 1 something was, 2 atheris is not installed.
 """
 
-from __future__ import annotations
-
 import argparse
 import hashlib
 import importlib

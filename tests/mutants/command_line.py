@@ -1,7 +1,5 @@
 """The command behind `make mutants`: options, progress lines, summary and exit code."""
 
-from __future__ import annotations
-
 import argparse
 import json
 import signal

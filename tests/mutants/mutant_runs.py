@@ -8,8 +8,6 @@ counts neither as found nor as survived, where its text is not there exactly onc
 imported the fault, or where pytest ended otherwise than by tests that ran.
 """
 
-from __future__ import annotations
-
 import contextlib
 import enum
 import os

@@ -5,8 +5,6 @@ change, which stands there exactly once, the text that takes its place, and the 
 find it. One file of rows for each room, `tests/mutants/<room>.toml`.
 """
 
-from __future__ import annotations
-
 import ast
 import re
 import tomllib

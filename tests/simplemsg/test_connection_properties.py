@@ -1,7 +1,5 @@
 """What holds for any bytes, cut in any way (promises 7 and 9), and what takes a short cut."""
 
-from __future__ import annotations
-
 import tracemalloc
 from itertools import pairwise
 

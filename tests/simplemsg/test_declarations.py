@@ -1,5 +1,3 @@
-from __future__ import annotations
-
 import pytest
 from rigs.data.case_table import every
 from rigs.data.message_samples import DECLARED

@@ -1,7 +1,5 @@
 """A journal: what its lines say, what is long in them, and the file they are written to."""
 
-from __future__ import annotations
-
 import base64
 import errno
 import io

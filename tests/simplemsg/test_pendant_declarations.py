@@ -1,7 +1,5 @@
 """What the modules of the pendant messages declare: messages, management operations and roles."""
 
-from __future__ import annotations
-
 import importlib
 import pkgutil
 from collections.abc import Iterator

@@ -1,7 +1,5 @@
 """URDFs of robots that no catalogue holds, as their makers might hand them out."""
 
-from __future__ import annotations
-
 import math
 from dataclasses import dataclass
 

@@ -1,7 +1,5 @@
 """Records as a journal's reader finds them."""
 
-from __future__ import annotations
-
 import json
 from typing import Any
 

@@ -1,7 +1,5 @@
 """One sample of every declared message. Reals are exact in four bytes, arrays tell slots apart."""
 
-from __future__ import annotations
-
 from openpendant.simplemsg import MOTOMAN, PENDANT, STANDARD, Message
 from openpendant.tools.reference.samples import sample
 

@@ -1,7 +1,5 @@
 """Writes pcap and pcapng files, frame by frame, as the tests need them: also wrong ones."""
 
-from __future__ import annotations
-
 import struct
 from collections.abc import Callable, Iterable
 from dataclasses import dataclass, field

@@ -1,7 +1,5 @@
 """Frames as TCP streams in a pcap file, and what tshark makes of them with our dissector."""
 
-from __future__ import annotations
-
 import shutil
 import subprocess
 import xml.etree.ElementTree as ET

@@ -1,7 +1,5 @@
 """What a scripted client can do wrong."""
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from dataclasses import dataclass
 from enum import Enum

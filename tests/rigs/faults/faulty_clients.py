@@ -1,7 +1,5 @@
 """Clients that break one rule each: those of `client_faults.toml`, and those that need code."""
 
-from __future__ import annotations
-
 import struct
 import tomllib
 from collections.abc import Mapping

@@ -3,8 +3,6 @@
 Each is our own server with one method of its core replaced for the time of the test.
 """
 
-from __future__ import annotations
-
 import asyncio
 import dataclasses
 from collections.abc import Callable

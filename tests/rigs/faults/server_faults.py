@@ -1,7 +1,5 @@
 """The planted faults of servers, as `server_faults.toml` lists them."""
 
-from __future__ import annotations
-
 import tomllib
 from collections.abc import Mapping
 from pathlib import Path

@@ -3,8 +3,6 @@
 `server_faults.toml` names them, and the checks that must find each.
 """
 
-from __future__ import annotations
-
 import asyncio
 import dataclasses
 import math

@@ -1,7 +1,5 @@
 """The real ROS-I clients, as recorded: nothing fails, and every habit is found where it shows."""
 
-from __future__ import annotations
-
 import tomllib
 from functools import cache
 from pathlib import Path

@@ -1,7 +1,5 @@
 """The judge of clients against clients that break one rule each: it must find and name it."""
 
-from __future__ import annotations
-
 import pytest
 from rigs.faults.client_fault import Fault, Form
 from rigs.faults.faulty_clients import FAULTS

@@ -1,7 +1,5 @@
 """Our pendant server, judged as a client of a controller, on the virtual clock."""
 
-from __future__ import annotations
-
 import tomllib
 from collections.abc import AsyncIterator
 from contextlib import asynccontextmanager

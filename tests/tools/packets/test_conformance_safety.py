@@ -1,7 +1,5 @@
 """What the tester does to a robot: nothing without permission, and never much with it."""
 
-from __future__ import annotations
-
 import asyncio
 import struct
 import tracemalloc

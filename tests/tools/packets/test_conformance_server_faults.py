@@ -1,7 +1,5 @@
 """Planted faults of a server: each is found by the checks made for it, or listed as not found."""
 
-from __future__ import annotations
-
 import pytest
 from rigs.faults.faulty_servers import Fault, checks_named, judged, words_of
 from rigs.faults.server_faults import SERVER_FAULTS, UNFOUND

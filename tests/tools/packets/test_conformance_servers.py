@@ -1,7 +1,5 @@
 """Our own servers are judged in full, and the tester's own manners."""
 
-from __future__ import annotations
-
 import asyncio
 import itertools
 from collections import Counter

@@ -1,7 +1,5 @@
 """Faults on the pure engine: which frames a rule fits, and what then comes out."""
 
-from __future__ import annotations
-
 from pathlib import Path
 from typing import Any
 

@@ -1,7 +1,5 @@
 """What a fault script may say, and what its author is told when it says something else."""
 
-from __future__ import annotations
-
 from pathlib import Path
 
 import pytest

@@ -1,7 +1,5 @@
 """Replaying a recording: what is sent when, what counts as a difference, and absent peers."""
 
-from __future__ import annotations
-
 import asyncio
 from collections.abc import Iterable, Iterator
 from pathlib import Path

@@ -1,7 +1,5 @@
 """Journals that are run again: all of it, a part, and what is no journal."""
 
-from __future__ import annotations
-
 import asyncio
 import io
 import json

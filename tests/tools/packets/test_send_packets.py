@@ -1,7 +1,5 @@
 """`send`: words to packets, consent, and every kind of peer."""
 
-from __future__ import annotations
-
 import asyncio
 import io
 import json

@@ -1,7 +1,5 @@
 """A jog as the client holds it: the press, its beats, aiming anew, letting go."""
 
-from __future__ import annotations
-
 import asyncio
 import itertools
 

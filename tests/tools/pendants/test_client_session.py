@@ -1,7 +1,5 @@
 """The client's connection: hello, login, states, data, what it waits for, and its end."""
 
-from __future__ import annotations
-
 import asyncio
 import itertools
 import ssl

@@ -1,7 +1,5 @@
 """The demonstration's tour, with robots that can do all, some or nothing of what it likes."""
 
-from __future__ import annotations
-
 import asyncio
 import math
 from collections.abc import Callable, Sequence

@@ -1,7 +1,5 @@
 """What the client says where it reaches no pendant server: whose fault it is, and what to do."""
 
-from __future__ import annotations
-
 import asyncio
 import contextlib
 import errno

@@ -1,7 +1,5 @@
 """RoboAnalyzer's calls by their names, what each asks of the server, and what it refuses."""
 
-from __future__ import annotations
-
 import math
 from array import array
 from collections.abc import Callable, Iterator

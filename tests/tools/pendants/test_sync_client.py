@@ -1,7 +1,5 @@
 """The blocking client: the same calls as the asyncio client, from ordinary threads."""
 
-from __future__ import annotations
-
 import inspect
 import statistics
 import threading

@@ -1,7 +1,5 @@
 """A blocking client that one thread closes while others use it: nobody waits for ever."""
 
-from __future__ import annotations
-
 import asyncio
 import contextlib
 import threading

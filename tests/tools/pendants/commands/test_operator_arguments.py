@@ -1,7 +1,5 @@
 """`openpendant stop`, `reset`, `home` and `run`: what they are told, and where nobody answers."""
 
-from __future__ import annotations
-
 import json
 import socket
 from collections.abc import Callable

@@ -1,7 +1,5 @@
 """`openpendant pendant`: arguments, places where it cannot run, exit codes."""
 
-from __future__ import annotations
-
 import importlib
 import io
 import sys

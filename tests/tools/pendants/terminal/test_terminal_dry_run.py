@@ -1,7 +1,5 @@
 """Which points of the open program can be reached, as shown before it is run."""
 
-from __future__ import annotations
-
 from typing import Any
 
 import pytest

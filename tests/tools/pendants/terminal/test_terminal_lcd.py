@@ -1,7 +1,5 @@
 """The pages of twenty columns and four rows, and the words around them."""
 
-from __future__ import annotations
-
 import math
 from dataclasses import replace
 from typing import Any

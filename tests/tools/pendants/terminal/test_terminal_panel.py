@@ -1,7 +1,5 @@
 """What each key of the terminal pendant asks for, in which situation."""
 
-from __future__ import annotations
-
 import math
 from typing import Any
 

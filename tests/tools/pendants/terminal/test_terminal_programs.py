@@ -1,7 +1,5 @@
 """How the terminal pendant opens and creates programs, and that it runs what it shows."""
 
-from __future__ import annotations
-
 from dataclasses import replace
 from typing import Any, cast
 

@@ -1,7 +1,5 @@
 """A stop waits for no login, and whoever is turned away stays until it is answered."""
 
-from __future__ import annotations
-
 import asyncio
 
 import pytest

@@ -1,7 +1,5 @@
 """Typed absolute targets of the terminal pendant."""
 
-from __future__ import annotations
-
 import math
 from typing import Any
 
