@@ -10,25 +10,11 @@ from pathlib import Path
 from typing import Any
 
 import pytest
+from frozen.conversations import CONVERSATIONS
 from frozen.frozen_files import JOURNALS
 
 from openpendant.simplemsg import __version__
 from openpendant.tools.packets.rerun import main as rerun
-
-CONVERSATIONS = {
-    "dry-run",
-    "freeze",
-    "jog",
-    "link-loss",
-    "login-and-accounts",
-    "pose",
-    "program",
-    "recording",
-    "ros-streaming",
-    "scene-change-while-moving",
-    "shutdown",
-    "stop-while-jogging",
-}
 
 EVENTS = {
     *("opened", "closed", "in", "up", "down", "tick", "operate", "planned", "stored"),
