@@ -170,6 +170,10 @@ class FaultyService(Service):
     def loop_time(self) -> float:
         return self._loop.time()
 
+    @property
+    def is_moving(self) -> bool:
+        return bool(self.controller.status(self.now).in_motion)
+
     def motion_link(self) -> EmulatorLink:
         self.motion_numbers.add(self._links_made + 1)
         return super().motion_link()

@@ -66,14 +66,15 @@ def _joints(change: Callable[[tuple[float, ...]], tuple[float, ...]]) -> StateOu
 
 def pauses(while_moving: bool) -> StateOut:
     def apply(service: FaultyService, messages: list[Message]) -> list[Message | bytes]:
-        moving = bool(service.controller.status(service.now).in_motion)
+        moving = service.is_moving
         silent = service.loop_time % 2.0 < 0.8
         return [] if silent and (moving or not while_moving) else list(messages)
 
     return apply
 
 
-def _status_now_and_then(service: FaultyService, message: Message) -> Message | None:
+@each
+def status_now_and_then(service: FaultyService, message: Message) -> Message | None:
     return None if isinstance(message, Status) and service.loop_time % 3.0 > 0.1 else message
 
 
@@ -89,7 +90,8 @@ def counting(service: FaultyService, messages: list[Message]) -> list[Message | 
     ]
 
 
-def _four_bytes_more(data: bytes) -> bytes:
+@each_frame
+def longer_status(data: bytes) -> bytes:
     return patched(data, 0, len(data)) + bytes(4) if header(data)[1] == 13 else data
 
 
@@ -105,7 +107,7 @@ class FirstListenersOnly(FaultyLink):
 
 
 def jumping(service: FaultyService, messages: list[Message]) -> list[Message | bytes]:
-    moving = bool(service.controller.status(service.now).in_motion)
+    moving = service.is_moving
     off = 0.04 if count(service.memory, "rounds") % 20 == 0 and moving else 0.0
     return _joints(lambda joints: (joints[0], joints[1] + off, *joints[2:]))(service, messages)
 
@@ -233,7 +235,7 @@ def late_stop(link: FaultyLink, received: Received) -> Iterable[Received]:
 
 def silent_stop(link: FaultyLink, received: Received) -> Iterable[Received]:
     if isinstance(received, JointTrajPt) and is_stop(received):
-        moving = link.service.controller.status(link.service.now).in_motion
+        moving = link.service.is_moving
         return (dataclasses.replace(received, comm_type=CommType.TOPIC),) if moving else (received,)
     return (received,)
 
@@ -272,7 +274,8 @@ def second_stop_unheard(link: FaultyLink, received: Received) -> Iterable[Receiv
     return () if is_point and count(link.memory, "stops") == 2 else (received,)
 
 
-def _keeps_download(controller: EmulatedController, _: int, message: Message, now: int) -> bool:
+@disobeying
+def stop_in_download(controller: EmulatedController, _: int, message: Message, now: int) -> bool:
     """Answer STOP amid a download and go on as soon as points are forgotten."""
     if is_stop(message) and controller._taking.is_download:
         controller._servo.go(now)
@@ -284,11 +287,13 @@ def _joint(point: JointTrajPt, value: float) -> JointTrajPt:
     return dataclasses.replace(point, joints=(point.joints[0], value, *point.joints[2:]))
 
 
-def _finite(point: JointTrajPt) -> JointTrajPt:
+@each_point
+def finite_points(point: JointTrajPt) -> JointTrajPt:
     return point if math.isfinite(point.joints[1]) else _joint(point, 0.5)
 
 
-def _clipped(point: JointTrajPt) -> JointTrajPt:
+@each_point
+def clipped_points(point: JointTrajPt) -> JointTrajPt:
     value = min(max(point.joints[1], -2.0), 2.0)
     return _joint(point, value) if value != point.joints[1] else point
 
@@ -308,7 +313,8 @@ SilentlyDropsNan = disobeying(
 )
 
 
-def _rest_is_new(point: JointTrajPt) -> JointTrajPt:
+@each_point
+def rest_is_new(point: JointTrajPt) -> JointTrajPt:
     """Take what follows a refused point for a new trajectory."""
     return dataclasses.replace(point, sequence=0) if point.sequence > 1 else point
 
@@ -429,7 +435,7 @@ class ResumesOnConnect(FaultyService):
         super()._motion_received(link, message)
 
     def _motion_closed(self, link: EmulatorLink) -> None:
-        if self.controller.status(self.now).in_motion:
+        if self.is_moving:
             self.memory["resume"] = self.memory.get("goal")
         super()._motion_closed(link)
 
@@ -502,8 +508,6 @@ def sixty_four_answers(link: FaultyLink, data: bytes) -> bytes:
 
 # What is told.
 
-status_now_and_then = each(_status_now_and_then)
-longer_status = each_frame(_four_bytes_more)
 no_positions = each(lambda _, m: None if isinstance(m, JointPosition) else m)
 value_without_joint = _joints(lambda joints: (*joints[:9], 0.5))
 degrees = _joints(lambda joints: tuple(map(math.degrees, joints)))
@@ -513,9 +517,6 @@ velocities_backwards = feedback(velocities=lambda told: tuple(-v for v in told.v
 
 # Which points are changed.
 
-finite_points = each_point(_finite)
-clipped_points = each_point(_clipped)
-rest_is_new = each_point(_rest_is_new)
 
 # What is taken and not obeyed.
 
@@ -533,5 +534,4 @@ StopOfAnother = disobeying(
     lambda c, link, m, now: is_stop(m) and c._taking.owner not in (None, link)
 )
 StopAsTopic = ignoring(lambda m: is_stop(m) and not is_request(m))
-StopInDownload = disobeying(_keeps_download)
 StopInFullPoint = ignoring(lambda m: is_stop(m) and isinstance(m, JointTrajPtFull))

@@ -44,10 +44,6 @@ _END = 2.0
 """Either end of the range of both joints [rad]."""
 
 
-def _moves(service: FaultyService) -> bool:
-    return bool(service.controller.status(service.now).in_motion)
-
-
 def _takes(link: FaultyLink, message: Message) -> tuple[Received, ...]:
     """Say that a message is taken, and do nothing."""
     if is_request(message):
@@ -72,12 +68,14 @@ def in_motion(**values: int) -> StateOut:
     return _status(lambda _, message: values if message.in_motion == 1 else {})
 
 
-def _flickers(service: FaultyService, message: Status) -> Mapping[str, int]:
+@_status
+def flickering(service: FaultyService, message: Status) -> Mapping[str, int]:
     is_fifth = message.in_motion == 1 and count(service.memory, "told") % 5 == 0
     return {"in_motion": 0} if is_fifth else {}
 
 
-def _hasty(service: FaultyService, message: Status) -> Mapping[str, int]:
+@_status
+def hasty(service: FaultyService, message: Status) -> Mapping[str, int]:
     """Say that the robot stands for its last two thousandths."""
     goal = service.memory.get("goal")
     if message.in_motion != 1 or goal is None:
@@ -92,8 +90,9 @@ def remembers_goal(link: FaultyLink, received: Received) -> Iterable[Received]:
     return (received,)
 
 
-def _numbered_in_motion(service: FaultyService, message: Message) -> Message:
-    if isinstance(message, JointPosition) and _moves(service):
+@each
+def numbered_in_motion(service: FaultyService, message: Message) -> Message:
+    if isinstance(message, JointPosition) and service.is_moving:
         return dataclasses.replace(message, sequence=7)
     return message
 
@@ -157,11 +156,11 @@ def talkative_refusals(link: FaultyLink, data: bytes) -> bytes:
 
 
 def busy(link: FaultyLink, received: Received) -> Iterable[Received]:
-    return () if isinstance(received, Ping) and _moves(link.service) else (received,)
+    return () if isinstance(received, Ping) and link.service.is_moving else (received,)
 
 
 def marks_stop(link: FaultyLink, received: Received) -> Iterable[Received]:
-    link.memory["late"] = is_stop(received) and _moves(link.service)
+    link.memory["late"] = is_stop(received) and link.service.is_moving
     return (received,)
 
 
@@ -182,7 +181,8 @@ def floods(link: FaultyLink, data: bytes) -> bytes:
     return frame(10, 1, 0, bytes(44)) + data
 
 
-def _request(data: bytes) -> bytes:
+@each_frame
+def topics_as_requests(data: bytes) -> bytes:
     return patched(data, 8, CommType.REQUEST) if header(data)[1] == 10 else data
 
 
@@ -253,7 +253,8 @@ def _is_none(value: float) -> bool:
     return not math.isfinite(value)
 
 
-def _ends_short(point: JointTrajPt) -> JointTrajPt:
+@each_point
+def ends_short(point: JointTrajPt) -> JointTrajPt:
     way = point.joints[1] - 0.4
     if point.sequence < 1 or abs(way) <= 0.02:
         return point
@@ -291,7 +292,7 @@ def pushes_on(link: FaultyLink, received: Received) -> Iterable[Received]:
     if isinstance(received, JointTrajPt) and not is_stop(received):
         link.memory.setdefault("points", {})[received.sequence] = received.joints
     points = link.memory.get("points", {})
-    if is_stop(received) and _moves(link.service) and {0, 1} <= set(points):
+    if is_stop(received) and link.service.is_moving and {0, 1} <= set(points):
         at = link.service.controller.motion(link.service.now)[0]
         goal = at[1] + 0.45 * (points[1][1] - points[0][1])
         point = JointTrajPt(0, (at[0], goal, *[0.0] * 8), 0.1, 0.3, comm_type=CommType.TOPIC)
@@ -304,18 +305,13 @@ slower = each_point(lambda point: dataclasses.replace(point, duration=1.8 * poin
 
 # What is told.
 
-flickering = _status(_flickers)
-hasty = _status(_hasty)
 stale_accelerations = feedback(
     accelerations=lambda _: (9.9,) * 10, valid_fields=lambda told: told.valid_fields & ~8
 )
 fast_velocities = feedback(velocities=lambda told: tuple(1.4 * v for v in told.velocities))
-numbered_in_motion = each(_numbered_in_motion)
-topics_as_requests = each_frame(_request)
 
 # Which points are changed, or taken without a look.
 
-ends_short = each_point(_ends_short)
 range_of_first_points = _unchecked(lambda p: p.sequence > 0 and any(map(_is_out, p.joints)))
 range_of_joint_2 = _unchecked(lambda p: _is_out(p.joints[0]))
 numbers_of_first_points = _unchecked(lambda p: p.sequence > 0 and any(map(_is_none, p.joints)))

@@ -194,7 +194,7 @@ class StateDeafLink(FaultyLink):
 
 
 def refuses_idle_stop(link: FaultyLink, received: Received) -> Iterable[Received]:
-    is_idle = not link.service.controller.status(link.service.now).in_motion
+    is_idle = not link.service.is_moving
     if is_stop(received) and is_request(received) and is_idle:
         link.write(frame(11, 3, 2))
         return ()
