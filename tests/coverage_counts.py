@@ -3,8 +3,6 @@
 Owns the counts and their least values, `coverage_counts.toml`. Standard library only.
 """
 
-from __future__ import annotations
-
 import ast
 import json
 import re

@@ -1,7 +1,5 @@
 """Tests on the real clock are tried again where the machine was late, openly; no other is."""
 
-from __future__ import annotations
-
 import os
 import signal
 import subprocess
@@ -88,7 +86,6 @@ def test_how_often_each_ran():
 
 
 def run(folder: Path, tests: dict[str, str], *options: str) -> subprocess.CompletedProcess[str]:
-    """Run pytest on files of tests."""
     for name, text in {"conftest.py": CONFTEST, "lateness.py": LATENESS, **tests}.items():
         (folder / name).write_text(text, encoding="utf-8")
     here = Path(__file__).parent
@@ -105,7 +102,6 @@ def run(folder: Path, tests: dict[str, str], *options: str) -> subprocess.Comple
 
 @pytest.fixture(scope="module")
 def told(tmp_path_factory: pytest.TempPathFactory) -> list[str]:
-    """What pytest says of a file with such tests."""
     folder = tmp_path_factory.mktemp("attempts")
     done = run(folder, {"test_attempts.py": TESTS})
     assert done.returncode == 1, done.stderr
@@ -116,24 +112,17 @@ def outcomes(told: list[str], word: str) -> list[str]:
     return [line.split("::")[1].split()[0] for line in told if line.startswith(f"{word} ")]
 
 
-def test_what_passes_an_attempt_passes(told: list[str]) -> None:
-    assert outcomes(told, "PASSED") == [
-        "test_late_once",
-        "test_cell_is_new",
-        "test_machine_is_late_again",
-        "test_how_often_each_ran",
-    ]
-
-
-def test_what_fails_each_time_or_violates_or_is_not_on_the_real_clock_fails(
-    told: list[str],
+@pytest.mark.parametrize(
+    ("word", "tests"),
+    [
+        ("PASSED", "late_once cell_is_new machine_is_late_again how_often_each_ran"),
+        ("FAILED", "always_fails violates fails_beside_a_quiet_watch ordinary"),
+    ],
+)
+def test_what_passes_an_attempt_passes_and_only_what_was_late_on_the_real_clock_has_another(
+    told: list[str], word: str, tests: str
 ) -> None:
-    assert outcomes(told, "FAILED") == [
-        "test_always_fails",
-        "test_violates",
-        "test_fails_beside_a_quiet_watch",
-        "test_ordinary",
-    ]
+    assert outcomes(told, word) == [f"test_{name}" for name in tests.split()]
 
 
 def test_each_attempt_that_failed_is_told_with_what_failed(told: list[str]) -> None:
@@ -175,8 +164,6 @@ def test_more_than_five_second_tries_of_a_machine_that_was_hardly_late_fail_the_
 
 @dataclass
 class Ended:
-    """A run of pytest that comes to its end."""
-
     exitstatus: int = 0
     config: object = None
 

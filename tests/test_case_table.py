@@ -1,5 +1,3 @@
-from __future__ import annotations
-
 import pytest
 from rigs.data.case_table import CASE_VARIABLE, every, same
 

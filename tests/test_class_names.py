@@ -1,7 +1,5 @@
 """A public class has a name of its own in the product, so that a search finds one."""
 
-from __future__ import annotations
-
 import ast
 from collections import Counter
 from pathlib import Path
@@ -14,7 +12,6 @@ MOST_DOUBLE = 40
 
 
 def public_classes(source: str) -> list[str]:
-    """Return the public classes at the top of a module."""
     return [
         node.name
         for node in ast.parse(source).body
@@ -23,7 +20,6 @@ def public_classes(source: str) -> list[str]:
 
 
 def double_names() -> list[str]:
-    """Return the names of public classes of several modules, sorted."""
     found = Counter(
         name
         for room in ROOMS

@@ -1,7 +1,5 @@
 """What the tests cover is counted, and may not become less."""
 
-from __future__ import annotations
-
 from pathlib import Path
 
 import pytest

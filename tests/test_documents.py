@@ -1,8 +1,7 @@
 """What the documents promise: their links lead somewhere, and their commands exist."""
 
-from __future__ import annotations
-
 import re
+import tomllib
 from pathlib import Path
 from xml.etree import ElementTree
 
@@ -43,36 +42,9 @@ def test_the_picture_is_well_formed() -> None:
     assert ElementTree.parse(ROOT / "docs" / "parts.svg").getroot().tag.endswith("svg")
 
 
-FIELD_TERMS = {
-    "README.md": ("Cartesian", "joint-space", "tool centre point", "TCP"),
-    "docs/pendant-apps.md": (
-        "Cartesian",
-        "joint space",
-        "tool centre point",
-        "TCP",
-        "end effector",
-        "heartbeat",
-        "keep-alive",
-        "standstill",
-        "blending",
-    ),
-    "docs/motion.md": (
-        "Cartesian",
-        "joint-space",
-        "tool centre point",
-        "TCP",
-        "end effector",
-        "blending",
-        "standstill",
-    ),
-    "docs/programs.md": ("Cartesian", "joint-space", "TCP", "blending", "standstill"),
-    "docs/frames-and-scene.md": ("tool centre point", "TCP", "end effector", "Cartesian"),
-    "docs/safety.md": ("standstill", "heartbeat", "tool centre point", "TCP", "end effector"),
-    "docs/ros-i.md": ("joint space", "Cartesian", "TCP", "standstill"),
-    "docs/minimum-controller.md": ("joint space", "blending", "standstill"),
-    "docs/terminal-pendant.md": ("joint space", "Cartesian", "TCP", "standstill"),
-}
-"""Words of the field, and the pages on which a reader looks for them."""
+FIELD_TERMS: dict[str, list[str]] = tomllib.loads(
+    (ROOT / "tests" / "field_terms.toml").read_text("utf-8")
+)
 
 
 @pytest.mark.parametrize("page", FIELD_TERMS)

@@ -1,7 +1,5 @@
 """Every file that a user names is read up to a bound, and is neither a device nor a pipe."""
 
-from __future__ import annotations
-
 import os
 import resource
 from collections.abc import Callable, Iterator

@@ -1,10 +1,9 @@
-"""Who may import whom, read from the source; `docs/architecture.md` draws the same arrows."""
-
-from __future__ import annotations
+"""Who may import whom, read from the source: the rules; `layers.toml` has the tables."""
 
 import ast
 import re
 import sys
+import tomllib
 from collections import Counter
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass
@@ -16,126 +15,17 @@ import pytest
 ROOT = Path(__file__).parent.parent
 UMBRELLA = "openpendant"
 
-# Each room: the rooms it may import, and the libraries beside the standard one.
-ROOMS: dict[str, tuple[set[str], set[str]]] = {
-    "simplemsg": (set(), set()),
-    "motion": (
-        set(),
-        {
-            *("coal", "eigenpy", "matplotlib", "numpy", "ompl", "pinocchio", "pydantic", "rich"),
-            *("ruckig", "toppra", "typer", "yaml"),
-        },
-    ),
-    "controller_emulator": ({"motion", "simplemsg"}, {"pydantic", "uvloop"}),
-    "server": ({"motion", "simplemsg"}, {"numpy", "pydantic", "rich", "typer", "uvloop"}),
-    "tools": (
-        {"controller_emulator", "motion", "server", "simplemsg"},
-        {"matplotlib", "numpy", "pydantic", "rich", "typer", "yaml"},
-    ),
-    "tools/pendants": ({"simplemsg"}, {"rich", "textual", "typer"}),
-}
+TABLES = tomllib.loads((ROOT / "tests" / "layers.toml").read_text("utf-8"))
+ROOMS: dict[str, dict[str, list[str]]] = TABLES["rooms"]
+HOMES: dict[str, list[str]] = TABLES["homes"]
+FOLDER_ORDER: dict[str, list[str]] = TABLES["folder_order"]
+LISTS: dict[str, list[str]] = TABLES["lists"]
 
-# What every room's command line may know of tools.
 CONSOLE = f"{UMBRELLA}.tools.console"
-COMMAND_LINES = ("motion/cli/", "server/cli/", "controller_emulator/shell/", "tools/pendants/")
-
-# What the emulator may know of motion: facts and limits and how files are opened, no mathematics
-# of arms.
-PLAIN_DATA = {f"{UMBRELLA}.motion.{module}" for module in ("bounded_file", "description", "errors")}
-
-# Heavy libraries: the only files that may import them.
-HOMES = {
-    "pinocchio": {
-        "motion/kinematics/pinocchio_model.py",
-        "motion/kinematics/serial.py",
-        "motion/scene/collision.py",
-    },
-    "coal": {"motion/scene/collision.py"},
-    "eigenpy": {"motion/kinematics/ik/levenberg_marquardt.py"},
-    "toppra": {"motion/timing/toppra_solver.py"},
-    "ompl": {"motion/planning/ompl_planner.py"},
-    "ruckig": {"motion/trajectory/jerk_limited.py"},
-    "uvloop": {"controller_emulator/shell/cli.py", "server/shell/server_process.py"},
-    "textual": {"tools/pendants/terminal/app.py"},
-    "matplotlib": {
-        "motion/cli/plan_output.py",
-        "motion/visuals/drawing.py",
-        "tools/demo_report.py",
-    },
-}
-
-# These take longer to import than the whole program does without them, or are asked for by few.
-ONLY_INSIDE_FUNCTIONS = {"matplotlib", "ompl", "ruckig", "toppra", "uvloop"}
-
-# Motion, server and emulator are pure cores, but for these files: no socket, thread or process.
-OUTSIDE_WORLD = {"asyncio", "multiprocessing", "select", "socket", "subprocess", "threading"}
-SHELLS = {
-    "controller_emulator/shell/cli.py",
-    "controller_emulator/shell/links.py",
-    "controller_emulator/shell/service.py",
-    "server/background_writer.py",
-    "server/access/access_backend.py",
-    "server/shell/app.py",
-    "server/cli/serve.py",
-    "server/shell/client_connection.py",
-    "server/shell/controller_connection.py",
-    "server/shell/server_process.py",
-    "server/shell/inbox.py",
-    "server/shell/listening.py",
-    "server/planning/plan_store.py",
-    "server/planning/pool/planning_pool.py",
-    "server/planning/pool/planning_process.py",
-    "server/store/store_client.py",
-    "server/watchdog/stop_connection.py",
-    "server/watchdog/watchdog_main.py",
-    "server/watchdog/watchdog_process.py",
-    "simplemsg/journal_writer.py",
-}
-CLOCK_READERS = {
-    "server/shell/app.py",  # how much of a delay was computed, for the log
-    "server/access/process_log.py",  # how many lines went out in the last second
-    "server/watchdog/watchdog_main.py",
-    "server/watchdog/watchdog_process.py",
-    "motion/kinematics/ik/ik.py",  # the outer cap on a search
-    "motion/cli/plan_command.py",  # what a plan cost, and the planner's time limit
-    "server/planning/worker/job_planner.py",  # what a plan cost, measured in the worker
-}
-
-# Inside a room: a folder, or a file of its root, imports only what stands before it here.
-FOLDER_ORDER = {
-    "motion": (
-        *("errors", "pose", "orientation", "bounded_file", "description", "frames", "kinematics"),
-        *("kinematics/closed_form", "kinematics/ik", "kinematics/stewart", "trajectory", "paths"),
-        *("timing", "scene", "planning", "jog", "visuals", "robot_report", "robot_import", "cli"),
-    ),
-    "server": (
-        *("refusal", "background_writer", "settings", "store", "uplinks", "access"),
-        *("programs/language", "programs/editing", "programs/interpreter"),
-        *("planning", "planning/worker", "planning/pool", "control", "events"),
-        *("cell/execution", "cell", "scene", "recording", "environment"),
-        *("programs/library", "programs/execution", "programs"),
-        *("endpoints", "endpoints/pendant", "endpoints/ros", "watchdog", "core", "journal"),
-        *("exchange", "shell", "cli"),
-    ),
-    "controller_emulator": ("float32", "error_codes", "interpolation", "profiles", "core", "shell"),
-    # Of the client library, the terminal and the packet tools only the whole has its place.
-    "tools": (
-        *("console", "pendants", "reference", "packets", "why", "demo_report", "demo", "bench"),
-        "cli",
-    ),
-}
+COMMAND_LINES = tuple(LISTS["command_lines"])
 
 # Rooms whose folders have an order to the last, so that a circle and a name twice are faults.
 ORDERED_ROOMS = [room for room in FOLDER_ORDER if room != "tools"]
-
-# The files of `uplinks` that belong to no dialect.
-NO_DIALECTS = {
-    "server/uplinks/__init__.py",
-    "server/uplinks/uplink.py",
-}
-
-# The files of the server that write to its journal or read what it says; `cli/serve` opens it.
-JOURNAL_USERS = {"server/shell/inbox.py", "server/shell/cell_shell.py"}
 
 
 @dataclass(frozen=True)
@@ -183,7 +73,6 @@ def imports_of(source: str, file: str) -> Iterator[Import]:
 
 
 def _statements(block: ast.AST) -> Iterator[ast.AST]:
-    """Yield what stands in a block, and the blocks in it; expressions hold no import."""
     for name in ("body", "orelse", "finalbody", "handlers", "cases"):
         inside = getattr(block, name, ())
         yield from inside if isinstance(inside, list) else ()
@@ -230,7 +119,7 @@ def reaches_a_forbidden_room(found: Import) -> bool:
     own_room = found.home.partition("/")[0]
     if found.room in ("", own_room) or writes_to_the_console(found):
         return False
-    return found.room not in ROOMS[found.home][0]
+    return found.room not in ROOMS[found.home]["rooms"]
 
 
 def writes_to_the_console(found: Import) -> bool:
@@ -266,7 +155,7 @@ def names_its_own_room_absolutely(found: Import) -> bool:
 
 def uses_a_library_its_room_may_not(found: Import) -> bool:
     free = {*sys.stdlib_module_names, UMBRELLA, *TOP_ROOMS}
-    return found.library not in free | ROOMS[found.home][1]
+    return found.library not in free.union(ROOMS[found.home]["libraries"])
 
 
 def uses_a_heavy_library_away_from_its_home(found: Import) -> bool:
@@ -274,20 +163,21 @@ def uses_a_heavy_library_away_from_its_home(found: Import) -> bool:
 
 
 def imports_a_slow_library_at_its_top(found: Import) -> bool:
-    return found.library in ONLY_INSIDE_FUNCTIONS and not found.inside_function
+    return found.library in LISTS["only_inside_functions"] and not found.inside_function
 
 
 def knows_more_than_plain_data(found: Import) -> bool:
     if found.home != "controller_emulator" or found.room != "motion":
         return False
-    return not any(f"{found.target}.".startswith(f"{module}.") for module in PLAIN_DATA)
+    plain = [f"{UMBRELLA}.motion.{module}." for module in LISTS["plain_data"]]
+    return not f"{found.target}.".startswith(tuple(plain))
 
 
 def touches_the_outside_world_in_a_core(found: Import) -> bool:
     return (
         not found.home.startswith("tools")
-        and found.library in OUTSIDE_WORLD
-        and found.file not in SHELLS
+        and found.library in LISTS["outside_world"]
+        and found.file not in LISTS["shells"]
     )
 
 
@@ -295,7 +185,7 @@ def reads_a_clock_in_a_core(found: Import) -> bool:
     return (
         not found.home.startswith("tools")
         and found.library == "time"
-        and found.file not in CLOCK_READERS
+        and found.file not in LISTS["clock_readers"]
     )
 
 
@@ -328,7 +218,7 @@ def folder_rank(file: str) -> int | None:
     room, _, inside = file.partition("/")
     folder = inside.rpartition("/")[0] or inside.removesuffix(".py")
     folder = folder.partition("/")[0] if room == "tools" else folder
-    order = FOLDER_ORDER.get(room, ())
+    order = FOLDER_ORDER.get(room, [])
     return order.index(folder) if folder in order else None
 
 
@@ -342,7 +232,7 @@ def imports_a_folder_above_itself(found: Import) -> bool:
 
 def names_a_dialect_outside_its_table(found: Import) -> bool:
     target = file_of(found.target)
-    is_dialect = target.startswith("server/uplinks/") and target not in NO_DIALECTS
+    is_dialect = target.startswith("server/uplinks/") and target not in LISTS["no_dialects"]
     return is_dialect and not found.file.startswith("server/uplinks/")
 
 
@@ -400,91 +290,20 @@ def test_every_room_is_a_typed_package_and_has_imports_to_judge() -> None:
 
 
 def test_the_files_that_the_rules_name_exist() -> None:
-    named = {*SHELLS, *CLOCK_READERS, *(file for files in HOMES.values() for file in files)}
+    homes = (file for files in HOMES.values() for file in files)
+    named = {*LISTS["shells"], *LISTS["clock_readers"], *homes}
     assert sorted(file for file in named if not (ROOT / file).is_file()) == []
 
 
 @pytest.mark.parametrize(
     ("breaks", "file", "source"),
-    [
-        (names_a_bare_folder, "server/x.py", "import server"),
-        (
-            imports_a_folder_above_itself,
-            "motion/pose.py",
-            "from .kinematics.serial import Kinematics",
-        ),
-        (
-            imports_a_folder_above_itself,
-            "server/cell/robot_cell.py",
-            "def f():\n    from ..core.cell_core import CellCore",
-        ),
-        (
-            imports_a_folder_above_itself,
-            "server/store/x.py",
-            "if TYPE_CHECKING:\n    from ..access.open_access import TlsUnusable",
-        ),
-        (names_a_bare_folder, "tests/x.py", "from tools.pendants import client"),
-        (
-            reaches_a_forbidden_room,
-            "server/x.py",
-            "import openpendant.controller_emulator.shell.cli",
-        ),
-        (reaches_a_forbidden_room, "controller_emulator/x.py", "from openpendant import server"),
-        (reaches_a_forbidden_room, "motion/x.py", "from openpendant.simplemsg import Ping"),
-        (reaches_a_forbidden_room, "tools/pendants/x.py", "from openpendant.motion import pose"),
-        (imports_a_folder_above_itself, "tools/console.py", "from .packets.cli import main"),
-        (reaches_a_forbidden_room, "server/cli/x.py", "from openpendant.tools.why import table"),
-        (reaches_a_forbidden_room, "server/x.py", "from openpendant.tools.console import fail"),
-        (climbs_out_of_its_sub_folder, "tools/pendants/x.py", "from ..packets import cli"),
-        (judges_packets_by_a_pendant, "tools/packets/x.py", "from ..pendants import client"),
-        (crosses_rooms_relatively, "server/x.py", "from ..motion.pose import Pose"),
-        (
-            names_its_own_room_absolutely,
-            "server/x.py",
-            "from openpendant.server.core.cell_core import Core",
-        ),
-        (uses_a_library_its_room_may_not, "simplemsg/x.py", "import numpy.typing"),
-        (uses_a_heavy_library_away_from_its_home, "motion/kinematics/ik/ik.py", "import pinocchio"),
-        (imports_a_slow_library_at_its_top, "motion/timing/toppra_solver.py", "import toppra"),
-        (knows_more_than_plain_data, "controller_emulator/x.py", "from openpendant import motion"),
-        (
-            knows_more_than_plain_data,
-            "controller_emulator/x.py",
-            "from openpendant.motion.pose import Pose",
-        ),
-        (
-            touches_the_outside_world_in_a_core,
-            "server/core/cell_core.py",
-            "from asyncio import Queue",
-        ),
-        (reads_a_clock_in_a_core, "server/core/cell_core.py", "def f():\n    import time"),
-        (runs_on_more_than_the_standard_library, "tools/cli.py", "import typer"),
-        (
-            names_a_dialect_outside_its_table,
-            "server/watchdog/watchdog_process.py",
-            "from ..uplinks.generic import GENERIC",
-        ),
-    ],
+    [(rule, *planted) for rule in RULES for planted in TABLES["planted"][rule.__name__]],
 )
 def test_a_planted_import_is_found(breaks: Rule, file: str, source: str) -> None:
     assert any(breaks(found) for found in imports_of(source, file))
 
 
-@pytest.mark.parametrize(
-    ("file", "source"),
-    [
-        (
-            "server/core/x.py",
-            "from ..uplinks.uplink import Uplink\nfrom .server_core import ServerCore",
-        ),
-        ("controller_emulator/x.py", "from openpendant.motion.description.robot import load_robot"),
-        ("motion/timing/toppra_solver.py", "def fastest_rates():\n    import toppra"),
-        ("tools/pendants/x.py", "from .client import PendantClient\nimport asyncio"),
-        ("motion/cli/x.py", "from openpendant.tools.console import ExitCode"),
-        ("tools/pendants/commands/x.py", "from ...console import ExitCode"),
-        ("tools/cli.py", "def version():\n    from openpendant.simplemsg import __version__"),
-    ],
-)
+@pytest.mark.parametrize(("file", "source"), TABLES["proper"]["imports"])
 def test_a_proper_import_breaks_no_rule(file: str, source: str) -> None:
     for found in imports_of(source, file):
         assert [rule.__name__ for rule in RULES if rule(found)] == []
@@ -533,7 +352,6 @@ def test_no_files_import_each_other_in_a_circle() -> None:
 
 
 def journal_uses(source: str) -> set[str]:
-    """Return what a file does with something that is called a journal."""
     return {
         node.attr
         for node in ast.walk(ast.parse(source))
@@ -548,7 +366,7 @@ def test_three_files_of_the_server_touch_its_journal() -> None:
         for file in (ROOT / "server").rglob("*.py")
         if journal_uses(file.read_text("utf-8"))
     }
-    assert users - {"server/cli/serve.py"} == JOURNAL_USERS
+    assert users - {"server/cli/serve.py"} == set(LISTS["journal_users"])
     assert journal_uses((ROOT / "server/cli/serve.py").read_text("utf-8")) == {"keep", "end"}
 
 

@@ -1,7 +1,5 @@
 """What is loaded when a program starts: the same rules as `test_layers.py`, seen at run time."""
 
-from __future__ import annotations
-
 import json
 import subprocess
 import sys
@@ -20,7 +18,6 @@ ROOMS = ("simplemsg", "motion", "controller_emulator", "server", "tools")
 
 @cache
 def loaded_by(*modules: str) -> frozenset[str]:
-    """Names in `sys.modules` after a fresh interpreter imported the given modules."""
     script = f"import json, sys, {', '.join(modules)}; print(json.dumps(list(sys.modules)))"
     return frozenset(json.loads(_python(script)))
 

@@ -1,7 +1,5 @@
 """The two commands of the README, with an interpreter that only writes down what it is asked."""
 
-from __future__ import annotations
-
 import os
 import re
 import shutil
@@ -88,25 +86,28 @@ def test_help_is_the_default_and_lists_the_targets(project: Project) -> None:
     assert project.calls == []
 
 
-def test_demo_installs_what_runs_and_starts_with_the_named_robot(project: Project) -> None:
-    assert project.make("demo", "ROBOT=abb_irb2400").returncode == 0
-    assert project.installed == ["hatchling", "--no-build-isolation -e .[server,plot,terminal]"]
-    assert project.calls[-1] == "demo --robot abb_irb2400"
+RUN = "--no-build-isolation -e .[server,plot,terminal"
+LANES = (
+    "tests/run_lanes.py --workers 2 --beside .venv/bin/python -m ruff check ."
+    " --beside .venv/bin/python -m ruff format --check ."
+    " --beside .venv/bin/python -m mypy . --"
+)
 
 
-def test_demo_moves_a_ur5_unless_told_otherwise(project: Project) -> None:
-    project.make("demo")
-    assert project.calls[-1] == "demo --robot ur5"
-
-
-def test_test_installs_what_tests_and_runs_lanes_with_lint_beside(project: Project) -> None:
-    assert project.make("test").returncode == 0
-    assert project.installed == ["hatchling", "--no-build-isolation -e .[server,plot,terminal,dev]"]
-    assert project.calls[-1] == (
-        "tests/run_lanes.py --workers 2 --beside .venv/bin/python -m ruff check ."
-        " --beside .venv/bin/python -m ruff format --check ."
-        " --beside .venv/bin/python -m mypy . --"
-    )
+@pytest.mark.parametrize(
+    ("arguments", "extras", "call"),
+    [
+        (["demo", "ROBOT=abb_irb2400"], "]", "demo --robot abb_irb2400"),
+        (["demo"], "]", "demo --robot ur5"),
+        (["test"], ",dev]", LANES),
+    ],
+)
+def test_a_target_installs_what_it_needs_and_runs_its_command(
+    project: Project, arguments: list[str], extras: str, call: str
+) -> None:
+    assert project.make(*arguments).returncode == 0
+    assert project.installed == ["hatchling", f"{RUN}{extras}"]
+    assert project.calls[-1] == call
 
 
 def test_lint_runs_the_same_commands(project: Project) -> None:
@@ -114,12 +115,27 @@ def test_lint_runs_the_same_commands(project: Project) -> None:
     assert project.calls[-3:] == ["-m ruff check .", "-m ruff format --check .", "-m mypy ."]
 
 
-def test_workers_and_arguments_of_pytest_reach_the_lanes(project: Project) -> None:
-    project.make("test", "WORKERS=3", "PYTEST_ARGS=tests/motion -k 'limits or ik'")
-    assert "run_lanes.py --workers 3 " in project.calls[-1]
-    assert project.calls[-1].endswith(" -- tests/motion -k limits or ik")
-    project.make("soak", "PYTEST_ARGS=tests/server")
-    assert project.calls[-1] == "tests/run_lanes.py --soak --workers 2 -- tests/server"
+BENCH = "-m openpendant.tools.bench"
+
+
+@pytest.mark.parametrize(
+    ("arguments", "call"),
+    [
+        (["test", "WORKERS=3"], "tests/run_lanes.py --workers 3 "),
+        (["test", "PYTEST_ARGS=tests/motion -k 'a or b'"], " -- tests/motion -k a or b\n"),
+        (["soak", "PYTEST_ARGS=tests/x"], "\ntests/run_lanes.py --soak --workers 2 -- tests/x\n"),
+        (["bench"], f"\n{BENCH}\n"),
+        (["bench", "BASE=v1", "BENCH=*5 p*"], f"\n{BENCH} --base v1 --only *5 p*\n"),
+        (["bench", "BENCH=x", "BENCH_ARGS=--quick"], f"\n{BENCH} --quick --only x\n"),
+        (["mutants", "MUTANTS=changed"], "--base HEAD changed"),
+        (["mutants", "MUTANTS=changed", "BASE=v1"], "--base v1 changed"),
+    ],
+)
+def test_what_make_is_given_reaches_the_command(
+    project: Project, arguments: list[str], call: str
+) -> None:
+    project.make(*arguments)
+    assert call in f"\n{project.calls[-1]}\n"
 
 
 def test_what_an_outer_make_was_given_does_not_reach_the_inner_one(
@@ -129,20 +145,6 @@ def test_what_an_outer_make_was_given_does_not_reach_the_inner_one(
     monkeypatch.setenv("MAKEFLAGS", " -- PYTEST_ARGS=-k\\ nothing")
     project.make("test")
     assert project.calls[-1].endswith(" -m mypy . --")
-
-
-def test_bench_compares_with_a_commit_only_where_one_is_named(project: Project) -> None:
-    project.make("bench")
-    assert project.calls[-1] == "-m openpendant.tools.bench"
-    project.make("bench", "BASE=v1", "BENCH=*50 poses*", "BENCH_ARGS=--quick")
-    assert project.calls[-1] == "-m openpendant.tools.bench --base v1 --quick --only *50 poses*"
-
-
-def test_mutants_compare_with_the_last_commit_unless_another_is_named(project: Project) -> None:
-    project.make("mutants", "MUTANTS=changed")
-    assert "--base HEAD changed" in project.calls[-1]
-    project.make("mutants", "MUTANTS=changed", "BASE=v1")
-    assert "--base v1 changed" in project.calls[-1]
 
 
 @pytest.mark.parametrize("target", ["demo", "test"])

@@ -1,7 +1,5 @@
 """What is shipped, and that no file of the project points outside it."""
 
-from __future__ import annotations
-
 import email
 import importlib.metadata
 import re

@@ -1,7 +1,5 @@
 """The minimum controller by itself, compiled with sanitizers: frames in, frames out."""
 
-from __future__ import annotations
-
 import asyncio
 import contextlib
 import math
@@ -54,39 +52,45 @@ async def controller(program: Path) -> AsyncIterator[Controller]:
     await running.end()
 
 
+@pytest_asyncio.fixture
+async def link(controller: Controller) -> AsyncIterator[Wire]:
+    async with controller.link() as wire:
+        yield wire
+
+
+@pytest_asyncio.fixture
+async def other(controller: Controller) -> AsyncIterator[Wire]:
+    async with controller.link() as wire:
+        yield wire
+
+
+@pytest_asyncio.fixture
+async def listener(controller: Controller) -> AsyncIterator[Wire]:
+    async with controller.listener() as wire:
+        yield wire
+
+
 async def begin(link: Wire, far: float = 1.0, duration: float = 1.0) -> None:
-    """Start a point-to-point motion of the first joint."""
     assert await link.ask(point(0, turned(0, far), duration)) == SUCCESS
 
 
 async def moving(listener: Wire) -> None:
-    """Wait until the first joint is under way."""
     while True:
         joints, _ = (await listener.rounds(lambda status: status.in_motion == 1))[-1]
         if joints.joints[0] > 0.1:
             return
 
 
-async def test_a_single_point_is_a_point_to_point_motion(controller: Controller) -> None:
-    async with controller.link() as link, controller.listener() as listener:
-        assert (await listener.status()) == Status(
-            drives_powered=1,
-            e_stopped=0,
-            error_code=0,
-            in_error=0,
-            in_motion=0,
-            mode=2,
-            motion_possible=1,
-        )
-        await begin(link, 0.4, 0.3)
-        await listener.rounds(lambda status: status.in_motion == 1)
-        rounds = await listener.until_rest()
-        assert rounds[-1][0].joints[:6] == pytest.approx(turned(0, 0.4), abs=1e-6)
-        assert sharpest(rounds) <= ACCELERATION * 1.01
+async def test_a_single_point_is_a_point_to_point_motion(link: Wire, listener: Wire) -> None:
+    assert await listener.status() == Status(1, 0, 0, 0, 0, 2, 1)
+    await begin(link, 0.4, 0.3)
+    rounds = await listener.until_rest_after_motion()
+    assert rounds[-1][0].joints[:6] == pytest.approx(turned(0, 0.4), abs=1e-6)
+    assert sharpest(rounds) <= ACCELERATION * 1.01
 
 
 async def test_a_stream_is_followed_in_time_and_stops_at_its_last_point(
-    controller: Controller,
+    link: Wire, listener: Wire
 ) -> None:
     """In time by its own reports, and by the clock here.
 
@@ -96,19 +100,18 @@ async def test_a_stream_is_followed_in_time_and_stops_at_its_last_point(
     last report: up to 0.2 s beside two busy loops.
     """
     count, period = 60, 0.02
-    async with controller.link() as link, controller.listener() as listener:
-        assert await link.ask(point(0, HOME, 0.0)) == SUCCESS
-        started = asyncio.get_running_loop().time()
-        for index in range(1, count + 1):
-            part = 0.5 - 0.5 * math.cos(math.pi * index / count)
-            assert await link.ask(point(index, turned(1, 0.5 * part), period)) == SUCCESS
-        rounds = await listener.until_rest_after_motion()
-        took = asyncio.get_running_loop().time() - started
-        assert rounds[-1][0].joints[:6] == pytest.approx(turned(1, 0.5), abs=1e-6)
-        assert rounds[-1][1].error_code == 0
-        assert count * period <= len(rounds) * REPORT_PERIOD < count * period + 0.1
-        assert count * period <= took < count * period + 1.0 * SCALE
-        assert sharpest(rounds) <= ACCELERATION * 1.05
+    assert await link.ask(point(0, HOME, 0.0)) == SUCCESS
+    started = asyncio.get_running_loop().time()
+    for index in range(1, count + 1):
+        part = 0.5 - 0.5 * math.cos(math.pi * index / count)
+        assert await link.ask(point(index, turned(1, 0.5 * part), period)) == SUCCESS
+    rounds = await listener.until_rest_after_motion()
+    took = asyncio.get_running_loop().time() - started
+    assert rounds[-1][0].joints[:6] == pytest.approx(turned(1, 0.5), abs=1e-6)
+    assert rounds[-1][1].error_code == 0
+    assert count * period <= len(rounds) * REPORT_PERIOD < count * period + 0.1
+    assert count * period <= took < count * period + 1.0 * SCALE
+    assert sharpest(rounds) <= ACCELERATION * 1.05
 
 
 @pytest.mark.parametrize(
@@ -128,16 +131,15 @@ async def test_a_stream_is_followed_in_time_and_stops_at_its_last_point(
     ],
 )
 async def test_a_point_that_may_not_be_is_refused_and_shown(
-    controller: Controller, error: int, wrong: JointTrajPt
+    link: Wire, listener: Wire, error: int, wrong: JointTrajPt
 ) -> None:
-    async with controller.link() as link, controller.listener() as listener:
-        assert await link.ask(wrong) == FAILURE
-        shown = (await listener.rounds(lambda status: status.in_error == 1))[-1]
-        assert shown[1].error_code == error
-        assert shown[1].motion_possible == 1
-        assert shown[0].joints[:6] == pytest.approx(HOME, abs=1e-6)
-        await begin(link, 0.05, 0.2)
-        assert (await listener.rounds(lambda status: status.in_motion == 1))[-1][1].in_error == 0
+    assert await link.ask(wrong) == FAILURE
+    shown = (await listener.rounds(lambda status: status.in_error == 1))[-1]
+    assert shown[1].error_code == error
+    assert shown[1].motion_possible == 1
+    assert shown[0].joints[:6] == pytest.approx(HOME, abs=1e-6)
+    await begin(link, 0.05, 0.2)
+    assert (await listener.rounds(lambda status: status.in_motion == 1))[-1][1].in_error == 0
 
 
 @pytest.mark.parametrize(
@@ -149,120 +151,105 @@ async def test_a_point_that_may_not_be_is_refused_and_shown(
     ],
 )
 async def test_a_wrong_point_in_motion_ends_it_on_a_ramp(
-    controller: Controller, error: int, wrong: JointTrajPt
+    link: Wire, listener: Wire, error: int, wrong: JointTrajPt
 ) -> None:
-    async with controller.link() as link, controller.listener() as listener:
-        await begin(link)
-        await moving(listener)
-        assert await link.ask(wrong) == FAILURE
-        rounds = await listener.until_rest()
-        assert rounds[-1][1].error_code == error
-        assert rounds[-1][0].joints[0] < 0.5
-        assert sharpest(rounds) <= ACCELERATION * 1.01
-        assert await link.ask(point(1, HOME, 1.0)) == FAILURE
+    await begin(link)
+    await moving(listener)
+    assert await link.ask(wrong) == FAILURE
+    rounds = await listener.until_rest()
+    assert rounds[-1][1].error_code == error
+    assert rounds[-1][0].joints[0] < 0.5
+    assert sharpest(rounds) <= ACCELERATION * 1.01
+    assert await link.ask(point(1, HOME, 1.0)) == FAILURE
 
 
-async def test_the_same_point_again_is_taken_once(controller: Controller) -> None:
-    async with controller.link() as link, controller.listener() as listener:
-        for _ in range(3):
-            await begin(link, 0.05, 0.2)
-        rounds = await listener.rounds(lambda status: status.in_motion == 1)
-        rounds = await listener.until_rest()
-        assert rounds[-1][0].joints[0] == pytest.approx(0.05)
+async def test_the_same_point_again_is_taken_once(link: Wire, listener: Wire) -> None:
+    for _ in range(3):
+        await begin(link, 0.05, 0.2)
+    rounds = await listener.until_rest_after_motion()
+    assert rounds[-1][0].joints[0] == pytest.approx(0.05)
 
 
 @pytest.mark.parametrize("by_another", [False, True])
 @pytest.mark.parametrize("as_topic", [False, True])
 async def test_a_stop_brings_the_robot_to_rest_on_a_ramp(
-    controller: Controller, by_another: bool, as_topic: bool
+    link: Wire, other: Wire, listener: Wire, by_another: bool, as_topic: bool
 ) -> None:
-    async with (
-        controller.link() as link,
-        controller.link() as other,
-        controller.listener() as listener,
-    ):
-        await begin(link)
-        await moving(listener)
-        stopping = other if by_another else link
-        if as_topic:
-            stopping.writer.write(CODEC.encode(replace(STOP, comm_type=1)))
-        else:
-            assert await stopping.ask(STOP) == SUCCESS
-        rounds = await listener.until_rest()
-        assert 0.1 < rounds[-1][0].joints[0] < 0.6
-        assert sharpest(rounds) <= ACCELERATION * 1.01
-        assert rounds[-1][1].in_error == 0
-        await asyncio.sleep(0.05)
-        assert await stopping.is_silent(0.05)
-        await begin(link, 0.7)
+    await begin(link)
+    await moving(listener)
+    stopping = other if by_another else link
+    if as_topic:
+        stopping.writer.write(CODEC.encode(replace(STOP, comm_type=1)))
+    else:
+        assert await stopping.ask(STOP) == SUCCESS
+    rounds = await listener.until_rest()
+    assert 0.1 < rounds[-1][0].joints[0] < 0.6
+    assert sharpest(rounds) <= ACCELERATION * 1.01
+    assert rounds[-1][1].in_error == 0
+    await asyncio.sleep(0.05)
+    assert await stopping.is_silent(0.05)
+    await begin(link, 0.7)
 
 
-async def test_a_stop_at_rest_and_while_stopping_is_a_success(controller: Controller) -> None:
-    async with controller.link() as link, controller.listener() as listener:
+async def test_a_stop_at_rest_and_while_stopping_is_a_success(link: Wire, listener: Wire) -> None:
+    assert await link.ask(STOP) == SUCCESS
+    await begin(link)
+    assert await link.ask(STOP) == SUCCESS
+    await begin(link)
+    await moving(listener)
+    for _ in range(3):
         assert await link.ask(STOP) == SUCCESS
-        await begin(link)
-        assert await link.ask(STOP) == SUCCESS
-        await begin(link)
-        await moving(listener)
-        for _ in range(3):
-            assert await link.ask(STOP) == SUCCESS
-        assert (await listener.until_rest())[-1][0].joints[0] < 0.5
+    assert (await listener.until_rest())[-1][0].joints[0] < 0.5
 
 
-async def test_a_new_trajectory_waits_until_the_robot_is_at_rest(controller: Controller) -> None:
-    async with controller.link() as link, controller.listener() as listener:
-        await begin(link, 0.2, 0.3)
-        await listener.rounds(lambda status: status.in_motion == 1)
-        await begin(link, -0.2, 0.3)
-        ways = [message.joints[0] for message, _ in await listener.until_rest()]
-        assert ways[-1] == pytest.approx(-0.2)
-        assert max(ways) == pytest.approx(0.2)
+async def test_a_new_trajectory_waits_until_the_robot_is_at_rest(
+    link: Wire, listener: Wire
+) -> None:
+    await begin(link, 0.2, 0.3)
+    await listener.rounds(lambda status: status.in_motion == 1)
+    await begin(link, -0.2, 0.3)
+    ways = [message.joints[0] for message, _ in await listener.until_rest()]
+    assert ways[-1] == pytest.approx(-0.2)
+    assert max(ways) == pytest.approx(0.2)
 
 
 async def test_a_full_buffer_delays_the_reply_but_not_a_stop_behind_it(
-    controller: Controller,
+    link: Wire, listener: Wire
 ) -> None:
     time = asyncio.get_running_loop().time
-    async with controller.link() as link, controller.listener() as listener:
-        points = [point(i, turned(0, STEP * (i + 1)), STEP * 8) for i in range(BUFFER + 4)]
-        link.writer.write(b"".join(map(CODEC.encode, points)))
-        arrived = []
-        for _ in range(BUFFER + 2):
-            assert await link.code() == SUCCESS
-            arrived.append(time())
-        assert arrived[-1] - arrived[-2] > STEP * 2
-        link.writer.write(CODEC.encode(STOP))
-        assert [await link.code() for _ in range(3)] == [FAILURE, FAILURE, SUCCESS]
-        rounds = await listener.until_rest_after_motion()
-        assert rounds[-1][0].joints[0] < STEP * BUFFER / 2
-        assert rounds[-1][1].error_code == 0
+    points = [point(i, turned(0, STEP * (i + 1)), STEP * 8) for i in range(BUFFER + 4)]
+    link.writer.write(b"".join(map(CODEC.encode, points)))
+    arrived = []
+    for _ in range(BUFFER + 2):
+        assert await link.code() == SUCCESS
+        arrived.append(time())
+    assert arrived[-1] - arrived[-2] > STEP * 2
+    link.writer.write(CODEC.encode(STOP))
+    assert [await link.code() for _ in range(3)] == [FAILURE, FAILURE, SUCCESS]
+    rounds = await listener.until_rest_after_motion()
+    assert rounds[-1][0].joints[0] < STEP * BUFFER / 2
+    assert rounds[-1][1].error_code == 0
 
 
-async def test_a_stream_that_ends_at_speed_is_an_under_run(controller: Controller) -> None:
-    async with controller.link() as link, controller.listener() as listener:
-        for index in range(20):
-            way = 0.5 * 6.0 * (0.02 * (index + 1)) ** 2
-            assert await link.ask(point(index, turned(0, way), 0.02)) == SUCCESS
-        await listener.rounds(lambda status: status.in_motion == 1)
-        rounds = await listener.until_rest()
-        assert rounds[-1][1].error_code == 109
-        assert sharpest(rounds) <= ACCELERATION * 1.05
+async def test_a_stream_that_ends_at_speed_is_an_under_run(link: Wire, listener: Wire) -> None:
+    for index in range(20):
+        way = 0.5 * 6.0 * (0.02 * (index + 1)) ** 2
+        assert await link.ask(point(index, turned(0, way), 0.02)) == SUCCESS
+    rounds = await listener.until_rest_after_motion()
+    assert rounds[-1][1].error_code == 109
+    assert sharpest(rounds) <= ACCELERATION * 1.05
 
 
-async def test_only_the_owner_of_a_motion_may_send_its_points(controller: Controller) -> None:
-    async with (
-        controller.link() as link,
-        controller.link() as other,
-        controller.listener() as listener,
-    ):
-        await begin(link, 0.3, 0.3)
-        assert await other.ask(point(1, turned(0, 0.4), 1.0)) == FAILURE
-        assert await other.ask(point(0, turned(0, math.nan), 1.0)) == FAILURE
-        await listener.rounds(lambda status: status.in_motion == 1)
-        rounds = await listener.until_rest()
-        assert rounds[-1][0].joints[0] == pytest.approx(0.3)
-        assert rounds[-1][1].in_error == 0
-        await begin(other, 0.2, 0.3)
+async def test_only_the_owner_of_a_motion_may_send_its_points(
+    link: Wire, other: Wire, listener: Wire
+) -> None:
+    await begin(link, 0.3, 0.3)
+    assert await other.ask(point(1, turned(0, 0.4), 1.0)) == FAILURE
+    assert await other.ask(point(0, turned(0, math.nan), 1.0)) == FAILURE
+    rounds = await listener.until_rest_after_motion()
+    assert rounds[-1][0].joints[0] == pytest.approx(0.3)
+    assert rounds[-1][1].in_error == 0
+    await begin(other, 0.2, 0.3)
 
 
 async def test_a_lost_link_stops_its_own_motion_only(controller: Controller) -> None:
@@ -292,21 +279,22 @@ async def test_a_trajectory_may_go_on_over_another_link_at_rest(controller: Cont
             assert await link.ask(point(2, HOME, 0.2)) == SUCCESS
 
 
-async def test_an_emergency_stop_and_its_reset_show_in_the_status(controller: Controller) -> None:
-    async with controller.link() as link, controller.listener() as listener:
-        await begin(link)
-        await moving(listener)
-        controller.press(signal.SIGUSR1)
-        rounds = await listener.rounds(lambda status: status.e_stopped == 1)
-        rounds += await listener.until_rest()
-        status = rounds[-1][1]
-        assert (status.drives_powered, status.motion_possible) == (0, 0)
-        assert sharpest(rounds) <= ACCELERATION * 1.01
-        assert await link.ask(point(0, HOME, 2.0)) == FAILURE
-        controller.press(signal.SIGUSR2)
-        status = (await listener.rounds(lambda status: status.e_stopped == 0))[-1][1]
-        assert (status.drives_powered, status.motion_possible, status.in_motion) == (1, 1, 0)
-        await begin(link, 0.7)
+async def test_an_emergency_stop_and_its_reset_show_in_the_status(
+    controller: Controller, link: Wire, listener: Wire
+) -> None:
+    await begin(link)
+    await moving(listener)
+    controller.press(signal.SIGUSR1)
+    rounds = await listener.rounds(lambda status: status.e_stopped == 1)
+    rounds += await listener.until_rest()
+    status = rounds[-1][1]
+    assert (status.drives_powered, status.motion_possible) == (0, 0)
+    assert sharpest(rounds) <= ACCELERATION * 1.01
+    assert await link.ask(point(0, HOME, 2.0)) == FAILURE
+    controller.press(signal.SIGUSR2)
+    status = (await listener.rounds(lambda status: status.e_stopped == 0))[-1][1]
+    assert (status.drives_powered, status.motion_possible, status.in_motion) == (1, 1, 0)
+    await begin(link, 0.7)
 
 
 async def test_a_joint_near_the_end_of_its_range_stops_inside(program: Path) -> None:
@@ -337,12 +325,11 @@ async def test_a_joint_near_the_end_of_its_range_stops_inside(program: Path) -> 
     ],
 )
 async def test_every_request_has_one_bare_reply(
-    controller: Controller, request_: bytes, code: int
+    link: Wire, listener: Wire, request_: bytes, code: int
 ) -> None:
-    async with controller.link() as link, controller.listener() as listener:
-        assert await link.ask(request_) == code
-        assert await link.is_silent(0.02)
-        assert (await listener.status()).error_code == 0
+    assert await link.ask(request_) == code
+    assert await link.is_silent(0.02)
+    assert (await listener.status()).error_code == 0
 
 
 @pytest.mark.parametrize(
@@ -357,24 +344,22 @@ async def test_every_request_has_one_bare_reply(
         CODEC.encode(replace(point(0, HOME, 1.0), comm_type=1)),
     ],
 )
-async def test_topics_and_replies_are_never_answered(controller: Controller, frame: bytes) -> None:
-    async with controller.link() as link:
-        link.writer.write(frame)
-        assert await link.ask(Ping()) == SUCCESS
-        assert await link.is_silent(0.02)
+async def test_topics_and_replies_are_never_answered(link: Wire, frame: bytes) -> None:
+    link.writer.write(frame)
+    assert await link.ask(Ping()) == SUCCESS
+    assert await link.is_silent(0.02)
 
 
-async def test_frames_arrive_in_any_portions(controller: Controller) -> None:
-    async with controller.link() as link, controller.listener() as listener:
-        stream = CODEC.encode(Ping()) + CODEC.encode(point(0, HOME, 0.0))
-        stream += CODEC.encode(point(1, turned(0, 0.02), 0.2))
-        for at in range(len(stream)):
-            link.writer.write(stream[at : at + 1])
-            await asyncio.sleep(0)
-        assert [await link.code(kind) for kind in (1, 11, 11)] == [SUCCESS] * 3
-        await listener.rounds(lambda status: status.in_motion == 1)
-        link.writer.write(CODEC.encode(Ping()) * 200)
-        assert [await link.code(1) for _ in range(200)] == [SUCCESS] * 200
+async def test_frames_arrive_in_any_portions(link: Wire, listener: Wire) -> None:
+    stream = CODEC.encode(Ping()) + CODEC.encode(point(0, HOME, 0.0))
+    stream += CODEC.encode(point(1, turned(0, 0.02), 0.2))
+    for at in range(len(stream)):
+        link.writer.write(stream[at : at + 1])
+        await asyncio.sleep(0)
+    assert [await link.code(kind) for kind in (1, 11, 11)] == [SUCCESS] * 3
+    await listener.rounds(lambda status: status.in_motion == 1)
+    link.writer.write(CODEC.encode(Ping()) * 200)
+    assert [await link.code(1) for _ in range(200)] == [SUCCESS] * 200
 
 
 @pytest.mark.parametrize("length", [0, -1, 1, 11, 1020, 65_536, 2**31 - 1, -(2**31)])

@@ -1,7 +1,5 @@
 """The page for app authors: what it shows is in an example that runs, and it leaves nothing out."""
 
-from __future__ import annotations
-
 import inspect
 import re
 from pathlib import Path

@@ -1,7 +1,5 @@
 """Every pendant example runs as its page says, against a server and an emulated robot."""
 
-from __future__ import annotations
-
 import json
 import re
 import runpy
@@ -73,7 +71,6 @@ def port(tmp_path_factory: pytest.TempPathFactory) -> Iterator[int]:
 
 
 def run(*command: str) -> str:
-    """Run an example to its end; return what it printed."""
     done = subprocess.run(
         command, capture_output=True, text=True, timeout=80 * SCALE, check=False, cwd=EXAMPLES
     )

@@ -3,8 +3,6 @@
 Nothing differs from run to run: passwords cost nothing, the store has a clock of its own.
 """
 
-from __future__ import annotations
-
 from collections.abc import Mapping
 from typing import Any
 

@@ -4,11 +4,10 @@
     {"cell": "frames", "id": "frames.show: right", "by": "viewer", "body": "…", "done": true,
      "answer": "…"}
 
-All lines of a cell are made in one, in order. A body is its text; a list of texts, each with how
-often it is repeated where it is; or `hex` where it is no text.
+All lines of a cell are made in one, in order. One that is not recorded yet has no answer. A body
+is its text; a list of texts, each with how often it is repeated where it is; or `hex` where it is
+no text.
 """
-
-from __future__ import annotations
 
 import json
 from collections.abc import Iterator, Mapping
@@ -21,8 +20,6 @@ Body: TypeAlias = str | list[str | list[Any]] | dict[str, str]
 
 @dataclass(frozen=True)
 class Question:
-    """One request."""
-
     name: str
     by: str
     body: Body
@@ -48,8 +45,6 @@ class Happening:
 
 @dataclass(frozen=True)
 class Answer:
-    """What came of a request."""
-
     done: bool
     text: str
 
@@ -58,7 +53,6 @@ Step: TypeAlias = Question | Happening
 
 
 def line_of(cell: str, step: Step, answer: Answer | None) -> str:
-    """Return the line of a step; a request has its answer."""
     if isinstance(step, Happening):
         return json.dumps({"cell": cell, "do": step.what})
     assert answer is not None
@@ -73,4 +67,5 @@ def read_steps(file: Path) -> Iterator[tuple[str, Step, Answer | None]]:
             yield read["cell"], Happening(read["do"]), None
         else:
             question = Question(read["id"], read["by"], read["body"])
-            yield read["cell"], question, Answer(read["done"], read["answer"])
+            answer = Answer(read["done"], read["answer"]) if "done" in read else None
+            yield read["cell"], question, answer

@@ -4,8 +4,6 @@ Nothing of the machine gets into a journal: ports, the wall clock and what plann
 same in every run. So is the journal, but for how much a server that was held up reads at once.
 """
 
-from __future__ import annotations
-
 import asyncio
 from collections.abc import AsyncIterator, Callable, Coroutine, Sequence
 from contextlib import AsyncExitStack, asynccontextmanager

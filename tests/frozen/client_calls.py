@@ -5,8 +5,6 @@ what may be given and what is returned: of the clients' own types their keys, fi
 follow behind the calls.
 """
 
-from __future__ import annotations
-
 import dataclasses
 import inspect
 import sys
@@ -116,7 +114,6 @@ class Calls:
         is_async: bool = False,
         leave_out: Collection[str] = (),
     ) -> Iterator[str]:
-        """Yield the public attributes of a class, and of an object of it."""
         of_object = {} if made is None else vars(made)
         names = {name for name in dir(kind) if not name.startswith("_")} | set(of_object)
         hints = get_type_hints(kind)

@@ -4,8 +4,6 @@ Each is short, because its journal stays in the repository, and shows one way th
 from end to end, with a refusal or an interruption on it.
 """
 
-from __future__ import annotations
-
 import asyncio
 import contextlib
 from collections.abc import AsyncIterator, Awaitable, Callable, Iterator, Mapping, Sequence
@@ -42,8 +40,6 @@ Talk = Callable[[RecordedCell], Awaitable[None]]
 
 @dataclass(frozen=True)
 class Conversation:
-    """One conversation."""
-
     talk: Talk
     cells: int = 1
     tables: dict[str, Any] = field(default_factory=dict)
@@ -73,7 +69,6 @@ async def reset(pendant: PendantClient) -> None:
 
 
 async def moved_joint(pendant: PendantClient, joint: int, by: float, speed: float = 0.5) -> Any:
-    """Begin to move one joint, from where the robot stands."""
     await pendant.next_state()
     goal = list(pendant.joints())
     goal[joint] += by
@@ -81,7 +76,6 @@ async def moved_joint(pendant: PendantClient, joint: int, by: float, speed: floa
 
 
 async def moved_tool(pendant: PendantClient, by: Vector, motion: Motion, speed: float = 0.5) -> Any:
-    """Begin to move the tool, from where it is."""
     await pendant.next_state()
     here = pendant.tool_pose()
     x, y, z = here.position
@@ -359,8 +353,6 @@ async def link_loss(cell: RecordedCell) -> None:
 
 
 class RosClient:
-    """The motion link of a ROS-Industrial client."""
-
     def __init__(self, reader: asyncio.StreamReader, writer: asyncio.StreamWriter) -> None:
         self._reader, self._writer = reader, writer
         self._wire = Connection(Role.CLIENT, STANDARD, ByteOrder.LITTLE)
@@ -368,7 +360,6 @@ class RosClient:
     async def point(
         self, sequence: int, joints: Sequence[float] = (), duration: float = 0.2
     ) -> int:
-        """Send a point and return the code of its reply."""
         message = JointTrajPt(
             sequence, joint_array(joints), 0.2, duration, comm_type=CommType.REQUEST
         )

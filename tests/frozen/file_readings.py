@@ -3,8 +3,6 @@
 By commands, because those are words that stay, wherever the code behind them is.
 """
 
-from __future__ import annotations
-
 import contextlib
 import gzip
 import io
@@ -13,38 +11,9 @@ import shutil
 from pathlib import Path
 from typing import Any, TypeAlias
 
-from frozen.frozen_files import FILES
+from frozen.frozen_files import FILES, READINGS
 
 from openpendant.tools.cli import main
-
-STORE = ("--store", "store.db")
-ARC = ("--kind", "recording", "--name", "arc")
-
-COMMANDS: tuple[tuple[str, ...], ...] = (
-    ("program", "check", "pick.program", "pick.json", "place.program", "--json"),
-    ("program", "print", "pick.json"),
-    ("program", "convert", "pick.program"),
-    ("store", "check", *STORE, "--json"),
-    ("store", "list", *STORE, "--json"),
-    ("store", "show", "program", "pick", *STORE, "--json"),
-    ("store", "show", "program", "pick", "--revision", "1", *STORE, "--json"),
-    ("store", "show", "program", "pick", "--history", *STORE, "--json"),
-    ("store", "show", "program", "gone", *STORE),
-    ("store", "show", "program", "gone", "--history", *STORE, "--json"),
-    ("store", "show", "recording", "arc", *STORE, "--json"),
-    ("store", "show", "frames", "cell", *STORE, "--json"),
-    ("store", "show", "tools", "cell", *STORE, "--json"),
-    ("store", "show", "scene", "cell", *STORE, "--json"),
-    ("store", "export", "pick.text.program", "--name", "pick", *STORE),
-    ("store", "export", "pick.csv", "--kind", "program", "--name", "pick", *STORE),
-    ("store", "export", "arc.csv", *ARC, *STORE),
-    ("store", "export", "all.json", *STORE),
-    ("users", "list", *STORE, "--json"),
-    ("audit", "verify", "audit.jsonl", "--json"),
-    ("audit", "show", "audit.jsonl"),
-    ("audit", "show", "audit.jsonl", "--json"),
-    ("packets", "show", "session.trace", "--json"),
-)
 
 Reading: TypeAlias = dict[str, Any]
 """A command, its exit code, what it prints, and the files that it writes."""
@@ -60,15 +29,17 @@ def copy_files(folder: Path) -> None:
 
 
 def readings() -> list[Reading]:
+    """Read the files by the commands whose readings are kept; a new one is added there alone."""
     found = []
-    for command in COMMANDS:
+    for kept in json.loads(READINGS.read_text("utf-8")):
+        command = kept["command"].split()
         before = set(Path().iterdir())
         output, errors = io.StringIO(), io.StringIO()
         with contextlib.redirect_stdout(output), contextlib.redirect_stderr(errors):
-            code = main(list(command))
+            code = main(command)
         told = {"prints": output.getvalue(), "tells": errors.getvalue()}
-        reading = {"command": " ".join(command), "code": code, **told}
-        if command[:2] == ("store", "export"):
+        reading = {"command": kept["command"], "code": code, **told}
+        if command[:2] == ["store", "export"]:
             (written,) = set(Path().iterdir()) - before
             reading["writes"] = {written.name: written.read_text("utf-8")}
         found.append(reading)

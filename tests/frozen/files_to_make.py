@@ -1,7 +1,5 @@
 """Makes the frozen files that are not written by hand, as server and tools would write them."""
 
-from __future__ import annotations
-
 import gzip
 import json
 import sqlite3

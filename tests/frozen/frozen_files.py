@@ -1,7 +1,5 @@
 """Where the frozen evidence is."""
 
-from __future__ import annotations
-
 from pathlib import Path
 
 FROZEN = Path(__file__).parent
@@ -11,3 +9,4 @@ READINGS = FILES / "readings.json"
 BODIES = FROZEN / "bodies.jsonl"
 SIGNATURES = FROZEN / "client_signatures.txt"
 QUESTIONS = FROZEN / "questions.txt"
+SCHEMAS = FROZEN.parents[1] / "docs" / "generated" / "schemas"

@@ -4,8 +4,6 @@ A journal has such a question as the words of its `repr`: the names of classes, 
 every value inside are part of what is compared when it is run again.
 """
 
-from __future__ import annotations
-
 from collections.abc import Mapping
 from types import UnionType
 from typing import Any, get_args
@@ -186,7 +184,6 @@ def kinds_of(union: Any) -> set[type]:
 
 
 def lines() -> list[str]:
-    """Return all questions that leave a core, as a journal has them; one a line."""
     asked = [
         *(f"planner {job!r}" for job in JOBS),
         *(f"store {request_to_bytes(request).decode()}" for request in REQUESTS),

@@ -13,8 +13,6 @@ Machines differ in the last bit of what is calculated, so nothing is recorded in
 no value that is zero but for rounding, and none with all its digits that does not come out even.
 """
 
-from __future__ import annotations
-
 import contextlib
 import gzip
 import tempfile
@@ -51,14 +49,14 @@ def journals(names: Annotated[list[str] | None, typer.Argument()] = None) -> Non
 
 @app.command()
 def bodies() -> None:
-    """Write all management requests with their answers."""
+    """Write all management requests of the file, and what it lacks, with their answers."""
     # Here, because it needs all rigs of the server.
     from frozen.asked_cell import AskedCell
     from frozen.bodies_to_ask import steps
 
     cells: dict[str, AskedCell] = {}
     lines = []
-    for name, step in steps():
+    for name, step in steps(BODIES):
         cell = cells.get(name) or cells.setdefault(name, AskedCell())
         lines.append(line_of(name, step, cell.make(step)))
     BODIES.write_text("".join(f"{line}\n" for line in lines), "utf-8")

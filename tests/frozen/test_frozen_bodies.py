@@ -1,16 +1,13 @@
 """Each management request that is recorded gets the same answer today, to the byte."""
 
-from __future__ import annotations
-
 import json
 from collections import Counter
 from pathlib import Path
 
 from frozen.asked_cell import AskedCell
+from frozen.bodies_to_ask import steps
 from frozen.body_file import Answer, Question, Step, line_of, read_steps
-from frozen.frozen_files import BODIES, FROZEN
-
-SCHEMAS = FROZEN.parents[1] / "docs" / "generated" / "schemas"
+from frozen.frozen_files import BODIES, SCHEMAS
 
 
 def differing(file: Path) -> dict[str, str]:
@@ -74,3 +71,14 @@ def test_requests_have_names_of_their_own() -> None:
     names = Counter(question.name for question, _ in questions())
     assert [name for name, count in names.items() if count > 1] == []
     assert len(names) > 400
+
+
+def test_what_can_be_wrong_with_a_new_request_is_made_up_in_front_of_it(tmp_path: Path) -> None:
+    file = tmp_path / "bodies.jsonl"
+    new = {"cell": "cell", "id": "cells: right", "by": "viewer", "body": '{"op":"cells"}'}
+    file.write_text(json.dumps(new) + "\n", "utf-8")
+    assert [step for _, step in steps(file)] == [
+        Question("cells: by who is visitor", "visitor", '{"op":"cells"}'),
+        Question("cells: a key too many", "viewer", '{"op":"cells","colour":"red"}'),
+        Question("cells: right", "viewer", '{"op":"cells"}'),
+    ]

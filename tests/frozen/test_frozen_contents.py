@@ -1,7 +1,5 @@
 """What is frozen says nothing of the machine that wrote it, nor of the modules of that time."""
 
-from __future__ import annotations
-
 import gzip
 import re
 from collections.abc import Iterator
@@ -40,7 +38,6 @@ def contents(file: Path) -> Iterator[bytes]:
 
 
 def traces(data: bytes) -> list[bytes]:
-    """Return what tells of modules, machines or people."""
     found = [match.group() for rule in (OF_MODULES, OF_MACHINES) for match in rule.finditer(data)]
     return found + [each for each in ADDRESSES.findall(data) if not NOBODYS.fullmatch(each)]
 

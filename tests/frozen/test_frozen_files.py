@@ -1,7 +1,5 @@
 """Files that were written before are read as they were: nothing that somebody kept is lost."""
 
-from __future__ import annotations
-
 import contextlib
 import io
 import json

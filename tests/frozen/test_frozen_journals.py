@@ -4,33 +4,17 @@ Another version says another name in its hello: before a version is changed, the
 recorded anew (`record.py`) with what is behind it unchanged.
 """
 
-from __future__ import annotations
-
 import gzip
 import json
 from pathlib import Path
 from typing import Any
 
 import pytest
+from frozen.conversations import CONVERSATIONS
 from frozen.frozen_files import JOURNALS
 
 from openpendant.simplemsg import __version__
 from openpendant.tools.packets.rerun import main as rerun
-
-CONVERSATIONS = {
-    "dry-run",
-    "freeze",
-    "jog",
-    "link-loss",
-    "login-and-accounts",
-    "pose",
-    "program",
-    "recording",
-    "ros-streaming",
-    "scene-change-while-moving",
-    "shutdown",
-    "stop-while-jogging",
-}
 
 EVENTS = {
     *("opened", "closed", "in", "up", "down", "tick", "operate", "planned", "stored"),

@@ -1,7 +1,5 @@
 """A journal's questions to planner, store, passwords and accounts are written as they were."""
 
-from __future__ import annotations
-
 import difflib
 
 import pytest

@@ -1,7 +1,5 @@
 """The calls of both Python clients are today as they were: arguments, types, what is returned."""
 
-from __future__ import annotations
-
 import difflib
 
 from frozen.client_calls import Calls

@@ -1,7 +1,5 @@
 """Decisions and payload out of a fuzzer's bytes, the same ones whoever calls."""
 
-from __future__ import annotations
-
 from collections.abc import Iterator, Sequence
 from typing import TypeVar
 

@@ -1,7 +1,5 @@
 """A trace file of any kind gives entries, or says in one line why it does not."""
 
-from __future__ import annotations
-
 import io
 import json
 from collections.abc import Iterator

@@ -1,7 +1,5 @@
 """Both ends of a conversation, sending and receiving in any order, keep their accounts."""
 
-from __future__ import annotations
-
 from collections.abc import Iterator
 from typing import Literal
 

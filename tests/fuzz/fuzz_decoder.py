@@ -1,7 +1,5 @@
 """Frames whole and in portions are the same messages, and what was decoded encodes again."""
 
-from __future__ import annotations
-
 import contextlib
 from collections.abc import Iterable, Iterator
 

@@ -1,7 +1,5 @@
 """JSON from outside: management bodies are always answered, packets are read or refused."""
 
-from __future__ import annotations
-
 import json
 from collections.abc import Iterator
 

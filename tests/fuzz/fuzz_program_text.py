@@ -1,7 +1,5 @@
 """Program files: text and JSON are read or refused, and what was read comes back as it was."""
 
-from __future__ import annotations
-
 from collections.abc import Iterator
 
 from rigs.data.program_samples import HEAD

@@ -4,8 +4,6 @@ The other way to find them is slow and needs all bytes: cut the stream at its le
 frame alone.
 """
 
-from __future__ import annotations
-
 import struct
 from collections.abc import Iterator
 
@@ -79,7 +77,6 @@ def _hand_over(wire: Connection, expected: set[int]) -> None:
 
 
 def _stops(stream: bytes, order: ByteOrder, port: int, most: int) -> list[tuple[int, int]]:
-    """Return which frames are a STOP, and where in the stream they end."""
     at, place, found = 0, 0, []
     while at + 16 <= len(stream):
         length, msg_type, comm = struct.unpack_from(f"{order.value}3i", stream, at)

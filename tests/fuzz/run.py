@@ -5,8 +5,6 @@ breaks one is kept in `regressions/<target>/`, where the tests run it for ever a
 0 nothing found, 1 something was, 2 atheris is not installed.
 """
 
-from __future__ import annotations
-
 import argparse
 import hashlib
 import importlib
@@ -37,8 +35,6 @@ _MOST_MEGABYTES = 1_024
 
 @dataclass(frozen=True)
 class Outcome:
-    """How one target's run ended."""
-
     target: str
     executions: int
     found: tuple[Path, ...]

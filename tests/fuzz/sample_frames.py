@@ -1,7 +1,5 @@
 """A frame of every declared message, in every dialect that has it and as every kind of exchange."""
 
-from __future__ import annotations
-
 import struct
 from collections.abc import Iterator
 from typing import NamedTuple

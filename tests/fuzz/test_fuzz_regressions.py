@@ -1,7 +1,5 @@
 """Every input that ever broke something, the seeds, and a short run of the fuzzer itself."""
 
-from __future__ import annotations
-
 import importlib
 import importlib.util
 import random

@@ -1,7 +1,5 @@
 """The command behind `make mutants`: options, progress lines, summary and exit code."""
 
-from __future__ import annotations
-
 import argparse
 import json
 import signal
@@ -93,7 +91,6 @@ def run_rows(rows: Sequence[Mutant], runs: MutantRuns, workers: int) -> list[Out
 
 
 def summary(outcomes: Sequence[Outcome]) -> str:
-    """Return what became of the rows: who survived and failed by name, and the counts."""
     lines = [
         f"{kind.value}: {outcome.row.name} ({outcome.row.file})"
         + (f": {outcome.said}" if outcome.said else "")
@@ -118,7 +115,6 @@ def summary(outcomes: Sequence[Outcome]) -> str:
 
 
 def holds(outcomes: Sequence[Outcome]) -> bool:
-    """Tell whether no row failed and enough faults were found."""
     planted = [outcome for outcome in outcomes if outcome.verdict is not Verdict.EQUIVALENT]
     if any(outcome.verdict is Verdict.FAILED for outcome in planted):
         return False
@@ -126,7 +122,6 @@ def holds(outcomes: Sequence[Outcome]) -> bool:
 
 
 def as_data(outcomes: Sequence[Outcome]) -> dict[str, object]:
-    """Return the outcomes as plain data for JSON."""
     counts = Counter(outcome.verdict for outcome in outcomes)
     return {
         "counts": {verdict.name.lower(): counts[verdict] for verdict in Verdict},

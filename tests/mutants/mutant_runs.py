@@ -8,8 +8,6 @@ counts neither as found nor as survived, where its text is not there exactly onc
 imported the fault, or where pytest ended otherwise than by tests that ran.
 """
 
-from __future__ import annotations
-
 import contextlib
 import enum
 import os
@@ -46,8 +44,6 @@ _POLL = 0.02  # [s]
 
 
 class Verdict(enum.Enum):
-    """How a row ended."""
-
     FOUND = "found"
     HUNG = "found by its hang"
     SURVIVED = "SURVIVED"
@@ -56,7 +52,6 @@ class Verdict(enum.Enum):
 
     @property
     def found(self) -> bool:
-        """Whether the tests told the fault."""
         return self in (Verdict.FOUND, Verdict.HUNG)
 
 
@@ -89,7 +84,6 @@ class TestRun:
 
     @property
     def said(self) -> str:
-        """What failed, as pytest's summary tells it, or the end of the log."""
         if (line := _SAID.search(self.log)) is not None:
             return line[1]
         return self.log.strip()[-_LOG_TAIL:]

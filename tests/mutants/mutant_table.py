@@ -5,8 +5,6 @@ change, which stands there exactly once, the text that takes its place, and the 
 find it. One file of rows for each room, `tests/mutants/<room>.toml`.
 """
 
-from __future__ import annotations
-
 import ast
 import re
 import tomllib
@@ -214,7 +212,6 @@ def _statements(path: Path) -> tuple[tuple[int, int], ...]:
 
 
 def _functions(module: ast.Module) -> Iterator[_Function]:
-    """Yield all functions of a module, those in classes, functions and branches among them."""
     blocks: list[ast.AST] = [module]
     while blocks:
         block = blocks.pop()
@@ -232,7 +229,6 @@ def _parsed(path: Path) -> ast.Module:
 
 @cache
 def _test_names(path: Path) -> frozenset[str]:
-    """Return the ids of a file's tests and classes of tests, without parameters."""
     names: set[str] = set()
     for node in _parsed(path).body:
         if isinstance(node, _FUNCTIONS):

@@ -4,8 +4,6 @@ Owns what `MUTANTS=` means. `changed` asks git for the files that differ from a 
 changes and new files included.
 """
 
-from __future__ import annotations
-
 import subprocess
 from collections.abc import Sequence
 from fnmatch import fnmatch

@@ -1,7 +1,5 @@
 """Plant the faults of the table and see whether the tests find them: `make mutants`."""
 
-from __future__ import annotations
-
 import sys
 from pathlib import Path
 

@@ -1,7 +1,5 @@
 """The runner of `make mutants`, on a project of three files."""
 
-from __future__ import annotations
-
 import os
 import subprocess
 import time

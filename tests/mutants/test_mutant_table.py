@@ -1,7 +1,5 @@
 """The table of faults can be trusted: `make mutants` plants them, this only reads."""
 
-from __future__ import annotations
-
 from pathlib import Path
 
 import pytest

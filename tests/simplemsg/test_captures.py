@@ -1,5 +1,3 @@
-from __future__ import annotations
-
 import struct
 from collections import defaultdict
 from collections.abc import Iterator
@@ -80,7 +78,6 @@ def _as_received(frame: bytes, message: Message, byte_order: ByteOrder) -> bytes
 
 
 def _single_fields(record: Record) -> Iterator[tuple[Field, Any]]:
-    """Return the fields of a message in the order of their bytes, records taken apart."""
     for name, field in record.FIELDS.items():
         value = getattr(record, name)
         if not isinstance(field, Array):

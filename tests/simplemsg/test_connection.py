@@ -1,5 +1,3 @@
-from __future__ import annotations
-
 import struct
 
 import pytest
@@ -52,7 +50,6 @@ def _client() -> Connection:
 
 
 def _frame(length: int, msg_type: int = 999) -> bytes:
-    """Return a topic whose length field is right."""
     return struct.pack("<4i", length, msg_type, 1, 0) + bytes(length - 12)
 
 

@@ -1,10 +1,8 @@
-from __future__ import annotations
-
 import pytest
 from rigs.data.case_table import every
 from rigs.data.message_samples import DECLARED
 
-from openpendant.simplemsg import DIALECTS, Message, errors, joint_array
+from openpendant.simplemsg import Message, errors, joint_array
 from openpendant.simplemsg.verdicts import CATALOGUE, VerdictCode
 
 
@@ -21,12 +19,6 @@ def _says_what_its_fields_mean(cls: type[Message]) -> None:
     assert all(field.meaning for field in cls.FIELDS.values())
     assert cls.PLACE.source
     assert cls.PLACE.reply
-
-
-@pytest.mark.parametrize("dialect", DIALECTS)
-def test_a_type_has_one_layout_for_each_direction(dialect: str) -> None:
-    places = [(cls.PLACE.msg_type, cls.PLACE.is_reply) for cls in DIALECTS[dialect].messages]
-    assert len(places) == len(set(places))
 
 
 def test_joint_values_are_padded_to_ten_slots() -> None:

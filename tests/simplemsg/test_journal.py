@@ -1,20 +1,30 @@
-from __future__ import annotations
+"""A journal: what its lines say, what is long in them, and the file they are written to."""
 
+import base64
 import errno
 import io
 import json
+import os
+from pathlib import Path
+from typing import Any
 
 import pytest
 
+from openpendant.simplemsg import journal_writer
 from openpendant.simplemsg.journal import (
     JOURNAL_FORMAT,
     LONG,
+    PIECE,
     Journal,
     LongValue,
     Part,
+    base64_value,
+    hexadecimal,
+    json_parts,
     spelled,
     with_long_texts,
 )
+from openpendant.simplemsg.journal_writer import JournalWriter
 
 START = 5_000_000_000
 
@@ -141,3 +151,109 @@ def test_a_full_disk_ends_the_journal_once_and_nothing_else(clock: Clock) -> Non
     journal.out(1, b"\x01")
     assert [error.errno for error in told] == [errno.ENOSPC]
     assert not journal.is_kept
+
+
+# What is long is spelled out later, and reads as if it had been at once.
+
+
+DATA = bytes(range(256)) * 1_000
+
+
+def spelled_out(value: Any) -> str:
+    return "".join(map(spelled, json_parts(value)))
+
+
+@pytest.mark.parametrize("size", [0, 1, LONG - 1, LONG, PIECE - 1, PIECE, PIECE + 1, len(DATA)])
+def test_bytes_read_the_same_however_long_they_are(size: int) -> None:
+    data = DATA[:size]
+    assert spelled(hexadecimal(data)) == f'"{data.hex()}"'
+    assert json.loads(spelled_out(base64_value(data))) == base64.b64encode(data).decode()
+    assert isinstance(hexadecimal(data), LongValue) == (size >= LONG)
+    assert isinstance(base64_value(data), LongValue) == (size >= LONG)
+
+
+@pytest.mark.parametrize(
+    "text",
+    [
+        "",
+        "short",
+        "größe 😀 " * 20_000,
+        '"\\\n\x00' * 20_000,
+        "\ud83d" * LONG,
+        '{"": ""}' * LONG,
+    ],
+)
+def test_texts_read_the_same_and_long_ones_are_left_for_later(text: str) -> None:
+    record = {"body": text, "parts": [text, "{}", {"n": 1, "none": None, "text": text}]}
+    marked = with_long_texts(record)
+    assert json.loads(spelled_out(marked)) == record
+    left = [part for part in json_parts(marked) if isinstance(part, LongValue)]
+    assert len(left) == (3 if len(text) >= LONG else 0)
+    assert sum(len(part) for part in json_parts(marked) if isinstance(part, str)) < 4 * LONG
+
+
+def test_a_piece_of_a_long_value_is_short() -> None:
+    value = hexadecimal(DATA)
+    assert isinstance(value, LongValue)
+    assert len(value) == len(DATA)
+    assert max(map(len, value.pieces())) == 2 * PIECE
+
+
+def test_what_cannot_stand_in_a_journal_is_refused_by_its_type() -> None:
+    with pytest.raises(TypeError, match="bytearray cannot stand in a journal"):
+        spelled_out({"body": bytearray(3)})
+
+
+# The file.
+
+
+def test_what_was_taken_is_in_the_file_when_it_is_closed(tmp_path: Path) -> None:
+    writer = JournalWriter(tmp_path / "journal")
+    for number in range(1_000):
+        writer.write(f"{number}\n")
+    writer.close()
+    assert (tmp_path / "journal").read_text() == "".join(f"{number}\n" for number in range(1_000))
+
+
+def test_what_is_long_is_spelled_out_in_its_place(tmp_path: Path) -> None:
+    writer = JournalWriter(tmp_path / "journal")
+    data = b"\x01\xfe" * PIECE
+    writer.write('{"hex": ', hexadecimal(data), "}\n")
+    writer.write("next")
+    writer.close()
+    assert (tmp_path / "journal").read_text() == f'{{"hex": "{data.hex()}"}}\nnext'
+
+
+def test_an_older_journal_is_kept_under_a_number(tmp_path: Path) -> None:
+    for run in ("first", "second", "third"):
+        writer = JournalWriter(tmp_path / "journal")
+        writer.write(run)
+        writer.close()
+    assert (tmp_path / "journal").read_text() == "third"
+    assert (tmp_path / "journal.1").read_text() == "first"
+    assert (tmp_path / "journal.2").read_text() == "second"
+
+
+def test_a_full_disk_is_told_at_the_latest_when_the_file_is_closed() -> None:
+    writer = JournalWriter(Path("/dev/full"))
+    writer.write("x")
+    with pytest.raises(OSError, match="space") as told:
+        writer.close()
+    assert told.value.errno == errno.ENOSPC
+
+
+def test_a_pipe_is_refused_because_nobody_may_read_it(tmp_path: Path) -> None:
+    os.mkfifo(tmp_path / "pipe")
+    with pytest.raises(OSError, match="pipe"):
+        JournalWriter(tmp_path / "pipe")
+
+
+def test_a_disk_that_does_not_keep_up_ends_the_journal(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(journal_writer, "MOST_WAITING", 10)
+    for waiting in ("x" * 11, hexadecimal(b"x" * PIECE)):
+        writer = JournalWriter(tmp_path / "journal")
+        with pytest.raises(OSError, match="too slow"):
+            writer.write(waiting)
+        writer.close()

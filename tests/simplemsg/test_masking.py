@@ -1,7 +1,5 @@
 """Secrets in bytes that are written down (promise 30)."""
 
-from __future__ import annotations
-
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st

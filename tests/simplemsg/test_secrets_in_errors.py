@@ -1,7 +1,5 @@
 """No error about a message tells what stands in a field that is declared secret."""
 
-from __future__ import annotations
-
 import dataclasses
 import json
 import struct

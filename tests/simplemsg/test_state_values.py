@@ -1,7 +1,5 @@
 """The enumerated fields of STATE: members go out, and what a newer server says comes in."""
 
-from __future__ import annotations
-
 from dataclasses import replace
 from enum import IntFlag
 

@@ -1,7 +1,5 @@
 """STOP first: which bytes are a STOP, where the walk ends, and what it leaves to those in front."""
 
-from __future__ import annotations
-
 import struct
 from itertools import accumulate, pairwise
 

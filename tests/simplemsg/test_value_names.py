@@ -1,5 +1,3 @@
-from __future__ import annotations
-
 import pytest
 
 from openpendant.simplemsg import JointFeedback, JointTrajPt, Message, Ping, Status

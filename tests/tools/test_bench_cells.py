@@ -1,7 +1,5 @@
 """What the benchmark of a room makes of the ticks that a pendant heard of."""
 
-from __future__ import annotations
-
 import pytest
 
 from openpendant.tools.bench.jogging_pendants import PERIOD_NS, lateness

@@ -1,7 +1,5 @@
 """Two commits side by side: how a row is judged, and that each side runs its own sources."""
 
-from __future__ import annotations
-
 import json
 import math
 import os

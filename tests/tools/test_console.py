@@ -1,7 +1,5 @@
 """The console: from errors to one line and an exit code, and text of others on a terminal."""
 
-from __future__ import annotations
-
 import argparse
 import sys
 

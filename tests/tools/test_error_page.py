@@ -1,7 +1,5 @@
 """The page of the error catalogue, and that every refusal of the server is on it."""
 
-from __future__ import annotations
-
 import re
 from pathlib import Path
 

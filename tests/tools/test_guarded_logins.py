@@ -1,7 +1,5 @@
 """Commands and clients come in at a server with TLS, accounts and a pairing code."""
 
-from __future__ import annotations
-
 import asyncio
 import ssl
 from collections.abc import Callable

@@ -1,5 +1,3 @@
-from __future__ import annotations
-
 import io
 import json
 import subprocess
@@ -66,17 +64,6 @@ def test_golden_packets_go_to_json_and_back(terminal: Terminal, file: str) -> No
     status, encoded, errors = terminal.run(["encode", *_options(file)], "\n".join(lines))
     assert (status, errors) == (0, [])
     assert encoded == digits
-
-
-@pytest.mark.parametrize("file", FILES)
-def test_the_fields_of_the_golden_files_encode_without_a_name(
-    terminal: Terminal, file: str
-) -> None:
-    golden = [packet for packet in GOLDEN if packet.file == file]
-    lines = "\n".join(json.dumps(packet.packet) for packet in golden)
-    status, encoded, _ = terminal.run(["encode", *_options(file)], lines)
-    assert status == 0
-    assert encoded == [packet.entry["hex"] for packet in golden]
 
 
 def test_reals_that_are_not_finite_are_words(terminal: Terminal) -> None:

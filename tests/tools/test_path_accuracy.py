@@ -1,7 +1,5 @@
 """LIN, CIRC and spline as the emulated controller runs them, and the measure itself."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Callable
 

@@ -1,7 +1,5 @@
 """`openpendant why`: its table, its exit codes, and what it says where nobody answers."""
 
-from __future__ import annotations
-
 import json
 import socket
 from collections.abc import Callable

@@ -6,8 +6,6 @@ bytecode is read or written, nor is any source file. Knows neither tables nor te
 little as it can: every process that a test starts begins with it.
 """
 
-from __future__ import annotations
-
 import os
 import sys
 from collections.abc import Sequence

@@ -3,8 +3,6 @@
 So the fault reaches a test's own process and every Python process that a test starts.
 """
 
-from __future__ import annotations
-
 import importlib
 import os
 

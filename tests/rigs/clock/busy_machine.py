@@ -10,8 +10,6 @@ the idle process was. Lateness that hardly explains a failure is taken a few tim
 of it fails the run, of all workers together.
 """
 
-from __future__ import annotations
-
 import os
 import time
 import warnings

@@ -1,7 +1,5 @@
 """How long the machine let a process wait that wanted nothing but to be woken."""
 
-from __future__ import annotations
-
 import os
 import subprocess
 import sys

@@ -7,8 +7,6 @@ under virtual time: the clock does not wait for them, so every deadline passes b
 Mark such a test `realtime` instead.
 """
 
-from __future__ import annotations
-
 import asyncio
 import selectors
 import socket

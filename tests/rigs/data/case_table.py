@@ -4,8 +4,6 @@ Collecting a test costs more than most cases do, and in each worker: thousands o
 alike are cases of one test, not tests.
 """
 
-from __future__ import annotations
-
 import os
 import traceback
 from collections import Counter

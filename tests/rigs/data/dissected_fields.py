@@ -1,7 +1,5 @@
 """Compares what tshark shows of a frame with what our codec decodes, field by field."""
 
-from __future__ import annotations
-
 import math
 import struct
 from dataclasses import dataclass

@@ -4,8 +4,6 @@ Owns that a number chosen for `make test` does not hold in the soak: one that is
 of hypothesis by itself would be that of every profile.
 """
 
-from __future__ import annotations
-
 import pytest
 from hypothesis import settings
 

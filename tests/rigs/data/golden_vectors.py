@@ -3,8 +3,6 @@
 Everything here comes from those files, never from our own encoder.
 """
 
-from __future__ import annotations
-
 import json
 import struct
 from dataclasses import dataclass

@@ -1,7 +1,5 @@
 """Records as a journal's reader finds them."""
 
-from __future__ import annotations
-
 import json
 from typing import Any
 
@@ -9,6 +7,5 @@ from openpendant.simplemsg.journal import json_parts, spelled
 
 
 def read_back(record: dict[str, Any]) -> dict[str, Any]:
-    """Return a record after it was written to a journal."""
     found: dict[str, Any] = json.loads("".join(map(spelled, json_parts(record))))
     return found

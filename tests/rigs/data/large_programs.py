@@ -1,7 +1,5 @@
 """Programs as large as they are taken, and a cell that counts what its core reads of them."""
 
-from __future__ import annotations
-
 import json
 from collections.abc import Callable
 from functools import cache

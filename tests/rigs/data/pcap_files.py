@@ -1,7 +1,5 @@
 """Writes pcap and pcapng files, frame by frame, as the tests need them: also wrong ones."""
 
-from __future__ import annotations
-
 import struct
 from collections.abc import Callable, Iterable
 from dataclasses import dataclass, field
@@ -108,14 +106,20 @@ class Conversation:
 
 
 def pcap(
-    frames: Iterable[Stamped], *, order: str = "<", nanoseconds: bool = False, link_type: int = 1
+    frames: Iterable[Stamped],
+    *,
+    order: str = "<",
+    nanoseconds: bool = False,
+    link_type: int = 1,
+    snaplen: int = 262_144,
 ) -> bytes:
     magic = 0xA1B23C4D if nanoseconds else 0xA1B2C3D4
-    parts = [struct.pack(f"{order}IHHiIII", magic, 2, 4, 0, 0, 262_144, link_type)]
+    parts = [struct.pack(f"{order}IHHiIII", magic, 2, 4, 0, 0, snaplen, link_type)]
     for time, frame in frames:
         fraction = time % SECOND // (1 if nanoseconds else 1_000)
-        size = len(frame)
-        parts += [struct.pack(f"{order}IIII", time // SECOND, fraction, size, size), frame]
+        kept = frame[:snaplen]
+        head = (time // SECOND, fraction, len(kept), len(frame))
+        parts += [struct.pack(f"{order}IIII", *head), kept]
     return b"".join(parts)
 
 

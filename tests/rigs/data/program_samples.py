@@ -1,7 +1,5 @@
 """Programs for tests: a short one, and random ones of everything that a program may hold."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Mapping
 

@@ -1,7 +1,5 @@
 """A store in a fresh file with a clock of its own, shared by the tests of the store."""
 
-from __future__ import annotations
-
 import contextlib
 from collections.abc import Callable, Iterator
 from pathlib import Path

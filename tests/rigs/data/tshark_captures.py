@@ -1,9 +1,6 @@
 """Frames as TCP streams in a pcap file, and what tshark makes of them with our dissector."""
 
-from __future__ import annotations
-
 import shutil
-import struct
 import subprocess
 import xml.etree.ElementTree as ET
 from collections.abc import Iterator, Mapping, Sequence
@@ -12,11 +9,9 @@ from itertools import islice
 from pathlib import Path
 
 import pytest
+from rigs.data.pcap_files import ACK, CLIENT, PSH, SERVER, Stamped, ethernet, ipv4, pcap, tcp
 
 PROTOCOL = "openpendant"
-
-_ETHERNET = bytes(12) + b"\x08\x00"
-_MILLISECOND = 1_000
 
 
 @dataclass(frozen=True)
@@ -35,32 +30,18 @@ class Segment:
 
 
 def write_pcap(path: Path, segments: list[Segment], snaplen: int = 262_144) -> None:
-    """Write segments a millisecond apart, as Ethernet, IPv4 and TCP without checksums."""
-    out = bytearray(struct.pack("<IHHiIII", 0xA1B2C3D4, 2, 4, 0, 0, snaplen, 1))
+    """Write segments a millisecond apart, from their client's address or their server's."""
+    frames: list[Stamped] = []
     sent: dict[tuple[int, bool], int] = {}
     for number, segment in enumerate(segments):
         mine, theirs = (segment.stream, segment.to_server), (segment.stream, not segment.to_server)
-        packet = _packet(segment, sent.get(mine, 1), sent.get(theirs, 1))
-        sent[mine] = sent.get(mine, 1) + len(segment.data)
-        kept = packet[:snaplen]
-        out += struct.pack("<IIII", 1, number * _MILLISECOND % 1_000_000, len(kept), len(packet))
-        out += kept
-    path.write_bytes(out)
-
-
-def _packet(segment: Segment, sequence: int, acknowledged: int) -> bytes:
-    client, server = (
-        (bytes([10, 0, 0, 1]), 40_000 + segment.stream % 10_000),
-        (bytes([10, 0, 0, 2]), segment.port),
-    )
-    source, target = (client, server) if segment.to_server else (server, client)
-    push_and_ack = 0x5018
-    tcp = struct.pack(
-        ">HHIIHHHH", source[1], target[1], sequence, acknowledged, push_and_ack, 65_535, 0, 0
-    )
-    size = 20 + len(tcp) + len(segment.data)
-    ip = struct.pack(">BBHHHBBH", 0x45, 0, size, 0, 0x4000, 64, 6, 0) + source[0] + target[0]
-    return _ETHERNET + ip + tcp + segment.data
+        ends = [(CLIENT, 40_000 + segment.stream % 10_000), (SERVER, segment.port)]
+        source, target = ends if segment.to_server else reversed(ends)
+        numbers = sent.get(mine, 1), sent.get(theirs, 1)
+        data = tcp((source[1], target[1]), *numbers, PSH | ACK, segment.data)
+        sent[mine] = numbers[0] + len(segment.data)
+        frames.append((number * 1_000_000, ethernet(ipv4(source[0], target[0], data))))
+    path.write_bytes(pcap(frames, snaplen=snaplen))
 
 
 @dataclass(frozen=True)
@@ -119,7 +100,6 @@ def run_tshark(script: Path, pcap: Path, *options: str) -> str:
 
 
 def dissect(script: Path, pcap: Path, *options: str) -> list[Dissected]:
-    """Return every simple-message frame that tshark finds, in order."""
     return [found for packet in _dissect_each(script, pcap, *options) for found in packet]
 
 

@@ -1,7 +1,5 @@
 """Small URDF files for tests: a sound one of three axes, and ways to spoil it."""
 
-from __future__ import annotations
-
 from pathlib import Path
 
 ROBOTS_FILES = Path(__file__).parents[2] / "robots_files"

@@ -1,7 +1,5 @@
 """What a scripted client can do wrong."""
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from dataclasses import dataclass
 from enum import Enum
@@ -52,6 +50,7 @@ class Fault:
         neglects: what it fails to do.
         stops_at: index of the point at which it stops and closes, as a user would.
         at: index of the point that is changed, None for all.
+        is_habit: a known program has it, so that it is named and does not fail.
     """
 
     name: str
@@ -69,3 +68,4 @@ class Fault:
     stops_at: int | None = None
     at: int | None = 5
     order: ByteOrder = ByteOrder.LITTLE
+    is_habit: bool = False

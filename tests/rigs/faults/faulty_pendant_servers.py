@@ -3,8 +3,6 @@
 Each is our own server with one method of its core replaced for the time of the test.
 """
 
-from __future__ import annotations
-
 import asyncio
 import dataclasses
 from collections.abc import Callable
@@ -59,8 +57,6 @@ class PendantFault:
 
 
 def _around(owner: type, name: str, changed: Change) -> Plant:
-    """Return a plant that puts a function round a method, which it is given first."""
-
     def plant(patch: pytest.MonkeyPatch) -> None:
         method = getattr(owner, name)
         patch.setattr(owner, name, lambda *given, **named: changed(method, *given, **named))
@@ -85,7 +81,6 @@ def _saying(kind: type[Message], change: Alter) -> Plant:
 
 
 def _showing(**values: Any) -> Plant:
-    """Return a plant that shows other values in each state."""
     return _shown_as(lambda state: values)
 
 
@@ -238,68 +233,54 @@ def _end_untold(tell: Change, told: Notifications, news: CellEvent, now: int) ->
     return [] if isinstance(news, MotionEnded) else tell(told, news, now)
 
 
-PENDANT_FAULTS = (
-    PendantFault(
-        "goes on after its lease", "PS43", _around(RobotCell, "authority_gone", _expired_goes_on)
-    ),
-    PendantFault(
-        "resets a stop for nobody", "PS41", _around(RobotCell, "reset_stop", _reset_by_nobody)
-    ),
-    PendantFault("swaps joints 1 and 2", "PS22", _shown_as(_swapped)),
-    PendantFault("has no age", "PS17", _showing(age=0.0)),
-    PendantFault("shows velocities at rest", "PS23", _showing(velocities=(9.0,) * 10)),
-    PendantFault(
+_ROWS: tuple[tuple[str, str, Plant], ...] = (
+    ("goes on after its lease", "PS43", _around(RobotCell, "authority_gone", _expired_goes_on)),
+    ("resets a stop for nobody", "PS41", _around(RobotCell, "reset_stop", _reset_by_nobody)),
+    ("swaps joints 1 and 2", "PS22", _shown_as(_swapped)),
+    ("has no age", "PS17", _showing(age=0.0)),
+    ("shows velocities at rest", "PS23", _showing(velocities=(9.0,) * 10)),
+    (
         "doubles velocities in motion",
         "PS36",
         _shown_as(lambda state: {"velocities": tuple(2 * value for value in state.velocities)}),
     ),
-    PendantFault("shows a holder where there is none", "PS23", _showing(holder=77)),
-    PendantFault("shows another holder", "PS31", _showing(holder=77)),
-    PendantFault("shows another request", "PS36", _showing(request_id=5)),
-    PendantFault("took -3 s", "PS36", _saying(Outcome, _field("motion_time", -3.0))),
-    PendantFault(
-        "tells an outcome twice", "PS36", _around(ClientConnection, "send", _second_outcome)
-    ),
-    PendantFault("tells no outcome", "PS36", _around(Notifications, "on_cell_event", _end_untold)),
-    PendantFault(
+    ("shows a holder where there is none", "PS23", _showing(holder=77)),
+    ("shows another holder", "PS31", _showing(holder=77)),
+    ("shows another request", "PS36", _showing(request_id=5)),
+    ("took -3 s", "PS36", _saying(Outcome, _field("motion_time", -3.0))),
+    ("tells an outcome twice", "PS36", _around(ClientConnection, "send", _second_outcome)),
+    ("tells no outcome", "PS36", _around(Notifications, "on_cell_event", _end_untold)),
+    (
         "tells a stop to the holder only",
         "PS37",
         _around(Notifications, "on_cell_event", _told_to_holder_only),
     ),
-    PendantFault("moves ten times as fast", "PS36", _FAST),
-    PendantFault("moves fast and says slowly", "PS36", _fast_and_says_slow),
-    PendantFault("announces three leases", "PS33", _saying(HelloReply, _lease_announced)),
-    PendantFault("ignores beats", "PS33", _instead(MotionAuthority, "beat", lambda *_: None)),
-    PendantFault("keeps the authority after FIN", "PS34", _FIN_IGNORED),
-    PendantFault("goes on after FIN", "PS42", _FIN_IGNORED),
-    PendantFault(
+    ("moves ten times as fast", "PS36", _FAST),
+    ("moves fast and says slowly", "PS36", _fast_and_says_slow),
+    ("announces three leases", "PS33", _saying(HelloReply, _lease_announced)),
+    ("ignores beats", "PS33", _instead(MotionAuthority, "beat", lambda *_: None)),
+    ("keeps the authority after FIN", "PS34", _FIN_IGNORED),
+    ("goes on after FIN", "PS42", _FIN_IGNORED),
+    (
         "goes on after a lost link",
         "PS38",
         _instead(PendantEndpoint, "closed", _motion_survives_its_pendant),
     ),
-    PendantFault(
-        "takes anybody's beats", "PS44", _instead(MotionAuthority, "beat", _anybody_beats)
-    ),
-    PendantFault(
-        "sends state at 25 Hz at most", "PS16", _around(Listeners, "set_rate", _rate_capped)
-    ),
+    ("takes anybody's beats", "PS44", _instead(MotionAuthority, "beat", _anybody_beats)),
+    ("sends state at 25 Hz at most", "PS16", _around(Listeners, "set_rate", _rate_capped)),
     *(
-        PendantFault(f"takes {kind.__name__} of anybody", "PS30", _accepts(kind))
+        (f"takes {kind.__name__} of anybody", "PS30", _accepts(kind))
         for kind in (JointMove, JointPath, PoseMove, PosePath)
     ),
-    PendantFault(
-        "fails a snapshot", "PS24", _around(ManagementRequests, "answer", _snapshot_fails)
-    ),
-    PendantFault(
-        "ignores a stop by topic", "PS40", _around(PendantEndpoint, "receive", _topic_ignored)
-    ),
-    PendantFault(
-        "clips a target to its range", "PS35", _around(PendantEndpoint, "receive", _clipped)
-    ),
-    PendantFault(
+    ("fails a snapshot", "PS24", _around(ManagementRequests, "answer", _snapshot_fails)),
+    ("ignores a stop by topic", "PS40", _around(PendantEndpoint, "receive", _topic_ignored)),
+    ("clips a target to its range", "PS35", _around(PendantEndpoint, "receive", _clipped)),
+    (
         "sends the controller no STOP",
         "PS37",
         _instead(TrajectoryExecution, "stop", lambda *_: LogLine("no STOP")),
     ),
-    PendantFault("names a wrong reason", "PS34", _saying(AuthorityChanged, _wrong_reason)),
+    ("names a wrong reason", "PS34", _saying(AuthorityChanged, _wrong_reason)),
 )
+
+PENDANT_FAULTS = [PendantFault(*row) for row in _ROWS]

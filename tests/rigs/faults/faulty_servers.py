@@ -7,12 +7,14 @@ says, and the controller itself. Which rules are broken is the business of the t
 from __future__ import annotations
 
 import asyncio
+import dataclasses
 import struct
-from collections.abc import Callable, Iterable, Mapping
+from collections.abc import AsyncIterator, Callable, Iterable, Mapping
+from contextlib import asynccontextmanager
 from dataclasses import dataclass, field
 from typing import Any
 
-from rigs.processes.judged_server import HALF_RATE, USUAL_RATE
+from rigs.processes.judged_server import HALF_RATE
 
 from openpendant.controller_emulator.core.admission import Admission, Tolerances
 from openpendant.controller_emulator.core.controller import EmulatedController, Outgoing
@@ -26,6 +28,7 @@ from openpendant.simplemsg import (
     PENDANT,
     CommType,
     Connection,
+    JointFeedback,
     JointTrajPt,
     JointTrajPtFull,
     Message,
@@ -50,9 +53,6 @@ LIMITS = JointLimits(
     prismatic=(False, False),
 )
 _MS = 1_000_000
-
-AT_USUAL_RATE: Mapping[str, object] = {"rate": USUAL_RATE}
-"""For faults that half the reports of an emulator do not show."""
 
 
 def little(*values: int) -> bytes:
@@ -170,6 +170,10 @@ class FaultyService(Service):
     def loop_time(self) -> float:
         return self._loop.time()
 
+    @property
+    def is_moving(self) -> bool:
+        return bool(self.controller.status(self.now).in_motion)
+
     def motion_link(self) -> EmulatorLink:
         self.motion_numbers.add(self._links_made + 1)
         return super().motion_link()
@@ -216,20 +220,17 @@ SOUND = Fault("nothing at all", ())
 
 
 def count(memory: dict[str, Any], name: str) -> int:
-    """Return for the how many-th time this is called with a name."""
     memory[name] = memory.get(name, 0) + 1
     return int(memory[name])
 
 
 def each(change: Callable[[FaultyService, Message], Message | bytes | None]) -> StateOut:
-    """Change each message of a round, or leave it out."""
     return lambda service, messages: [
         told for message in messages if (told := change(service, message)) is not None
     ]
 
 
 def each_frame(change: Callable[[bytes], bytes]) -> StateOut:
-    """Change the bytes of each message of a round."""
     return each(lambda service, message: change(service._codec.encode(message)))
 
 
@@ -244,6 +245,21 @@ def each_point(change: Callable[[JointTrajPt], JointTrajPt]) -> MessageIn:
     return apply
 
 
+def feedback(**changes: Callable[[JointFeedback], object]) -> StateOut:
+    def apply(_: FaultyService, message: Message) -> Message:
+        if not isinstance(message, JointFeedback):
+            return message
+        values: dict[str, Any] = {name: change(message) for name, change in changes.items()}
+        return dataclasses.replace(message, **values)
+
+    return each(apply)
+
+
+def patch(at: int, value: int, kind: int | None = None) -> BytesChange:
+    """Replace one little-endian integer of each frame, or of those of one type."""
+    return lambda _, data: patched(data, at, value) if kind in (None, header(data)[1]) else data
+
+
 def disobeying(
     when: Callable[[EmulatedController, int, Message, int], bool],
 ) -> type[EmulatedController]:
@@ -256,6 +272,11 @@ def disobeying(
             return super().handle(link, message, now)
 
     return Disobeying
+
+
+def ignoring(when: Callable[[Any], bool]) -> type[EmulatedController]:
+    """Return a controller that takes some messages, whoever sends them, and does not obey them."""
+    return disobeying(lambda _controller, _link, message, _now: when(message))
 
 
 async def serve(fault: Fault) -> tuple[FaultyService, EmulatorPorts]:
@@ -275,6 +296,16 @@ async def serve(fault: Fault) -> tuple[FaultyService, EmulatorPorts]:
     service = (fault.service or FaultyService)(controller, settings)
     service.fault, service.memory, service.motion_numbers = fault, {}, set()
     return service, await service.start()
+
+
+@asynccontextmanager
+async def sound_server(**options: Any) -> AsyncIterator[tuple[FaultyService, Options]]:
+    """Run a server without a fault, with options to judge it by."""
+    service, ports = await serve(SOUND)
+    try:
+        yield service, Options(HOST, ports.motion, ports.state, limits=LIMITS, **options)
+    finally:
+        await service.close()
 
 
 def checks_named(numbers: Iterable[str]) -> list[ServerCheck]:

@@ -1,9 +1,7 @@
-"""Single faults of a server that show only now and then: in motion, later on, in one field of many.
+"""What single faults of a server do now and then: in motion, or in one field of many.
 
-Each entry breaks one rule of an otherwise correct emulator and names the checks that must find it.
+`server_faults.toml` names them, and the checks that must find each.
 """
-
-from __future__ import annotations
 
 import asyncio
 import dataclasses
@@ -11,8 +9,6 @@ import math
 from collections.abc import Callable, Iterable, Mapping
 
 from rigs.faults.faulty_servers import (
-    AT_USUAL_RATE,
-    Fault,
     FaultyLink,
     FaultyService,
     MessageIn,
@@ -21,6 +17,7 @@ from rigs.faults.faulty_servers import (
     each,
     each_frame,
     each_point,
+    feedback,
     frame,
     header,
     is_request,
@@ -32,7 +29,6 @@ from openpendant.controller_emulator.core.controller import EmulatedController, 
 from openpendant.controller_emulator.error_codes import ErrorCode
 from openpendant.simplemsg import (
     CommType,
-    JointFeedback,
     JointPosition,
     JointTrajPt,
     JointTrajPtFull,
@@ -43,16 +39,9 @@ from openpendant.simplemsg import (
     accepted,
 )
 from openpendant.simplemsg.pendant import OperatorAction
-from openpendant.tools.packets.conformance.check import Profile
-
-MINIMUM = Profile.MINIMUM
 
 _END = 2.0
 """Either end of the range of both joints [rad]."""
-
-
-def _moves(service: FaultyService) -> bool:
-    return bool(service.controller.status(service.now).in_motion)
 
 
 def _takes(link: FaultyLink, message: Message) -> tuple[Received, ...]:
@@ -75,17 +64,18 @@ def _status(change: Callable[[FaultyService, Status], Mapping[str, int]]) -> Sta
     )
 
 
-def _in_motion(**values: int) -> StateOut:
-    """Say something else while the robot moves."""
+def in_motion(**values: int) -> StateOut:
     return _status(lambda _, message: values if message.in_motion == 1 else {})
 
 
-def _flickers(service: FaultyService, message: Status) -> Mapping[str, int]:
+@_status
+def flickering(service: FaultyService, message: Status) -> Mapping[str, int]:
     is_fifth = message.in_motion == 1 and count(service.memory, "told") % 5 == 0
     return {"in_motion": 0} if is_fifth else {}
 
 
-def _hasty(service: FaultyService, message: Status) -> Mapping[str, int]:
+@_status
+def hasty(service: FaultyService, message: Status) -> Mapping[str, int]:
     """Say that the robot stands for its last two thousandths."""
     goal = service.memory.get("goal")
     if message.in_motion != 1 or goal is None:
@@ -94,29 +84,20 @@ def _hasty(service: FaultyService, message: Status) -> Mapping[str, int]:
     return {"in_motion": 0} if 1e-9 < off < 0.0018 else {}
 
 
-def _remembers_goal(link: FaultyLink, received: Received) -> Iterable[Received]:
+def remembers_goal(link: FaultyLink, received: Received) -> Iterable[Received]:
     if isinstance(received, JointTrajPt) and not is_stop(received):
         link.service.memory["goal"] = received.joints[1]
     return (received,)
 
 
-def _feedback(**changes: Callable[[JointFeedback], object]) -> StateOut:
-    def apply(_: FaultyService, message: Message) -> Message:
-        if not isinstance(message, JointFeedback):
-            return message
-        values = {name: change(message) for name, change in changes.items()}
-        return dataclasses.replace(message, **values)  # type: ignore[arg-type]  # by name
-
-    return each(apply)
-
-
-def _numbered_in_motion(service: FaultyService, message: Message) -> Message:
-    if isinstance(message, JointPosition) and _moves(service):
+@each
+def numbered_in_motion(service: FaultyService, message: Message) -> Message:
+    if isinstance(message, JointPosition) and service.is_moving:
         return dataclasses.replace(message, sequence=7)
     return message
 
 
-def _bursts(pause: float) -> StateOut:
+def bursts(pause: float) -> StateOut:
     def apply(service: FaultyService, messages: list[Message]) -> list[Message | bytes]:
         return list(messages) if service.loop_time % (pause + 0.04) < 0.04 else []
 
@@ -146,19 +127,19 @@ class _AgeingLink(FaultyLink):
         return self.service.loop_time - self._heard
 
 
-class _LateLink(_AgeingLink):
+class LateLink(_AgeingLink):
     def send_state(self, frames: bytes) -> None:
         if self.age > 2.0:
             super().send_state(frames)
 
 
-class _TiringLink(_AgeingLink):
+class TiringLink(_AgeingLink):
     def send_state(self, frames: bytes) -> None:
         if self.age < 6.0:
             super().send_state(frames)
 
 
-class _ImpatientLink(_AgeingLink):
+class ImpatientLink(_AgeingLink):
     def check_deadlines(self) -> None:
         if self.is_motion and self.idle > 3.0:
             self.abort()
@@ -166,105 +147,49 @@ class _ImpatientLink(_AgeingLink):
         super().check_deadlines()
 
 
-_REPORTS = (
-    Fault("says in_motion 0 now and then", ("QS09",), state_out=_status(_flickers)),
-    Fault(
-        "says that it stands just before it does",
-        ("QS09",),
-        settings=AT_USUAL_RATE,
-        message_in=_remembers_goal,
-        state_out=_status(_hasty),
-    ),
-    Fault(
-        "shows an error while it moves", ("QS16",), state_out=_in_motion(in_error=1, error_code=42)
-    ),
-    Fault("is in manual mode while it moves", ("QS16",), state_out=_in_motion(mode=1)),
-    Fault("has no power while it moves", ("QS16",), state_out=_in_motion(drives_powered=0)),
-    Fault("is in emergency stop while it moves", ("QS16",), state_out=_in_motion(e_stopped=1)),
-    Fault(
-        "leaves values in fields that are not valid",
-        ("TS12",),
-        state_out=_feedback(
-            accelerations=lambda _: (9.9,) * 10, valid_fields=lambda told: told.valid_fields & ~8
-        ),
-    ),
-    Fault(
-        "reports velocities 1.4 times too large",
-        ("TS19",),
-        state_out=_feedback(velocities=lambda told: tuple(1.4 * v for v in told.velocities)),
-    ),
-    Fault("numbers its reports while it moves", ("TS20",), state_out=each(_numbered_in_motion)),
-    Fault("reports in bursts, with pauses of 0.46 s", ("TS03",), state_out=_bursts(0.46)),
-    Fault("pauses for 0.3 s", ("TS03",), profile=MINIMUM, state_out=_bursts(0.3)),
-    Fault("says its first word after 2 s", ("TS01",), link=_LateLink),
-    Fault("tells a listener nothing after 6 s", ("KS18",), link=_TiringLink),
-    Fault("closes an idle link after 3 s", ("KS17",), link=_ImpatientLink),
-)
-
-
 # What is answered.
 
 
-def _talkative_refusals(link: FaultyLink, data: bytes) -> bytes:
+def talkative_refusals(link: FaultyLink, data: bytes) -> bytes:
     _, kind, comm, code = header(data)
     return frame(kind, comm, code, b"\x2a" * 40) if code == 2 else data
 
 
-def _busy(link: FaultyLink, received: Received) -> Iterable[Received]:
-    return () if isinstance(received, Ping) and _moves(link.service) else (received,)
+def busy(link: FaultyLink, received: Received) -> Iterable[Received]:
+    return () if isinstance(received, Ping) and link.service.is_moving else (received,)
 
 
-def _marks_stop(link: FaultyLink, received: Received) -> Iterable[Received]:
-    link.memory["late"] = is_stop(received) and _moves(link.service)
+def marks_stop(link: FaultyLink, received: Received) -> Iterable[Received]:
+    link.memory["late"] = is_stop(received) and link.service.is_moving
     return (received,)
 
 
-def _late_stop_reply(link: FaultyLink, data: bytes) -> bytes:
+def late_stop_reply(link: FaultyLink, data: bytes) -> bytes:
     if header(data)[1] != 11 or not link.memory.pop("late", False):
         return data
     link.later(0.9, lambda: link.write(data))
     return b""
 
 
-def _swallows_large_frames(link: FaultyLink, data: bytes) -> bytes:
+def swallows_large_frames(link: FaultyLink, data: bytes) -> bytes:
     size = 4 + int.from_bytes(data[:4], "little") if len(data) >= 4 else 0
     return b"" if 1024 <= size <= 3000 and len(data) == size else data
 
 
-def _floods(link: FaultyLink, data: bytes) -> bytes:
+def floods(link: FaultyLink, data: bytes) -> bytes:
     """Send a topic before each reply, as a controller of one port for everything would."""
     return frame(10, 1, 0, bytes(44)) + data
 
 
-def _request(data: bytes) -> bytes:
+@each_frame
+def topics_as_requests(data: bytes) -> bytes:
     return patched(data, 8, CommType.REQUEST) if header(data)[1] == 10 else data
-
-
-_ANSWERS = (
-    Fault("refuses with a body", ("RS05", "RS06"), frame_out=_talkative_refusals),
-    Fault("answers no PING while it moves", ("RS21",), message_in=_busy),
-    Fault(
-        "answers STATUS as it was at rest",
-        ("RS22",),
-        frame_out=lambda _, data: patched(data, 32, 0) if header(data)[1] == 13 else data,
-    ),
-    Fault(
-        "answers STOP after 0.9 s", ("SS01",), message_in=_marks_stop, frame_out=_late_stop_reply
-    ),
-    Fault("swallows frames of 1,024 to 3,000 bytes", ("FS12",), bytes_in=_swallows_large_frames),
-    Fault(
-        "tells topics between its answers",
-        ("FS04", "FS17", "BS01", "RS03", "RS07", "KS02", "KS03", "KS06"),
-        frame_out=_floods,
-    ),
-    Fault("tells joint values as requests", ("HS05",), state_out=each_frame(_request)),
-)
 
 
 # What is done.
 
 
-class _BrakesAtRestOnly(EmulatedController):
+class BrakesAtRestOnly(EmulatedController):
     """Shows an emergency stop, and goes on with the motion."""
 
     def _break_off(self, code: ErrorCode | None, now: int) -> None:
@@ -272,7 +197,7 @@ class _BrakesAtRestOnly(EmulatedController):
             super()._break_off(code, now)
 
 
-class _ResumesAfterReset(EmulatedController):
+class ResumesAfterReset(EmulatedController):
     """Goes on to the last target when an emergency stop is reset."""
 
     _last: JointTrajPt | None = None
@@ -293,12 +218,12 @@ class _ResumesAfterReset(EmulatedController):
         return done
 
 
-class _StaysPowered(EmulatedController):
+class StaysPowered(EmulatedController):
     def status(self, now: int) -> Status:
         return dataclasses.replace(super().status(now), drives_powered=1)
 
 
-class _MindsNoEarlyLoss(EmulatedController):
+class MindsNoEarlyLoss(EmulatedController):
     """Begins although its client left between the last point and the first motion."""
 
     def disconnected(self, link: int, now: int) -> Outgoing:
@@ -328,7 +253,8 @@ def _is_none(value: float) -> bool:
     return not math.isfinite(value)
 
 
-def _ends_short(point: JointTrajPt) -> JointTrajPt:
+@each_point
+def ends_short(point: JointTrajPt) -> JointTrajPt:
     way = point.joints[1] - 0.4
     if point.sequence < 1 or abs(way) <= 0.02:
         return point
@@ -336,7 +262,7 @@ def _ends_short(point: JointTrajPt) -> JointTrajPt:
     return dataclasses.replace(point, joints=(point.joints[0], joint, *point.joints[2:]))
 
 
-def _refuses_dwells(link: FaultyLink, received: Received) -> Iterable[Received]:
+def refuses_dwells(link: FaultyLink, received: Received) -> Iterable[Received]:
     if not isinstance(received, JointTrajPt) or is_stop(received):
         return (received,)
     before, link.memory["last"] = link.memory.get("last"), received
@@ -347,9 +273,7 @@ def _refuses_dwells(link: FaultyLink, received: Received) -> Iterable[Received]:
     return (received,)
 
 
-def _no_look_at(*fields: str) -> MessageIn:
-    """Take full points that are no numbers in some fields."""
-
+def no_look_at(*fields: str) -> MessageIn:
     def change(link: FaultyLink, received: Received) -> Iterable[Received]:
         if isinstance(received, JointTrajPtFull):
             values = [getattr(received, name) for name in fields]
@@ -363,12 +287,12 @@ def _no_look_at(*fields: str) -> MessageIn:
     return change
 
 
-def _pushes_on(link: FaultyLink, received: Received) -> Iterable[Received]:
+def pushes_on(link: FaultyLink, received: Received) -> Iterable[Received]:
     """Go on by 45 % of the way, faster than before, when told to stop."""
     if isinstance(received, JointTrajPt) and not is_stop(received):
         link.memory.setdefault("points", {})[received.sequence] = received.joints
     points = link.memory.get("points", {})
-    if is_stop(received) and _moves(link.service) and {0, 1} <= set(points):
+    if is_stop(received) and link.service.is_moving and {0, 1} <= set(points):
         at = link.service.controller.motion(link.service.now)[0]
         goal = at[1] + 0.45 * (points[1][1] - points[0][1])
         point = JointTrajPt(0, (at[0], goal, *[0.0] * 8), 0.1, 0.3, comm_type=CommType.TOPIC)
@@ -376,44 +300,19 @@ def _pushes_on(link: FaultyLink, received: Received) -> Iterable[Received]:
     return (received,)
 
 
-_SLOWER = each_point(lambda point: dataclasses.replace(point, duration=1.8 * point.duration))
+slower = each_point(lambda point: dataclasses.replace(point, duration=1.8 * point.duration))
 
-_DEEDS = (
-    Fault("ignores an emergency stop in motion", ("QS15",), controller=_BrakesAtRestOnly),
-    Fault("resumes after an emergency stop", ("QS15",), controller=_ResumesAfterReset),
-    Fault("stays powered in emergency stop", ("QS14",), controller=_StaysPowered),
-    Fault("ignores a link lost before the motion", ("KS16",), controller=_MindsNoEarlyLoss),
-    Fault(
-        "checks the range of first points only",
-        ("LS17",),
-        message_in=_unchecked(lambda p: p.sequence > 0 and any(map(_is_out, p.joints))),
-    ),
-    Fault(
-        "does not check the range of joint 1",
-        ("LS17",),
-        message_in=_unchecked(lambda p: _is_out(p.joints[0])),
-    ),
-    Fault(
-        "looks for numbers in first points only",
-        ("LS10", "LS16"),
-        message_in=_unchecked(lambda p: p.sequence > 0 and any(map(_is_none, p.joints))),
-    ),
-    Fault(
-        "does not look for a number in joint 1",
-        ("LS16",),
-        message_in=_unchecked(lambda p: _is_none(p.joints[0])),
-    ),
-    Fault("ends 4 mrad off", ("MS02", "MS10"), profile=MINIMUM, message_in=each_point(_ends_short)),
-    Fault("refuses dwells", ("MS20",), message_in=_refuses_dwells),
-    *(
-        Fault(f"takes {name} that are no numbers", ("LS12",), message_in=_no_look_at(name))
-        for name in ("time", "positions", "velocities", "accelerations")
-    ),
-    Fault("moves on after STOP by 45 % of the way", ("SS04",), message_in=_pushes_on),
-    Fault("is 1.8 times as slow", ("MS07",), message_in=_SLOWER),
-    Fault(
-        "is 1.8 times as slow as a minimum may be", ("MS07",), profile=MINIMUM, message_in=_SLOWER
-    ),
+
+# What is told.
+
+stale_accelerations = feedback(
+    accelerations=lambda _: (9.9,) * 10, valid_fields=lambda told: told.valid_fields & ~8
 )
+fast_velocities = feedback(velocities=lambda told: tuple(1.4 * v for v in told.velocities))
 
-SUBTLE_FAULTS = (*_REPORTS, *_ANSWERS, *_DEEDS)
+# Which points are changed, or taken without a look.
+
+range_of_first_points = _unchecked(lambda p: p.sequence > 0 and any(map(_is_out, p.joints)))
+range_of_joint_2 = _unchecked(lambda p: _is_out(p.joints[0]))
+numbers_of_first_points = _unchecked(lambda p: p.sequence > 0 and any(map(_is_none, p.joints)))
+numbers_of_joint_2 = _unchecked(lambda p: _is_none(p.joints[0]))

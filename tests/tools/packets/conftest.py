@@ -1,7 +1,5 @@
 """What the tests of the conformance testers share: sound peers, judged once."""
 
-from __future__ import annotations
-
 import pytest
 from rigs.clock.virtual_clock import VirtualLoop
 from rigs.processes.judged_server import HALF_RATE, running_server

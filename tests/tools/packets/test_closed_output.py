@@ -1,7 +1,5 @@
 """A tool whose standard output is closed does not say that all is well."""
 
-from __future__ import annotations
-
 import sys
 from pathlib import Path
 

@@ -1,7 +1,5 @@
 """Which answers the tester takes for "the point was taken", and which for the answer to a PING."""
 
-from __future__ import annotations
-
 import math
 
 import pytest

@@ -1,7 +1,5 @@
 """The command line of the conformance tester."""
 
-from __future__ import annotations
-
 import asyncio
 import json
 import signal

@@ -1,7 +1,5 @@
 """The judge of clients against clients that break one rule each: it must find and name it."""
 
-from __future__ import annotations
-
 import pytest
 from rigs.faults.client_fault import Fault, Form
 from rigs.faults.faulty_clients import FAULTS
@@ -14,20 +12,6 @@ from openpendant.tools.packets.conformance.client.setup import SCENARIOS, Mutati
 
 NOT_FOUND: dict[str, str] = {}
 """Faults that the judge misses, with the reason; at most one in twenty."""
-
-FOUND_AS_HABITS = {
-    "does not know its speed",
-    "leaves bits uninitialised",
-    "goes on after FAILURE, type 11",
-    "waits for ever",
-    "waits for ever at a dumb link",
-    "ignores an emergency stop, type 11",
-    "resumes at a restarted controller",
-    "stops by a point of type 11",
-    "looks at the body only",
-    "ends in motion, Motoman",
-}
-"""Faults that a known program has; they are named, and do not fail."""
 
 CASES = [
     (scenario, form)
@@ -60,10 +44,9 @@ def test_a_client_with_one_fault_is_found_by_the_right_check(fault: Fault) -> No
     if fault.name in NOT_FOUND:
         assert finding.verdict not in (CheckVerdict.FAILED, CheckVerdict.DEVIATES)
         return
-    habit = fault.name in FOUND_AS_HABITS
-    assert finding.verdict is (CheckVerdict.DEVIATES if habit else CheckVerdict.FAILED)
+    assert finding.verdict is (CheckVerdict.DEVIATES if fault.is_habit else CheckVerdict.FAILED)
     assert finding.detail
-    assert bool(finding.habit) is habit
+    assert bool(finding.habit) is fault.is_habit
 
 
 def test_there_are_faults_enough_and_hardly_any_is_missed() -> None:

@@ -1,7 +1,5 @@
 """The client role as a command: arguments, recordings, a live run, and what goes wrong."""
 
-from __future__ import annotations
-
 import argparse
 import asyncio
 import json

@@ -1,9 +1,9 @@
 """Our pendant server, judged as a client of a controller, on the virtual clock."""
 
-from __future__ import annotations
-
+import tomllib
 from collections.abc import AsyncIterator
 from contextlib import asynccontextmanager
+from pathlib import Path
 
 import pytest
 from rigs.processes.bare_app import bare_app
@@ -94,31 +94,8 @@ def complaints(found: dict[str, dict[str, CheckFinding]]) -> list[str]:
     ]
 
 
-LOOKED_AT = {
-    Mutation.NONE: {"FC06", "LC02", "LC03", "LC04", "LC05", "LC06", "MC07", "RC01", "RC05"},
-    Mutation.BYTEWISE: {"RC01", "MC02"},
-    Mutation.MERGED: {"RC03", "RC08"},
-    Mutation.LATE: {"MC18", "SC03"},
-    Mutation.REFUSED: {"MC17", "SC02"},
-    Mutation.WRONG_TYPE: {"RC12", "SC02"},
-    Mutation.UNREADABLE: {"RC13", "SC02"},
-    Mutation.REPLY_LOST: {"MC18", "SC02"},
-    Mutation.UNKNOWN_TOPIC_MOTION: {"RC11"},
-    Mutation.UNKNOWN_REQUEST_MOTION: {"RC03", "RC07", "RC09", "RC10", "RC11"},
-    Mutation.UNKNOWN_TOPIC_STATE: {"RC11"},
-    Mutation.UNKNOWN_REQUEST_STATE: {"RC02", "RC03", "RC07", "RC09", "RC11"},
-    Mutation.PING_MOTION: {"RC03", "RC08"},
-    Mutation.PING_STATE: {"RC02", "RC03", "RC08"},
-    Mutation.STATUS_REQUEST: {"RC02", "RC03", "RC07"},
-    Mutation.CLOSED: {"KC02", "SC02"},
-    Mutation.RESET: {"KC02", "SC02"},
-    Mutation.HALF_OPEN: {"MC18", "SC02"},
-    Mutation.STATE_CLOSED: {"QC05", "SC02"},
-    Mutation.RESTART: {"KC02", "KC05"},
-    Mutation.EMERGENCY_STOP: {"QC01", "SC02"},
-    Mutation.NOT_POSSIBLE: {"QC02"},
-    Mutation.SILENCE: {"QC04", "SC02"},
-}
+FINDINGS = tomllib.loads((Path(__file__).parent / "client_findings.toml").read_text("utf-8"))
+LOOKED_AT = {Mutation[name]: set(numbers) for name, numbers in FINDINGS["own_server"].items()}
 """What each scenario must give the judge to look at."""
 
 

@@ -1,7 +1,5 @@
 """Planted faults of the pendant port: each is found by the check made for it."""
 
-from __future__ import annotations
-
 import asyncio
 import struct
 from collections.abc import Callable

@@ -1,7 +1,5 @@
 """What the tester does to a robot: nothing without permission, and never much with it."""
 
-from __future__ import annotations
-
 import asyncio
 import struct
 import tracemalloc
@@ -9,7 +7,7 @@ from collections.abc import Callable
 from dataclasses import replace
 
 import pytest
-from rigs.faults.faulty_servers import HOST, LIMITS, SOUND, START, checks_named, serve, words_of
+from rigs.faults.faulty_servers import LIMITS, START, checks_named, sound_server, words_of
 from rigs.peers.fixed_layout_controllers import Receiver, clipping, fanuc, running, staubli
 
 from openpendant.simplemsg import STANDARD as STANDARD_MESSAGES
@@ -26,7 +24,7 @@ from openpendant.tools.packets.conformance.server.checks import STANDARD, Server
 from openpendant.tools.packets.conformance.server.monitor import INTERRUPTED, Watch
 from openpendant.tools.packets.conformance.server.moving import ready
 from openpendant.tools.packets.conformance.server.runner import applicable, judge
-from openpendant.tools.packets.conformance.server.target import Options, Target
+from openpendant.tools.packets.conformance.server.target import Target
 from openpendant.tools.packets.conformance.server.wire import Wire
 
 pytestmark = [pytest.mark.asyncio, pytest.mark.virtual_clock]
@@ -83,81 +81,71 @@ async def _run_away(target: Target) -> CheckFinding:
 
 
 async def test_a_robot_that_goes_too_far_is_stopped_and_the_check_fails() -> None:
-    service, ports = await serve(SOUND)
-    options = Options(HOST, ports.motion, ports.state, may_move=True, limits=LIMITS)
-    judgement = await judge(options, checks=[moving_check(_run_away), *checks_named(["MS02"])])
-    first, second = judgement.results
-    assert first.finding.verdict is CheckVerdict.FAILED
-    assert "it was sent STOP" in first.finding.detail
-    assert second.finding.verdict is CheckVerdict.PASSED
-    assert service.controller.motion(service.now)[0] == pytest.approx(START, abs=1e-3)
-    await service.close()
+    async with sound_server(may_move=True) as (service, options):
+        judgement = await judge(options, checks=[moving_check(_run_away), *checks_named(["MS02"])])
+        first, second = judgement.results
+        assert first.finding.verdict is CheckVerdict.FAILED
+        assert "it was sent STOP" in first.finding.detail
+        assert second.finding.verdict is CheckVerdict.PASSED
+        assert service.controller.motion(service.now)[0] == pytest.approx(START, abs=1e-3)
 
 
 async def test_a_robot_that_goes_too_far_again_and_again_is_not_moved_any_more() -> None:
-    service, ports = await serve(SOUND)
-    options = Options(HOST, ports.motion, ports.state, may_move=True, limits=LIMITS)
-    checks = [moving_check(_run_away)] * 3
-    judgement = await judge(options, checks=[*checks, *checks_named(["MS01"])])
-    assert "it went too far 3 times" in detail_of(judgement, "MS01")
-    await service.close()
+    async with sound_server(may_move=True) as (_, options):
+        checks = [moving_check(_run_away)] * 3
+        judgement = await judge(options, checks=[*checks, *checks_named(["MS01"])])
+        assert "it went too far 3 times" in detail_of(judgement, "MS01")
 
 
 async def test_the_way_back_is_slow() -> None:
-    service, ports = await serve(SOUND)
-    options = Options(HOST, ports.motion, ports.state, may_move=True, limits=LIMITS, amplitude=0.2)
-    fastest = 0.0
+    async with sound_server(may_move=True, amplitude=0.2) as (service, options):
+        fastest = 0.0
 
-    async def look() -> None:
-        nonlocal fastest
-        while True:
-            await asyncio.sleep(0.01)
-            fastest = max(fastest, *map(abs, service.controller.motion(service.now)[1]))
+        async def look() -> None:
+            nonlocal fastest
+            while True:
+                await asyncio.sleep(0.01)
+                fastest = max(fastest, *map(abs, service.controller.motion(service.now)[1]))
 
-    looking = asyncio.create_task(look())
-    await judge(options, checks=checks_named(["MS09", "MS10", "MS12", "SS02"]))
-    looking.cancel()
-    assert fastest < 0.2
-    await service.close()
+        looking = asyncio.create_task(look())
+        await judge(options, checks=checks_named(["MS09", "MS10", "MS12", "SS02"]))
+        looking.cancel()
+        assert fastest < 0.2
 
 
 @pytest.mark.parametrize("after", [0.5, 4.0, 9.0, 14.0])
 async def test_an_interrupted_run_leaves_a_robot_that_stands(after: float) -> None:
-    service, ports = await serve(SOUND)
-    options = Options(HOST, ports.motion, ports.state, may_move=True, limits=LIMITS)
+    async with sound_server(may_move=True) as (service, options):
 
-    def plan(interrupt: Callable[[], None]) -> None:
-        asyncio.get_running_loop().call_later(after, interrupt)
+        def plan(interrupt: Callable[[], None]) -> None:
+            asyncio.get_running_loop().call_later(after, interrupt)
 
-    checks = [entry for entry in applicable(options) if entry.moves]
-    judgement = await judge(options, checks=checks, on_start=plan)
-    assert service.controller.status(service.now).in_motion == 0
-    assert judgement.results[-1].finding.detail == INTERRUPTED
-    assert words_of(judgement, CheckVerdict.FAILED) == []
-    assert len(judgement.results) == len(checks)
-    await service.close()
+        checks = [entry for entry in applicable(options) if entry.moves]
+        judgement = await judge(options, checks=checks, on_start=plan)
+        assert service.controller.status(service.now).in_motion == 0
+        assert judgement.results[-1].finding.detail == INTERRUPTED
+        assert words_of(judgement, CheckVerdict.FAILED) == []
+        assert len(judgement.results) == len(checks)
 
 
 async def test_an_interrupted_motion_is_sent_stop_on_two_links() -> None:
-    service, ports = await serve(SOUND)
-    options = Options(HOST, ports.motion, ports.state, may_move=True, limits=LIMITS)
-    interrupts: list[Callable[[], None]] = []
+    async with sound_server(may_move=True) as (service, options):
+        interrupts: list[Callable[[], None]] = []
 
-    async def interrupt_in_motion(target: Target) -> CheckFinding:
-        await (await ready(target)).set_off(5.0)
-        before = service.controller.referee.events["stops"]
-        asyncio.get_running_loop().call_soon(interrupts[0])
-        try:
-            await asyncio.sleep(5.0)
-        finally:
-            stops.append(before)
-        return PASSED
+        async def interrupt_in_motion(target: Target) -> CheckFinding:
+            await (await ready(target)).set_off(5.0)
+            before = service.controller.referee.events["stops"]
+            asyncio.get_running_loop().call_soon(interrupts[0])
+            try:
+                await asyncio.sleep(5.0)
+            finally:
+                stops.append(before)
+            return PASSED
 
-    stops: list[int] = []
-    await judge(options, checks=[moving_check(interrupt_in_motion)], on_start=interrupts.append)
-    assert service.controller.referee.events["stops"] == stops[0] + 2
-    assert service.controller.status(service.now).in_motion == 0
-    await service.close()
+        stops: list[int] = []
+        await judge(options, checks=[moving_check(interrupt_in_motion)], on_start=interrupts.append)
+        assert service.controller.referee.events["stops"] == stops[0] + 2
+        assert service.controller.status(service.now).in_motion == 0
 
 
 async def test_large_frames_do_not_fill_the_memory() -> None:

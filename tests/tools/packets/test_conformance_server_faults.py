@@ -1,22 +1,16 @@
 """Planted faults of a server: each is found by the checks made for it, or listed as not found."""
 
-from __future__ import annotations
-
 import pytest
 from rigs.faults.faulty_servers import Fault, checks_named, judged, words_of
-from rigs.faults.motion_faults import MOTION_FAULTS, UNFOUND
-from rigs.faults.subtle_faults import SUBTLE_FAULTS
-from rigs.faults.wire_faults import WIRE_FAULTS
+from rigs.faults.server_faults import SERVER_FAULTS, UNFOUND
 from rigs.peers.scripted_motoman import MOTOMAN_FAULTS, judged_motoman
 
 from openpendant.tools.packets.conformance.check import CheckVerdict
 
-FAULTS = (*WIRE_FAULTS, *MOTION_FAULTS, *SUBTLE_FAULTS)
-
 pytestmark = [pytest.mark.asyncio, pytest.mark.virtual_clock]
 
 
-@pytest.mark.parametrize("fault", FAULTS, ids=lambda fault: fault.name.replace(" ", "-"))
+@pytest.mark.parametrize("fault", SERVER_FAULTS, ids=lambda fault: fault.name.replace(" ", "-"))
 async def test_a_planted_fault_is_found(fault: Fault) -> None:
     judgement = await judged(fault, checks_named(fault.found_by))
     assert [result.finding.verdict for result in judgement.results] == [
@@ -33,8 +27,8 @@ async def test_a_fault_that_is_listed_as_not_found_is_not(fault: Fault, reason: 
 
 
 async def test_at_least_ninety_five_of_a_hundred_faults_are_found() -> None:
-    assert len(FAULTS) + len(MOTOMAN_FAULTS) >= 45
-    assert len(UNFOUND) <= 0.05 * len(FAULTS)
+    assert len(SERVER_FAULTS) + len(MOTOMAN_FAULTS) >= 45
+    assert len(UNFOUND) <= 0.05 * len(SERVER_FAULTS)
 
 
 async def test_a_sound_motoman_controller_passes() -> None:

@@ -1,14 +1,20 @@
 """Our own servers are judged in full, and the tester's own manners."""
 
-from __future__ import annotations
-
 import asyncio
 import itertools
 from collections import Counter
 from dataclasses import replace
 
 import pytest
-from rigs.faults.faulty_servers import LIMITS, SOUND, START, checks_named, judged, serve, words_of
+from rigs.faults.faulty_servers import (
+    SOUND,
+    START,
+    checks_named,
+    judged,
+    serve,
+    sound_server,
+    words_of,
+)
 from rigs.processes.judged_server import (
     HALF_RATE,
     HOST,
@@ -128,22 +134,18 @@ async def test_other_wire_forms_are_judged_alike(settings: dict[str, object]) ->
 
 
 async def test_nothing_moves_without_permission() -> None:
-    service, ports = await serve(SOUND)
-    options = Options(HOST, ports.motion, ports.state, limits=LIMITS)
-    judgement = await judge(options)
-    moves = {entry.number for entry in applicable(options) if entry.moves}
-    assert unjudged(judgement) == moves
-    assert service.controller.motion(service.now)[0] == START
-    assert "points-accepted" not in service.controller.referee.events
-    await service.close()
+    async with sound_server() as (service, options):
+        judgement = await judge(options)
+        moves = {entry.number for entry in applicable(options) if entry.moves}
+        assert unjudged(judgement) == moves
+        assert service.controller.motion(service.now)[0] == START
+        assert "points-accepted" not in service.controller.referee.events
 
 
 async def test_the_robot_is_back_where_it_was_after_every_run() -> None:
-    service, ports = await serve(SOUND)
-    options = Options(HOST, ports.motion, ports.state, may_move=True, limits=LIMITS)
-    await judge(options, only=["stop", "KS10"])
-    assert service.controller.motion(service.now)[0] == pytest.approx(START, abs=1e-3)
-    await service.close()
+    async with sound_server(may_move=True) as (service, options):
+        await judge(options, only=["stop", "KS10"])
+        assert service.controller.motion(service.now)[0] == pytest.approx(START, abs=1e-3)
 
 
 async def test_without_a_state_port_nothing_passes_that_needs_one() -> None:

@@ -1,7 +1,5 @@
 """How observations of a client become a finding: nothing that was seen can hide a broken rule."""
 
-from __future__ import annotations
-
 import pytest
 
 from openpendant.tools.packets.conformance.check import (

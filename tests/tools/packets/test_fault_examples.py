@@ -1,7 +1,5 @@
 """Every script of examples/faults with a robot that moves behind it, under virtual time."""
 
-from __future__ import annotations
-
 import asyncio
 from pathlib import Path
 

@@ -1,7 +1,5 @@
 """The fault proxy on loopback sockets, under virtual time."""
 
-from __future__ import annotations
-
 import asyncio
 import json
 from collections.abc import AsyncIterator, Awaitable, Callable

@@ -1,7 +1,5 @@
 """What the user of `record` is told when the arguments are wrong."""
 
-from __future__ import annotations
-
 import argparse
 import socket
 from pathlib import Path

@@ -1,7 +1,5 @@
 """The recording proxy on loopback sockets, under virtual time."""
 
-from __future__ import annotations
-
 import asyncio
 import json
 from collections.abc import AsyncIterator, Awaitable, Callable
@@ -154,17 +152,6 @@ async def test_a_reset_is_passed_on_as_a_reset(start: Start, who: str) -> None:
     assert await other.is_reset()
     await recording.end()
     assert recording.events()[1:] == [f"reset {who}"]
-
-
-async def test_a_reset_inside_a_frame_keeps_the_beginning(start: Start) -> None:
-    recording = await start()
-    client, server = await recording.client()
-    client.write(PING[:7])
-    await server.read(7)
-    client.reset()
-    await server.is_reset()
-    await recording.end()
-    assert recording.packets() == [("client->server", PING[:7])]
 
 
 async def test_a_server_that_is_not_there_closes_the_client(start: Start) -> None:

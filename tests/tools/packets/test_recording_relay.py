@@ -1,7 +1,5 @@
 """The recording relay without sockets: whatever comes goes on, and is written down once."""
 
-from __future__ import annotations
-
 from hypothesis import given
 from hypothesis import strategies as st
 from rigs.peers.loopback_peers import PING, PONG

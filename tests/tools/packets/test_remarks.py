@@ -1,7 +1,5 @@
 """What people read about a Motoman packet beyond its fields."""
 
-from __future__ import annotations
-
 from pathlib import Path
 
 import pytest

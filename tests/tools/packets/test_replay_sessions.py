@@ -1,7 +1,5 @@
 """Replaying a recording: what is sent when, what counts as a difference, and absent peers."""
 
-from __future__ import annotations
-
 import asyncio
 from collections.abc import Iterable, Iterator
 from pathlib import Path
@@ -180,27 +178,22 @@ async def test_a_server_that_answers_as_recorded_passes(pace: Pace) -> None:
 
 @pytest.mark.asyncio
 @pytest.mark.virtual_clock
-async def test_a_server_that_answers_otherwise_is_found_out() -> None:
-    summary = await _play([PONG, FAILED, PONG])
-    assert (summary.differences, summary.code) == (1, 1)
-    assert "packet 2" in summary.first
-
-
-@pytest.mark.asyncio
-@pytest.mark.virtual_clock
-@pytest.mark.parametrize("filler", [b"", STATUS * 1000])
-async def test_a_server_that_stops_answering_is_given_up(filler: bytes) -> None:
-    summary = await _play([PONG, filler])
-    assert summary.code == 3
-    assert "2 packets are missing" in summary.failure
-
-
-@pytest.mark.asyncio
-@pytest.mark.virtual_clock
-async def test_one_packet_too_many_is_noticed() -> None:
-    summary = await _play([PONG, PONG, PONG + PONG])
-    assert summary.code == 1
-    assert "packet 4 should be none" in summary.first
+@pytest.mark.parametrize(
+    ("answers", "code", "differences", "said"),
+    [
+        ([PONG, FAILED, PONG], 1, 1, "packet 2"),
+        ([PONG, PONG, PONG + PONG], 1, 1, "packet 4 should be none"),
+        ([PONG, b""], 3, 0, "2 packets are missing"),
+        ([PONG, STATUS * 1000], 3, 0, "2 packets are missing"),
+    ],
+    ids=["otherwise", "one too many", "no more", "topics for ever"],
+)
+async def test_a_server_that_answers_otherwise_is_found_out(
+    answers: list[bytes], code: int, differences: int, said: str
+) -> None:
+    summary = await _play(answers)
+    assert (summary.code, summary.differences) == (code, differences)
+    assert said in summary.first + summary.failure
 
 
 @pytest.mark.asyncio

@@ -1,7 +1,5 @@
 """What a rerun compares: whatever left then must leave now, there, in order, and nothing else."""
 
-from __future__ import annotations
-
 from collections.abc import Callable
 
 import pytest

@@ -1,7 +1,5 @@
 """A scripted server and a pendant client on it, for the tests of the client library."""
 
-from __future__ import annotations
-
 from collections.abc import AsyncIterator
 
 import pytest_asyncio

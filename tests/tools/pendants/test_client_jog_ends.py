@@ -1,7 +1,5 @@
 """A jog that is over stays over, and a press that would leave late does not leave."""
 
-from __future__ import annotations
-
 import asyncio
 import dataclasses
 from collections.abc import Awaitable, Callable

@@ -1,7 +1,5 @@
 """The client's authority, modes, speeds, enabling (training) and stops."""
 
-from __future__ import annotations
-
 import asyncio
 
 import pytest

@@ -1,7 +1,5 @@
 """A press whose verdict is late, or never comes: what is beaten, what is let go, what is told."""
 
-from __future__ import annotations
-
 import asyncio
 
 import pytest

@@ -1,7 +1,5 @@
 """The client library in an application that runs on uvloop."""
 
-from __future__ import annotations
-
 import asyncio
 import socket
 

@@ -1,7 +1,5 @@
 """The demonstration's table of the newest state."""
 
-from __future__ import annotations
-
 from dataclasses import replace
 from io import StringIO
 

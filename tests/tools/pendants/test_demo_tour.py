@@ -1,10 +1,9 @@
 """The demonstration's tour, with robots that can do all, some or nothing of what it likes."""
 
-from __future__ import annotations
-
 import asyncio
 import math
 from collections.abc import Callable, Sequence
+from typing import Literal
 
 import pytest
 
@@ -21,15 +20,10 @@ LIMITS = (-1.0, 2.0)
 START = Pose((0.5, 0.0, 0.4), (0.0, 0.0, 0.0, 1.0))
 
 
-def facts(unit: str, name: str) -> JointFacts:
+def facts(unit: Literal["rad", "m"], name: str) -> JointFacts:
     lower, upper = LIMITS if unit == "rad" else (0.0, 0.18)
     return JointFacts(
-        name=name,
-        unit="rad" if unit == "rad" else "m",
-        lower=lower,
-        upper=upper,
-        velocity=1.0,
-        acceleration=2.0,
+        name=name, unit=unit, lower=lower, upper=upper, velocity=1.0, acceleration=2.0
     )
 
 
@@ -81,19 +75,7 @@ class SomeArm:
             raise Refused(self.code, "this arm cannot", -1, 0.0, 0.0)
         self.asked.append(asked)
         ended: asyncio.Future[Outcome] = asyncio.get_running_loop().create_future()
-        ended.set_result(
-            Outcome(
-                request_id=1,
-                outcome=OutcomeKind.COMPLETED,
-                code=0,
-                joint=-1,
-                value=0.0,
-                limit=0.0,
-                plan_time=0.01,
-                motion_time=1.0,
-                text="",
-            )
-        )
+        ended.set_result(Outcome(1, OutcomeKind.COMPLETED, 0, -1, 0.0, 0.0, 0.01, 1.0, ""))
         return MotionHandle(1, ended)
 
 

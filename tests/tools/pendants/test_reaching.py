@@ -1,7 +1,5 @@
 """What the client says where it reaches no pendant server: whose fault it is, and what to do."""
 
-from __future__ import annotations
-
 import asyncio
 import contextlib
 import errno
@@ -17,6 +15,7 @@ from rigs.peers.scripted_pendant_server import scripted_server
 from rigs.peers.tls_certificates import make_certificate
 from rigs.processes.judged_server import running_emulator
 
+from openpendant.simplemsg.pendant import Login
 from openpendant.simplemsg.verdicts import CATALOGUE, VerdictCode
 from openpendant.tools.pendants.client import (
     ConnectionLost,
@@ -157,8 +156,19 @@ async def test_plain_and_tls_ends_tell_each_other_s_user_what_to_change(tmp_path
     async with scripted_server(secured) as server:
         with pytest.raises(ConnectionLost, match=r"the server may want TLS \(--ca FILE"):
             await PendantClient.connect("127.0.0.1", server.port)
-        with pytest.raises(NotTrusted, match=r"certificate of .* is not trusted.*--ca FILE"):
-            await PendantClient.connect("127.0.0.1", server.port, tls=ssl.create_default_context())
+        with pytest.raises(
+            NotTrusted, match=r"certificate of .* is not trusted.*--ca FILE"
+        ) as told:
+            await PendantClient.connect(
+                "127.0.0.1", server.port, tls=ssl.create_default_context(), password="secret"
+            )
+        assert isinstance(told.value, ssl.SSLCertVerificationError)
+        assert server.got == []
+        async with await PendantClient.connect(
+            "127.0.0.1", server.port, tls=trusting, user="ada", password="correct horse"
+        ) as pendant:
+            await pendant.next_state()
+        assert server.one(Login).name == "ada"
     async with peer(lambda writer: writer.transport.abort()) as port:
         with pytest.raises(Unreachable, match=r"may not speak TLS .*: leave --ca out"):
             await PendantClient.connect("127.0.0.1", port, tls=trusting)

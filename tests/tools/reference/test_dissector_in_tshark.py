@@ -1,5 +1,3 @@
-from __future__ import annotations
-
 import json
 import random
 import struct
@@ -80,7 +78,6 @@ def _each_alone(packets: list[Packet]) -> list[Segment]:
 
 
 def _differences(dissected: list[Dissected], packets: list[Packet]) -> list[tuple[str, str]]:
-    """Compare frames with what our codec decodes; return bytes and difference of each."""
     return [
         (frame.hex(), found)
         for one, (frame, codec) in zip(dissected, packets, strict=True)
@@ -118,7 +115,6 @@ MEANT = range(-1, 6)
 
 
 def _with_groups(meant: int) -> list[Packet]:
-    """Return points of one to four groups that say how many are meant."""
     groups = (MotomanGroup(0, 7, 0.5, *[(0.0,) * 10] * 3),) * 4
     frames = []
     for records in range(1, 5):

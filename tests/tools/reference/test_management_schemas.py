@@ -1,7 +1,5 @@
 """What is published of the management operations: none is left out, and nothing is made up."""
 
-from __future__ import annotations
-
 import json
 import re
 from pathlib import Path

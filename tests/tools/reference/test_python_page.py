@@ -1,7 +1,5 @@
 """The page of the Python client names every public call, with all its arguments."""
 
-from __future__ import annotations
-
 import inspect
 import re
 from pathlib import Path

@@ -1,7 +1,5 @@
 """`openpendant stop`, `reset`, `home` and `run`: what they are told, and where nobody answers."""
 
-from __future__ import annotations
-
 import json
 import socket
 from collections.abc import Callable
@@ -55,24 +53,22 @@ def test_json_tells_a_failure_as_one_object(
     assert json.loads(capsys.readouterr().out)["event"] == "unavailable"
 
 
-@pytest.mark.parametrize("name", COMMANDS)
-@pytest.mark.parametrize("server", ["127.0.0.1:0", ":11010", "host:port", "host:65536"])
-def test_a_server_that_is_none_is_wrong_usage(name: str, server: str) -> None:
+NO_SERVERS = ("127.0.0.1:0", ":11010", "host:port", "host:65536")
+NO_SPEEDS = ("0", "1.01", "-0.1", "nan", "fast")
+
+
+@pytest.mark.parametrize(
+    ("name", "option", "wrong"),
+    [
+        *((name, "--server", wrong) for name in COMMANDS for wrong in NO_SERVERS),
+        *((name, "--speed", wrong) for name in ("home", "run") for wrong in NO_SPEEDS),
+        ("stop", "--user", "otto"),
+    ],
+)
+def test_what_is_no_server_no_speed_or_no_option_is_wrong_usage(
+    name: str, option: str, wrong: str
+) -> None:
     main, more = COMMANDS[name]
     with pytest.raises(SystemExit) as ended:
-        main([*more, "--server", server])
+        main([*more, option, wrong])
     assert ended.value.code == 2
-
-
-@pytest.mark.parametrize("name", ["home", "run"])
-@pytest.mark.parametrize("speed", ["0", "1.01", "-0.1", "nan", "fast"])
-def test_a_speed_that_is_none_is_wrong_usage(name: str, speed: str) -> None:
-    main, more = COMMANDS[name]
-    with pytest.raises(SystemExit) as ended:
-        main([*more, "--speed", speed])
-    assert ended.value.code == 2
-
-
-def test_a_stop_takes_no_account() -> None:
-    with pytest.raises(SystemExit):
-        stop.main(["--user", "otto"])

@@ -7,7 +7,7 @@ from __future__ import annotations
 
 import asyncio
 import io
-from collections.abc import AsyncIterator, Callable
+from collections.abc import AsyncIterator, Awaitable, Callable
 from contextlib import asynccontextmanager
 from dataclasses import dataclass, field
 from typing import Any
@@ -56,6 +56,10 @@ class Scripted:
     async def __aexit__(self, *_: object) -> None:
         self.asked.append("leave")
 
+    def __getattr__(self, operation: str) -> Callable[..., Awaitable[None]]:
+        """Return any other operation: it is asked for, and answers nothing."""
+        return lambda *_, **__: self.do(operation)
+
     async def do(self, what: str) -> None:
         self.asked.append(what)
         if what in self.fails:
@@ -71,19 +75,10 @@ class Scripted:
         await self.do("snapshot")
         return {"stop": self.latched.pop(0) if len(self.latched) > 1 else self.latched[0]}
 
-    async def reset_stop(self) -> None:
-        await self.do("reset_stop")
-
     async def stop(self, reason: str) -> None:
         assert len(reason.encode()) <= 64
         assert reason.isprintable()
         await self.do("stop")
-
-    async def program_stop(self) -> None:
-        await self.do("program_stop")
-
-    async def wait_until(self, _: object, within: float) -> None:
-        await self.do("wait_until")
 
     async def home(self, target: str, speed: float) -> Scripted:
         await self.do("home")

@@ -1,7 +1,5 @@
 """`openpendant pendant`: arguments, places where it cannot run, exit codes."""
 
-from __future__ import annotations
-
 import importlib
 import io
 import sys
@@ -11,12 +9,7 @@ import pytest
 from openpendant.simplemsg.verdicts import VerdictCode
 from openpendant.tools.cli import main as openpendant
 from openpendant.tools.console import ExitCode
-from openpendant.tools.pendants.client import (
-    PendantClient,
-    PendantError,
-    Refused,
-    WrongArgument,
-)
+from openpendant.tools.pendants.client import PendantClient, PendantError, Refused, WrongArgument
 from openpendant.tools.pendants.connection_errors import server_address
 from openpendant.tools.pendants.terminal import cli
 from openpendant.tools.pendants.terminal.cli import main
@@ -47,21 +40,19 @@ def test_what_is_no_server_is_refused(text: str, capsys: pytest.CaptureFixture[s
     assert error.count("\n") == 1
 
 
-def test_without_a_terminal_it_says_what_works_there(capsys: pytest.CaptureFixture[str]) -> None:
-    assert main([]) == ExitCode.USAGE
-    assert "this is no terminal; --plain" in capsys.readouterr().err
-
-
-def test_an_unknown_option_is_refused_in_one_line(capsys: pytest.CaptureFixture[str]) -> None:
-    assert main(["--speed", "7"]) == ExitCode.USAGE
-    assert "--speed" in capsys.readouterr().err
-
-
-def test_a_certificate_that_is_none_is_named(
-    capsys: pytest.CaptureFixture[str], tmp_path: object
+@pytest.mark.parametrize(
+    ("arguments", "said"),
+    [
+        ([], "this is no terminal; --plain"),
+        (["--speed", "7"], "--speed"),
+        (["--plain", "--ca", "/nowhere/none.pem"], "none.pem"),
+    ],
+)
+def test_what_it_cannot_run_with_is_wrong_usage_and_named(
+    arguments: list[str], said: str, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    assert main(["--plain", "--ca", f"{tmp_path}/none.pem"]) == ExitCode.USAGE
-    assert "none.pem" in capsys.readouterr().err
+    assert main(arguments) == ExitCode.USAGE
+    assert said in capsys.readouterr().err
 
 
 def test_a_server_that_is_not_there_is_one_line_and_no_traceback(

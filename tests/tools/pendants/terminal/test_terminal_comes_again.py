@@ -1,7 +1,5 @@
 """When the terminal pendant tries to connect again."""
 
-from __future__ import annotations
-
 import asyncio
 from contextlib import suppress
 from itertools import pairwise

@@ -1,7 +1,5 @@
 """Which points of the open program can be reached, as shown before it is run."""
 
-from __future__ import annotations
-
 from typing import Any
 
 import pytest
@@ -123,12 +121,6 @@ def test_a_run_of_what_was_refused_is_asked_for_twice_and_names_it(rig: PanelRig
     assert rig.strike("5", "1") == []
     assert rig.said == "the dry run refused move LIN P1"
     assert rig.strike("5") == [do.RunProgram("pick", 3, RunKind.ALL)]
-
-
-@pytest.mark.parametrize("key", ["1", "q", "escape", "enter"])
-def test_any_other_key_does_not_run_it(rig: PanelRig, key: str) -> None:
-    assert rig.strike("5", "1", key) == []
-    assert rig.panel.question is None
 
 
 def test_an_edit_voids_the_dry_run(rig: PanelRig) -> None:

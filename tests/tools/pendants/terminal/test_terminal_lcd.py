@@ -1,7 +1,5 @@
 """The pages of twenty columns and four rows, and the words around them."""
 
-from __future__ import annotations
-
 import math
 from dataclasses import replace
 from typing import Any
@@ -49,38 +47,34 @@ def rig() -> PanelRig:
     return made
 
 
-def test_the_joint_page_shows_six_angles_in_degrees(rig: PanelRig) -> None:
-    assert shown(rig, Page.JOINTS) == [
-        "T1 JOINT      * en--",
-        "1:   0.00 2: -90.00",
-        "3: 180.00 4:   1.00",
-        "5:  -0.40 6:  45.00",
-    ]
+PAGES: list[tuple[Page, str, str]] = [
+    (
+        *(Page.JOINTS, ""),
+        """T1 JOINT      * en--
+1:   0.00 2: -90.00
+3: 180.00 4:   1.00
+5:  -0.40 6:  45.00""",
+    ),
+    (
+        *(Page.POSE, "v tab"),
+        """T1 BASE       * EN5s
+X   400.0 A     0.0
+Y  -109.5 B     0.0
+Z  1234.5 C     0.0""",
+    ),
+    (Page.SPEED, "", "Override        25 %\nTool cap    250 mm/s\nTool now    123 mm/s"),
+    (Page.MODE, "", "Jog JOINT 0.5deg 1mm\nControl: you\nEnabling: let go"),
+    (Page.MODE, "/ v", "Jog JOINT hold\nControl: you\nEnabling: 5 s left"),
+    (Page.MODE, "m", "Mode?\n1 T1      2 T2\n3 AUTO    4 REC\nother key: no"),
+    (Page.MODE, "= x = 3", "Go to: x=300;a=180\nx=3_\nEnter: done\nEsc: no  SPACE: stop"),
+]
 
 
-def test_the_pose_page_shows_millimetres_and_degrees(rig: PanelRig) -> None:
-    rig.strike("v", "tab")
-    assert shown(rig, Page.POSE) == [
-        "T1 BASE       * EN5s",
-        "X   400.0 A     0.0",
-        "Y  -109.5 B     0.0",
-        "Z  1234.5 C     0.0",
-    ]
-
-
-def test_the_speed_page(rig: PanelRig) -> None:
-    assert shown(rig, Page.SPEED)[1:] == [
-        "Override        25 %",
-        "Tool cap    250 mm/s",
-        "Tool now    123 mm/s",
-    ]
-
-
-def test_the_mode_page_says_how_the_keys_jog(rig: PanelRig) -> None:
-    assert shown(rig, Page.MODE)[1:] == ["Jog JOINT 0.5deg 1mm", "Control: you", "Enabling: let go"]
-    rig.strike("/", "v")
-    assert shown(rig, Page.MODE)[1:] == ["Jog JOINT hold", "Control: you", "Enabling: 5 s left"]
-    assert rig.panel.jog.kind is JogKind.HOLD
+@pytest.mark.parametrize(("page", "keys", "rows"), PAGES)
+def test_a_page_ends_with_its_rows(rig: PanelRig, page: Page, keys: str, rows: str) -> None:
+    rig.strike(*keys.split())
+    assert "\n".join(shown(rig, page)).endswith(rows)
+    assert (rig.panel.jog.kind is JogKind.HOLD) == ("/" in keys)
 
 
 def test_the_program_page_marks_what_is_selected_and_what_runs(rig: PanelRig) -> None:
@@ -100,18 +94,6 @@ def test_the_message_page_begins_with_the_newest(rig: PanelRig) -> None:
     assert shown(rig, Page.MESSAGES)[:3] == ["a rather long", "message of more than", "one row"]
 
 
-def test_questions_fit_the_page(rig: PanelRig) -> None:
-    rig.strike("m")
-    assert shown(rig, Page.MODE) == ["Mode?", "1 T1      2 T2", "3 AUTO    4 REC", "other key: no"]
-    rig.strike("escape", "=", *"x=3")
-    assert shown(rig, Page.MODE) == [
-        "Go to: x=300;a=180",
-        "x=3_",
-        "Enter: done",
-        "Esc: no  SPACE: stop",
-    ]
-
-
 def test_more_than_six_joints_are_scrolled(rig: PanelRig) -> None:
     rig.panel.cell.connected(HELLO, snapshot(7, joints=[joint("rail", "m")] * 7))
     rig.state(positions=joint_array([1.5, 0.25, 0, 0, 0, 0, -0.75]))
@@ -125,6 +107,7 @@ def test_more_than_six_joints_are_scrolled(rig: PanelRig) -> None:
     [
         ({"stop": StopKind.SOFTWARE}, "STOP bench-2"),
         ({"link": LinkState.STALE}, "STALE 0.0 s"),
+        ({"link": LinkState.DOWN}, "CONTROLLER DOWN"),
         ({"operating_mode": OperatingMode.AUTOMATIC, "holder": 0}, "AUTO JOINT    o en--"),
         ({"operating_mode": 77}, "? JOINT       * en--"),
     ],
@@ -235,18 +218,18 @@ def test_the_lamps_tell_silence_and_loss_and_nothing_of_what_lies_behind(rig: Pa
     [
         ({"holder": 9}, "Observing: bench-2 has control; c asks for it"),
         ({"holder": 0}, "Observing: nobody has control; c asks for it"),
-        (
-            {"stop": StopKind.SOFTWARE},
-            "STOPPED, software stop by bench-2: smoke; x resets, which moves nothing",
-        ),
-        (
-            {"stop": StopKind.PROTECTIVE},
-            "STOPPED, protective stop by bench-2: smoke; x resets, which moves nothing",
+        *(
+            (
+                {"stop": kind},
+                f"STOPPED, {name} stop by bench-2: smoke; x resets, which moves nothing",
+            )
+            for kind, name in ((StopKind.SOFTWARE, "software"), (StopKind.PROTECTIVE, "protective"))
         ),
         (
             {"jog_reason": JogReason.JOINT_LIMIT, "jog_scale": 0.5, "jog_joint": 2},
             "jog at 50 %: joint limit of joint 3",
         ),
+        ({"link": LinkState.DOWN}, "STALE: ○ server–controller: down"),
         ({}, ""),
     ],
 )
@@ -266,22 +249,10 @@ def test_the_banner_without_a_link_points_to_the_hardware_button(rig: PanelRig) 
     )
 
 
-def test_values_are_stale_because_the_controller_is_gone_not_for_their_age(rig: PanelRig) -> None:
-    rig.state(link=LinkState.DOWN)
-    assert wording.banner(rig.panel.cell, rig.now) == "STALE: ○ server–controller: down"
-    assert shown(rig, Page.JOINTS)[0] == "CONTROLLER DOWN"
-
-
 def test_a_joint_a_little_below_zero_is_shown_as_zero(rig: PanelRig) -> None:
     rig.state(positions=joint_array([-1e-6] * 6))
     assert shown(rig, Page.JOINTS)[1] == "1:   0.00 2:   0.00"
     assert "-0.00" not in screen_text.joint_table(rig.panel)
-
-
-def test_the_screen_says_that_enabling_lets_go_by_itself(rig: PanelRig) -> None:
-    assert "5 s without a key" in screen_text.jog_line(rig.panel, rig.now)
-    rig.strike("v")
-    assert "HELD, 5 s left" in screen_text.jog_line(rig.panel, rig.now)
 
 
 def test_a_joint_outside_its_limits_is_pointed_at(rig: PanelRig) -> None:
@@ -292,11 +263,21 @@ def test_a_joint_outside_its_limits_is_pointed_at(rig: PanelRig) -> None:
     assert "|" in third
 
 
-def test_values_that_are_not_known_are_not_shown(rig: PanelRig) -> None:
-    rig.state(valid_fields=StateField.VELOCITY)
+@pytest.mark.parametrize("why", ["not valid", "not named yet"])
+def test_values_that_are_not_known_are_not_shown(rig: PanelRig, why: str) -> None:
+    if why == "not valid":
+        rig.state(valid_fields=StateField.VELOCITY)
+        assert shown(rig, Page.POSE)[1] == "no tool pose"
+    else:
+        rig.panel.cell.joints = ()
     assert shown(rig, Page.JOINTS)[1] == "no joint values"
-    assert shown(rig, Page.POSE)[1] == "no tool pose"
     assert screen_text.joint_table(rig.panel) == "no joint values"
+
+
+def test_the_screen_says_that_enabling_lets_go_by_itself(rig: PanelRig) -> None:
+    assert "5 s without a key" in screen_text.jog_line(rig.panel, rig.now)
+    rig.strike("v")
+    assert "HELD, 5 s left" in screen_text.jog_line(rig.panel, rig.now)
 
 
 def test_the_program_list_shows_lines_round_the_selected_one(rig: PanelRig) -> None:
@@ -368,9 +349,3 @@ def test_why_names_the_key_that_leads_out_of_what_the_robot_stands_at() -> None:
 
 def test_why_says_so_where_nothing_is_broken() -> None:
     assert why_lines({"kind": "jog", "conditions": []})[0].startswith("A jog may start")
-
-
-def test_a_state_before_the_joints_are_named_shows_no_values(rig: PanelRig) -> None:
-    rig.panel.cell.joints = ()
-    assert shown(rig, Page.JOINTS)[1] == "no joint values"
-    assert screen_text.joint_table(rig.panel) == "no joint values"

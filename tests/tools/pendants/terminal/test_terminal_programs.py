@@ -1,7 +1,5 @@
 """How the terminal pendant opens and creates programs, and that it runs what it shows."""
 
-from __future__ import annotations
-
 from dataclasses import replace
 from typing import Any, cast
 
@@ -13,7 +11,7 @@ from openpendant.simplemsg.verdicts import VerdictCode
 from openpendant.tools.pendants.client import PendantClient, Refused
 from openpendant.tools.pendants.terminal import commands as do
 from openpendant.tools.pendants.terminal import lcd, screen_text
-from openpendant.tools.pendants.terminal.keyboard import STOP_KEY, Page
+from openpendant.tools.pendants.terminal.keyboard import Page
 from openpendant.tools.pendants.terminal.performer import OpenPrograms
 from openpendant.tools.pendants.terminal.prompts import Choice, ProgramChoice
 from openpendant.tools.pendants.terminal.taught_program import RecordHere
@@ -101,12 +99,6 @@ def test_nothing_is_opened_where_there_is_nothing_and_no_name(rig: PanelRig) -> 
     assert rig.strike("enter") == []
 
 
-def test_the_space_bar_stops_there_too(rig: PanelRig) -> None:
-    open_list(rig)
-    assert rig.strike(*"five", STOP_KEY) == [do.StopRobot("space bar")]
-    assert rig.panel.question is None
-
-
 def test_both_displays_show_the_offers(rig: PanelRig) -> None:
     rig.strike("n")
     assert [row.rstrip() for row in lcd.page(rig.panel, rig.now)[:2]] == ["Open: _", "asking"]
@@ -135,14 +127,6 @@ def report(revision: int, program: str = "pick") -> ProgramReport:
     return ProgramReport(
         state=ProgramState.RUNNING, line=9, loop=1, revision=revision, program=program, text=""
     )
-
-
-@pytest.mark.parametrize("key", ["6", "7"])
-def test_a_step_names_the_revision_that_is_shown(rig: PanelRig, key: str) -> None:
-    rig.open(replace(PROGRAM, revision=8))
-    (step,) = rig.strike(key)
-    assert isinstance(step, do.RunProgram)
-    assert step.revision == 8
 
 
 def test_another_revision_ends_a_question_about_the_one_that_was_shown(rig: PanelRig) -> None:

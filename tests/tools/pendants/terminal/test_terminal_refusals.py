@@ -1,7 +1,5 @@
 """Refusals in degrees and millimetres, and which of them no second attempt heals."""
 
-from __future__ import annotations
-
 import math
 import re
 

@@ -1,7 +1,5 @@
 """The textual screen with a real client, in front of a server that agrees to everything."""
 
-from __future__ import annotations
-
 import asyncio
 import json
 import os

@@ -1,7 +1,5 @@
 """On values that may be old no key begins or resumes a motion, by whichever way it is asked for."""
 
-from __future__ import annotations
-
 import asyncio
 from typing import Any, get_args
 

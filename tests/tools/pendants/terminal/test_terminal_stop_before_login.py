@@ -1,14 +1,12 @@
 """A stop waits for no login, and whoever is turned away stays until it is answered."""
 
-from __future__ import annotations
-
 import asyncio
 
 import pytest
 from rigs.peers.driven_pendant import Driven, driven
 
 from openpendant.simplemsg.pendant import Hello, Login, Outcome, OutcomeKind, SoftwareStop
-from openpendant.simplemsg.verdicts import VerdictCode
+from openpendant.simplemsg.verdicts import VerdictCode as V
 from openpendant.tools.pendants.client import PendantClient, PendantError, Refused, WrongArgument
 from openpendant.tools.pendants.terminal import commands as do
 from openpendant.tools.pendants.terminal import lcd
@@ -31,13 +29,11 @@ async def log_in_slowly(client: PendantClient) -> None:
     await client.login("kim", password="correct horse")
 
 
-def refused(code: VerdictCode) -> Refused:
+def refused(code: V) -> Refused:
     return Refused(code, "scripted", -1, 0.0, 0.0)
 
 
 def failing(failure: PendantError, attempts: list[str]) -> LogIn:
-    """Return a login that fails, and notes each attempt."""
-
     async def log_in(_: PendantClient) -> None:
         attempts.append("tried")
         raise failure
@@ -59,7 +55,7 @@ async def test_an_owed_stop_leaves_between_the_hello_and_the_login() -> None:
 
 async def test_a_code_that_has_expired_ends_the_pendant_with_the_stop_confirmed() -> None:
     async with driven(pair, stops_first=True) as pendant:
-        pendant.server.refusals[Login] = (VerdictCode.PAIRING_WRONG, "")
+        pendant.server.refusals[Login] = (V.PAIRING_WRONG, "")
         with pytest.raises(Refused):
             await asyncio.wait_for(pendant.ran, 5.0)
         assert sent(pendant) == [Hello, SoftwareStop, Login]
@@ -69,9 +65,9 @@ async def test_a_code_that_has_expired_ends_the_pendant_with_the_stop_confirmed(
 @pytest.mark.parametrize(
     "failure",
     [
-        refused(VerdictCode.PAIRING_WRONG),
-        refused(VerdictCode.LOGIN_FAILED),
-        refused(VerdictCode.LOGIN_NEEDED),
+        refused(V.PAIRING_WRONG),
+        refused(V.LOGIN_FAILED),
+        refused(V.LOGIN_NEEDED),
         WrongArgument("the name is too long"),
     ],
 )
@@ -92,15 +88,15 @@ async def test_a_hopeless_login_ends_the_pendant_only_once_the_stop_is_answered(
 
 
 async def test_a_stop_that_is_refused_does_not_keep_a_hopeless_login_waiting() -> None:
-    async with driven(failing(refused(VerdictCode.PAIRING_WRONG), []), stops_first=True) as pendant:
-        pendant.server.refusals[SoftwareStop] = (VerdictCode.BAD_ARGUMENT, "no such reason")
+    async with driven(failing(refused(V.PAIRING_WRONG), []), stops_first=True) as pendant:
+        pendant.server.refusals[SoftwareStop] = (V.BAD_ARGUMENT, "no such reason")
         with pytest.raises(Refused):
             await asyncio.wait_for(pendant.ran, 1.0)
         assert pendant.panel.stop_key.is_owed
 
 
 async def test_a_hopeless_login_without_a_stop_ends_the_pendant_at_once() -> None:
-    log_in = failing(refused(VerdictCode.PAIRING_WRONG), [])
+    log_in = failing(refused(V.PAIRING_WRONG), [])
     async with driven() as pendant:
         another = TerminalConnection(Panel(), pendant.connect, log_in)
         with pytest.raises(Refused):
@@ -109,7 +105,7 @@ async def test_a_hopeless_login_without_a_stop_ends_the_pendant_at_once() -> Non
 
 async def test_a_connection_that_is_lost_before_the_answer_is_made_anew_for_the_stop() -> None:
     attempts: list[str] = []
-    failure = refused(VerdictCode.PAIRING_WRONG)
+    failure = refused(V.PAIRING_WRONG)
     async with driven(failing(failure, attempts), stops_first=True) as pendant:
         pendant.server.mutes = True
         pendant.server.mutes_all_but = Hello
@@ -127,7 +123,7 @@ async def test_a_connection_that_is_lost_before_the_answer_is_made_anew_for_the_
 
 async def test_whoever_is_locked_out_has_the_stop_heard_and_comes_again() -> None:
     async with driven(pair, stops_first=True) as pendant:
-        pendant.server.refusals[Login] = (VerdictCode.LOCKED_OUT, "")
+        pendant.server.refusals[Login] = (V.LOCKED_OUT, "")
         await pendant.until(lambda: not pendant.panel.stop_key.is_owed, 1.0)
         await pendant.until(lambda: pendant.panel.cell.is_connected, 5.0)
         assert sent(pendant) == [Hello, SoftwareStop, Login, Hello, Login]
@@ -157,17 +153,7 @@ async def test_a_login_that_ends_while_a_stop_waits_ends_the_pendant_after_its_a
         pendant.server.mutes = True
         pendant.strike(STOP_KEY)
         pendant.server.send(
-            Outcome(
-                request_id=0,
-                outcome=OutcomeKind.ABORTED,
-                code=VerdictCode.LOGIN_NEEDED,
-                joint=-1,
-                value=0.0,
-                limit=0.0,
-                plan_time=0.0,
-                motion_time=0.0,
-                text="the lesson is over",
-            )
+            Outcome(0, OutcomeKind.ABORTED, V.LOGIN_NEEDED, -1, 0, 0, 0, 0, "the lesson is over")
         )
         await pendant.until(lambda: "the lesson is over" in pendant.banner, 6.0)
         assert not pendant.panel.enabling.is_on

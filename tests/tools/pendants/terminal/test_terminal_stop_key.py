@@ -1,7 +1,5 @@
 """A stop that was pressed is owed until it is confirmed, and nobody is left in doubt about it."""
 
-from __future__ import annotations
-
 import asyncio
 
 import pytest

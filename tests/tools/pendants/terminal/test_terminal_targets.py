@@ -1,7 +1,5 @@
 """Typed absolute targets of the terminal pendant."""
 
-from __future__ import annotations
-
 import math
 from typing import Any
 
@@ -27,7 +25,6 @@ def rig() -> PanelRig:
 
 
 def typed(rig: PanelRig, text: str) -> Any:
-    """Return the one command that a typed text makes."""
     (command,) = rig.strike("=", *text, "enter")
     return command
 

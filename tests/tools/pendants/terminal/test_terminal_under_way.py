@@ -1,7 +1,5 @@
 """Only the program that runs is marked as running, and any other that does is named."""
 
-from __future__ import annotations
-
 from dataclasses import replace
 from typing import Any
 

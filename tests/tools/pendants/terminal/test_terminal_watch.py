@@ -1,7 +1,5 @@
 """The watch on the terminal."""
 
-from __future__ import annotations
-
 import os
 import sys
 import threading
