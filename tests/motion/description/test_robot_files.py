@@ -15,6 +15,7 @@ import yaml
 from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 from rigs.data.example_counts import few
+from rigs.motion.loaded_robots import SERIAL
 from rigs.motion.loaded_robots import load_robot as known_robot
 from rigs.motion.loaded_robots import serial_robot as known_serial
 
@@ -28,7 +29,6 @@ from openpendant.motion.description.robot import (
 from openpendant.motion.description.yaml_file import MAX_FILE_BYTES, read_mapping
 from openpendant.motion.errors import RobotFileError, UnknownRobot, UnsupportedKind, WrongJointCount
 
-SERIAL = tuple(name for name in robot_names() if name != "stewart_classroom")
 COUPLED = {
     "abb_irb1410": -1,
     "abb_irb2400": -1,

@@ -8,10 +8,10 @@ from xml.etree import ElementTree
 import numpy as np
 import pytest
 from rigs.data.urdf_files import ROBOTS_FILES
-from rigs.motion.loaded_robots import load_robot, serial_robot
+from rigs.motion.loaded_robots import SERIAL, load_robot, serial_robot
 
 from openpendant.motion.cli.robots import main
-from openpendant.motion.description.robot import robot_names
+from openpendant.motion.description.robot import SerialRobot, robot_names
 from openpendant.motion.description.robot import serial_robot as robot_of_file
 from openpendant.motion.description.schema import BoxFacts, CapsuleFacts
 from openpendant.motion.errors import BadArgument
@@ -39,7 +39,6 @@ from openpendant.motion.visuals.visuals import (
     robot_visuals,
 )
 
-SERIAL = tuple(name for name in robot_names() if name != "stewart_classroom")
 HERE = Pose.identity()
 
 
@@ -50,8 +49,7 @@ def drawn(name: str) -> tuple[Facet, ...]:
 
 
 @pytest.mark.parametrize("name", SERIAL)
-def test_every_link_has_a_shape_and_every_turning_joint_a_hub(name: str) -> None:
-    robot = serial_robot(name)
+def test_every_link_has_a_shape_and_every_turning_joint_a_hub(robot: SerialRobot) -> None:
     shapes = robot_visuals(robot).shapes
     assert {shape.link for shape in shapes} == set(robot.links)
     hubs = [shape.link for shape in shapes if shape.part is VisualPart.JOINT]
@@ -68,8 +66,9 @@ def test_visuals_are_of_sensible_size(name: str) -> None:
 
 
 @pytest.mark.parametrize("name", SERIAL)
-def test_body_shapes_are_as_large_as_the_collision_shapes_they_stand_for(name: str) -> None:
-    robot = serial_robot(name)
+def test_body_shapes_are_as_large_as_the_collision_shapes_they_stand_for(
+    robot: SerialRobot,
+) -> None:
     shown = [each for each in robot_visuals(robot).shapes if each.part is VisualPart.BODY]
     for link, shapes in robot.collision.items():
         for shape in shapes:
@@ -83,8 +82,7 @@ def test_body_shapes_are_as_large_as_the_collision_shapes_they_stand_for(name: s
 
 
 @pytest.mark.parametrize("name", ["ur5", "fanuc_m10ia", "fanuc_m410ib", "rail_kr5_arc"])
-def test_links_are_drawn_where_forward_kinematics_puts_them(name: str) -> None:
-    robot = serial_robot(name)
+def test_links_are_drawn_where_forward_kinematics_puts_them(robot: SerialRobot) -> None:
     position = np.array(robot.home_position) + 0.1
     places, kinematics = link_poses(robot, position.tolist()), Kinematics(robot)
     for link in robot.links:
@@ -103,8 +101,7 @@ def test_a_joint_moves_what_is_beyond_it_and_nothing_before_it() -> None:
 
 
 @pytest.mark.parametrize("name", ["ur5", "kuka_iiwa14", "abb_irb2400"])
-def test_a_hub_lies_on_its_joints_axis(name: str) -> None:
-    robot = serial_robot(name)
+def test_a_hub_lies_on_its_joints_axis(robot: SerialRobot) -> None:
     hubs = {
         each.link: each for each in robot_visuals(robot).shapes if each.part is VisualPart.JOINT
     }

@@ -6,10 +6,9 @@ from typing import Any
 import numpy as np
 import pytest
 import yaml
-from rigs.motion.loaded_robots import serial_robot
+from rigs.motion.loaded_robots import SERIAL, serial_robot
 from rigs.motion.robot_families import one_of_each_family
 
-from openpendant.motion.description.robot import robot_names
 from openpendant.motion.description.schema import Joint, JointType, Placement
 from openpendant.motion.errors import RobotFileError
 from openpendant.motion.kinematics.dh import dh_forward
@@ -17,8 +16,6 @@ from openpendant.motion.pose import Pose
 from openpendant.motion.robot_import.dh_derivation import chain_pose, derive_table, table_residual
 from openpendant.motion.robot_import.dh_file import read_dh_file
 from openpendant.motion.robot_import.imported_chain import ImportedJoint
-
-SERIAL = tuple(name for name in robot_names() if name != "stewart_classroom")
 
 Table = dict[str, object]
 

@@ -1,14 +1,11 @@
 import math
 from collections.abc import Sequence
-from functools import cache
 
 import numpy as np
 import pytest
-from numpy.typing import NDArray
-from rigs.motion.loaded_robots import load_robot, serial_robot
+from rigs.motion.loaded_robots import SERIAL, arm
 from rigs.motion.robot_families import FAMILIES
 
-from openpendant.motion.description.robot import SerialRobot, robot_names
 from openpendant.motion.errors import (
     BadArgument,
     BadCircle,
@@ -40,23 +37,15 @@ from openpendant.motion.paths.segments import (
     ThroughPoint,
 )
 from openpendant.motion.paths.tool_curves import ToolTurn
-from openpendant.motion.pose import Pose
+from openpendant.motion.pose import Array, Pose
 from openpendant.motion.timing.parameterization import time_legs
 from openpendant.motion.trajectory.certificate import certify
 from openpendant.motion.trajectory.joint_curves import JointLine, Path
 
-Array = NDArray[np.float64]
-
 START = [0.3, -1.4, 1.6, -1.2, -1.3, 0.4]
-SERIAL = [name for name in robot_names() if isinstance(load_robot(name), SerialRobot)]
 
 
-@cache
-def robot(name: str) -> Kinematics:
-    return Kinematics(serial_robot(name))
-
-
-UR5 = robot("ur5")
+UR5 = arm("ur5")
 HERE = UR5.forward(START)
 
 
@@ -123,7 +112,7 @@ def test_a_pose_and_a_joint_position_are_both_targets_of_every_kind() -> None:
 
 
 def test_a_target_in_the_root_frame_is_the_same_place() -> None:
-    kinematics = robot("kawasaki_ra10n")
+    kinematics = arm("kawasaki_ra10n")
     start = [0.2, 0.2, -1.2, 0.3, -0.8, 0.2]
     goal = [value + 0.05 for value in start]
     in_root = kinematics.forward(goal, "root")
@@ -133,7 +122,7 @@ def test_a_target_in_the_root_frame_is_the_same_place() -> None:
 
 
 def test_a_circle_in_the_root_frame_is_the_same_circle() -> None:
-    kinematics = robot("kawasaki_ra10n")
+    kinematics = arm("kawasaki_ra10n")
     start = [0.2, 0.2, -1.2, 0.3, -0.8, 0.2]
     goals = {}
     for frame in ("base", "root"):
@@ -383,7 +372,7 @@ def mixed(kinematics: Kinematics, random: np.random.Generator) -> tuple[Array, l
 
 
 def run_mixed(name: str, seed: int, wanted: int) -> None:
-    kinematics, random, done = robot(name), np.random.default_rng(seed), 0
+    kinematics, random, done = arm(name), np.random.default_rng(seed), 0
     for _ in range(20 * wanted):
         start, segments = mixed(kinematics, random)
         try:

@@ -5,17 +5,15 @@ import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
-from numpy.typing import NDArray
 from rigs.data.example_counts import few
 from rigs.motion.loaded_robots import serial_robot
 
 from openpendant.motion.errors import BadArgument, NoMotion, NotFinite, OutOfRange, WrongJointCount
 from openpendant.motion.paths.smoothing import SmoothedRecording, smooth
+from openpendant.motion.pose import Array
 from openpendant.motion.timing.parameterization import time_path
 from openpendant.motion.trajectory.certificate import certify
 from openpendant.motion.trajectory.joint_curves import JointSpline
-
-Array = NDArray[np.float64]
 
 LIMITS = serial_robot("ur5").limits
 

@@ -2,16 +2,19 @@ import math
 import warnings
 from collections.abc import Sequence
 from dataclasses import replace
+from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
+import yaml
 from hypothesis import given
 from hypothesis import strategies as st
-from numpy.typing import NDArray
 from rigs.data.example_counts import counts, few
 from rigs.motion import toppra_directly
 from rigs.motion.loaded_robots import serial_robot
 
+from openpendant.motion import errors
 from openpendant.motion.description.limits import JointLimits
 from openpendant.motion.errors import (
     BadArgument,
@@ -21,12 +24,18 @@ from openpendant.motion.errors import (
     WrongJointCount,
 )
 from openpendant.motion.paths.segments import SegmentRule
-from openpendant.motion.timing.parameterization import time_legs, time_path
+from openpendant.motion.pose import Array
+from openpendant.motion.timing.parameterization import (
+    rate_from_rest,
+    steady_rate,
+    time_legs,
+    time_path,
+    timing_grid,
+)
 from openpendant.motion.trajectory.certificate import certify
 from openpendant.motion.trajectory.joint_curves import JointLine, JointSpline
 from openpendant.motion.trajectory.ptp import plan_joint_move
-
-Array = NDArray[np.float64]
+from openpendant.motion.trajectory.trajectory import Trajectory
 
 ROBOTS = ("ur5", "abb_irb2400", "kawasaki_ra10n", "kuka_iiwa14", "puma560", "rail_kr5_arc")
 WIDE = JointLimits(
@@ -275,3 +284,96 @@ def test_where_the_solver_fails_a_slower_motion_is_certified(
     slower = time_path(path, WIDE)
     certify(slower, WIDE)
     assert slower.duration > fastest.duration
+
+
+GRID = timing_grid(np.array([0.0, 0.5, 1.0]))
+
+
+def test_the_grid_holds_every_knot_and_grows() -> None:
+    knots = np.array([0.0, 0.1, 0.7, 1.0])
+    grid = timing_grid(knots)
+    assert np.isin(knots, grid).all()
+    assert (np.diff(grid) > 0.0).all()
+
+
+@pytest.mark.parametrize("scale", [1.0, 1e-6, 1e-12])
+def test_no_motion_from_rest_to_rest_is_faster_than_the_bound(scale: float) -> None:
+    # One joint alone, whatever the unit: x'² = 2 s / slope until the middle, then back.
+    slope = np.full((len(GRID), 1), scale)
+    fastest = np.sqrt(2.0 * np.minimum(GRID, 1.0 - GRID) / scale)
+    bound = rate_from_rest(GRID, slope)
+    assert (bound >= fastest).all()
+    assert bound[1:-1] == pytest.approx(np.sqrt(2.0) * fastest[1:-1])
+
+
+def test_a_joint_that_stands_still_at_the_end_bounds_nothing_there() -> None:
+    slope = np.column_stack((np.ones(len(GRID)), np.where(GRID < 0.5, 1.0, 1e-17)))
+    assert (rate_from_rest(GRID, slope) > 0.0).all()
+
+
+def test_the_steady_motion_keeps_the_limits_everywhere() -> None:
+    slope = np.column_stack((np.cos(9.0 * GRID), np.sin(5.0 * GRID)))
+    bend = np.column_stack((-9.0 * np.sin(9.0 * GRID), 5.0 * np.cos(5.0 * GRID)))
+
+    rate = steady_rate(GRID, slope, bend, np.full(len(GRID), 0.2))
+
+    gain = np.diff(rate**2) / (2.0 * np.diff(GRID))
+    for square in (rate[:-1] ** 2, rate[1:] ** 2):
+        used = slope[:-1] * gain[:, np.newaxis] + bend[:-1] * square[:, np.newaxis]
+        assert np.abs(used).max() <= 1.0 + 1e-9
+    assert rate.max() <= 0.2
+    assert (rate[0], rate[-1]) == (0.0, 0.0)
+    assert (rate[1:-1] > 0.0).all()
+
+
+SUITE: dict[str, Any] = yaml.safe_load(
+    Path(__file__).with_name("timing_problems.yaml").read_text("utf-8")
+)
+PROBLEMS: dict[str, dict[str, Any]] = {problem["name"]: problem for problem in SUITE["problems"]}
+CERTIFIED = [name for name, problem in PROBLEMS.items() if problem["answer"] == "certified"]
+REFUSED = [name for name in PROBLEMS if name not in CERTIFIED]
+
+
+def limits_of(problem: dict[str, Any]) -> JointLimits:
+    values = SUITE["limits"] | problem.get("limits", {})
+    return JointLimits(
+        names=("joint_1", "joint_2"),
+        prismatic=(False, False),
+        **{field: (float(value),) * 2 for field, value in values.items()},
+    )
+
+
+def waypoints_of(problem: dict[str, Any]) -> Array | list[list[float]]:
+    random = np.random.default_rng(11)
+    if "cloud" in problem:
+        count, noise = problem["cloud"]["count"], problem["cloud"]["noise"]
+        return random.normal(0.0, 1.0, (count, 2)) * float(noise)
+    if "recorded" in problem:
+        count, noise = problem["recorded"]["count"], problem["recorded"]["noise"]
+        phase = np.linspace(0.0, 1.0, count)[:, np.newaxis] * random.uniform(3.0, 9.0, 2)
+        sweep: Array = np.sin(phase + random.uniform(0.0, 6.0, 2))
+        return sweep + random.normal(0.0, 1.0, (count, 2)) * float(noise)
+    given: list[list[float]] = problem["waypoints"]
+    return given
+
+
+def answer(problem: dict[str, Any]) -> Trajectory:
+    limits = limits_of(problem)
+    return time_path(JointSpline(waypoints_of(problem), limits), limits)
+
+
+@pytest.mark.parametrize("name", CERTIFIED)
+def test_the_problem_gets_a_certified_motion(name: str) -> None:
+    problem = PROBLEMS[name]
+    waypoints = np.array(waypoints_of(problem))
+    trajectory = answer(problem)
+    certify(trajectory, limits_of(problem), start=waypoints[0])
+    assert np.array_equal(trajectory.position[[0, -1]], waypoints[[0, -1]])
+    assert trajectory.duration <= problem.get("most", 3600.0)
+
+
+@pytest.mark.parametrize("name", REFUSED)
+def test_the_problem_is_refused_in_words(name: str) -> None:
+    problem = PROBLEMS[name]
+    with pytest.raises(getattr(errors, problem["answer"]), match=problem["words"]):
+        answer(problem)

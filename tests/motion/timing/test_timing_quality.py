@@ -2,23 +2,19 @@
 
 import numpy as np
 import pytest
-from numpy.typing import NDArray
-from rigs.motion.loaded_robots import serial_robot
+from rigs.motion.loaded_robots import SERIAL, serial_robot
 from rigs.motion.robot_families import FAMILIES
 from rigs.motion.toppra_directly import certified_duration
 
 from openpendant.motion.description.limits import JointLimits
-from openpendant.motion.description.robot import robot_names
 from openpendant.motion.errors import OutOfRange
+from openpendant.motion.pose import Array
 from openpendant.motion.timing.parameterization import time_path
 from openpendant.motion.trajectory.certificate import certify
 from openpendant.motion.trajectory.joint_curves import JointSpline
 from openpendant.motion.trajectory.sample_checks import ACCELERATION_TOLERANCE, VELOCITY_TOLERANCE
 from openpendant.motion.trajectory.time_scaling import IntersampleCheck
 
-Array = NDArray[np.float64]
-
-ROBOTS = [name for name in robot_names() if name != "stewart_classroom"]
 PERIOD = 0.01
 
 
@@ -45,7 +41,7 @@ def check_random_trajectories(
     That and ten times the samples take most of the time: both may be left out.
     """
     limits = serial_robot(name).limits
-    random = np.random.default_rng([seed, ROBOTS.index(name)])
+    random = np.random.default_rng([seed, SERIAL.index(name)])
     ratios = []
     for _ in range(count):
         path, waypoints = random_path(limits, random)
@@ -71,19 +67,19 @@ def check_random_trajectories(
     return ratios
 
 
-@pytest.mark.parametrize("name", ROBOTS)
+@pytest.mark.parametrize("name", SERIAL)
 def test_random_trajectories_are_certified(name: str) -> None:
     check_random_trajectories(name, seed=1, count=4, compared=False)
 
 
-@pytest.mark.parametrize("name", [name for name in ROBOTS if name in FAMILIES])
+@pytest.mark.parametrize("name", [name for name in SERIAL if name in FAMILIES])
 def test_random_trajectories_are_near_a_finer_solution(name: str) -> None:
     assert max(check_random_trajectories(name, seed=3, count=1)) <= 1.05
 
 
 @pytest.mark.soak
 @pytest.mark.timeout(3600)
-@pytest.mark.parametrize("name", ROBOTS)
+@pytest.mark.parametrize("name", SERIAL)
 def test_ten_thousand_random_trajectories_are_certified_and_near_a_finer_solution(
     name: str,
 ) -> None:

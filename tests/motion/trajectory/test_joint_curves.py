@@ -4,7 +4,6 @@ import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
-from numpy.typing import NDArray
 
 from openpendant.motion.description.limits import JointLimits
 from openpendant.motion.errors import (
@@ -15,14 +14,13 @@ from openpendant.motion.errors import (
     OutOfRange,
     WrongJointCount,
 )
+from openpendant.motion.pose import Array
 from openpendant.motion.trajectory.joint_curves import (
     JointLine,
     JointSpline,
     check_extent,
     settle_start,
 )
-
-Array = NDArray[np.float64]
 
 LIMITS = JointLimits(
     names=("a", "b", "c"),

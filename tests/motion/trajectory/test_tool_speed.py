@@ -3,11 +3,11 @@ import math
 
 import numpy as np
 import pytest
-from numpy.typing import NDArray
-from rigs.motion.loaded_robots import serial_robot
+from rigs.motion.loaded_robots import arm
 
 from openpendant.motion.errors import BadArgument, CertificateRefused, FrameUnknown
 from openpendant.motion.kinematics.serial import Kinematics
+from openpendant.motion.pose import Array
 from openpendant.motion.timing.parameterization import time_legs, time_path
 from openpendant.motion.trajectory.certificate import certify
 from openpendant.motion.trajectory.joint_curves import JointLine, JointSpline
@@ -21,13 +21,7 @@ from openpendant.motion.trajectory.point_speed import (
     tool_point,
 )
 
-Array = NDArray[np.float64]
-
 ROBOTS = ("ur5", "abb_irb2400", "kuka_iiwa14", "rail_kr5_arc", "mitsubishi_rh6frh5520")
-
-
-def arm(name: str) -> Kinematics:
-    return Kinematics(serial_robot(name))
 
 
 @pytest.fixture

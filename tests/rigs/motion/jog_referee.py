@@ -11,17 +11,15 @@ from collections.abc import Sequence
 from dataclasses import dataclass, field
 
 import numpy as np
-from numpy.typing import NDArray
 from promises.promise_table import figure
 
 from openpendant.motion.description.limits import JointLimits
 from openpendant.motion.jog import Jogger, JogSetpoint, JogTarget
 from openpendant.motion.kinematics.serial import Kinematics
 from openpendant.motion.paths.mechanism import Mechanism, SerialMechanism
+from openpendant.motion.pose import Array
 from openpendant.motion.scene.collision import CollisionModel
 from openpendant.motion.trajectory.point_speed import elbow_link
-
-Array = NDArray[np.float64]
 
 POINT_LIMIT = figure(12, "speed").bound / 1e3 * (1.0 + figure(12, "excess").bound)
 CLEAR = figure(16, "clear").bound / 1e3

@@ -9,6 +9,10 @@ from functools import cache
 
 from openpendant.motion.description import robot as motion_robot
 from openpendant.motion.description.robot import Robot, SerialRobot, robot_names
+from openpendant.motion.kinematics.serial import Kinematics
+
+SERIAL = tuple(name for name in robot_names() if name != "stewart_classroom")
+"""Every arm of the project."""
 
 
 @cache
@@ -23,3 +27,9 @@ def serial_robot(name: str) -> SerialRobot:
     found = load_robot(name)
     assert isinstance(found, SerialRobot), name
     return found
+
+
+@cache
+def arm(name: str) -> Kinematics:
+    """Return the kinematics of an arm, which a test must not change."""
+    return Kinematics(serial_robot(name))

@@ -3,11 +3,9 @@ from itertools import pairwise
 
 import numpy as np
 import pytest
-from numpy.typing import NDArray
 from rigs.data.example_counts import counts
-from rigs.motion.loaded_robots import serial_robot
+from rigs.motion.loaded_robots import SERIAL, arm, serial_robot
 
-from openpendant.motion.description.robot import robot_names
 from openpendant.motion.errors import (
     BadArgument,
     FrameUnknown,
@@ -34,9 +32,6 @@ from openpendant.motion.kinematics.ik.ik import (
 from openpendant.motion.kinematics.serial import Kinematics
 from openpendant.motion.pose import Pose
 
-Array = NDArray[np.float64]
-
-SERIAL = tuple(name for name in robot_names() if name != "stewart_classroom")
 SIX_AXES = tuple(name for name in SERIAL if serial_robot(name).dof == 6)
 OTHERS = tuple(name for name in SERIAL if name not in SIX_AXES)
 
@@ -68,7 +63,7 @@ def solved_share(kinematics: Kinematics, count: int, chance: int = 1) -> float:
 @pytest.mark.parametrize("count", counts(40, 1000))
 @pytest.mark.parametrize("name", SIX_AXES)
 def test_every_reachable_pose_of_a_six_axis_robot_is_solved(name: str, count: int) -> None:
-    assert solved_share(Kinematics(serial_robot(name)), count) == 1.0
+    assert solved_share(arm(name), count) == 1.0
 
 
 ALL_OF_50 = [(50, 1.0), pytest.param(1000, 0.999, marks=pytest.mark.soak)]
@@ -80,15 +75,14 @@ ALL_OF_50 = [(50, 1.0), pytest.param(1000, 0.999, marks=pytest.mark.soak)]
 def test_reachable_poses_of_robots_with_fewer_or_more_axes_are_solved(
     name: str, count: int, share: float
 ) -> None:
-    assert solved_share(Kinematics(serial_robot(name)), count) >= share
+    assert solved_share(arm(name), count) >= share
 
 
 @pytest.mark.parametrize("count", counts(8, 200))
 @pytest.mark.parametrize("name", SERIAL)
 def test_a_pose_near_the_seed_is_solved_near_the_seed_without_restarts(
-    name: str, count: int
+    kinematics: Kinematics, count: int
 ) -> None:
-    kinematics = Kinematics(serial_robot(name))
     random = np.random.default_rng(2)
     seed = np.array(kinematics.robot.home_position)
     for _ in range(count):
@@ -101,8 +95,7 @@ def test_a_pose_near_the_seed_is_solved_near_the_seed_without_restarts(
 
 @pytest.mark.parametrize("count", counts(8, 200))
 @pytest.mark.parametrize("name", SERIAL)
-def test_a_pose_with_joints_on_their_bounds_is_solved(name: str, count: int) -> None:
-    kinematics = Kinematics(serial_robot(name))
+def test_a_pose_with_joints_on_their_bounds_is_solved(kinematics: Kinematics, count: int) -> None:
     random = np.random.default_rng(3)
     for _ in range(count):
         inside = random.uniform(kinematics.lower, kinematics.upper)
@@ -131,22 +124,21 @@ def test_a_pose_with_joints_on_their_bounds_is_solved(name: str, count: int) -> 
 def test_a_pose_in_a_corner_of_the_limits_is_solved(
     position: tuple[float, ...], seed: tuple[float, ...]
 ) -> None:
-    kinematics = Kinematics(serial_robot("kuka_iiwa14"))
+    kinematics = arm("kuka_iiwa14")
     target = kinematics.forward(position)
     assert_solves(kinematics, solve(kinematics, target, seed), target, "base")
 
 
 @pytest.mark.parametrize("frame", ["base", "root"])
 @pytest.mark.parametrize("name", ["ur5", "fanuc_m10ia"])
-def test_the_target_is_read_in_the_frame_asked_for(name: str, frame: str) -> None:
-    kinematics = Kinematics(serial_robot(name))
+def test_the_target_is_read_in_the_frame_asked_for(kinematics: Kinematics, frame: str) -> None:
     home = kinematics.robot.home_position
     target = kinematics.forward(np.array(home) + 0.1, frame)
     assert_solves(kinematics, solve(kinematics, target, home, frame=frame), target, frame)
 
 
 def test_the_turn_nearest_to_the_seed_is_taken_where_the_limits_allow_it() -> None:
-    kinematics = Kinematics(serial_robot("ur5"))
+    kinematics = arm("ur5")
     position = np.array(kinematics.robot.home_position)
     target = kinematics.forward(position)
     for turn in (-1.0, 0.0):
@@ -157,14 +149,14 @@ def test_the_turn_nearest_to_the_seed_is_taken_where_the_limits_allow_it() -> No
 
 
 def test_a_seed_beyond_the_limits_starts_at_the_bound() -> None:
-    kinematics = Kinematics(serial_robot("kuka_kr5_arc"))
+    kinematics = arm("kuka_kr5_arc")
     target = kinematics.forward(kinematics.robot.home_position)
     solution = solve(kinematics, target, (1e300,) * 6)
     assert_solves(kinematics, solution, target, "base")
 
 
 def test_the_same_question_gets_the_same_answer() -> None:
-    kinematics = Kinematics(serial_robot("kuka_iiwa14"))
+    kinematics = arm("kuka_iiwa14")
     random = np.random.default_rng(5)
     position, seed = random.uniform(kinematics.lower, kinematics.upper, (2, 7))
     target = kinematics.forward(position)
@@ -175,7 +167,7 @@ def test_the_same_question_gets_the_same_answer() -> None:
 
 
 def test_a_pose_out_of_reach_is_refused_with_how_near_one_can_get() -> None:
-    kinematics = Kinematics(serial_robot("abb_irb2400"))
+    kinematics = arm("abb_irb2400")
     home = kinematics.robot.home_position
     target = Pose.from_values((5.0, 0.0, 1.0), (0.0, 0.0, 0.0, 1.0))
     with pytest.raises(PoseUnreachable) as refused:
@@ -187,8 +179,9 @@ def test_a_pose_out_of_reach_is_refused_with_how_near_one_can_get() -> None:
 
 
 @pytest.mark.parametrize("name", ["fanuc_m410ib", "mitsubishi_rh6frh5520"])
-def test_a_tilt_that_a_four_axis_arm_cannot_take_is_refused_with_that_tilt(name: str) -> None:
-    kinematics = Kinematics(serial_robot(name))
+def test_a_tilt_that_a_four_axis_arm_cannot_take_is_refused_with_that_tilt(
+    kinematics: Kinematics,
+) -> None:
     home = kinematics.robot.home_position
     here = kinematics.forward(home)
     tilted = here.compose(Pose.from_rpy((0.0, 0.0, 0.0), (0.3, 0.0, 0.0)))
@@ -199,16 +192,16 @@ def test_a_tilt_that_a_four_axis_arm_cannot_take_is_refused_with_that_tilt(name:
 
 
 @pytest.mark.parametrize("name", ["fanuc_m410ib", "mitsubishi_rh6frh5520"])
-def test_a_four_axis_arm_turns_its_tool_about_the_vertical(name: str) -> None:
-    kinematics = Kinematics(serial_robot(name))
+def test_a_four_axis_arm_turns_its_tool_about_the_vertical(kinematics: Kinematics) -> None:
     home = kinematics.robot.home_position
     turned = kinematics.forward(home).compose(Pose.from_rpy((0.0, 0.0, 0.0), (0.0, 0.0, 0.7)))
     assert_solves(kinematics, solve(kinematics, turned, home), turned, "base")
 
 
 @pytest.mark.parametrize("name", ["abb_irb2400", "fanuc_m10ia", "ur5"])
-def test_a_pose_reached_only_beyond_a_limit_names_joint_value_and_limit(name: str) -> None:
-    kinematics = Kinematics(serial_robot(name))
+def test_a_pose_reached_only_beyond_a_limit_names_joint_value_and_limit(
+    name: str, kinematics: Kinematics
+) -> None:
     robot = kinematics.robot
     beyond = np.array(robot.home_position)
     # Every branch needs joint 6 at one of two angles half a turn apart; a narrow range has neither.
@@ -231,7 +224,7 @@ def test_a_pose_reached_only_beyond_a_limit_names_joint_value_and_limit(name: st
 
 
 def test_a_pose_that_only_breaks_a_limit_is_refused_with_the_distance_left() -> None:
-    kinematics = Kinematics(serial_robot("rail_kr5_arc"))
+    kinematics = arm("rail_kr5_arc")
     beyond = np.array(kinematics.robot.home_position)
     beyond[0] = kinematics.upper[0] + 5.0
     with pytest.raises(PoseUnreachable) as refused:
@@ -240,7 +233,7 @@ def test_a_pose_that_only_breaks_a_limit_is_refused_with_the_distance_left() -> 
 
 
 def test_the_outer_time_cap_ends_a_search() -> None:
-    kinematics = Kinematics(serial_robot("ur5"))
+    kinematics = arm("ur5")
     target = Pose.from_values((5.0, 0.0, 1.0), (0.0, 0.0, 0.0, 1.0))
     with pytest.raises(PoseUnreachable) as refused:
         solve(kinematics, target, kinematics.robot.home_position, restarts=10_000, time_cap=0.0)
@@ -248,7 +241,7 @@ def test_the_outer_time_cap_ends_a_search() -> None:
 
 
 def test_a_malformed_seed_is_refused() -> None:
-    kinematics = Kinematics(serial_robot("ur5"))
+    kinematics = arm("ur5")
     target = Pose.identity()
     with pytest.raises(WrongJointCount):
         solve(kinematics, target, (0.0,) * 5)
@@ -257,13 +250,13 @@ def test_a_malformed_seed_is_refused() -> None:
 
 
 def test_an_unknown_frame_is_refused() -> None:
-    kinematics = Kinematics(serial_robot("ur5"))
+    kinematics = arm("ur5")
     with pytest.raises(FrameUnknown):
         solve(kinematics, Pose.identity(), kinematics.robot.home_position, frame="world")
 
 
 def test_budgets_and_tolerances_out_of_range_are_refused() -> None:
-    kinematics = Kinematics(serial_robot("ur5"))
+    kinematics = arm("ur5")
     home = kinematics.robot.home_position
     target = Pose.identity()
     with pytest.raises(BadArgument, match="restarts"):
@@ -277,8 +270,7 @@ def test_budgets_and_tolerances_out_of_range_are_refused() -> None:
 
 
 @pytest.mark.parametrize("name", ["ur5", "abb_irb2400", "fanuc_m10ia"])
-def test_all_answers_are_right_different_and_nearest_first(name: str) -> None:
-    kinematics = Kinematics(serial_robot(name))
+def test_all_answers_are_right_different_and_nearest_first(kinematics: Kinematics) -> None:
     random = np.random.default_rng(6)
     for _ in range(5):
         position, seed = random.uniform(kinematics.lower, kinematics.upper, (2, 6))
@@ -299,7 +291,7 @@ def test_all_answers_are_right_different_and_nearest_first(name: str) -> None:
 
 
 def test_a_joint_with_two_turns_of_range_gives_each_branch_in_all_of_them() -> None:
-    kinematics = Kinematics(serial_robot("ur5"))
+    kinematics = arm("ur5")
     position = np.array([0.3, -1.2, 1.1, -0.8, 0.9, 0.4])
     answers = solve_all(kinematics, kinematics.forward(position), position)
     # Five joints reach two full turns and the elbow one, so eight branches become 8 · 2⁵.
@@ -308,8 +300,7 @@ def test_a_joint_with_two_turns_of_range_gives_each_branch_in_all_of_them() -> N
 
 
 @pytest.mark.parametrize("name", ["ur5", "abb_irb2400", "fanuc_m10ia", "rail_kr5_arc"])
-def test_an_answer_asked_for_by_configuration_has_it(name: str) -> None:
-    kinematics = Kinematics(serial_robot(name))
+def test_an_answer_asked_for_by_configuration_has_it(kinematics: Kinematics) -> None:
     random = np.random.default_rng(7)
     for _ in range(10):
         position, seed = random.uniform(kinematics.lower, kinematics.upper, (2, kinematics.dof))
@@ -322,7 +313,7 @@ def test_an_answer_asked_for_by_configuration_has_it(name: str) -> None:
 
 
 def test_a_configuration_outside_the_limits_is_refused_though_others_fit() -> None:
-    kinematics = Kinematics(serial_robot("abb_irb2400"))
+    kinematics = arm("abb_irb2400")
     home = kinematics.robot.home_position
     behind = Configuration(Shoulder.BACK, Elbow.UP, Wrist.NO_FLIP)
     with pytest.raises(OutOfRange):
@@ -330,7 +321,7 @@ def test_a_configuration_outside_the_limits_is_refused_though_others_fit() -> No
 
 
 def test_a_configuration_out_of_reach_is_refused_though_others_reach() -> None:
-    kinematics = Kinematics(serial_robot("kuka_kr5_arc"))
+    kinematics = arm("kuka_kr5_arc")
     # Nearly stretched forwards: backwards over its own base the arm would be too short.
     stretched = np.array([0.0, -0.05, 0.3, 0.0, 0.5, 0.0])
     behind = Configuration(Shoulder.BACK, Elbow.UP, Wrist.NO_FLIP)
@@ -362,7 +353,7 @@ def test_an_arm_with_an_offset_wrist_is_solved_by_search(count: int, share: floa
 
 
 def test_a_configuration_is_refused_for_a_robot_without_flags() -> None:
-    kinematics = Kinematics(serial_robot("kuka_iiwa14"))
+    kinematics = arm("kuka_iiwa14")
     home = kinematics.robot.home_position
     wanted = Configuration(Shoulder.FRONT, Elbow.UP, Wrist.FLIP)
     with pytest.raises(BadArgument, match="configuration"):
@@ -370,7 +361,7 @@ def test_a_configuration_is_refused_for_a_robot_without_flags() -> None:
 
 
 def test_a_configuration_with_a_wrong_number_of_turns_is_refused() -> None:
-    kinematics = Kinematics(serial_robot("ur5"))
+    kinematics = arm("ur5")
     home = kinematics.robot.home_position
     wanted = Configuration(Shoulder.FRONT, Elbow.UP, Wrist.FLIP, (0, 0))
     with pytest.raises(WrongJointCount):
@@ -378,8 +369,7 @@ def test_a_configuration_with_a_wrong_number_of_turns_is_refused() -> None:
 
 
 @pytest.mark.parametrize("name", ["kuka_iiwa14", "mitsubishi_rh6frh5520", "rail_kr5_arc"])
-def test_all_answers_of_a_robot_with_a_search_are_right(name: str) -> None:
-    kinematics = Kinematics(serial_robot(name))
+def test_all_answers_of_a_robot_with_a_search_are_right(kinematics: Kinematics) -> None:
     random = np.random.default_rng(8)
     position, seed = random.uniform(kinematics.lower, kinematics.upper, (2, kinematics.dof))
     target = kinematics.forward(position)
@@ -390,7 +380,7 @@ def test_all_answers_of_a_robot_with_a_search_are_right(name: str) -> None:
 
 
 def test_a_spare_joint_tends_to_the_middle_of_its_range() -> None:
-    kinematics = Kinematics(serial_robot("kuka_iiwa14"))
+    kinematics = arm("kuka_iiwa14")
     random = np.random.default_rng(9)
     shares = []
     for _ in range(40):
@@ -402,13 +392,13 @@ def test_a_spare_joint_tends_to_the_middle_of_its_range() -> None:
 
 
 def test_a_spare_joint_stays_where_it_is_when_the_target_is_near() -> None:
-    kinematics = Kinematics(serial_robot("kuka_iiwa14"))
+    kinematics = arm("kuka_iiwa14")
     seed = np.array([1.5, 1.0, -1.2, 1.3, 2.0, -1.0, 0.4])
     solution = solve(kinematics, kinematics.forward(seed), seed)
     np.testing.assert_allclose(solution.joint_position, seed, rtol=0, atol=1e-9)
 
 
 def test_a_time_cap_that_is_not_a_number_is_refused() -> None:
-    kinematics = Kinematics(serial_robot("ur5"))
+    kinematics = arm("ur5")
     with pytest.raises(BadArgument, match="time_cap"):
         solve(kinematics, Pose.identity(), kinematics.robot.home_position, time_cap=math.nan)
