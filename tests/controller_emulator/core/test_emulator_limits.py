@@ -107,7 +107,7 @@ UNEVEN = JointLimits(("j",), (-0.1,), (0.1,), (0.7,), (1.1,), (False,))
         (-next_float32(float32(0.1)), FAILURE),
     ],
 )
-def test_a_bound_rounded_to_a_four_byte_real_is_legal_and_the_next_one_is_not(
+def test_a_bound_rounded_to_four_bytes_is_legal_and_the_next_is_not(
     value: float, code: int
 ) -> None:
     rig = ControllerRig(limits=UNEVEN, start=(0.0,))
@@ -126,8 +126,9 @@ def test_a_stated_velocity_may_exceed_its_limit_by_a_millionth(factor: float, co
 
 @pytest.mark.parametrize(("factor", "code"), [(1.0, SUCCESS), (1.0009, SUCCESS), (1.002, FAILURE)])
 def test_velocity_over_time_may_exceed_the_acceleration_limit_by_a_thousandth(
-    factor: float, code: int, rig: ControllerRig
+    factor: float, code: int
 ) -> None:
+    rig = ControllerRig()
     rig.code(STANDING)
     a = 4.0 * factor
     assert rig.code(full_point(1, 0.25, (a / 32, 0.0), (a / 4, 0.0))) == code
@@ -298,9 +299,10 @@ def test_what_is_too_much_backwards_is_refused_as_it_is_forwards(kind: Violation
 @pytest.mark.parametrize("side", [1.0, -1.0])
 @pytest.mark.parametrize(("place", "code"), [(1.88, SUCCESS), (1.885, FAILURE)])
 def test_a_joint_must_be_able_to_stop_before_the_end_of_its_range(
-    side: float, place: float, code: int, rig: ControllerRig
+    side: float, place: float, code: int
 ) -> None:
     """At 1 rad/s and 4.2 rad/s², 5 % above its limit, it needs 0.119 rad of the way to 2 rad."""
+    rig = ControllerRig()
     rig.stream(STANDING, full_point(1, 2.0, (side * 1.5, 0.0), (side * 1.0, 0.0)))
     there = full_point(2, 2.0 + place - 1.5, (side * place, 0.0), (side * 1.0, 0.0))
     assert rig.code(there) == code

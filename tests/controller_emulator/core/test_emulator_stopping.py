@@ -287,8 +287,7 @@ def test_a_buffer_that_had_run_dry_before_the_stall_is_not_filled_by_it() -> Non
     assert rig.status.error_code == ErrorCode.BUFFER_UNDERRUN
 
 
-def test_a_motion_that_ends_at_rest_ends_in_its_time() -> None:
-    rig = ControllerRig()
+def test_a_motion_that_ends_at_rest_ends_in_its_time(rig: ControllerRig) -> None:
     rig.stream(full_point(0, 0.0, (0.0, 0.0)), full_point(1, 0.5, (0.1, 0.0)))
     rig.wait(100)
     away(rig, 400)

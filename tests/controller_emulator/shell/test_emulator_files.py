@@ -27,6 +27,8 @@ from openpendant.controller_emulator.shell.settings import (
 )
 from openpendant.simplemsg.pendant import OperatorAction
 
+Capture = pytest.CaptureFixture[str]
+
 
 def written(folder: Path, text: str) -> Path:
     file = folder / "cell.toml"
@@ -47,7 +49,7 @@ def test_arguments_go_before_the_file_and_the_file_before_the_defaults(tmp_path:
         ("robot = 'puma560'\n[emulator]\nrobot = 'epson_c3'\n", "epson_c3"),
     ],
 )
-def test_the_cells_robot_is_emulated_unless_the_table_names_another(
+def test_the_cells_robot_is_emulated_unless_another_is_named(
     tmp_path: Path, text: str, robot: str
 ) -> None:
     assert load_settings(written(tmp_path, text)).robot == robot
@@ -179,7 +181,7 @@ def test_who_asks_for_uvloop_gets_a_loop_of_it() -> None:
 
 @pytest.mark.parametrize("asked", ["argument", "file"])
 def test_without_uvloop_the_extra_that_brings_it_is_named(
-    asked: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+    asked: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: Capture
 ) -> None:
     monkeypatch.setitem(sys.modules, "uvloop", None)
     file = tmp_path / "cell.toml"
@@ -191,16 +193,14 @@ def test_without_uvloop_the_extra_that_brings_it_is_named(
 
 
 def test_a_loop_of_another_name_is_refused_with_those_there_are(
-    capsys: pytest.CaptureFixture[str],
+    capsys: Capture,
 ) -> None:
     assert main(["--event-loop", "libev"]) == USAGE
     said = "arguments: emulator.event_loop = 'libev': expected 'asyncio' or 'uvloop'"
     assert capsys.readouterr().err == f"openpendant emulate: {said}\n"
 
 
-def test_a_cells_event_loop_is_the_servers_own(
-    tmp_path: Path, capsys: pytest.CaptureFixture[str]
-) -> None:
+def test_a_cells_event_loop_is_the_servers_own(tmp_path: Path, capsys: Capture) -> None:
     file = tmp_path / "cell.toml"
     file.write_text('event_loop = "uvloop"\n')
     assert main(["--config", str(file), "--print-config"]) == 0

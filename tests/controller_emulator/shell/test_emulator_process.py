@@ -30,6 +30,8 @@ from openpendant.simplemsg import (
     Status,
 )
 
+Capture = pytest.CaptureFixture[str]
+
 MODULE = "openpendant.controller_emulator"
 FREE_PORTS = ("--motion-port", "0", "--state-port", "0")
 TIMEOUT_S = 20.0
@@ -110,9 +112,7 @@ def test_it_is_ready_in_less_than_70_mb_and_sums_up_at_sigterm(launch: Launch) -
     assert err.startswith("referee: 0 violations")
 
 
-def test_a_violation_is_in_the_summary_the_report_and_the_exit_code(
-    launch: Launch, tmp_path: Path
-) -> None:
+def test_a_violation_is_in_summary_report_and_exit_code(launch: Launch, tmp_path: Path) -> None:
     report = tmp_path / "report.json"
     process = launch("--json", "--strict", "--report", str(report))
     ports = ready(process)
@@ -163,7 +163,7 @@ def test_keys_at_a_terminal_stop_reset_and_quit(launch: Launch) -> None:
     os.close(terminal)
 
 
-def test_a_port_in_use_is_one_line_and_an_exit_code(capsys: pytest.CaptureFixture[str]) -> None:
+def test_a_port_in_use_is_one_line_and_an_exit_code(capsys: Capture) -> None:
     with socket.create_server(("127.0.0.1", 0)) as taken:
         port = str(taken.getsockname()[1])
         assert main(["--motion-port", port, "--state-port", "0"]) == 3
@@ -187,7 +187,7 @@ def test_a_port_in_use_is_one_line_and_an_exit_code(capsys: pytest.CaptureFixtur
     ],
 )
 def test_what_cannot_be_started_is_one_line_and_an_exit_code(
-    arguments: list[str], words: str, code: int, capsys: pytest.CaptureFixture[str]
+    arguments: list[str], words: str, code: int, capsys: Capture
 ) -> None:
     assert main([*FREE_PORTS, *arguments]) == code
     captured = capsys.readouterr()
@@ -196,7 +196,7 @@ def test_what_cannot_be_started_is_one_line_and_an_exit_code(
     assert words in captured.err
 
 
-def test_the_settings_in_effect_can_be_printed(capsys: pytest.CaptureFixture[str]) -> None:
+def test_the_settings_in_effect_can_be_printed(capsys: Capture) -> None:
     assert main(["--print-config", "--rate", "50"]) == 0
     out = capsys.readouterr().out
     assert out.startswith("[emulator]\n")
@@ -204,9 +204,7 @@ def test_the_settings_in_effect_can_be_printed(capsys: pytest.CaptureFixture[str
 
 
 @pytest.mark.parametrize(("host", "warnings"), [("0.0.0.0", 1), ("127.0.0.2", 0)])
-def test_an_address_that_others_reach_is_warned_of(
-    launch: Launch, host: str, warnings: int
-) -> None:
+def test_an_address_that_others_reach_is_told(launch: Launch, host: str, warnings: int) -> None:
     process = launch("--host", host)
     ready(process)
     process.send_signal(signal.SIGTERM)
@@ -253,7 +251,7 @@ def test_one_process_runs_a_class_of_controllers(launch: Launch) -> None:
     ],
 )
 def test_a_class_that_cannot_be_is_refused(
-    arguments: tuple[str, ...], accepted: str, capsys: pytest.CaptureFixture[str]
+    arguments: tuple[str, ...], accepted: str, capsys: Capture
 ) -> None:
     assert main(arguments) == 2
     assert f"expected {accepted}" in capsys.readouterr().err

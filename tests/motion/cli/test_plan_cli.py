@@ -114,7 +114,7 @@ def test_a_bar_is_shown_for_what_takes_long(
         (["--robot", "ur5", "--nonsense"], 2, "--nonsense"),
     ],
 )
-def test_a_refusal_is_one_line_with_its_code(
+def test_a_refusal_is_a_line_and_code(
     capsys: Capture, argv: list[str], code: int, said: str
 ) -> None:
     assert main(argv) == code
@@ -162,7 +162,7 @@ def test_a_goal_in_the_pillar_names_it(capsys: Capture, scene: str) -> None:
         (["--goal", "home"], "goal is 'home'; accepted: a JSON list of joint values"),
     ],
 )
-def test_a_goal_that_is_none_is_refused_by_its_own_name(
+def test_a_bad_goal_is_refused_by_its_own_name(
     capsys: Capture, option: list[str], told: str
 ) -> None:
     assert main(["--robot", "ur5", *option]) == ExitCode.USAGE

@@ -106,9 +106,7 @@ def test_ik_starts_from_the_seed(capsys: Capture) -> None:
     assert found["joints"][5] == pytest.approx(-2.0 * math.pi)
 
 
-def test_a_robot_file_never_seen_before_works_everywhere(
-    capsys: Capture, unseen_robot: Path
-) -> None:
+def test_a_robot_file_never_seen_works_everywhere(capsys: Capture, unseen_robot: Path) -> None:
     file = str(unseen_robot)
     long_arm = answer(capsys, "fk", file, "--joints", "[0,0,0,0,0,0]")
     ur5 = answer(capsys, "fk", "ur5", "--joints", "[0,0,0,0,0,0]")
@@ -202,9 +200,7 @@ def test_check_says_what_is_wrong_and_fails(capsys: Capture, tmp_path: Path) -> 
     assert "1 of 3 robots are good" in report
 
 
-def test_check_refuses_a_platform_whose_leg_lengths_fit_two_poses(
-    capsys: Capture, tmp_path: Path
-) -> None:
+def test_check_refuses_a_platform_whose_legs_fit_two_poses(capsys: Capture, tmp_path: Path) -> None:
     content = packaged("stewart_classroom")
     assert main(["check", "stewart_classroom"]) == 0
     assert "so their lengths tell the pose" in capsys.readouterr().out

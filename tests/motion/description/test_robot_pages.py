@@ -200,9 +200,7 @@ def test_rates_and_accelerations_follow_the_coupling_of_positions(robot: SerialR
 
 
 @pytest.mark.parametrize("name", COUPLED)
-def test_the_tool_moves_as_the_jacobian_says_through_the_coupling(
-    robot: SerialRobot, kinematics: Kinematics
-) -> None:
+def test_the_coupled_tool_moves_as_its_jacobian(robot: SerialRobot, kinematics: Kinematics) -> None:
     random = np.random.default_rng(6)
     position, rate = np.array(robot.home_position), random.uniform(-1.0, 1.0, robot.dof)
     h = 1e-4

@@ -9,6 +9,7 @@ import numpy as np
 import pytest
 from rigs.data.urdf_files import ROBOTS_FILES
 from rigs.motion.loaded_robots import SERIAL, load_robot, serial_robot
+from rigs.motion.nearness import assert_same_pose
 
 from openpendant.motion.cli.robots import main
 from openpendant.motion.description.robot import SerialRobot, robot_names
@@ -39,6 +40,8 @@ from openpendant.motion.visuals.visuals import (
     robot_visuals,
 )
 
+Capture = pytest.CaptureFixture[str]
+
 HERE = Pose.identity()
 
 
@@ -66,7 +69,7 @@ def test_visuals_are_of_sensible_size(name: str) -> None:
 
 
 @pytest.mark.parametrize("name", SERIAL)
-def test_body_shapes_are_as_large_as_the_collision_shapes_they_stand_for(
+def test_body_shapes_are_as_large_as_their_collision_shapes(
     robot: SerialRobot,
 ) -> None:
     shown = [each for each in robot_visuals(robot).shapes if each.part is VisualPart.BODY]
@@ -87,8 +90,7 @@ def test_links_are_drawn_where_forward_kinematics_puts_them(robot: SerialRobot) 
     places, kinematics = link_poses(robot, position.tolist()), Kinematics(robot)
     for link in robot.links:
         expected = kinematics.forward(position, "root", link)
-        assert places[link].position_distance(expected) < 1e-12
-        assert places[link].rotation_distance(expected) < 1e-12
+        assert_same_pose(places[link], expected)
 
 
 def test_a_joint_moves_what_is_beyond_it_and_nothing_before_it() -> None:
@@ -247,7 +249,7 @@ def test_a_line_cuts_a_box_where_it_enters_and_leaves() -> None:
     assert box_of(capsule).width_across(z) == 1.0
 
 
-def test_draw_writes_a_picture(capsys: pytest.CaptureFixture[str], tmp_path: Path) -> None:
+def test_draw_writes_a_picture(capsys: Capture, tmp_path: Path) -> None:
     target = tmp_path / "arm.svg"
     assert (
         main(["draw", "motoman_gp7", "-o", str(target), "--orthographic", "--azimuth", "30"]) == 0
@@ -270,7 +272,7 @@ def test_draw_writes_a_picture(capsys: pytest.CaptureFixture[str], tmp_path: Pat
     ],
 )
 def test_a_bad_drawing_is_one_line_on_standard_error(
-    capsys: pytest.CaptureFixture[str], arguments: list[str], says: str
+    capsys: Capture, arguments: list[str], says: str
 ) -> None:
     assert main(arguments) == 2
     (line,) = capsys.readouterr().err.splitlines()
@@ -282,9 +284,7 @@ def test_a_picture_of_another_format_is_refused(tmp_path: Path) -> None:
         write_picture((), Path(f"{tmp_path}/a.gif"), "a")
 
 
-def test_an_imported_robot_without_any_shapes_is_drawn_too(
-    tmp_path: Path, capsys: pytest.CaptureFixture[str]
-) -> None:
+def test_an_imported_robot_without_any_shapes_is_drawn_too(tmp_path: Path, capsys: Capture) -> None:
     text = (ROBOTS_FILES / "gantry_arm.urdf").read_text()
     stripped = re.sub(r"<collision>.*?</collision>", "", text)
     source = f"{tmp_path}/bare.urdf"

@@ -6,17 +6,9 @@ import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
+from rigs.motion.nearness import assert_near, assert_same_pose
 
-from openpendant.motion.errors import (
-    BadArgument,
-    FrameCycle,
-    FrameExists,
-    FrameInUse,
-    FramePredefined,
-    FrameUnknown,
-    MotionError,
-    NotFinite,
-)
+from openpendant.motion import errors
 from openpendant.motion.frames.frame_tree import (
     BASE,
     FLANGE,
@@ -45,11 +37,6 @@ def shift(x: float, y: float = 0.0, z: float = 0.0) -> Pose:
     return Pose.from_rpy((x, y, z), (0.0, 0.0, 0.0))
 
 
-def assert_close(first: Pose, second: Pose) -> None:
-    assert first.position_distance(second) < 1e-12
-    assert first.rotation_distance(second) < 1e-12
-
-
 @pytest.fixture
 def tree() -> FrameTree:
     """base ── table ── part ── hole, base ── bin; tools gripper (selected) and torch."""
@@ -74,7 +61,7 @@ def test_base_root_flange_and_tool_are_there_from_the_start() -> None:
 
 def test_a_robot_brings_its_root_and_its_links() -> None:
     tree = FrameTree.of_robot(root=shift(0.0, 0.0, -0.45), links=("link_1", "link_2"))
-    assert_close(tree.transform(ROOT, BASE), shift(0.0, 0.0, -0.45))
+    assert_same_pose(tree.transform(ROOT, BASE), shift(0.0, 0.0, -0.45))
     assert tree["link_2"].moving
     assert tree["link_2"].parent == BASE
 
@@ -97,58 +84,55 @@ def test_frames_and_tools_are_listed_apart_parents_first(tree: FrameTree) -> Non
 @given(poses, poses, poses)
 def test_a_way_up_is_a_product(a: Pose, b: Pose, c: Pose) -> None:
     tree = FrameTree().add("a", a).add("b", b, "a").add("c", c, "b")
-    np.testing.assert_allclose(
-        tree.transform("c", BASE).to_matrix(),
-        a.to_matrix() @ b.to_matrix() @ c.to_matrix(),
-        rtol=0,
-        atol=1e-12,
+    assert_near(
+        tree.transform("c", BASE).to_matrix(), a.to_matrix() @ b.to_matrix() @ c.to_matrix(), 1e-12
     )
 
 
 @given(poses, poses, poses)
-def test_there_and_back_is_nowhere_and_by_way_of_a_third_is_the_same(
-    a: Pose, b: Pose, c: Pose
-) -> None:
+def test_there_and_back_is_nowhere_and_a_detour_the_same(a: Pose, b: Pose, c: Pose) -> None:
     tree = FrameTree().add("a", a).add("b", b, "a").add("c", c)
-    assert_close(tree.transform("b", "c").compose(tree.transform("c", "b")), Pose.identity())
-    assert_close(
+    assert_same_pose(tree.transform("b", "c").compose(tree.transform("c", "b")), Pose.identity())
+    assert_same_pose(
         tree.transform("a", "c").compose(tree.transform("b", "a")), tree.transform("b", "c")
     )
 
 
 def test_a_frame_in_itself_is_the_identity(tree: FrameTree) -> None:
     for name in tree.frames:
-        assert_close(tree.transform(name, name), Pose.identity())
+        assert_same_pose(tree.transform(name, name), Pose.identity())
 
 
 def test_what_hangs_together_needs_no_place_of_the_moving_frame_above(tree: FrameTree) -> None:
-    assert_close(tree.transform("torch", "gripper"), shift(0.0, 0.05, 0.18))
+    assert_same_pose(tree.transform("torch", "gripper"), shift(0.0, 0.05, 0.18))
     assert tree.moving_between("torch", "gripper") == ()
 
 
 def test_the_tool_in_the_base_needs_the_flange(tree: FrameTree) -> None:
     assert tree.moving_between(TOOL, "table") == (FLANGE,)
-    assert_close(tree.transform(TOOL, BASE, {FLANGE: HERE}), HERE.compose(shift(0.0, 0.0, 0.12)))
-    with pytest.raises(FrameUnknown, match="flange"):
+    assert_same_pose(
+        tree.transform(TOOL, BASE, {FLANGE: HERE}), HERE.compose(shift(0.0, 0.0, 0.12))
+    )
+    with pytest.raises(errors.FrameUnknown, match="flange"):
         tree.transform(TOOL, BASE)
 
 
 def test_the_frame_tool_is_the_selected_one_or_the_flange(tree: FrameTree) -> None:
-    assert_close(tree.transform(TOOL, "gripper"), Pose.identity())
-    assert_close(tree.select_tool("torch").transform(TOOL, "torch"), Pose.identity())
-    assert_close(tree.select_tool(None).transform(TOOL, FLANGE), Pose.identity())
+    assert_same_pose(tree.transform(TOOL, "gripper"), Pose.identity())
+    assert_same_pose(tree.select_tool("torch").transform(TOOL, "torch"), Pose.identity())
+    assert_same_pose(tree.select_tool(None).transform(TOOL, FLANGE), Pose.identity())
 
 
 def test_moving_the_selected_tool_moves_the_frame_tool(tree: FrameTree) -> None:
     moved = tree.move("gripper", shift(0.0, 0.0, 0.2))
-    assert_close(moved.transform(TOOL, FLANGE), shift(0.0, 0.0, 0.2))
+    assert_same_pose(moved.transform(TOOL, FLANGE), shift(0.0, 0.0, 0.2))
 
 
 def test_moving_a_frame_takes_along_what_hangs_from_it(tree: FrameTree) -> None:
     before = tree.transform("hole", "table")
     moved = tree.move("table", THERE)
-    assert_close(moved.transform("hole", "table"), before)
-    assert_close(moved.transform("hole", BASE), THERE.compose(before))
+    assert_same_pose(moved.transform("hole", "table"), before)
+    assert_same_pose(moved.transform("hole", BASE), THERE.compose(before))
 
 
 def test_renaming_keeps_parents_children_selection_and_order(tree: FrameTree) -> None:
@@ -157,7 +141,7 @@ def test_renaming_keeps_parents_children_selection_and_order(tree: FrameTree) ->
     assert renamed.selected_tool == "hand"
     order = [name.replace("table", "bench").replace("gripper", "hand") for name in tree.frames]
     assert list(renamed.frames) == order
-    assert_close(renamed.transform("hole", BASE), tree.transform("hole", BASE))
+    assert_same_pose(renamed.transform("hole", BASE), tree.transform("hole", BASE))
     assert renamed.rename("bench", "bench") is renamed
 
 
@@ -172,7 +156,7 @@ def test_a_tree_survives_the_way_between_processes(tree: FrameTree) -> None:
     again = pickle.loads(pickle.dumps(tree))
     assert list(again.frames) == list(tree.frames)
     assert again.selected_tool == "gripper"
-    assert_close(again.transform("hole", BASE), tree.transform("hole", BASE))
+    assert_same_pose(again.transform("hole", BASE), tree.transform("hole", BASE))
 
 
 Change = Callable[[FrameTree], object]
@@ -181,38 +165,42 @@ Change = Callable[[FrameTree], object]
 @pytest.mark.parametrize(
     ("change", "error", "words"),
     [
-        (lambda t: t.add("table", HERE), FrameExists, ["'table'"]),
-        (lambda t: t.add("base", HERE), FrameExists, ["'base'"]),
-        (lambda t: t.add_tool("bin", HERE), FrameExists, ["'bin'"]),
-        (lambda t: t.rename("bin", "table"), FrameExists, ["'table'"]),
-        (lambda t: t.add("x", HERE, "nowhere"), FrameUnknown, ["'nowhere'", "table"]),
-        (lambda t: t.move("nowhere", HERE), FrameUnknown, ["'nowhere'"]),
-        (lambda t: t.remove("nowhere"), FrameUnknown, ["'nowhere'"]),
-        (lambda t: t.rename("nowhere", "x"), FrameUnknown, ["'nowhere'"]),
-        (lambda t: t.transform("nowhere", BASE), FrameUnknown, ["'nowhere'"]),
-        (lambda t: t.transform(BASE, "nowhere"), FrameUnknown, ["'nowhere'"]),
-        (lambda t: t.select_tool("bin"), FrameUnknown, ["'bin'", "gripper, torch"]),
-        (lambda t: t["nowhere"], FrameUnknown, ["'nowhere'"]),
-        (lambda t: t.move("table", HERE, "table"), FrameCycle, ["'table'"]),
-        (lambda t: t.move("table", HERE, "hole"), FrameCycle, ["'table'", "'hole'"]),
-        (lambda t: t.move("base", HERE), FramePredefined, ["'base'", "moved"]),
-        (lambda t: t.move("tool", HERE), FramePredefined, ["'tool'", "moved"]),
-        (lambda t: t.remove("flange"), FramePredefined, ["'flange'", "removed"]),
-        (lambda t: t.rename("root", "x"), FramePredefined, ["'root'", "renamed"]),
-        (lambda t: t.add("x", HERE, "tool"), FramePredefined, ["'tool'", "parent"]),
-        (lambda t: t.move("bin", HERE, "tool"), FramePredefined, ["'tool'", "parent"]),
-        (lambda t: t.remove("table"), FrameInUse, ["'table'", "part"]),
-        (lambda t: t.remove("gripper"), FrameInUse, ["'gripper'", "tool"]),
-        (lambda t: t.move("gripper", HERE, "base"), FrameInUse, ["'gripper'", "tool"]),
-        (lambda t: t.add("", HERE), BadArgument, ["''", "1 to 64"]),
-        (lambda t: t.add(" x", HERE), BadArgument, ["' x'", "no space"]),
-        (lambda t: t.add("a\nb", HERE), BadArgument, ["printable"]),
-        (lambda t: t.rename("bin", "y" * 65), BadArgument, ["64"]),
-        (lambda t: t.add("x", Pose.from_rpy((math.nan,) * 3, (0,) * 3)), MotionError, ["finite"]),
+        (lambda t: t.add("table", HERE), errors.FrameExists, ["'table'"]),
+        (lambda t: t.add("base", HERE), errors.FrameExists, ["'base'"]),
+        (lambda t: t.add_tool("bin", HERE), errors.FrameExists, ["'bin'"]),
+        (lambda t: t.rename("bin", "table"), errors.FrameExists, ["'table'"]),
+        (lambda t: t.add("x", HERE, "nowhere"), errors.FrameUnknown, ["'nowhere'", "table"]),
+        (lambda t: t.move("nowhere", HERE), errors.FrameUnknown, ["'nowhere'"]),
+        (lambda t: t.remove("nowhere"), errors.FrameUnknown, ["'nowhere'"]),
+        (lambda t: t.rename("nowhere", "x"), errors.FrameUnknown, ["'nowhere'"]),
+        (lambda t: t.transform("nowhere", BASE), errors.FrameUnknown, ["'nowhere'"]),
+        (lambda t: t.transform(BASE, "nowhere"), errors.FrameUnknown, ["'nowhere'"]),
+        (lambda t: t.select_tool("bin"), errors.FrameUnknown, ["'bin'", "gripper, torch"]),
+        (lambda t: t["nowhere"], errors.FrameUnknown, ["'nowhere'"]),
+        (lambda t: t.move("table", HERE, "table"), errors.FrameCycle, ["'table'"]),
+        (lambda t: t.move("table", HERE, "hole"), errors.FrameCycle, ["'table'", "'hole'"]),
+        (lambda t: t.move("base", HERE), errors.FramePredefined, ["'base'", "moved"]),
+        (lambda t: t.move("tool", HERE), errors.FramePredefined, ["'tool'", "moved"]),
+        (lambda t: t.remove("flange"), errors.FramePredefined, ["'flange'", "removed"]),
+        (lambda t: t.rename("root", "x"), errors.FramePredefined, ["'root'", "renamed"]),
+        (lambda t: t.add("x", HERE, "tool"), errors.FramePredefined, ["'tool'", "parent"]),
+        (lambda t: t.move("bin", HERE, "tool"), errors.FramePredefined, ["'tool'", "parent"]),
+        (lambda t: t.remove("table"), errors.FrameInUse, ["'table'", "part"]),
+        (lambda t: t.remove("gripper"), errors.FrameInUse, ["'gripper'", "tool"]),
+        (lambda t: t.move("gripper", HERE, "base"), errors.FrameInUse, ["'gripper'", "tool"]),
+        (lambda t: t.add("", HERE), errors.BadArgument, ["''", "1 to 64"]),
+        (lambda t: t.add(" x", HERE), errors.BadArgument, ["' x'", "no space"]),
+        (lambda t: t.add("a\nb", HERE), errors.BadArgument, ["printable"]),
+        (lambda t: t.rename("bin", "y" * 65), errors.BadArgument, ["64"]),
+        (
+            lambda t: t.add("x", Pose.from_rpy((math.nan,) * 3, (0,) * 3)),
+            errors.MotionError,
+            ["finite"],
+        ),
     ],
 )
 def test_a_change_that_cannot_be_is_refused(
-    tree: FrameTree, change: Change, error: type[MotionError], words: list[str]
+    tree: FrameTree, change: Change, error: type[errors.MotionError], words: list[str]
 ) -> None:
     with pytest.raises(error) as refusal:
         change(tree)
@@ -223,7 +211,7 @@ def test_the_number_of_frames_is_bounded() -> None:
     tree = FrameTree()
     for number in range(MOST_FRAMES - len(tree.frames)):
         tree = tree.add(f"f{number}", HERE)
-    with pytest.raises(BadArgument, match="1000"):
+    with pytest.raises(errors.BadArgument, match="1000"):
         tree.add("one more", HERE)
 
 
@@ -246,16 +234,12 @@ Rule = Callable[[Pose, tuple[float, ...]], Array]
 
 
 @given(near_poses, vectors)
-def test_a_point_shifts_and_turns_a_vector_only_turns(
+def test_a_point_is_shifted_and_turned_a_vector_turned(
     pose: Pose, values: tuple[float, ...]
 ) -> None:
     matrix = pose.to_matrix()
-    np.testing.assert_allclose(
-        transform_point(pose, values), (matrix @ [*values, 1.0])[:3], rtol=0, atol=1e-12
-    )
-    np.testing.assert_allclose(
-        transform_vector(pose, values), (matrix @ [*values, 0.0])[:3], rtol=0, atol=1e-12
-    )
+    assert_near(transform_point(pose, values), (matrix @ [*values, 1.0])[:3], 1e-12)
+    assert_near(transform_vector(pose, values), (matrix @ [*values, 0.0])[:3], 1e-12)
 
 
 @pytest.mark.parametrize("rule", [transform_point, transform_vector])
@@ -264,19 +248,17 @@ def test_two_transforms_in_turn_are_their_product(
     rule: Rule, first: Pose, second: Pose, values: tuple[float, ...]
 ) -> None:
     once = rule(first.compose(second), values)
-    np.testing.assert_allclose(once, rule(first, tuple(rule(second, values))), rtol=0, atol=1e-12)
+    assert_near(once, rule(first, tuple(rule(second, values))), 1e-12)
 
 
 @given(near_poses, near_poses, twists)
-def test_a_twist_goes_by_the_product_too_and_comes_back(
+def test_a_twist_goes_by_the_product_and_back(
     first: Pose, second: Pose, values: tuple[float, ...]
 ) -> None:
     once = transform_twist(first.compose(second), values)
-    np.testing.assert_allclose(
-        once, transform_twist(first, transform_twist(second, values)), rtol=0, atol=1e-11
-    )
+    assert_near(once, transform_twist(first, transform_twist(second, values)), 1e-11)
     back = transform_twist(first.inverse(), transform_twist(first, values))
-    np.testing.assert_allclose(back, values, rtol=0, atol=1e-11)
+    assert_near(back, values, 1e-11)
 
 
 @given(near_poses, twists, vectors)
@@ -287,7 +269,7 @@ def test_a_twist_tells_the_same_velocity_of_every_point_in_both_frames(
     here = twist[:3] + np.cross(twist[3:], point)
     moved = transform_twist(pose, twist)
     there = moved[:3] + np.cross(moved[3:], transform_point(pose, point))
-    np.testing.assert_allclose(there, transform_vector(pose, here), rtol=0, atol=1e-11)
+    assert_near(there, transform_vector(pose, here), 1e-11)
 
 
 def test_a_twist_is_what_a_small_motion_does() -> None:
@@ -315,7 +297,7 @@ def test_a_point_of_the_table_is_found_in_the_bin() -> None:
 @pytest.mark.parametrize("rule", [transform_point, transform_vector, transform_twist])
 def test_what_is_no_vector_is_refused(rule: Rule) -> None:
     count = 6 if rule is transform_twist else 3
-    with pytest.raises(BadArgument, match=f"{count} numbers"):
+    with pytest.raises(errors.BadArgument, match=f"{count} numbers"):
         rule(Pose.identity(), (0.0,) * (count - 1))
-    with pytest.raises(NotFinite):
+    with pytest.raises(errors.NotFinite):
         rule(Pose.identity(), (0.0,) * (count - 1) + (math.nan,))

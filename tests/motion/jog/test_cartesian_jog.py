@@ -147,9 +147,7 @@ def way_of(
 
 
 @pytest.mark.parametrize("name", ["ur5", "kuka_kr5_arc", "kuka_iiwa14"])
-def test_no_set_point_is_another_for_going_on_without_a_look(
-    name: str, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_no_set_point_differs_without_a_look(name: str, monkeypatch: pytest.MonkeyPatch) -> None:
     random = np.random.default_rng(11)
     went_on = 0
     goes_on = CartesianJogMotion._goes_on

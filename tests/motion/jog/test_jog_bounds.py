@@ -131,9 +131,7 @@ class TestPointSpeeds:
         assert (excess(lambda *_: (speed, 0.0))[0] <= 1.0) is is_allowed
 
     @pytest.mark.parametrize("point", [0, 1])
-    def test_a_point_that_the_stop_itself_makes_faster_counts_where_it_is_fastest(
-        self, point: int
-    ) -> None:
+    def test_a_point_that_the_stop_makes_faster_counts_at_its_fastest(self, point: int) -> None:
         """At √(1 - p) (0.2 + 0.5 p), greatest at p = 8/15: 0.3188 m/s."""
 
         def stretching(place: Sequence[float], _: Sequence[float]) -> tuple[float, float]:
@@ -155,9 +153,7 @@ class TestPointSpeeds:
         assert cause.value == pytest.approx(1.02 * 0.8 * math.sqrt(1.0 - 0.375))
 
     @pytest.mark.parametrize(("rigid", "is_allowed"), [(True, True), (False, False)])
-    def test_one_joint_alone_is_as_fast_everywhere_but_on_a_platform(
-        self, rigid: bool, is_allowed: bool
-    ) -> None:
+    def test_one_joint_is_as_fast_but_on_a_platform(self, rigid: bool, is_allowed: bool) -> None:
         def stretching(place: Sequence[float], _: Sequence[float]) -> tuple[float, float]:
             return 0.2 + place[0], 0.0
 
@@ -166,7 +162,7 @@ class TestPointSpeeds:
 
     @pytest.mark.parametrize("side", [1.0, -1.0])
     @pytest.mark.parametrize("joint", [0, 1])
-    def test_what_a_joint_took_from_the_speed_is_missing_once_its_range_ends(
+    def test_what_a_joint_undid_is_missing_once_its_range_ends(
         self, joint: int, side: float
     ) -> None:
         """Two joints that undo each other, one of which has to brake before the other."""

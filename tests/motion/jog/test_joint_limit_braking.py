@@ -31,9 +31,7 @@ def test_only_the_joint_that_is_near_its_end_is_bound_and_only_towards_it() -> N
 @pytest.mark.parametrize("dt", [0.004, 0.01, LONGEST_STEP])
 @pytest.mark.parametrize("side", [1.0, -1.0])
 @pytest.mark.parametrize("speed", [0.3, 1.0, 1.5])
-def test_a_joint_at_its_greatest_bound_rests_before_the_end(
-    speed: float, side: float, dt: float
-) -> None:
+def test_a_joint_at_its_bound_rests_before_the_end(speed: float, side: float, dt: float) -> None:
     """However fast it comes: faster than is asked too, as after another override."""
     ends = JointLimitBraking(UR5, SPEEDS)
     end = UR5.upper[0] if side > 0.0 else UR5.lower[0]

@@ -5,6 +5,7 @@ import numpy as np
 import pytest
 from rigs.data.example_counts import counts
 from rigs.motion.loaded_robots import SERIAL, arm, serial_robot
+from rigs.motion.nearness import assert_near, assert_same_pose
 
 from openpendant.motion.description.robot import SerialRobot
 from openpendant.motion.description.schema import DhTable
@@ -64,32 +65,25 @@ def by_table(table: DhTable, values: Sequence[float]) -> Array:
 
 @pytest.mark.parametrize("count", counts(8, 250))
 @pytest.mark.parametrize("name", SERIAL)
-def test_forward_kinematics_agrees_with_the_dh_table_of_the_file(
-    robot: SerialRobot, count: int
-) -> None:
+def test_forward_kinematics_agrees_with_the_files_dh_table(robot: SerialRobot, count: int) -> None:
     assert robot.dh is not None
     kinematics = Kinematics(robot)
     for position in positions(robot, count):
         values = moving_values(robot, position)
         expected = by_table(robot.dh, values)
         found = kinematics.forward(position, "root")
-        np.testing.assert_allclose(found.to_matrix(), expected, rtol=0, atol=1e-9)
-        np.testing.assert_allclose(
-            dh_forward(robot.dh, values).to_matrix(), expected, rtol=0, atol=1e-12
-        )
+        assert_near(found.to_matrix(), expected, 1e-09)
+        assert_near(dh_forward(robot.dh, values).to_matrix(), expected, 1e-12)
 
 
 @pytest.mark.parametrize("name", SERIAL)
-def test_the_base_frame_is_where_the_file_puts_it(
-    robot: SerialRobot, kinematics: Kinematics
-) -> None:
+def test_the_base_frame_is_where_the_file_says(robot: SerialRobot, kinematics: Kinematics) -> None:
     base = Pose.from_rpy(robot.base_frame.xyz, robot.base_frame.rpy)
     assert robot.base_frame.parent == robot.root_link
     for position in positions(robot, 3):
         in_root = kinematics.forward(position, "root")
         composed = base.compose(kinematics.forward(position, "base"))
-        assert composed.position_distance(in_root) < 1e-12
-        assert composed.rotation_distance(in_root) < 1e-12
+        assert_same_pose(composed, in_root)
         assert (
             kinematics.to_base(in_root, "root").position_distance(kinematics.forward(position))
             < 1e-12
@@ -113,7 +107,7 @@ def test_the_jacobian_agrees_with_finite_differences(
             start, end = kinematics.forward(before, frame), kinematics.forward(after, frame)
             turn = rotation_vector(end.rotation @ start.rotation.T)
             rate = np.concatenate((end.position - start.position, turn)) / (2.0 * step)
-            np.testing.assert_allclose(jacobian[:, joint], rate, rtol=0, atol=1e-7)
+            assert_near(jacobian[:, joint], rate, 1e-07)
 
 
 @pytest.mark.parametrize("name", ["ur5", "abb_irb2400", "fanuc_m410ib"])
@@ -124,9 +118,9 @@ def test_one_pass_gives_the_same_as_separate_calls_and_owns_its_arrays(
     rotation, translation, jacobian = kinematics.linearise(first)
     kinematics.linearise(second)
     pose = kinematics.forward(first)
-    np.testing.assert_allclose(translation, pose.position, rtol=0, atol=1e-15)
-    np.testing.assert_allclose(rotation, pose.rotation, rtol=0, atol=1e-14)
-    np.testing.assert_allclose(jacobian, kinematics.jacobian(first), rtol=0, atol=1e-15)
+    assert_near(translation, pose.position, 1e-15)
+    assert_near(rotation, pose.rotation, 1e-14)
+    assert_near(jacobian, kinematics.jacobian(first), 1e-15)
     placed_rotation, placed_translation = kinematics.place(first)
     np.testing.assert_array_equal(placed_rotation, rotation)
     np.testing.assert_array_equal(placed_translation, translation)
@@ -145,7 +139,7 @@ def test_the_levelling_rods_hold_the_palletisers_wrist_level() -> None:
     kinematics = Kinematics(robot)
     for position in positions(robot):
         down = kinematics.forward(position).rotation[:, 2]
-        np.testing.assert_allclose(down, [0.0, 0.0, -1.0], rtol=0, atol=1e-12)
+        assert_near(down, [0.0, 0.0, -1.0], 1e-12)
 
 
 def test_the_linear_axis_carries_the_arm_metre_by_metre() -> None:
@@ -187,8 +181,8 @@ def test_many_places_are_those_of_single_calls(kinematics: Kinematics) -> None:
     for link in (None, kinematics.robot.links[3]):
         places = kinematics.places(joints, link)
         for row, pose in enumerate(kinematics.forward(each, link=link) for each in joints):
-            np.testing.assert_allclose(places.rotation[row], pose.rotation, rtol=0, atol=1e-14)
-            np.testing.assert_allclose(places.position[row], pose.position, rtol=0, atol=1e-14)
+            assert_near(places.rotation[row], pose.rotation, 1e-14)
+            assert_near(places.position[row], pose.position, 1e-14)
     with pytest.raises(FrameUnknown):
         kinematics.places(joints, "nowhere")
 
@@ -292,5 +286,5 @@ def test_an_answer_on_a_bound_stays_there_in_spite_of_noise(noise: float, turn: 
     position = [value + noise + turn * 2.0 * math.pi for value in seed]
     nearest = ranges.nearest(position, seed)
     assert nearest is not None
-    np.testing.assert_allclose(nearest[1], seed, rtol=0, atol=SNAP)
+    assert_near(nearest[1], seed, SNAP)
     kinematics.limits.check_position(nearest[1])

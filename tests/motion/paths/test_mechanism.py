@@ -5,26 +5,11 @@ import pytest
 from rigs.motion.loaded_robots import load_robot
 from rigs.motion.stewart_poses import PLATFORM, platform_robot, pose_of_shares
 
+from openpendant.motion import errors
 from openpendant.motion.description.robot import robot_names
-from openpendant.motion.errors import (
-    FrameUnknown,
-    MotionError,
-    NotFinite,
-    PlatformLimit,
-    SegmentRefused,
-    WrongJointCount,
-)
 from openpendant.motion.orientation import rotation_of_vector
+from openpendant.motion.paths import segments as kinds
 from openpendant.motion.paths.mechanism import Mechanism, mechanism
-from openpendant.motion.paths.segments import (
-    Circ,
-    Lin,
-    Ptp,
-    Segment,
-    Spline,
-    SplineSpace,
-    ThroughPoint,
-)
 from openpendant.motion.pose import Pose
 from openpendant.motion.timing.parameterization import time_legs, time_path
 from openpendant.motion.trajectory.certificate import certify
@@ -89,13 +74,13 @@ def test_every_kind_of_segment_is_planned_timed_and_certified(arm: Mechanism) ->
         return Pose(home.position + np.array([x, y, -0.01]), home.quaternion)
 
     near, far = at(0.01, 0.0), at(0.01, 0.01)
-    lists: list[list[Segment]] = [
-        [Ptp(near), Lin(far), Lin(at(0.0, 0.01))],
-        [Lin(near), Circ(ThroughPoint(at(0.012, 0.006).position), far)],
-        [Spline([near, far, at(0.0, 0.01)])],
-        [Spline([near, far, at(0.0, 0.01)], SplineSpace.TOOL)],
-        [Lin(near, zone=0.002), Lin(far, zone=0.002), Ptp(at(0.0, 0.01))],
-        [Lin(at(1e-4, 0.0))],
+    lists: list[list[kinds.Segment]] = [
+        [kinds.Ptp(near), kinds.Lin(far), kinds.Lin(at(0.0, 0.01))],
+        [kinds.Lin(near), kinds.Circ(kinds.ThroughPoint(at(0.012, 0.006).position), far)],
+        [kinds.Spline([near, far, at(0.0, 0.01)])],
+        [kinds.Spline([near, far, at(0.0, 0.01)], kinds.SplineSpace.TOOL)],
+        [kinds.Lin(near, zone=0.002), kinds.Lin(far, zone=0.002), kinds.Ptp(at(0.0, 0.01))],
+        [kinds.Lin(at(1e-4, 0.0))],
     ]
     for segments in lists:
         certify(time_legs(arm.segments(start, segments), arm.limits), arm.limits, start=start)
@@ -108,18 +93,18 @@ def test_a_platforms_segment_that_breaks_a_limit_is_named_with_its_fraction() ->
     away = Pose(home.position + np.array([0.5, 0.0, 0.0]), home.quaternion)
     legs = np.array(arm.home_position) + 0.02 * np.array([1, -1, 1, -1, 1, -1])
 
-    for segment in (Lin(away), Spline([legs]), Ptp(legs)):
-        with pytest.raises(SegmentRefused, match="of the path") as refusal:
-            arm.segments(arm.home_position, [Ptp(first), segment])
+    for segment in (kinds.Lin(away), kinds.Spline([legs]), kinds.Ptp(legs)):
+        with pytest.raises(errors.SegmentRefused, match="of the path") as refusal:
+            arm.segments(arm.home_position, [kinds.Ptp(first), segment])
         assert refusal.value.segment == 1
-        assert isinstance(refusal.value.reason, PlatformLimit)
+        assert isinstance(refusal.value.reason, errors.PlatformLimit)
         assert refusal.value.reason.fraction is not None
         assert 0.0 < refusal.value.reason.fraction < 1.0
 
 
 def test_several_lines_meet_and_are_one_trajectory(arm: Mechanism) -> None:
     poses = [lifted(arm, -0.01), lifted(arm, 0.005, 0.0), lifted(arm, -0.005)]
-    legs = arm.segments(arm.home_position, [Lin(pose) for pose in poses])
+    legs = arm.segments(arm.home_position, [kinds.Lin(pose) for pose in poses])
     trajectory = time_legs(legs, arm.limits)
     certify(trajectory, arm.limits, start=arm.home_position)
     assert arm.forward(trajectory.final).position_distance(poses[-1]) < 1e-5
@@ -130,7 +115,7 @@ def test_base_and_root_hold_for_all(arm: Mechanism) -> None:
     target = arm.forward(home, "root")
     found = arm.solve(target, home, frame="root").joint_position
     assert arm.forward(found).position_distance(arm.forward(home)) < 1e-5
-    with pytest.raises(FrameUnknown):
+    with pytest.raises(errors.FrameUnknown):
         arm.solve(target, home, frame="table")
 
 
@@ -138,15 +123,15 @@ def test_base_and_root_hold_for_all(arm: Mechanism) -> None:
 def test_what_is_out_of_reach_is_refused(arm: Mechanism, far: float) -> None:
     target = Pose(np.array([far, 0.0, 0.0]), Pose.identity().quaternion)
     for ask in (arm.solve, lambda pose, seed: arm.line(seed, pose)):
-        with pytest.raises(MotionError):
+        with pytest.raises(errors.MotionError):
             ask(target, arm.home_position)
 
 
 def test_a_malformed_seed_is_refused(arm: Mechanism) -> None:
     target, home = lifted(arm, -0.01), arm.home_position
-    with pytest.raises(WrongJointCount):
+    with pytest.raises(errors.WrongJointCount):
         arm.solve(target, home[:-1])
-    with pytest.raises(NotFinite):
+    with pytest.raises(errors.NotFinite):
         arm.solve(target, (*home[:-1], math.nan))
 
 

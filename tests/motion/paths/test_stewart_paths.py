@@ -5,6 +5,7 @@ import numpy as np
 import pytest
 from hypothesis import given
 from rigs.data.example_counts import counts, few
+from rigs.motion.nearness import assert_near, assert_same_pose
 from rigs.motion.stewart_poses import (
     PLATFORM,
     platform_robot,
@@ -13,16 +14,7 @@ from rigs.motion.stewart_poses import (
     random_poses,
 )
 
-from openpendant.motion.errors import (
-    BadArgument,
-    FrameUnknown,
-    NoAssembly,
-    NoMotion,
-    NotFinite,
-    OutOfRange,
-    PlatformLimit,
-    WrongJointCount,
-)
+from openpendant.motion import errors
 from openpendant.motion.kinematics.stewart.platform import StewartKinematics
 from openpendant.motion.kinematics.stewart.workspace import PlatformRule
 from openpendant.motion.paths.stewart_path import check_path, leg_curve, platform_line
@@ -62,22 +54,19 @@ def test_a_line_starts_where_the_platform_stands_and_ends_on_the_pose_exactly() 
 def test_the_platform_goes_straight_and_turns_evenly(pose: Pose) -> None:
     try:
         line = platform_line(PLATFORM, HOME, pose)
-    except NoMotion:
+    except errors.NoMotion:
         return
     start = line.origin
     for part, found in enumerate(poses_along(line, 9)):
         ideal = start.interpolate(pose, part / 8.0)
-        assert found.position_distance(ideal) < 1e-9
-        assert found.rotation_distance(ideal) < 1e-9
+        assert_same_pose(found, ideal, 1e-9)
 
 
 def test_the_derivatives_are_those_of_the_lengths() -> None:
     line = platform_line(PLATFORM, PLATFORM.inverse(OTHER), SIDE)
     s, step = np.linspace(0.01, line.length - 0.01, 7), 1e-5
     before, here, after = (line.evaluate(s + shift) for shift in (-step, 0.0, step))
-    np.testing.assert_allclose(
-        line.evaluate(s, 1), (after - before) / (2 * step), rtol=0, atol=1e-8
-    )
+    assert_near(line.evaluate(s, 1), (after - before) / (2 * step), 1e-08)
     np.testing.assert_allclose(
         line.evaluate(s, 2), (after - 2.0 * here + before) / step**2, atol=1e-4
     )
@@ -91,8 +80,8 @@ def test_the_extent_is_reached_and_never_passed(count: int) -> None:
         dense = line.evaluate(np.linspace(0.0, line.length, 5000))
         assert (dense >= least - 1e-12).all()
         assert (dense <= greatest + 1e-12).all()
-        np.testing.assert_allclose(dense.min(axis=0), least, rtol=0, atol=1e-8)
-        np.testing.assert_allclose(dense.max(axis=0), greatest, rtol=0, atol=1e-8)
+        assert_near(dense.min(axis=0), least, 1e-08)
+        assert_near(dense.max(axis=0), greatest, 1e-08)
 
 
 def test_a_turn_on_the_spot_is_a_line_too() -> None:
@@ -132,7 +121,7 @@ def test_a_curve_through_several_lengths_stays_in_the_workspace() -> None:
 
 
 def test_a_line_out_of_the_workspace_is_refused_before_it_starts() -> None:
-    with pytest.raises(PlatformLimit) as refusal:
+    with pytest.raises(errors.PlatformLimit) as refusal:
         platform_line(PLATFORM, HOME, pose_of_shares([0.6, 0.0, 0.0, 0.0, 0.0, 0.6]))
     assert refusal.value.rule == PlatformRule.WORKSPACE
     assert refusal.value.fraction == 1.0
@@ -141,7 +130,7 @@ def test_a_line_out_of_the_workspace_is_refused_before_it_starts() -> None:
 def test_a_line_between_good_ends_may_leave_the_workspace_on_its_way_and_says_where() -> None:
     # From pure roll to pure pitch the even turn has some yaw in the middle.
     start, goal = (pose_of_shares(0.97 * np.eye(6)[axis]) for axis in (3, 4))
-    with pytest.raises(PlatformLimit) as refusal:
+    with pytest.raises(errors.PlatformLimit) as refusal:
         platform_line(PLATFORM, PLATFORM.inverse(start), goal)
     error = refusal.value
     assert error.rule == PlatformRule.WORKSPACE
@@ -155,7 +144,7 @@ def test_a_curve_of_legs_that_leaves_the_workspace_says_where() -> None:
     corners = [[1, 0, 0, 0, 0, 0], [-1, 0, 0, 0, 0, 0]]
     start, goal = (narrow.inverse(pose_of_shares(0.97 * np.array(c))) for c in corners)
     # Between the two, straight in leg lengths, the platform bobs up.
-    with pytest.raises((PlatformLimit, NoAssembly), match="of the path"):
+    with pytest.raises((errors.PlatformLimit, errors.NoAssembly), match="of the path"):
         leg_curve(narrow, [start, goal])
 
 
@@ -163,7 +152,7 @@ def test_a_path_of_legs_is_checked_against_the_cones() -> None:
     narrow = StewartKinematics(platform_robot(leg={"anchor_cone_rad": 0.05}))
     curve = JointSpline([HOME, PLATFORM.inverse(SIDE)], LIMITS)
     check_path(PLATFORM, curve)
-    with pytest.raises(PlatformLimit, match=r"cone limit is 0\.05 rad.* of the path"):
+    with pytest.raises(errors.PlatformLimit, match=r"cone limit is 0\.05 rad.* of the path"):
         check_path(narrow, curve)
 
 
@@ -177,10 +166,10 @@ def test_standing_on_the_border_with_feedbacks_noise_a_line_leads_back() -> None
 @pytest.mark.parametrize(
     ("start", "error"),
     [
-        (HOME[:5], WrongJointCount),
-        ([*HOME[:5], math.nan], NotFinite),
-        ([*HOME[:5], 0.5], OutOfRange),
-        ([0.318] * 6, NoAssembly),
+        (HOME[:5], errors.WrongJointCount),
+        ([*HOME[:5], math.nan], errors.NotFinite),
+        ([*HOME[:5], 0.5], errors.OutOfRange),
+        ([0.318] * 6, errors.NoAssembly),
     ],
 )
 def test_a_start_that_is_none_is_refused(start: Sequence[float], error: type[Exception]) -> None:
@@ -191,9 +180,9 @@ def test_a_start_that_is_none_is_refused(start: Sequence[float], error: type[Exc
 
 
 def test_where_the_platform_stands_already_no_line_leads() -> None:
-    with pytest.raises(NoMotion):
+    with pytest.raises(errors.NoMotion):
         platform_line(PLATFORM, HOME, PLATFORM.legs.home)
-    with pytest.raises(FrameUnknown):
+    with pytest.raises(errors.FrameUnknown):
         platform_line(PLATFORM, HOME, SIDE, frame="tool")
-    with pytest.raises(BadArgument, match="0, 1 or 2"):
+    with pytest.raises(errors.BadArgument, match="0, 1 or 2"):
         platform_line(PLATFORM, HOME, SIDE).evaluate(np.zeros(1), 3)

@@ -6,14 +6,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 from rigs.data.example_counts import few
 
-from openpendant.motion.errors import (
-    BadArgument,
-    BadCircle,
-    CircleFault,
-    NoMotion,
-    NotFinite,
-    ZoneTooLarge,
-)
+from openpendant.motion import errors
 from openpendant.motion.paths.path_chains import ToolChain
 from openpendant.motion.paths.tool_curves import (
     Circle,
@@ -116,22 +109,22 @@ def test_a_spline_passes_its_poses_the_short_way_round() -> None:
 
 def test_a_curve_without_length_is_no_motion() -> None:
     pose = random_pose(np.random.default_rng(1))
-    with pytest.raises(NoMotion):
+    with pytest.raises(errors.NoMotion):
         ToolLine(pose, pose)
-    with pytest.raises(NoMotion):
+    with pytest.raises(errors.NoMotion):
         ToolSpline([pose, pose])
 
 
 @pytest.mark.parametrize(
     ("point", "error"),
     [
-        ([0.0, 1.0], BadArgument),
-        ([0.0, math.nan, 1.0], NotFinite),
-        ([0.0, 1e7, 0.0], BadArgument),
+        ([0.0, 1.0], errors.BadArgument),
+        ([0.0, math.nan, 1.0], errors.NotFinite),
+        ([0.0, 1e7, 0.0], errors.BadArgument),
     ],
 )
 def test_what_is_no_point_is_refused(
-    point: list[float], error: type[BadArgument | NotFinite]
+    point: list[float], error: type[errors.BadArgument | errors.NotFinite]
 ) -> None:
     with pytest.raises(error):
         check_point(point, "the point")
@@ -206,13 +199,13 @@ def test_a_place_of_a_chain_belongs_to_a_leg(s: float, leg: int, fraction: float
 def test_a_zone_next_to_a_turn_on_the_spot_is_refused() -> None:
     first, corner, last = RIGHT_ANGLE
     spin = ToolLine(corner, Pose(corner.position, last.quaternion))
-    with pytest.raises(ZoneTooLarge, match="turn on the spot") as refusal:
+    with pytest.raises(errors.ZoneTooLarge, match="turn on the spot") as refusal:
         ToolChain([ToolLine(first, corner), spin], [0.1], first_waypoint=4)
     assert (refusal.value.waypoint, refusal.value.largest) == (4, 0.0)
 
 
 def test_a_chain_of_nothing_is_refused() -> None:
-    with pytest.raises(BadArgument, match="legs"):
+    with pytest.raises(errors.BadArgument, match="legs"):
         ToolChain([], [])
 
 
@@ -245,9 +238,7 @@ def end_of(circle: Circle) -> Array:
         (5, -5, 355),
     ],
 )
-def test_an_arc_through_a_point_goes_the_way_that_passes_it(
-    via: float, end: float, degrees: float
-) -> None:
+def test_an_arc_through_a_point_goes_past_it(via: float, end: float, degrees: float) -> None:
     arc = arc_through(EAST, at_angle(via), at_angle(end))
     assert arc.radius == pytest.approx(1.0)
     assert arc.centre == pytest.approx(ORIGIN, abs=1e-12)
@@ -316,20 +307,20 @@ def test_a_full_circle_runs_in_the_order_of_its_points() -> None:
 @pytest.mark.parametrize(
     ("points", "fault", "value"),
     [
-        ((EAST, EAST, WEST), CircleFault.COINCIDENT, 0.0),
-        ((EAST, NORTH, NORTH + 5e-5 * EAST), CircleFault.COINCIDENT, 5e-5),
-        ((EAST, NORTH, EAST + 9e-5 * UP), CircleFault.COINCIDENT, 9e-5),
-        ((EAST, ORIGIN, WEST), CircleFault.COLLINEAR, 0.0),
-        ((EAST, 3.0 * EAST, WEST), CircleFault.COLLINEAR, 0.0),
-        ((EAST, 5e-7 * UP, WEST), CircleFault.COLLINEAR, 5e-7),
-        ((EAST, 1e-3 * UP, WEST), CircleFault.TOO_LARGE, 500.0005),
-        ((2e-4 * EAST, 2e-4 * NORTH, 2e-4 * WEST), CircleFault.TOO_SMALL, 2e-4),
+        ((EAST, EAST, WEST), errors.CircleFault.COINCIDENT, 0.0),
+        ((EAST, NORTH, NORTH + 5e-5 * EAST), errors.CircleFault.COINCIDENT, 5e-5),
+        ((EAST, NORTH, EAST + 9e-5 * UP), errors.CircleFault.COINCIDENT, 9e-5),
+        ((EAST, ORIGIN, WEST), errors.CircleFault.COLLINEAR, 0.0),
+        ((EAST, 3.0 * EAST, WEST), errors.CircleFault.COLLINEAR, 0.0),
+        ((EAST, 5e-7 * UP, WEST), errors.CircleFault.COLLINEAR, 5e-7),
+        ((EAST, 1e-3 * UP, WEST), errors.CircleFault.TOO_LARGE, 500.0005),
+        ((2e-4 * EAST, 2e-4 * NORTH, 2e-4 * WEST), errors.CircleFault.TOO_SMALL, 2e-4),
     ],
 )
 def test_points_of_no_arc_are_refused_with_their_numbers(
-    points: tuple[Array, Array, Array], fault: CircleFault, value: float
+    points: tuple[Array, Array, Array], fault: errors.CircleFault, value: float
 ) -> None:
-    with pytest.raises(BadCircle) as refusal:
+    with pytest.raises(errors.BadCircle) as refusal:
         arc_through(*points)
     assert refusal.value.fault is fault
     assert refusal.value.measured == pytest.approx(value, rel=1e-6, abs=1e-9)
@@ -338,25 +329,27 @@ def test_points_of_no_arc_are_refused_with_their_numbers(
 @pytest.mark.parametrize(
     ("centre", "end", "fault", "value", "limit"),
     [
-        (0.1 * EAST, WEST, CircleFault.NOT_EQUIDISTANT, 1.1, 0.9),
-        (ORIGIN, NORTH * 1.0002, CircleFault.NOT_EQUIDISTANT, 1.0002, 1.0),
-        (ORIGIN, WEST, CircleFault.NO_NORMAL, 0.0, 1e-4),
-        (ORIGIN, EAST, CircleFault.COINCIDENT, 0.0, 1e-4),
-        (EAST, EAST, CircleFault.TOO_SMALL, 0.0, 1e-3),
-        (200.0 * NORTH, WEST, CircleFault.TOO_LARGE, math.hypot(200.0, 1.0), 100.0),
+        (0.1 * EAST, WEST, errors.CircleFault.NOT_EQUIDISTANT, 1.1, 0.9),
+        (ORIGIN, NORTH * 1.0002, errors.CircleFault.NOT_EQUIDISTANT, 1.0002, 1.0),
+        (ORIGIN, WEST, errors.CircleFault.NO_NORMAL, 0.0, 1e-4),
+        (ORIGIN, EAST, errors.CircleFault.COINCIDENT, 0.0, 1e-4),
+        (EAST, EAST, errors.CircleFault.TOO_SMALL, 0.0, 1e-3),
+        (200.0 * NORTH, WEST, errors.CircleFault.TOO_LARGE, math.hypot(200.0, 1.0), 100.0),
     ],
 )
 def test_a_centre_of_no_arc_is_refused_with_its_numbers(
-    centre: Array, end: Array, fault: CircleFault, value: float, limit: float
+    centre: Array, end: Array, fault: errors.CircleFault, value: float, limit: float
 ) -> None:
-    with pytest.raises(BadCircle) as refusal:
+    with pytest.raises(errors.BadCircle) as refusal:
         arc_about(EAST, centre, end)
     assert refusal.value.fault is fault
     assert (refusal.value.measured, refusal.value.bound) == pytest.approx((value, limit), abs=1e-9)
 
 
 def test_a_refusal_names_both_radii_in_millimetres() -> None:
-    with pytest.raises(BadCircle, match=r"1e\+03 mm from the start and 1\.1e\+03 mm|from the end"):
+    with pytest.raises(
+        errors.BadCircle, match=r"1e\+03 mm from the start and 1\.1e\+03 mm|from the end"
+    ):
         arc_about(EAST, ORIGIN, 1.1 * NORTH)
 
 
@@ -364,26 +357,26 @@ def test_a_refusal_names_both_radii_in_millimetres() -> None:
     ("normal", "named"), [(ORIGIN, "length"), (EAST, "right angle"), (UP + 0.1 * EAST, "0.0995 m")]
 )
 def test_a_normal_that_is_none_is_refused(normal: Array, named: str) -> None:
-    with pytest.raises(BadArgument, match=named):
+    with pytest.raises(errors.BadArgument, match=named):
         circle_about(EAST, ORIGIN, normal)
-    with pytest.raises(BadArgument, match=named):
+    with pytest.raises(errors.BadArgument, match=named):
         arc_about(EAST, ORIGIN, WEST, normal=normal)
 
 
 def test_a_normal_and_the_longer_way_together_are_refused() -> None:
-    with pytest.raises(BadArgument, match="more_than_half"):
+    with pytest.raises(errors.BadArgument, match="more_than_half"):
         arc_about(EAST, ORIGIN, NORTH, normal=UP, more_than_half=True)
 
 
 @pytest.mark.parametrize("bad", [math.nan, math.inf])
 def test_points_that_are_not_finite_are_refused(bad: float) -> None:
-    with pytest.raises(NotFinite):
+    with pytest.raises(errors.NotFinite):
         arc_through(EAST, [bad, 0.0, 0.0], NORTH)
-    with pytest.raises(NotFinite):
+    with pytest.raises(errors.NotFinite):
         arc_about(EAST, [0.0, bad, 0.0], NORTH)
-    with pytest.raises(NotFinite):
+    with pytest.raises(errors.NotFinite):
         circle_about(EAST, ORIGIN, [0.0, 0.0, bad])
-    with pytest.raises(BadArgument, match="three"):
+    with pytest.raises(errors.BadArgument, match="three"):
         circle_through(EAST, [0.0, 1.0], WEST)
 
 

@@ -8,18 +8,7 @@ import pytest
 from rigs.data.example_counts import counts
 from rigs.motion.planning_scenes import Task, pillar_task, random_tasks
 
-from openpendant.motion.errors import (
-    BadArgument,
-    GoalInCollision,
-    NoMotion,
-    NoPathFound,
-    NotFinite,
-    OutOfRange,
-    PathInCollision,
-    PlannerUnavailable,
-    StartInCollision,
-    WrongJointCount,
-)
+from openpendant.motion import errors
 from openpendant.motion.paths.blending import JointPolyline
 from openpendant.motion.planning.path_check import check_path, first_contact
 from openpendant.motion.planning.planner import (
@@ -44,6 +33,11 @@ TEN_TIMES = 1e-3  # of the nominal 0.01 rad
 ompl_planners = [name for name in planners() if name != BUILT_IN]
 ROBOTS = ["ur5", "kawasaki_ra10n", "rail_kr5_arc"]
 QUICK = [name for name in ("RRTConnect", "LBKPIECE1", "KPIECE1", BUILT_IN) if name in planners()]
+
+
+@pytest.fixture
+def task() -> Task:
+    return pillar_task()
 
 
 def plan(
@@ -79,8 +73,9 @@ def assert_free(task: Task, path: Path) -> None:
         for seed in range(3)
     ],
 )
-def test_the_way_around_the_pillar_is_free_and_can_be_driven(planner: str, seed: int) -> None:
-    task = pillar_task()
+def test_the_way_around_the_pillar_is_free_and_can_be_driven(
+    planner: str, seed: int, task: Task
+) -> None:
     path = plan(task, planner, seed)
     assert_free(task, path)
     limits = task.collision.kinematics.limits
@@ -118,7 +113,7 @@ def test_no_plan_in_two_hundred_scenes_touches_anything(robot: str, planner: str
 def _plan_or_none(task: Task, seed: int, planner: str = BUILT_IN) -> bool:
     try:
         path = plan(task, planner, seed, time_limit=3.0)
-    except NoPathFound:
+    except errors.NoPathFound:
         return False
     assert_free(task, path)
     return True
@@ -186,8 +181,7 @@ def test_what_progress_raises_ends_the_plan(planner: str) -> None:
 
 
 @pytest.mark.parametrize("planner", QUICK)
-def test_a_closed_scene_is_given_up_in_time(planner: str) -> None:
-    task = pillar_task()
+def test_a_closed_scene_is_given_up_in_time(planner: str, task: Task) -> None:
     walls = (
         # The upper arm runs 0.137 m beside the axis of the first joint, so it cannot pass these.
         SceneObject("front", Box((0.02, 2.0, 4.0)), (0.0, -1.1, 0.0)),
@@ -195,36 +189,35 @@ def test_a_closed_scene_is_given_up_in_time(planner: str) -> None:
     )
     collision = CollisionModel(task.collision.kinematics, Scene(walls))
     goal = task.goal + 0.1 * np.eye(6)[0]
-    with pytest.raises(NoPathFound) as refused:
+    with pytest.raises(errors.NoPathFound) as refused:
         plan(Task(collision, task.start, goal), planner, time_limit=0.3)
     assert refused.value.planner == planner
     assert refused.value.iterations > 0
 
 
-def test_bad_questions_are_refused() -> None:
-    task = pillar_task()
+def test_bad_questions_are_refused(task: Task) -> None:
     inside = task.start.copy()
     inside[0] = -0.22
-    with pytest.raises(StartInCollision) as start:
+    with pytest.raises(errors.StartInCollision) as start:
         plan(Task(task.collision, inside, task.goal))
     assert "pillar" in (start.value.first, start.value.second)
     assert start.value.distance < 0.0
-    with pytest.raises(GoalInCollision) as goal:
+    with pytest.raises(errors.GoalInCollision) as goal:
         plan(Task(task.collision, task.start, inside))
     assert "pillar" in (goal.value.first, goal.value.second)
-    with pytest.raises(NoMotion):
+    with pytest.raises(errors.NoMotion):
         plan(Task(task.collision, task.start, task.start))
-    with pytest.raises(NotFinite):
+    with pytest.raises(errors.NotFinite):
         plan(Task(task.collision, task.start, np.full(6, math.nan)))
-    with pytest.raises(OutOfRange):
+    with pytest.raises(errors.OutOfRange):
         plan(Task(task.collision, task.start, np.full(6, 7.0)))
-    with pytest.raises(WrongJointCount):
+    with pytest.raises(errors.WrongJointCount):
         plan(Task(task.collision, task.start, np.zeros(5)))
-    with pytest.raises(BadArgument):
+    with pytest.raises(errors.BadArgument):
         plan(task, seed=-1)
-    with pytest.raises(BadArgument):
+    with pytest.raises(errors.BadArgument):
         plan(task, time_limit=0.0)
-    with pytest.raises(PlannerUnavailable) as unknown:
+    with pytest.raises(errors.PlannerUnavailable) as unknown:
         plan(task, "EST")
     assert unknown.value.known == planners()
 
@@ -232,14 +225,13 @@ def test_bad_questions_are_refused() -> None:
 @pytest.mark.parametrize("planner", ["PRM", "PRMstar"])
 def test_planners_that_are_not_repeatable_are_not_offered(planner: str) -> None:
     assert planner not in planners()
-    with pytest.raises(PlannerUnavailable, match="available: RRTConnect"):
+    with pytest.raises(errors.PlannerUnavailable, match="available: RRTConnect"):
         plan(pillar_task(), planner)
 
 
 @pytest.mark.soak
 @pytest.mark.parametrize("planner", ompl_planners)
-def test_every_planner_finds_its_way_around_the_pillar(planner: str) -> None:
-    task = pillar_task()
+def test_every_planner_finds_its_way_around_the_pillar(planner: str, task: Task) -> None:
     assert_free(task, plan(task, planner, seed=1, time_limit=60.0))
 
 
@@ -324,9 +316,8 @@ def test_the_caller_may_end_the_search() -> None:
     assert (found.waypoints, found.iterations) == (None, 7)
 
 
-def test_the_first_contact_is_named_with_its_fraction() -> None:
-    task = pillar_task()
-    with pytest.raises(PathInCollision) as refused:
+def test_the_first_contact_is_named_with_its_fraction(task: Task) -> None:
+    with pytest.raises(errors.PathInCollision) as refused:
         check_path(task.collision, [task.start, task.goal])
     assert {refused.value.first, refused.value.second} == {"wrist_1_link", "pillar"}
     assert 0.3 < refused.value.fraction < 0.35
@@ -335,8 +326,7 @@ def test_the_first_contact_is_named_with_its_fraction() -> None:
     assert back.fraction < 1.0 - refused.value.fraction
 
 
-def test_a_path_and_its_waypoints_get_the_same_verdict() -> None:
-    task = pillar_task()
+def test_a_path_and_its_waypoints_get_the_same_verdict(task: Task) -> None:
     line = first_contact(task.collision, JointLine(task.start, task.goal))
     points = first_contact(task.collision, [task.start, task.start, task.goal])
     assert line is not None
@@ -346,9 +336,7 @@ def test_a_path_and_its_waypoints_get_the_same_verdict() -> None:
 
 @pytest.mark.parametrize("count", counts(4, 80))
 @pytest.mark.parametrize("robot", ["ur5", "fanuc_m10ia"])
-def test_the_verdict_is_that_of_looking_everywhere_ten_times_as_densely(
-    robot: str, count: int
-) -> None:
+def test_the_verdict_is_that_of_looking_ten_times_as_densely(robot: str, count: int) -> None:
     touched = 0
     for task in random_tasks(robot, range(count)):
         path = JointSpline([task.start, (task.start + 2 * task.goal) / 3, task.goal])
@@ -365,8 +353,7 @@ def test_the_verdict_is_that_of_looking_everywhere_ten_times_as_densely(
     assert touched > count / 4
 
 
-def test_a_clear_path_takes_few_looks(monkeypatch: pytest.MonkeyPatch) -> None:
-    task = pillar_task()
+def test_a_clear_path_takes_few_looks(monkeypatch: pytest.MonkeyPatch, task: Task) -> None:
     robot_alone = CollisionModel(task.collision.kinematics)
     looks = []
     clearances = CollisionModel.clearances
@@ -380,8 +367,7 @@ def test_a_clear_path_takes_few_looks(monkeypatch: pytest.MonkeyPatch) -> None:
     assert len(looks) < 10  # of 1,800 samples: only the pan joint moves, and no pair nears
 
 
-def test_a_margin_counts_as_touching() -> None:
-    task = pillar_task()
+def test_a_margin_counts_as_touching(task: Task) -> None:
     aside = task.start + 0.1 * np.eye(6)[0]
     assert first_contact(task.collision, [task.start, aside]) is None
     found = first_contact(task.collision, [task.start, aside], margin=0.2)
@@ -391,11 +377,11 @@ def test_a_margin_counts_as_touching() -> None:
 
 def test_a_bad_path_is_refused() -> None:
     collision = pillar_task().collision
-    with pytest.raises(NotFinite):
+    with pytest.raises(errors.NotFinite):
         first_contact(collision, [[0.0] * 6, [math.nan] * 6])
-    with pytest.raises(WrongJointCount):
+    with pytest.raises(errors.WrongJointCount):
         first_contact(collision, [[0.0] * 6, [0.0] * 5])
-    with pytest.raises(OutOfRange):
+    with pytest.raises(errors.OutOfRange):
         first_contact(collision, [[0.0] * 6, [9.0] * 6])
-    with pytest.raises(WrongJointCount):
+    with pytest.raises(errors.WrongJointCount):
         first_contact(collision, JointLine([0.0], [1.0]))

@@ -178,9 +178,7 @@ def moves_of(model: CollisionModel, random: np.random.Generator, count: int) -> 
 @pytest.mark.parametrize("count", counts(15, 400))
 @pytest.mark.parametrize("scene", ["nothing", "around", "held"])
 @pytest.mark.parametrize("robot", ROBOTS)
-def test_a_way_that_is_surely_free_is_free_to_the_full_check(
-    robot: str, scene: str, count: int
-) -> None:
+def test_a_way_surely_free_is_free_to_the_full_check(robot: str, scene: str, count: int) -> None:
     model = model_of(robot, scene)
     proof = ClearPath(model)
     for move in moves_of(model, np.random.default_rng(5), count):

@@ -10,16 +10,8 @@ from rigs.data.example_counts import counts
 from rigs.motion.loaded_robots import SERIAL, arm
 from rigs.motion.planning_scenes import free_position, pillar_scene, random_tasks
 
+from openpendant.motion import errors
 from openpendant.motion.description.schema import CapsuleFacts as LinkCapsule
-from openpendant.motion.errors import (
-    DuplicateObject,
-    FrameUnknown,
-    MeshFileError,
-    NotFinite,
-    SceneTooLarge,
-    UnknownObject,
-    WrongJointCount,
-)
 from openpendant.motion.kinematics.pinocchio_model import greatest_travel
 from openpendant.motion.kinematics.serial import Kinematics
 from openpendant.motion.pose import Array, Pose
@@ -244,23 +236,23 @@ def test_a_mesh_is_met_like_the_box_it_stands_for(wall_mesh: str) -> None:
 
 def test_what_the_robot_does_not_know_is_refused(tmp_path: Path) -> None:
     part = ball("part", (1.0, 0.0, 0.0))
-    with pytest.raises(DuplicateObject):
+    with pytest.raises(errors.DuplicateObject):
         CollisionModel(UR5, Scene((ball("tool0", (1.0, 0.0, 0.0)),)))
-    with pytest.raises(UnknownObject, match="wrist_9"):
+    with pytest.raises(errors.UnknownObject, match="wrist_9"):
         CollisionModel(UR5, Scene((part,)).allow("part", "wrist_9"))
-    with pytest.raises(FrameUnknown):
+    with pytest.raises(errors.FrameUnknown):
         CollisionModel(UR5, Scene((SceneObject("part", Sphere(0.1), link="hand"),)))
-    with pytest.raises(MeshFileError):
+    with pytest.raises(errors.MeshFileError):
         CollisionModel(UR5, Scene((SceneObject("part", Mesh(str(tmp_path / "no.stl"))),)))
 
 
 def test_a_bad_position_is_refused_and_never_called_free() -> None:
     collision = CollisionModel(UR5)
-    with pytest.raises(NotFinite):
+    with pytest.raises(errors.NotFinite):
         collision.collides([0.0, 0.0, math.nan, 0.0, 0.0, 0.0])
-    with pytest.raises(WrongJointCount):
+    with pytest.raises(errors.WrongJointCount):
         collision.distance([0.0])
-    with pytest.raises(NotFinite):
+    with pytest.raises(errors.NotFinite):
         collision.contacts([math.inf] * 6)
 
 
@@ -322,7 +314,7 @@ def test_the_pairs_are_those_of_the_rule_and_in_its_order(kinematics: Kinematics
 
 
 @pytest.mark.parametrize("name", ROBOTS)
-def test_the_sweep_of_a_ball_in_a_joint_is_the_lengths_between_and_its_own_reach(
+def test_the_sweep_of_a_ball_is_the_lengths_between_and_its_reach(
     kinematics: Kinematics,
 ) -> None:
     model, moving = kinematics.model, kinematics.robot.moving
@@ -355,7 +347,7 @@ def test_only_pairs_with_an_object_count_and_the_error_tells_them() -> None:
     of_robot, scene = len(CollisionModel(UR5).pairs), Scene(balls)
     pairs = len(CollisionModel(UR5, scene).pairs) - of_robot
     assert len(CollisionModel(UR5, scene, most_pairs=pairs).pairs) == pairs + of_robot
-    with pytest.raises(SceneTooLarge) as caught:
+    with pytest.raises(errors.SceneTooLarge) as caught:
         CollisionModel(UR5, scene, most_pairs=pairs - 1)
     assert (caught.value.pairs, caught.value.limit, caught.value.objects) == (pairs, pairs - 1, 10)
     assert CollisionModel(UR5, most_pairs=0).pairs

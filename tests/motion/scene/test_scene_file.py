@@ -91,9 +91,7 @@ def test_a_bad_scene_file_is_refused_by_field(tmp_path: Path, text: str, field: 
         ),
     ],
 )
-def test_what_names_a_link_is_checked_against_the_robot_it_is_for(
-    tmp_path: Path, text: str, refusal: str
-) -> None:
+def test_what_names_a_link_is_checked_by_the_robot(tmp_path: Path, text: str, refusal: str) -> None:
     file = tmp_path / "a.yaml"
     file.write_text(HEAD + text)
     assert len(load_scene(file).objects) > 0
@@ -114,6 +112,9 @@ def test_what_names_a_link_is_checked_against_the_robot_it_is_for(
         ("objects: [{name: a, shape: {size: 1}}]",
          "is missing; accepted: box, capsule, cylinder, mesh, sphere"),
         ("objects: [{name: a, shape: 3}]", "is 3; accepted: a mapping"),
+        ("objects: [{name: a, shape: {type: sphere, radius: 1}, quaternion: [0, 0, 0, 3]}]",
+         "quaternion of a is (0.0, 0.0, 0.0, 3.0); accepted: a norm of 1 within 0.001;"
+         " this one is 3"),
         ("objects: [3]", "is 3; accepted: a mapping with the fields name, shape, position,"
          " quaternion, frame, link"),
         ("allowed: [a]", "is 'a'; accepted: a list of 2 texts"),
@@ -121,9 +122,7 @@ def test_what_names_a_link_is_checked_against_the_robot_it_is_for(
         ("objects: [{name: 3, shape: {type: sphere, radius: 1}}]", "is 3; accepted: text"),
     ],
 )  # fmt: skip
-def test_what_is_accepted_is_told_in_the_words_of_a_file(
-    tmp_path: Path, text: str, problem: str
-) -> None:
+def test_what_is_accepted_is_told_in_a_files_words(tmp_path: Path, text: str, problem: str) -> None:
     file = tmp_path / "a.yaml"
     file.write_text(HEAD + text)
     with pytest.raises(SceneFileError) as refused:
@@ -214,9 +213,7 @@ def test_a_polygon_becomes_a_fan(tmp_path: Path) -> None:
         ("a.obj", b"v 1 2 3\n", ""),
     ],
 )
-def test_a_bad_mesh_is_refused_where_it_is_bad(
-    tmp_path: Path, name: str, content: bytes, place: str
-) -> None:
+def test_a_bad_mesh_is_refused_there(tmp_path: Path, name: str, content: bytes, place: str) -> None:
     (tmp_path / name).write_bytes(content)
     with pytest.raises(MeshFileError) as refused:
         read_mesh(tmp_path / name)

@@ -48,6 +48,7 @@ def check_random_trajectories(
         planned = time_path(path, limits, sample_period=PERIOD)
         certify(planned, limits, start=waypoints[0])
         assert np.array_equal(planned.position[[0, -1]], waypoints[[0, -1]])
+        assert len(planned.waypoint_times) == len(waypoints)
         # What runs is the planned one: the motion through its samples, at every moment between.
         between = IntersampleCheck(planned, limits).pieces()
         speeds = np.abs(between.velocity).max(axis=(0, 2)) / limits.velocity
@@ -80,7 +81,7 @@ def test_random_trajectories_are_near_a_finer_solution(name: str) -> None:
 @pytest.mark.soak
 @pytest.mark.timeout(3600)
 @pytest.mark.parametrize("name", SERIAL)
-def test_ten_thousand_random_trajectories_are_certified_and_near_a_finer_solution(
+def test_ten_thousand_trajectories_are_certified_and_near_a_finer_solution(
     name: str,
 ) -> None:
     ratios = check_random_trajectories(name, seed=2, count=435)

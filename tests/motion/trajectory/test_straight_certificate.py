@@ -71,9 +71,7 @@ def test_an_acceleration_alone() -> None:
         (-1.001, 0.0, -1.001, -1.0),
     ],
 )
-def test_both_ends_of_the_move_are_in_the_range(
-    start: float, goal: float, value: float, limit: float
-) -> None:
+def test_both_ends_are_in_the_range(start: float, goal: float, value: float, limit: float) -> None:
     move = StraightMove((0.0, start), (0.0, goal), 20, 5, 0.1)
     assert refused(move) == ("position", "arm", value, limit)
 
@@ -146,9 +144,7 @@ def test_single_rows_are_the_samples_of_the_trajectory(name: str) -> None:
         ({"start": (math.nan, *HOME[1:])}, "finite"),
     ],
 )
-def test_a_planted_fault_is_refused_by_name(
-    move: StraightMove, change: dict[str, Any], check: str
-) -> None:
+def test_a_fault_is_refused_by_name(move: StraightMove, change: dict[str, Any], check: str) -> None:
     with pytest.raises(CertificateRefused) as refused:
         certify_straight_move(replace(move, **change), UR5.limits, start=HOME)
     assert refused.value.check == check

@@ -1,5 +1,6 @@
 import math
 from collections.abc import Callable
+from dataclasses import replace
 from functools import cache, partial
 
 import numpy as np
@@ -8,6 +9,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 from rigs.data.example_counts import few
 from rigs.motion.loaded_robots import serial_robot
+from rigs.motion.refusals import Refusal, refusals
 
 from openpendant.motion.description.limits import JointLimits
 from openpendant.motion.errors import BadArgument, WrongJointCount
@@ -160,7 +162,7 @@ def test_a_pause_rests_on_the_path_and_going_on_ends_at_the_goal() -> None:
     middle = BEGAN + len(trajectory) // 2 * TICK
 
     run.pause(middle)
-    still = ticks_until(run, lambda now: run.scale(now) == 0.0, middle)
+    still = ticks_until(run, partial(rests, run), middle)
     rested = run.state(still)
     later = run.state(still + 3600 * SECOND)
     assert not rested.velocity.any()
@@ -176,9 +178,7 @@ def test_a_pause_rests_on_the_path_and_going_on_ends_at_the_goal() -> None:
 @pytest.mark.parametrize(
     ("seed", "moments"), [(0, 3), (1, 3), pytest.param(2, 200, marks=pytest.mark.soak)]
 )
-def test_on_a_straight_line_the_joints_accelerate_in_proportion_at_any_time(
-    seed: int, moments: int
-) -> None:
+def test_on_a_straight_line_the_joints_accelerate_in_proportion(seed: int, moments: int) -> None:
     random = np.random.default_rng(seed)
     start, goal = random.uniform(-1.0, 1.0, (2, 6))
     trajectory = time_path(JointLine(start, goal), UR5)
@@ -213,7 +213,7 @@ def test_a_cruising_move_stops_as_fast_as_its_acceleration_allows() -> None:
     began = len(move) // 2 * TICK
     speed, limit = float(move.velocity[len(move) // 2, 0]), UR5.acceleration[0]
     run.pause(began)
-    still = ticks_until(run, lambda now: run.scale(now) == 0.0, began)
+    still = ticks_until(run, partial(rests, run), began)
     assert (still - began) / SECOND == pytest.approx(speed / limit, abs=0.03)
 
 
@@ -272,18 +272,25 @@ def test_time_that_runs_backwards_is_refused() -> None:
         run.state(BEGAN + SECOND - TICK)
 
 
-@pytest.mark.parametrize("ramp", [0.0, -1.0, math.nan, 100.0])
-def test_a_ramp_that_makes_no_sense_is_refused(ramp: float) -> None:
-    with pytest.raises(BadArgument, match="ramp"):
-        ur5_run(ramp=ramp)
+SINGLE = JointLimits(("a",), (-9.0,), (9.0,), (1.0,), (10.0,), (False,))
+WEAK = replace(UR5, acceleration=(0.1,) * 6)
+IIWA = serial_robot("kuka_iiwa14").limits
+NOTHING: Array = np.zeros((1, 1))
+ONE_SAMPLE = Trajectory(np.zeros(1), NOTHING, NOTHING, NOTHING, np.zeros(1))
 
 
-def test_a_trajectory_beyond_the_limits_is_refused() -> None:
-    weak = JointLimits(UR5.names, UR5.lower, UR5.upper, UR5.velocity, (0.1,) * 6, UR5.prismatic)
-    with pytest.raises(BadArgument, match="acceleration of"):
-        ScaledRun(swing_of(), weak, started=0)
-    with pytest.raises(WrongJointCount):
-        ScaledRun(swing_of(), serial_robot("kuka_iiwa14").limits, started=0)
+@refusals(
+    ("no ramp", lambda: ur5_run(ramp=0.0), BadArgument, "ramp"),
+    ("a ramp back", lambda: ur5_run(ramp=-1.0), BadArgument, "ramp"),
+    ("no number for a ramp", lambda: ur5_run(ramp=math.nan), BadArgument, "ramp"),
+    ("too long a ramp", lambda: ur5_run(ramp=100.0), BadArgument, "ramp"),
+    ("too sharp", lambda: ScaledRun(swing_of(), WEAK, started=0), BadArgument, "acceleration of"),
+    ("another robot's", lambda: ScaledRun(swing_of(), IIWA, started=0), WrongJointCount, ""),
+    ("samples of another", lambda: IntersampleCheck(swing_of(), SINGLE), WrongJointCount, ""),
+    ("one sample", lambda: IntersampleCheck(ONE_SAMPLE, SINGLE), BadArgument, "two samples"),
+)
+def test_what_cannot_be_scaled_is_refused(refusal: Refusal) -> None:
+    refusal.check()
 
 
 @pytest.mark.parametrize("distance", [5e-324, 2.2e-313, 1e-305, 1e-200])
@@ -291,13 +298,10 @@ def test_a_joint_that_moves_next_to_nothing_does_not_hinder_a_pause(distance: fl
     trajectory = plan_joint_move([0.5] * 5 + [0.0], [0.9] * 5 + [distance], UR5)
     run = ScaledRun(trajectory, UR5, started=BEGAN)
     run.pause(BEGAN + 20 * TICK)
-    still = ticks_until(run, lambda now: run.scale(now) == 0.0, BEGAN + 20 * TICK)
+    still = ticks_until(run, partial(rests, run), BEGAN + 20 * TICK)
     run.resume(still)
     done = ticks_until(run, run.finished, still)
     assert np.array_equal(run.state(done).position, trajectory.position[-1])
-
-
-SINGLE = JointLimits(("a",), (-9.0,), (9.0,), (1.0,), (10.0,), (False,))
 
 
 @pytest.fixture(scope="module")
@@ -366,11 +370,3 @@ def test_outside_its_time_the_ends_hold(swing: Trajectory, time: float, row: int
     state = IntersampleCheck(swing, UR5).state(time)
     assert state.position == pytest.approx(swing.position[row], abs=1e-12)
     assert state.velocity == pytest.approx(np.zeros(6), abs=1e-12)
-
-
-def test_another_robots_trajectory_and_a_single_sample_are_refused(swing: Trajectory) -> None:
-    with pytest.raises(WrongJointCount):
-        IntersampleCheck(swing, SINGLE)
-    one: Array = np.zeros((1, 1))
-    with pytest.raises(BadArgument, match="two samples"):
-        IntersampleCheck(Trajectory(np.zeros(1), one, one, one, np.zeros(1)), SINGLE)

@@ -48,7 +48,7 @@ def sweep(kinematics: Kinematics, count: int, seed: int = 3) -> JointSpline:
         ),
     ],
 )
-def test_tool_and_elbow_keep_250_mm_per_second_at_ten_times_the_density(
+def test_tool_and_elbow_keep_250_mm_a_second_at_ten_times_the_density(
     name: str, count: int
 ) -> None:
     kinematics = arm(name)

@@ -2,10 +2,12 @@ import locale
 import math
 import pickle
 from collections.abc import Iterator
+from dataclasses import replace
 
 import numpy as np
 import pytest
 import yaml
+from rigs.motion.refusals import Refusal, refusals
 
 from openpendant.motion.description.limits import JointLimits
 from openpendant.motion.errors import BadArgument, WrongJointCount
@@ -51,17 +53,6 @@ def test_pickling_adds_little_to_the_numbers(move: Trajectory) -> None:
     assert len(pickle.dumps(move)) < sum(getattr(move, field).nbytes for field in FIELDS) + 1000
 
 
-def test_the_shapes_must_agree(move: Trajectory) -> None:
-    with pytest.raises(BadArgument, match="velocity"):
-        Trajectory(
-            move.times, move.position, move.velocity[1:], move.acceleration, move.waypoint_times
-        )
-    with pytest.raises(BadArgument, match="one row of joints for each time"):
-        Trajectory(
-            move.times[1:], move.position, move.velocity, move.acceleration, move.waypoint_times
-        )
-
-
 def test_at_a_sample_the_sample_is_returned(move: Trajectory) -> None:
     for row, time in enumerate(move.times.tolist()):
         state = move.sample(time)
@@ -88,11 +79,6 @@ def test_outside_its_time_the_motion_stands_still(move: Trajectory, time: float,
     assert not state.velocity.any()
 
 
-def test_a_time_that_is_no_number_is_refused(move: Trajectory) -> None:
-    with pytest.raises(BadArgument, match="time"):
-        move.sample(math.nan)
-
-
 def test_joined_legs_follow_one_another() -> None:
     first = plan_joint_move(HERE, THERE, LIMITS)
     second = plan_joint_move(THERE, ELSEWHERE, LIMITS)
@@ -106,24 +92,6 @@ def test_joined_legs_follow_one_another() -> None:
     assert np.array_equal(whole.position[meeting:], second.position)
     assert not whole.velocity[meeting].any()
     assert whole.waypoint_times == pytest.approx([0.0, first.duration, whole.duration])
-
-
-def test_legs_that_do_not_meet_are_refused() -> None:
-    first = plan_joint_move(HERE, THERE, LIMITS)
-    with pytest.raises(BadArgument, match="leg 1 starts elsewhere"):
-        join([first, first])
-
-
-def test_legs_of_different_sample_periods_are_refused() -> None:
-    first = plan_joint_move(HERE, THERE, LIMITS)
-    second = plan_joint_move(THERE, HERE, LIMITS, sample_period=0.02)
-    with pytest.raises(BadArgument, match="sample period"):
-        join([first, second])
-
-
-def test_no_legs_are_refused() -> None:
-    with pytest.raises(BadArgument, match="at least one"):
-        join([])
 
 
 THREE = JointLimits(
@@ -197,12 +165,6 @@ def test_a_csv_that_is_not_as_written_is_refused_with_its_place(
         from_csv(text.replace(old, new, 1), THREE)
 
 
-@pytest.mark.parametrize("text", ["", "\n", "time [s]\n0.0\n"])
-def test_a_csv_without_samples_is_refused(text: str) -> None:
-    with pytest.raises(BadArgument, match="two samples"):
-        from_csv(text, THREE)
-
-
 def test_ros_yaml_holds_names_and_every_point(swing: Trajectory) -> None:
     message = yaml.safe_load(to_ros_yaml(swing, THREE))
 
@@ -223,10 +185,35 @@ def test_tiny_numbers_stay_numbers_in_yaml() -> None:
     assert all(isinstance(value, float) for point in points for value in point["positions"])
 
 
-def test_another_robots_trajectory_is_refused() -> None:
-    single = JointLimits(("a",), (-1.0,), (1.0,), (1.0,), (1.0,), (False,))
-    move = plan_joint_move([0.0], [0.5], single)
-    with pytest.raises(WrongJointCount):
-        to_csv(move, THREE)
-    with pytest.raises(WrongJointCount):
-        to_ros_yaml(move, THREE)
+MOVE = plan_joint_move(HERE, THERE, LIMITS)
+ALONE = plan_joint_move(
+    [0.0], [0.5], JointLimits(("a",), (-1.0,), (1.0,), (1.0,), (1.0,), (False,))
+)
+SLOWER = plan_joint_move(THERE, HERE, LIMITS, sample_period=0.02)
+
+
+@refusals(
+    (
+        "one velocity less",
+        lambda: replace(MOVE, velocity=MOVE.velocity[1:]),
+        BadArgument,
+        "velocity",
+    ),
+    (
+        "one time less",
+        lambda: replace(MOVE, times=MOVE.times[1:]),
+        BadArgument,
+        "one row of joints",
+    ),
+    ("no time", lambda: MOVE.sample(math.nan), BadArgument, "time"),
+    ("legs that do not meet", lambda: join([MOVE, MOVE]), BadArgument, "leg 1 starts elsewhere"),
+    ("another sample period", lambda: join([MOVE, SLOWER]), BadArgument, "sample period"),
+    ("no legs", lambda: join([]), BadArgument, "at least one"),
+    ("no CSV", lambda: from_csv("", THREE), BadArgument, "two samples"),
+    ("an empty line", lambda: from_csv("\n", THREE), BadArgument, "two samples"),
+    ("one sample", lambda: from_csv("time [s]\n0.0\n", THREE), BadArgument, "two samples"),
+    ("another robot's as CSV", lambda: to_csv(ALONE, THREE), WrongJointCount, ""),
+    ("another robot's as YAML", lambda: to_ros_yaml(ALONE, THREE), WrongJointCount, ""),
+)
+def test_what_is_no_trajectory_here_is_refused(refusal: Refusal) -> None:
+    refusal.check()

@@ -192,9 +192,7 @@ def test_a_recovery_excuses_no_other_torn_line_than_the_one_that_it_tells_of() -
     assert check.feed(recovered.rstrip()) == "line 2 is torn or was altered"
 
 
-def test_the_disk_is_told_to_keep_what_was_appended(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_the_disk_keeps_what_was_appended(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     path = tmp_path / "audit.jsonl"
     kept: list[bytes] = []
     fsync = os.fsync

@@ -35,6 +35,8 @@ from openpendant.simplemsg.verdicts import VerdictCode as V
 from openpendant.tools.console import ExitCode
 from openpendant.tools.packets.journals.reenactment import NullTransport
 
+Capture = pytest.CaptureFixture[str]
+
 LAN = "192.0.2.5"
 
 
@@ -62,7 +64,7 @@ def test_loopback_needs_neither_accounts_nor_tls() -> None:
     ],
     ids=["empty", "no admin", "disabled admin"],
 )
-def test_an_address_that_others_reach_is_refused_while_nobody_could_log_in(
+def test_an_outer_address_is_refused_while_nobody_could_log_in(
     host: str, book: AccountBook
 ) -> None:
     with pytest.raises(ExposureRefused, match="openpendant users add") as caught:
@@ -104,7 +106,7 @@ def test_clear_text_ports_serve_loopback_or_the_list(
 OUTSIDE = "192.0.2.7"
 
 
-def refusal_of(folder: Path, text: str, capsys: pytest.CaptureFixture[str]) -> str:
+def refusal_of(folder: Path, text: str, capsys: Capture) -> str:
     file = folder / "cell.toml"
     file.write_text(text)
     assert (
@@ -128,13 +130,13 @@ def refusal_of(folder: Path, text: str, capsys: pytest.CaptureFixture[str]) -> s
     ids=["outside", "everywhere", "ros", "certificate", "audit log"],
 )
 def test_a_server_that_would_be_open_is_refused_with_what_would_be_accepted(
-    tmp_path: Path, text: str, told: str, capsys: pytest.CaptureFixture[str]
+    tmp_path: Path, text: str, told: str, capsys: Capture
 ) -> None:
     assert told in refusal_of(tmp_path, text, capsys)
 
 
 def test_the_key_of_another_certificate_is_refused_without_a_traceback_or_the_key(
-    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+    tmp_path: Path, capsys: Capture
 ) -> None:
     """Promise 30 as well: what a key file holds is never repeated."""
     certificate, _ = make_certificate(tmp_path)
@@ -185,7 +187,7 @@ class Peer(NullTransport):
 
 
 @pytest.mark.parametrize(("address", "is_served"), [("192.0.2.9", True), ("192.0.2.10", False)])
-def test_a_clear_text_port_that_others_reach_serves_only_named_addresses(
+def test_a_clear_text_port_outside_serves_only_named_addresses(
     address: str, is_served: bool
 ) -> None:
     values = {"listen": {"host": OUTSIDE}, "ros_i": {"allow": ["192.0.2.9"]}}

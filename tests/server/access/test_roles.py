@@ -35,31 +35,8 @@ from openpendant.simplemsg import (
     joint_array,
     refused,
 )
+from openpendant.simplemsg import pendant as messages
 from openpendant.simplemsg.declaration import Direction
-from openpendant.simplemsg.pendant import (
-    PENDANT_MESSAGES,
-    AccountRole,
-    Authority,
-    AuthorityAction,
-    Home,
-    JogRelease,
-    JogSpace,
-    JogStart,
-    JointMove,
-    Management,
-    MotionControl,
-    MotionControlAction,
-    OperatingMode,
-    ProgramRun,
-    ResetStop,
-    SetAccount,
-    SetMode,
-    SetSpeed,
-    SoftwareStop,
-    Subscribe,
-    Verdict,
-    WriteOutputs,
-)
 from openpendant.simplemsg.pendant.management import OPERATIONS
 from openpendant.simplemsg.pendant.roles import LEAST_ROLE, Permission, Role
 from openpendant.simplemsg.verdicts import VerdictCode as V
@@ -68,26 +45,26 @@ _BY_ROLE = {"vera": 1, "otto": 2, "ann": 4}
 
 
 def asked(pendant: Pendant, **body: object) -> dict[str, Any]:
-    request = Management(77, json.dumps(body).encode())
-    (answer,) = [each for each in pendant.send(request) if isinstance(each, Management)]
+    request = messages.Management(77, json.dumps(body).encode())
+    (answer,) = [each for each in pendant.send(request) if isinstance(each, messages.Management)]
     found: dict[str, Any] = json.loads(answer.body)
     return found
 
 
 REQUESTS: tuple[Message, ...] = (
-    Authority(1, AuthorityAction.REQUEST),
-    Authority(1, AuthorityAction.FORCE),
-    ResetStop(1),
-    SetMode(1, 3),
-    SetSpeed(1, 0.5, 0.0),
-    MotionControl(1, 1),
-    ProgramRun(1, 1, 0, 1, 0, 1.0, "nothing"),
-    SetAccount(1, AccountRole.OPERATOR, "new", "a new long password"),
+    messages.Authority(1, messages.AuthorityAction.REQUEST),
+    messages.Authority(1, messages.AuthorityAction.FORCE),
+    messages.ResetStop(1),
+    messages.SetMode(1, 3),
+    messages.SetSpeed(1, 0.5, 0.0),
+    messages.MotionControl(1, 1),
+    messages.ProgramRun(1, 1, 0, 1, 0, 1.0, "nothing"),
+    messages.SetAccount(1, messages.AccountRole.OPERATOR, "new", "a new long password"),
 )
 
 
 @pytest.mark.parametrize("op", sorted(OPERATIONS))
-def test_a_management_request_is_refused_for_the_role_exactly_where_it_is_too_low(
+def test_a_management_request_is_refused_where_the_role_is_too_low(
     rig: GuardedRig, op: str
 ) -> None:
     needed = OPERATIONS[op].NEEDS
@@ -122,7 +99,7 @@ def test_an_operation_that_nobody_listed_needs_the_highest_role() -> None:
 
 _FROM_PENDANTS = {
     cls
-    for cls in PENDANT_MESSAGES
+    for cls in messages.PENDANT_MESSAGES
     if cls.PLACE.direction in (Direction.TO_SERVER, Direction.BOTH) and not cls.PLACE.is_reply
 }
 
@@ -134,12 +111,12 @@ def _default_kind(cls: type[Message]) -> object:
 def test_every_message_of_a_pendant_is_in_exactly_one_table() -> None:
     """Every declared one: a request has a permission or is free, a topic is listed."""
     requests = {cls for cls in _FROM_PENDANTS if _default_kind(cls) == CommType.REQUEST}
-    assert requests - {Management} == set(OF_MESSAGE) | FREE
+    assert requests - {messages.Management} == set(OF_MESSAGE) | FREE
     assert _FROM_PENDANTS - requests == TOPICS
     assert not set(OF_MESSAGE) & FREE
 
 
-FOREIGN = (JointTrajPt(0, joint_array((0.5, 0.5)), 0.1, 0.5), WriteOutputs(0, 1, 1))
+FOREIGN = (JointTrajPt(0, joint_array((0.5, 0.5)), 0.1, 0.5), messages.WriteOutputs(0, 1, 1))
 
 
 @pytest.mark.parametrize("message", FOREIGN, ids=lambda each: type(each).__name__)
@@ -161,9 +138,7 @@ def test_whoami_tells_role_and_permissions(rig: GuardedRig) -> None:
     assert asked(rig.visitor(), op="access.whoami")["permissions"] == ["stop"]
 
 
-def test_logging_out_gives_back_the_authority(rig: GuardedRig) -> None:
-    otto = rig.user("otto")
-    otto.take()
+def test_logging_out_gives_back_the_authority(rig: GuardedRig, otto: Pendant) -> None:
     asked(otto, op="access.logout")
     assert rig.core.cell.authority.holder is None
     assert otto.take() is V.LOGIN_NEEDED
@@ -187,7 +162,10 @@ def test_an_admin_sees_the_accounts_that_cannot_be_read(rig: GuardedRig) -> None
 
 def test_a_change_of_an_account_is_answered_when_it_was_made(rig: GuardedRig) -> None:
     ann = rig.user("ann")
-    assert ann.code(SetAccount(8, AccountRole.OPERATOR, "new", "a canary password")) is None
+    assert (
+        ann.code(messages.SetAccount(8, messages.AccountRole.OPERATOR, "new", "a canary password"))
+        is None
+    )
     (wanted,) = rig.changes
     assert isinstance(wanted.question, AccountChange)
     assert (wanted.question.author, wanted.question.name) == ("ann", "new")
@@ -199,11 +177,11 @@ def test_a_change_of_an_account_is_answered_when_it_was_made(rig: GuardedRig) ->
 
 def test_a_change_that_the_store_refuses_is_refused_in_its_words(rig: GuardedRig) -> None:
     ann = rig.user("ann")
-    request = Management(9, json.dumps({"op": "users.remove", "name": "ann"}).encode())
+    request = messages.Management(9, json.dumps({"op": "users.remove", "name": "ann"}).encode())
     ann.send(request)
     refusal = Refusal(V.LAST_ADMIN, "'ann' is the only admin")
     rig.answered(rig.changes[0], refusal)
-    answer = json.loads(ann.all(Management)[-1].body)
+    answer = json.loads(ann.all(messages.Management)[-1].body)
     assert (answer["code"], answer["text"]) == (V.LAST_ADMIN, "'ann' is the only admin")
     assert rig.noted(AuditEvent.ACCOUNT_CHANGED) == []
 
@@ -213,23 +191,23 @@ _USERS = dict(zip(_RISING, ("vera", "otto", "paul", "ann"), strict=True))
 _AT = joint_array((0.1, 0.1))
 
 
-def managed(op: str) -> Management:
-    return Management(9, json.dumps({"op": op}).encode())
+def managed(op: str) -> messages.Management:
+    return messages.Management(9, json.dumps({"op": op}).encode())
 
 
 LEAST: tuple[tuple[str, Message], ...] = (
-    ("viewer", Subscribe(9, 10.0)),
-    ("operator", Authority(9, AuthorityAction.REQUEST)),
-    ("admin", Authority(9, AuthorityAction.FORCE)),
-    ("operator", JointMove(9, 0.1, 2, _AT)),
-    ("operator", Home(9, 0.1, "home")),
-    ("operator", JogStart(9, 1, 0, 0.15, JogSpace.JOINTS, "", 2, _AT)),
-    ("operator", SetSpeed(9, 0.5, 0.0)),
-    ("operator", MotionControl(9, 1)),
-    ("operator", ProgramRun(9, 1, 0, 1, 0, 1.0, "nothing")),
-    ("operator", ResetStop(9)),
-    ("operator", SetMode(9, 3)),
-    ("admin", SetAccount(9, AccountRole.OPERATOR, "new", "a new long password")),
+    ("viewer", messages.Subscribe(9, 10.0)),
+    ("operator", messages.Authority(9, messages.AuthorityAction.REQUEST)),
+    ("admin", messages.Authority(9, messages.AuthorityAction.FORCE)),
+    ("operator", messages.JointMove(9, 0.1, 2, _AT)),
+    ("operator", messages.Home(9, 0.1, "home")),
+    ("operator", messages.JogStart(9, 1, 0, 0.15, messages.JogSpace.JOINTS, "", 2, _AT)),
+    ("operator", messages.SetSpeed(9, 0.5, 0.0)),
+    ("operator", messages.MotionControl(9, 1)),
+    ("operator", messages.ProgramRun(9, 1, 0, 1, 0, 1.0, "nothing")),
+    ("operator", messages.ResetStop(9)),
+    ("operator", messages.SetMode(9, 3)),
+    ("admin", messages.SetAccount(9, messages.AccountRole.OPERATOR, "new", "a new long password")),
     *(("viewer", managed(op)) for op in ("snapshot", "why", "programs.list", "frames.show")),
     *(("operator", managed(op)) for op in ("signals.set", "recordings.play")),
     *(
@@ -251,9 +229,9 @@ LEAST: tuple[tuple[str, Message], ...] = (
 
 def is_refused_for_its_role(answers: list[Message]) -> bool:
     for answer in answers:
-        if isinstance(answer, Verdict) and answer.code == V.ROLE_TOO_LOW:
+        if isinstance(answer, messages.Verdict) and answer.code == V.ROLE_TOO_LOW:
             return True
-        if isinstance(answer, Management) and answer.reply_code == ReplyCode.FAILURE:
+        if isinstance(answer, messages.Management) and answer.reply_code == ReplyCode.FAILURE:
             return bool(json.loads(answer.body).get("code") == V.ROLE_TOO_LOW)
     return False
 
@@ -267,7 +245,9 @@ def whole_rig() -> GuardedRig:
     ("least", "request_"),
     LEAST,
     ids=[
-        json.loads(each.body)["op"] if isinstance(each, Management) else type(each).__name__
+        json.loads(each.body)["op"]
+        if isinstance(each, messages.Management)
+        else type(each).__name__
         for _, each in LEAST
     ],
 )
@@ -287,12 +267,12 @@ JOINTS = RATES = joint_array((0.5, 0.5))
 MOVING = {"recordings.play", "scene.attach", "scene.detach", "signals.set", "tools.select"}
 
 
-def told(number: int, **body: object) -> Management:
-    return Management(number, json.dumps(body).encode())
+def told(number: int, **body: object) -> messages.Management:
+    return messages.Management(number, json.dumps(body).encode())
 
 
 def named(message: Message) -> str:
-    return parse(message.body)[0] if isinstance(message, Management) else ""
+    return parse(message.body)[0] if isinstance(message, messages.Management) else ""
 
 
 def test_it_is_decided_for_every_permission() -> None:
@@ -301,22 +281,22 @@ def test_it_is_decided_for_every_permission() -> None:
 
 def test_what_is_in_no_table_is_overtaken(monkeypatch: pytest.MonkeyPatch) -> None:
     assert is_overtaken(told(1), "robots.explode")
-    monkeypatch.delitem(OF_MESSAGE, SetMode)
-    assert is_overtaken(SetMode(1, OperatingMode.AUTOMATIC))
+    monkeypatch.delitem(OF_MESSAGE, messages.SetMode)
+    assert is_overtaken(messages.SetMode(1, messages.OperatingMode.AUTOMATIC))
 
 
 @pytest.mark.parametrize(
     "message",
     [
-        Authority(1, AuthorityAction.REQUEST),
-        Authority(1, AuthorityAction.FORCE),
-        JointMove(1, 0.5, 2, JOINTS),
-        Home(1, 0.5, "home"),
-        JogStart(1, 1, 1, 0.15, JogSpace.JOINTS, "", 2, RATES),
-        SetSpeed(1, 0.5, 0.0),
-        SetMode(1, OperatingMode.AUTOMATIC),
-        ResetStop(1),
-        MotionControl(1, MotionControlAction.RESUME),
+        messages.Authority(1, messages.AuthorityAction.REQUEST),
+        messages.Authority(1, messages.AuthorityAction.FORCE),
+        messages.JointMove(1, 0.5, 2, JOINTS),
+        messages.Home(1, 0.5, "home"),
+        messages.JogStart(1, 1, 1, 0.15, messages.JogSpace.JOINTS, "", 2, RATES),
+        messages.SetSpeed(1, 0.5, 0.0),
+        messages.SetMode(1, messages.OperatingMode.AUTOMATIC),
+        messages.ResetStop(1),
+        messages.MotionControl(1, messages.MotionControlAction.RESUME),
         *(told(1, op=op) for op in sorted(MOVING)),
     ],
 )
@@ -328,12 +308,12 @@ def test_what_would_undo_a_stop_is_overtaken(message: Message) -> None:
     "message",
     [
         hello(),
-        Subscribe(1, 10.0),
-        SoftwareStop(1, ""),
-        JogRelease(1, 1),
-        Authority(1, AuthorityAction.RELEASE),
-        MotionControl(1, MotionControlAction.PAUSE),
-        MotionControl(1, MotionControlAction.PROGRAM_STOP),
+        messages.Subscribe(1, 10.0),
+        messages.SoftwareStop(1, ""),
+        messages.JogRelease(1, 1),
+        messages.Authority(1, messages.AuthorityAction.RELEASE),
+        messages.MotionControl(1, messages.MotionControlAction.PAUSE),
+        messages.MotionControl(1, messages.MotionControlAction.PROGRAM_STOP),
         Ping(comm_type=REQUEST),
         *(told(1, op=op) for op in ("snapshot", "programs.save", "programs.dry_run")),
         *(told(1, op=op) for op in ("recordings.start", "access.logout")),
@@ -345,5 +325,12 @@ def test_what_moves_nothing_is_not(message: Message) -> None:
 
 def test_every_message_and_operation_that_moves_is_overtaken() -> None:
     moving = {kind for kind, needed in OF_MESSAGE.items() if OVERTAKEN[needed]}
-    assert {ResetStop, JointMove, JogStart, Home, SetMode, Authority} <= moving
+    assert {
+        messages.ResetStop,
+        messages.JointMove,
+        messages.JogStart,
+        messages.Home,
+        messages.SetMode,
+        messages.Authority,
+    } <= moving
     assert {op for op in OPERATIONS if is_overtaken(told(1), op)} == MOVING

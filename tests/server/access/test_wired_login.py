@@ -41,12 +41,12 @@ from openpendant.simplemsg.verdicts import VerdictCode as V
 from openpendant.tools.pendants.client import Refused
 
 
-def code_in(messages: list[Message]) -> str:
-    (reply,) = [message for message in messages if isinstance(message, PairingReply)]
+def code_in(answers: list[Message]) -> str:
+    (reply,) = [answer for answer in answers if isinstance(answer, PairingReply)]
     return reply.code
 
 
-def test_whoever_logs_in_may_take_the_authority_under_the_name_of_his_account(
+def test_whoever_logs_in_may_take_the_authority_as_his_account(
     rig: GuardedRig,
 ) -> None:
     otto = rig.user("otto")
@@ -97,9 +97,9 @@ def test_promise_28_a_login_is_no_use_to_another_connection(rig: GuardedRig) -> 
     assert other.take() is V.LOGIN_NEEDED
 
 
-def test_logging_in_as_somebody_else_gives_the_authority_back(rig: GuardedRig) -> None:
-    otto = rig.user("otto")
-    otto.take()
+def test_logging_in_as_somebody_else_gives_the_authority_back(
+    rig: GuardedRig, otto: Pendant
+) -> None:
     assert otto.move(1.0, 0.0) is V.ACCEPTED
     log_in(otto, "ann")
     assert rig.core.cell.authority.holder is None
@@ -118,10 +118,8 @@ def test_logging_in_as_somebody_else_gives_the_authority_back(rig: GuardedRig) -
     ],
 )
 def test_who_loses_the_authority_is_told_whether_it_was_for_the_role_or_the_login(
-    rig: GuardedRig, after: Account, reason: AuthorityReason, word: str, code: V
+    rig: GuardedRig, otto: Pendant, after: Account, reason: AuthorityReason, word: str, code: V
 ) -> None:
-    otto = rig.user("otto")
-    otto.take()
     otto.move(1.0, 0.0)
     ann = rig.user("ann")
     rig.follow(AccountBook([*BOOK, after]))
@@ -131,9 +129,7 @@ def test_who_loses_the_authority_is_told_whether_it_was_for_the_role_or_the_logi
     assert otto.take() is code
 
 
-def test_a_promotion_does_not_stop_the_motion(rig: GuardedRig) -> None:
-    otto = rig.user("otto")
-    otto.take()
+def test_a_promotion_does_not_stop_the_motion(rig: GuardedRig, otto: Pendant) -> None:
     otto.move(1.0, 0.0)
     rig.follow(AccountBook([*BOOK, account("otto", Role.PROGRAMMER)]))
     rig.wait(5_000)
@@ -183,9 +179,7 @@ def test_only_an_admin_gets_a_code(rig: GuardedRig) -> None:
 @pytest.mark.parametrize(
     "message", [Login(7, 3, "otto", "otto's password"), Pairing(7, 9)], ids=["login", "pairing"]
 )
-def test_an_unknown_kind_is_refused_with_what_would_be_accepted(
-    rig: GuardedRig, message: Message
-) -> None:
+def test_an_unknown_kind_is_refused_with_the_known(rig: GuardedRig, message: Message) -> None:
     (answer,) = rig.user("ann").send(message)
     assert isinstance(answer, Verdict)
     assert answer.code == V.BAD_ARGUMENT
@@ -231,11 +225,9 @@ AFTER: dict[str, Account | None] = {
 
 
 @pytest.mark.parametrize("how", AFTER)
-def test_whoever_loses_his_login_hears_that_he_has_lost_control_and_may_not_look_on(
-    rig: GuardedRig, how: str
+def test_whoever_loses_his_login_hears_that_and_may_not_look_on(
+    rig: GuardedRig, otto: Pendant, how: str
 ) -> None:
-    otto = rig.user("otto")
-    otto.take()
     otto.got.clear()
     others = [each for each in BOOK if each.name != "otto"]
     after = AFTER[how]

@@ -26,6 +26,8 @@ from openpendant.server.store.documents import DocumentKind
 from openpendant.server.store.sqlite_store import open_store
 from openpendant.simplemsg.pendant.roles import Role
 
+Capture = pytest.CaptureFixture[str]
+
 CANARY = "canary-7f3a horse"
 CHEAP = ScryptCost(n=2**14, r=8, p=1)
 
@@ -68,7 +70,7 @@ def book(file: Path) -> AccountBook:
 
 
 def test_an_account_that_was_added_is_kept_and_listed(
-    users: Users, file: Path, capsys: pytest.CaptureFixture[str]
+    users: Users, file: Path, capsys: Capture
 ) -> None:
     assert add(users, "Ann") == 0
     assert add(users, "otto", "operator") == 0
@@ -84,7 +86,7 @@ def test_an_account_that_was_added_is_kept_and_listed(
 
 
 def test_no_password_is_in_any_output_or_in_the_store(
-    users: Users, file: Path, capsys: pytest.CaptureFixture[str]
+    users: Users, file: Path, capsys: Capture
 ) -> None:
     """Promise 30: canaries as passwords, taken and refused."""
     add(users, "ann")
@@ -113,7 +115,7 @@ def test_no_password_is_in_any_output_or_in_the_store(
 )
 def test_what_cannot_be_done_is_refused_with_the_reason(
     users: Users,
-    capsys: pytest.CaptureFixture[str],
+    capsys: Capture,
     arguments: tuple[str, ...],
     code: int,
     reason: str,
@@ -151,7 +153,7 @@ def test_roles_passwords_and_accounts_can_be_changed(users: Users, file: Path) -
 
 
 def test_without_a_terminal_a_password_is_asked_for_by_option(
-    users: Users, capsys: pytest.CaptureFixture[str]
+    users: Users, capsys: Capture
 ) -> None:
     assert users("add", "ann", "--role", "admin") == 2
     assert "--password-stdin" in capsys.readouterr().err
@@ -181,7 +183,7 @@ def eve(file: Path) -> None:
 
 @pytest.mark.usefixtures("eve")
 def test_an_account_that_cannot_be_read_is_shown_and_blocks_no_other(
-    users: Users, file: Path, capsys: pytest.CaptureFixture[str]
+    users: Users, file: Path, capsys: Capture
 ) -> None:
     assert add(users, "otto", "operator") == 3
     assert add(users, "ann") == 0
@@ -206,7 +208,7 @@ def test_an_account_that_cannot_be_read_is_shown_and_blocks_no_other(
     ],
 )
 def test_an_account_that_cannot_be_read_is_not_changed_unseen(
-    users: Users, capsys: pytest.CaptureFixture[str], arguments: tuple[str, ...], says: str
+    users: Users, capsys: Capture, arguments: tuple[str, ...], says: str
 ) -> None:
     assert users(*arguments) == 3
     assert says in capsys.readouterr().err

@@ -43,14 +43,18 @@ def _rows(store: SqliteStore, name: str) -> list[Row]:
     return [row for chunk in store.load_chunks(name, 0, 99) for row in unpack_rows(chunk, 3)]
 
 
-def test_a_part_counts_its_time_from_its_first_row(store: SqliteStore) -> None:
+def test_a_part_counts_its_time_from_its_first_row_and_its_rate_without_gaps(
+    store: SqliteStore,
+) -> None:
     trim_recording(store, "arc", "part", 0.35, 0.75, ANN)
     times, values, gaps = zip(*_rows(store, "part"), strict=True)
     assert times == pytest.approx([0.0, 0.1, 0.2, 0.3])
     assert (values, gaps) == ((4.0, 5.0, 6.0, 7.0), (0.0, 0.0, 1.0, 0.0))
+    assert _rows(store, "arc") == ROWS
     body = json.loads(store.load(KIND, "part").body)
     assert (body["samples"], body["gaps"], body["robot"]) == (4, 1, "r")
-    assert body["duration"] == pytest.approx(0.3)
+    numbers = [body[name] for name in ("duration", "rate", "longest_gap")]
+    assert numbers == pytest.approx([0.3, 10.0, 0.1])
 
 
 def test_a_part_of_a_recording_that_broke_off_is_whole(store: SqliteStore) -> None:
@@ -60,18 +64,6 @@ def test_a_part_of_a_recording_that_broke_off_is_whole(store: SqliteStore) -> No
     trim_recording(store, "arc", "part", 0.35, 0.75, ANN)
     part = json.loads(store.load(KIND, "part").body)
     assert (part["finished"], part["problem"]) == (True, "")
-
-
-def test_a_part_says_its_rate_without_its_gaps(store: SqliteStore) -> None:
-    trim_recording(store, "arc", "part", 0.35, 0.75, ANN)
-    body = json.loads(store.load(KIND, "part").body)
-    assert body["rate"] == pytest.approx(10.0)
-    assert body["longest_gap"] == pytest.approx(0.1)
-
-
-def test_the_whole_stays_as_it_was(store: SqliteStore) -> None:
-    trim_recording(store, "arc", "part", 0.35, None, ANN)
-    assert _rows(store, "arc") == ROWS
 
 
 def test_no_gap_is_left_in_front_of_the_first_row(store: SqliteStore) -> None:
@@ -155,9 +147,7 @@ def test_too_few_rows_have_no_rate(times: tuple[float, ...]) -> None:
 
 
 @given(rows, st.integers(1, 7))
-def test_chunks_are_counted_as_their_rows_are(
-    kept: list[tuple[float, float, float]], most: int
-) -> None:
+def test_chunks_are_counted_as_rows_are(kept: list[tuple[float, float, float]], most: int) -> None:
     wanted = RowCount()
     for time, _, mark in kept:
         wanted.take(time, after_gap=mark != 0.0)

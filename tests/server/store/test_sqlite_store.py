@@ -3,7 +3,6 @@ from __future__ import annotations
 import contextlib
 import itertools
 import sqlite3
-from collections.abc import Iterator
 from pathlib import Path
 
 import pytest
@@ -36,12 +35,6 @@ from openpendant.server.store.store_errors import (
 PROGRAM, RECORDING = DocumentKind.PROGRAM, DocumentKind.RECORDING
 
 
-@pytest.fixture
-def store(path: Path) -> Iterator[SqliteStore]:
-    with opened(path) as store:
-        yield store
-
-
 def begin_recording(store: SqliteStore, name: str = "r") -> None:
     store.save(RECORDING, name, '{"columns": ["t"]}', expected_revision=0, author=ANN)
 
@@ -72,7 +65,7 @@ def test_everything_is_there_after_the_file_was_closed_and_opened(path: Path) ->
         assert store.load_chunks("r", 0, 10) == (b"12345678",)
 
 
-def test_of_two_apps_that_edit_one_program_the_later_is_refused_with_both_revisions(
+def test_of_two_edits_of_one_program_the_later_is_refused_with_both_revisions(
     path: Path,
 ) -> None:
     """Promise 22: nobody overwrites what he has not seen, not even from another process."""
@@ -97,9 +90,7 @@ def test_of_two_apps_that_edit_one_program_the_later_is_refused_with_both_revisi
 
 
 @pytest.mark.parametrize(("expected", "current"), [(0, 1), (2, 1), (-1, 1), (2**70, 1)])
-def test_any_other_revision_than_the_kept_one_is_refused(
-    store: SqliteStore, expected: int, current: int
-) -> None:
+def test_any_other_revision_is_refused(store: SqliteStore, expected: int, current: int) -> None:
     save(store, "weld")
     with pytest.raises(Conflict) as refused:
         save(store, "weld", revision=expected)
@@ -139,7 +130,7 @@ def test_a_deleted_document_is_gone_but_for_its_history(store: SqliteStore) -> N
     assert [heading.deleted for heading in store.history(PROGRAM, "weld")] == [False, True]
 
 
-def test_revisions_go_on_after_a_deletion_so_that_an_old_one_never_fits_again(
+def test_revisions_go_on_after_a_deletion_so_that_none_fits_twice(
     store: SqliteStore,
 ) -> None:
     save(store, "weld")
@@ -175,9 +166,7 @@ def test_a_revision_that_is_not_there_is_not_found(store: SqliteStore, revision:
     ],
     ids=ascii,
 )
-def test_a_name_that_cannot_be_shown_or_looks_like_a_path_is_refused(
-    store: SqliteStore, name: str
-) -> None:
+def test_a_name_not_to_show_or_like_a_path_is_refused(store: SqliteStore, name: str) -> None:
     with pytest.raises(BadName, match=r"accepted"):
         save(store, name)
     for question in (store.load, store.history):
@@ -228,9 +217,7 @@ def test_half_a_surrogate_pair_is_no_text(store: SqliteStore) -> None:
 
 
 @pytest.mark.parametrize("kind", DocumentKind)
-def test_a_body_may_be_as_large_as_its_cap_and_no_larger(
-    store: SqliteStore, kind: DocumentKind
-) -> None:
+def test_a_body_may_be_as_large_as_its_cap(store: SqliteStore, kind: DocumentKind) -> None:
     limit = MOST_BODY_BYTES[kind]
     body = '{"a": "' + "x" * (limit - 9) + '"}'
     assert store.save(kind, "a", body, expected_revision=0, author=ANN).size == limit
@@ -261,9 +248,7 @@ def test_a_chunk_whose_acknowledgement_was_lost_may_be_repeated(store: SqliteSto
 
 
 @pytest.mark.parametrize(("sequence", "data"), [(0, b"a"), (1, b"c"), (3, b"c"), (-1, b"c")])
-def test_a_chunk_that_is_not_the_next_is_refused(
-    store: SqliteStore, sequence: int, data: bytes
-) -> None:
+def test_a_chunk_out_of_order_is_refused(store: SqliteStore, sequence: int, data: bytes) -> None:
     begin_recording(store)
     store.append_chunk("r", 0, b"a")
     store.append_chunk("r", 1, b"b")
@@ -348,9 +333,7 @@ def test_an_acknowledgement_means_full_sync(store: SqliteStore) -> None:
     assert store.connection.execute("PRAGMA synchronous").fetchone() == (2,)
 
 
-def test_a_store_in_memory_keeps_no_room_on_a_disk(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_a_store_in_memory_takes_no_disk(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.chdir(tmp_path)
     store = SqliteStore(Path(":memory:"), OpenFile(_memory()), noon)
     save(store, "a")

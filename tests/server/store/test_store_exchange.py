@@ -6,7 +6,7 @@ import io
 import json
 import locale
 import tracemalloc
-from collections.abc import Iterator, Sequence
+from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
@@ -47,12 +47,6 @@ from openpendant.server.store.strict_json import DEEPEST
 PROGRAM, RECORDING = DocumentKind.PROGRAM, DocumentKind.RECORDING
 
 
-@pytest.fixture
-def store(tmp_path: Path) -> Iterator[SqliteStore]:
-    with opened(tmp_path / "store.db") as store:
-        yield store
-
-
 def text_of(store: SqliteStore) -> str:
     return "".join(documents_to_json(store, store.headings()))
 
@@ -66,9 +60,7 @@ def program(body: str = '{"a": 1}', name: str = '"p"') -> str:
     return head + f'{{"kind": "program", "name": {name}, "body": {body}}}]}}'
 
 
-def test_an_export_imported_elsewhere_is_the_same_to_the_last_bit(
-    store: SqliteStore, tmp_path: Path
-) -> None:
+def test_an_export_is_imported_the_same_to_the_last_bit(store: SqliteStore, tmp_path: Path) -> None:
     rows = [(0.0, 0.1, -1e-300), (0.01, 1 / 3, 5e-324)]
     save(store, "Größe \U0001f600", '{"text": "é\\n", "speed": 0.30000000000000004, "n": 1}')
     body = '{"columns": ["t", "j1", "j2"]}'

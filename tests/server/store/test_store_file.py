@@ -270,7 +270,7 @@ def test_of_two_copies_of_one_name_the_later_is_refused_and_the_first_is_whole(
 
 
 @pytest.mark.parametrize("has_links", [True, False], ids=["links", "no links, as on a USB stick"])
-def test_a_copy_that_fails_leaves_nothing_behind(
+def test_a_failed_copy_leaves_nothing(
     path: Path, monkeypatch: pytest.MonkeyPatch, has_links: bool
 ) -> None:
     if not has_links:
@@ -298,9 +298,7 @@ store_commands.main(["backup", copy, "--store", store])
 
 
 @pytest.mark.parametrize("where", ["integrity", "link"])
-def test_a_backup_that_is_killed_takes_no_name_and_the_next_one_succeeds(
-    path: Path, where: str
-) -> None:
+def test_a_killed_backup_takes_no_name_and_the_next_succeeds(path: Path, where: str) -> None:
     fill(path)
     copy = path.with_name("monday.db")
     command = [sys.executable, "-c", BACKUP, where, str(path), str(copy)]
@@ -328,9 +326,7 @@ def test_reading_what_is_not_there_makes_no_file(path: Path) -> None:
     assert names(path) == []
 
 
-def test_an_empty_file_is_no_new_store_but_set_aside_aloud(
-    path: Path, caplog: pytest.LogCaptureFixture
-) -> None:
+def test_an_empty_file_is_set_aside_aloud(path: Path, caplog: pytest.LogCaptureFixture) -> None:
     """Such as a copy that was cut short and put back: nobody knows who had an account in it."""
     os.close(os.open(path, os.O_CREAT))
     with caplog.at_level(logging.ERROR), opened(path) as store:

@@ -29,6 +29,8 @@ from openpendant.server.store.recording_format import (
 from openpendant.simplemsg.pendant.roles import Role
 from openpendant.tools.cli import main as openpendant
 
+Capture = pytest.CaptureFixture[str]
+
 TEXT = HEAD.replace("main", "pick") + "move PTP a speed 12.5 %  # slow\n"
 FRAMES = {"schema": "openpendant-frames/1"}
 JOINTS, ZEROS = "j1,j2,j3,j4,j5,j6", "0,0,0,0,0,0"
@@ -107,7 +109,7 @@ GOOD = document("setting", "good", {})
     ],
 )
 def test_one_bad_document_keeps_the_whole_file_out_and_is_named(
-    path: Path, capsys: pytest.CaptureFixture[str], bad: dict[str, Any], says: str
+    path: Path, capsys: Capture, bad: dict[str, Any], says: str
 ) -> None:
     code = main(["import", str(documents(GOOD, bad)), "--accounts"])
     err = capsys.readouterr().err
@@ -127,7 +129,7 @@ def test_a_program_is_kept_as_a_server_would_keep_it(path: Path) -> None:
 
 
 def test_a_program_of_a_robot_that_is_not_known_here_is_taken_and_that_is_said(
-    path: Path, capsys: pytest.CaptureFixture[str]
+    path: Path, capsys: Capture
 ) -> None:
     body = {"format": "openpendant-program/1", "name": "a", "robot": "our own arm"}
     assert main(["import", str(documents(document("program", "a", body)))]) == 0
@@ -143,7 +145,7 @@ def test_frames_may_hang_from_tools_of_the_same_file_or_of_the_store(path: Path)
 
 
 def test_tools_that_frames_of_the_store_hang_from_are_not_taken_away(
-    path: Path, capsys: pytest.CaptureFixture[str]
+    path: Path, capsys: Capture
 ) -> None:
     test_frames_may_hang_from_tools_of_the_same_file_or_of_the_store(path)
     assert main(["import", str(documents(document("tools", "left", FRAMES))), "--replace"]) == 2
@@ -151,7 +153,7 @@ def test_tools_that_frames_of_the_store_hang_from_are_not_taken_away(
 
 
 def test_accounts_come_in_when_asked_for_and_whole(
-    path: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+    path: Path, tmp_path: Path, capsys: Capture
 ) -> None:
     add(path, account("Ann"), account("otto", Role.OPERATOR))
     assert main(["export", "all.json", "--accounts"]) == 0
@@ -167,9 +169,7 @@ def test_accounts_come_in_when_asked_for_and_whole(
     }
 
 
-def test_an_import_leaves_somebody_who_can_manage_the_accounts(
-    path: Path, capsys: pytest.CaptureFixture[str]
-) -> None:
+def test_an_import_leaves_somebody_who_can_manage_the_accounts(path: Path, capsys: Capture) -> None:
     add(path, account("ann"))
     body = json.loads(account("ann", Role.VIEWER).model_dump_json())
     file = documents(GOOD, document("account", "ann", body))
@@ -224,16 +224,14 @@ def test_a_program_goes_out_as_its_text_and_comes_in_again_the_same(path: Path) 
     ],
 )
 def test_what_is_no_program_is_refused_with_what_would_be(
-    path: Path, capsys: pytest.CaptureFixture[str], text: str, says: str
+    path: Path, capsys: Capture, text: str, says: str
 ) -> None:
     Path("x.program").write_text(text)
     assert main(["import", "x.program"]) == 2
     assert says in capsys.readouterr().err
 
 
-def test_one_document_may_come_in_under_another_name(
-    path: Path, capsys: pytest.CaptureFixture[str]
-) -> None:
+def test_one_document_may_come_in_under_another_name(path: Path, capsys: Capture) -> None:
     assert main(["import", str(documents(GOOD)), "--name", "b"]) == 0
     assert names(path) == [("setting", "b")]
     two = documents(GOOD, document("setting", "other", {}))
@@ -241,9 +239,7 @@ def test_one_document_may_come_in_under_another_name(
     assert "this one has 2 documents" in capsys.readouterr().err
 
 
-def test_points_make_a_program_of_the_robot_that_is_named(
-    path: Path, capsys: pytest.CaptureFixture[str]
-) -> None:
+def test_points_make_a_program_of_the_robot_that_is_named(path: Path, capsys: Capture) -> None:
     columns = ",".join(f"joints[{index}]" for index in range(6))
     Path("points.csv").write_text(f"name,{columns}\np1,0.5,0,0.25,0,0,0\n")
     new = ["import", "points.csv", "--name", "new"]
@@ -263,7 +259,7 @@ def test_points_make_a_program_of_the_robot_that_is_named(
 
 
 def test_a_program_without_points_goes_out_and_comes_in_again_as_a_table(
-    path: Path, capsys: pytest.CaptureFixture[str]
+    path: Path, capsys: Capture
 ) -> None:
     Path("none.csv").write_text("name\n")
     assert main(["import", "none.csv", "--name", "empty", "--robot", "ur5"]) == 0
@@ -299,7 +295,7 @@ def test_samples_make_a_recording_that_the_robot_that_is_named_can_play(path: Pa
     ],
 )
 def test_samples_of_no_robot_or_of_another_stay_out(
-    path: Path, capsys: pytest.CaptureFixture[str], robot: list[str], says: str
+    path: Path, capsys: Capture, robot: list[str], says: str
 ) -> None:
     Path("samples.csv").write_text(f"t,{JOINTS}\n0,{ZEROS}\n")
     assert main([*SAMPLES, *robot]) == 2
@@ -307,9 +303,7 @@ def test_samples_of_no_robot_or_of_another_stay_out(
     assert names(path) == []
 
 
-def test_samples_without_a_time_are_no_recording(
-    path: Path, capsys: pytest.CaptureFixture[str]
-) -> None:
+def test_samples_without_a_time_are_no_recording(path: Path, capsys: Capture) -> None:
     Path("samples.csv").write_text("j1,j2\n1,2\n")
     assert main([*SAMPLES, "--robot", "ur5"]) == 2
     assert (
@@ -331,7 +325,7 @@ def test_samples_without_a_time_are_no_recording(
     ],
 )
 def test_columns_that_are_no_joints_of_the_robot_stay_out(
-    path: Path, capsys: pytest.CaptureFixture[str], columns: str, says: str
+    path: Path, capsys: Capture, columns: str, says: str
 ) -> None:
     Path("samples.csv").write_text(f"{columns}\n{','.join('0' * len(columns.split(',')))}\n")
     assert main([*SAMPLES, "--robot", "ur5"]) == 2
@@ -389,9 +383,7 @@ def test_a_server_saves_while_a_table_is_read(path: Path, monkeypatch: pytest.Mo
     assert next(numbers) == 200
 
 
-def test_a_name_that_is_taken_is_told_before_a_table_is_read(
-    path: Path, capsys: pytest.CaptureFixture[str]
-) -> None:
+def test_a_name_that_is_taken_is_told_before_a_table_is_read(path: Path, capsys: Capture) -> None:
     Path("samples.csv").write_text(f"t,{JOINTS}\n0,{ZEROS}\n")
     assert main([*SAMPLES, "--robot", "ur5"]) == 0
     Path("samples.csv").unlink()
@@ -401,9 +393,7 @@ def test_a_name_that_is_taken_is_told_before_a_table_is_read(
 
 
 @pytest.mark.parametrize("suffix", ["json", "csv", "program"])
-def test_a_pipe_is_refused_instead_of_waited_for(
-    path: Path, capsys: pytest.CaptureFixture[str], suffix: str
-) -> None:
+def test_a_pipe_is_refused_instead_of_waited_for(path: Path, capsys: Capture, suffix: str) -> None:
     os.mkfifo(f"pipe.{suffix}")
     assert main(["import", f"pipe.{suffix}", "--name", "x", *_robot_for(suffix)]) == 3
     assert "is not a regular file" in capsys.readouterr().err
@@ -429,7 +419,7 @@ def test_a_name_of_an_older_program_may_be_longer_than_a_new_one(path: Path) -> 
 
 @pytest.mark.parametrize("robot", [[], ["--robot", "ur5"]])
 def test_points_for_a_name_that_is_taken_are_taken_with_replace_only(
-    path: Path, capsys: pytest.CaptureFixture[str], robot: list[str]
+    path: Path, capsys: Capture, robot: list[str]
 ) -> None:
     Path("pick.program").write_text(TEXT)
     assert main(["import", "pick.program"]) == 0
@@ -445,7 +435,7 @@ def test_points_for_a_name_that_is_taken_are_taken_with_replace_only(
 
 @pytest.mark.parametrize("time", ["0.1", "0.2", "-1.0"])
 def test_samples_whose_times_do_not_advance_stay_out(
-    path: Path, capsys: pytest.CaptureFixture[str], time: str
+    path: Path, capsys: Capture, time: str
 ) -> None:
     Path("samples.csv").write_text(f"t,{JOINTS}\n0,{ZEROS}\n0.2,{ZEROS}\n{time},{ZEROS}\n")
     assert main([*SAMPLES, "--robot", "ur5"]) == 2
@@ -456,7 +446,7 @@ def test_samples_whose_times_do_not_advance_stay_out(
 
 @pytest.mark.parametrize("time", [0.1, 0.2])
 def test_samples_in_json_whose_times_do_not_advance_stay_out(
-    path: Path, capsys: pytest.CaptureFixture[str], time: float
+    path: Path, capsys: Capture, time: float
 ) -> None:
     recording = document("recording", "r", {"columns": ["t", "j1"]})
     file = documents(GOOD, recording | {"samples": [[0.0, 0.0], [0.2, 0.0], [time, 0.0]]})

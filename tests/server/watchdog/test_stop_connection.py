@@ -102,9 +102,7 @@ def test_an_answered_stop_is_owed_no_longer(rig: Rig) -> None:
 
 
 @pytest.mark.parametrize("heard", [b"", frame(REFUSAL), frame(ANSWER)[:-1]])
-def test_a_stop_without_its_answer_is_sent_again_on_a_new_connection(
-    rig: Rig, heard: bytes
-) -> None:
+def test_an_unanswered_stop_is_sent_again_on_a_new_connection(rig: Rig, heard: bytes) -> None:
     peer = rig.connected()
     rig.link.stop(rig.now)
     if heard:
@@ -201,9 +199,7 @@ def test_a_controller_that_takes_one_connection_is_left_once_it_answered() -> No
     ("option", "value"),
     [("TCP_KEEPIDLE", 1), ("TCP_KEEPINTVL", 1), ("TCP_KEEPCNT", 2), ("TCP_USER_TIMEOUT", 2_500)],
 )
-def test_an_idle_connection_to_a_controller_without_power_is_found_dead(
-    rig: Rig, option: str, value: int
-) -> None:
+def test_an_idle_connection_without_power_is_found_dead(rig: Rig, option: str, value: int) -> None:
     rig.connected()
     assert rig.own.getsockopt(socket.SOL_SOCKET, socket.SO_KEEPALIVE)
     assert rig.own.getsockopt(socket.IPPROTO_TCP, getattr(socket, option)) == value

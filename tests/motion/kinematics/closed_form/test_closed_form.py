@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 from rigs.data.example_counts import counts
 from rigs.motion.loaded_robots import SERIAL, arm, serial_robot
+from rigs.motion.nearness import assert_near
 
 from openpendant.motion.kinematics.closed_form import closed_form
 from openpendant.motion.kinematics.closed_form.geometry import ArmGeometry, arm_geometry
@@ -61,16 +62,14 @@ def random_positions(kinematics: Kinematics, count: int) -> Iterator[Array]:
 
 @pytest.mark.parametrize("count", counts(3, 100))
 @pytest.mark.parametrize("name", SERIAL)
-def test_forward_kinematics_agrees_with_a_product_of_exponentials(
+def test_forward_kinematics_is_a_product_of_exponentials(
     kinematics: Kinematics, count: int
 ) -> None:
     geometry = arm_geometry(kinematics.robot)
     gain, offset = model_map(kinematics.robot)
     for position in random_positions(kinematics, count):
         expected = product_of_exponentials(geometry, gain @ position + offset)
-        np.testing.assert_allclose(
-            kinematics.forward(position).to_matrix(), expected, rtol=0, atol=1e-11
-        )
+        assert_near(kinematics.forward(position).to_matrix(), expected, 1e-11)
 
 
 @pytest.mark.parametrize(
@@ -87,7 +86,7 @@ def test_each_robot_belongs_to_its_family(name: str, family: type) -> None:
 
 @pytest.mark.parametrize("count", counts(8, 250))
 @pytest.mark.parametrize("name", SIX_AXES)
-def test_every_branch_reaches_the_pose_and_one_is_where_it_came_from(
+def test_every_branch_reaches_the_pose_and_one_is_its_origin(
     kinematics: Kinematics, count: int
 ) -> None:
     robot, form = kinematics.robot, closed_form(kinematics)
@@ -100,7 +99,7 @@ def test_every_branch_reaches_the_pose_and_one_is_where_it_came_from(
         for branch in reached:
             controller = np.array(robot.to_controller(branch))
             found = kinematics.forward(controller).to_matrix()
-            np.testing.assert_allclose(found, target, rtol=0, atol=1e-10)
+            assert_near(found, target, 1e-10)
             difference = np.array(branch) - robot.to_model(position.tolist())
             differences.append(np.abs(np.angle(np.exp(1j * difference))).max())
         assert min(differences) < 1e-7
@@ -198,5 +197,5 @@ def test_a_wrist_whose_zero_is_anywhere_is_solved() -> None:
     assert len(branches) == 8
     for branch in branches:
         found = product_of_exponentials(geometry, branch)
-        np.testing.assert_allclose(found, target, rtol=0, atol=1e-10)
+        assert_near(found, target, 1e-10)
         assert np.linalg.norm(rotation_vector(found[:3, :3] @ target[:3, :3].T)) < 1e-9
