@@ -19,18 +19,6 @@ from openpendant.motion.errors import BadArgument
 from openpendant.motion.kinematics.serial import Kinematics
 from openpendant.motion.pose import Pose
 from openpendant.motion.visuals import drawing
-from openpendant.motion.visuals.drawing import (
-    SIZE,
-    Facet,
-    View,
-    draw,
-    link_poses,
-    png,
-    raster,
-    shape_polygons,
-    svg,
-    write_picture,
-)
 from openpendant.motion.visuals.visuals import (
     ShapeForm,
     VisualPart,
@@ -46,9 +34,9 @@ HERE = Pose.identity()
 
 
 @cache
-def drawn(name: str) -> tuple[Facet, ...]:
+def drawn(name: str) -> tuple[drawing.Facet, ...]:
     """A robot of the project at home, from where `draw` looks at it."""
-    return draw(load_robot(name))
+    return drawing.draw(load_robot(name))
 
 
 @pytest.mark.parametrize("name", SERIAL)
@@ -87,7 +75,7 @@ def test_body_shapes_are_as_large_as_their_collision_shapes(
 @pytest.mark.parametrize("name", ["ur5", "fanuc_m10ia", "fanuc_m410ib", "rail_kr5_arc"])
 def test_links_are_drawn_where_forward_kinematics_puts_them(robot: SerialRobot) -> None:
     position = np.array(robot.home_position) + 0.1
-    places, kinematics = link_poses(robot, position.tolist()), Kinematics(robot)
+    places, kinematics = drawing.link_poses(robot, position.tolist()), Kinematics(robot)
     for link in robot.links:
         expected = kinematics.forward(position, "root", link)
         assert_same_pose(places[link], expected)
@@ -97,7 +85,7 @@ def test_a_joint_moves_what_is_beyond_it_and_nothing_before_it() -> None:
     robot = serial_robot("ur5")
     moved = list(robot.home_position)
     moved[3] += 0.5
-    before, after = link_poses(robot), link_poses(robot, moved)
+    before, after = drawing.link_poses(robot), drawing.link_poses(robot, moved)
     still = [link for link in robot.links if before[link].rotation_distance(after[link]) < 1e-12]
     assert still == list(robot.links[: robot.links.index("wrist_1_link")])
 
@@ -126,7 +114,7 @@ def test_makers_have_their_colours() -> None:
 
 def test_the_platform_stands_on_six_struts_of_its_leg_lengths() -> None:
     robot = load_robot("stewart_classroom")
-    visuals, places = robot_visuals(robot), link_poses(robot)
+    visuals, places = robot_visuals(robot), drawing.link_poses(robot)
     assert len(visuals.struts) == 6
     for strut in visuals.struts:
         ends = [
@@ -142,7 +130,7 @@ def test_the_facets_of_a_solid_close_it_and_face_outwards(form: ShapeForm) -> No
     shape = VisualShape("a", form, VisualPart.BODY, size, HERE, "#000000")
     volume = 0.0
     corners = []
-    for polygon in shape_polygons(shape):
+    for polygon in drawing.shape_polygons(shape):
         corners.append(polygon)
         for one, two in pairwise(polygon[1:]):
             # The divergence theorem: signed volumes of the tetrahedra over all triangles.
@@ -160,7 +148,7 @@ def test_the_facets_of_a_solid_close_it_and_face_outwards(form: ShapeForm) -> No
 
 @pytest.mark.parametrize("perspective", [False, True])
 def test_the_whole_robot_is_in_the_picture_the_farthest_facets_first(perspective: bool) -> None:
-    facets = draw(load_robot("motoman_gp7"), view=View(perspective=perspective))
+    facets = drawing.draw(load_robot("motoman_gp7"), view=drawing.View(perspective=perspective))
     shown = facets[64:]
     assert max(float(np.abs(facet.points).max()) for facet in shown) < (1.3 if perspective else 1.0)
     depths = [float(facet.depths.mean()) for facet in shown]
@@ -169,10 +157,11 @@ def test_the_whole_robot_is_in_the_picture_the_farthest_facets_first(perspective
 
 def test_an_orthographic_front_view_is_to_scale() -> None:
     upright = [0.0, -math.pi / 2.0, 0.0, 0.0, 0.0, 0.0]
-    front = View(azimuth=0.0, elevation=0.0)
+    front = drawing.View(azimuth=0.0, elevation=0.0)
     tall, folded = (
         max(
-            float(facet.points[:, 1].max()) for facet in draw(load_robot("ur5"), joints, front)[64:]
+            float(facet.points[:, 1].max())
+            for facet in drawing.draw(load_robot("ur5"), joints, front)[64:]
         )
         for joints in (upright, [0.0] * 6)
     )
@@ -183,12 +172,12 @@ def test_an_orthographic_front_view_is_to_scale() -> None:
 @pytest.fixture
 def small(monkeypatch: pytest.MonkeyPatch) -> int:
     """Pictures of a quarter of the size; a point of a large one takes as long as its neighbours."""
-    monkeypatch.setattr(drawing, "SIZE", SIZE // 4)
-    return SIZE // 4
+    monkeypatch.setattr(drawing, "SIZE", drawing.SIZE // 4)
+    return drawing.SIZE // 4
 
 
 def test_the_picture_shows_the_makers_colour_on_white(small: int) -> None:
-    pixels = raster(drawn("fanuc_m410ib"))
+    pixels = drawing.raster(drawn("fanuc_m410ib"))
     assert pixels.shape == (small, small, 3)
     red, green, blue = (pixels[..., channel].astype(int) for channel in range(3))
     yellow = (red > 100) & (green > 80) & (blue < red / 2)
@@ -204,31 +193,31 @@ def test_the_nearer_facet_hides_the_farther(small: int) -> None:
         for depth, colour in ((0.0, (255, 0, 0)), (1.0, (0, 255, 0)))
     )
     for order in ([front, behind], [behind, front]):
-        assert tuple(raster(order)[small // 2, small // 2]) == (255, 0, 0)
+        assert tuple(drawing.raster(order)[small // 2, small // 2]) == (255, 0, 0)
     assert far.points.shape[1] == 2
 
 
 def test_svg_and_png_are_what_they_say() -> None:
     facets = drawn("fanuc_m410ib")
-    document = ElementTree.fromstring(svg(facets, "<M-410 & more>"))
+    document = ElementTree.fromstring(drawing.svg(facets, "<M-410 & more>"))
     assert document.findtext("{http://www.w3.org/2000/svg}title") == "<M-410 & more>"
     # One more is the background.
     assert len(list(document.iter("{http://www.w3.org/2000/svg}path"))) == len(facets) + 1
     assert (document.get("width"), document.get("height")) == ("540pt", "540pt")  # 720 in a browser
-    picture = png(facets[:100])
+    picture = drawing.png(facets[:100])
     assert picture.startswith(b"\x89PNG\r\n\x1a\n")
     assert picture.endswith(b"IEND\xaeB`\x82")
 
 
 def test_a_picture_is_the_same_each_time() -> None:
     facets = drawn("fanuc_m410ib")[:100]
-    assert svg(facets, "arm") == svg(facets, "arm")
-    assert png(facets) == png(facets)
+    assert drawing.svg(facets, "arm") == drawing.svg(facets, "arm")
+    assert drawing.png(facets) == drawing.png(facets)
 
 
 def test_an_svg_paints_the_facets_in_their_order() -> None:
     facets = drawn("fanuc_m410ib")
-    document = ElementTree.fromstring(svg(facets, "arm"))
+    document = ElementTree.fromstring(drawing.svg(facets, "arm"))
     painted = [
         re.findall(r"#\w{6}", path.get("style", ""))[0]
         for path in document.iter("{http://www.w3.org/2000/svg}path")
@@ -281,7 +270,7 @@ def test_a_bad_drawing_is_one_line_on_standard_error(
 
 def test_a_picture_of_another_format_is_refused(tmp_path: Path) -> None:
     with pytest.raises(BadArgument, match="picture"):
-        write_picture((), Path(f"{tmp_path}/a.gif"), "a")
+        drawing.write_picture((), Path(f"{tmp_path}/a.gif"), "a")
 
 
 def test_an_imported_robot_without_any_shapes_is_drawn_too(tmp_path: Path, capsys: Capture) -> None:
@@ -293,4 +282,4 @@ def test_an_imported_robot_without_any_shapes_is_drawn_too(tmp_path: Path, capsy
     robot = robot_of_file(f"{tmp_path}/bare.yaml")
     assert robot.collision == {}
     assert {shape.link for shape in robot_visuals(robot).shapes} == set(robot.links)
-    assert len(draw(robot)) > 500
+    assert len(drawing.draw(robot)) > 500

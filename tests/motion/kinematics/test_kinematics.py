@@ -1,10 +1,11 @@
 import math
 from collections.abc import Sequence
+from functools import partial
 
 import numpy as np
 import pytest
 from rigs.data.example_counts import counts
-from rigs.motion.loaded_robots import SERIAL, arm, serial_robot
+from rigs.motion.loaded_robots import SERIAL, arm, chain_values, serial_robot
 from rigs.motion.nearness import assert_near, assert_same_pose
 
 from openpendant.motion.description.robot import SerialRobot
@@ -22,19 +23,6 @@ SAMPLES = 25
 def positions(robot: SerialRobot, count: int = SAMPLES) -> Array:
     random = np.random.default_rng(20240)
     return random.uniform(robot.limits.lower, robot.limits.upper, (count, robot.dof))
-
-
-def moving_values(robot: SerialRobot, controller: Sequence[float]) -> list[float]:
-    """The chain's own value of each moving joint, worked out joint by joint from the file."""
-    driven = [float(value) for value in controller]
-    if robot.coupling.state_factor:
-        driven[2] += robot.coupling.state_factor * driven[1]
-    known = {joint.name: value for joint, value in zip(robot.driven, driven, strict=True)}
-    for joint in robot.moving:
-        if joint.dependent is not None:
-            terms = (term.gain * known[term.joint] for term in joint.dependent.terms)
-            known[joint.name] = joint.dependent.offset + sum(terms)
-    return [known[joint.name] for joint in robot.moving]
 
 
 def matrix(xyz: Sequence[float], rpy: Sequence[float]) -> Array:
@@ -69,7 +57,7 @@ def test_forward_kinematics_agrees_with_the_files_dh_table(robot: SerialRobot, c
     assert robot.dh is not None
     kinematics = Kinematics(robot)
     for position in positions(robot, count):
-        values = moving_values(robot, position)
+        values = chain_values(robot, position)
         expected = by_table(robot.dh, values)
         found = kinematics.forward(position, "root")
         assert_near(found.to_matrix(), expected, 1e-09)
@@ -200,30 +188,17 @@ def test_unknown_frames_and_links_are_refused_with_the_known_ones() -> None:
         kinematics.jacobian(robot.home_position, "world")
 
 
-@pytest.mark.parametrize("value", [math.nan, math.inf])
-def test_a_joint_value_that_is_not_finite_is_refused(value: float) -> None:
-    kinematics = arm("ur5")
-    for ask in (kinematics.forward, kinematics.jacobian):
-        with pytest.raises(NotFinite) as refused:
-            ask((0.0, 0.0, value, 0.0, 0.0, 0.0))
-        assert refused.value.index == 2
-
-
-@pytest.mark.parametrize("count", [0, 5, 7])
-def test_a_wrong_number_of_joint_values_is_refused(count: int) -> None:
-    kinematics = arm("ur5")
-    for ask in (kinematics.forward, kinematics.jacobian):
-        with pytest.raises(WrongJointCount):
-            ask((0.0,) * count)
-
-
-def test_the_table_refuses_what_it_has_no_row_for() -> None:
+@pytest.mark.parametrize(
+    "joints", [(), (0.0,) * 5, (0.0,) * 7, (0.0, 0.0, math.nan, 0.0, 0.0, 0.0)]
+)
+def test_malformed_joint_values_are_refused(joints: tuple[float, ...]) -> None:
     table = serial_robot("ur5").dh
     assert table is not None
-    with pytest.raises(WrongJointCount):
-        dh_forward(table, (0.0,) * 5)
-    with pytest.raises(NotFinite):
-        dh_forward(table, (0.0, 0.0, math.nan, 0.0, 0.0, 0.0))
+    ur5, kind = arm("ur5"), NotFinite if len(joints) == 6 else WrongJointCount
+    for ask in (ur5.forward, ur5.jacobian, partial(dh_forward, table)):
+        with pytest.raises(kind) as refused:
+            ask(joints)
+        assert getattr(refused.value, "index", 2) == 2
 
 
 def test_the_limits_of_the_kinematics_are_those_of_the_robot() -> None:

@@ -14,13 +14,6 @@ from rigs.motion import toppra_directly
 
 from openpendant.motion import errors
 from openpendant.motion.description.limits import JointLimits
-from openpendant.motion.errors import (
-    BadArgument,
-    NoMotion,
-    NotTimeable,
-    OutOfRange,
-    WrongJointCount,
-)
 from openpendant.motion.paths.segments import SegmentRule
 from openpendant.motion.pose import Array
 from openpendant.motion.timing.parameterization import (
@@ -77,7 +70,7 @@ def test_the_continuous_motion_keeps_the_limits_at_any_sample_period(
 
 
 def test_a_move_below_ten_microradians_is_no_motion() -> None:
-    with pytest.raises(NoMotion):
+    with pytest.raises(errors.NoMotion):
         time_path(JointLine(ORIGIN, 5e-6 * ONE, WIDE), WIDE)
 
 
@@ -179,25 +172,25 @@ def test_the_time_asked_for_between_coinciding_waypoints_is_spent_beside_them(pl
 )
 def test_rules_that_make_no_sense_are_refused(rules: list[SegmentRule], words: str) -> None:
     path = JointSpline([ORIGIN, ONE, ONE + TWO])
-    with pytest.raises(BadArgument, match=words):
+    with pytest.raises(errors.BadArgument, match=words):
         time_path(path, WIDE, segments=rules)
 
 
 @pytest.mark.parametrize("speed", [0.0, -1.0, 1.5, math.nan])
 def test_a_speed_outside_0_to_1_is_refused(speed: float) -> None:
-    with pytest.raises(BadArgument, match="speed"):
+    with pytest.raises(errors.BadArgument, match="speed"):
         time_path(JointLine(ORIGIN, ONE), WIDE, speed=speed)
 
 
 def test_a_path_out_of_the_range_or_of_another_robot_is_refused() -> None:
-    with pytest.raises(OutOfRange):
+    with pytest.raises(errors.OutOfRange):
         time_path(JointLine(ORIGIN, 101.0 * ONE), WIDE)
-    with pytest.raises(WrongJointCount):
+    with pytest.raises(errors.WrongJointCount):
         time_path(JointLine([0.0], [1.0]), WIDE)
 
 
 def test_a_motion_of_more_than_an_hour_is_refused() -> None:
-    with pytest.raises(NotTimeable, match="3600 s"):
+    with pytest.raises(errors.NotTimeable, match="3600 s"):
         time_path(JointLine(ORIGIN, ORIGIN + 90.0), WIDE, speed=0.001)
 
 

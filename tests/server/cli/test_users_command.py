@@ -9,17 +9,10 @@ from pathlib import Path
 
 import pytest
 
+from openpendant.server.access import passwords
 from openpendant.server.access.access_backend import read_at_start, unreadable_accounts
 from openpendant.server.access.accounts import AccountBook, AccountRefused, StoredAccounts
 from openpendant.server.access.admission import Admission
-from openpendant.server.access.passwords import (
-    SALT_BYTES,
-    PasswordHash,
-    ScryptCost,
-    Secret,
-    hash_password,
-    is_password,
-)
 from openpendant.server.cli import users_commands
 from openpendant.server.journal.event_records import PasswordNumbers, book_from_json
 from openpendant.server.store.documents import DocumentKind
@@ -29,7 +22,7 @@ from openpendant.simplemsg.pendant.roles import Role
 Capture = pytest.CaptureFixture[str]
 
 CANARY = "canary-7f3a horse"
-CHEAP = ScryptCost(n=2**14, r=8, p=1)
+CHEAP = passwords.ScryptCost(n=2**14, r=8, p=1)
 
 Users = Callable[..., int]
 
@@ -40,8 +33,10 @@ def file(tmp_path: Path) -> Path:
 
 
 @cache
-def hashed(password: str) -> PasswordHash:
-    return hash_password(Secret(password), os.urandom(SALT_BYTES), CHEAP)
+def hashed(password: str) -> passwords.PasswordHash:
+    return passwords.hash_password(
+        passwords.Secret(password), os.urandom(passwords.SALT_BYTES), CHEAP
+    )
 
 
 @pytest.fixture
@@ -82,7 +77,7 @@ def test_an_account_that_was_added_is_kept_and_listed(
     ]
     ann = book(file).find("ann")
     assert ann is not None
-    assert is_password(Secret(CANARY), ann.password)
+    assert passwords.is_password(passwords.Secret(CANARY), ann.password)
 
 
 def test_no_password_is_in_any_output_or_in_the_store(
@@ -145,7 +140,7 @@ def test_roles_passwords_and_accounts_can_be_changed(users: Users, file: Path) -
     assert users("set-password", "otto", "--password-stdin", password="another horse") == 0
     otto = book(file).find("otto")
     assert otto is not None
-    assert is_password(Secret("another horse"), otto.password)
+    assert passwords.is_password(passwords.Secret("another horse"), otto.password)
     assert users("remove", "otto") == 0
     assert users("remove", "ann") == 0
     assert len(book(file)) == 0

@@ -12,6 +12,7 @@ from hypothesis.stateful import RuleBasedStateMachine, invariant, precondition, 
 from rigs.data.example_counts import examples
 from rigs.data.stored_documents import ANN, BOB, NOON, noon, opened, save
 
+from openpendant.server.store import store_errors
 from openpendant.server.store.documents import (
     KEPT_REVISIONS,
     MOST_BODY_BYTES,
@@ -22,15 +23,6 @@ from openpendant.server.store.documents import (
 )
 from openpendant.server.store.sqlite_file import MIGRATIONS, OpenFile, open_file
 from openpendant.server.store.sqlite_store import SqliteStore
-from openpendant.server.store.store_errors import (
-    BadDocument,
-    BadName,
-    Conflict,
-    NotFound,
-    OutOfSequence,
-    StoreBusy,
-    TooLarge,
-)
 
 PROGRAM, RECORDING = DocumentKind.PROGRAM, DocumentKind.RECORDING
 
@@ -73,7 +65,7 @@ def test_of_two_edits_of_one_program_the_later_is_refused_with_both_revisions(
         save(first, "weld", '{"speed": 1}')
         read = second.load(PROGRAM, "weld").heading.revision
         first.save(PROGRAM, "weld", '{"speed": 2}', expected_revision=read, author=ANN)
-        with pytest.raises(Conflict) as refused:
+        with pytest.raises(store_errors.Conflict) as refused:
             second.save(PROGRAM, "weld", '{"speed": 3}', expected_revision=read, author=BOB)
         error = refused.value
         assert (error.expected, error.current) == (1, 2)
@@ -92,13 +84,13 @@ def test_of_two_edits_of_one_program_the_later_is_refused_with_both_revisions(
 @pytest.mark.parametrize(("expected", "current"), [(0, 1), (2, 1), (-1, 1), (2**70, 1)])
 def test_any_other_revision_is_refused(store: SqliteStore, expected: int, current: int) -> None:
     save(store, "weld")
-    with pytest.raises(Conflict) as refused:
+    with pytest.raises(store_errors.Conflict) as refused:
         save(store, "weld", revision=expected)
     assert (refused.value.expected, refused.value.current) == (expected, current)
 
 
 def test_a_change_of_a_program_that_never_was_is_refused(store: SqliteStore) -> None:
-    with pytest.raises(Conflict, match="there is no such document"):
+    with pytest.raises(store_errors.Conflict, match="there is no such document"):
         save(store, "weld", revision=3)
     assert store.headings() == ()
 
@@ -109,7 +101,7 @@ def test_only_the_latest_revisions_are_kept(store: SqliteStore) -> None:
         save(store, "weld", f'{{"n": {revision + 1}}}', revision)
     assert [heading.revision for heading in store.history(PROGRAM, "weld")] == [*range(6, kept + 6)]
     assert store.load(PROGRAM, "weld", 6).body == '{"n": 6}'
-    with pytest.raises(NotFound, match="revision"):
+    with pytest.raises(store_errors.NotFound, match="revision"):
         store.load(PROGRAM, "weld", 5)
 
 
@@ -124,7 +116,7 @@ def test_a_deleted_document_is_gone_but_for_its_history(store: SqliteStore) -> N
     deleted = store.delete(PROGRAM, "weld", expected_revision=1, author=BOB)
     assert (deleted.revision, deleted.saved_by, deleted.deleted) == (2, BOB, True)
     assert store.headings() == ()
-    with pytest.raises(NotFound):
+    with pytest.raises(store_errors.NotFound):
         store.load(PROGRAM, "weld")
     assert store.load(PROGRAM, "weld", 1).body == '{"speed": 1}'
     assert [heading.deleted for heading in store.history(PROGRAM, "weld")] == [False, True]
@@ -136,17 +128,17 @@ def test_revisions_go_on_after_a_deletion_so_that_none_fits_twice(
     save(store, "weld")
     store.delete(PROGRAM, "weld", expected_revision=1, author=BOB)
     for late in (1, 2):
-        with pytest.raises(Conflict, match="deleted as revision 2 by 'bob'"):
+        with pytest.raises(store_errors.Conflict, match="deleted as revision 2 by 'bob'"):
             save(store, "weld", revision=late)
     assert save(store, "weld") == 3
 
 
 def test_a_deletion_needs_the_kept_revision(store: SqliteStore) -> None:
-    with pytest.raises(NotFound):
+    with pytest.raises(store_errors.NotFound):
         store.delete(PROGRAM, "weld", expected_revision=0, author=ANN)
     save(store, "weld")
     save(store, "weld", revision=1)
-    with pytest.raises(Conflict):
+    with pytest.raises(store_errors.Conflict):
         store.delete(PROGRAM, "weld", expected_revision=1, author=ANN)
     assert store.load(PROGRAM, "weld").heading.revision == 2
 
@@ -154,7 +146,7 @@ def test_a_deletion_needs_the_kept_revision(store: SqliteStore) -> None:
 @pytest.mark.parametrize("revision", [0, -1, 7, 2**63, 2**70])
 def test_a_revision_that_is_not_there_is_not_found(store: SqliteStore, revision: int) -> None:
     save(store, "weld")
-    with pytest.raises(NotFound, match=str(revision)):
+    with pytest.raises(store_errors.NotFound, match=str(revision)):
         store.load(PROGRAM, "weld", revision)
 
 
@@ -167,14 +159,14 @@ def test_a_revision_that_is_not_there_is_not_found(store: SqliteStore, revision:
     ids=ascii,
 )
 def test_a_name_not_to_show_or_like_a_path_is_refused(store: SqliteStore, name: str) -> None:
-    with pytest.raises(BadName, match=r"accepted"):
+    with pytest.raises(store_errors.BadName, match=r"accepted"):
         save(store, name)
     for question in (store.load, store.history):
-        with pytest.raises(BadName):
+        with pytest.raises(store_errors.BadName):
             question(PROGRAM, name)
-    with pytest.raises(BadName):
+    with pytest.raises(store_errors.BadName):
         store.delete(PROGRAM, name, expected_revision=1, author=ANN)
-    with pytest.raises(BadName):
+    with pytest.raises(store_errors.BadName):
         store.append_chunk(name, 0, b"x")
     assert store.headings() == ()
 
@@ -189,14 +181,16 @@ def test_any_other_name_is_taken(store: SqliteStore, name: str) -> None:
 
 def test_a_new_name_fits_the_fields_of_our_messages(store: SqliteStore) -> None:
     save(store, "ü" * 32)
-    with pytest.raises(BadName, match="has 66 bytes of UTF-8; accepted: up to 64") as refused:
+    with pytest.raises(
+        store_errors.BadName, match="has 66 bytes of UTF-8; accepted: up to 64"
+    ) as refused:
         save(store, "ü" * 33)
     refusal = refused.value.refusal()
     assert (refusal.value, refusal.limit) == (66, 64)
 
 
 def test_whoever_saves_has_a_name_that_can_be_shown(store: SqliteStore) -> None:
-    with pytest.raises(BadName):
+    with pytest.raises(store_errors.BadName):
         store.save(PROGRAM, "weld", "{}", expected_revision=0, author="a\nb")
     store.save(PROGRAM, "weld", "{}", expected_revision=0, author="127.0.0.1/ann")
 
@@ -207,12 +201,12 @@ def test_whoever_saves_has_a_name_that_can_be_shown(store: SqliteStore) -> None:
     ids=lambda body: body[:8],
 )
 def test_a_body_that_is_not_json_is_refused(store: SqliteStore, body: str) -> None:
-    with pytest.raises(BadDocument, match="not JSON"):
+    with pytest.raises(store_errors.BadDocument, match="not JSON"):
         save(store, "weld", body)
 
 
 def test_half_a_surrogate_pair_is_no_text(store: SqliteStore) -> None:
-    with pytest.raises(BadDocument, match=r"U\+D800.*no text|character 3"):
+    with pytest.raises(store_errors.BadDocument, match=r"U\+D800.*no text|character 3"):
         save(store, "weld", '{"\ud800": 1}')
 
 
@@ -222,7 +216,7 @@ def test_a_body_may_be_as_large_as_its_cap(store: SqliteStore, kind: DocumentKin
     body = '{"a": "' + "x" * (limit - 9) + '"}'
     assert store.save(kind, "a", body, expected_revision=0, author=ANN).size == limit
     for larger in (body + " ", body[:-2] + 'é"}'):
-        with pytest.raises(TooLarge) as refused:
+        with pytest.raises(store_errors.TooLarge) as refused:
             store.save(kind, "a", larger, expected_revision=1, author=ANN)
         assert (refused.value.limit, refused.value.refusal().limit) == (limit, limit)
         assert refused.value.size > limit
@@ -252,7 +246,7 @@ def test_a_chunk_out_of_order_is_refused(store: SqliteStore, sequence: int, data
     begin_recording(store)
     store.append_chunk("r", 0, b"a")
     store.append_chunk("r", 1, b"b")
-    with pytest.raises(OutOfSequence) as refused:
+    with pytest.raises(store_errors.OutOfSequence) as refused:
         store.append_chunk("r", sequence, data)
     assert (refused.value.sequence, refused.value.following) == (sequence, 2)
     assert store.load_chunks("r", 0, 9) == (b"a", b"b")
@@ -260,18 +254,18 @@ def test_a_chunk_out_of_order_is_refused(store: SqliteStore, sequence: int, data
 
 def test_a_chunk_is_neither_empty_nor_larger_than_its_cap(store: SqliteStore) -> None:
     begin_recording(store)
-    with pytest.raises(BadDocument, match="empty"):
+    with pytest.raises(store_errors.BadDocument, match="empty"):
         store.append_chunk("r", 0, b"")
-    with pytest.raises(TooLarge):
+    with pytest.raises(store_errors.TooLarge):
         store.append_chunk("r", 0, bytes(MOST_CHUNK_BYTES + 1))
     store.append_chunk("r", 0, bytes(MOST_CHUNK_BYTES))
 
 
 def test_chunks_need_a_recording(store: SqliteStore) -> None:
     save(store, "r")
-    with pytest.raises(NotFound, match="recording 'r'"):
+    with pytest.raises(store_errors.NotFound, match="recording 'r'"):
         store.append_chunk("r", 0, b"a")
-    with pytest.raises(NotFound, match="recording 'r'"):
+    with pytest.raises(store_errors.NotFound, match="recording 'r'"):
         store.extent("r")
 
 
@@ -279,7 +273,7 @@ def test_a_deleted_recording_takes_its_chunks_with_it(store: SqliteStore) -> Non
     begin_recording(store)
     store.append_chunk("r", 0, b"a")
     store.delete(RECORDING, "r", expected_revision=1, author=ANN)
-    with pytest.raises(NotFound):
+    with pytest.raises(store_errors.NotFound):
         store.load_chunks("r", 0, 1)
     begin_recording(store)
     assert store.extent("r") == Extent(0, 0)
@@ -291,7 +285,7 @@ def test_what_is_done_together_is_kept_together_or_not_at_all(store: SqliteStore
             save(store, "one")
             save(store, "two", revision=revision)
 
-    with pytest.raises(Conflict):
+    with pytest.raises(store_errors.Conflict):
         save_both(9)
     assert store.headings() == ()
     save_both(0)
@@ -320,7 +314,7 @@ def test_while_another_process_writes_a_save_waits_then_is_refused(path: Path) -
     with contextlib.closing(sqlite3.connect(path, isolation_level=None)) as other:
         store = SqliteStore(path, OpenFile(opened_file.connection), noon)
         other.execute("BEGIN IMMEDIATE")
-        with pytest.raises(StoreBusy, match="locked"):
+        with pytest.raises(store_errors.StoreBusy, match="locked"):
             save(store, "weld")
         other.execute("ROLLBACK")
         assert save(store, "weld") == 1
@@ -361,7 +355,7 @@ class Revisions(RuleBasedStateMachine):
         body = f'{{"v": {value}}}'
         kept = self.revisions.get(name, 0) if name in self.bodies else 0
         if expected != kept:
-            with pytest.raises(Conflict) as refused:
+            with pytest.raises(store_errors.Conflict) as refused:
                 save(self.store, name, body, expected)
             assert refused.value.current == self.revisions.get(name, 0)
             return

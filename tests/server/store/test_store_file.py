@@ -21,17 +21,10 @@ from rigs.clock.busy_machine import PATIENCE
 from rigs.data.stored_documents import opened, save
 
 from openpendant.server.cli import store_commands
-from openpendant.server.store import sqlite_file
+from openpendant.server.store import sqlite_file, store_errors
 from openpendant.server.store.documents import DocumentKind
 from openpendant.server.store.sqlite_file import MIGRATIONS, Migration
 from openpendant.server.store.sqlite_store import open_for_reading, open_store
-from openpendant.server.store.store_errors import (
-    ForeignFile,
-    ReadOnly,
-    StoreError,
-    StoreFailed,
-    StoreTooNew,
-)
 
 LATEST = MIGRATIONS[-1].version
 NEXT = Migration(LATEST + 1, ("ALTER TABLE revision ADD COLUMN note TEXT NOT NULL DEFAULT ''",))
@@ -81,7 +74,7 @@ def test_an_older_file_is_upgraded_after_a_copy_was_made(path: Path) -> None:
 
 def test_an_upgrade_that_fails_leaves_the_older_file_as_it_was(path: Path) -> None:
     fill(path)
-    with pytest.raises(StoreFailed, match="already exists"):
+    with pytest.raises(store_errors.StoreFailed, match="already exists"):
         open_store(path, migrations=[*MIGRATIONS, NEXT, BROKEN_STEP])
     with opened(path) as store:
         assert len(store.headings()) == 20
@@ -94,7 +87,7 @@ def test_a_file_of_a_later_version_is_refused_and_left_alone(path: Path) -> None
     open_store(path, migrations=[*MIGRATIONS, NEXT]).close()
     before = path.read_bytes()
     for open_it in (open_store, open_for_reading):
-        with pytest.raises(StoreTooNew) as refused:
+        with pytest.raises(store_errors.StoreTooNew) as refused:
             open_it(path)
         assert (refused.value.found, refused.value.known) == (NEXT.version, LATEST)
     assert path.read_bytes() == before
@@ -105,7 +98,7 @@ def test_a_database_of_another_program_is_refused_and_left_alone(path: Path) -> 
         other.execute("CREATE TABLE theirs (a)")
     before = path.read_bytes()
     for open_it in (open_store, open_for_reading):
-        with pytest.raises(ForeignFile, match="another program"):
+        with pytest.raises(store_errors.ForeignFile, match="another program"):
             open_it(path)
     assert path.read_bytes() == before
     assert names(path) == ["store.db"]
@@ -158,7 +151,7 @@ def test_every_broken_file_is_kept(path: Path) -> None:
 
 def test_reading_a_broken_file_leaves_it_where_it_is(path: Path) -> None:
     path.write_bytes(b"broken")
-    with pytest.raises(StoreFailed, match="not a database"):
+    with pytest.raises(store_errors.StoreFailed, match="not a database"):
         open_for_reading(path)
     assert names(path) == ["store.db"]
 
@@ -193,7 +186,7 @@ def test_a_log_cut_anywhere_loses_no_earlier_change(path: Path) -> None:
 def test_what_cannot_be_opened_is_told_with_the_system_s_words(path: Path, target: str) -> None:
     (path.parent / "folder").mkdir()
     (path.parent / "missing").write_text("")
-    with pytest.raises(StoreError, match=r"open|directory|exists"):
+    with pytest.raises(store_errors.StoreError, match=r"open|directory|exists"):
         open_store(path.parent / target)
 
 
@@ -233,7 +226,7 @@ def test_a_copy_of_a_store_in_use_is_a_store_of_its_own(path: Path) -> None:
 def test_a_copy_overwrites_nothing(path: Path) -> None:
     with opened(path) as store:
         path.with_name("copy.db").write_text("mine")
-        with pytest.raises(StoreFailed, match=r"copy\.db: File exists"):
+        with pytest.raises(store_errors.StoreFailed, match=r"copy\.db: File exists"):
             sqlite_file.copy(store.connection, path.with_name("copy.db"))
     assert path.with_name("copy.db").read_text() == "mine"
     assert names(path) == ["copy.db", "store.db", "store.db-reserve"]
@@ -261,7 +254,7 @@ def test_of_two_copies_of_one_name_the_later_is_refused_and_the_first_is_whole(
 
     with contextlib.closing(open_for_reading(path)) as store:
         monkeypatch.setattr(sqlite_file, "integrity", other_is_faster)
-        with pytest.raises(StoreFailed, match=r"copy\.db: File exists"):
+        with pytest.raises(store_errors.StoreFailed, match=r"copy\.db: File exists"):
             sqlite_file.copy(store.connection, copy)
     monkeypatch.undo()
     assert names(path) == ["copy.db", "store.db", "store.db-reserve"]
@@ -278,7 +271,7 @@ def test_a_failed_copy_leaves_nothing(
     fill(path)
     monkeypatch.setattr(sqlite_file, "integrity", lambda connection, thorough: ["page 7 is torn"])
     with contextlib.closing(open_for_reading(path)) as store:
-        with pytest.raises(StoreFailed, match="page 7 is torn"):
+        with pytest.raises(store_errors.StoreFailed, match="page 7 is torn"):
             sqlite_file.copy(store.connection, path.with_name("copy.db"))
     assert names(path) == ["store.db", "store.db-reserve"]
 
@@ -315,13 +308,13 @@ def test_what_is_opened_for_reading_cannot_be_changed(path: Path) -> None:
     before = path.read_bytes()
     with contextlib.closing(open_for_reading(path)) as store:
         assert len(store.headings()) == 20
-        with pytest.raises(ReadOnly, match="reading only"):
+        with pytest.raises(store_errors.ReadOnly, match="reading only"):
             save(store, "more")
     assert path.read_bytes() == before
 
 
 def test_reading_what_is_not_there_makes_no_file(path: Path) -> None:
-    with pytest.raises(StoreFailed, match="no such file"):
+    with pytest.raises(store_errors.StoreFailed, match="no such file"):
         open_for_reading(path)
     assert names(path) == []
 
@@ -337,7 +330,7 @@ def test_an_empty_file_is_set_aside_aloud(path: Path, caplog: pytest.LogCaptureF
 
 def test_reading_an_empty_file_says_that_it_is_none(path: Path) -> None:
     path.touch()
-    with pytest.raises(StoreFailed, match="0 bytes"):
+    with pytest.raises(store_errors.StoreFailed, match="0 bytes"):
         open_for_reading(path)
     assert path.stat().st_size == 0
 
