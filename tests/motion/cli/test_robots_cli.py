@@ -273,14 +273,6 @@ def test_bad_input_is_one_line_on_standard_error(capsys: Capture, argv: tuple[st
     assert line.isprintable()
 
 
-def test_an_unreachable_pose_is_refused_with_the_distance(capsys: Capture) -> None:
-    pose = '{"xyz":[9,0,0.4],"quat":[0,0,0,1]}'
-    code, line = refusal(capsys, "ik", "ur5", "--pose", pose, "--restarts", "5")
-    assert code == ExitCode.REFUSED
-    assert "not reachable: the nearest position" in line
-    assert "x 9 m" in line
-
-
 def test_ik_undoes_fk_of_a_platforms_legs(capsys: Capture) -> None:
     lengths = [0.27, 0.27, 0.272, 0.268, 0.27, 0.275]
     pose = answer(capsys, "fk", "stewart_classroom", "--joints", json.dumps(lengths))
@@ -290,19 +282,23 @@ def test_ik_undoes_fk_of_a_platforms_legs(capsys: Capture) -> None:
 
 
 @pytest.mark.parametrize(
-    ("argv", "part"),
+    ("argv", "parts"),
     [
-        (("fk", "stewart_classroom", "--joints", "[0,0,0,0,0,0]"), "legs"),
-        (("ik", "stewart_classroom", "--pose", '{"xyz":[0,0,9],"quat":[0,0,0,1]}'), "leg"),
-        (("show", "stewart_classroom", "--frames"), "there is no DH table for one; accepted: a"),
+        (("fk", "stewart_classroom", "--joints", "[0,0,0,0,0,0]"), ["legs"]),
+        (("ik", "stewart_classroom", "--pose", '{"xyz":[0,0,9],"quat":[0,0,0,1]}'), ["leg"]),
+        (("show", "stewart_classroom", "--frames"), ["there is no DH table for one; accepted: a"]),
+        (
+            ("ik", "ur5", "--pose", '{"xyz":[9,0,0.4],"quat":[0,0,0,1]}', "--restarts", "5"),
+            ["not reachable: the nearest position", "x 9 m"],
+        ),
     ],
 )
-def test_what_a_platform_cannot_do_is_refused_in_words(
-    capsys: Capture, argv: tuple[str, ...], part: str
+def test_what_a_robot_cannot_do_is_refused_in_words(
+    capsys: Capture, argv: tuple[str, ...], parts: list[str]
 ) -> None:
     code, line = refusal(capsys, *argv)
     assert code == ExitCode.REFUSED
-    assert part in line
+    assert [part for part in parts if part not in line] == []
 
 
 def test_ik_all_prints_every_branch_once_and_the_nearest_first(capsys: Capture) -> None:
