@@ -166,14 +166,13 @@ def test_rates_and_accelerations_follow_the_coupling_of_positions(robot: SerialR
     random = np.random.default_rng(5)
     start, swing, pace = random.uniform(-0.3, 0.3, (3, robot.dof))
 
-    def controller(t: float) -> np.ndarray:
-        position: np.ndarray = start + swing * np.sin(3.0 * pace * t)
-        return position
+    def chain(t: float) -> np.ndarray:
+        return np.array(chain_values(robot, (start + swing * np.sin(3.0 * pace * t)).tolist()))
 
     t, h = 0.7, 1e-3
     rate = swing * 3.0 * pace * np.cos(3.0 * pace * t)
     acceleration = -swing * (3.0 * pace) ** 2 * np.sin(3.0 * pace * t)
-    before, here, after = (np.array(chain_values(robot, controller(t + s))) for s in (-h, 0.0, h))
+    before, here, after = (chain(t + s) for s in (-h, 0.0, h))
     assert (after - before) / (2 * h) == pytest.approx(gain @ rate, abs=1e-6)
     assert (after - 2 * here + before) / h**2 == pytest.approx(gain @ acceleration, abs=1e-6)
     driven = [robot.moving.index(joint) for joint in robot.driven]

@@ -14,9 +14,9 @@ from rigs.motion.jogged_robots import (
     model,
     random_place,
     random_press,
-    robot,
 )
 from rigs.motion.loaded_robots import SERIAL
+from rigs.motion.loaded_robots import arm as arm_of
 from rigs.motion.robot_families import one_of_each_family
 
 from openpendant.motion.description.limits import JointLimits
@@ -33,27 +33,25 @@ from openpendant.motion.jog.path_node import (
 )
 from openpendant.motion.jog.tool_path import JogTwist, ToolPath, turned
 from openpendant.motion.orientation import rotation_of_vector
-from openpendant.motion.paths.mechanism import SerialMechanism
 from openpendant.motion.trajectory.point_speed import elbow_link
 
 
 @pytest.mark.parametrize("name", SERIAL)
 def test_the_speeds_of_elbow_and_tool_are_those_of_differences(name: str) -> None:
-    found = robot(name)
-    assert isinstance(found, SerialMechanism)
+    kinematics = arm_of(name)
     random = np.random.default_rng(5)
     arm = model(name).arm
-    elbow = elbow_link(found.kinematics)
-    for link in found.kinematics.robot.links:
-        point = found.kinematics.link_point(link)
+    elbow = elbow_link(kinematics)
+    for link in kinematics.robot.links:
+        point = kinematics.link_point(link)
         place = np.array(random_place(name, random))
         velocity = random.uniform(-1.0, 1.0, len(place))
         ahead, behind = (
-            found.kinematics.forward(place + sign * 1e-6 * velocity, link=link).position
+            kinematics.forward(place + sign * 1e-6 * velocity, link=link).position
             for sign in (1.0, -1.0)
         )
         speed = math.dist(ahead, behind) / 2e-6
-        (told,) = found.kinematics.point_speeds(place, velocity, [point])
+        (told,) = kinematics.point_speeds(place, velocity, [point])
         assert told == pytest.approx(speed, abs=1e-7)
         if link == elbow:
             assert arm.elbow_speed(place.tolist(), velocity.tolist()) == told
@@ -223,20 +221,19 @@ def test_at_a_steady_speed_a_cell_keeps_to_the_bounds_of_every_tick() -> None:
 
 @pytest.mark.parametrize("name", one_of_each_family(SERIAL))
 def test_no_elbow_is_faster_than_its_levers_say(name: str) -> None:
-    found = robot(name)
-    assert isinstance(found, SerialMechanism)
+    kinematics = arm_of(name)
     random = np.random.default_rng(4)
-    for link in (elbow_link(found.kinematics), found.kinematics.robot.tool_link):
+    for link in (elbow_link(kinematics), kinematics.robot.tool_link):
         if link is None:
             continue
-        bound = np.array(lever_arms(found.kinematics, link))
-        point = found.kinematics.link_point(link)
+        bound = np.array(lever_arms(kinematics, link))
+        point = kinematics.link_point(link)
         for trial in range(200):
             place = np.array(random_place(name, random))
             velocity = random.uniform(-1.0, 1.0, len(place))
             if trial % 2:
                 velocity *= np.eye(len(place))[trial % len(place)]
-            (speed,) = found.kinematics.point_speeds(place, velocity, [point])
+            (speed,) = kinematics.point_speeds(place, velocity, [point])
             assert speed <= float(bound @ np.abs(velocity)) + 1e-9
 
 

@@ -15,7 +15,7 @@ from promises.promise_table import figure
 from rigs.data.example_counts import counts
 from rigs.motion.bodies_on_rails import BodiesOnRails, always, standing_at
 from rigs.motion.jog_referee import Referee
-from rigs.motion.jogged_robots import FAST, UR5_BENT, robot
+from rigs.motion.jogged_robots import FAST, UR5_BENT
 from rigs.motion.loaded_robots import arm
 from rigs.motion.planning_scenes import free_position, random_tasks
 
@@ -31,8 +31,7 @@ from openpendant.motion.jog import (
 from openpendant.motion.jog.collision_guard import CLEAR, NEAR, SLOW, CollisionGuard
 from openpendant.motion.jog.jog_robot import Posture
 from openpendant.motion.jog.path_node import HALT_CONDITION, PathNode, scales
-from openpendant.motion.kinematics.serial import Kinematics
-from openpendant.motion.paths.mechanism import SerialMechanism, mechanism
+from openpendant.motion.paths.mechanism import mechanism
 from openpendant.motion.pose import Array, Pose
 from openpendant.motion.scene.collision import CollisionModel
 from openpendant.motion.scene.scene import Box, Scene, SceneObject
@@ -40,15 +39,9 @@ from openpendant.motion.scene.scene import Box, Scene, SceneObject
 DOWN = ToolJog((0.0, 0.0, -1.0))
 
 
-def ur5() -> Kinematics:
-    found = robot("ur5")
-    assert isinstance(found, SerialMechanism)
-    return found.kinematics
-
-
 def block_below(clearance: float) -> CollisionModel:
     """A block so far below the tool of the bent UR5, and nothing else near."""
-    kinematics = ur5()
+    kinematics = arm("ur5")
     x, y, _ = kinematics.forward(UR5_BENT).position.tolist()
     scene = Scene((SceneObject("block", Box((0.2, 0.2, 0.1)), (x, y, -1.0)),))
     model = CollisionModel(kinematics, scene)
@@ -160,15 +153,14 @@ def _press(watched: Referee, random: np.random.Generator, presses: int, ticks: i
 @pytest.mark.parametrize("count", counts(15, 400))
 @pytest.mark.parametrize("name", ["ur5", "abb_irb2400", "kuka_iiwa14", "abb_irb4400l30"])
 def test_promise_16_no_near_pair_is_overlooked_on_a_walk(name: str, count: int) -> None:
-    found = robot(name)
-    assert isinstance(found, SerialMechanism)
-    collision, random = CollisionModel(found.kinematics), np.random.default_rng(3)
-    guard = CollisionGuard(CollisionModel(found.kinematics))
-    place, near = np.array(found.kinematics.robot.home_position), 0
+    kinematics = arm(name)
+    collision, random = CollisionModel(kinematics), np.random.default_rng(3)
+    guard = CollisionGuard(CollisionModel(kinematics))
+    place, near = np.array(kinematics.robot.home_position), 0
     for _ in range(count):
         direction = random.uniform(-0.05, 0.05, len(place))
         for _ in range(25):
-            place = np.clip(place + direction, found.kinematics.lower, found.kinematics.upper)
+            place = np.clip(place + direction, kinematics.lower, kinematics.upper)
             told = guard.look(place.tolist()) or {}
             true = collision.clearances(place)
             for pair in np.flatnonzero(true <= NEAR).tolist():

@@ -6,7 +6,7 @@ What leads out of where a robot stands: keys of joints that were tried, and the 
 import numpy as np
 import pytest
 from promises.promise_table import figure
-from rigs.motion.jog_referee import Referee
+from rigs.motion.jog_referee import referee
 from rigs.motion.jogged_robots import (
     FAST,
     REDUCED,
@@ -44,8 +44,7 @@ def jog_into(name: str, random: np.random.Generator) -> None:
     """Press one key until something holds the robot, then leave in every way that is suggested."""
     dof = robot(name).limits.dof
     target = random_press(dof, random, single=True)
-    jogger = Jogger(model(name), random_place(name, random), FAST)
-    watched = Referee(robot(name), jogger, reduced=False)
+    watched = referee(name, random_place(name, random), FAST)
     held = watched.rest(target, 6000)
     assert held.cause is not None
     if held.cause.reason is JogSlowdown.DIRECTION:
@@ -64,9 +63,8 @@ def jog_into(name: str, random: np.random.Generator) -> None:
 
 def is_free(name: str, start: list[float], target: JogTarget, cause: JogCause) -> bool:
     """Return whether a press moves freely, or well away from a joint's limit, within a second."""
-    jogger = Jogger(model(name), start, FAST)
-    watched = Referee(robot(name), jogger, reduced=False)
-    jogger.aim(target)
+    watched = referee(name, start, FAST)
+    watched.jogger.aim(target)
     for _ in range(ONE_SECOND):
         step = watched.tick()
         if not step.at_rest and step.reason in SPEEDS:
@@ -103,8 +101,7 @@ def test_random_chains_of_presses_keep_every_limit(name: str, seed: int) -> None
     for number in range(40):
         caps = REDUCED if number % 2 else FAST
         dt = (0.004, 0.01, 0.02)[number % 3]
-        jogger = Jogger(model(name), random_place(name, random), caps)
-        watched = Referee(robot(name), jogger, dt, caps.reduced)
+        watched = referee(name, random_place(name, random), caps, dt)
         for _ in range(6):
             target = None if random.random() < 0.15 else random_press(dof, random)
             watched.run(target, int(random.integers(1, round(1.0 / dt))))
@@ -176,57 +173,39 @@ def test_no_keys_are_named_where_three_do_not_lead_out(monkeypatch: pytest.Monke
     assert escape_keys(model("ur5"), [0.0] * 6) is None
 
 
+NONE = (0.0, 0.0, 0.0)
+DEEP = [-1.56916, 2.292995, 2.386132, -2.532519, 0.430246, 0.872356]
+
+
 @pytest.mark.parametrize(
     ("name", "place", "linear", "angular", "is_out"),
     [
-        pytest.param(
-            "abb_irb120",
-            [-2.58224, -1.124909, -0.242095, -1.933377, 2.093394, 5.338864],
-            (0.939, 0.515, 0.367),
-            (-0.762, 0.0, 0.0),
-            False,
-            id="a limit that either direction comes nearer to",
+        (
+            *("abb_irb120", [-2.58224, -1.124909, -0.242095, -1.933377, 2.093394, 5.338864]),
+            *((0.939, 0.515, 0.367), (-0.762, 0.0, 0.0), False),
         ),
-        pytest.param(
-            "abb_irb6650",
-            [-1.901964, 2.409492, -0.032403, -4.101676, 0.411291, 1.143482],
-            (0.0, 0.0, 0.0),
-            (0.0, 0.0, 1.0),
-            False,
-            id="a condition number that falls, and soon rises again",
+        (
+            *("abb_irb6650", [-1.901964, 2.409492, -0.032403, -4.101676, 0.411291, 1.143482]),
+            *(NONE, (0.0, 0.0, 1.0), False),
         ),
-        pytest.param(
-            "kawasaki_ra10n",
-            [-0.158702, 1.38181, 0.092026, -3.689012, -2.446144, 4.874959],
-            (0.0, 0.0, 0.0),
-            (0.0, -1.0, 0.0),
-            False,
-            id="one that rises at the second step",
+        (
+            *("kawasaki_ra10n", [-0.158702, 1.38181, 0.092026, -3.689012, -2.446144, 4.874959]),
+            *(NONE, (0.0, -1.0, 0.0), False),
         ),
-        pytest.param(
-            "abb_irb120",
-            [1.105472, 0.62326, -1.556257, -2.064685, -1.986123, 2.0756],
-            (-1.0, 0.0, 0.0),
-            (0.0, 0.0, 0.0),
-            True,
-            id="one that falls little and goes on falling",
+        (
+            *("abb_irb120", [1.105472, 0.62326, -1.556257, -2.064685, -1.986123, 2.0756]),
+            *((-1.0, 0.0, 0.0), NONE, True),
         ),
-        pytest.param(
-            "fanuc_m10ia",
-            [-1.56916, 2.292995, 2.386132, -2.532519, 0.430246, 0.872356],
-            (0.0, 0.0, 0.0),
-            (0.0, 0.0, 1.0),
-            True,
-            id="a deep one that falls at once",
-        ),
-        pytest.param(
-            "fanuc_m10ia",
-            [-1.56916, 2.292995, 2.386132, -2.532519, 0.430246, 0.872356],
-            (0.0, 0.0, 0.0),
-            (0.0, 0.0, 0.0),
-            False,
-            id="no direction at all",
-        ),
+        ("fanuc_m10ia", DEEP, NONE, (0.0, 0.0, 1.0), True),
+        ("fanuc_m10ia", DEEP, NONE, NONE, False),
+    ],
+    ids=[
+        "a limit that either direction comes nearer to",
+        "a condition number that falls, and soon rises again",
+        "one that rises at the second step",
+        "one that falls little and goes on falling",
+        "a deep one that falls at once",
+        "no direction at all",
     ],
 )
 def test_a_way_back_of_the_tool_is_told_only_if_it_leads_out(

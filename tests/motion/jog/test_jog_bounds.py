@@ -10,6 +10,7 @@ import numpy as np
 import pytest
 from rigs.motion.bodies_on_rails import BodiesOnRails, standing_at
 from rigs.motion.jogged_robots import FAST, UR5_BENT, model, robot
+from rigs.motion.loaded_robots import arm
 
 from openpendant.motion.description.limits import JointLimits
 from openpendant.motion.jog import JogCaps, Jogger, JogModel, JogSlowdown, JointJog
@@ -21,7 +22,6 @@ from openpendant.motion.jog.joint_jog import StopSurroundings
 from openpendant.motion.jog.lookahead import LookAhead
 from openpendant.motion.jog.path_node import PathNode, is_even, scales, speed_bounds, stop
 from openpendant.motion.jog.tool_path import JogTwist, ToolPath
-from openpendant.motion.paths.mechanism import SerialMechanism
 
 LIMITS = JointLimits(
     names=("a", "b"),
@@ -345,11 +345,9 @@ class TestBodies:
     @staticmethod
     def jogger(*ahead: float, caps: JogCaps = FAST) -> tuple[Jogger, float]:
         """Return a jog that begins so far before bodies, and where its body is."""
-        found = robot("ur5")
-        assert isinstance(found, SerialMechanism)
         at = UR5_BENT[0] + 0.5 * UR5_BENT[1]
         bodies = BodiesOnRails(*(standing_at(at + each) for each in ahead), joints=6)
-        return Jogger(JogModel(found.kinematics, None, bodies.model), UR5_BENT, caps), at
+        return Jogger(JogModel(arm("ur5"), None, bodies.model), UR5_BENT, caps), at
 
     @staticmethod
     def run(jogger: Jogger, at: float, rates: Sequence[float], ticks: int = 400) -> list[float]:

@@ -10,7 +10,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from rigs.data.example_counts import counts
-from rigs.motion.jog_referee import Referee
+from rigs.motion.jog_referee import Referee, referee
 from rigs.motion.jogged_robots import (
     FAST,
     REDUCED,
@@ -30,8 +30,12 @@ ALONG_X, ALONG_Y = ToolJog((1.0, 0.0, 0.0)), ToolJog((0.0, 1.0, 0.0))
 TURNING = JointJog((0.0, 0.0, 0.0, 0.0, 0.0, 1.0))
 
 
-def referee(caps: JogCaps = REDUCED) -> Referee:
-    return Referee(robot("ur5"), Jogger(model("ur5"), UR5_BENT, caps), reduced=caps.reduced)
+@pytest.fixture
+def watched() -> Referee:
+    """A jog of the UR5 along x, for half a second."""
+    found = referee()
+    found.run(ALONG_X, 50)
+    return found
 
 
 def tool_speeds(watched: Referee) -> list[float]:
@@ -39,9 +43,7 @@ def tool_speeds(watched: Referee) -> list[float]:
     return [math.dist(a, b) / watched.dt for a, b in pairwise(places)]
 
 
-def test_another_direction_is_bent_into_without_a_stop() -> None:
-    watched = referee()
-    watched.run(ALONG_X, 50)
+def test_another_direction_is_bent_into_without_a_stop(watched: Referee) -> None:
     watched.run(ALONG_Y, 60)
     assert min(tool_speeds(watched)[40:]) > 0.1
     velocity = np.subtract(
@@ -52,16 +54,12 @@ def test_another_direction_is_bent_into_without_a_stop() -> None:
     assert abs(velocity[0]) < 1e-6
 
 
-def test_a_second_key_joins_without_a_stop() -> None:
-    watched = referee()
-    watched.run(ALONG_X, 50)
+def test_a_second_key_joins_without_a_stop(watched: Referee) -> None:
     watched.run(ToolJog((1.0, 0.0, 0.0), (0.0, 0.0, 0.5)), 60)
     assert min(tool_speeds(watched)[40:]) > 0.2
 
 
-def test_a_reversal_comes_to_rest_first_and_keeps_the_line() -> None:
-    watched = referee()
-    watched.run(ALONG_X, 50)
+def test_a_reversal_comes_to_rest_first_and_keeps_the_line(watched: Referee) -> None:
     watched.run(ToolJog((-1.0, 0.0, 0.0)), 100)
     assert any(step.at_rest for step in watched.steps[51:])
     back = robot("ur5").forward(watched.position).position
@@ -87,9 +85,7 @@ def test_a_release_on_a_line_stays_on_it_and_stops_within_5_cm() -> None:
     assert 0.0 < math.dist(*places) < 0.05
 
 
-def test_less_override_brakes_on_the_line() -> None:
-    watched = referee()
-    watched.run(ALONG_X, 50)
+def test_less_override_brakes_on_the_line(watched: Referee) -> None:
     watched.jogger.limit(JogCaps(override=0.2))
     watched.run(ALONG_X, 40)
     speeds = tool_speeds(watched)
@@ -98,7 +94,7 @@ def test_less_override_brakes_on_the_line() -> None:
 
 
 def test_reduced_speed_holds_from_the_stop_that_its_choice_makes() -> None:
-    watched = referee(FAST)
+    watched = referee(caps=FAST)
     watched.run(ALONG_X, 40)
     watched.jogger.limit(JogCaps(tool_speed=1.0, rotation_speed=1.0))
     watched.run(ALONG_X, 60)
@@ -129,9 +125,7 @@ def test_the_same_presses_give_the_same_set_points() -> None:
 def test_a_rate_that_the_joints_cannot_keep_is_told_with_the_joint() -> None:
     start = [*robot("kuka_kr5_arc").home_position[:4], 0.25, 0.3]
     caps = JogCaps(tool_speed=5.0, rotation_speed=20.0, reduced=False)
-    watched = Referee(
-        robot("kuka_kr5_arc"), Jogger(model("kuka_kr5_arc"), start, caps), reduced=False
-    )
+    watched = referee("kuka_kr5_arc", start, caps)
     watched.run(ToolJog(angular=(0.0, 0.0, 1.0), axes=None), 80)
     told = [step.cause for step in watched.steps if step.reason is JogSlowdown.JOINT_SPEED]
     assert told
@@ -148,8 +142,7 @@ def test_promises_11_and_15_hold_whatever_is_asked_when(name: str, count: int) -
     for number in range(count):
         caps = REDUCED if number % 2 else FAST
         dt = (0.004, 0.01, 0.02)[number % 3]
-        jogger = Jogger(model(name), random_place(name, random), caps)
-        watched = Referee(robot(name), jogger, dt, caps.reduced)
+        watched = referee(name, random_place(name, random), caps, dt)
         for _ in range(8):
             target = None if random.random() < 0.15 else random_press(dof, random)
             watched.run(target, int(random.integers(1, 25)))

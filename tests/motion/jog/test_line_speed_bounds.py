@@ -9,24 +9,17 @@ from collections.abc import Sequence
 import numpy as np
 import pytest
 from rigs.motion.jogged_robots import UR5_BENT, model, random_place, robot
-from rigs.motion.loaded_robots import load_robot
+from rigs.motion.loaded_robots import arm, load_robot
 
 from openpendant.motion.description.robot import SerialRobot
 from openpendant.motion.jog.line_speed_bounds import LinePoints, LineSpeeds, lever_arms
 from openpendant.motion.kinematics.pinocchio_model import greatest_travel
 from openpendant.motion.kinematics.serial import Kinematics
-from openpendant.motion.paths.mechanism import SerialMechanism
 from openpendant.motion.pose import Pose
 from openpendant.motion.trajectory.point_speed import elbow_link
 
 LIMIT = 0.25
 ROBOTS = ["ur5", "abb_irb120", "abb_irb4400l30", "mitsubishi_rh6frh5520", "kuka_iiwa14"]
-
-
-def chain(name: str) -> Kinematics:
-    found = robot(name)
-    assert isinstance(found, SerialMechanism)
-    return found.kinematics
 
 
 class CountedPoints(LinePoints):
@@ -62,7 +55,7 @@ def way_inside(name: str, line: tuple[list[float], list[float]]) -> float:
 def test_no_place_of_a_line_is_faster_than_the_bound_nor_much_slower(name: str) -> None:
     """By forward chain, at places between the looks; promise 12."""
     random = np.random.default_rng(1)
-    points = LinePoints(chain(name), Pose(np.array((0.02, -0.03, 0.15)), np.eye(4)[3]))
+    points = LinePoints(arm(name), Pose(np.array((0.02, -0.03, 0.15)), np.eye(4)[3]))
     for _ in range(12):
         line = random_line(name, random)
         until = way_inside(name, line)
@@ -77,7 +70,7 @@ def test_no_place_of_a_line_is_faster_than_the_bound_nor_much_slower(name: str) 
 @pytest.mark.parametrize("name", ROBOTS)
 def test_no_place_of_a_stop_is_faster_than_its_bound(name: str) -> None:
     random = np.random.default_rng(2)
-    points = LinePoints(chain(name))
+    points = LinePoints(arm(name))
     for _ in range(12):
         line = random_line(name, random)
         until = way_inside(name, line)
@@ -105,7 +98,7 @@ class FasterPoints(LinePoints):
 def test_a_stop_in_which_a_point_gets_faster_counts_where_it_is_fastest(way: float) -> None:
     """In the first cell, in the second and in the third."""
     line = ([0.0] * 6, [1.0] + [0.0] * 5)
-    speeds = LineSpeeds(FasterPoints(chain("ur5")), line, 5.0, LIMIT)
+    speeds = LineSpeeds(FasterPoints(arm("ur5")), line, 5.0, LIMIT)
     places = np.linspace(0.0, 1.0, 20001)
     true = 0.5 * (np.sqrt(1.0 - places) * (0.1 + way * places)).max()
     found, which = speeds.greatest(0.0, 0.5, way)
@@ -115,14 +108,14 @@ def test_a_stop_in_which_a_point_gets_faster_counts_where_it_is_fastest(way: flo
 
 def test_a_quick_answer_is_a_bound_too() -> None:
     line = (list(UR5_BENT), [0.1, -0.05, 0.05, 0.1, 0.0, 0.1])
-    points = LinePoints(chain("ur5"))
+    points = LinePoints(arm("ur5"))
     exact, _ = LineSpeeds(points, line, 1.0, LIMIT).greatest(0.01, 0.8, 0.02)
     quick, _ = LineSpeeds(points, line, 1.0, LIMIT).greatest(0.01, 0.8, 0.02, LIMIT)
     assert exact <= quick <= LIMIT
 
 
 def test_one_look_stands_for_several_ticks() -> None:
-    points = CountedPoints(chain("ur5"))
+    points = CountedPoints(arm("ur5"))
     line = (list(UR5_BENT), [0.2] * 6)
     speeds = LineSpeeds(points, line, 1.0, LIMIT)
     for tick in range(60):
@@ -131,7 +124,7 @@ def test_one_look_stands_for_several_ticks() -> None:
 
 
 def test_one_joint_alone_is_looked_at_but_once() -> None:
-    points = CountedPoints(chain("ur5"))
+    points = CountedPoints(arm("ur5"))
     line = (list(UR5_BENT), [0.0, 0.4, 0.0, 0.0, 0.0, 0.0])
     speeds = LineSpeeds(points, line, 1.0, LIMIT)
     found = {round(speeds.greatest(0.01 * tick, 1.0, 0.01)[0], 9) for tick in range(90)}
@@ -141,8 +134,8 @@ def test_one_joint_alone_is_looked_at_but_once() -> None:
 
 def test_a_coupled_joint_bends_the_way_of_another() -> None:
     """The IRB 4400 turns two axes of its model with the key of one joint."""
-    assert min(LinePoints(chain("abb_irb4400l30")).bends([0.0, 0.5, 0.0, 0.0, 0.0, 0.0])) > 0.0
-    assert LinePoints(chain("ur5")).bends([0.0, 0.5, 0.0, 0.0, 0.0, 0.0]) == [0.0, 0.0]
+    assert min(LinePoints(arm("abb_irb4400l30")).bends([0.0, 0.5, 0.0, 0.0, 0.0, 0.0])) > 0.0
+    assert LinePoints(arm("ur5")).bends([0.0, 0.5, 0.0, 0.0, 0.0, 0.0]) == [0.0, 0.0]
 
 
 def test_a_platform_has_no_such_points() -> None:

@@ -2,6 +2,7 @@ import math
 import subprocess
 import sys
 import time
+from typing import Any
 
 import numpy as np
 import pytest
@@ -40,18 +41,15 @@ def task() -> Task:
     return pillar_task()
 
 
-def plan(
-    task: Task, planner: str = BUILT_IN, seed: int = 0, time_limit: float = 60.0
-) -> JointPolyline:
+def plan(task: Task, planner: str = BUILT_IN, seed: int = 0, **more: Any) -> JointPolyline:
+    chosen: dict[str, Any] = {
+        "time_limit": 60.0,
+        "clock": time.perf_counter,
+        "planner": planner,
+        "seed": seed,
+    }
     return plan_free_path(
-        task.collision.kinematics,
-        task.collision,
-        task.start,
-        task.goal,
-        planner=planner,
-        seed=seed,
-        time_limit=time_limit,
-        clock=time.perf_counter,
+        task.collision.kinematics, task.collision, task.start, task.goal, **(chosen | more)
     )
 
 
@@ -146,14 +144,7 @@ def test_a_part_is_picked_and_placed_over_a_wall() -> None:
 
 def test_progress_is_told_from_the_search_to_the_end() -> None:
     task, told = pillar_task(), list[PlanningProgress]()
-    plan_free_path(
-        task.collision.kinematics,
-        task.collision,
-        task.start,
-        task.goal,
-        planner=BUILT_IN,
-        on_progress=told.append,
-    )
+    plan(task, on_progress=told.append)
     stages = list(dict.fromkeys(each.stage for each in told))
     assert stages == [
         PlanningStage.SEARCHING,
@@ -173,11 +164,8 @@ def test_what_progress_raises_ends_the_plan(planner: str) -> None:
         raise Cancelled
 
     task = pillar_task()
-    arm = task.collision.kinematics
     with pytest.raises(Cancelled):
-        plan_free_path(
-            arm, task.collision, task.start, task.goal, planner=planner, on_progress=cancel
-        )
+        plan(task, planner, on_progress=cancel)
 
 
 @pytest.mark.parametrize("planner", QUICK)

@@ -17,8 +17,12 @@ from openpendant.simplemsg import pendant as messages
 from openpendant.simplemsg.verdicts import VerdictCode as V
 
 
+def entries(rig: GuardedRig, *events: AuditEvent) -> list[AuditEntry]:
+    return [entry for entry in rig.desk.log if entry.event in events]
+
+
 def told(rig: GuardedRig, *events: AuditEvent) -> list[tuple[AuditEvent, str]]:
-    return [(entry.event, entry.who) for entry in rig.desk.log if entry.event in events]
+    return [(entry.event, entry.who) for entry in entries(rig, *events)]
 
 
 def test_a_motion_is_noted_from_the_authority_to_its_end(rig: GuardedRig, otto: Pendant) -> None:
@@ -41,13 +45,10 @@ def test_a_stop_and_its_reset_are_noted_with_who_and_why(rig: GuardedRig) -> Non
     visitor.stop("a hand in the way")
     rig.wait(2_000)
     assert otto.reset() is V.ACCEPTED
-    stop, reset = (
-        next(entry for entry in rig.desk.log if entry.event is event)
-        for event in (AuditEvent.STOP, AuditEvent.RESET)
-    )
+    stop, reset = (entries(rig, event)[0] for event in (AuditEvent.STOP, AuditEvent.RESET))
     assert (stop.session, stop.detail["reason"]) == (visitor.session, "a hand in the way")
     assert (reset.who, reset.role) == ("otto", "operator")
-    (ended,) = [entry for entry in rig.desk.log if entry.event is AuditEvent.MOTION_ENDED]
+    (ended,) = entries(rig, AuditEvent.MOTION_ENDED)
     assert ended.detail["code"] == V.STOPPED
 
 
@@ -60,7 +61,7 @@ def test_a_take_over_is_noted_for_both(rig: GuardedRig, otto: Pendant) -> None:
 
 def test_a_change_of_the_mode_is_noted(rig: GuardedRig, otto: Pendant) -> None:
     otto.code(messages.SetMode(2, 1))
-    (entry,) = [entry for entry in rig.desk.log if entry.event is AuditEvent.MODE]
+    (entry,) = entries(rig, AuditEvent.MODE)
     assert (entry.who, entry.detail["mode"]) == ("otto", "manual_reduced")
 
 
@@ -71,7 +72,7 @@ def test_a_motion_that_is_refused_is_noted_with_who_what_and_why(
     ann = rig.user("ann")
     ann.move(0.5, 0.0)
     otto.move(9.0, 0.0)
-    refused = [entry for entry in rig.desk.log if entry.event is AuditEvent.REFUSED]
+    refused = entries(rig, AuditEvent.REFUSED)
     assert [(entry.who, entry.detail["code"]) for entry in refused] == [
         ("ann", V.HELD_BY_OTHER),
         ("otto", V.OUT_OF_RANGE),
@@ -93,8 +94,7 @@ def test_a_motion_is_noted_with_where_it_began_and_ended(rig: GuardedRig, otto: 
     rig.wait(3_000)
     places = [
         entry.detail["at"]
-        for entry in rig.desk.log
-        if entry.event in (AuditEvent.MOTION_BEGAN, AuditEvent.MOTION_ENDED)
+        for entry in entries(rig, AuditEvent.MOTION_BEGAN, AuditEvent.MOTION_ENDED)
     ]
     assert places == ["0.0000 0.0000", "0.5000 -0.2500"]
 
@@ -106,7 +106,7 @@ def test_a_change_of_the_cell_is_noted_even_unkept(
     rig: GuardedRig, op: str, is_noted: bool
 ) -> None:
     rig.user("ann").send(messages.Management(1, json.dumps({"op": op}).encode()))
-    asked = [entry for entry in rig.desk.log if entry.event is AuditEvent.CHANGE_ASKED]
+    asked = entries(rig, AuditEvent.CHANGE_ASKED)
     assert [(entry.who, entry.detail) for entry in asked] == (
         [("ann", {"operation": op})] if is_noted else []
     )
@@ -115,7 +115,7 @@ def test_a_change_of_the_cell_is_noted_even_unkept(
 def test_a_program_that_is_saved_is_noted_with_its_revision(rig: GuardedRig) -> None:
     ann = rig.user("ann")
     ann.send(messages.Management(1, json.dumps({"op": "programs.create", "name": "lift"}).encode()))
-    (entry,) = [each for each in rig.desk.log if each.event is AuditEvent.DOCUMENT_CHANGED]
+    (entry,) = entries(rig, AuditEvent.DOCUMENT_CHANGED)
     assert entry.who == "ann"
     assert (entry.detail["document"], entry.detail["revision"]) == ("lift", 1)
 
@@ -134,7 +134,7 @@ def test_a_ros_client_is_noted_by_its_address() -> None:
     client = rig.ros()
     client.trajectory((0.0, 0.0), (0.2, 0.0), (0.4, 0.0))
     rig.wait(4_000)
-    log = [entry for entry in rig.desk.log if entry.event is AuditEvent.MOTION_BEGAN]
+    log = entries(rig, AuditEvent.MOTION_BEGAN)
     assert [entry.who for entry in log] == ["ROS-I 127.0.0.1"]
 
 
@@ -152,7 +152,7 @@ def impostor(rig: GuardedRig, name: str = "ann", address: str = LAN) -> Pendant:
 
 
 def noted(rig: GuardedRig, event: AuditEvent) -> AuditEntry:
-    return [entry for entry in rig.desk.log if entry.event is event][-1]
+    return entries(rig, event)[-1]
 
 
 @pytest.mark.parametrize("address", [LAN, LOCAL])

@@ -8,15 +8,15 @@ from functools import cache
 from pathlib import Path
 
 import pytest
+from rigs.data.stored_documents import opened
 
 from openpendant.server.access import passwords
 from openpendant.server.access.access_backend import read_at_start, unreadable_accounts
-from openpendant.server.access.accounts import AccountBook, AccountRefused, StoredAccounts
+from openpendant.server.access.accounts import Account, AccountBook, AccountRefused, StoredAccounts
 from openpendant.server.access.admission import Admission
 from openpendant.server.cli import users_commands
 from openpendant.server.journal.event_records import PasswordNumbers, book_from_json
 from openpendant.server.store.documents import DocumentKind
-from openpendant.server.store.sqlite_store import open_store
 from openpendant.simplemsg.pendant.roles import Role
 
 Capture = pytest.CaptureFixture[str]
@@ -57,11 +57,14 @@ def add(users: Users, name: str, role: str = "admin", password: str = CANARY) ->
 
 
 def book(file: Path) -> AccountBook:
-    store = open_store(file)
-    try:
+    with opened(file) as store:
         return StoredAccounts(store, "test").book()
-    finally:
-        store.close()
+
+
+def account_of(file: Path, name: str) -> Account:
+    found = book(file).find(name)
+    assert found is not None
+    return found
 
 
 def test_an_account_that_was_added_is_kept_and_listed(
@@ -133,13 +136,11 @@ def test_roles_passwords_and_accounts_can_be_changed(users: Users, file: Path) -
     add(users, "otto", "operator")
     assert users("set-role", "otto", "programmer") == 0
     assert users("disable", "otto") == 0
-    otto = book(file).find("otto")
-    assert otto is not None
+    otto = account_of(file, "otto")
     assert (otto.role, otto.disabled) == (Role.PROGRAMMER, True)
     assert users("enable", "otto") == 0
     assert users("set-password", "otto", "--password-stdin", password="another horse") == 0
-    otto = book(file).find("otto")
-    assert otto is not None
+    otto = account_of(file, "otto")
     assert passwords.is_password(passwords.Secret("another horse"), otto.password)
     assert users("remove", "otto") == 0
     assert users("remove", "ann") == 0
@@ -160,20 +161,19 @@ def test_a_list_of_no_store_makes_none(users: Users, file: Path) -> None:
 
 
 def test_a_document_that_is_no_account_is_named_without_its_hash(file: Path) -> None:
-    store = open_store(file)
-    store.save(DocumentKind.ACCOUNT, "ann", '{"name":"canary"}', expected_revision=0, author="test")
-    unreadable = StoredAccounts(store, "test").book().unreadable
+    kind, body = DocumentKind.ACCOUNT, '{"name":"canary"}'
+    with opened(file) as store:
+        store.save(kind, "ann", body, expected_revision=0, author="test")
+        unreadable = StoredAccounts(store, "test").book().unreadable
     assert list(unreadable) == ["ann"]
     assert "canary" not in str(unreadable)
-    store.close()
 
 
 @pytest.fixture
 def eve(file: Path) -> None:
-    store = open_store(file)
-    body = '{"role":"admin"}'
-    store.save(DocumentKind.ACCOUNT, "eve", body, expected_revision=0, author="test")
-    store.close()
+    kind, body = DocumentKind.ACCOUNT, '{"role":"admin"}'
+    with opened(file) as store:
+        store.save(kind, "eve", body, expected_revision=0, author="test")
 
 
 @pytest.mark.usefixtures("eve")
@@ -230,8 +230,6 @@ def test_while_an_account_cannot_be_read_nobody_is_single_user(file: Path) -> No
 
 
 def test_a_refusal_carries_its_code(file: Path) -> None:
-    store = open_store(file)
-    with pytest.raises(AccountRefused) as caught:
+    with opened(file) as store, pytest.raises(AccountRefused) as caught:
         StoredAccounts(store, "test").remove("ann")
     assert caught.value.refusal.code.name == "UNKNOWN_ACCOUNT"
-    store.close()
