@@ -61,7 +61,7 @@ SAMPLES: list[tuple[errors.MotionError, list[str]]] = [
     ),
     (
         errors.ZoneTooLarge(2, 0.5, 0.2, "m", "half a leg"),
-        ["0.5 m", "waypoint 2", "0.2 m", "half a leg"],
+        ["0.5 m", "waypoint 2", "the largest that works is 0.2 m", "half a leg"],
     ),
     (errors.SegmentRefused(3, errors.NoMotion()), ["segment 3", "already there"]),
     (

@@ -186,13 +186,12 @@ def test_a_closed_scene_is_given_up_in_time(planner: str, task: Task) -> None:
 def test_bad_questions_are_refused(task: Task) -> None:
     inside = task.start.copy()
     inside[0] = -0.22
-    with pytest.raises(errors.StartInCollision) as start:
+    touching = "wrist_1_link and pillar touch at the {0} .* accepted: a {0} where nothing touches"
+    with pytest.raises(errors.StartInCollision, match=touching.format("start")) as start:
         plan(Task(task.collision, inside, task.goal))
-    assert "pillar" in (start.value.first, start.value.second)
     assert start.value.distance < 0.0
-    with pytest.raises(errors.GoalInCollision) as goal:
+    with pytest.raises(errors.GoalInCollision, match=touching.format("goal")):
         plan(Task(task.collision, task.start, inside))
-    assert "pillar" in (goal.value.first, goal.value.second)
     with pytest.raises(errors.NoMotion):
         plan(Task(task.collision, task.start, task.start))
     with pytest.raises(errors.NotFinite):

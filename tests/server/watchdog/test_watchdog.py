@@ -87,10 +87,12 @@ def test_a_server_that_is_gone_is_stopped_for_at_once_whatever_is_emulated(
 
 
 def test_the_watchdog_sleeps_to_the_deadline_that_comes_first(beats: BeatWatch) -> None:
+    assert beats.remaining(0) is None
     beats.beat(THIRD, THIRD, 0)
     assert beats.remaining(0) == pytest.approx(0.4)
     beats.beat(FIRST | THIRD, THIRD, 0)
     assert beats.remaining(0) == pytest.approx(0.1)
+    assert beats.remaining(2 * DEADLINE) == 0.0
     beats.overdue(DEADLINE)
     assert beats.remaining(DEADLINE) == pytest.approx(0.3)
     beats.overdue(EMULATED)
