@@ -173,7 +173,7 @@ def test_an_orthographic_front_view_is_to_scale() -> None:
 def small(monkeypatch: pytest.MonkeyPatch) -> int:
     """Pictures of a quarter of the size; a point of a large one takes as long as its neighbours."""
     monkeypatch.setattr(drawing, "SIZE", drawing.SIZE // 4)
-    return drawing.SIZE // 4
+    return drawing.SIZE
 
 
 def test_the_picture_shows_the_makers_colour_on_white(small: int) -> None:
