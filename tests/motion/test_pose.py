@@ -1,50 +1,65 @@
+"""Poses, their orientations, and increments of both."""
+
 import math
 
 import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
+from rigs.motion.nearness import assert_near, assert_same_pose
 
 from openpendant.motion.errors import BadArgument, NotFinite
-from openpendant.motion.pose import Pose, matrix_to_quaternion, rotation_distance, slerp
+from openpendant.motion.jog.jog_commands import shifted, turned, with_rpy_changed
+from openpendant.motion.orientation import (
+    angular_velocity_of_rpy_rates,
+    quaternion_of_vector,
+    roll_pitch_yaw,
+    rotation_of_vector,
+    rpy_increment,
+    vector_of_quaternion,
+)
+from openpendant.motion.pose import (
+    Pose,
+    matrix_to_quaternion,
+    quaternion_to_matrix,
+    rotation_distance,
+    slerp,
+)
 
 coordinates = st.floats(-10.0, 10.0)
 positions = st.tuples(coordinates, coordinates, coordinates)
-angles = st.floats(-math.pi, math.pi)
-poses = st.builds(
-    Pose.from_rpy, positions, st.tuples(angles, st.floats(-math.pi / 2, math.pi / 2), angles)
+any_angles = st.floats(-math.pi, math.pi)
+any_poses = st.builds(
+    Pose.from_rpy,
+    positions,
+    st.tuples(any_angles, st.floats(-math.pi / 2, math.pi / 2), any_angles),
 )
 
 
-def assert_close(first: Pose, second: Pose) -> None:
-    assert first.position_distance(second) < 1e-12
-    assert first.rotation_distance(second) < 1e-12
-
-
-@given(poses)
+@given(any_poses)
 def test_a_pose_followed_by_its_inverse_moves_nothing(pose: Pose) -> None:
-    assert_close(pose.compose(pose.inverse()), Pose.identity())
-    assert_close(pose.inverse().compose(pose), Pose.identity())
+    assert_same_pose(pose.compose(pose.inverse()), Pose.identity())
+    assert_same_pose(pose.inverse().compose(pose), Pose.identity())
 
 
-@given(poses, poses)
+@given(any_poses, any_poses)
 def test_composing_is_multiplying_the_matrices(first: Pose, second: Pose) -> None:
     product = first.to_matrix() @ second.to_matrix()
-    np.testing.assert_allclose(first.compose(second).to_matrix(), product, rtol=0, atol=1e-12)
+    assert_near(first.compose(second).to_matrix(), product, 1e-12)
 
 
-@given(poses)
+@given(any_poses)
 def test_a_pose_survives_the_way_through_a_matrix(pose: Pose) -> None:
-    assert_close(Pose.from_matrix(pose.rotation, pose.position), pose)
+    assert_same_pose(Pose.from_matrix(pose.rotation, pose.position), pose)
 
 
-@given(poses)
+@given(any_poses)
 def test_quaternions_are_unit_and_w_is_not_negative(pose: Pose) -> None:
     assert np.linalg.norm(pose.quaternion) == pytest.approx(1.0, abs=1e-15)
     assert pose.quaternion[3] >= 0.0
 
 
-@given(poses, poses, st.floats(0.0, 1.0))
+@given(any_poses, any_poses, st.floats(0.0, 1.0))
 def test_slerp_divides_the_angle_in_proportion(first: Pose, second: Pose, part: float) -> None:
     middle = slerp(first.quaternion, second.quaternion, part)
     whole = first.rotation_distance(second)
@@ -69,8 +84,8 @@ def test_half_turns_are_read_from_their_matrices(axis: int) -> None:
 
 def test_roll_pitch_yaw_turns_about_x_then_y_then_z_of_the_parent() -> None:
     pose = Pose.from_rpy((0.0, 0.0, 0.0), (math.pi / 2, 0.0, math.pi / 2))
-    np.testing.assert_allclose(pose.rotation @ [0.0, 1.0, 0.0], [0.0, 0.0, 1.0], rtol=0, atol=1e-15)
-    np.testing.assert_allclose(pose.rotation @ [1.0, 0.0, 0.0], [0.0, 1.0, 0.0], rtol=0, atol=1e-15)
+    assert_near(pose.rotation @ [0.0, 1.0, 0.0], [0.0, 0.0, 1.0], 1e-15)
+    assert_near(pose.rotation @ [1.0, 0.0, 0.0], [0.0, 1.0, 0.0], 1e-15)
 
 
 def test_interpolation_goes_straight_and_ends_exactly() -> None:
@@ -79,7 +94,7 @@ def test_interpolation_goes_straight_and_ends_exactly() -> None:
     half = start.interpolate(goal, 0.5)
     assert half.position.tolist() == [1.0, 0.0, 2.0]
     assert half.rotation_distance(start) == pytest.approx(0.5)
-    assert_close(start.interpolate(goal, 1.0), goal)
+    assert_same_pose(start.interpolate(goal, 1.0), goal)
 
 
 def test_a_pose_owns_arrays_that_cannot_be_written() -> None:
@@ -103,13 +118,13 @@ def test_a_pose_owns_arrays_that_cannot_be_written() -> None:
     ],
 )
 def test_a_malformed_pose_is_refused(position: list[float], quaternion: list[float]) -> None:
-    with pytest.raises(BadArgument):
+    with pytest.raises(BadArgument, match="accepted: "):
         Pose.from_values(position, quaternion)
 
 
 @pytest.mark.parametrize("value", [math.nan, math.inf, -math.inf])
 def test_a_pose_with_a_value_that_is_not_finite_is_refused(value: float) -> None:
-    with pytest.raises(NotFinite):
+    with pytest.raises(NotFinite, match="element 1 of position"):
         Pose.from_values([0.0, value, 0.0], [0.0, 0.0, 0.0, 1.0])
     with pytest.raises(NotFinite):
         Pose.from_values([0.0, 0.0, 0.0], [0.0, 0.0, value, 1.0])
@@ -118,3 +133,154 @@ def test_a_pose_with_a_value_that_is_not_finite_is_refused(value: float) -> None
 def test_a_huge_quaternion_is_normalised_without_overflow() -> None:
     pose = Pose.from_values([0.0, 0.0, 0.0], [1e300, 0.0, 0.0, 1e300])
     assert pose.quaternion.tolist() == pytest.approx([math.sqrt(0.5), 0.0, 0.0, math.sqrt(0.5)])
+
+
+angles = st.floats(-3.1, 3.1)
+pitches = st.floats(-1.5, 1.5)
+rpys = st.tuples(angles, pitches, angles)
+vectors = st.tuples(*[st.floats(-1.8, 1.8)] * 3)
+HERE = (0.1, -0.2, 0.3)
+
+
+@given(rpys)
+def test_roll_pitch_yaw_are_read_back(rpy: tuple[float, ...]) -> None:
+    assert roll_pitch_yaw(Pose.from_rpy(HERE, rpy).rotation) == pytest.approx(rpy, abs=1e-12)
+
+
+@pytest.mark.parametrize("pitch", [math.pi / 2, -math.pi / 2])
+@given(roll=angles, yaw=angles)
+def test_straight_up_or_down_the_roll_is_zero(pitch: float, roll: float, yaw: float) -> None:
+    pose = Pose.from_rpy(HERE, (roll, pitch, yaw))
+    found = roll_pitch_yaw(pose.rotation)
+    assert found[0] == 0.0
+    assert Pose.from_rpy(HERE, found).rotation_distance(pose) < 1e-7
+
+
+@given(vectors)
+def test_a_rotation_vector_its_quaternion_and_its_matrix_are_one(vector: tuple[float, ...]) -> None:
+    quaternion = quaternion_of_vector(np.array(vector))
+    matrix = rotation_of_vector(np.array(vector))
+    assert_near(quaternion_to_matrix(quaternion), matrix, 1e-14)
+    if math.hypot(*vector) < 3.0:
+        assert vector_of_quaternion(quaternion) == pytest.approx(vector, abs=1e-12)
+
+
+@pytest.mark.parametrize("angle", [0.0, 1e-300, 1e-12, 1e-8])
+def test_small_turns_keep_their_digits(angle: float) -> None:
+    quaternion = quaternion_of_vector(np.array([0.0, angle, 0.0]))
+    assert vector_of_quaternion(quaternion)[1] == pytest.approx(angle, rel=1e-12)
+
+
+@given(rpys, st.integers(0, 2))
+def test_the_columns_of_the_rate_matrix_are_the_axes_turned_about(
+    rpy: tuple[float, ...], which: int
+) -> None:
+    step = 1e-6
+    varied = np.array(rpy)
+    varied[which] += step
+    before, after = (Pose.from_rpy(HERE, values).rotation for values in (rpy, varied))
+    spin = (after @ before.T - np.eye(3)) / step
+    omega = [spin[2, 1], spin[0, 2], spin[1, 0]]
+    assert angular_velocity_of_rpy_rates(rpy)[:, which] == pytest.approx(omega, abs=1e-5)
+
+
+@given(rpys)
+def test_an_increment_of_the_values_adds_to_the_values(rpy: tuple[float, ...]) -> None:
+    pose = rpy_increment(Pose.from_rpy(HERE, rpy), (0.01, 0.02, -0.01))
+    assert pose.rotation_distance(Pose.from_rpy(HERE, np.add(rpy, (0.01, 0.02, -0.01)))) < 1e-12
+    assert pose.position.tolist() == list(HERE)
+
+
+@pytest.mark.parametrize(
+    ("rpy", "axis", "same"),
+    [
+        ((0.0, 0.0, 0.0), 0, True),
+        ((0.0, 0.0, 0.0), 1, True),
+        ((0.3, 0.2, 0.1), 2, True),
+        ((0.3, 0.2, 0.1), 0, False),
+        ((0.3, 0.2, 0.1), 1, False),
+    ],
+)
+def test_the_two_increments_are_different(rpy: tuple[float, ...], axis: int, same: bool) -> None:
+    pose = Pose.from_rpy(HERE, rpy)
+    change = 0.1 * np.eye(3)[axis]
+    by_value, by_axis = rpy_increment(pose, change), turned(pose, change.tolist())
+    assert (by_value.rotation_distance(by_axis) < 1e-12) is same
+
+
+@pytest.mark.parametrize("bad", [math.nan, math.inf])
+def test_an_increment_that_is_no_number_is_refused(bad: float) -> None:
+    with pytest.raises(NotFinite):
+        rpy_increment(Pose.identity(), (0.0, bad, 0.0))
+
+
+@pytest.mark.parametrize("values", [(0.1,), (0.1, 0.2), (0.1, 0.2, 0.3, 0.4)])
+def test_other_than_three_values_are_refused(values: tuple[float, ...]) -> None:
+    with pytest.raises(BadArgument, match="3 numbers"):
+        rpy_increment(Pose.identity(), values)
+    with pytest.raises(BadArgument, match="3 numbers"):
+        angular_velocity_of_rpy_rates(values)
+
+
+slopes = st.floats(-1.2, 1.2)
+poses = st.builds(
+    lambda p, r: Pose.from_rpy(p, r),
+    st.tuples(*[st.floats(-1.0, 1.0)] * 3),
+    st.tuples(slopes, slopes, slopes),
+)
+
+
+@given(poses, poses, st.tuples(*[st.floats(-0.1, 0.1)] * 3))
+def test_a_shift_is_along_the_frames_axes(
+    pose: Pose, frame: Pose, shift: tuple[float, float, float]
+) -> None:
+    for axes in (None, frame, pose):
+        moved = shifted(pose, shift, axes)
+        rotation = np.eye(3) if axes is None else axes.rotation
+        assert np.abs(rotation.T @ (moved.position - pose.position) - shift).max() < 1e-12
+        assert moved.rotation_distance(pose) < 1e-12
+
+
+@given(poses, poses, st.tuples(*[st.floats(-0.5, 0.5)] * 3))
+def test_a_turn_is_about_an_axis_of_the_frame_and_stays_in_place(
+    pose: Pose, frame: Pose, turn: tuple[float, float, float]
+) -> None:
+    angle = math.hypot(*turn)
+    for axes in (None, frame, pose):
+        after = turned(pose, turn, axes)
+        assert after.position_distance(pose) == 0.0
+        assert after.rotation_distance(pose) == pytest.approx(angle, abs=1e-9)
+        direction = np.array(turn) if axes is None else axes.rotation @ turn
+        assert np.abs(pose.rotation.T @ direction - after.rotation.T @ direction).max() < 1e-9
+
+
+def test_a_turn_is_right_handed() -> None:
+    assert turned(Pose.identity(), (0.0, 0.0, 0.1)).rotation[1, 0] == pytest.approx(math.sin(0.1))
+
+
+@given(poses, poses, st.tuples(*[st.floats(-0.2, 0.2)] * 3))
+def test_values_of_roll_pitch_and_yaw_change_by_the_amounts(
+    pose: Pose, frame: Pose, change: tuple[float, float, float]
+) -> None:
+    for axes in (None, frame):
+        changed = with_rpy_changed(pose, change, axes)
+        rotation = np.eye(3) if axes is None else axes.rotation
+        wanted = Pose.from_rpy((0, 0, 0), roll_pitch_yaw(rotation.T @ pose.rotation) + change)
+        assert np.abs(rotation.T @ changed.rotation - wanted.rotation).max() < 1e-9
+        assert changed.position_distance(pose) < 1e-12
+
+
+def test_the_two_things_called_a_are_not_one() -> None:
+    pose = Pose.from_rpy((0.1, 0.2, 0.3), (0.3, 0.5, 0.7))
+    by_axis = turned(pose, (0.1, 0.0, 0.0))
+    assert by_axis.rotation_distance(with_rpy_changed(pose, (0.1, 0.0, 0.0))) > 0.01
+
+
+def test_a_malformed_increment_is_refused() -> None:
+    pose = Pose.identity()
+    with pytest.raises(BadArgument, match="3 numbers"):
+        shifted(pose, (0.1,))
+    with pytest.raises(NotFinite):
+        shifted(pose, (0.1, math.nan, 0.0))
+    with pytest.raises(NotFinite):
+        with_rpy_changed(pose, (math.inf, 0.0, 0.0))

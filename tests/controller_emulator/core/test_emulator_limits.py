@@ -2,9 +2,10 @@
 
 from __future__ import annotations
 
+import itertools
 import math
 import struct
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 
 import pytest
 from rigs.cells.controller_rig import (
@@ -40,27 +41,37 @@ def next_float32(value: float) -> float:
     return float(above)
 
 
-VIOLATIONS: dict[ViolationKind, Sequence[Point]] = {
-    ViolationKind.RANGE: [ratio_point(0, (2.001, 0.0), 5.0)],
-    ViolationKind.VELOCITY: [STANDING, full_point(1, 1.0, (0.5, 0.0), (2.001, 0.0))],
-    ViolationKind.POSITION_STEP: [ratio_point(0, (1.5, 0.0), 0.5)],
-    ViolationKind.ACCELERATION: [
-        full_point(0, 0.0, (0.0, 0.0), acceleration=(0.0, 0.0)),
-        full_point(1, 1.0, (0.5, 0.0), (0.5, 0.0), (4.01, 0.0)),
-    ],
-    ViolationKind.VELOCITY_STEP: [STANDING, full_point(1, 0.1, (0.02, 0.0), (0.41, 0.0))],
-    ViolationKind.NOT_FINITE: [ratio_point(0, (math.nan, 0.0), 1.0)],
-    ViolationKind.SEQUENCE: [STANDING, full_point(2, 1.0, (0.1, 0.0))],
-    ViolationKind.START_POSITION: [full_point(0, 0.0, (0.011, 0.0))],
-    ViolationKind.START_VELOCITY: [full_point(0, 0.0, (0.0, 0.0), (0.1, 0.0))],
-    ViolationKind.TIME: [STANDING, full_point(1, 0.0, (0.0, 0.1))],
-}
+def too_much(at: Callable[[float], tuple[float, float]]) -> dict[ViolationKind, Sequence[Point]]:
+    """Return points of which the last is too much for the joint that `at` moves, its way."""
+    none, half = at(0.0), at(0.5)
+    return {
+        ViolationKind.RANGE: [ratio_point(0, at(2.001), 5.0)],
+        ViolationKind.VELOCITY: [STANDING, full_point(1, 1.0, half, at(2.001))],
+        ViolationKind.POSITION_STEP: [ratio_point(0, at(1.5), 0.5)],
+        ViolationKind.ACCELERATION: [
+            full_point(0, 0.0, none, acceleration=none),
+            full_point(1, 1.0, half, half, at(4.01)),
+        ],
+        ViolationKind.VELOCITY_STEP: [STANDING, full_point(1, 0.1, at(0.02), at(0.41))],
+        ViolationKind.START_POSITION: [full_point(0, 0.0, at(0.011))],
+        ViolationKind.START_VELOCITY: [full_point(0, 0.0, none, at(0.1))],
+    }
 
 
-@pytest.mark.parametrize("kind", ViolationKind)
-def test_each_violation_is_refused_counted_and_shown_in_status(kind: ViolationKind) -> None:
-    rig = ControllerRig()
-    *good, bad = VIOLATIONS[kind]
+VIOLATIONS: list[tuple[ViolationKind, Sequence[Point]]] = [
+    *too_much(lambda value: (value, 0.0)).items(),
+    *too_much(lambda value: (0.0, -value)).items(),
+    (ViolationKind.NOT_FINITE, [ratio_point(0, (math.nan, 0.0), 1.0)]),
+    (ViolationKind.SEQUENCE, [STANDING, full_point(2, 1.0, (0.1, 0.0))]),
+    (ViolationKind.TIME, [STANDING, full_point(1, 0.0, (0.0, 0.1))]),
+]
+
+
+@pytest.mark.parametrize(("kind", "points"), VIOLATIONS)
+def test_each_violation_is_refused_counted_and_shown_in_status(
+    kind: ViolationKind, points: Sequence[Point], rig: ControllerRig
+) -> None:
+    *good, bad = points
     assert rig.stream(*good) == [SUCCESS] * len(good)
     assert rig.code(bad) == FAILURE
     assert rig.violations == {kind: 1}
@@ -70,8 +81,8 @@ def test_each_violation_is_refused_counted_and_shown_in_status(kind: ViolationKi
     assert rig.position == (0.0, 0.0)
 
 
-def test_every_violation_has_an_error_code_of_its_own_or_its_family() -> None:
-    assert set(ERROR_OF) == set(ViolationKind)
+def test_every_violation_is_tried_and_has_an_error_code_of_its_own_or_its_family() -> None:
+    assert set(ERROR_OF) == set(ViolationKind) == {kind for kind, _ in VIOLATIONS}
     assert ErrorCode.NONE not in ERROR_OF.values()
 
 
@@ -106,7 +117,7 @@ UNEVEN = JointLimits(("j",), (-0.1,), (0.1,), (0.7,), (1.1,), (False,))
         (-next_float32(float32(0.1)), FAILURE),
     ],
 )
-def test_a_bound_rounded_to_a_four_byte_real_is_legal_and_the_next_one_is_not(
+def test_a_bound_rounded_to_four_bytes_is_legal_and_the_next_is_not(
     value: float, code: int
 ) -> None:
     rig = ControllerRig(limits=UNEVEN, start=(0.0,))
@@ -125,8 +136,9 @@ def test_a_stated_velocity_may_exceed_its_limit_by_a_millionth(factor: float, co
 
 @pytest.mark.parametrize(("factor", "code"), [(1.0, SUCCESS), (1.0009, SUCCESS), (1.002, FAILURE)])
 def test_velocity_over_time_may_exceed_the_acceleration_limit_by_a_thousandth(
-    factor: float, code: int, rig: ControllerRig
+    factor: float, code: int
 ) -> None:
+    rig = ControllerRig()
     rig.code(STANDING)
     a = 4.0 * factor
     assert rig.code(full_point(1, 0.25, (a / 32, 0.0), (a / 4, 0.0))) == code
@@ -271,3 +283,24 @@ def test_the_referee_stores_the_first_and_counts_them_all() -> None:
 def test_the_tolerances_are_the_promised_ones() -> None:
     tolerances = Tolerances()
     assert (tolerances.velocity, tolerances.acceleration) == (1e-6, 1e-3)
+
+
+@pytest.mark.parametrize("side", [1.0, -1.0])
+@pytest.mark.parametrize(("place", "code"), [(1.88, SUCCESS), (1.885, FAILURE)])
+def test_a_joint_must_be_able_to_stop_before_the_end_of_its_range(
+    side: float, place: float, code: int
+) -> None:
+    """At 1 rad/s and 4.2 rad/s², 5 % above its limit, it needs 0.119 rad of the way to 2 rad."""
+    rig = ControllerRig()
+    rig.stream(STANDING, full_point(1, 2.0, (side * 1.5, 0.0), (side * 1.0, 0.0)))
+    there = full_point(2, 2.0 + place - 1.5, (side * place, 0.0), (side * 1.0, 0.0))
+    assert rig.code(there) == code
+
+
+def test_a_gap_to_the_first_point_is_closed_by_a_motion_and_by_no_jump(rig: ControllerRig) -> None:
+    assert rig.code(full_point(0, 0.0, (0.008, 0.0))) == SUCCESS
+    places = [0.0, *(state[0][0] for state in rig.states(300))]
+    assert places[-1] == pytest.approx(0.008, abs=1e-6)
+    steps = [after - before for before, after in itertools.pairwise(places)]
+    # From rest and back to rest at no more than the limit: the speed never exceeds √(a·d).
+    assert max(steps) <= (LIMITS.acceleration[0] * 0.008) ** 0.5 * 1e-3

@@ -1,12 +1,13 @@
-"""The state port: STATUS true to state in all seven fields, and rounds of joint reports."""
+"""The state port: STATUS true to state in all seven fields, joint reports, inputs and outputs."""
 
 from __future__ import annotations
 
 import pytest
-from rigs.cells.controller_rig import LIMITS, MS, ControllerRig, full_point
+from rigs.cells.controller_rig import FAILURE, LIMITS, MS, SUCCESS, ControllerRig, full_point
 
 from openpendant.controller_emulator.core.admission import Admission, Tolerances
 from openpendant.controller_emulator.core.controller import EmulatedController
+from openpendant.controller_emulator.core.signals import DigitalSignals
 from openpendant.controller_emulator.interpolation.servo import StartRule
 from openpendant.controller_emulator.profiles import GENERIC, PROFILES, ControllerProfile
 from openpendant.simplemsg import (
@@ -21,7 +22,14 @@ from openpendant.simplemsg import (
     joint_array,
 )
 from openpendant.simplemsg.errors import BodyFault, HeaderFault
-from openpendant.simplemsg.pendant import OperatorAction, OperatorEvent
+from openpendant.simplemsg.pendant import (
+    OperatorAction,
+    OperatorEvent,
+    ReadSignals,
+    ReadSignalsReply,
+    SetInputs,
+    WriteOutputs,
+)
 
 MOVE = (full_point(0, 0.0, (0.0, 0.0)), full_point(1, 1.0, (0.5, -0.5)))
 
@@ -159,3 +167,70 @@ def test_every_profile_says_that_it_is_emulated(profile: ControllerProfile) -> N
     reply = controller.answer(OperatorEvent(OperatorAction.IDENTIFY), 0)
     assert reply is not None
     assert reply.reply_code == ReplyCode.SUCCESS
+
+
+@pytest.fixture
+def signals() -> ControllerRig:
+    return ControllerRig(signals=DigitalSignals(20, 16))
+
+
+def _read(signals: ControllerRig, first: int = 0) -> ReadSignalsReply:
+    reply = signals.controller.answer(ReadSignals(first), signals.now)
+    assert isinstance(reply, ReadSignalsReply)
+    return reply
+
+
+def test_only_masked_outputs_are_set(signals: ControllerRig) -> None:
+    signals.code(WriteOutputs(0, 0b1111, 0b0101))
+    assert signals.code(WriteOutputs(0, 0b0011, 0b0010)) == SUCCESS
+    assert _read(signals).outputs == 0b0110
+
+
+def test_inputs_are_set_by_the_operator_and_not_by_writing(signals: ControllerRig) -> None:
+    assert signals.code(SetInputs(16, 0b1000, 0b1000)) == SUCCESS
+    assert signals.code(WriteOutputs(0, 0b1, 0b1)) == SUCCESS
+    assert (_read(signals, 16).inputs, _read(signals).inputs) == (0b1000, 0)
+
+
+def test_a_reply_says_how_many_there_are(signals: ControllerRig) -> None:
+    assert (_read(signals).input_count, _read(signals).output_count) == (20, 16)
+
+
+@pytest.mark.parametrize(
+    "message",
+    [
+        WriteOutputs(16, 1, 1),
+        WriteOutputs(1, 1, 1),
+        WriteOutputs(-16, 1, 1),
+        SetInputs(16, 0b10000, 0),
+        ReadSignals(32),
+        ReadSignals(7),
+    ],
+    ids=repr,
+)
+def test_signals_that_are_not_there_are_refused(
+    signals: ControllerRig, message: WriteOutputs | SetInputs | ReadSignals
+) -> None:
+    assert signals.code(message) == FAILURE
+
+
+def test_a_write_beyond_the_end_sets_none(signals: ControllerRig) -> None:
+    signals.code(SetInputs(16, 0b11111, 0b11111))
+    assert _read(signals, 16).inputs == 0
+
+
+def test_without_operator_events_nobody_sets_inputs() -> None:
+    signals = ControllerRig(signals=DigitalSignals(16, 16), operator_events=False)
+    assert signals.code(SetInputs(0, 1, 1)) == FAILURE
+    assert signals.code(WriteOutputs(0, 1, 1)) == SUCCESS
+
+
+def test_an_emergency_stop_leaves_the_outputs_alone(signals: ControllerRig) -> None:
+    signals.code(WriteOutputs(0, 1, 1))
+    signals.operate(OperatorAction.EMERGENCY_STOP)
+    assert _read(signals).outputs == 1
+
+
+def test_a_topic_is_obeyed_without_an_answer(signals: ControllerRig) -> None:
+    assert signals.send(WriteOutputs(0, 1, 1, comm_type=CommType.TOPIC)) == []
+    assert _read(signals).outputs == 1

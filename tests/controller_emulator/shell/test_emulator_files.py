@@ -1,4 +1,4 @@
-"""Settings, scenarios, logs and reports: what the emulator reads and leaves behind."""
+"""Settings, event loops, scenarios, logs and reports: what the emulator reads and leaves behind."""
 
 from __future__ import annotations
 
@@ -6,10 +6,13 @@ import csv
 import json
 import os
 import stat
+import sys
+from importlib.util import find_spec
 from pathlib import Path
 
 import pytest
 
+from openpendant.controller_emulator.shell.cli import USAGE, loop_factory, main
 from openpendant.controller_emulator.shell.recording import MotionLog, write_report
 from openpendant.controller_emulator.shell.scenario import (
     OperatorScenario,
@@ -23,6 +26,8 @@ from openpendant.controller_emulator.shell.settings import (
     load_settings,
 )
 from openpendant.simplemsg.pendant import OperatorAction
+
+Capture = pytest.CaptureFixture[str]
 
 
 def written(folder: Path, text: str) -> Path:
@@ -44,7 +49,7 @@ def test_arguments_go_before_the_file_and_the_file_before_the_defaults(tmp_path:
         ("robot = 'puma560'\n[emulator]\nrobot = 'epson_c3'\n", "epson_c3"),
     ],
 )
-def test_the_cells_robot_is_emulated_unless_the_table_names_another(
+def test_the_cells_robot_is_emulated_unless_another_is_named(
     tmp_path: Path, text: str, robot: str
 ) -> None:
     assert load_settings(written(tmp_path, text)).robot == robot
@@ -155,3 +160,48 @@ def test_a_report_to_a_pipe_goes_through_it(tmp_path: Path) -> None:
     assert json.loads(os.read(reader, 1024)) == {"violations": 0}
     os.close(reader)
     assert stat.S_ISFIFO(pipe.lstat().st_mode)
+
+
+def test_nobody_who_does_not_ask_gets_another_loop(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setitem(sys.modules, "uvloop", None)
+    assert loop_factory(load_settings().event_loop) is None
+
+
+@pytest.mark.skipif(
+    find_spec("uvloop") is None,
+    reason="uvloop is not installed: the extra 'fast' of openpendant adds it",
+)
+def test_who_asks_for_uvloop_gets_a_loop_of_it() -> None:
+    make_loop = loop_factory("uvloop")
+    assert make_loop is not None
+    loop = make_loop()
+    loop.close()
+    assert type(loop).__module__ == "uvloop"
+
+
+@pytest.mark.parametrize("asked", ["argument", "file"])
+def test_without_uvloop_the_extra_that_brings_it_is_named(
+    asked: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: Capture
+) -> None:
+    monkeypatch.setitem(sys.modules, "uvloop", None)
+    file = tmp_path / "cell.toml"
+    file.write_text('[emulator]\nevent_loop = "uvloop"\n')
+    ways = {"argument": ["--event-loop", "uvloop"], "file": ["--config", str(file)]}
+    assert main(ways[asked]) == USAGE
+    said = "uvloop is not installed; the extra 'fast' of openpendant adds it"
+    assert capsys.readouterr().err == f"openpendant emulate: {said}\n"
+
+
+def test_a_loop_of_another_name_is_refused_with_those_there_are(
+    capsys: Capture,
+) -> None:
+    assert main(["--event-loop", "libev"]) == USAGE
+    said = "arguments: emulator.event_loop = 'libev': expected 'asyncio' or 'uvloop'"
+    assert capsys.readouterr().err == f"openpendant emulate: {said}\n"
+
+
+def test_a_cells_event_loop_is_the_servers_own(tmp_path: Path, capsys: Capture) -> None:
+    file = tmp_path / "cell.toml"
+    file.write_text('event_loop = "uvloop"\n')
+    assert main(["--config", str(file), "--print-config"]) == 0
+    assert 'event_loop = "asyncio"' in capsys.readouterr().out

@@ -30,6 +30,8 @@ from openpendant.simplemsg import (
     Status,
 )
 
+Capture = pytest.CaptureFixture[str]
+
 MODULE = "openpendant.controller_emulator"
 FREE_PORTS = ("--motion-port", "0", "--state-port", "0")
 TIMEOUT_S = 20.0
@@ -72,6 +74,12 @@ def ready(process: subprocess.Popen[str]) -> dict[str, int]:
     return {name: int(value) for name, value in (word.split("=") for word in words[2:])}
 
 
+def ended(process: subprocess.Popen[str], how: signal.Signals = signal.SIGTERM) -> tuple[str, str]:
+    """End a process, and return what it said since on its two outputs."""
+    process.send_signal(how)
+    return process.communicate(timeout=TIMEOUT_S)
+
+
 def ask(port: int, message: Message) -> Message:
     connection = Connection(Role.CLIENT, PENDANT, ByteOrder.LITTLE)
     with socket.create_connection(("127.0.0.1", port), TIMEOUT_S) as sock:
@@ -103,23 +111,19 @@ def test_it_is_ready_in_less_than_70_mb_and_sums_up_at_sigterm(launch: Launch) -
     assert ports["pid"] == process.pid
     assert ports["motion"] != ports["state"]
     assert _resident_kib(process.pid) < 70 * 1024
-    process.send_signal(signal.SIGTERM)
-    out, err = process.communicate(timeout=TIMEOUT_S)
+    out, err = ended(process)
     assert process.returncode == 0
     assert out == ""
     assert err.startswith("referee: 0 violations")
 
 
-def test_a_violation_is_in_the_summary_the_report_and_the_exit_code(
-    launch: Launch, tmp_path: Path
-) -> None:
+def test_a_violation_is_in_summary_report_and_exit_code(launch: Launch, tmp_path: Path) -> None:
     report = tmp_path / "report.json"
     process = launch("--json", "--strict", "--report", str(report))
     ports = ready(process)
     reply = ask(ports["motion"], ratio_point(0, (9.0,), 10.0))
     assert reply.reply_code == ReplyCode.FAILURE
-    process.send_signal(signal.SIGINT)
-    out, err = process.communicate(timeout=TIMEOUT_S)
+    out, err = ended(process, signal.SIGINT)
     assert process.returncode == 1
     summary = json.loads(out)
     assert summary["event"] == "summary"
@@ -163,7 +167,7 @@ def test_keys_at_a_terminal_stop_reset_and_quit(launch: Launch) -> None:
     os.close(terminal)
 
 
-def test_a_port_in_use_is_one_line_and_an_exit_code(capsys: pytest.CaptureFixture[str]) -> None:
+def test_a_port_in_use_is_one_line_and_an_exit_code(capsys: Capture) -> None:
     with socket.create_server(("127.0.0.1", 0)) as taken:
         port = str(taken.getsockname()[1])
         assert main(["--motion-port", port, "--state-port", "0"]) == 3
@@ -184,10 +188,14 @@ def test_a_port_in_use_is_one_line_and_an_exit_code(capsys: pytest.CaptureFixtur
         (["--config", "/nowhere.toml"], "/nowhere.toml", 2),
         (["--host", "203.0.113.1"], "203.0.113.1", 3),
         (["--record", "/nowhere/log.csv"], "/nowhere/log.csv", 1),
+        (["--count", "0"], "expected 1 to 64", 2),
+        (["--count", "65"], "expected 1 to 64", 2),
+        (["--count", "3", "--motion-port", "65530"], "expected 1 to 2", 2),
+        (["--count", "2", "--record", "motion.csv"], "expected 1 with --record", 2),
     ],
 )
 def test_what_cannot_be_started_is_one_line_and_an_exit_code(
-    arguments: list[str], words: str, code: int, capsys: pytest.CaptureFixture[str]
+    arguments: list[str], words: str, code: int, capsys: Capture
 ) -> None:
     assert main([*FREE_PORTS, *arguments]) == code
     captured = capsys.readouterr()
@@ -196,7 +204,7 @@ def test_what_cannot_be_started_is_one_line_and_an_exit_code(
     assert words in captured.err
 
 
-def test_the_settings_in_effect_can_be_printed(capsys: pytest.CaptureFixture[str]) -> None:
+def test_the_settings_in_effect_can_be_printed(capsys: Capture) -> None:
     assert main(["--print-config", "--rate", "50"]) == 0
     out = capsys.readouterr().out
     assert out.startswith("[emulator]\n")
@@ -204,13 +212,10 @@ def test_the_settings_in_effect_can_be_printed(capsys: pytest.CaptureFixture[str
 
 
 @pytest.mark.parametrize(("host", "warnings"), [("0.0.0.0", 1), ("127.0.0.2", 0)])
-def test_an_address_that_others_reach_is_warned_of(
-    launch: Launch, host: str, warnings: int
-) -> None:
+def test_an_address_that_others_reach_is_told(launch: Launch, host: str, warnings: int) -> None:
     process = launch("--host", host)
     ready(process)
-    process.send_signal(signal.SIGTERM)
-    _, err = process.communicate(timeout=TIMEOUT_S)
+    _, err = ended(process)
     assert err.count("warning: whoever reaches") == warnings
 
 
@@ -221,8 +226,7 @@ def test_it_runs_without_a_standard_input() -> None:
         command, shell=True, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True
     ) as process:
         ready(process)
-        process.send_signal(signal.SIGTERM)
-        _, err = process.communicate(timeout=TIMEOUT_S)
+        _, err = ended(process)
     assert process.returncode == 0
     assert "Traceback" not in err
 
@@ -235,25 +239,8 @@ def test_one_process_runs_a_class_of_controllers(launch: Launch) -> None:
     for at in controllers:
         with socket.create_connection(("127.0.0.1", at["state"]), TIMEOUT_S) as link:
             assert link.recv(4)
-    process.send_signal(signal.SIGTERM)
-    out, _ = process.communicate(timeout=TIMEOUT_S)
+    out, _ = ended(process)
     summary = json.loads(out)
     assert summary["violations"] == 0
     assert len(summary["controllers"]) == 3
     assert process.returncode == 0
-
-
-@pytest.mark.parametrize(
-    ("arguments", "accepted"),
-    [
-        (("--count", "0"), "1 to 64"),
-        (("--count", "65"), "1 to 64"),
-        (("--count", "3", "--motion-port", "65530"), "1 to 2"),
-        (("--count", "2", "--record", "motion.csv"), "1 with --record"),
-    ],
-)
-def test_a_class_that_cannot_be_is_refused(
-    arguments: tuple[str, ...], accepted: str, capsys: pytest.CaptureFixture[str]
-) -> None:
-    assert main(arguments) == 2
-    assert f"expected {accepted}" in capsys.readouterr().err

@@ -22,16 +22,14 @@ def arrives_after(rig: ControllerRig, joint: float, most_ms: int) -> int:
     pytest.fail(f"not at {joint} after {most_ms} ms but at {rig.position[0]}")
 
 
-def test_the_placeholder_costs_nothing_where_the_robot_stands() -> None:
-    rig = ControllerRig()
+def test_the_placeholder_costs_nothing_where_the_robot_stands(rig: ControllerRig) -> None:
     points = [(0.0, PLACEHOLDER), (0.1, 0.5), (0.2, 0.5)]
     for number, (joint, duration) in enumerate(points):
         assert rig.code(ratio_point(number, (joint, 0.0), duration)) is SUCCESS
     assert 900 <= arrives_after(rig, 0.2, 3_000) <= 1_300
 
 
-def test_it_costs_nothing_in_a_download_either() -> None:
-    rig = ControllerRig()
+def test_it_costs_nothing_in_a_download_either(rig: ControllerRig) -> None:
     topic = CommType.TOPIC
     rig.send(ratio_point(-1, (0.0, 0.0), PLACEHOLDER, comm_type=topic))
     rig.send(ratio_point(1, (0.1, 0.0), 0.5, comm_type=topic))
@@ -40,8 +38,9 @@ def test_it_costs_nothing_in_a_download_either() -> None:
 
 
 @pytest.mark.parametrize(("ratio", "share"), [(0.5, 0.5), (0.1, 0.1), (0.0, 0.1)])
-def test_elsewhere_the_velocity_field_says_how_fast(ratio: float, share: float) -> None:
-    rig = ControllerRig()
+def test_elsewhere_the_velocity_field_says_how_fast(
+    ratio: float, share: float, rig: ControllerRig
+) -> None:
     assert rig.code(ratio_point(0, (0.4, 0.0), PLACEHOLDER, velocity=ratio)) is SUCCESS
     least = 1_000 * 0.4 / (share * LIMITS.velocity[0])
     assert least - 20 <= arrives_after(rig, 0.4, 4_000) <= least + 700
@@ -49,8 +48,7 @@ def test_elsewhere_the_velocity_field_says_how_fast(ratio: float, share: float) 
 
 
 @pytest.mark.parametrize("duration", [9.99, 10.01])
-def test_any_other_duration_is_meant(duration: float) -> None:
-    rig = ControllerRig()
+def test_any_other_duration_is_meant(duration: float, rig: ControllerRig) -> None:
     assert rig.code(ratio_point(0, (0.0, 0.0), duration)) is SUCCESS
     assert rig.code(ratio_point(1, (0.1, 0.0), 0.5)) is SUCCESS
     assert arrives_after(rig, 0.1, 12_000) >= 9_900

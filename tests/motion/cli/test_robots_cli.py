@@ -1,13 +1,14 @@
 import json
 import math
 import re
+import shlex
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 import pytest
 import yaml
-from rigs.motion.loaded_robots import serial_robot
+from rigs.motion.loaded_robots import arm, serial_robot
 from rigs.motion.robot_families import one_of_each_family
 
 from openpendant.motion.cli.robots import main
@@ -51,7 +52,7 @@ def unseen_robot(tmp_path: Path) -> Path:
 
 def test_fk_prints_the_pose_as_one_json_line(capsys: Capture) -> None:
     home = serial_robot("ur5").home_position
-    pose = Kinematics(serial_robot("ur5")).forward(home)
+    pose = arm("ur5").forward(home)
     assert answer(capsys, "fk", "ur5", "--joints", HOME_UR5) == {
         "xyz": pose.position.tolist(),
         "quat": pose.quaternion.tolist(),
@@ -105,9 +106,7 @@ def test_ik_starts_from_the_seed(capsys: Capture) -> None:
     assert found["joints"][5] == pytest.approx(-2.0 * math.pi)
 
 
-def test_a_robot_file_never_seen_before_works_everywhere(
-    capsys: Capture, unseen_robot: Path
-) -> None:
+def test_a_robot_file_never_seen_works_everywhere(capsys: Capture, unseen_robot: Path) -> None:
     file = str(unseen_robot)
     long_arm = answer(capsys, "fk", file, "--joints", "[0,0,0,0,0,0]")
     ur5 = answer(capsys, "fk", "ur5", "--joints", "[0,0,0,0,0,0]")
@@ -201,9 +200,7 @@ def test_check_says_what_is_wrong_and_fails(capsys: Capture, tmp_path: Path) -> 
     assert "1 of 3 robots are good" in report
 
 
-def test_check_refuses_a_platform_whose_leg_lengths_fit_two_poses(
-    capsys: Capture, tmp_path: Path
-) -> None:
+def test_check_refuses_a_platform_whose_legs_fit_two_poses(capsys: Capture, tmp_path: Path) -> None:
     content = packaged("stewart_classroom")
     assert main(["check", "stewart_classroom"]) == 0
     assert "so their lengths tell the pose" in capsys.readouterr().out
@@ -276,14 +273,6 @@ def test_bad_input_is_one_line_on_standard_error(capsys: Capture, argv: tuple[st
     assert line.isprintable()
 
 
-def test_an_unreachable_pose_is_refused_with_the_distance(capsys: Capture) -> None:
-    pose = '{"xyz":[9,0,0.4],"quat":[0,0,0,1]}'
-    code, line = refusal(capsys, "ik", "ur5", "--pose", pose, "--restarts", "5")
-    assert code == ExitCode.REFUSED
-    assert "not reachable: the nearest position" in line
-    assert "x 9 m" in line
-
-
 def test_ik_undoes_fk_of_a_platforms_legs(capsys: Capture) -> None:
     lengths = [0.27, 0.27, 0.272, 0.268, 0.27, 0.275]
     pose = answer(capsys, "fk", "stewart_classroom", "--joints", json.dumps(lengths))
@@ -293,19 +282,23 @@ def test_ik_undoes_fk_of_a_platforms_legs(capsys: Capture) -> None:
 
 
 @pytest.mark.parametrize(
-    ("argv", "part"),
+    ("argv", "parts"),
     [
-        (("fk", "stewart_classroom", "--joints", "[0,0,0,0,0,0]"), "legs"),
-        (("ik", "stewart_classroom", "--pose", '{"xyz":[0,0,9],"quat":[0,0,0,1]}'), "leg"),
-        (("show", "stewart_classroom", "--frames"), "there is no DH table for one; accepted: a"),
+        (("fk", "stewart_classroom", "--joints", "[0,0,0,0,0,0]"), ["legs"]),
+        (("ik", "stewart_classroom", "--pose", '{"xyz":[0,0,9],"quat":[0,0,0,1]}'), ["leg"]),
+        (("show", "stewart_classroom", "--frames"), ["there is no DH table for one; accepted: a"]),
+        (
+            ("ik", "ur5", "--pose", '{"xyz":[9,0,0.4],"quat":[0,0,0,1]}', "--restarts", "5"),
+            ["not reachable: the nearest position", "x 9 m"],
+        ),
     ],
 )
-def test_what_a_platform_cannot_do_is_refused_in_words(
-    capsys: Capture, argv: tuple[str, ...], part: str
+def test_what_a_robot_cannot_do_is_refused_in_words(
+    capsys: Capture, argv: tuple[str, ...], parts: list[str]
 ) -> None:
     code, line = refusal(capsys, *argv)
     assert code == ExitCode.REFUSED
-    assert part in line
+    assert [part for part in parts if part not in line] == []
 
 
 def test_ik_all_prints_every_branch_once_and_the_nearest_first(capsys: Capture) -> None:
@@ -326,3 +319,65 @@ def test_help_is_not_an_error(capsys: Capture) -> None:
     shown = capsys.readouterr().out
     for command in ("list", "show", "draw", "check", "import", "fk", "ik", "Exit codes"):
         assert command in shown
+
+
+ROOT = Path(__file__).parents[3]
+PAGE = (ROOT / "docs" / "robots.md").read_text("utf-8")
+FILES = re.findall(r"```(?:csv|yaml) (\S+)\n(.*?)```", PAGE, re.DOTALL)
+COMMANDS = re.findall(r"(?m)^\$ openpendant robots (.*)$", PAGE)
+OF_THE_PAGES_FILES = [each for each in COMMANDS if re.search("my_|elbow", each)]
+"""Work on files that earlier ones of them write; the others are about robots of the project."""
+
+
+@pytest.fixture
+def workbench(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
+    for name, content in FILES:
+        (tmp_path / name).write_text(content)
+    urdf = (ROOT / "tests" / "robots_files" / "bench_arm.urdf").read_text()
+    (tmp_path / "my_arm.urdf").write_text(urdf.replace('name="Bench Arm"', 'name="my_arm"'))
+    monkeypatch.chdir(tmp_path)
+    return tmp_path
+
+
+def test_the_page_shows_files_and_commands() -> None:
+    assert [name for name, _ in FILES] == ["cell.yaml", "my_scara.csv", "my_elbow.yml"]
+    assert len(COMMANDS) >= 14
+    assert {"check --all", "draw ur5 -o ur5.png --joints [0,-1,1.2,0,1.5,0]"} <= set(COMMANDS)
+
+
+def told(capsys: pytest.CaptureFixture[str], command: str) -> str:
+    assert main(shlex.split(command)) == 0, command
+    captured = capsys.readouterr()
+    assert captured.out
+    assert "error:" not in captured.err
+    return captured.out
+
+
+@pytest.mark.parametrize("command", [each for each in COMMANDS if each not in OF_THE_PAGES_FILES])
+def test_every_command_of_the_page_works_as_typed(
+    workbench: Path, capsys: pytest.CaptureFixture[str], command: str
+) -> None:
+    out = told(capsys, command)
+    if command == "check --all":
+        assert "24 of 24 robots are good" in out
+    if command.startswith("draw ur5 -o ur5.png"):
+        assert (workbench / "ur5.png").read_bytes().startswith(b"\x89PNG\r\n\x1a\n")
+
+
+def test_the_commands_for_the_pages_own_files_work_as_typed_in_its_order(
+    workbench: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    for command in OF_THE_PAGES_FILES:
+        told(capsys, command)
+    made = {"my_arm.yaml", "my_arm.svg", "my_scara.yaml", "elbow_arm.yaml"}
+    assert made <= {path.name for path in workbench.iterdir()}
+
+
+def test_the_page_tells_the_assumed_values() -> None:
+    from openpendant.motion.robot_import.decisions import CONTINUOUS, PRISMATIC, RAMP, REVOLUTE
+
+    assert f"-{REVOLUTE.upper * 57.29577951308232:g}° to" in PAGE
+    assert f"-{CONTINUOUS.upper * 57.29577951308232:g}° to" in PAGE
+    assert f"{PRISMATIC.lower:g} to {1000 * PRISMATIC.upper:g} mm" in PAGE
+    assert f"{REVOLUTE.velocity:g} rad/s), {1000 * PRISMATIC.velocity:g} mm/s" in PAGE
+    assert f"speed / {RAMP:g} s" in PAGE

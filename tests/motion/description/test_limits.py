@@ -7,16 +7,8 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
+from openpendant.motion import errors
 from openpendant.motion.description.limits import JointLimits, float32_ceiling
-from openpendant.motion.errors import (
-    BadArgument,
-    MotionError,
-    NotFinite,
-    OutOfRange,
-    TooFast,
-    TooSharp,
-    WrongJointCount,
-)
 
 LIMITS = JointLimits(
     names=("rail", "shoulder"),
@@ -50,7 +42,7 @@ def test_a_position_on_or_inside_the_bounds_is_accepted(position: tuple[float, f
 def test_a_position_beyond_a_bound_is_refused_with_joint_value_and_unit(
     position: tuple[float, float], joint: int, unit: str
 ) -> None:
-    with pytest.raises(OutOfRange) as refused:
+    with pytest.raises(errors.OutOfRange) as refused:
         LIMITS.check_position(position)
     error = refused.value
     assert (error.joint, error.index, error.unit) == (LIMITS.names[joint], joint, unit)
@@ -61,7 +53,7 @@ def test_a_position_beyond_a_bound_is_refused_with_joint_value_and_unit(
 @pytest.mark.parametrize("sign", [-1.0, 1.0])
 def test_a_speed_at_the_limit_is_accepted_and_beyond_is_refused(sign: float) -> None:
     LIMITS.check_velocity((sign * 1.5, sign * 2.6))
-    with pytest.raises(TooFast) as refused:
+    with pytest.raises(errors.TooFast) as refused:
         LIMITS.check_velocity((0.0, sign * 2.7))
     assert (refused.value.joint, refused.value.value) == ("shoulder", sign * 2.7)
     assert refused.value.limit == 2.6
@@ -70,7 +62,7 @@ def test_a_speed_at_the_limit_is_accepted_and_beyond_is_refused(sign: float) -> 
 @pytest.mark.parametrize("sign", [-1.0, 1.0])
 def test_an_acceleration_at_the_limit_is_accepted_and_beyond_is_refused(sign: float) -> None:
     LIMITS.check_acceleration((sign * 2.0, sign * 5.2))
-    with pytest.raises(TooSharp) as refused:
+    with pytest.raises(errors.TooSharp) as refused:
         LIMITS.check_acceleration((sign * 2.1, 0.0))
     assert (refused.value.joint, refused.value.unit) == ("rail", "m")
 
@@ -78,14 +70,14 @@ def test_an_acceleration_at_the_limit_is_accepted_and_beyond_is_refused(sign: fl
 @pytest.mark.parametrize("value", [math.nan, math.inf, -math.inf])
 def test_a_value_that_is_not_finite_is_refused_by_every_check(value: float) -> None:
     for check in (LIMITS.check_position, LIMITS.check_velocity, LIMITS.check_acceleration):
-        with pytest.raises(NotFinite) as refused:
+        with pytest.raises(errors.NotFinite) as refused:
             check((0.0, value))
         assert refused.value.index == 1
 
 
 @pytest.mark.parametrize("count", [0, 1, 3])
 def test_a_wrong_number_of_joints_is_refused(count: int) -> None:
-    with pytest.raises(WrongJointCount) as refused:
+    with pytest.raises(errors.WrongJointCount) as refused:
         LIMITS.check_position((0.0,) * count)
     assert (refused.value.got, refused.value.expected) == (count, 2)
 
@@ -102,9 +94,9 @@ def test_a_wrong_number_of_joints_is_refused(count: int) -> None:
 )
 def test_limits_that_make_no_sense_cannot_be_built(field: str, values: tuple[Any, ...]) -> None:
     changed: dict[str, Any] = {field: values}
-    with pytest.raises((BadArgument, WrongJointCount)) as refused:
+    with pytest.raises((errors.BadArgument, errors.WrongJointCount)) as refused:
         replace(LIMITS, **changed)
-    assert isinstance(refused.value, MotionError)
+    assert isinstance(refused.value, errors.MotionError)
 
 
 @given(st.floats(allow_nan=False, allow_infinity=False))
@@ -149,5 +141,5 @@ def test_four_byte_limits_are_wider_in_every_field() -> None:
 
 
 def test_not_a_number_has_no_four_byte_bound() -> None:
-    with pytest.raises(NotFinite):
+    with pytest.raises(errors.NotFinite):
         float32_ceiling(math.nan)

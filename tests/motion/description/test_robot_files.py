@@ -15,6 +15,7 @@ import yaml
 from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 from rigs.data.example_counts import few
+from rigs.motion.loaded_robots import SERIAL
 from rigs.motion.loaded_robots import load_robot as known_robot
 from rigs.motion.loaded_robots import serial_robot as known_serial
 
@@ -28,7 +29,6 @@ from openpendant.motion.description.robot import (
 from openpendant.motion.description.yaml_file import MAX_FILE_BYTES, read_mapping
 from openpendant.motion.errors import RobotFileError, UnknownRobot, UnsupportedKind, WrongJointCount
 
-SERIAL = tuple(name for name in robot_names() if name != "stewart_classroom")
 COUPLED = {
     "abb_irb1410": -1,
     "abb_irb2400": -1,
@@ -39,6 +39,9 @@ COUPLED = {
     "fanuc_r2000ia": 1,
     "fanuc_s430i": 1,
 }
+
+KUKA, PALLETISER, WRIST = "kuka_kr5_arc", "fanuc_m410ib", "joints[3] (joint_3-wrist)"
+FOREARM = "forearm_link"
 
 COUPLING = {"type": "j2_j3", "state_factor": 1}
 
@@ -189,6 +192,11 @@ def drop(*path: Any) -> Callable[[Content], object]:
     return change
 
 
+def follower(*path: Any) -> Callable[[Content], object]:
+    """Change the palletiser's joint 4, which follows others."""
+    return put("joints", 3, "dependent", *path)
+
+
 BAD_FACTS: list[tuple[str, Callable[[Content], object], str, str]] = [
     ("ur5", put("schema", "robot-facts/2"), "schema", "robot-facts/1"),
     ("ur5", drop("schema"), "schema", "robot-facts/1"),
@@ -199,14 +207,14 @@ BAD_FACTS: list[tuple[str, Callable[[Content], object], str, str]] = [
     ("ur5", put("dh", "rows", 0, "alfa", 0.0), "dh.rows[0].alfa", "accepted: joint, theta_offset"),
     (
         "ur5",
-        put("collision", "forearm_link", 0, "radios", 1.0),
-        "collision.forearm_link[0].radios",
+        put("collision", FOREARM, 0, "radios", 1.0),
+        f"collision.{FOREARM}[0].radios",
         "accepted: xyz, rpy, type",
     ),
     ("ur5", drop("home"), "home", "required"),
     ("ur5", put("home", 0, True), "home[0]", "number"),
     ("ur5", put("home", 0, "0.5"), "home[0]", "number"),
-    ("ur5", put("home", 0, math.nan), "home[0]", "finite"),
+    ("ur5", put("home", 0, math.nan), "home[0]", "is nan; accepted: a finite number"),
     ("ur5", put("home", [0.0] * 5), "home", "5 values; accepted: 6"),
     ("ur5", put("home", 2, 9.0), "home", "elbow_joint at 9.0"),
     ("ur5", put("dof", 7), "dof", "accepted: 6"),
@@ -222,41 +230,37 @@ BAD_FACTS: list[tuple[str, Callable[[Content], object], str, str]] = [
     ("ur5", put("joints", 1, "origin", "xyz", [0.0, 0.0]), "joints[1].origin.xyz[2]", "required"),
     ("ur5", put("joints", 1, "axis", 2, math.inf), "joints[1].axis[2]", "finite"),
     ("ur5", drop("joints", 1, "axis"), "joints[1].axis", "required"),
+    (KUKA, put("joints", 1, {"type": "revolute"}), "joints[1].name", "accepted: a value, which"),
     (
-        "kuka_kr5_arc",
+        KUKA,
         put("joints", 1, "type", "ball"),
         "joints[1].type",
         "is 'ball'; accepted: fixed, prismatic, revolute",
     ),
     (
-        "kuka_kr5_arc",
+        KUKA,
         put("coupling", "type", "j1_j2"),
         "coupling.type",
         "is 'j1_j2'; accepted: 'none' or 'j2_j3'",
     ),
-    ("kuka_kr5_arc", put("kind", "hexapod"), "kind", "is 'hexapod'; accepted: serial or parallel"),
-    ("kuka_kr5_arc", put("joints", 1, "axis", [0, 0, 0]), "joints[1] (joint_a2).axis", "not zero"),
-    ("kuka_kr5_arc", put("joints", 1, "name", "joint_a1"), "joints", "called 'joint_a1'"),
-    ("kuka_kr5_arc", put("joints", 1, "child", "base_link"), "joints", "2 links called"),
-    ("kuka_kr5_arc", put("joints", 1, "parent", "link_5"), "joints[1] (joint_a2).parent", "link_1"),
-    ("kuka_kr5_arc", put("joints", 1, "lower", 4.0), "joints[1] (joint_a2).lower", "less than"),
-    ("kuka_kr5_arc", put("joints", 1, "upper", 180.0), "joints[1] (joint_a2).upper", "degrees"),
-    ("kuka_kr5_arc", put("joints", 1, "velocity", 156.0), "joints[1] (joint_a2).velocity", "degr"),
-    ("kuka_kr5_arc", put("joints", 1, "velocity", 0.0), "joints[1].velocity", "greater than"),
+    (KUKA, put("kind", "hexapod"), "kind", "is 'hexapod'; accepted: serial or parallel"),
+    (KUKA, put("joints", 1, "axis", [0, 0, 0]), "joints[1] (joint_a2).axis", "accepted: a dir"),
+    (KUKA, put("joints", 1, "name", "joint_a1"), "joints", "called 'joint_a1'"),
+    (KUKA, put("joints", 1, "child", "base_link"), "joints", "2 links called"),
+    (KUKA, put("joints", 1, "parent", "link_5"), "joints[1] (joint_a2).parent", "link_1"),
+    (KUKA, put("joints", 1, "lower", 4.0), "joints[1] (joint_a2).lower", "accepted: less"),
+    (KUKA, put("joints", 1, "upper", 180.0), "joints[1] (joint_a2).upper", "degrees"),
+    (KUKA, put("joints", 1, "velocity", 156.0), "joints[1] (joint_a2).velocity", "degr"),
+    (KUKA, put("joints", 1, "velocity", 0.0), "joints[1].velocity", "is 0.0; accepted: greater"),
+    (KUKA, put("joints", 1, "acceleration", -1.0), "joints[1].acceleration", "accepted: greater"),
     (
-        "kuka_kr5_arc",
-        put("joints", 1, "acceleration", -1.0),
-        "joints[1].acceleration",
-        "greater than",
-    ),
-    (
-        "kuka_kr5_arc",
+        KUKA,
         put("joints", 1, "origin", "xyz", 0, 180.0),
         "joints[1] (joint_a2).origin.xyz",
         "millimetres",
     ),
     (
-        "kuka_kr5_arc",
+        KUKA,
         put("joints", 1, "origin", "rpy", 0, 90.0),
         "joints[1] (joint_a2).origin.rpy",
         "degrees",
@@ -268,34 +272,24 @@ BAD_FACTS: list[tuple[str, Callable[[Content], object], str, str]] = [
     ("mitsubishi_rh6frh5520", put("coupling", COUPLING), "coupling.type", "are revolute"),
     ("abb_irb2400", put("home", 1, 1.2), "home", "joint_3 at 1.2 rad on the controller's side"),
     (
-        "fanuc_m410ib",
-        put("joints", 3, "dependent", "terms", 0, "joint", "joint_4"),
-        "joints[3] (joint_3-wrist).dependent.terms",
+        PALLETISER,
+        follower("terms", 0, "joint", "joint_4"),
+        f"{WRIST}.dependent.terms",
         "earlier driven joint (joint_1, joint_2, joint_3)",
     ),
     (
-        "fanuc_m410ib",
-        put("joints", 3, "dependent", "terms", 0, "gain", 1e6),
-        "joints[3] (joint_3-wrist).dependent.terms",
+        PALLETISER,
+        follower("terms", 0, "gain", 1e6),
+        f"{WRIST}.dependent.terms",
         "gain of 1000000.0",
     ),
-    (
-        "fanuc_m410ib",
-        put("joints", 3, "dependent", "offset", 90.0),
-        "joints[3] (joint_3-wrist).dependent.offset",
-        "is 90.0",
-    ),
+    (PALLETISER, follower("offset", 90.0), f"{WRIST}.dependent.offset", "is 90.0"),
     ("ur5", put("dh", "rows", 1, "a", -425.0), "dh.rows[1] (shoulder_lift_joint).a", "millimetres"),
+    (PALLETISER, follower("terms", []), "joints[3].dependent.terms", "at least 1"),
     (
-        "fanuc_m410ib",
-        put("joints", 3, "dependent", "terms", []),
-        "joints[3].dependent.terms",
-        "at least 1",
-    ),
-    (
-        "fanuc_m410ib",
-        put("joints", 3, "dependent", "terms", 0, "joint", "joint_3"),
-        "joints[3] (joint_3-wrist).dependent.terms",
+        PALLETISER,
+        follower("terms", 0, "joint", "joint_3"),
+        f"{WRIST}.dependent.terms",
         "each name once",
     ),
     ("ur5", drop("dh", "rows", 5), "dh.rows", "one row per joint"),
@@ -400,9 +394,7 @@ def test_a_file_with_anything_anywhere_loads_or_is_a_robot_file_error(
 
 
 @pytest.mark.parametrize("name", robot_names())
-def test_a_robot_written_as_json_is_the_same_robot(
-    tmp_path: Path, robot_folder: Path, name: str
-) -> None:
+def test_a_robot_in_json_is_the_same_robot(tmp_path: Path, robot_folder: Path, name: str) -> None:
     path = tmp_path / f"{name}.yaml"
     path.write_text(json.dumps(packaged(robot_folder, name)))
     assert load_robot(path) == known_robot(name)
@@ -417,10 +409,10 @@ def test_an_exponent_without_a_point_is_a_number(tmp_path: Path, text: str) -> N
 
 HOSTILE: list[tuple[bytes, str]] = [
     (b"", "not a mapping"),
-    (b"[1, 2]", "not a mapping"),
+    (b"[1, 2]", "is not a mapping; accepted: a mapping"),
     (b"just words", "not a mapping"),
     (b"1: one", "not a mapping"),
-    (b"a: [1", "not valid YAML"),
+    (b"a: [1", "line 1, column 4"),
     (b"a: &x [1]\nb: *x\n", "alias"),
     (b"a: &a [x, x]\nb: &b [*a, *a]\nc: [*b, *b]\n", "alias"),
     (b"name: a\nname: b\n", "repeats the key 'name'"),

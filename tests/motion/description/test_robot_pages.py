@@ -9,11 +9,11 @@ from typing import Any
 import numpy as np
 import pytest
 import yaml
-from rigs.motion.loaded_robots import load_robot, serial_robot
+from rigs.motion.loaded_robots import SERIAL, chain_values, load_robot, serial_robot
 from rigs.motion.robot_families import one_of_each_family
 
 from openpendant.motion.cli.robots import main
-from openpendant.motion.description.robot import SerialRobot, robot_names
+from openpendant.motion.description.robot import SerialRobot
 from openpendant.motion.errors import BadArgument, WrongJointCount
 from openpendant.motion.kinematics.dh import (
     dh_forward,
@@ -28,11 +28,9 @@ from openpendant.motion.kinematics.serial import Kinematics
 from openpendant.motion.pose import Pose
 from openpendant.motion.robot_report.robot_check import check_robot, reach
 from openpendant.motion.robot_report.robot_report import dh_frames_at_home, moving_at_home
-from openpendant.motion.scene.collision import CollisionModel
 
 Capture = pytest.CaptureFixture[str]
 
-SERIAL = tuple(name for name in robot_names() if name != "stewart_classroom")
 IN_THE_MODULE = tuple(name for name in SERIAL if serial_robot(name).vrm is not None)
 COUPLED = tuple(name for name in SERIAL if serial_robot(name).coupling.state_factor)
 
@@ -99,8 +97,7 @@ def test_a_robot_outside_the_module_has_no_such_rows(capsys: Capture) -> None:
 
 
 @pytest.mark.parametrize("name", SERIAL)
-def test_dh_frames_run_from_the_first_axis_to_the_tool(name: str) -> None:
-    robot = serial_robot(name)
+def test_dh_frames_run_from_the_first_axis_to_the_tool(robot: SerialRobot) -> None:
     assert robot.dh is not None
     frames, moving = dh_frames_at_home(robot), moving_at_home(robot)
     assert len(frames) == len(robot.moving) + 1
@@ -122,8 +119,7 @@ def test_show_frames_prints_the_dh_frames_at_home(capsys: Capture, name: str) ->
 
 
 @pytest.mark.parametrize("name", SERIAL)
-def test_each_dh_frame_has_its_z_along_the_next_joints_axis(name: str) -> None:
-    robot = serial_robot(name)
+def test_each_dh_frame_has_its_z_along_the_next_joints_axis(robot: SerialRobot) -> None:
     assert robot.dh is not None
     kinematics = Kinematics(robot)
     frames = dh_frames(robot.dh, moving_at_home(robot))
@@ -141,8 +137,7 @@ BASE_HEIGHTS = {"fanuc_m10ia", "fanuc_r1000ia", "fanuc_r2000ia", "fanuc_s430i", 
 
 
 @pytest.mark.parametrize("name", SERIAL)
-def test_the_base_frame_is_the_one_its_maker_uses(name: str) -> None:
-    robot = serial_robot(name)
+def test_the_base_frame_is_the_one_its_maker_uses(name: str, robot: SerialRobot) -> None:
     _, _, z = robot.base_frame.xyz
     second = Kinematics(robot).forward(np.zeros(robot.dof), "root", robot.driven[1].parent)
     place = second.compose(Pose.from_rpy(robot.driven[1].origin.xyz, robot.driven[1].origin.rpy))
@@ -152,50 +147,32 @@ def test_the_base_frame_is_the_one_its_maker_uses(name: str) -> None:
 
 
 @pytest.mark.parametrize("name", SERIAL)
-def test_nothing_touches_at_home_and_the_tool_is_clear_of_the_floor(name: str) -> None:
-    robot = serial_robot(name)
-    kinematics = Kinematics(robot)
-    assert not CollisionModel(kinematics).collides(robot.home_position)
-    tool = kinematics.forward(robot.home_position, "root").position
+def test_the_tool_is_clear_of_the_floor_at_home(name: str, kinematics: Kinematics) -> None:
+    tool = kinematics.forward(kinematics.robot.home_position, "root").position
     assert tool[2] > 0.05
     assert math.hypot(tool[0], tool[1]) > 0.15 or name == "puma560"  # which stands upright
 
 
 @pytest.mark.parametrize("name", [n for n in SERIAL if serial_robot(n).specs.reach_m])
-def test_an_arm_reaches_as_far_as_its_specification_says(name: str) -> None:
-    robot = serial_robot(name)
+def test_an_arm_reaches_as_far_as_its_specification_says(robot: SerialRobot) -> None:
     stated = robot.specs.reach_m
     assert stated is not None
     assert reach(Kinematics(robot)).nearest_to(stated) == pytest.approx(stated, rel=0.09)
 
 
-def chain_vector(robot: SerialRobot, controller: np.ndarray) -> np.ndarray:
-    """Every moving joint of the chain, worked out joint by joint from the file."""
-    known = dict(
-        zip((j.name for j in robot.driven), robot.to_model(controller.tolist()), strict=True)
-    )
-    for joint in robot.moving:
-        if joint.dependent is not None:
-            terms = (term.gain * known[term.joint] for term in joint.dependent.terms)
-            known[joint.name] = joint.dependent.offset + sum(terms)
-    return np.array([known[joint.name] for joint in robot.moving])
-
-
 @pytest.mark.parametrize("name", [*COUPLED, "ur5"])
-def test_rates_and_accelerations_follow_the_coupling_of_positions(name: str) -> None:
-    robot = serial_robot(name)
+def test_rates_and_accelerations_follow_the_coupling_of_positions(robot: SerialRobot) -> None:
     gain, _ = model_map(robot)
     random = np.random.default_rng(5)
     start, swing, pace = random.uniform(-0.3, 0.3, (3, robot.dof))
 
-    def controller(t: float) -> np.ndarray:
-        position: np.ndarray = start + swing * np.sin(3.0 * pace * t)
-        return position
+    def chain(t: float) -> np.ndarray:
+        return np.array(chain_values(robot, (start + swing * np.sin(3.0 * pace * t)).tolist()))
 
     t, h = 0.7, 1e-3
     rate = swing * 3.0 * pace * np.cos(3.0 * pace * t)
     acceleration = -swing * (3.0 * pace) ** 2 * np.sin(3.0 * pace * t)
-    before, here, after = (chain_vector(robot, controller(t + s)) for s in (-h, 0.0, h))
+    before, here, after = (chain(t + s) for s in (-h, 0.0, h))
     assert (after - before) / (2 * h) == pytest.approx(gain @ rate, abs=1e-6)
     assert (after - 2 * here + before) / h**2 == pytest.approx(gain @ acceleration, abs=1e-6)
     driven = [robot.moving.index(joint) for joint in robot.driven]
@@ -203,24 +180,6 @@ def test_rates_and_accelerations_follow_the_coupling_of_positions(name: str) -> 
         assert robot.to_model(derivative.tolist()) == pytest.approx((gain @ derivative)[driven])
         back = robot.to_controller(robot.to_model(derivative.tolist()))
         assert back == pytest.approx(derivative)
-
-
-@pytest.mark.parametrize("name", COUPLED)
-def test_the_tool_moves_as_the_jacobian_says_through_the_coupling(name: str) -> None:
-    robot = serial_robot(name)
-    kinematics = Kinematics(robot)
-    random = np.random.default_rng(6)
-    position, rate = np.array(robot.home_position), random.uniform(-1.0, 1.0, robot.dof)
-    h = 1e-4
-    before, here, after = (kinematics.forward(position + s * rate).position for s in (-h, 0.0, h))
-    assert (after - before) / (2 * h) == pytest.approx(
-        kinematics.jacobian(position)[:3] @ rate, abs=1e-6
-    )
-    # Joints at constant rate: the tool's acceleration is the Jacobian's own change.
-    change = (
-        kinematics.jacobian(position + h * rate) - kinematics.jacobian(position - h * rate)
-    ) / (2 * h)
-    assert (after - 2 * here + before) / h**2 == pytest.approx(change[:3] @ rate, abs=1e-5)
 
 
 def spoiled(tmp_path: Path, name: str, **changes: Any) -> Path:

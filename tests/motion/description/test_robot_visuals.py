@@ -8,28 +8,17 @@ from xml.etree import ElementTree
 import numpy as np
 import pytest
 from rigs.data.urdf_files import ROBOTS_FILES
-from rigs.motion.loaded_robots import load_robot, serial_robot
+from rigs.motion.loaded_robots import SERIAL, load_robot, serial_robot
+from rigs.motion.nearness import assert_same_pose
 
 from openpendant.motion.cli.robots import main
-from openpendant.motion.description.robot import robot_names
+from openpendant.motion.description.robot import SerialRobot, robot_names
 from openpendant.motion.description.robot import serial_robot as robot_of_file
 from openpendant.motion.description.schema import BoxFacts, CapsuleFacts
 from openpendant.motion.errors import BadArgument
 from openpendant.motion.kinematics.serial import Kinematics
 from openpendant.motion.pose import Pose
 from openpendant.motion.visuals import drawing
-from openpendant.motion.visuals.drawing import (
-    SIZE,
-    Facet,
-    View,
-    draw,
-    link_poses,
-    png,
-    raster,
-    shape_polygons,
-    svg,
-    write_picture,
-)
 from openpendant.motion.visuals.visuals import (
     ShapeForm,
     VisualPart,
@@ -39,19 +28,19 @@ from openpendant.motion.visuals.visuals import (
     robot_visuals,
 )
 
-SERIAL = tuple(name for name in robot_names() if name != "stewart_classroom")
+Capture = pytest.CaptureFixture[str]
+
 HERE = Pose.identity()
 
 
 @cache
-def drawn(name: str) -> tuple[Facet, ...]:
+def drawn(name: str) -> tuple[drawing.Facet, ...]:
     """A robot of the project at home, from where `draw` looks at it."""
-    return draw(load_robot(name))
+    return drawing.draw(load_robot(name))
 
 
 @pytest.mark.parametrize("name", SERIAL)
-def test_every_link_has_a_shape_and_every_turning_joint_a_hub(name: str) -> None:
-    robot = serial_robot(name)
+def test_every_link_has_a_shape_and_every_turning_joint_a_hub(robot: SerialRobot) -> None:
     shapes = robot_visuals(robot).shapes
     assert {shape.link for shape in shapes} == set(robot.links)
     hubs = [shape.link for shape in shapes if shape.part is VisualPart.JOINT]
@@ -68,8 +57,9 @@ def test_visuals_are_of_sensible_size(name: str) -> None:
 
 
 @pytest.mark.parametrize("name", SERIAL)
-def test_body_shapes_are_as_large_as_the_collision_shapes_they_stand_for(name: str) -> None:
-    robot = serial_robot(name)
+def test_body_shapes_are_as_large_as_their_collision_shapes(
+    robot: SerialRobot,
+) -> None:
     shown = [each for each in robot_visuals(robot).shapes if each.part is VisualPart.BODY]
     for link, shapes in robot.collision.items():
         for shape in shapes:
@@ -83,28 +73,25 @@ def test_body_shapes_are_as_large_as_the_collision_shapes_they_stand_for(name: s
 
 
 @pytest.mark.parametrize("name", ["ur5", "fanuc_m10ia", "fanuc_m410ib", "rail_kr5_arc"])
-def test_links_are_drawn_where_forward_kinematics_puts_them(name: str) -> None:
-    robot = serial_robot(name)
+def test_links_are_drawn_where_forward_kinematics_puts_them(robot: SerialRobot) -> None:
     position = np.array(robot.home_position) + 0.1
-    places, kinematics = link_poses(robot, position.tolist()), Kinematics(robot)
+    places, kinematics = drawing.link_poses(robot, position.tolist()), Kinematics(robot)
     for link in robot.links:
         expected = kinematics.forward(position, "root", link)
-        assert places[link].position_distance(expected) < 1e-12
-        assert places[link].rotation_distance(expected) < 1e-12
+        assert_same_pose(places[link], expected)
 
 
 def test_a_joint_moves_what_is_beyond_it_and_nothing_before_it() -> None:
     robot = serial_robot("ur5")
     moved = list(robot.home_position)
     moved[3] += 0.5
-    before, after = link_poses(robot), link_poses(robot, moved)
+    before, after = drawing.link_poses(robot), drawing.link_poses(robot, moved)
     still = [link for link in robot.links if before[link].rotation_distance(after[link]) < 1e-12]
     assert still == list(robot.links[: robot.links.index("wrist_1_link")])
 
 
 @pytest.mark.parametrize("name", ["ur5", "kuka_iiwa14", "abb_irb2400"])
-def test_a_hub_lies_on_its_joints_axis(name: str) -> None:
-    robot = serial_robot(name)
+def test_a_hub_lies_on_its_joints_axis(robot: SerialRobot) -> None:
     hubs = {
         each.link: each for each in robot_visuals(robot).shapes if each.part is VisualPart.JOINT
     }
@@ -127,7 +114,7 @@ def test_makers_have_their_colours() -> None:
 
 def test_the_platform_stands_on_six_struts_of_its_leg_lengths() -> None:
     robot = load_robot("stewart_classroom")
-    visuals, places = robot_visuals(robot), link_poses(robot)
+    visuals, places = robot_visuals(robot), drawing.link_poses(robot)
     assert len(visuals.struts) == 6
     for strut in visuals.struts:
         ends = [
@@ -143,7 +130,7 @@ def test_the_facets_of_a_solid_close_it_and_face_outwards(form: ShapeForm) -> No
     shape = VisualShape("a", form, VisualPart.BODY, size, HERE, "#000000")
     volume = 0.0
     corners = []
-    for polygon in shape_polygons(shape):
+    for polygon in drawing.shape_polygons(shape):
         corners.append(polygon)
         for one, two in pairwise(polygon[1:]):
             # The divergence theorem: signed volumes of the tetrahedra over all triangles.
@@ -161,7 +148,7 @@ def test_the_facets_of_a_solid_close_it_and_face_outwards(form: ShapeForm) -> No
 
 @pytest.mark.parametrize("perspective", [False, True])
 def test_the_whole_robot_is_in_the_picture_the_farthest_facets_first(perspective: bool) -> None:
-    facets = draw(load_robot("motoman_gp7"), view=View(perspective=perspective))
+    facets = drawing.draw(load_robot("motoman_gp7"), view=drawing.View(perspective=perspective))
     shown = facets[64:]
     assert max(float(np.abs(facet.points).max()) for facet in shown) < (1.3 if perspective else 1.0)
     depths = [float(facet.depths.mean()) for facet in shown]
@@ -170,10 +157,11 @@ def test_the_whole_robot_is_in_the_picture_the_farthest_facets_first(perspective
 
 def test_an_orthographic_front_view_is_to_scale() -> None:
     upright = [0.0, -math.pi / 2.0, 0.0, 0.0, 0.0, 0.0]
-    front = View(azimuth=0.0, elevation=0.0)
+    front = drawing.View(azimuth=0.0, elevation=0.0)
     tall, folded = (
         max(
-            float(facet.points[:, 1].max()) for facet in draw(load_robot("ur5"), joints, front)[64:]
+            float(facet.points[:, 1].max())
+            for facet in drawing.draw(load_robot("ur5"), joints, front)[64:]
         )
         for joints in (upright, [0.0] * 6)
     )
@@ -184,12 +172,12 @@ def test_an_orthographic_front_view_is_to_scale() -> None:
 @pytest.fixture
 def small(monkeypatch: pytest.MonkeyPatch) -> int:
     """Pictures of a quarter of the size; a point of a large one takes as long as its neighbours."""
-    monkeypatch.setattr(drawing, "SIZE", SIZE // 4)
-    return SIZE // 4
+    monkeypatch.setattr(drawing, "SIZE", drawing.SIZE // 4)
+    return drawing.SIZE
 
 
 def test_the_picture_shows_the_makers_colour_on_white(small: int) -> None:
-    pixels = raster(drawn("fanuc_m410ib"))
+    pixels = drawing.raster(drawn("fanuc_m410ib"))
     assert pixels.shape == (small, small, 3)
     red, green, blue = (pixels[..., channel].astype(int) for channel in range(3))
     yellow = (red > 100) & (green > 80) & (blue < red / 2)
@@ -205,31 +193,31 @@ def test_the_nearer_facet_hides_the_farther(small: int) -> None:
         for depth, colour in ((0.0, (255, 0, 0)), (1.0, (0, 255, 0)))
     )
     for order in ([front, behind], [behind, front]):
-        assert tuple(raster(order)[small // 2, small // 2]) == (255, 0, 0)
+        assert tuple(drawing.raster(order)[small // 2, small // 2]) == (255, 0, 0)
     assert far.points.shape[1] == 2
 
 
 def test_svg_and_png_are_what_they_say() -> None:
     facets = drawn("fanuc_m410ib")
-    document = ElementTree.fromstring(svg(facets, "<M-410 & more>"))
+    document = ElementTree.fromstring(drawing.svg(facets, "<M-410 & more>"))
     assert document.findtext("{http://www.w3.org/2000/svg}title") == "<M-410 & more>"
     # One more is the background.
     assert len(list(document.iter("{http://www.w3.org/2000/svg}path"))) == len(facets) + 1
     assert (document.get("width"), document.get("height")) == ("540pt", "540pt")  # 720 in a browser
-    picture = png(facets[:100])
+    picture = drawing.png(facets[:100])
     assert picture.startswith(b"\x89PNG\r\n\x1a\n")
     assert picture.endswith(b"IEND\xaeB`\x82")
 
 
 def test_a_picture_is_the_same_each_time() -> None:
     facets = drawn("fanuc_m410ib")[:100]
-    assert svg(facets, "arm") == svg(facets, "arm")
-    assert png(facets) == png(facets)
+    assert drawing.svg(facets, "arm") == drawing.svg(facets, "arm")
+    assert drawing.png(facets) == drawing.png(facets)
 
 
 def test_an_svg_paints_the_facets_in_their_order() -> None:
     facets = drawn("fanuc_m410ib")
-    document = ElementTree.fromstring(svg(facets, "arm"))
+    document = ElementTree.fromstring(drawing.svg(facets, "arm"))
     painted = [
         re.findall(r"#\w{6}", path.get("style", ""))[0]
         for path in document.iter("{http://www.w3.org/2000/svg}path")
@@ -250,7 +238,7 @@ def test_a_line_cuts_a_box_where_it_enters_and_leaves() -> None:
     assert box_of(capsule).width_across(z) == 1.0
 
 
-def test_draw_writes_a_picture(capsys: pytest.CaptureFixture[str], tmp_path: Path) -> None:
+def test_draw_writes_a_picture(capsys: Capture, tmp_path: Path) -> None:
     target = tmp_path / "arm.svg"
     assert (
         main(["draw", "motoman_gp7", "-o", str(target), "--orthographic", "--azimuth", "30"]) == 0
@@ -273,7 +261,7 @@ def test_draw_writes_a_picture(capsys: pytest.CaptureFixture[str], tmp_path: Pat
     ],
 )
 def test_a_bad_drawing_is_one_line_on_standard_error(
-    capsys: pytest.CaptureFixture[str], arguments: list[str], says: str
+    capsys: Capture, arguments: list[str], says: str
 ) -> None:
     assert main(arguments) == 2
     (line,) = capsys.readouterr().err.splitlines()
@@ -282,12 +270,10 @@ def test_a_bad_drawing_is_one_line_on_standard_error(
 
 def test_a_picture_of_another_format_is_refused(tmp_path: Path) -> None:
     with pytest.raises(BadArgument, match="picture"):
-        write_picture((), Path(f"{tmp_path}/a.gif"), "a")
+        drawing.write_picture((), Path(f"{tmp_path}/a.gif"), "a")
 
 
-def test_an_imported_robot_without_any_shapes_is_drawn_too(
-    tmp_path: Path, capsys: pytest.CaptureFixture[str]
-) -> None:
+def test_an_imported_robot_without_any_shapes_is_drawn_too(tmp_path: Path, capsys: Capture) -> None:
     text = (ROBOTS_FILES / "gantry_arm.urdf").read_text()
     stripped = re.sub(r"<collision>.*?</collision>", "", text)
     source = f"{tmp_path}/bare.urdf"
@@ -296,4 +282,4 @@ def test_an_imported_robot_without_any_shapes_is_drawn_too(
     robot = robot_of_file(f"{tmp_path}/bare.yaml")
     assert robot.collision == {}
     assert {shape.link for shape in robot_visuals(robot).shapes} == set(robot.links)
-    assert len(draw(robot)) > 500
+    assert len(drawing.draw(robot)) > 500

@@ -10,6 +10,7 @@ import numpy as np
 import pytest
 from rigs.motion.bodies_on_rails import BodiesOnRails, standing_at
 from rigs.motion.jogged_robots import FAST, UR5_BENT, model, robot
+from rigs.motion.loaded_robots import arm
 
 from openpendant.motion.description.limits import JointLimits
 from openpendant.motion.jog import JogCaps, Jogger, JogModel, JogSlowdown, JointJog
@@ -21,7 +22,6 @@ from openpendant.motion.jog.joint_jog import StopSurroundings
 from openpendant.motion.jog.lookahead import LookAhead
 from openpendant.motion.jog.path_node import PathNode, is_even, scales, speed_bounds, stop
 from openpendant.motion.jog.tool_path import JogTwist, ToolPath
-from openpendant.motion.paths.mechanism import SerialMechanism
 
 LIMITS = JointLimits(
     names=("a", "b"),
@@ -131,9 +131,7 @@ class TestPointSpeeds:
         assert (excess(lambda *_: (speed, 0.0))[0] <= 1.0) is is_allowed
 
     @pytest.mark.parametrize("point", [0, 1])
-    def test_a_point_that_the_stop_itself_makes_faster_counts_where_it_is_fastest(
-        self, point: int
-    ) -> None:
+    def test_a_point_that_the_stop_makes_faster_counts_at_its_fastest(self, point: int) -> None:
         """At √(1 - p) (0.2 + 0.5 p), greatest at p = 8/15: 0.3188 m/s."""
 
         def stretching(place: Sequence[float], _: Sequence[float]) -> tuple[float, float]:
@@ -155,9 +153,7 @@ class TestPointSpeeds:
         assert cause.value == pytest.approx(1.02 * 0.8 * math.sqrt(1.0 - 0.375))
 
     @pytest.mark.parametrize(("rigid", "is_allowed"), [(True, True), (False, False)])
-    def test_one_joint_alone_is_as_fast_everywhere_but_on_a_platform(
-        self, rigid: bool, is_allowed: bool
-    ) -> None:
+    def test_one_joint_is_as_fast_but_on_a_platform(self, rigid: bool, is_allowed: bool) -> None:
         def stretching(place: Sequence[float], _: Sequence[float]) -> tuple[float, float]:
             return 0.2 + place[0], 0.0
 
@@ -166,7 +162,7 @@ class TestPointSpeeds:
 
     @pytest.mark.parametrize("side", [1.0, -1.0])
     @pytest.mark.parametrize("joint", [0, 1])
-    def test_what_a_joint_took_from_the_speed_is_missing_once_its_range_ends(
+    def test_what_a_joint_undid_is_missing_once_its_range_ends(
         self, joint: int, side: float
     ) -> None:
         """Two joints that undo each other, one of which has to brake before the other."""
@@ -349,11 +345,9 @@ class TestBodies:
     @staticmethod
     def jogger(*ahead: float, caps: JogCaps = FAST) -> tuple[Jogger, float]:
         """Return a jog that begins so far before bodies, and where its body is."""
-        found = robot("ur5")
-        assert isinstance(found, SerialMechanism)
         at = UR5_BENT[0] + 0.5 * UR5_BENT[1]
         bodies = BodiesOnRails(*(standing_at(at + each) for each in ahead), joints=6)
-        return Jogger(JogModel(found.kinematics, None, bodies.model), UR5_BENT, caps), at
+        return Jogger(JogModel(arm("ur5"), None, bodies.model), UR5_BENT, caps), at
 
     @staticmethod
     def run(jogger: Jogger, at: float, rates: Sequence[float], ticks: int = 400) -> list[float]:

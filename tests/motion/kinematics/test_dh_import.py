@@ -6,10 +6,10 @@ from typing import Any
 import numpy as np
 import pytest
 import yaml
-from rigs.motion.loaded_robots import serial_robot
+from rigs.motion.loaded_robots import SERIAL, serial_robot
+from rigs.motion.nearness import assert_near
 from rigs.motion.robot_families import one_of_each_family
 
-from openpendant.motion.description.robot import robot_names
 from openpendant.motion.description.schema import Joint, JointType, Placement
 from openpendant.motion.errors import RobotFileError
 from openpendant.motion.kinematics.dh import dh_forward
@@ -17,8 +17,6 @@ from openpendant.motion.pose import Pose
 from openpendant.motion.robot_import.dh_derivation import chain_pose, derive_table, table_residual
 from openpendant.motion.robot_import.dh_file import read_dh_file
 from openpendant.motion.robot_import.imported_chain import ImportedJoint
-
-SERIAL = tuple(name for name in robot_names() if name != "stewart_classroom")
 
 Table = dict[str, object]
 
@@ -72,16 +70,12 @@ def by_definition(convention: str, joints: list[float]) -> np.ndarray:
 
 @pytest.mark.parametrize("convention", ["standard", "modified"])
 @pytest.mark.parametrize("name", ["arm.yaml", "arm.json"])
-def test_a_table_is_the_product_of_its_convention(
-    tmp_path: Path, convention: str, name: str
-) -> None:
+def test_a_table_is_a_product_by_its_convention(tmp_path: Path, convention: str, name: str) -> None:
     chain = read_dh_file(written(tmp_path, content(convention), name))
     random = np.random.default_rng(1)
     for joints in random.uniform(-1.0, 1.0, (20, 4)):
         found = chain_pose(chain.joints, joints).to_matrix()
-        np.testing.assert_allclose(
-            found, by_definition(convention, joints.tolist()), rtol=0, atol=1e-12
-        )
+        assert_near(found, by_definition(convention, joints.tolist()), 1e-12)
 
 
 def test_the_two_conventions_of_the_same_rows_are_different_arms(tmp_path: Path) -> None:
@@ -129,9 +123,7 @@ def test_base_and_tool_are_part_of_the_chain(tmp_path: Path) -> None:
         @ shift(0.05, 0)
         @ turn_z(math.pi / 2)
     )
-    np.testing.assert_allclose(
-        chain_pose(chain.joints, zero).to_matrix(), expected, rtol=0, atol=1e-12
-    )
+    assert_near(chain_pose(chain.joints, zero).to_matrix(), expected, 1e-12)
 
 
 def test_a_standard_table_is_kept_as_written(tmp_path: Path) -> None:
@@ -238,13 +230,13 @@ BAD: list[tuple[str, Table, str, str]] = [
     ("another unit", content(angles="gradians"), "angles", "'degrees' or 'radians'"),
     ("unknown column", row(beta=1.0), "joints[0].beta", "not permitted"),
     ("text for a number", row(a="10"), "joints[0].a", "number"),
-    ("NaN", row(a=math.nan), "joints[0].a", "finite"),
+    ("NaN", row(a=math.nan), "joints[0].a", "is nan; accepted: a finite number"),
     ("no name", content(joints=[{"a": 1.0}]), "joints[0].joint", "required"),
     ("zero speed", row(velocity=0.0), "joints[0].velocity", "greater than"),
     ("another variable", row(variable="a"), "joints[0].variable", "'theta' or 'd'"),
     ("degrees as radians", content(angles="radians"), "joints[0] (j1).theta", "declared right"),
     ("millimetres as metres", content(lengths="m"), "joints[0] (j1).d", "declared right"),
-    ("long quaternion", content(tool={"quat": [0, 0, 0, 2]}), "tool.quat", "length 2"),
+    ("long quaternion", content(tool={"quat": [0, 0, 0, 2]}), "tool.quat", "2; accepted: a quat"),
     ("no quaternion", content(base={"quat": [0, 0, 0, 0]}), "base.quat", "length 0"),
     ("no upper bound", row(lower=-5.0), "joints[0] (j1).upper", "beside lower = -5 degrees"),
     ("no lower bound", row(upper=500.0), "joints[0] (j1).lower", "accepted: both, or neither"),
@@ -283,8 +275,9 @@ def test_a_declaration_may_be_repeated_where_it_says_the_same(tmp_path: Path) ->
     ("text", "field", "says"),
     [
         ("", "convention", "required"),
+        ("joint,a\nj1,1\n", "convention", "accepted: a value, which is required"),
         (HEAD, "joints", "at least 1"),
-        (HEAD + "joint,a\nj1,ten\n", "row 1.a", "a number"),
+        (HEAD + "joint,a\nj1,ten\n", "row 1.a", "is 'ten'; accepted: a number"),
         (HEAD + "joint,a\nj1,1,2\n", "row 1", "3 cells; accepted: 2, one per column (joint, a)"),
         (HEAD + "joint,a\nj1\n", "row 1", "1 cells; accepted: 2, one per column (joint, a)"),
         (HEAD + "joint,a,lower\nj1,1,-5\n", "joints[0] (j1).upper", "both, or neither"),

@@ -1,42 +1,28 @@
 import math
 from collections.abc import Sequence
+from functools import partial
 
 import numpy as np
 import pytest
-from numpy.typing import NDArray
 from rigs.data.example_counts import counts
-from rigs.motion.loaded_robots import serial_robot
+from rigs.motion.loaded_robots import SERIAL, arm, chain_values, serial_robot
+from rigs.motion.nearness import assert_near, assert_same_pose
 
-from openpendant.motion.description.robot import SerialRobot, robot_names
+from openpendant.motion.description.robot import SerialRobot
 from openpendant.motion.description.schema import DhTable
 from openpendant.motion.errors import FrameUnknown, NotFinite, WrongJointCount
 from openpendant.motion.kinematics.dh import dh_forward
 from openpendant.motion.kinematics.pinocchio_model import model_map
+from openpendant.motion.kinematics.revolutions import SNAP, JointRanges
 from openpendant.motion.kinematics.serial import Kinematics, rotation_vector
-from openpendant.motion.pose import Pose
+from openpendant.motion.pose import Array, Pose
 
-Array = NDArray[np.float64]
-
-SERIAL = tuple(name for name in robot_names() if name != "stewart_classroom")
 SAMPLES = 25
 
 
 def positions(robot: SerialRobot, count: int = SAMPLES) -> Array:
     random = np.random.default_rng(20240)
     return random.uniform(robot.limits.lower, robot.limits.upper, (count, robot.dof))
-
-
-def moving_values(robot: SerialRobot, controller: Sequence[float]) -> list[float]:
-    """The chain's own value of each moving joint, worked out joint by joint from the file."""
-    driven = [float(value) for value in controller]
-    if robot.coupling.state_factor:
-        driven[2] += robot.coupling.state_factor * driven[1]
-    known = {joint.name: value for joint, value in zip(robot.driven, driven, strict=True)}
-    for joint in robot.moving:
-        if joint.dependent is not None:
-            terms = (term.gain * known[term.joint] for term in joint.dependent.terms)
-            known[joint.name] = joint.dependent.offset + sum(terms)
-    return [known[joint.name] for joint in robot.moving]
 
 
 def matrix(xyz: Sequence[float], rpy: Sequence[float]) -> Array:
@@ -67,31 +53,25 @@ def by_table(table: DhTable, values: Sequence[float]) -> Array:
 
 @pytest.mark.parametrize("count", counts(8, 250))
 @pytest.mark.parametrize("name", SERIAL)
-def test_forward_kinematics_agrees_with_the_dh_table_of_the_file(name: str, count: int) -> None:
-    robot = serial_robot(name)
+def test_forward_kinematics_agrees_with_the_files_dh_table(robot: SerialRobot, count: int) -> None:
     assert robot.dh is not None
     kinematics = Kinematics(robot)
     for position in positions(robot, count):
-        values = moving_values(robot, position)
+        values = chain_values(robot, position)
         expected = by_table(robot.dh, values)
         found = kinematics.forward(position, "root")
-        np.testing.assert_allclose(found.to_matrix(), expected, rtol=0, atol=1e-9)
-        np.testing.assert_allclose(
-            dh_forward(robot.dh, values).to_matrix(), expected, rtol=0, atol=1e-12
-        )
+        assert_near(found.to_matrix(), expected, 1e-09)
+        assert_near(dh_forward(robot.dh, values).to_matrix(), expected, 1e-12)
 
 
 @pytest.mark.parametrize("name", SERIAL)
-def test_the_base_frame_is_where_the_file_puts_it(name: str) -> None:
-    robot = serial_robot(name)
-    kinematics = Kinematics(robot)
+def test_the_base_frame_is_where_the_file_says(robot: SerialRobot, kinematics: Kinematics) -> None:
     base = Pose.from_rpy(robot.base_frame.xyz, robot.base_frame.rpy)
     assert robot.base_frame.parent == robot.root_link
     for position in positions(robot, 3):
         in_root = kinematics.forward(position, "root")
         composed = base.compose(kinematics.forward(position, "base"))
-        assert composed.position_distance(in_root) < 1e-12
-        assert composed.rotation_distance(in_root) < 1e-12
+        assert_same_pose(composed, in_root)
         assert (
             kinematics.to_base(in_root, "root").position_distance(kinematics.forward(position))
             < 1e-12
@@ -101,9 +81,9 @@ def test_the_base_frame_is_where_the_file_puts_it(name: str) -> None:
 @pytest.mark.parametrize("count", counts(2, 50))
 @pytest.mark.parametrize("frame", ["base", "root"])
 @pytest.mark.parametrize("name", SERIAL)
-def test_the_jacobian_agrees_with_finite_differences(name: str, frame: str, count: int) -> None:
-    robot = serial_robot(name)
-    kinematics = Kinematics(robot)
+def test_the_jacobian_agrees_with_finite_differences(
+    robot: SerialRobot, kinematics: Kinematics, frame: str, count: int
+) -> None:
     step = 1e-6
     for position in positions(robot, count):
         jacobian = kinematics.jacobian(position, frame)
@@ -115,20 +95,20 @@ def test_the_jacobian_agrees_with_finite_differences(name: str, frame: str, coun
             start, end = kinematics.forward(before, frame), kinematics.forward(after, frame)
             turn = rotation_vector(end.rotation @ start.rotation.T)
             rate = np.concatenate((end.position - start.position, turn)) / (2.0 * step)
-            np.testing.assert_allclose(jacobian[:, joint], rate, rtol=0, atol=1e-7)
+            assert_near(jacobian[:, joint], rate, 1e-07)
 
 
 @pytest.mark.parametrize("name", ["ur5", "abb_irb2400", "fanuc_m410ib"])
-def test_one_pass_gives_the_same_as_separate_calls_and_owns_its_arrays(name: str) -> None:
-    robot = serial_robot(name)
-    kinematics = Kinematics(robot)
+def test_one_pass_gives_the_same_as_separate_calls_and_owns_its_arrays(
+    robot: SerialRobot, kinematics: Kinematics
+) -> None:
     first, second = positions(robot, 2)
     rotation, translation, jacobian = kinematics.linearise(first)
     kinematics.linearise(second)
     pose = kinematics.forward(first)
-    np.testing.assert_allclose(translation, pose.position, rtol=0, atol=1e-15)
-    np.testing.assert_allclose(rotation, pose.rotation, rtol=0, atol=1e-14)
-    np.testing.assert_allclose(jacobian, kinematics.jacobian(first), rtol=0, atol=1e-15)
+    assert_near(translation, pose.position, 1e-15)
+    assert_near(rotation, pose.rotation, 1e-14)
+    assert_near(jacobian, kinematics.jacobian(first), 1e-15)
     placed_rotation, placed_translation = kinematics.place(first)
     np.testing.assert_array_equal(placed_rotation, rotation)
     np.testing.assert_array_equal(placed_translation, translation)
@@ -147,7 +127,7 @@ def test_the_levelling_rods_hold_the_palletisers_wrist_level() -> None:
     kinematics = Kinematics(robot)
     for position in positions(robot):
         down = kinematics.forward(position).rotation[:, 2]
-        np.testing.assert_allclose(down, [0.0, 0.0, -1.0], rtol=0, atol=1e-12)
+        assert_near(down, [0.0, 0.0, -1.0], 1e-12)
 
 
 def test_the_linear_axis_carries_the_arm_metre_by_metre() -> None:
@@ -161,8 +141,8 @@ def test_the_linear_axis_carries_the_arm_metre_by_metre() -> None:
 
 
 def test_only_whole_gains_let_a_joint_turn_round() -> None:
-    assert Kinematics(serial_robot("ur5")).turning.all()
-    assert Kinematics(serial_robot("rail_kr5_arc")).turning.tolist() == [False, *[True] * 6]
+    assert arm("ur5").turning.all()
+    assert arm("rail_kr5_arc").turning.tolist() == [False, *[True] * 6]
     palletiser = serial_robot("fanuc_m410ib")
     assert Kinematics(palletiser).turning.all()
     facts = palletiser.model_dump(by_alias=True)
@@ -184,14 +164,13 @@ def test_a_link_other_than_the_tool_can_be_asked_for() -> None:
 
 
 @pytest.mark.parametrize("name", ["ur5", "abb_irb2400", "rail_kr5_arc"])
-def test_many_places_are_those_of_single_calls(name: str) -> None:
-    kinematics = Kinematics(serial_robot(name))
+def test_many_places_are_those_of_single_calls(kinematics: Kinematics) -> None:
     joints = np.random.default_rng(3).uniform(-1.0, 1.0, (5, kinematics.dof))
     for link in (None, kinematics.robot.links[3]):
         places = kinematics.places(joints, link)
         for row, pose in enumerate(kinematics.forward(each, link=link) for each in joints):
-            np.testing.assert_allclose(places.rotation[row], pose.rotation, rtol=0, atol=1e-14)
-            np.testing.assert_allclose(places.position[row], pose.position, rtol=0, atol=1e-14)
+            assert_near(places.rotation[row], pose.rotation, 1e-14)
+            assert_near(places.position[row], pose.position, 1e-14)
     with pytest.raises(FrameUnknown):
         kinematics.places(joints, "nowhere")
 
@@ -209,30 +188,17 @@ def test_unknown_frames_and_links_are_refused_with_the_known_ones() -> None:
         kinematics.jacobian(robot.home_position, "world")
 
 
-@pytest.mark.parametrize("value", [math.nan, math.inf])
-def test_a_joint_value_that_is_not_finite_is_refused(value: float) -> None:
-    kinematics = Kinematics(serial_robot("ur5"))
-    for ask in (kinematics.forward, kinematics.jacobian):
-        with pytest.raises(NotFinite) as refused:
-            ask((0.0, 0.0, value, 0.0, 0.0, 0.0))
-        assert refused.value.index == 2
-
-
-@pytest.mark.parametrize("count", [0, 5, 7])
-def test_a_wrong_number_of_joint_values_is_refused(count: int) -> None:
-    kinematics = Kinematics(serial_robot("ur5"))
-    for ask in (kinematics.forward, kinematics.jacobian):
-        with pytest.raises(WrongJointCount):
-            ask((0.0,) * count)
-
-
-def test_the_table_refuses_what_it_has_no_row_for() -> None:
+@pytest.mark.parametrize(
+    "joints", [(), (0.0,) * 5, (0.0,) * 7, (0.0, 0.0, math.nan, 0.0, 0.0, 0.0)]
+)
+def test_malformed_joint_values_are_refused(joints: tuple[float, ...]) -> None:
     table = serial_robot("ur5").dh
     assert table is not None
-    with pytest.raises(WrongJointCount):
-        dh_forward(table, (0.0,) * 5)
-    with pytest.raises(NotFinite):
-        dh_forward(table, (0.0, 0.0, math.nan, 0.0, 0.0, 0.0))
+    ur5, kind = arm("ur5"), NotFinite if len(joints) == 6 else WrongJointCount
+    for ask in (ur5.forward, ur5.jacobian, partial(dh_forward, table)):
+        with pytest.raises(kind) as refused:
+            ask(joints)
+        assert getattr(refused.value, "index", 2) == 2
 
 
 def test_the_limits_of_the_kinematics_are_those_of_the_robot() -> None:
@@ -246,8 +212,7 @@ def test_the_limits_of_the_kinematics_are_those_of_the_robot() -> None:
 
 @pytest.mark.parametrize("count", counts(4, 250))
 @pytest.mark.parametrize("name", SERIAL)
-def test_a_tools_motion_is_that_of_its_poses(name: str, count: int) -> None:
-    kinematics = Kinematics(serial_robot(name))
+def test_a_tools_motion_is_that_of_its_poses(kinematics: Kinematics, count: int) -> None:
     tcp = Pose.from_rpy((0.02, -0.05, 0.15), (2.9, 0.1, -1.4))
     for pose in (Pose.identity(), Pose.from_rpy((0.0, 0.0, 0.1), (0.0, 0.0, 0.0)), tcp):
         tool = kinematics.tool_frame(pose)
@@ -266,3 +231,35 @@ def test_a_tools_motion_is_that_of_its_poses(name: str, count: int) -> None:
                 for step in (1e-6, -1e-6)
             )
             assert speed == pytest.approx(np.linalg.norm(ahead - behind) / 2e-6, abs=1e-7)
+
+
+# Ranges of less than a turn, of exactly one, of several; coupled joints; a linear axis.
+TURNING = ("puma560", "kuka_kr5_arc", "ur5", "fanuc_m10ia", "rail_kr5_arc")
+
+
+@pytest.mark.parametrize("name", TURNING)
+def test_the_nearest_turn_is_the_nearest_of_every_turn(kinematics: Kinematics) -> None:
+    ranges, random = JointRanges(kinematics), np.random.default_rng(3)
+    lower, upper = kinematics.lower, kinematics.upper
+    for _ in range(200):
+        seed = random.uniform(lower, upper).tolist()
+        turns = 2.0 * math.pi * random.integers(-2, 3, kinematics.dof) * kinematics.turning
+        position = (random.uniform(1.1 * lower, 1.1 * upper) + turns).tolist()
+        nearest = ranges.nearest(position, seed)
+        distances = [ranges.distance(each, seed) for each in ranges.every(position)]
+        assert (nearest is None) == (not distances)
+        if nearest is not None:
+            assert nearest[0] == pytest.approx(min(distances))
+            kinematics.limits.check_position(nearest[1])
+
+
+@pytest.mark.parametrize("noise", [-0.5 * SNAP, 0.0, 0.5 * SNAP])
+@pytest.mark.parametrize("turn", [-1, 0, 1])
+def test_an_answer_on_a_bound_stays_there_in_spite_of_noise(noise: float, turn: int) -> None:
+    kinematics = arm("ur5")
+    ranges, seed = JointRanges(kinematics), kinematics.upper.tolist()
+    position = [value + noise + turn * 2.0 * math.pi for value in seed]
+    nearest = ranges.nearest(position, seed)
+    assert nearest is not None
+    assert_near(nearest[1], seed, SNAP)
+    kinematics.limits.check_position(nearest[1])

@@ -1,27 +1,12 @@
 import math
 from collections.abc import Sequence
-from functools import cache
 
 import numpy as np
 import pytest
-from numpy.typing import NDArray
-from rigs.motion.loaded_robots import load_robot, serial_robot
+from rigs.motion.loaded_robots import SERIAL, arm
 from rigs.motion.robot_families import FAMILIES
 
-from openpendant.motion.description.robot import SerialRobot, robot_names
-from openpendant.motion.errors import (
-    BadArgument,
-    BadCircle,
-    FrameUnknown,
-    MotionError,
-    NoMotion,
-    NotFinite,
-    OutOfRange,
-    PoseUnreachable,
-    SegmentRefused,
-    WrongJointCount,
-    ZoneTooLarge,
-)
+from openpendant.motion import errors
 from openpendant.motion.kinematics.serial import Kinematics
 from openpendant.motion.orientation import rotation_of_vector
 from openpendant.motion.paths.blending import JointPolyline
@@ -40,23 +25,15 @@ from openpendant.motion.paths.segments import (
     ThroughPoint,
 )
 from openpendant.motion.paths.tool_curves import ToolTurn
-from openpendant.motion.pose import Pose
+from openpendant.motion.pose import Array, Pose
 from openpendant.motion.timing.parameterization import time_legs
 from openpendant.motion.trajectory.certificate import certify
 from openpendant.motion.trajectory.joint_curves import JointLine, Path
 
-Array = NDArray[np.float64]
-
 START = [0.3, -1.4, 1.6, -1.2, -1.3, 0.4]
-SERIAL = [name for name in robot_names() if isinstance(load_robot(name), SerialRobot)]
 
 
-@cache
-def robot(name: str) -> Kinematics:
-    return Kinematics(serial_robot(name))
-
-
-UR5 = robot("ur5")
+UR5 = arm("ur5")
 HERE = UR5.forward(START)
 
 
@@ -123,7 +100,7 @@ def test_a_pose_and_a_joint_position_are_both_targets_of_every_kind() -> None:
 
 
 def test_a_target_in_the_root_frame_is_the_same_place() -> None:
-    kinematics = robot("kawasaki_ra10n")
+    kinematics = arm("kawasaki_ra10n")
     start = [0.2, 0.2, -1.2, 0.3, -0.8, 0.2]
     goal = [value + 0.05 for value in start]
     in_root = kinematics.forward(goal, "root")
@@ -133,7 +110,7 @@ def test_a_target_in_the_root_frame_is_the_same_place() -> None:
 
 
 def test_a_circle_in_the_root_frame_is_the_same_circle() -> None:
-    kinematics = robot("kawasaki_ra10n")
+    kinematics = arm("kawasaki_ra10n")
     start = [0.2, 0.2, -1.2, 0.3, -0.8, 0.2]
     goals = {}
     for frame in ("base", "root"):
@@ -167,7 +144,7 @@ def test_a_circle_in_the_root_frame_is_the_same_circle() -> None:
     ],
     ids=["via", "half", "less", "more", "full about", "full through"],
 )
-def test_every_way_of_a_circle_is_as_long_as_it_should_be(
+def test_every_circle_is_as_long_as_it_should(
     way: CircleWay, target: Pose | None, length: float
 ) -> None:
     (path,) = plan_path(UR5, START, [Circ(way, target)])
@@ -205,7 +182,7 @@ def test_a_line_alone_is_the_same_path_as_linear_path() -> None:
 def test_segments_to_where_the_robot_stands_add_nothing() -> None:
     still: list[Segment] = [Ptp(START), Lin(HERE), Lin(START)]
     assert len(plan_path(UR5, START, [*still, Ptp(joints(0.1)), Ptp(joints(0.1))])) == 1
-    with pytest.raises(NoMotion):
+    with pytest.raises(errors.NoMotion):
         plan_path(UR5, START, still)
 
 
@@ -234,7 +211,7 @@ def test_segments_to_where_the_robot_stands_add_nothing() -> None:
 def test_a_zone_that_cannot_be_is_refused_with_its_waypoint_and_the_largest_that_works(
     segments: list[Segment], waypoint: int, largest: float
 ) -> None:
-    with pytest.raises(ZoneTooLarge) as refusal:
+    with pytest.raises(errors.ZoneTooLarge) as refusal:
         plan_path(UR5, START, segments)
     assert refusal.value.waypoint == waypoint
     assert refusal.value.largest == pytest.approx(largest)
@@ -298,30 +275,32 @@ BAD = math.nan
 @pytest.mark.parametrize(
     ("segment", "reason"),
     [
-        (Ptp([0.0] * 5), WrongJointCount),
-        (Ptp([BAD] * 6), NotFinite),
-        (Ptp([7.0, *START[1:]]), OutOfRange),
-        (Ptp(HERE, frame="moon"), FrameUnknown),
-        (Lin(HERE, frame="moon"), FrameUnknown),
-        (Lin([0.0] * 5), WrongJointCount),
-        (Lin([BAD] * 6), NotFinite),
-        (Lin(at(3.0, 0.0, 0.0)), PoseUnreachable),
-        (Ptp(at(3.0, 0.0, 0.0)), PoseUnreachable),
-        (Circ(ThroughPoint(point(0.0, 0.1, 0.0)), at(0.0, 0.1, 0.0)), BadCircle),
-        (Circ(ThroughPoint([BAD, 0.0, 0.0]), at(0.0, 0.1, 0.0)), NotFinite),
-        (Circ(ThroughPoint(point(0.0, 0.05, 0.0))), BadArgument),
-        (Circ(FullAboutCentre(point(0.0, 0.1, 0.0), [0, 0, 1]), HERE), BadArgument),
-        (Circ(AboutCentre(point(0.0, 0.05, 0.0)), at(0.0, 0.11, 0.0)), BadCircle),
-        (Ptp(joints(0.1), zone=BAD), NotFinite),
-        (Ptp(joints(0.1), zone=-0.1), BadArgument),
-        (Ptp(joints(0.1), zone=1e-5), BadArgument),
-        (Spline([]), BadArgument),
-        (Spline([[BAD] * 6]), NotFinite),
-        (Spline([at(3.0, 0.0, 0.0)], SplineSpace.TOOL), PoseUnreachable),
+        (Ptp([0.0] * 5), errors.WrongJointCount),
+        (Ptp([BAD] * 6), errors.NotFinite),
+        (Ptp([7.0, *START[1:]]), errors.OutOfRange),
+        (Ptp(HERE, frame="moon"), errors.FrameUnknown),
+        (Lin(HERE, frame="moon"), errors.FrameUnknown),
+        (Lin([0.0] * 5), errors.WrongJointCount),
+        (Lin([BAD] * 6), errors.NotFinite),
+        (Lin(at(3.0, 0.0, 0.0)), errors.PoseUnreachable),
+        (Ptp(at(3.0, 0.0, 0.0)), errors.PoseUnreachable),
+        (Circ(ThroughPoint(point(0.0, 0.1, 0.0)), at(0.0, 0.1, 0.0)), errors.BadCircle),
+        (Circ(ThroughPoint([BAD, 0.0, 0.0]), at(0.0, 0.1, 0.0)), errors.NotFinite),
+        (Circ(ThroughPoint(point(0.0, 0.05, 0.0))), errors.BadArgument),
+        (Circ(FullAboutCentre(point(0.0, 0.1, 0.0), [0, 0, 1]), HERE), errors.BadArgument),
+        (Circ(AboutCentre(point(0.0, 0.05, 0.0)), at(0.0, 0.11, 0.0)), errors.BadCircle),
+        (Ptp(joints(0.1), zone=BAD), errors.NotFinite),
+        (Ptp(joints(0.1), zone=-0.1), errors.BadArgument),
+        (Ptp(joints(0.1), zone=1e-5), errors.BadArgument),
+        (Spline([]), errors.BadArgument),
+        (Spline([[BAD] * 6]), errors.NotFinite),
+        (Spline([at(3.0, 0.0, 0.0)], SplineSpace.TOOL), errors.PoseUnreachable),
     ],
 )
-def test_a_segment_that_is_refused_is_named(segment: Segment, reason: type[MotionError]) -> None:
-    with pytest.raises(SegmentRefused, match="segment 1: ") as refusal:
+def test_a_segment_that_is_refused_is_named(
+    segment: Segment, reason: type[errors.MotionError]
+) -> None:
+    with pytest.raises(errors.SegmentRefused, match="segment 1: ") as refusal:
         plan_path(UR5, START, [Ptp(joints(0.1)), segment, Ptp(joints(0.2))])
     assert refusal.value.segment == 1
     assert isinstance(refusal.value.reason, reason)
@@ -333,10 +312,10 @@ def test_a_refusal_on_the_way_counts_the_fraction_of_its_own_segment() -> None:
 
     fractions = []
     for segments in (alone, rounded):
-        with pytest.raises(SegmentRefused) as refusal:
+        with pytest.raises(errors.SegmentRefused) as refusal:
             plan_path(UR5, START, segments)
         assert refusal.value.segment == 1
-        assert isinstance(refusal.value.reason, PoseUnreachable | OutOfRange)
+        assert isinstance(refusal.value.reason, errors.PoseUnreachable | errors.OutOfRange)
         fractions.append(refusal.value.reason.fraction)
 
     assert fractions[0] == pytest.approx(fractions[1], abs=0.005)
@@ -344,19 +323,21 @@ def test_a_refusal_on_the_way_counts_the_fraction_of_its_own_segment() -> None:
 
 @pytest.mark.parametrize("count", [0, MOST_SEGMENTS + 1])
 def test_no_segments_and_too_many_are_refused(count: int) -> None:
-    with pytest.raises(BadArgument, match="segments"):
+    with pytest.raises(errors.BadArgument, match="segments"):
         plan_path(UR5, START, [Ptp(START)] * count)
 
 
 @pytest.mark.parametrize(
     ("start", "error"),
     [
-        ([7.0, *START[1:]], OutOfRange),
-        ([BAD] * 6, NotFinite),
-        (START[:5], WrongJointCount),
+        ([7.0, *START[1:]], errors.OutOfRange),
+        ([BAD] * 6, errors.NotFinite),
+        (START[:5], errors.WrongJointCount),
     ],
 )
-def test_a_start_that_is_none_is_refused(start: list[float], error: type[MotionError]) -> None:
+def test_a_start_that_is_none_is_refused(
+    start: list[float], error: type[errors.MotionError]
+) -> None:
     with pytest.raises(error):
         plan_path(UR5, start, [Ptp(joints(0.1))])
 
@@ -383,12 +364,12 @@ def mixed(kinematics: Kinematics, random: np.random.Generator) -> tuple[Array, l
 
 
 def run_mixed(name: str, seed: int, wanted: int) -> None:
-    kinematics, random, done = robot(name), np.random.default_rng(seed), 0
+    kinematics, random, done = arm(name), np.random.default_rng(seed), 0
     for _ in range(20 * wanted):
         start, segments = mixed(kinematics, random)
         try:
             paths = plan_path(kinematics, start, segments)
-        except (SegmentRefused, ZoneTooLarge):
+        except (errors.SegmentRefused, errors.ZoneTooLarge):
             continue
         trajectory = time_legs(paths, kinematics.limits)
         certify(trajectory, kinematics.limits, start=start)

@@ -5,17 +5,15 @@ import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
-from numpy.typing import NDArray
 from rigs.data.example_counts import few
 from rigs.motion.loaded_robots import serial_robot
 
 from openpendant.motion.errors import BadArgument, NoMotion, NotFinite, OutOfRange, WrongJointCount
 from openpendant.motion.paths.smoothing import SmoothedRecording, smooth
+from openpendant.motion.pose import Array
 from openpendant.motion.timing.parameterization import time_path
 from openpendant.motion.trajectory.certificate import certify
 from openpendant.motion.trajectory.joint_curves import JointSpline
-
-Array = NDArray[np.float64]
 
 LIMITS = serial_robot("ur5").limits
 
@@ -88,7 +86,7 @@ def test_smoothing_makes_a_noisy_recording_several_times_as_fast() -> None:
 
 
 @pytest.mark.parametrize("playback", [0.1, 0.5, 1.0, 2.0, 4.0])
-def test_playback_takes_the_recorded_time_over_its_speed_or_what_the_limits_need(
+def test_playback_takes_the_recorded_time_over_its_speed_or_the_limits(
     playback: float,
 ) -> None:
     (times, _), smoothed = recording(3000, 1e-3), smoothed_recording(3000)

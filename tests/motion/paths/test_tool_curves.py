@@ -4,24 +4,12 @@ import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
-from numpy.typing import NDArray
 from rigs.data.example_counts import few
 
-from openpendant.motion.errors import BadArgument, NoMotion, NotFinite, ZoneTooLarge
+from openpendant.motion import errors
+from openpendant.motion.paths import tool_curves
 from openpendant.motion.paths.path_chains import ToolChain
-from openpendant.motion.paths.tool_curves import (
-    ToolArc,
-    ToolCurve,
-    ToolLine,
-    ToolSpline,
-    ToolTurn,
-    arc_through,
-    check_point,
-    turned_by,
-)
-from openpendant.motion.pose import Pose
-
-Array = NDArray[np.float64]
+from openpendant.motion.pose import Array, Pose
 
 KINDS = ("line", "turn", "arc", "arc with the path", "spline", "chain")
 
@@ -30,25 +18,25 @@ def random_pose(random: np.random.Generator) -> Pose:
     return Pose(random.uniform(-1.0, 1.0, 3), random.normal(size=4))
 
 
-def curve_of(kind: str, seed: int) -> ToolCurve:
+def curve_of(kind: str, seed: int) -> tool_curves.ToolCurve:
     random = np.random.default_rng(seed)
     start, middle, end, last = (random_pose(random) for _ in range(4))
-    through = arc_through(start.position, middle.position, end.position)
+    through = tool_curves.arc_through(start.position, middle.position, end.position)
     match kind:
         case "line":
-            return ToolLine(start, end)
+            return tool_curves.ToolLine(start, end)
         case "turn":
-            return ToolLine(start, Pose(start.position, end.quaternion))
+            return tool_curves.ToolLine(start, Pose(start.position, end.quaternion))
         case "arc":
-            return ToolArc(through, start, end)
+            return tool_curves.ToolArc(through, start, end)
         case "arc with the path":
-            return ToolArc(through, start, end, ToolTurn.WITH_THE_PATH)
+            return tool_curves.ToolArc(through, start, end, tool_curves.ToolTurn.WITH_THE_PATH)
         case "spline":
-            return ToolSpline([start, middle, end, last])
-    legs: list[ToolCurve] = [
-        ToolLine(last, start),
-        ToolArc(through, start, end),
-        ToolLine(end, last),
+            return tool_curves.ToolSpline([start, middle, end, last])
+    legs: list[tool_curves.ToolCurve] = [
+        tool_curves.ToolLine(last, start),
+        tool_curves.ToolArc(through, start, end),
+        tool_curves.ToolLine(end, last),
     ]
     half = min(leg.length for leg in legs) / 2.0
     return ToolChain(legs, (half * random.uniform(0.1, 1.0, 2)).tolist())
@@ -83,7 +71,7 @@ def test_rotations_stay_rotations_and_waypoints_lie_on_the_curve(kind: str) -> N
 def test_a_line_is_what_slerp_says(seed: int, fraction: float) -> None:
     random = np.random.default_rng(seed)
     start, end = random_pose(random), random_pose(random)
-    line = ToolLine(start, end)
+    line = tool_curves.ToolLine(start, end)
     rotation, position = line.place(np.array([fraction * line.length]))
     pose = start.interpolate(end, fraction)
     assert position[0] == pytest.approx(pose.position, abs=1e-12)
@@ -99,7 +87,7 @@ def test_an_arc_runs_at_unit_speed() -> None:
 def test_a_spline_passes_its_poses_the_short_way_round() -> None:
     random = np.random.default_rng(2)
     poses = [random_pose(random) for _ in range(5)]
-    spline = ToolSpline(poses)
+    spline = tool_curves.ToolSpline(poses)
     rotations, positions = spline.place(spline.waypoints)
     for pose, rotation, position in zip(poses, rotations, positions, strict=True):
         assert position == pytest.approx(pose.position, abs=1e-12)
@@ -108,29 +96,29 @@ def test_a_spline_passes_its_poses_the_short_way_round() -> None:
 
 def test_a_curve_without_length_is_no_motion() -> None:
     pose = random_pose(np.random.default_rng(1))
-    with pytest.raises(NoMotion):
-        ToolLine(pose, pose)
-    with pytest.raises(NoMotion):
-        ToolSpline([pose, pose])
+    with pytest.raises(errors.NoMotion):
+        tool_curves.ToolLine(pose, pose)
+    with pytest.raises(errors.NoMotion):
+        tool_curves.ToolSpline([pose, pose])
 
 
 @pytest.mark.parametrize(
     ("point", "error"),
     [
-        ([0.0, 1.0], BadArgument),
-        ([0.0, math.nan, 1.0], NotFinite),
-        ([0.0, 1e7, 0.0], BadArgument),
+        ([0.0, 1.0], errors.BadArgument),
+        ([0.0, math.nan, 1.0], errors.NotFinite),
+        ([0.0, 1e7, 0.0], errors.BadArgument),
     ],
 )
 def test_what_is_no_point_is_refused(
-    point: list[float], error: type[BadArgument | NotFinite]
+    point: list[float], error: type[errors.BadArgument | errors.NotFinite]
 ) -> None:
     with pytest.raises(error):
-        check_point(point, "the point")
+        tool_curves.check_point(point, "the point")
 
 
 def test_no_turn_and_small_turns_are_exact() -> None:
-    turned = turned_by(np.array([[0.0, 0.0, 0.0], [0.0, 0.0, 1e-9]]))
+    turned = tool_curves.turned_by(np.array([[0.0, 0.0, 0.0], [0.0, 0.0, 1e-9]]))
     assert np.array_equal(turned[0], np.eye(3))
     assert turned[1][1, 0] == pytest.approx(1e-9, rel=1e-9)
 
@@ -148,7 +136,9 @@ RIGHT_ANGLE = [
 
 def right_angle(zone: float) -> ToolChain:
     first, corner, last = RIGHT_ANGLE
-    return ToolChain([ToolLine(first, corner), ToolLine(corner, last)], [zone])
+    return ToolChain(
+        [tool_curves.ToolLine(first, corner), tool_curves.ToolLine(corner, last)], [zone]
+    )
 
 
 @pytest.mark.parametrize("zone", [0.01, 0.2, 1.0])
@@ -160,7 +150,7 @@ def test_a_corner_is_passed_at_the_distance_of_the_formula(zone: float) -> None:
 
 
 def test_outside_its_zones_a_chain_is_its_legs() -> None:
-    chain, first = right_angle(0.2), ToolLine(*RIGHT_ANGLE[:2])
+    chain, first = right_angle(0.2), tool_curves.ToolLine(*RIGHT_ANGLE[:2])
     s = np.linspace(0.0, 0.8, 9)
     assert chain.place(s).position == pytest.approx(first.place(s).position, abs=1e-15)
     assert chain.place(s).rotation == pytest.approx(first.place(s).rotation, abs=1e-15)
@@ -168,8 +158,8 @@ def test_outside_its_zones_a_chain_is_its_legs() -> None:
 
 @pytest.mark.parametrize("length", [0.1, 0.3, 2.0])
 def test_a_chain_has_no_gap_at_the_edges_of_its_zones(length: float) -> None:
-    first = ToolLine(at_x(0.0), at_x(0.1))
-    chain = ToolChain([first, ToolLine(at_x(0.1), at_x(0.1 + length))], [0.02])
+    first = tool_curves.ToolLine(at_x(0.0), at_x(0.1))
+    chain = ToolChain([first, tool_curves.ToolLine(at_x(0.1), at_x(0.1 + length))], [0.02])
     edges = np.array([0.08, 0.12, 0.1 + 0.02, 0.1 - 0.02])
     s = np.concatenate((edges, np.nextafter(edges, 0.0), np.nextafter(edges, 1.0)))
     assert chain.place(s).position[:, 0] == pytest.approx(s, abs=1e-12)
@@ -178,8 +168,10 @@ def test_a_chain_has_no_gap_at_the_edges_of_its_zones(length: float) -> None:
 def test_slope_and_curvature_have_no_step_where_a_zone_begins_and_ends() -> None:
     random = np.random.default_rng(8)
     poses = [random_pose(random) for _ in range(4)]
-    arc = ToolArc(arc_through(*(pose.position for pose in poses[1:])), poses[1], poses[3])
-    chain = ToolChain([ToolLine(poses[0], poses[1]), arc], [0.2])
+    arc = tool_curves.ToolArc(
+        tool_curves.arc_through(*(pose.position for pose in poses[1:])), poses[1], poses[3]
+    )
+    chain = ToolChain([tool_curves.ToolLine(poses[0], poses[1]), arc], [0.2])
     edges, step = chain.waypoints[1] + np.array([-0.2, 0.2]), 1e-6
     here, before, after = (chain.motion(edges + offset) for offset in (0.0, -step, step))
     assert before == pytest.approx(after, abs=1e-4)
@@ -197,12 +189,212 @@ def test_a_place_of_a_chain_belongs_to_a_leg(s: float, leg: int, fraction: float
 
 def test_a_zone_next_to_a_turn_on_the_spot_is_refused() -> None:
     first, corner, last = RIGHT_ANGLE
-    spin = ToolLine(corner, Pose(corner.position, last.quaternion))
-    with pytest.raises(ZoneTooLarge, match="turn on the spot") as refusal:
-        ToolChain([ToolLine(first, corner), spin], [0.1], first_waypoint=4)
+    spin = tool_curves.ToolLine(corner, Pose(corner.position, last.quaternion))
+    with pytest.raises(errors.ZoneTooLarge, match="turn on the spot") as refusal:
+        ToolChain([tool_curves.ToolLine(first, corner), spin], [0.1], first_waypoint=4)
     assert (refusal.value.waypoint, refusal.value.largest) == (4, 0.0)
 
 
 def test_a_chain_of_nothing_is_refused() -> None:
-    with pytest.raises(BadArgument, match="legs"):
+    with pytest.raises(errors.BadArgument, match="legs"):
         ToolChain([], [])
+
+
+EAST: Array = np.array([1.0, 0.0, 0.0])
+NORTH: Array = np.array([0.0, 1.0, 0.0])
+WEST, SOUTH = -EAST, -NORTH
+ORIGIN: Array = np.zeros(3)
+UP: Array = np.array([0.0, 0.0, 1.0])
+QUARTER = math.pi / 2.0
+
+
+def at_angle(degrees: float) -> Array:
+    angle = math.radians(degrees)
+    return np.array([math.cos(angle), math.sin(angle), 0.0])
+
+
+def end_of(circle: tool_curves.Circle) -> Array:
+    end: Array = circle.positions(np.array([circle.sweep]))[0]
+    return end
+
+
+@pytest.mark.parametrize(
+    ("via", "end", "degrees"),
+    [
+        (45, 90, 90),
+        (90, 180, 180),
+        (10, 270, 270),
+        (300, 350, 350),
+        (-45, -90, 90),
+        (5, -5, 355),
+    ],
+)
+def test_an_arc_through_a_point_goes_past_it(via: float, end: float, degrees: float) -> None:
+    arc = tool_curves.arc_through(EAST, at_angle(via), at_angle(end))
+    assert arc.radius == pytest.approx(1.0)
+    assert arc.centre == pytest.approx(ORIGIN, abs=1e-12)
+    assert math.degrees(arc.sweep) == pytest.approx(degrees)
+    assert end_of(arc) == pytest.approx(at_angle(end), abs=1e-12)
+    assert arc.normal[2] == pytest.approx(math.copysign(1.0, via))
+
+
+@pytest.mark.parametrize(
+    ("end", "more_than_half", "degrees"),
+    [
+        (90, False, 90),
+        (90, True, 270),
+        (-120, False, 120),
+        (-120, True, 240),
+        (179, False, 179),
+    ],
+)
+def test_an_arc_about_a_centre_is_less_or_more_than_half_a_turn(
+    end: float, more_than_half: bool, degrees: float
+) -> None:
+    arc = tool_curves.arc_about(EAST, ORIGIN, at_angle(end), more_than_half=more_than_half)
+    assert math.degrees(arc.sweep) == pytest.approx(degrees)
+    assert end_of(arc) == pytest.approx(at_angle(end), abs=1e-12)
+
+
+@pytest.mark.parametrize(
+    ("end", "normal", "degrees"), [(90, 1.0, 90), (90, -5.0, 270), (180, 1.0, 180), (180, -1, 180)]
+)
+def test_a_normal_decides_the_direction_and_gives_half_a_turn_its_plane(
+    end: float, normal: float, degrees: float
+) -> None:
+    arc = tool_curves.arc_about(EAST, ORIGIN, at_angle(end), normal=normal * UP)
+    assert math.degrees(arc.sweep) == pytest.approx(degrees)
+    assert end_of(arc) == pytest.approx(at_angle(end), abs=1e-12)
+    assert arc.normal @ (normal * UP) > 0.0
+
+
+def test_a_centre_that_is_slightly_off_is_moved_so_that_both_ends_are_met() -> None:
+    end = at_angle(70) * 1.00005
+    arc = tool_curves.arc_about(EAST, np.array([0.00003, 0.0, 0.0]), end)
+    assert arc.positions(np.zeros(1))[0] == pytest.approx(EAST, abs=1e-15)
+    assert end_of(arc) == pytest.approx(end, abs=1e-12)
+    assert arc.centre == pytest.approx(ORIGIN, abs=1e-4)
+
+
+@pytest.mark.parametrize(
+    "circle",
+    [
+        tool_curves.circle_about(EAST, ORIGIN, 0.2 * UP),
+        tool_curves.circle_through(EAST, NORTH, WEST),
+    ],
+    ids=["about", "through"],
+)
+def test_a_full_circle_comes_back_to_its_start(circle: tool_curves.Circle) -> None:
+    assert circle.sweep == 2.0 * math.pi
+    assert end_of(circle) == pytest.approx(EAST, abs=1e-12)
+    assert circle.positions(np.array([QUARTER]))[0] == pytest.approx(NORTH, abs=1e-12)
+
+
+def test_a_full_circle_runs_in_the_order_of_its_points() -> None:
+    circle = tool_curves.circle_through(EAST, SOUTH, NORTH)
+    assert circle.positions(np.array([QUARTER]))[0] == pytest.approx(SOUTH, abs=1e-12)
+
+
+@pytest.mark.parametrize(
+    ("points", "fault", "value"),
+    [
+        ((EAST, EAST, WEST), errors.CircleFault.COINCIDENT, 0.0),
+        ((EAST, NORTH, NORTH + 5e-5 * EAST), errors.CircleFault.COINCIDENT, 5e-5),
+        ((EAST, NORTH, EAST + 9e-5 * UP), errors.CircleFault.COINCIDENT, 9e-5),
+        ((EAST, ORIGIN, WEST), errors.CircleFault.COLLINEAR, 0.0),
+        ((EAST, 3.0 * EAST, WEST), errors.CircleFault.COLLINEAR, 0.0),
+        ((EAST, 5e-7 * UP, WEST), errors.CircleFault.COLLINEAR, 5e-7),
+        ((EAST, 1e-3 * UP, WEST), errors.CircleFault.TOO_LARGE, 500.0005),
+        ((2e-4 * EAST, 2e-4 * NORTH, 2e-4 * WEST), errors.CircleFault.TOO_SMALL, 2e-4),
+    ],
+)
+def test_points_of_no_arc_are_refused_with_their_numbers(
+    points: tuple[Array, Array, Array], fault: errors.CircleFault, value: float
+) -> None:
+    with pytest.raises(errors.BadCircle) as refusal:
+        tool_curves.arc_through(*points)
+    assert refusal.value.fault is fault
+    assert refusal.value.measured == pytest.approx(value, rel=1e-6, abs=1e-9)
+
+
+@pytest.mark.parametrize(
+    ("centre", "end", "fault", "value", "limit"),
+    [
+        (0.1 * EAST, WEST, errors.CircleFault.NOT_EQUIDISTANT, 1.1, 0.9),
+        (ORIGIN, NORTH * 1.0002, errors.CircleFault.NOT_EQUIDISTANT, 1.0002, 1.0),
+        (ORIGIN, WEST, errors.CircleFault.NO_NORMAL, 0.0, 1e-4),
+        (ORIGIN, EAST, errors.CircleFault.COINCIDENT, 0.0, 1e-4),
+        (EAST, EAST, errors.CircleFault.TOO_SMALL, 0.0, 1e-3),
+        (200.0 * NORTH, WEST, errors.CircleFault.TOO_LARGE, math.hypot(200.0, 1.0), 100.0),
+    ],
+)
+def test_a_centre_of_no_arc_is_refused_with_its_numbers(
+    centre: Array, end: Array, fault: errors.CircleFault, value: float, limit: float
+) -> None:
+    with pytest.raises(errors.BadCircle) as refusal:
+        tool_curves.arc_about(EAST, centre, end)
+    assert refusal.value.fault is fault
+    assert (refusal.value.measured, refusal.value.bound) == pytest.approx((value, limit), abs=1e-9)
+
+
+def test_a_refusal_names_both_radii_in_millimetres() -> None:
+    with pytest.raises(
+        errors.BadCircle, match=r"1e\+03 mm from the start and 1\.1e\+03 mm|from the end"
+    ):
+        tool_curves.arc_about(EAST, ORIGIN, 1.1 * NORTH)
+
+
+@pytest.mark.parametrize(
+    ("normal", "named"), [(ORIGIN, "length"), (EAST, "right angle"), (UP + 0.1 * EAST, "0.0995 m")]
+)
+def test_a_normal_that_is_none_is_refused(normal: Array, named: str) -> None:
+    with pytest.raises(errors.BadArgument, match=named):
+        tool_curves.circle_about(EAST, ORIGIN, normal)
+    with pytest.raises(errors.BadArgument, match=named):
+        tool_curves.arc_about(EAST, ORIGIN, WEST, normal=normal)
+
+
+def test_a_normal_and_the_longer_way_together_are_refused() -> None:
+    with pytest.raises(errors.BadArgument, match="more_than_half"):
+        tool_curves.arc_about(EAST, ORIGIN, NORTH, normal=UP, more_than_half=True)
+
+
+@pytest.mark.parametrize("bad", [math.nan, math.inf])
+def test_points_that_are_not_finite_are_refused(bad: float) -> None:
+    with pytest.raises(errors.NotFinite):
+        tool_curves.arc_through(EAST, [bad, 0.0, 0.0], NORTH)
+    with pytest.raises(errors.NotFinite):
+        tool_curves.arc_about(EAST, [0.0, bad, 0.0], NORTH)
+    with pytest.raises(errors.NotFinite):
+        tool_curves.circle_about(EAST, ORIGIN, [0.0, 0.0, bad])
+    with pytest.raises(errors.BadArgument, match="three"):
+        tool_curves.circle_through(EAST, [0.0, 1.0], WEST)
+
+
+@pytest.mark.parametrize(
+    ("turn", "rpy"),
+    [
+        (tool_curves.ToolTurn.EVEN, (0.0, 0.4, 0.0)),
+        (tool_curves.ToolTurn.CONSTANT, (0.0, 0.0, 0.0)),
+        (tool_curves.ToolTurn.WITH_THE_PATH, (0.0, 0.0, QUARTER)),
+    ],
+)
+def test_the_tool_turns_as_asked(
+    turn: tool_curves.ToolTurn, rpy: tuple[float, float, float]
+) -> None:
+    start, target = Pose.from_rpy(EAST, [0.0] * 3), Pose.from_rpy(NORTH, [0.0, 0.4, 0.0])
+    arc = tool_curves.ToolArc(tool_curves.arc_about(EAST, ORIGIN, NORTH), start, target, turn)
+    place = arc.place(np.array([arc.length]))
+    assert place.position[0] == pytest.approx(NORTH, abs=1e-12)
+    assert place.rotation[0] == pytest.approx(Pose.from_rpy(NORTH, rpy).rotation, abs=1e-12)
+
+
+@given(seed=st.integers(0, 10**6))
+def test_any_three_points_lie_on_their_arc_in_their_order(seed: int) -> None:
+    start, via, end = np.random.default_rng(seed).uniform(-1.0, 1.0, (3, 3))
+    arc = tool_curves.arc_through(start, via, end)
+    radii = [math.dist(arc.centre, point) for point in (start, via, end)]
+    assert radii == pytest.approx([arc.radius] * 3, rel=1e-9)
+    x, y = (via - arc.centre) @ arc.first, (via - arc.centre) @ arc.second
+    assert 0.0 < math.atan2(y, x) % (2.0 * math.pi) < arc.sweep
+    assert end_of(arc) == pytest.approx(end, abs=1e-9)

@@ -1,30 +1,24 @@
 import math
 from contextlib import suppress
-from functools import cache
 from unittest.mock import Mock
 
 import numpy as np
 import pytest
-from numpy.typing import NDArray
-from rigs.motion.loaded_robots import serial_robot
+from rigs.motion.loaded_robots import arm
 
-from openpendant.motion.errors import (
-    BranchChange,
-    MotionError,
-    NoMotion,
-    OutOfRange,
-    PoseUnreachable,
-)
+from openpendant.motion import errors
 from openpendant.motion.kinematics.ik.ik import solve
 from openpendant.motion.kinematics.serial import Kinematics
 from openpendant.motion.paths import tool_paths
 from openpendant.motion.paths.path_chains import ToolChain
+from openpendant.motion.paths.paths import joint_path_through_poses, linear_legs, linear_path
 from openpendant.motion.paths.tool_curves import ToolArc, ToolLine, circle_about
 from openpendant.motion.paths.tool_kinematics import next_joints
 from openpendant.motion.paths.tool_paths import POSITION_STEP, deviation, follow_tool_curve
-from openpendant.motion.pose import Pose, PoseArray
-from openpendant.motion.timing.parameterization import time_path
+from openpendant.motion.pose import Array, Pose, PoseArray
+from openpendant.motion.timing.parameterization import time_legs, time_path
 from openpendant.motion.trajectory.certificate import certify
+from openpendant.motion.trajectory.joint_curves import JointSpline
 from openpendant.tools.bench.path_accuracy import (
     GREATEST_ANGLE,
     GREATEST_DISTANCE,
@@ -32,14 +26,143 @@ from openpendant.tools.bench.path_accuracy import (
     path_accuracy,
 )
 
-Array = NDArray[np.float64]
+READY = {
+    "ur5": [0.3, -1.4, 1.6, -1.2, -1.3, 0.4],
+    "abb_irb2400": [0.2, 0.1, -0.1, 0.3, 0.8, 0.2],
+    "kawasaki_ra10n": [0.2, 0.2, -1.2, 0.3, -0.8, 0.2],
+    "kuka_iiwa14": [0.2, 0.5, 0.1, -1.2, 0.1, 0.8, 0.1],
+}
 
-UR5 = [0.3, -1.4, 1.6, -1.2, -1.3, 0.4]
+
+UR5, IRB2400, START = arm("ur5"), arm("abb_irb2400"), READY["ur5"]
+BEGIN = UR5.forward(START)
 
 
-@cache
-def robot(name: str) -> Kinematics:
-    return Kinematics(serial_robot(name))
+def moved(pose: Pose, shift: list[float], rpy: list[float]) -> Pose:
+    turned = Pose.from_rpy([0.0, 0.0, 0.0], rpy).compose(Pose(np.zeros(3), pose.quaternion))
+    return Pose(pose.position + shift, turned.quaternion)
+
+
+def from_line(position: Array, start: Pose, end: Pose) -> float:
+    along = end.position - start.position
+    fraction = float((position - start.position) @ along / (along @ along))
+    return math.dist(position, start.position + fraction * along)
+
+
+@pytest.mark.parametrize("name", READY)
+def test_the_tool_keeps_to_the_straight_line(name: str) -> None:
+    kinematics, start = arm(name), READY[name]
+    begin = kinematics.forward(start)
+    end = moved(begin, [-0.08, 0.12, -0.06], [0.1, -0.15, 0.2])
+
+    path = linear_path(kinematics, start, end)
+
+    positions = path.evaluate(np.linspace(0.0, path.length, 10 * len(path.knots)))
+    poses = [kinematics.forward(position) for position in positions]
+    assert max(from_line(pose.position, begin, end) for pose in poses) <= 1e-4
+    # Turning about one axis only: the angles to both ends add up to the whole turn.
+    turned = [begin.rotation_distance(p) + p.rotation_distance(end) for p in poses]
+    assert max(turned) <= begin.rotation_distance(end) + 1e-4
+    assert positions[0].tolist() == start
+    assert poses[-1].position_distance(end) <= 1e-5
+    assert poses[-1].rotation_distance(end) <= 1e-4
+    assert path.waypoint_knots.tolist() == [0, len(path.knots) - 1]
+
+
+@pytest.mark.parametrize("name", READY)
+def test_a_timed_tool_line_is_certified(name: str) -> None:
+    kinematics, start = arm(name), READY[name]
+    end = moved(kinematics.forward(start), [0.0, 0.1, 0.05], [0.0, 0.0, 0.0])
+    trajectory = time_path(linear_path(kinematics, start, end), kinematics.limits)
+    certify(trajectory, kinematics.limits, start=start)
+
+
+def test_turning_on_the_spot_is_a_line_too() -> None:
+    path = linear_path(UR5, START, moved(BEGIN, [0.0, 0.0, 0.0], [0.0, 0.0, 0.5]))
+    for position in path.evaluate(np.linspace(0.0, path.length, 300)):
+        assert UR5.forward(position).position_distance(BEGIN) <= 1e-4
+
+
+def test_a_line_in_the_root_frame_reaches_the_same_pose() -> None:
+    kinematics, start = arm("kawasaki_ra10n"), READY["kawasaki_ra10n"]
+    goal = [value + 0.05 for value in start]
+    in_root, in_base = (kinematics.forward(goal, frame) for frame in ("root", "base"))
+    path = linear_path(kinematics, start, in_root, frame="root")
+    assert kinematics.forward(path.goal).position_distance(in_base) <= 1e-5
+
+
+def test_a_line_out_of_reach_is_refused_with_where_on_the_way() -> None:
+    end = moved(BEGIN, [2.0, 0.0, 0.0], [0.0, 0.0, 0.0])
+    with pytest.raises(errors.PoseUnreachable) as refusal:
+        linear_path(UR5, START, end)
+    assert refusal.value.fraction is not None
+    assert 0.0 < refusal.value.fraction < 1.0
+
+
+def test_a_line_that_would_need_another_turn_of_a_joint_is_refused_as_a_change_of_branch() -> None:
+    kinematics = arm("ur5")
+    upper = kinematics.limits.upper[5]
+    start = [*READY["ur5"][:5], upper - 0.1]
+    flange = kinematics.forward(start)
+    end = flange.compose(Pose.from_rpy([0.0, 0.0, 0.0], [0.0, 0.0, 0.4]))
+
+    with pytest.raises(errors.BranchChange) as refusal:
+        linear_path(kinematics, start, end)
+
+    assert refusal.value.joint == kinematics.limits.names[5]
+    assert refusal.value.fraction == pytest.approx(0.25, abs=0.01)
+    assert refusal.value.step > 2.0
+
+
+def test_a_line_to_where_the_tool_stands_is_no_motion() -> None:
+    with pytest.raises(errors.NoMotion):
+        linear_path(UR5, START, BEGIN)
+
+
+def test_a_line_from_outside_the_range_or_in_no_frame_is_refused() -> None:
+    end = moved(BEGIN, [0.0, 0.1, 0.0], [0.0, 0.0, 0.0])
+    with pytest.raises(errors.OutOfRange):
+        linear_path(UR5, [7.0, *START[1:]], end)
+    with pytest.raises(errors.FrameUnknown):
+        linear_path(UR5, START, end, frame="moon")
+
+
+def test_legs_stop_at_each_pose_and_are_one_trajectory() -> None:
+    corner = moved(BEGIN, [0.0, 0.1, 0.0], [0.0, 0.0, 0.0])
+    end = moved(corner, [0.0, 0.0, 0.1], [0.0, 0.0, 0.0])
+
+    legs = linear_legs(UR5, START, [BEGIN, corner, corner, end])
+    trajectory = time_legs(legs, UR5.limits)
+
+    certify(trajectory, UR5.limits, start=START)
+    assert len(legs) == 2
+    state = trajectory.sample(float(trajectory.waypoint_times[1]))
+    assert not state.velocity.any()
+    assert UR5.forward(state.position).position_distance(corner) <= 1e-5
+
+
+def test_no_legs_are_refused() -> None:
+    with pytest.raises(errors.BadArgument, match="poses"):
+        linear_legs(UR5, START, [])
+    with pytest.raises(errors.NoMotion):
+        linear_legs(UR5, START, [BEGIN])
+
+
+def test_poses_become_joint_waypoints_near_one_another() -> None:
+    taught = [[value + 0.15 * step for value in START] for step in (1, 2, 3)]
+    poses = [UR5.forward(position) for position in taught]
+    waypoints = joint_path_through_poses(UR5, START, poses)
+    assert waypoints[0].tolist() == START
+    assert np.array(waypoints[1:]) == pytest.approx(np.array(taught), abs=1e-5)
+    certify(time_path(JointSpline(waypoints, UR5.limits), UR5.limits), UR5.limits)
+
+
+def test_an_unreachable_pose_among_several_says_which() -> None:
+    near = moved(BEGIN, [0.0, 0.05, 0.0], [0.0, 0.0, 0.0])
+    far = moved(near, [3.0, 0.0, 0.0], [0.0, 0.0, 0.0])
+    with pytest.raises(errors.PoseUnreachable) as refusal:
+        joint_path_through_poses(UR5, START, [near, far, near, near])
+    assert refusal.value.fraction == 0.5
 
 
 def shifted(pose: Pose, shift: list[float]) -> Pose:
@@ -47,27 +170,23 @@ def shifted(pose: Pose, shift: list[float]) -> Pose:
 
 
 def test_the_planned_tool_is_twice_as_exact() -> None:
-    kinematics = robot("ur5")
-    here = kinematics.forward(UR5)
-    curve = ToolLine(here, shifted(here, [-0.1, 0.2, 0.1]))
-    path = follow_tool_curve(kinematics, UR5, curve)
+    curve = ToolLine(BEGIN, shifted(BEGIN, [-0.1, 0.2, 0.1]))
+    path = follow_tool_curve(UR5, START, curve)
     joints = path.evaluate(np.linspace(0.0, path.length, 10 * len(path.knots)))
-    off = deviations(kinematics, curve, joints, np.linspace(0.0, curve.length, len(joints)))
+    off = deviations(UR5, curve, joints, np.linspace(0.0, curve.length, len(joints)))
     assert np.linalg.norm(off[:, :3], axis=1).max() <= 0.05e-3
     assert np.linalg.norm(off[:, 3:], axis=1).max() <= math.radians(0.025)
 
 
 def test_waypoints_are_passed_where_the_curve_passes_them() -> None:
-    kinematics = robot("ur5")
-    here = kinematics.forward(UR5)
-    corner = shifted(here, [0.0, 0.1, 0.0])
+    corner = shifted(BEGIN, [0.0, 0.1, 0.0])
     last = shifted(corner, [0.0, 0.0, 0.1])
-    chain = ToolChain([ToolLine(here, corner), ToolLine(corner, last)], [0.03])
+    chain = ToolChain([ToolLine(BEGIN, corner), ToolLine(corner, last)], [0.03])
 
-    path = follow_tool_curve(kinematics, UR5, chain)
+    path = follow_tool_curve(UR5, START, chain)
 
     passing = path.evaluate(path.knots[path.waypoint_knots])
-    positions = [kinematics.forward(position).position for position in passing]
+    positions = [UR5.forward(position).position for position in passing]
     assert len(positions) == 3
     assert math.dist(positions[1], corner.position) == pytest.approx(
         3.0 * 0.03 / 8.0 * math.sin(math.pi / 4.0), abs=1e-5
@@ -88,14 +207,12 @@ def test_deviation_is_measured_from_the_nearest_place_not_from_the_one_in_time()
 def test_a_curve_that_leaves_the_reach_is_refused_with_its_fraction(
     shift: list[float], least: float, most: float
 ) -> None:
-    kinematics = robot("ur5")
-    here = kinematics.forward(UR5)
 
-    with pytest.raises((PoseUnreachable, OutOfRange)) as refusal:
-        follow_tool_curve(kinematics, UR5, ToolLine(here, shifted(here, shift)))
+    with pytest.raises((errors.PoseUnreachable, errors.OutOfRange)) as refusal:
+        follow_tool_curve(UR5, START, ToolLine(BEGIN, shifted(BEGIN, shift)))
 
     error = refusal.value
-    assert isinstance(error, PoseUnreachable | OutOfRange)
+    assert isinstance(error, errors.PoseUnreachable | errors.OutOfRange)
     assert error.fraction is not None
     assert least < error.fraction < most
 
@@ -103,20 +220,20 @@ def test_a_curve_that_leaves_the_reach_is_refused_with_its_fraction(
 def test_a_line_that_ends_out_of_reach_is_refused_where_following_it_is_and_sooner(
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
-    kinematics, asked = robot("ur5"), Mock(side_effect=next_joints)
-    here = kinematics.forward(UR5)
-    line = ToolLine(here, shifted(here, [2.0, 0.0, 0.0]))
+    asked = Mock(side_effect=next_joints)
+    line = ToolLine(BEGIN, shifted(BEGIN, [2.0, 0.0, 0.0]))
     monkeypatch.setattr(tool_paths, "next_joints", asked)
+    refusals = (errors.PoseUnreachable, errors.OutOfRange)
 
-    with pytest.raises((PoseUnreachable, OutOfRange)) as refusal:
-        follow_tool_curve(kinematics, UR5, line)
+    with pytest.raises(refusals) as refusal:
+        follow_tool_curve(UR5, START, line)
 
     places = line.place(np.linspace(0.0, line.length, 1001)[1:])
-    followed = [np.array(UR5)]
-    with suppress(PoseUnreachable, OutOfRange):
+    followed = [np.array(START)]
+    with suppress(*refusals):
         for place in zip(*places, strict=True):
-            followed.append(next_joints(kinematics, Pose.from_matrix(*place), followed[-1]))
-    assert isinstance(refusal.value, PoseUnreachable | OutOfRange)
+            followed.append(next_joints(UR5, Pose.from_matrix(*place), followed[-1]))
+    assert isinstance(refusal.value, errors.PoseUnreachable | errors.OutOfRange)
     assert refusal.value.fraction == pytest.approx(len(followed) / 1000, abs=1e-12)
     assert asked.call_count < len(followed) / 4
 
@@ -124,90 +241,79 @@ def test_a_line_that_ends_out_of_reach_is_refused_where_following_it_is_and_soon
 def test_a_line_that_is_solved_in_short_steps_alone_is_planned(
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
-    kinematics = robot("ur5")
-    here = kinematics.forward(UR5)
-    line = ToolLine(here, shifted(here, [0.05, 0.0, 0.0]))
-    planned = follow_tool_curve(kinematics, UR5, line)
+    line = ToolLine(BEGIN, shifted(BEGIN, [0.05, 0.0, 0.0]))
+    planned = follow_tool_curve(UR5, START, line)
 
-    def short_steps(robot: Kinematics, pose: Pose, before: NDArray[np.float64]) -> Array:
+    def short_steps(robot: Kinematics, pose: Pose, before: Array) -> Array:
         if pose.position_distance(robot.forward(before)) > 1.01 * POSITION_STEP:
-            raise PoseUnreachable(tuple(pose.position.tolist()), "base", 1.0, 0.0, 0)
+            x, y, z = pose.position.tolist()
+            raise errors.PoseUnreachable((x, y, z), "base", 1.0, 0.0, 0)
         return next_joints(robot, pose, before)
 
     monkeypatch.setattr(tool_paths, "next_joints", short_steps)
-    assert follow_tool_curve(kinematics, UR5, line).length == planned.length
+    assert follow_tool_curve(UR5, START, line).length == planned.length
 
 
 def test_a_circle_of_a_hundred_metres_is_refused_soon() -> None:
-    kinematics = robot("ur5")
-    here = kinematics.forward(UR5)
-    centre = shifted(here, [0.0, 99.0, 0.0]).position
-    circle = circle_about(here.position, centre, [0.0, 0.0, 1.0])
-    with pytest.raises(MotionError):
-        follow_tool_curve(kinematics, UR5, ToolArc(circle, here, here))
+    centre = shifted(BEGIN, [0.0, 99.0, 0.0]).position
+    circle = circle_about(BEGIN.position, centre, [0.0, 0.0, 1.0])
+    with pytest.raises(errors.MotionError):
+        follow_tool_curve(UR5, START, ToolArc(circle, BEGIN, BEGIN))
 
 
 def test_a_curve_too_short_to_move_a_joint_is_no_motion() -> None:
-    kinematics = robot("ur5")
-    here = kinematics.forward(UR5)
-    with pytest.raises(NoMotion):
-        follow_tool_curve(kinematics, UR5, ToolLine(here, shifted(here, [1e-8, 0.0, 0.0])))
+    with pytest.raises(errors.NoMotion):
+        follow_tool_curve(UR5, START, ToolLine(BEGIN, shifted(BEGIN, [1e-8, 0.0, 0.0])))
 
 
 @pytest.mark.parametrize("swing", [0.05, 0.2])
 @pytest.mark.parametrize("fourth", [0.0, 0.2, 1.0])
 def test_a_line_through_the_wrist_singularity_is_exact(fourth: float, swing: float) -> None:
-    kinematics = robot("abb_irb2400")
     start, goal = ([0.1, 0.1, 0.1, fourth, fifth, 0.1] for fifth in (swing, -swing))
-    line = ToolLine(kinematics.forward(start), kinematics.forward(goal))
-    worst = path_accuracy(kinematics, np.array(start), line, runs=1)
+    line = ToolLine(IRB2400.forward(start), IRB2400.forward(goal))
+    worst = path_accuracy(IRB2400, np.array(start), line, runs=1)
     assert worst.distance <= GREATEST_DISTANCE
     assert worst.angle <= GREATEST_ANGLE
 
 
 @pytest.mark.parametrize("swing", [0.02, 0.005, 1e-3, 1e-4])
 @pytest.mark.parametrize("fourth", [0.0, 0.2, 1.0])
-def test_a_short_line_through_the_wrist_singularity_is_timed_and_certified(
+def test_a_short_line_through_the_wrist_singularity_is_certified(
     fourth: float, swing: float
 ) -> None:
-    kinematics = robot("abb_irb2400")
     start, goal = ([0.1, 0.1, 0.1, fourth, fifth, 0.1] for fifth in (swing, -swing))
-    line = ToolLine(kinematics.forward(start), kinematics.forward(goal))
+    line = ToolLine(IRB2400.forward(start), IRB2400.forward(goal))
 
-    trajectory = time_path(follow_tool_curve(kinematics, start, line), kinematics.limits)
+    trajectory = time_path(follow_tool_curve(IRB2400, start, line), IRB2400.limits)
 
-    certify(trajectory, kinematics.limits, start=start)
+    certify(trajectory, IRB2400.limits, start=start)
     # Joint 5 alone has to move: it takes as long as its own two ramps, or its cruise.
-    gain = kinematics.limits.acceleration[4]
+    gain = IRB2400.limits.acceleration[4]
     assert trajectory.duration <= 2.0 * math.sqrt(2.0 * swing / gain) * 1.05 + 0.02
 
 
 @pytest.mark.parametrize("past", [1e-3, pytest.param(5e-4, marks=pytest.mark.soak), 2e-4])
 @pytest.mark.parametrize("fourth", [-1.0, 0.5])
-def test_a_line_that_grazes_the_wrist_singularity_keeps_its_branch(
-    fourth: float, past: float
-) -> None:
-    kinematics = robot("abb_irb2400")
+def test_a_line_past_the_wrist_singularity_keeps_its_branch(fourth: float, past: float) -> None:
     middle = [0.1, 0.2, 0.1, fourth, past, 0.3]
-    there = kinematics.forward(middle)
-    start = solve(kinematics, shifted(there, [0.0, 0.0, -0.1]), middle).joint_position
-    line = ToolLine(kinematics.forward(start), shifted(there, [0.0, 0.0, 0.1]))
+    there = IRB2400.forward(middle)
+    start = solve(IRB2400, shifted(there, [0.0, 0.0, -0.1]), middle).joint_position
+    line = ToolLine(IRB2400.forward(start), shifted(there, [0.0, 0.0, 0.1]))
 
-    path = follow_tool_curve(kinematics, start, line)
+    path = follow_tool_curve(IRB2400, start, line)
 
     joints = path.evaluate(path.knots)
     assert len(set(np.sign(joints[:, 4]))) == 1
     assert np.ptp(joints[:, 3]) > 3.0  # within a millimetre; the tool waits for it
-    certify(time_path(path, kinematics.limits), kinematics.limits, start=start)
+    certify(time_path(path, IRB2400.limits), IRB2400.limits, start=start)
 
 
 def test_a_line_that_would_flip_the_wrist_is_refused_with_the_singularitys_name() -> None:
-    kinematics = robot("abb_irb2400")
     start = [0.34, -0.25, -0.36, -1.35, 0.01, 2.31]
-    here = kinematics.forward(start)
+    here = IRB2400.forward(start)
     line = ToolLine(here, shifted(here, [0.09, -0.07, -0.13]))
-    with pytest.raises(BranchChange, match="at a wrist singularity; accepted: ") as refusal:
-        follow_tool_curve(kinematics, start, line)
+    with pytest.raises(errors.BranchChange, match="at a wrist singularity; accepted: ") as refusal:
+        follow_tool_curve(IRB2400, start, line)
     assert refusal.value.singularity == "wrist"
     assert 0.0 < refusal.value.fraction < 1.0
 
@@ -231,8 +337,7 @@ def test_a_line_that_would_flip_the_wrist_is_refused_with_the_singularitys_name(
 def test_a_line_that_just_touches_a_joints_bound_is_not_refused_for_the_curve_between_samples(
     start: list[float], shift: list[float], joint: int
 ) -> None:
-    kinematics = robot("abb_irb2400")
-    here = kinematics.forward(start)
-    path = follow_tool_curve(kinematics, start, ToolLine(here, shifted(here, shift)))
-    assert path.extent()[1][joint] == pytest.approx(kinematics.upper[joint], abs=1e-8)
-    certify(time_path(path, kinematics.limits), kinematics.limits, start=start)
+    here = IRB2400.forward(start)
+    path = follow_tool_curve(IRB2400, start, ToolLine(here, shifted(here, shift)))
+    assert path.extent()[1][joint] == pytest.approx(IRB2400.upper[joint], abs=1e-8)
+    certify(time_path(path, IRB2400.limits), IRB2400.limits, start=start)

@@ -5,31 +5,30 @@ import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
-from numpy.typing import NDArray
 from rigs.data.example_counts import few
-from rigs.motion.loaded_robots import load_robot, serial_robot
+from rigs.motion.loaded_robots import SERIAL, serial_robot
+from rigs.motion.nearness import assert_near
 
+from openpendant.motion import errors
 from openpendant.motion.description.limits import JointLimits
-from openpendant.motion.description.robot import SerialRobot, robot_names
-from openpendant.motion.errors import (
-    BadArgument,
-    MotionError,
-    NoMotion,
-    NotFinite,
-    OutOfRange,
-    WrongJointCount,
-    ZoneTooLarge,
+from openpendant.motion.paths.blending import (
+    LEAST_ZONE,
+    JointPolyline,
+    check_zones,
+    place_of_rate,
+    rates,
+    runs,
+    turning,
 )
-from openpendant.motion.paths.blending import LEAST_ZONE, JointPolyline, check_zones
+from openpendant.motion.paths.path_chains import JointChain
+from openpendant.motion.pose import Array
 from openpendant.motion.timing.parameterization import time_path
 from openpendant.motion.trajectory.certificate import certify
-
-Array = NDArray[np.float64]
+from openpendant.motion.trajectory.joint_curves import JointLine, JointSpline
 
 CORNER = [[0.0, 0.0], [1.0, 0.0], [1.0, 1.0]]
 SPEED, GAIN = 2.0, 8.0
 TWO = JointLimits(("a", "b"), (-3.0,) * 2, (3.0,) * 2, (SPEED,) * 2, (GAIN,) * 2, (False,) * 2)
-SERIAL = [name for name in robot_names() if isinstance(load_robot(name), SerialRobot)]
 
 
 def waypoints_and_zones(seed: int, count: int, joints: int) -> tuple[Array, list[float]]:
@@ -55,7 +54,7 @@ def off_the_polyline(places: Array, points: Array) -> float:
 
 
 @pytest.mark.parametrize("zone", [1e-4, 0.02, 0.1, 0.5, 1.0])
-def test_a_right_angle_is_left_and_joined_at_the_zone_and_passed_at_the_distance_of_the_law(
+def test_a_right_angle_is_left_and_joined_at_the_zone_and_passed_by_the_law(
     zone: float,
 ) -> None:
     path = JointPolyline(CORNER, [zone])
@@ -152,7 +151,7 @@ def test_a_corner_is_run_nearly_as_fast_as_can_be(leg: float, zone: float) -> No
 
 @few(6)
 @given(seed=st.integers(0, 10**6), count=st.integers(3, 15))
-def test_a_timed_path_keeps_its_limits_between_its_samples_and_never_stops(
+def test_a_timed_path_keeps_its_limits_between_samples_without_a_stop(
     seed: int, count: int
 ) -> None:
     path = JointPolyline(*waypoints_and_zones(seed, count, 2), TWO)
@@ -209,7 +208,7 @@ def test_a_zone_that_does_not_fit_is_refused_with_the_largest_that_does(
     if waypoint is None:
         check_zones(lengths, zones, "m")
         return
-    with pytest.raises(ZoneTooLarge) as refusal:
+    with pytest.raises(errors.ZoneTooLarge) as refusal:
         check_zones(lengths, zones, "m", first_waypoint=7)
 
     error = refusal.value
@@ -222,26 +221,26 @@ def test_a_zone_that_does_not_fit_is_refused_with_the_largest_that_does(
 @pytest.mark.parametrize(
     ("points", "zones", "error"),
     [
-        ([], [], BadArgument),
-        ([[0.0, 0.0]], [], BadArgument),
-        (CORNER, [], BadArgument),
-        (CORNER, [0.1, 0.1], BadArgument),
-        (CORNER, [-0.1], BadArgument),
-        (CORNER, [0.0], BadArgument),
-        (CORNER, [9e-5], BadArgument),
-        (CORNER, [math.nan], NotFinite),
-        (CORNER, [math.inf], NotFinite),
-        (CORNER, [1.1], ZoneTooLarge),
-        ([CORNER[0], CORNER[0]], [], NoMotion),
-        ([CORNER[0], [9e-6, 0.0]], [], NoMotion),
-        ([CORNER[0], CORNER[1], CORNER[1]], [0.1], ZoneTooLarge),
-        ([[0.0, 0.0], [1.0, math.nan], [1.0, 1.0]], [0.1], NotFinite),
-        ([[0.0, 0.0], [1.0], [1.0, 1.0]], [0.1], WrongJointCount),
-        ([[0.0, 0.0], [3.1, 0.0], [1.0, 1.0]], [0.1], OutOfRange),
+        ([], [], errors.BadArgument),
+        ([[0.0, 0.0]], [], errors.BadArgument),
+        (CORNER, [], errors.BadArgument),
+        (CORNER, [0.1, 0.1], errors.BadArgument),
+        (CORNER, [-0.1], errors.BadArgument),
+        (CORNER, [0.0], errors.BadArgument),
+        (CORNER, [9e-5], errors.BadArgument),
+        (CORNER, [math.nan], errors.NotFinite),
+        (CORNER, [math.inf], errors.NotFinite),
+        (CORNER, [1.1], errors.ZoneTooLarge),
+        ([CORNER[0], CORNER[0]], [], errors.NoMotion),
+        ([CORNER[0], [9e-6, 0.0]], [], errors.NoMotion),
+        ([CORNER[0], CORNER[1], CORNER[1]], [0.1], errors.ZoneTooLarge),
+        ([[0.0, 0.0], [1.0, math.nan], [1.0, 1.0]], [0.1], errors.NotFinite),
+        ([[0.0, 0.0], [1.0], [1.0, 1.0]], [0.1], errors.WrongJointCount),
+        ([[0.0, 0.0], [3.1, 0.0], [1.0, 1.0]], [0.1], errors.OutOfRange),
     ],
 )
 def test_what_is_no_path_with_zones_is_refused(
-    points: list[list[float]], zones: list[float], error: type[MotionError]
+    points: list[list[float]], zones: list[float], error: type[errors.MotionError]
 ) -> None:
     with pytest.raises(error):
         JointPolyline(points, zones, TWO)
@@ -271,5 +270,131 @@ def test_a_thousand_corners_are_one_motion() -> None:
 
 
 def test_a_third_derivative_is_not_offered() -> None:
-    with pytest.raises(BadArgument, match="order"):
+    with pytest.raises(errors.BadArgument, match="order"):
         JointPolyline(CORNER, [0.1]).evaluate(np.array([0.1]), 3)
+
+
+HALF = 0.3
+T = np.linspace(0.0, 1.0, 101)
+STEP = 1e-6
+
+
+def test_the_first_leg_runs_out_as_the_second_begins() -> None:
+    left, gone = runs(np.array([0.0, 0.5, 1.0]), HALF)
+    assert left == pytest.approx([HALF, 3.0 / 16.0 * HALF, 0.0])
+    assert gone == pytest.approx([0.0, 3.0 / 16.0 * HALF, HALF])
+
+
+def test_the_rates_are_the_derivatives_of_the_runs_and_add_up_to_one() -> None:
+    per_parameter = 2.0 * STEP * 2.0 * HALF
+    before, after = runs(T - STEP, HALF), runs(T + STEP, HALF)
+    leaving, coming = rates(T)
+    assert leaving == pytest.approx((before[0] - after[0]) / per_parameter, abs=1e-8)
+    assert coming == pytest.approx((after[1] - before[1]) / per_parameter, abs=1e-8)
+    assert leaving + coming == pytest.approx(np.ones_like(T))
+
+
+def test_the_turning_is_the_derivative_of_the_second_rate_and_none_at_both_ends() -> None:
+    change = (rates(T + STEP)[1] - rates(T - STEP)[1]) / (2.0 * STEP * 2.0 * HALF)
+    assert turning(T, HALF) == pytest.approx(change, abs=1e-8)
+    assert turning(T[[0, -1]], HALF) == pytest.approx([0.0, 0.0])
+
+
+def test_a_rate_is_found_where_it_is() -> None:
+    assert place_of_rate(rates(T)[1]) == pytest.approx(T, abs=1e-7)
+
+
+LIMITS = JointLimits(
+    names=("joint_1", "joint_2"),
+    lower=(-3.0, -3.0),
+    upper=(3.0, 3.0),
+    velocity=(2.0, 3.0),
+    acceleration=(5.0, 8.0),
+    prismatic=(False, False),
+)
+LINE = JointLine([0.0, 0.0], [1.0, 0.0])
+CURVE = JointSpline([[1.0, 0.0], [1.2, 0.5], [1.0, 1.0]])
+BACK = JointLine([1.0, 1.0], [0.0, 1.0])
+
+
+def chain(*zones: float) -> JointChain:
+    return JointChain([LINE, CURVE, BACK], zones, LIMITS)
+
+
+def test_outside_its_zones_each_path_is_what_it_was() -> None:
+    joined = chain(0.2, 0.3)
+
+    for path, start, begin, end in (
+        (LINE, 0.0, 0.0, 0.8),
+        (CURVE, LINE.length, 0.2, CURVE.length - 0.3),
+        (BACK, LINE.length + CURVE.length, 0.3, BACK.length),
+    ):
+        along = np.linspace(begin, end, 20)
+        for order in (0, 1, 2):
+            assert_near(joined.evaluate(start + along, order), path.evaluate(along, order), 1e-10)
+
+
+def test_derivatives_are_those_of_the_positions_and_have_no_step() -> None:
+    joined = chain(0.2, 0.3)
+    s, step = np.linspace(1e-4, joined.length - 1e-4, 4001), 1e-5
+    for order in (0, 1):
+        ahead, behind = joined.evaluate(s + step, order), joined.evaluate(s - step, order)
+        np.testing.assert_allclose(
+            joined.evaluate(s, order + 1), (ahead - behind) / (2.0 * step), atol=2e-3
+        )
+
+
+def test_the_ends_are_exact_and_each_corner_is_a_waypoint() -> None:
+    joined = chain(0.2, 0.3)
+    ends = joined.evaluate(np.array([0.0, joined.length]))
+    assert ends.tolist() == [[0.0, 0.0], [0.0, 1.0]]
+    assert joined.goal.tolist() == [0.0, 1.0]
+    wanted = np.cumsum([0.0, LINE.length, CURVE.length / 2, CURVE.length / 2, BACK.length])
+    assert joined.knots[joined.waypoint_knots] == pytest.approx(wanted, abs=1e-4)
+    assert (np.diff(joined.knots) > 0.0).all()
+
+
+@pytest.mark.parametrize("zones", [(0.01, 0.01), (0.2, 0.3), (1.0, 0.07)])
+def test_the_motion_is_certified_and_time_goes_on_strictly(zones: tuple[float, float]) -> None:
+    trajectory = time_path(chain(*zones), LIMITS)
+    certify(trajectory, LIMITS, start=[0.0, 0.0])
+    assert (np.diff(trajectory.waypoint_times) > 0.0).all()
+
+
+def test_a_way_back_on_itself_is_certified_too() -> None:
+    there, back = JointLine([0.0, 0.0], [1.0, 0.5]), JointLine([1.0, 0.5], [0.0, 0.0])
+    certify(time_path(JointChain([there, back], [0.4], LIMITS), LIMITS), LIMITS)
+
+
+def test_no_zone_leaves_the_extent() -> None:
+    joined = chain(0.2, 0.3)
+    least, greatest = joined.extent()
+    places = joined.evaluate(np.linspace(0.0, joined.length, 5000))
+    assert (places >= least - 1e-12).all()
+    assert (places <= greatest + 1e-12).all()
+
+
+def test_a_zone_out_of_a_joints_range_is_refused() -> None:
+    # The first runs into the corner from above while the second leaves it upwards.
+    first = JointSpline([[0.0, 0.0], [0.5, 0.8], [1.0, 0.5]])
+    second = JointSpline([[1.0, 0.5], [1.5, 0.8], [2.0, 0.0]])
+    top = float(max(path.extent()[1][1] for path in (first, second)))
+    narrow = JointLimits(
+        LIMITS.names, LIMITS.lower, (3.0, top), LIMITS.velocity, LIMITS.acceleration, (False,) * 2
+    )
+
+    JointChain([first, second], [0.05], narrow)
+    with pytest.raises(errors.OutOfRange) as refusal:
+        JointChain([first, second], [first.length / 2.0], narrow)
+    assert refusal.value.joint == "joint_2"
+
+
+@pytest.mark.parametrize("zones", [(0.2,), (0.2, 1.1), (1.1, 0.1), (0.6, 0.6)])
+def test_zones_that_do_not_fit_are_refused(zones: tuple[float, ...]) -> None:
+    with pytest.raises(errors.BadArgument, match="zones"):
+        chain(*zones)
+
+
+def test_there_is_no_third_derivative() -> None:
+    with pytest.raises(errors.BadArgument, match="0, 1 or 2"):
+        chain(0.2, 0.3).evaluate(np.zeros(1), 3)

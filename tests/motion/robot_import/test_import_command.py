@@ -111,9 +111,7 @@ def with_follower(mimic: str, limit: str, leader: str = LIMIT) -> str:
     return robot(first, follower, THIRD)
 
 
-def test_the_own_limits_of_a_follower_narrow_those_of_its_leader(
-    capsys: Capture, tmp_path: Path
-) -> None:
+def test_a_followers_own_limits_narrow_its_leaders(capsys: Capture, tmp_path: Path) -> None:
     mimic = 'joint="one" multiplier="-2" offset="0.1"'
     limit = 'lower="-0.5" upper="0.5" velocity="0.6" acceleration="3"'
     text = with_follower(mimic, limit)
@@ -132,9 +130,7 @@ def test_the_own_limits_of_a_follower_narrow_those_of_its_leader(
 
 
 @pytest.mark.parametrize("leader", ["", ' acceleration="9"'], ids=["from the ramp", "stated"])
-def test_the_acceleration_of_a_follower_narrows_that_of_its_leader(
-    tmp_path: Path, leader: str
-) -> None:
+def test_the_acceleration_of_a_follower_narrows_its_leaders(tmp_path: Path, leader: str) -> None:
     text = with_follower(
         'joint="one" multiplier="0.5"',
         'lower="-3" upper="3" velocity="9" acceleration="0.25"',
@@ -153,9 +149,7 @@ def test_a_leader_without_limits_is_narrowed_too(tmp_path: Path) -> None:
     assert (first.lower, first.upper, first.velocity) == (-0.5, 0.5, 0.3)
 
 
-def test_a_follower_that_leaves_its_leader_no_range_is_refused(
-    capsys: Capture, tmp_path: Path
-) -> None:
+def test_a_follower_that_leaves_no_range_is_refused(capsys: Capture, tmp_path: Path) -> None:
     text = with_follower('joint="one" offset="3"', 'lower="-0.5" upper="0.5"')
     line = refusal(capsys, "import", str(written(tmp_path, text)), "--yes")
     assert "tiny.urdf: joint 'two'.limit: is -28.6479° to 28.6479°" in line

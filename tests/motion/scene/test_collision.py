@@ -1,32 +1,24 @@
 import math
+from itertools import combinations
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
 from numpy.typing import NDArray
 from rigs.data.example_counts import counts
-from rigs.motion.loaded_robots import load_robot, serial_robot
+from rigs.motion.loaded_robots import SERIAL, arm
 from rigs.motion.planning_scenes import free_position, pillar_scene, random_tasks
 
-from openpendant.motion.description.robot import robot_names
+from openpendant.motion import errors
 from openpendant.motion.description.schema import CapsuleFacts as LinkCapsule
-from openpendant.motion.errors import (
-    DuplicateObject,
-    FrameUnknown,
-    MeshFileError,
-    NotFinite,
-    UnknownObject,
-    WrongJointCount,
-)
+from openpendant.motion.kinematics.pinocchio_model import greatest_travel
 from openpendant.motion.kinematics.serial import Kinematics
-from openpendant.motion.pose import Pose
+from openpendant.motion.pose import Array, Pose
 from openpendant.motion.scene.collision import TOUCHING, CollisionModel
 from openpendant.motion.scene.scene import Box, Capsule, Mesh, Scene, SceneObject, Sphere
 
-Array = NDArray[np.float64]
-
-SERIAL = [name for name in robot_names() if load_robot(name).kind == "serial"]
-UR5 = Kinematics(serial_robot("ur5"))
+UR5 = arm("ur5")
 HOME = UR5.robot.home_position
 
 
@@ -55,8 +47,7 @@ def projected(point: Array, start: Array, end: Array) -> Array:
 
 
 @pytest.mark.parametrize("name", SERIAL)
-def test_every_robot_is_free_of_contact_at_home(name: str) -> None:
-    kinematics = Kinematics(serial_robot(name))
+def test_every_robot_is_free_of_contact_at_home(kinematics: Kinematics) -> None:
     collision = CollisionModel(kinematics)
     assert collision.contacts(kinematics.robot.home_position) == ()
     nearest = collision.distance(kinematics.robot.home_position)
@@ -202,7 +193,7 @@ def test_a_held_object_is_checked_against_the_link_that_holds_it() -> None:
 
 
 def test_a_coupled_robot_is_checked_where_its_controller_says_it_is() -> None:
-    kinematics = Kinematics(serial_robot("fanuc_m10ia"))
+    kinematics = arm("fanuc_m10ia")
     q = np.add(kinematics.robot.home_position, (0.0, 0.4, 0.2, 0.0, 0.3, 0.0))
     x, y, z = kinematics.forward(q).position.tolist()
     scene = Scene((ball("part", (x, y, z), 0.08),))
@@ -211,8 +202,7 @@ def test_a_coupled_robot_is_checked_where_its_controller_says_it_is() -> None:
 
 
 @pytest.mark.parametrize("name", ["ur5", "fanuc_m10ia", "rail_kr5_arc", "fanuc_m410ib"])
-def test_no_pair_moves_farther_than_its_bound(name: str) -> None:
-    kinematics = Kinematics(serial_robot(name))
+def test_no_pair_moves_farther_than_its_bound(kinematics: Kinematics) -> None:
     collision = CollisionModel(kinematics, Scene((ball("ball", (0.6, 0.3, 0.4)),)))
     random = np.random.default_rng(3)
     for _ in range(60):
@@ -246,21 +236,118 @@ def test_a_mesh_is_met_like_the_box_it_stands_for(wall_mesh: str) -> None:
 
 def test_what_the_robot_does_not_know_is_refused(tmp_path: Path) -> None:
     part = ball("part", (1.0, 0.0, 0.0))
-    with pytest.raises(DuplicateObject):
+    with pytest.raises(errors.DuplicateObject):
         CollisionModel(UR5, Scene((ball("tool0", (1.0, 0.0, 0.0)),)))
-    with pytest.raises(UnknownObject, match="wrist_9"):
+    with pytest.raises(errors.UnknownObject, match="wrist_9"):
         CollisionModel(UR5, Scene((part,)).allow("part", "wrist_9"))
-    with pytest.raises(FrameUnknown):
+    with pytest.raises(errors.FrameUnknown):
         CollisionModel(UR5, Scene((SceneObject("part", Sphere(0.1), link="hand"),)))
-    with pytest.raises(MeshFileError):
+    with pytest.raises(errors.MeshFileError):
         CollisionModel(UR5, Scene((SceneObject("part", Mesh(str(tmp_path / "no.stl"))),)))
 
 
 def test_a_bad_position_is_refused_and_never_called_free() -> None:
     collision = CollisionModel(UR5)
-    with pytest.raises(NotFinite):
+    with pytest.raises(errors.NotFinite):
         collision.collides([0.0, 0.0, math.nan, 0.0, 0.0, 0.0])
-    with pytest.raises(WrongJointCount):
+    with pytest.raises(errors.WrongJointCount):
         collision.distance([0.0])
-    with pytest.raises(NotFinite):
+    with pytest.raises(errors.NotFinite):
         collision.contacts([math.inf] * 6)
+
+
+ROBOTS = ("ur5", "fanuc_m10ia", "rail_kr5_arc", "fanuc_m410ib", "kuka_iiwa14")
+
+
+def random_scene(links: tuple[str, ...], random: np.random.Generator) -> Scene:
+    """Return boxes of which some are held, and pairs of which some may touch."""
+    objects = [
+        SceneObject(
+            f"box {number}",
+            Box((0.1, 0.2, 0.3)),
+            (float(random.uniform(-1.0, 1.0)), 0.5, 0.2),
+            link=str(random.choice(links)) if random.random() < 0.4 else None,
+        )
+        for number in range(int(random.integers(1, 12)))
+    ]
+    names = [each.name for each in objects]
+    chosen = {(str(random.choice(names)), str(random.choice([*names, *links]))) for _ in range(5)}
+    return Scene(tuple(objects), frozenset(pair for pair in chosen if pair[0] != pair[1]))
+
+
+def plain_pairs(kinematics: Kinematics, scene: Scene) -> list[tuple[str, str]]:
+    """Tell the rule of `collision` shape by shape."""
+    robot, model = kinematics.robot, kinematics.model
+    shapes = [(link, link) for link, each in robot.collision.items() for _ in each]
+    shapes += [(each.name, each.link or "") for each in scene.objects]
+    joint = {name: _joint(model, link) for name, link in shapes}
+    held = {each.name for each in scene.objects if each.link is not None}
+    wrist = {model.njoints - 3, model.njoints - 1} if model.njoints > 6 else set()
+    allowed = {frozenset(pair[:2]) for pair in robot.allowed_collisions}
+    allowed |= {frozenset(pair) for pair in scene.allowed}
+    checked = []
+    for (first, _), (second, _) in combinations(shapes, 2):
+        joints = {joint[first], joint[second]}
+        links = {first, second} & set(robot.links)
+        if first == second or frozenset((first, second)) in allowed:
+            continue
+        if joints == {0} and not {first, second} & held:
+            continue
+        if links == {first, second} and (max(joints) - min(joints) <= 1 or joints == wrist):
+            continue
+        if not links and len(joints) == 1:
+            continue
+        checked.append((first, second))
+    return checked
+
+
+def _joint(model: Any, link: str) -> int:
+    return int(model.frames[model.getFrameId(link)].parentJoint) if link else 0
+
+
+@pytest.mark.parametrize("name", ROBOTS)
+def test_the_pairs_are_those_of_the_rule_and_in_its_order(kinematics: Kinematics) -> None:
+    random = np.random.default_rng(11)
+    for _ in range(10):
+        scene = random_scene(kinematics.robot.links, random)
+        assert list(CollisionModel(kinematics, scene).pairs) == plain_pairs(kinematics, scene)
+
+
+@pytest.mark.parametrize("name", ROBOTS)
+def test_the_sweep_of_a_ball_is_the_lengths_between_and_its_reach(
+    kinematics: Kinematics,
+) -> None:
+    model, moving = kinematics.model, kinematics.robot.moving
+    travel = greatest_travel(kinematics.robot)
+    stand, held = SceneObject("post", Sphere(0.1), (3.0, 0.0, 0.0)), ball_at_last_joint(kinematics)
+    collision = CollisionModel(kinematics, Scene((stand, held)))
+    row: NDArray[np.float64] = collision.sweep[collision.pairs.index(("post", "ball"))]
+    lever = radius_of(kinematics, held)
+    expected = []
+    for joint in range(model.njoints - 1, 0, -1):
+        expected.append(1.0 if moving[joint - 1].prismatic else lever)
+        lever += float(np.linalg.norm(model.jointPlacements[joint].translation))
+        lever += travel[joint - 1] if moving[joint - 1].prismatic else 0.0
+    np.testing.assert_allclose(row, expected[::-1], rtol=1e-12)
+
+
+def ball_at_last_joint(kinematics: Kinematics) -> SceneObject:
+    return SceneObject("ball", Sphere(0.05), link=kinematics.robot.tool_link)
+
+
+def radius_of(kinematics: Kinematics, held: SceneObject) -> float:
+    """Return how far a ball reaches from the origin of the joint that carries it [m]."""
+    model = kinematics.model
+    frame = model.frames[model.getFrameId(held.link)]
+    return float(np.linalg.norm(frame.placement.translation)) + 0.05
+
+
+def test_only_pairs_with_an_object_count_and_the_error_tells_them() -> None:
+    balls = tuple(SceneObject(f"ball {n}", Sphere(0.01), (1.0, 0.0, 0.0)) for n in range(10))
+    of_robot, scene = len(CollisionModel(UR5).pairs), Scene(balls)
+    pairs = len(CollisionModel(UR5, scene).pairs) - of_robot
+    assert len(CollisionModel(UR5, scene, most_pairs=pairs).pairs) == pairs + of_robot
+    with pytest.raises(errors.SceneTooLarge) as caught:
+        CollisionModel(UR5, scene, most_pairs=pairs - 1)
+    assert (caught.value.pairs, caught.value.limit, caught.value.objects) == (pairs, pairs - 1, 10)
+    assert CollisionModel(UR5, most_pairs=0).pairs

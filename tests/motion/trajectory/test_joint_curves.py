@@ -4,25 +4,16 @@ import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
-from numpy.typing import NDArray
 
+from openpendant.motion import errors
 from openpendant.motion.description.limits import JointLimits
-from openpendant.motion.errors import (
-    BadArgument,
-    MotionError,
-    NoMotion,
-    NotFinite,
-    OutOfRange,
-    WrongJointCount,
-)
+from openpendant.motion.pose import Array
 from openpendant.motion.trajectory.joint_curves import (
     JointLine,
     JointSpline,
     check_extent,
     settle_start,
 )
-
-Array = NDArray[np.float64]
 
 LIMITS = JointLimits(
     names=("a", "b", "c"),
@@ -82,7 +73,7 @@ def test_two_waypoints_give_the_straight_line() -> None:
 
 
 def test_a_third_derivative_is_not_offered() -> None:
-    with pytest.raises(BadArgument, match="order"):
+    with pytest.raises(errors.BadArgument, match="order"):
         JointSpline(BEND).evaluate(np.array([0.1]), 3)
 
 
@@ -94,9 +85,7 @@ def test_a_third_derivative_is_not_offered() -> None:
         ([0, 1, 2, 3, 3], [0, 1, 2, 3, 3]),
     ],
 )
-def test_repeated_waypoints_are_dropped_and_keep_their_place(
-    extra: list[int], place: list[int]
-) -> None:
+def test_repeated_waypoints_keep_their_place(extra: list[int], place: list[int]) -> None:
     curve = JointSpline([BEND[index] for index in extra])
     assert len(curve.knots) == 4
     assert curve.waypoint_knots.tolist() == place
@@ -124,25 +113,27 @@ def test_slow_drift_in_steps_below_the_threshold_is_still_a_motion() -> None:
 @pytest.mark.parametrize(
     ("points", "error"),
     [
-        ([], BadArgument),
-        ([[0.0, 0.0, 0.0]], NoMotion),
-        ([[0.0, 0.0, 0.0]] * 7, NoMotion),
-        ([[0.0, 0.0, 0.0], [9e-6, -9e-6, 0.0]], NoMotion),
-        ([[0.0, 0.0, 0.0], [1.0, 0.0]], WrongJointCount),
-        ([[0.0, 0.0], [1.0, 0.0]], WrongJointCount),
-        ([[0.0, 0.0, 0.0], [1.0, math.nan, 0.0]], NotFinite),
-        ([[0.0, 0.0, -math.inf], [1.0, 0.0, 0.0]], NotFinite),
-        ([[0.0, 0.0, 0.0], [0.0, 3.1, 0.0], [1.0, 0.0, 0.0]], OutOfRange),
+        ([], errors.BadArgument),
+        ([[0.0, 0.0, 0.0]], errors.NoMotion),
+        ([[0.0, 0.0, 0.0]] * 7, errors.NoMotion),
+        ([[0.0, 0.0, 0.0], [9e-6, -9e-6, 0.0]], errors.NoMotion),
+        ([[0.0, 0.0, 0.0], [1.0, 0.0]], errors.WrongJointCount),
+        ([[0.0, 0.0], [1.0, 0.0]], errors.WrongJointCount),
+        ([[0.0, 0.0, 0.0], [1.0, math.nan, 0.0]], errors.NotFinite),
+        ([[0.0, 0.0, -math.inf], [1.0, 0.0, 0.0]], errors.NotFinite),
+        ([[0.0, 0.0, 0.0], [0.0, 3.1, 0.0], [1.0, 0.0, 0.0]], errors.OutOfRange),
     ],
 )
-def test_what_is_no_path_is_refused(points: list[list[float]], error: type[MotionError]) -> None:
+def test_what_is_no_path_is_refused(
+    points: list[list[float]], error: type[errors.MotionError]
+) -> None:
     with pytest.raises(error):
         JointSpline(points, LIMITS)
 
 
 def test_a_curve_that_swings_out_of_the_range_between_waypoints_is_refused() -> None:
     points = [[0.0, 0.0, 0.0], [0.5, 0.0, 0.99], [1.0, 0.0, 0.99], [1.5, 0.0, 0.0]]
-    with pytest.raises(OutOfRange) as refusal:
+    with pytest.raises(errors.OutOfRange) as refusal:
         JointSpline(points, LIMITS)
     error = refusal.value
     assert (error.joint, error.lower, error.upper, error.unit) == ("c", -1.0, 1.0, "m")
@@ -150,7 +141,7 @@ def test_a_curve_that_swings_out_of_the_range_between_waypoints_is_refused() -> 
 
 
 def test_the_curve_of_another_robot_is_refused() -> None:
-    with pytest.raises(WrongJointCount):
+    with pytest.raises(errors.WrongJointCount):
         check_extent(JointLine([0.0], [1.0]), LIMITS)
 
 

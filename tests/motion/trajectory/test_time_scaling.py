@@ -1,17 +1,19 @@
 import math
 from collections.abc import Callable
+from dataclasses import replace
 from functools import cache, partial
 
 import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
-from numpy.typing import NDArray
 from rigs.data.example_counts import few
 from rigs.motion.loaded_robots import serial_robot
+from rigs.motion.refusals import Refusal, refusals
 
 from openpendant.motion.description.limits import JointLimits
 from openpendant.motion.errors import BadArgument, WrongJointCount
+from openpendant.motion.pose import Array
 from openpendant.motion.timing.parameterization import time_path
 from openpendant.motion.trajectory.certificate import certify
 from openpendant.motion.trajectory.jerk_limited import jerk_limited_move
@@ -19,8 +21,6 @@ from openpendant.motion.trajectory.joint_curves import JointLine, JointSpline
 from openpendant.motion.trajectory.ptp import plan_joint_move
 from openpendant.motion.trajectory.time_scaling import IntersampleCheck, ScaledRun
 from openpendant.motion.trajectory.trajectory import Trajectory
-
-Array = NDArray[np.float64]
 
 ROBOTS = ("ur5", "abb_irb2400", "kuka_iiwa14", "rail_kr5_arc", "mitsubishi_rh6frh5520")
 TICK = 10_000_000  # ns
@@ -30,7 +30,7 @@ UR5 = serial_robot("ur5").limits
 
 
 @cache
-def swing(name: str = "ur5", seed: int = 1, count: int = 6) -> Trajectory:
+def swing_of(name: str = "ur5", seed: int = 1, count: int = 6) -> Trajectory:
     limits = serial_robot(name).limits
     lower, upper = np.array(limits.lower), np.array(limits.upper)
     random = np.random.default_rng(seed)
@@ -41,7 +41,7 @@ def swing(name: str = "ur5", seed: int = 1, count: int = 6) -> Trajectory:
 
 
 def ur5_run(scale: float = 1.0, ramp: float = 0.1) -> ScaledRun:
-    return ScaledRun(swing(), UR5, started=BEGAN, scale=scale, ramp=ramp)
+    return ScaledRun(swing_of(), UR5, started=BEGAN, scale=scale, ramp=ramp)
 
 
 def rests(run: ScaledRun, now: int) -> bool:
@@ -57,7 +57,7 @@ def ticks_until(run: ScaledRun, done: Callable[[int], bool], now: int = BEGAN) -
 
 
 def test_at_full_scale_the_run_is_the_trajectory() -> None:
-    trajectory, run = swing(), ur5_run()
+    trajectory, run = swing_of(), ur5_run()
     for index in range(len(trajectory)):
         state = run.state(BEGAN + index * TICK)
         assert state.position == pytest.approx(trajectory.position[index], abs=1e-12)
@@ -66,7 +66,7 @@ def test_at_full_scale_the_run_is_the_trajectory() -> None:
 
 
 def test_at_half_scale_everything_takes_twice_as_long() -> None:
-    trajectory, run = swing(), ur5_run(0.5)
+    trajectory, run = swing_of(), ur5_run(0.5)
     assert run.remaining(BEGAN) == pytest.approx(2.0 * trajectory.duration)
     state = run.state(BEGAN + 60 * TICK)
     assert state.position == pytest.approx(trajectory.position[30], abs=1e-12)
@@ -93,7 +93,7 @@ COMMANDS = st.lists(
 def test_any_sequence_of_overrides_keeps_the_limits_and_the_path(
     name: str, seed: int, ramp: float, commands: list[tuple[int, str, float]]
 ) -> None:
-    limits, trajectory = serial_robot(name).limits, swing(name, seed)
+    limits, trajectory = serial_robot(name).limits, swing_of(name, seed)
     motion = IntersampleCheck(trajectory, limits)
     run = ScaledRun(trajectory, limits, started=0, ramp=ramp)
     rows, due, passed = [], 0, -1.0
@@ -158,11 +158,11 @@ def test_looking_at_the_run_does_not_change_it(
 
 
 def test_a_pause_rests_on_the_path_and_going_on_ends_at_the_goal() -> None:
-    trajectory, run = swing(), ur5_run()
+    trajectory, run = swing_of(), ur5_run()
     middle = BEGAN + len(trajectory) // 2 * TICK
 
     run.pause(middle)
-    still = ticks_until(run, lambda now: run.scale(now) == 0.0, middle)
+    still = ticks_until(run, partial(rests, run), middle)
     rested = run.state(still)
     later = run.state(still + 3600 * SECOND)
     assert not rested.velocity.any()
@@ -178,9 +178,7 @@ def test_a_pause_rests_on_the_path_and_going_on_ends_at_the_goal() -> None:
 @pytest.mark.parametrize(
     ("seed", "moments"), [(0, 3), (1, 3), pytest.param(2, 200, marks=pytest.mark.soak)]
 )
-def test_on_a_straight_line_the_joints_accelerate_in_proportion_at_any_time(
-    seed: int, moments: int
-) -> None:
+def test_on_a_straight_line_the_joints_accelerate_in_proportion(seed: int, moments: int) -> None:
     random = np.random.default_rng(seed)
     start, goal = random.uniform(-1.0, 1.0, (2, 6))
     trajectory = time_path(JointLine(start, goal), UR5)
@@ -199,7 +197,7 @@ def test_on_a_straight_line_the_joints_accelerate_in_proportion_at_any_time(
 
 @pytest.mark.parametrize("name", ROBOTS)
 def test_a_pause_takes_half_again_what_is_left_or_a_second_and_a_half_at_most(name: str) -> None:
-    limits, trajectory = serial_robot(name).limits, swing(name)
+    limits, trajectory = serial_robot(name).limits, swing_of(name)
     for share in (0.1, 0.5, 0.9):
         run = ScaledRun(trajectory, limits, started=0)
         began = int(share * trajectory.duration * SECOND)
@@ -215,7 +213,7 @@ def test_a_cruising_move_stops_as_fast_as_its_acceleration_allows() -> None:
     began = len(move) // 2 * TICK
     speed, limit = float(move.velocity[len(move) // 2, 0]), UR5.acceleration[0]
     run.pause(began)
-    still = ticks_until(run, lambda now: run.scale(now) == 0.0, began)
+    still = ticks_until(run, partial(rests, run), began)
     assert (still - began) / SECOND == pytest.approx(speed / limit, abs=0.03)
 
 
@@ -274,18 +272,25 @@ def test_time_that_runs_backwards_is_refused() -> None:
         run.state(BEGAN + SECOND - TICK)
 
 
-@pytest.mark.parametrize("ramp", [0.0, -1.0, math.nan, 100.0])
-def test_a_ramp_that_makes_no_sense_is_refused(ramp: float) -> None:
-    with pytest.raises(BadArgument, match="ramp"):
-        ur5_run(ramp=ramp)
+SINGLE = JointLimits(("a",), (-9.0,), (9.0,), (1.0,), (10.0,), (False,))
+WEAK = replace(UR5, acceleration=(0.1,) * 6)
+IIWA = serial_robot("kuka_iiwa14").limits
+NOTHING: Array = np.zeros((1, 1))
+ONE_SAMPLE = Trajectory(np.zeros(1), NOTHING, NOTHING, NOTHING, np.zeros(1))
 
 
-def test_a_trajectory_beyond_the_limits_is_refused() -> None:
-    weak = JointLimits(UR5.names, UR5.lower, UR5.upper, UR5.velocity, (0.1,) * 6, UR5.prismatic)
-    with pytest.raises(BadArgument, match="acceleration of"):
-        ScaledRun(swing(), weak, started=0)
-    with pytest.raises(WrongJointCount):
-        ScaledRun(swing(), serial_robot("kuka_iiwa14").limits, started=0)
+@refusals(
+    ("no ramp", lambda: ur5_run(ramp=0.0), BadArgument, "ramp"),
+    ("a ramp back", lambda: ur5_run(ramp=-1.0), BadArgument, "ramp"),
+    ("no number for a ramp", lambda: ur5_run(ramp=math.nan), BadArgument, "ramp"),
+    ("too long a ramp", lambda: ur5_run(ramp=100.0), BadArgument, "ramp"),
+    ("too sharp", lambda: ScaledRun(swing_of(), WEAK, started=0), BadArgument, "acceleration of"),
+    ("another robot's", lambda: ScaledRun(swing_of(), IIWA, started=0), WrongJointCount, ""),
+    ("samples of another", lambda: IntersampleCheck(swing_of(), SINGLE), WrongJointCount, ""),
+    ("one sample", lambda: IntersampleCheck(ONE_SAMPLE, SINGLE), BadArgument, "two samples"),
+)
+def test_what_cannot_be_scaled_is_refused(refusal: Refusal) -> None:
+    refusal.check()
 
 
 @pytest.mark.parametrize("distance", [5e-324, 2.2e-313, 1e-305, 1e-200])
@@ -293,7 +298,75 @@ def test_a_joint_that_moves_next_to_nothing_does_not_hinder_a_pause(distance: fl
     trajectory = plan_joint_move([0.5] * 5 + [0.0], [0.9] * 5 + [distance], UR5)
     run = ScaledRun(trajectory, UR5, started=BEGAN)
     run.pause(BEGAN + 20 * TICK)
-    still = ticks_until(run, lambda now: run.scale(now) == 0.0, BEGAN + 20 * TICK)
+    still = ticks_until(run, partial(rests, run), BEGAN + 20 * TICK)
     run.resume(still)
     done = ticks_until(run, run.finished, still)
     assert np.array_equal(run.state(done).position, trajectory.position[-1])
+
+
+@pytest.fixture(scope="module")
+def swing() -> Trajectory:
+    return time_path(JointSpline(np.random.default_rng(1).uniform(-1.0, 1.0, (8, 6))), UR5)
+
+
+def interval(v: float, v_next: float, moved: float) -> Trajectory:
+    """Two samples of one joint, 0.1 s apart."""
+    column: Array = np.zeros((2, 1))
+    return Trajectory(
+        np.array([0.0, 0.1]),
+        np.array([[0.0], [moved]]),
+        np.array([[v], [v_next]]),
+        column,
+        np.zeros(1),
+    )
+
+
+def test_the_motion_meets_every_sample(swing: Trajectory) -> None:
+    motion = IntersampleCheck(swing, UR5)
+    for index, time in enumerate(swing.times.tolist()):
+        state = motion.state(time)
+        assert state.position == pytest.approx(swing.position[index], abs=1e-12)
+        assert state.velocity == pytest.approx(swing.velocity[index], abs=1e-12)
+
+
+def test_the_motion_ends_each_interval_where_the_next_begins(swing: Trajectory) -> None:
+    motion = IntersampleCheck(swing, UR5)
+    for time in swing.times[1:-1].tolist():
+        before = motion.state(time - 1e-9)
+        assert before.position == pytest.approx(motion.state(time).position, abs=1e-8)
+        assert before.velocity == pytest.approx(motion.state(time).velocity, abs=1e-6)
+
+
+def test_a_planned_motion_keeps_its_limits_between_the_samples(swing: Trajectory) -> None:
+    pieces = IntersampleCheck(swing, UR5).pieces()
+    assert (np.abs(pieces.velocity).max(axis=(0, 2)) <= UR5.velocity).all()
+    greatest = np.abs(pieces.acceleration).max(axis=(0, 2))
+    assert (greatest <= np.array(UR5.acceleration) * 1.001).all()
+
+
+def test_an_even_acceleration_is_found_again() -> None:
+    move = plan_joint_move([0.0], [1.0], SINGLE)
+    motion = IntersampleCheck(move, SINGLE)
+    assert motion.pieces().acceleration[:, :, 0] == pytest.approx(move.acceleration[:-1], abs=1e-6)
+
+
+def test_a_gain_in_position_takes_the_least_acceleration_there_is() -> None:
+    # Up for half of the interval and down for the other: p = 4 |d| / h².
+    motion = IntersampleCheck(interval(0.0, 0.0, 0.01), SINGLE)
+    assert motion.pieces().acceleration[0, 0].tolist() == pytest.approx([4.0, 0.0, -4.0])
+    assert motion.state(0.05).velocity == pytest.approx([0.2])
+
+
+def test_the_velocity_limit_is_reached_but_not_passed() -> None:
+    # From 0.9 to 0.9 with 0.098 in between: a triangle would reach 1.06.
+    motion = IntersampleCheck(interval(0.9, 0.9, 0.098), SINGLE)
+    assert motion.pieces().velocity.max() == pytest.approx(1.0)
+    assert motion.pieces().acceleration[0, 0].tolist() == pytest.approx([5.0, 0.0, -5.0])
+    assert motion.state(0.1).position == pytest.approx([0.098])
+
+
+@pytest.mark.parametrize(("time", "row"), [(-1.0, 0), (1e9, -1)])
+def test_outside_its_time_the_ends_hold(swing: Trajectory, time: float, row: int) -> None:
+    state = IntersampleCheck(swing, UR5).state(time)
+    assert state.position == pytest.approx(swing.position[row], abs=1e-12)
+    assert state.velocity == pytest.approx(np.zeros(6), abs=1e-12)

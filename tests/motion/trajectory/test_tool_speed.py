@@ -3,11 +3,11 @@ import math
 
 import numpy as np
 import pytest
-from numpy.typing import NDArray
-from rigs.motion.loaded_robots import serial_robot
+from rigs.motion.loaded_robots import arm
 
 from openpendant.motion.errors import BadArgument, CertificateRefused, FrameUnknown
 from openpendant.motion.kinematics.serial import Kinematics
+from openpendant.motion.pose import Array
 from openpendant.motion.timing.parameterization import time_legs, time_path
 from openpendant.motion.trajectory.certificate import certify
 from openpendant.motion.trajectory.joint_curves import JointLine, JointSpline
@@ -21,18 +21,10 @@ from openpendant.motion.trajectory.point_speed import (
     tool_point,
 )
 
-Array = NDArray[np.float64]
-
 ROBOTS = ("ur5", "abb_irb2400", "kuka_iiwa14", "rail_kr5_arc", "mitsubishi_rh6frh5520")
 
 
-def arm(name: str) -> Kinematics:
-    return Kinematics(serial_robot(name))
-
-
-@pytest.fixture
-def kinematics() -> Kinematics:
-    return arm("ur5")
+UR5 = arm("ur5")
 
 
 def sweep(kinematics: Kinematics, count: int, seed: int = 3) -> JointSpline:
@@ -54,7 +46,7 @@ def sweep(kinematics: Kinematics, count: int, seed: int = 3) -> JointSpline:
         ),
     ],
 )
-def test_tool_and_elbow_keep_250_mm_per_second_at_ten_times_the_density(
+def test_tool_and_elbow_keep_250_mm_a_second_at_ten_times_the_density(
     name: str, count: int
 ) -> None:
     kinematics = arm(name)
@@ -75,32 +67,31 @@ def test_tool_and_elbow_keep_250_mm_per_second_at_ten_times_the_density(
     assert fastest > 0.95 * REDUCED_SPEED
 
 
-def test_a_tool_that_turns_about_one_axis_takes_as_long_as_its_arc(kinematics: Kinematics) -> None:
+def test_a_tool_that_turns_about_one_axis_takes_as_long_as_its_arc() -> None:
     start = np.array([0.0, -1.0, 1.0, 0.0, 1.0, 0.0])
-    radius = math.hypot(*kinematics.forward(start).position[:2])
+    radius = math.hypot(*UR5.forward(start).position[:2])
     line = JointLine(start, start + np.eye(6)[0])
-    slow = time_path(line, kinematics.limits, tool_speed=reduced_speed(kinematics))
+    slow = time_path(line, UR5.limits, tool_speed=reduced_speed(UR5))
     # Speeding up and slowing down add one ramp: the speed over the acceleration.
     rate = REDUCED_SPEED / radius
-    ideal = 1.0 / rate + rate / kinematics.limits.acceleration[0]
+    ideal = 1.0 / rate + rate / UR5.limits.acceleration[0]
     assert slow.duration == pytest.approx(ideal, rel=0.02, abs=0.01)
 
 
-def test_the_elbow_alone_may_set_the_pace(kinematics: Kinematics) -> None:
-    elbow = [point for point in reduced_speed(kinematics) if point.name == "elbow"]
-    path = sweep(kinematics, 4)
+def test_the_elbow_alone_may_set_the_pace() -> None:
+    elbow = [point for point in reduced_speed(UR5) if point.name == "elbow"]
+    path = sweep(UR5, 4)
     certificate = certify(
-        time_path(path, kinematics.limits, tool_speed=elbow), kinematics.limits, tool_speed=elbow
+        time_path(path, UR5.limits, tool_speed=elbow), UR5.limits, tool_speed=elbow
     )
     (found,) = certificate.tool_speed
     assert 0.95 < found.ratio <= 1.0 + 1e-6
 
 
-def test_the_speed_fraction_does_not_lower_the_tool_speed(kinematics: Kinematics) -> None:
-    path, points = sweep(kinematics, 3), reduced_speed(kinematics, 0.05)
+def test_the_speed_fraction_does_not_lower_the_tool_speed() -> None:
+    path, points = sweep(UR5, 3), reduced_speed(UR5, 0.05)
     full, half = (
-        time_path(path, kinematics.limits, speed=speed, tool_speed=points).duration
-        for speed in (1.0, 0.5)
+        time_path(path, UR5.limits, speed=speed, tool_speed=points).duration for speed in (1.0, 0.5)
     )
     assert half == pytest.approx(full, rel=0.01)
 
@@ -115,21 +106,17 @@ def test_legs_keep_the_tool_speed_too() -> None:
 
 
 def test_a_tool_centre_point_off_the_flange_is_the_one_that_is_limited() -> None:
-    kinematics = arm("ur5")
-    points = reduced_speed(kinematics, tool=(0.0, 0.0, 0.3))
-    trajectory = time_path(sweep(kinematics, 3), kinematics.limits, tool_speed=points)
-    assert certify(trajectory, kinematics.limits, tool_speed=points).tool_speed[0].ratio > 0.9
-    here = kinematics.forward([0.1] * 6)
-    there = tool_point(kinematics, (0.0, 0.0, 0.3))(np.full((1, 6), 0.1))[0]
-    assert there == pytest.approx(here.position + here.rotation[:, 2] * 0.3)
+    points = reduced_speed(UR5, tool=(0.0, 0.0, 0.3))
+    trajectory = time_path(sweep(UR5, 3), UR5.limits, tool_speed=points)
+    assert certify(trajectory, UR5.limits, tool_speed=points).tool_speed[0].ratio > 0.9
 
 
-def test_reduced_speed_watches_the_named_tool_and_the_elbow(kinematics: Kinematics) -> None:
-    tool, elbow = reduced_speed(kinematics, tool=(0.0, 0.0, 0.3))
-    here = kinematics.forward([0.1] * 6)
+def test_reduced_speed_watches_the_named_tool_and_the_elbow() -> None:
+    tool, elbow = reduced_speed(UR5, tool=(0.0, 0.0, 0.3))
+    here = UR5.forward([0.1] * 6)
     joints = np.full((1, 6), 0.1)
     assert tool.position(joints)[0] == pytest.approx(here.position + here.rotation[:, 2] * 0.3)
-    forearm = kinematics.forward([0.1] * 6, link=kinematics.robot.driven[2].child)
+    forearm = UR5.forward([0.1] * 6, link=UR5.robot.driven[2].child)
     assert elbow.position(joints)[0] == pytest.approx(forearm.position)
 
 
@@ -149,32 +136,29 @@ def test_the_elbow_is_where_upper_arm_and_forearm_meet(name: str, joint: int) ->
     assert elbow_link(kinematics) == kinematics.robot.driven[joint - 1].child
 
 
-def test_the_certificate_names_the_point_that_is_too_fast(kinematics: Kinematics) -> None:
-    trajectory = time_path(sweep(kinematics, 3), kinematics.limits)
+def test_the_certificate_names_the_point_that_is_too_fast() -> None:
+    trajectory = time_path(sweep(UR5, 3), UR5.limits)
     with pytest.raises(CertificateRefused, match=r"the tool has .* m/s") as refused:
-        certify(trajectory, kinematics.limits, tool_speed=reduced_speed(kinematics))
+        certify(trajectory, UR5.limits, tool_speed=reduced_speed(UR5))
     assert (refused.value.check, refused.value.limit) == ("tool speed", 0.25)
 
 
 def test_the_certificate_sees_a_chord_that_velocities_do_not_tell_of() -> None:
     """A point that leaps between two samples at rest."""
-    kinematics = arm("ur5")
-    trajectory = time_path(sweep(kinematics, 2), kinematics.limits)
+    trajectory = time_path(sweep(UR5, 2), UR5.limits)
     half = float(trajectory.position[len(trajectory) // 2, 0])
 
     def leaping(joints: Array) -> Array:
         return np.column_stack([(joints[:, 0] > half) * 1.0, joints[:, 0] * 0, joints[:, 0] * 0])
 
     with pytest.raises(CertificateRefused, match="tool speed"):
-        certify(trajectory, kinematics.limits, tool_speed=[ToolSpeedLimit("p", leaping, 0.25)])
+        certify(trajectory, UR5.limits, tool_speed=[ToolSpeedLimit("p", leaping, 0.25)])
 
 
-def test_the_certificate_of_tool_speed_is_plain_data(kinematics: Kinematics) -> None:
-    points = reduced_speed(kinematics)
-    trajectory = time_path(sweep(kinematics, 3), kinematics.limits, tool_speed=points)
-    data = json.loads(
-        json.dumps(certify(trajectory, kinematics.limits, tool_speed=points).as_dict())
-    )
+def test_the_certificate_of_tool_speed_is_plain_data() -> None:
+    points = reduced_speed(UR5)
+    trajectory = time_path(sweep(UR5, 3), UR5.limits, tool_speed=points)
+    data = json.loads(json.dumps(certify(trajectory, UR5.limits, tool_speed=points).as_dict()))
     assert [point["point"] for point in data["tool_speed"]] == ["tool", "elbow"]
     assert set(data["tool_speed"][0]) == {"point", "limit", "ratio", "time"}
 
@@ -195,21 +179,20 @@ def test_the_tool_turns_no_faster_than_its_limit_and_about_as_fast(name: str) ->
     assert max(turns) <= 0.4 * (1.0 + 1e-6)
 
 
-def test_a_turn_about_one_axis_takes_as_long_as_its_angle(kinematics: Kinematics) -> None:
+def test_a_turn_about_one_axis_takes_as_long_as_its_angle() -> None:
     start = np.array([0.0, -1.0, 1.0, 0.0, 1.0, 0.0])
-    limit = rotation_speed(kinematics, 0.5)
-    slow = time_path(JointLine(start, start + np.eye(6)[5]), kinematics.limits, tool_speed=[limit])
-    ramp = 0.5 / kinematics.limits.acceleration[5]
+    limit = rotation_speed(UR5, 0.5)
+    slow = time_path(JointLine(start, start + np.eye(6)[5]), UR5.limits, tool_speed=[limit])
+    ramp = 0.5 / UR5.limits.acceleration[5]
     assert slow.duration == pytest.approx(1.0 / 0.5 + ramp, rel=0.02)
 
 
 def test_the_certificate_tells_that_the_tool_turns_too_fast_in_radians() -> None:
-    kinematics = arm("ur5")
-    trajectory = time_path(sweep(kinematics, 3), kinematics.limits)
+    trajectory = time_path(sweep(UR5, 3), UR5.limits)
     with pytest.raises(CertificateRefused, match=r"tool's turn has .* rad/s"):
-        certify(trajectory, kinematics.limits, tool_speed=[rotation_speed(kinematics, 0.1)])
+        certify(trajectory, UR5.limits, tool_speed=[rotation_speed(UR5, 0.1)])
     with pytest.raises(BadArgument, match="more than 0 rad/s"):
-        rotation_speed(kinematics, 0.0)
+        rotation_speed(UR5, 0.0)
 
 
 @pytest.mark.parametrize("limit", [0.0, -1.0, math.nan, math.inf])
@@ -218,8 +201,8 @@ def test_a_limit_that_is_no_speed_is_refused(limit: float) -> None:
         reduced_speed(arm("ur5"), limit)
 
 
-def test_a_tool_or_link_that_is_none_is_refused(kinematics: Kinematics) -> None:
+def test_a_tool_or_link_that_is_none_is_refused() -> None:
     with pytest.raises(BadArgument, match="tool"):
-        tool_point(kinematics, (0.0, math.nan, 0.0))
+        tool_point(UR5, (0.0, math.nan, 0.0))
     with pytest.raises(FrameUnknown):
-        link_point(kinematics, "nowhere")
+        link_point(UR5, "nowhere")

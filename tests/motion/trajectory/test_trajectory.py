@@ -1,13 +1,22 @@
+import locale
 import math
 import pickle
+from collections.abc import Iterator
+from dataclasses import replace
 
 import numpy as np
 import pytest
+import yaml
+from rigs.motion.refusals import Refusal, refusals
 
 from openpendant.motion.description.limits import JointLimits
-from openpendant.motion.errors import BadArgument
+from openpendant.motion.errors import BadArgument, WrongJointCount
+from openpendant.motion.timing.parameterization import time_path
+from openpendant.motion.trajectory.certificate import certify
+from openpendant.motion.trajectory.joint_curves import JointSpline
 from openpendant.motion.trajectory.ptp import plan_joint_move
 from openpendant.motion.trajectory.trajectory import SAMPLE_PERIOD, Trajectory, join
+from openpendant.motion.trajectory.trajectory_files import from_csv, to_csv, to_ros_yaml
 
 LIMITS = JointLimits(
     names=("turn", "slide"),
@@ -44,17 +53,6 @@ def test_pickling_adds_little_to_the_numbers(move: Trajectory) -> None:
     assert len(pickle.dumps(move)) < sum(getattr(move, field).nbytes for field in FIELDS) + 1000
 
 
-def test_the_shapes_must_agree(move: Trajectory) -> None:
-    with pytest.raises(BadArgument, match="velocity"):
-        Trajectory(
-            move.times, move.position, move.velocity[1:], move.acceleration, move.waypoint_times
-        )
-    with pytest.raises(BadArgument, match="one row of joints for each time"):
-        Trajectory(
-            move.times[1:], move.position, move.velocity, move.acceleration, move.waypoint_times
-        )
-
-
 def test_at_a_sample_the_sample_is_returned(move: Trajectory) -> None:
     for row, time in enumerate(move.times.tolist()):
         state = move.sample(time)
@@ -81,11 +79,6 @@ def test_outside_its_time_the_motion_stands_still(move: Trajectory, time: float,
     assert not state.velocity.any()
 
 
-def test_a_time_that_is_no_number_is_refused(move: Trajectory) -> None:
-    with pytest.raises(BadArgument, match="time"):
-        move.sample(math.nan)
-
-
 def test_joined_legs_follow_one_another() -> None:
     first = plan_joint_move(HERE, THERE, LIMITS)
     second = plan_joint_move(THERE, ELSEWHERE, LIMITS)
@@ -101,19 +94,126 @@ def test_joined_legs_follow_one_another() -> None:
     assert whole.waypoint_times == pytest.approx([0.0, first.duration, whole.duration])
 
 
-def test_legs_that_do_not_meet_are_refused() -> None:
-    first = plan_joint_move(HERE, THERE, LIMITS)
-    with pytest.raises(BadArgument, match="leg 1 starts elsewhere"):
-        join([first, first])
+THREE = JointLimits(
+    names=("turn", 'a "quoted", name', "slide"),
+    lower=(-3.0, -2.0, -1.0),
+    upper=(3.0, 2.0, 1.0),
+    velocity=(2.0, 1.5, 0.5),
+    acceleration=(8.0, 6.0, 2.0),
+    prismatic=(False, False, True),
+)
 
 
-def test_legs_of_different_sample_periods_are_refused() -> None:
-    first = plan_joint_move(HERE, THERE, LIMITS)
-    second = plan_joint_move(THERE, HERE, LIMITS, sample_period=0.02)
-    with pytest.raises(BadArgument, match="sample period"):
-        join([first, second])
+@pytest.fixture(scope="module")
+def swing() -> Trajectory:
+    return time_path(JointSpline([[0.0, 0.0, 0.0], [1.0, -1.0, 1e-5], [0.5, 1.0, -0.3]]), THREE)
 
 
-def test_no_legs_are_refused() -> None:
-    with pytest.raises(BadArgument, match="at least one"):
-        join([])
+@pytest.fixture
+def comma_locale() -> Iterator[None]:
+    """A locale that writes 1,5 where one is installed; else the test shows less."""
+    before = locale.setlocale(locale.LC_NUMERIC)
+    for name in ("de_DE.UTF-8", "fr_FR.UTF-8", "C.UTF-8"):
+        try:
+            locale.setlocale(locale.LC_NUMERIC, name)
+            break
+        except locale.Error:
+            continue
+    yield
+    locale.setlocale(locale.LC_NUMERIC, before)
+
+
+@pytest.mark.usefixtures("comma_locale")
+def test_csv_gives_the_same_numbers_again_to_the_last_bit(swing: Trajectory) -> None:
+    read = from_csv(to_csv(swing, THREE), THREE)
+    for field in ("times", "position", "velocity", "acceleration"):
+        assert np.array_equal(getattr(read, field), getattr(swing, field))
+    certify(read, THREE)
+
+
+@pytest.mark.usefixtures("comma_locale")
+def test_csv_has_a_column_with_a_unit_for_each_quantity_and_decimal_dots(swing: Trajectory) -> None:
+    header, first, second, *_ = to_csv(swing, THREE).splitlines()
+    assert header.startswith('time [s],turn position [rad],"a ""quoted"", name position [rad]",')
+    assert header.endswith("slide acceleration [m/s²]")
+    assert first.startswith("0.0,")
+    assert second.startswith("0.01,")
+
+
+def test_csv_of_a_spreadsheet_is_read_too(swing: Trajectory) -> None:
+    text = "\ufeff" + to_csv(swing, THREE).replace("\n", "\r\n")
+    assert np.array_equal(from_csv(text, THREE).position, swing.position)
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "words"),
+    [
+        ("turn position [rad]", "turn position [deg]", "column 2"),
+        ("time [s],", "", "column 1"),
+        ("\n0.01,", "\n0,01,", "line 3 is .*accepted: 10 values"),
+        ("\n0.01,", "\nx,", "line 3, column 1"),
+        ("\n0.01,", "\nnan,", "line 3, column 1"),
+        ("\n0.02,", "\n0.01,", "time in CSV line 4"),
+    ],
+)
+def test_a_csv_that_is_not_as_written_is_refused_with_its_place(
+    swing: Trajectory, old: str, new: str, words: str
+) -> None:
+    text = to_csv(swing, THREE)
+    assert old in text
+    with pytest.raises(BadArgument, match=words):
+        from_csv(text.replace(old, new, 1), THREE)
+
+
+def test_ros_yaml_holds_names_and_every_point(swing: Trajectory) -> None:
+    message = yaml.safe_load(to_ros_yaml(swing, THREE))
+
+    assert message["joint_names"] == list(THREE.names)
+    assert len(message["points"]) == len(swing)
+    for index, point in enumerate(message["points"]):
+        assert point["positions"] == swing.position[index].tolist()
+        assert point["velocities"] == swing.velocity[index].tolist()
+        assert point["accelerations"] == swing.acceleration[index].tolist()
+        stamp = point["time_from_start"]
+        assert stamp["sec"] + stamp["nanosec"] * 1e-9 == pytest.approx(swing.times[index])
+        assert 0 <= stamp["nanosec"] < 10**9
+
+
+def test_tiny_numbers_stay_numbers_in_yaml() -> None:
+    move = plan_joint_move([0.0, 0.0, 0.0], [1.0, 1e-9, 0.0], THREE)
+    points = yaml.safe_load(to_ros_yaml(move, THREE))["points"]
+    assert all(isinstance(value, float) for point in points for value in point["positions"])
+
+
+MOVE = plan_joint_move(HERE, THERE, LIMITS)
+ALONE = plan_joint_move(
+    [0.0], [0.5], JointLimits(("a",), (-1.0,), (1.0,), (1.0,), (1.0,), (False,))
+)
+SLOWER = plan_joint_move(THERE, HERE, LIMITS, sample_period=0.02)
+
+
+@refusals(
+    (
+        "one velocity less",
+        lambda: replace(MOVE, velocity=MOVE.velocity[1:]),
+        BadArgument,
+        "velocity",
+    ),
+    (
+        "one time less",
+        lambda: replace(MOVE, times=MOVE.times[1:]),
+        BadArgument,
+        "one row of joints",
+    ),
+    ("no time", lambda: MOVE.sample(math.nan), BadArgument, "time"),
+    ("legs that do not meet", lambda: join([MOVE, MOVE]), BadArgument, "leg 1 starts elsewhere"),
+    ("another sample period", lambda: join([MOVE, SLOWER]), BadArgument, "sample period"),
+    ("no legs", lambda: join([]), BadArgument, "at least one"),
+    ("no CSV", lambda: from_csv("", THREE), BadArgument, "two samples"),
+    ("an empty line", lambda: from_csv("\n", THREE), BadArgument, "two samples"),
+    ("one sample", lambda: from_csv("time [s]\n0.0\n", THREE), BadArgument, "two samples"),
+    ("another robot's as CSV", lambda: to_csv(ALONE, THREE), WrongJointCount, ""),
+    ("another robot's as YAML", lambda: to_ros_yaml(ALONE, THREE), WrongJointCount, ""),
+)
+def test_what_is_no_trajectory_here_is_refused(refusal: Refusal) -> None:
+    refusal.check()

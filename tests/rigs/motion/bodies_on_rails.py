@@ -12,11 +12,9 @@ from types import SimpleNamespace
 from typing import cast
 
 import numpy as np
-from numpy.typing import NDArray
 
+from openpendant.motion.pose import Array
 from openpendant.motion.scene.collision import CollisionModel
-
-Array = NDArray[np.float64]
 
 Distance = Callable[[float, float], float]
 """From the places of both joints to the distance of a pair of bodies [m]."""

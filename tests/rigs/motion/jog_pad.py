@@ -13,24 +13,7 @@ from rigs.cells.server_rig import ServerRig
 from rigs.peers.server_clients import Pendant
 
 from openpendant.simplemsg import JointTrajPtFull, joint_array
-from openpendant.simplemsg.pendant import (
-    Activity,
-    AuthorityBeat,
-    Enabling,
-    EnablingPosition,
-    Home,
-    JogBeat,
-    JogRelease,
-    JogSpace,
-    JogStart,
-    Management,
-    MotionControl,
-    MotionControlAction,
-    OperatingMode,
-    SetMode,
-    SetSpeed,
-    State,
-)
+from openpendant.simplemsg import pendant as messages
 from openpendant.simplemsg.verdicts import VerdictCode
 
 BEAT_TICKS = 5
@@ -55,17 +38,17 @@ class JogPad:
         return self.pendant.last_request
 
     @property
-    def newest_state(self) -> State:
-        return self.pendant.all(State)[-1]
+    def newest_state(self) -> messages.State:
+        return self.pendant.all(messages.State)[-1]
 
     # One message each.
 
-    def squeeze(self, position: int = EnablingPosition.HELD) -> None:
-        self.squeezes = position == EnablingPosition.HELD
-        self.pendant.send(Enabling(position))
+    def squeeze(self, position: int = messages.EnablingPosition.HELD) -> None:
+        self.squeezes = position == messages.EnablingPosition.HELD
+        self.pendant.send(messages.Enabling(position))
 
     def let_go(self) -> None:
-        self.squeeze(EnablingPosition.RELEASED)
+        self.squeeze(messages.EnablingPosition.RELEASED)
 
     def press(
         self,
@@ -73,13 +56,13 @@ class JogPad:
         deadline: float = 0.15,
         number: int | None = None,
         quoted: int = 0,
-        space: int = JogSpace.JOINTS,
+        space: int = messages.JogSpace.JOINTS,
         frame: str = "",
     ) -> VerdictCode | None:
         """Press a key; further keys add up. Quotes the newest state unless told otherwise."""
         self.press_number = self.press_number + 1 if number is None else number
         self.beat_number = 0
-        message = JogStart(
+        message = messages.JogStart(
             request_id=self._request(),
             press=self.press_number,
             state_sequence=quoted or self.newest_state.sequence,
@@ -96,23 +79,23 @@ class JogPad:
     def beat(self, number: int | None = None, press: int | None = None) -> None:
         self.beat_number += 1
         press = self.press_number if press is None else press
-        self.pendant.send(JogBeat(press, self.beat_number if number is None else number))
+        self.pendant.send(messages.JogBeat(press, self.beat_number if number is None else number))
 
     def release(self) -> VerdictCode | None:
         self.is_pressed = False
-        return self.pendant.code(JogRelease(self._request(), self.press_number))
+        return self.pendant.code(messages.JogRelease(self._request(), self.press_number))
 
     def mode(self, mode: int) -> VerdictCode | None:
-        return self.pendant.code(SetMode(self._request(), mode))
+        return self.pendant.code(messages.SetMode(self._request(), mode))
 
     def speed(self, override: float, tool_speed: float = 0.0) -> VerdictCode | None:
-        return self.pendant.code(SetSpeed(self._request(), override, tool_speed))
+        return self.pendant.code(messages.SetSpeed(self._request(), override, tool_speed))
 
-    def control(self, action: MotionControlAction) -> VerdictCode | None:
-        return self.pendant.code(MotionControl(self._request(), action))
+    def control(self, action: messages.MotionControlAction) -> VerdictCode | None:
+        return self.pendant.code(messages.MotionControl(self._request(), action))
 
     def home(self) -> VerdictCode | None:
-        return self.pendant.code(Home(self._request(), 1.0, "home"))
+        return self.pendant.code(messages.Home(self._request(), 1.0, "home"))
 
     # Time.
 
@@ -120,9 +103,9 @@ class JogPad:
         """Keep on doing what the hands do."""
         for tick in range(milliseconds // 10):
             if tick % BEAT_TICKS == 0:
-                self.pendant.send(AuthorityBeat())
+                self.pendant.send(messages.AuthorityBeat())
                 if self.squeezes:
-                    self.pendant.send(Enabling(EnablingPosition.HELD))
+                    self.pendant.send(messages.Enabling(messages.EnablingPosition.HELD))
                 if self.is_pressed:
                     self.beat()
             self.rig.wait(10)
@@ -131,7 +114,9 @@ class JogPad:
 class EmulatedPad(JogPad):
     """The same hands at an emulated robot, in a manual mode with the enabling device squeezed."""
 
-    def __init__(self, cell: EmulatedCell, mode: int = OperatingMode.MANUAL_REDUCED) -> None:
+    def __init__(
+        self, cell: EmulatedCell, mode: int = messages.OperatingMode.MANUAL_REDUCED
+    ) -> None:
         super().__init__(cell)  # type: ignore[arg-type]  # it keeps time and lets pendants in, too
         self.cell = cell
         self.turn_to(mode)
@@ -145,8 +130,10 @@ class EmulatedPad(JogPad):
 
     def ask(self, op: str, **fields: Any) -> dict[str, Any]:
         """Make a management request that is fulfilled on this call stack; return the answer."""
-        request = Management(self._request(), json.dumps({"op": op, **fields}).encode())
-        (reply,) = [each for each in self.pendant.send(request) if isinstance(each, Management)]
+        request = messages.Management(self._request(), json.dumps({"op": op, **fields}).encode())
+        (reply,) = [
+            each for each in self.pendant.send(request) if isinstance(each, messages.Management)
+        ]
         answer: dict[str, Any] = json.loads(reply.body)
         assert "code" not in answer, answer
         return answer
@@ -155,7 +142,7 @@ class EmulatedPad(JogPad):
         """Keep on until the robot has nothing more to do."""
         for _ in range(1_200):
             self.hold(50)
-            if self.cell.core.cell.activity is Activity.IDLE:
+            if self.cell.core.cell.activity is messages.Activity.IDLE:
                 return
         raise AssertionError("the motion does not end")
 

@@ -11,17 +11,16 @@ from collections.abc import Sequence
 from dataclasses import dataclass, field
 
 import numpy as np
-from numpy.typing import NDArray
 from promises.promise_table import figure
+from rigs.motion.jogged_robots import REDUCED, UR5_BENT, model, robot
 
 from openpendant.motion.description.limits import JointLimits
-from openpendant.motion.jog import Jogger, JogSetpoint, JogTarget
+from openpendant.motion.jog import JogCaps, JogCause, Jogger, JogSetpoint, JogTarget
 from openpendant.motion.kinematics.serial import Kinematics
 from openpendant.motion.paths.mechanism import Mechanism, SerialMechanism
+from openpendant.motion.pose import Array
 from openpendant.motion.scene.collision import CollisionModel
 from openpendant.motion.trajectory.point_speed import elbow_link
-
-Array = NDArray[np.float64]
 
 POINT_LIMIT = figure(12, "speed").bound / 1e3 * (1.0 + figure(12, "excess").bound)
 CLEAR = figure(16, "clear").bound / 1e3
@@ -30,7 +29,7 @@ NOISE = 5e-5
 
 @dataclass
 class Referee:
-    """Watches one jogger; each fault is a sentence.
+    """Watches one jogger; the first fault is raised as a sentence.
 
     Attributes:
         dt: length of a tick [s].
@@ -44,7 +43,6 @@ class Referee:
     dt: float = 0.01
     reduced: bool = True
     collision: CollisionModel | None = None
-    faults: list[str] = field(default_factory=list)
     steps: list[JogSetpoint] = field(default_factory=list)
     fastest_point: float = 0.0
     _floor: Array | None = None
@@ -74,8 +72,7 @@ class Referee:
             step = self.tick()
             if step.at_rest and (target is None or step.cause is not None):
                 return step
-        self.faults.append(f"still moving after {most} ticks")
-        return self.steps[-1]
+        raise AssertionError(f"still moving after {most} ticks")
 
     def tick(self) -> JogSetpoint:
         step = self.jogger.step(self.dt)
@@ -92,20 +89,20 @@ class Referee:
             lower, upper = limits.lower[joint], limits.upper[joint]
             top, gain = limits.velocity[joint], limits.acceleration[joint] * 1.001
             if not (math.isfinite(q) and math.isfinite(v)):
-                self.faults.append(f"{name} is not finite")
+                raise AssertionError(f"{name} is not finite")
             outside = max(lower - q, q - upper, 0.0)
             # From beyond a limit the way may lead back only.
             if outside > max(lower - q0, q0 - upper, 0.0):
-                self.faults.append(f"{name} at {q} beyond [{lower}, {upper}]")
+                raise AssertionError(f"{name} at {q} beyond [{lower}, {upper}]")
             if abs(v) > top * (1.0 + 1e-6):
-                self.faults.append(f"{name} at {v} faster than {top}")
+                raise AssertionError(f"{name} at {v} faster than {top}")
             if abs(v - v0) > gain * dt:
-                self.faults.append(f"{name} changes by {v - v0} in a tick, {gain * dt} allowed")
+                raise AssertionError(f"{name} changes by {v - v0} in a tick, {gain * dt} allowed")
             jump = q - q0 - 0.5 * (v + v0) * dt
             if abs(jump) > 0.25 * gain * dt * dt + 1e-9:
-                self.faults.append(f"{name} jumps by {jump}")
+                raise AssertionError(f"{name} jumps by {jump}")
             if abs(q - q0) > top * dt * (1.0 + 1e-6) + 1e-12:
-                self.faults.append(f"{name} moves {q - q0} in a tick")
+                raise AssertionError(f"{name} moves {q - q0} in a tick")
         if self.reduced:
             self._judge_points(step)
         if self.collision is not None:
@@ -118,7 +115,7 @@ class Referee:
         for name, speed in self._point_speeds(before, after, np.array(step.velocity)):
             self.fastest_point = max(self.fastest_point, speed)
             if speed > POINT_LIMIT:
-                self.faults.append(f"the {name} is at {speed} m/s")
+                raise AssertionError(f"the {name} is at {speed} m/s")
 
     def _point_speeds(
         self, before: Array, after: Array, velocity: Array
@@ -152,8 +149,31 @@ class Referee:
         floor = np.minimum(self._floor, CLEAR)
         for pair in np.flatnonzero(now < floor - NOISE).tolist():
             names = self.collision.pairs[pair]
-            self.faults.append(f"{names} are {now[pair]} m apart, {floor[pair]} before")
+            raise AssertionError(f"{names} are {now[pair]} m apart, {floor[pair]} before")
         self._floor = np.maximum(self._floor, now)
+
+
+def referee(
+    name: str = "ur5",
+    start: Sequence[float] = UR5_BENT,
+    caps: JogCaps = REDUCED,
+    dt: float = 0.01,
+) -> Referee:
+    """Watch a jog of a robot of the project."""
+    return Referee(robot(name), Jogger(model(name), start, caps), dt, caps.reduced)
+
+
+def cause_of(step: JogSetpoint) -> JogCause:
+    """Return what slows or holds the robot, which must be told."""
+    assert step.cause is not None
+    return step.cause
+
+
+def joints_out(step: JogSetpoint) -> tuple[float, ...]:
+    """Return the keys of joints that are suggested, which must be told."""
+    assert step.retreat is not None
+    assert step.retreat.joints is not None
+    return step.retreat.joints
 
 
 def line_error(

@@ -7,14 +7,12 @@ from collections.abc import Iterator
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
-from rigs.motion.loaded_robots import serial_robot
+from rigs.motion.loaded_robots import arm
 
 from openpendant.motion.kinematics.serial import Kinematics
+from openpendant.motion.pose import Array
 from openpendant.motion.scene.collision import CollisionModel
 from openpendant.motion.scene.scene import Box, Capsule, Cylinder, Scene, SceneObject, Shape, Sphere
-
-Array = NDArray[np.float64]
 
 
 class Task(NamedTuple):
@@ -31,7 +29,7 @@ def pillar_scene() -> Scene:
 
 def pillar_task() -> Task:
     """The UR5 is to swing 1.8 rad with the pillar in the middle."""
-    kinematics = Kinematics(serial_robot("ur5"))
+    kinematics = arm("ur5")
     start, goal = np.array(kinematics.robot.home_position), np.array(kinematics.robot.home_position)
     start[0], goal[0] = -0.22 - 0.9, -0.22 + 0.9
     return Task(CollisionModel(kinematics, pillar_scene()), start, goal)
@@ -39,7 +37,7 @@ def pillar_task() -> Task:
 
 def random_tasks(robot: str, seeds: range) -> Iterator[Task]:
     """Up to five random bodies within reach, and two random positions that touch nothing."""
-    kinematics = Kinematics(serial_robot(robot))
+    kinematics = arm(robot)
     for seed in seeds:
         random = np.random.default_rng(seed)
         bodies = (_body(f"body {i}", kinematics.size, random) for i in range(5))

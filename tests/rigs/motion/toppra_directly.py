@@ -4,12 +4,10 @@ import math
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
 from openpendant.motion.description.limits import JointLimits
+from openpendant.motion.pose import Array
 from openpendant.motion.trajectory.joint_curves import JointSpline
-
-Array = NDArray[np.float64]
 
 
 def duration(path: JointSpline, limits: JointLimits) -> float:

@@ -1,4 +1,15 @@
+"""Accounts, and passwords: rules, hashing, and the same cost whoever is asked for (promise 29)."""
+
 from __future__ import annotations
+
+import asyncio
+import hashlib
+import pickle
+import statistics
+import threading
+import time
+from functools import partial
+from typing import Any
 
 import pytest
 from hypothesis import given
@@ -6,7 +17,19 @@ from hypothesis import strategies as st
 from pydantic import ValidationError
 from rigs.cells.admission_desk import account
 
+from openpendant.server.access.access_backend import PasswordWorker
 from openpendant.server.access.accounts import Account, AccountBook, name_fault
+from openpendant.server.access.admission import VerifyJob
+from openpendant.server.access.passwords import (
+    DEFAULT_COST,
+    NOBODYS_HASH,
+    PasswordHash,
+    ScryptCost,
+    Secret,
+    hash_password,
+    is_password,
+    password_fault,
+)
 from openpendant.simplemsg.pendant.roles import Role
 from openpendant.simplemsg.verdicts import VerdictCode as V
 
@@ -63,3 +86,187 @@ def test_the_repr_of_an_account_shows_no_hash() -> None:
     ann = account("ann", Role.ADMIN)
     assert ann.password.digest not in repr(ann)
     assert ann.password.salt not in repr(ann.password)
+
+
+CHEAP = ScryptCost(n=2**14, r=8, p=1)
+SALT = bytes(range(16))
+
+
+def test_the_right_password_is_told_from_others() -> None:
+    kept = hash_password(Secret("correct horse"), SALT, CHEAP)
+    assert is_password(Secret("correct horse"), kept)
+    assert not is_password(Secret("correct horsf"), kept)
+    assert not is_password(Secret(""), kept)
+
+
+def test_one_password_typed_in_two_compositions_is_the_same() -> None:
+    kept = hash_password(Secret("Bj\u00f6rnsson"), SALT, CHEAP)
+    assert is_password(Secret("Bjo\u0308rnsson"), kept)
+
+
+def test_a_lone_surrogate_is_a_wrong_password_and_no_error() -> None:
+    assert not is_password(Secret("\ud800"), hash_password(Secret("x"), SALT, CHEAP))
+
+
+def test_another_salt_gives_another_hash() -> None:
+    first = hash_password(Secret("correct horse"), SALT, CHEAP)
+    assert hash_password(Secret("correct horse"), bytes(16), CHEAP).digest != first.digest
+
+
+def test_nobody_costs_exactly_what_an_account_costs(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Promise 29: an unknown user is checked by the same call with the same parameters."""
+    calls: list[dict[str, Any]] = []
+    real = hashlib.scrypt
+
+    def scrypt(password: bytes, **parameters: Any) -> bytes:
+        calls.append({key: value for key, value in parameters.items() if key != "salt"})
+        return real(password, **parameters | {"n": 2, "r": 1, "p": 1})
+
+    monkeypatch.setattr(hashlib, "scrypt", scrypt)
+    is_password(Secret("guess"), hash_password(Secret("correct horse"), SALT))
+    is_password(Secret("guess"), NOBODYS_HASH)
+    hashed, known, unknown = calls
+    assert hashed == known == unknown
+    assert (known["n"], known["r"], known["p"]) == (2**15, 8, 3)
+
+
+@pytest.mark.parametrize(
+    "cost", [{"n": 2**13}, {"n": 40_000}, {"r": 1}, {"p": 0}, {"n": 2**20, "r": 32}]
+)
+def test_a_kept_cost_that_is_too_low_or_too_high_is_not_read(cost: dict[str, int]) -> None:
+    with pytest.raises(ValidationError):
+        PasswordHash.model_validate({"salt": "00" * 16, "digest": "00" * 32, "cost": cost})
+
+
+@pytest.mark.parametrize(
+    "password",
+    [
+        *("", "short", "x" * 129, "aaaaaaaa", "abababab", "password", "PassW0rd", "12345678"),
+        *("abcdefghij", "87654321", "robert2024", "tab\there it is", "nul\0 in the middle"),
+        # A little around what everybody tries first changes nothing.
+        *("password123", "Password123!", "P@$$w0rd2024", "pass-word-1", "0penpendant1", "passw0rd"),
+        *("admin2024!", "Welcome1", "letme1n!!", "trustno1", "!!robot!!", "2024_summer"),
+        *("1234abcd", "qwerty123456", "1q2w3e4r", "zaq12wsx", "abc123abc", "aaab123456"),
+        *("horsehorse", "passwordpassword", "x7!x7!x7!x7!", "r0bert-2024", "ROBERTrobert"),
+    ],
+)
+def test_a_password_that_is_easily_guessed_is_refused(password: str) -> None:
+    """NIST SP 800-63B: dictionary words, repetitions, sequences, names and derivatives of them."""
+    fault = password_fault(Secret(password), "robert")
+    assert fault is not None
+    assert fault.code is V.BAD_PASSWORD
+
+
+@pytest.mark.parametrize(
+    "password",
+    [
+        *("correct horse", "Mein Rad ist grün", "日本語のパスワード", "x7!kQ2?m", "Tr0ub4dor&3"),
+        *("robot arm dances", "the password is long enough", "correcthorsecorrecthorse"),
+        *("welding 4 ever", "abc of the violet hammock"),
+    ],
+)
+def test_a_password_may_hold_spaces_and_any_letters(password: str) -> None:
+    assert password_fault(Secret(password), "robert") is None
+
+
+@given(st.text(min_size=8))
+def test_no_reason_for_refusing_a_password_shows_it(password: str) -> None:
+    """Promise 30: what is refused is not repeated."""
+    fault = password_fault(Secret("canary" + password), "ann")
+    assert fault is None or "canary" not in fault.sentence
+
+
+def test_a_secret_shows_itself_to_nobody() -> None:
+    """Promise 30: not printed, not formatted, not pickled."""
+    secret = Secret("canary")
+    shown = [
+        repr(secret),
+        str(secret),
+        f"{secret}",
+        f"{secret!r:>20}",
+        f"{[secret]}",
+        f"{secret:x}",
+    ]
+    assert not any("canary" in text for text in shown)
+    with pytest.raises(TypeError, match="not pickled"):
+        pickle.dumps(secret)
+
+
+@pytest.mark.realtime
+def test_hashing_lets_other_threads_go_on() -> None:
+    taken: list[float] = []
+    turns: list[int] = []
+    while len(turns) < 5 and not any(count > 5 for count in turns):  # a busy machine has few
+        began = time.perf_counter()
+        thread = threading.Thread(target=hash_password, args=(Secret("correct horse"), SALT))
+        thread.start()
+        turns.append(0)
+        while thread.is_alive():
+            time.sleep(0.001)
+            turns[-1] += 1
+        taken.append(time.perf_counter() - began)
+    # With the interpreter's lock held there would be one turn, at the end.
+    assert min(taken) > 0.02
+    assert turns[-1] > 5, turns
+
+
+@pytest.mark.soak
+@pytest.mark.realtime
+def test_a_hash_costs_50_ms_and_an_unknown_user_takes_as_long() -> None:
+    """Promise 29: at least 50 ms in the worker; medians within 10 % of one another."""
+    kept = hash_password(Secret("correct horse"), SALT, DEFAULT_COST)
+    taken: dict[str, list[float]] = {"known": [], "unknown": []}
+    for _ in range(41):
+        for who, compared in (("known", kept), ("unknown", NOBODYS_HASH)):
+            began = time.perf_counter()
+            is_password(Secret("guess"), compared)
+            taken[who].append(time.perf_counter() - began)
+    known, unknown = (statistics.median(times) for times in taken.values())
+    assert known >= 0.05
+    assert 0.9 <= unknown / known <= 1.1
+
+
+@pytest.fixture(scope="module")
+def kept() -> PasswordHash:
+    return hash_password(Secret("correct horse"), bytes(16), CHEAP)
+
+
+def job(number: int, kept: PasswordHash, password: str = "correct horse") -> VerifyJob:
+    return VerifyJob(number, 1, Secret(password), kept)
+
+
+@pytest.mark.asyncio
+@pytest.mark.virtual_clock
+async def test_an_answer_comes_later_with_its_job(kept: PasswordHash) -> None:
+    worker = PasswordWorker()
+    answers: list[tuple[int, bool | None]] = []
+
+    def answered(number: int, right: bool | None) -> None:
+        answers.append((number, right))
+
+    for number, password in ((1, "correct horse"), (2, "wrong")):
+        worker.submit(job(number, kept, password), partial(answered, number))
+    assert answers == []
+    await asyncio.sleep(0.01)
+    assert answers == [(1, True), (2, False)]
+    worker.close()
+
+
+@pytest.mark.asyncio
+@pytest.mark.realtime
+async def test_the_loop_goes_on_while_passwords_are_checked(kept: PasswordHash) -> None:
+    worker = PasswordWorker(most_waiting=4)
+    answers: list[bool | None] = []
+    turns: list[int] = []
+    while len(turns) < 5 and not any(count > 20 for count in turns):  # a busy machine has few
+        answers.clear()
+        for number in range(6):
+            worker.submit(job(number, kept), answers.append)
+        turns.append(0)
+        async with asyncio.timeout(60):
+            while len(answers) < 6:
+                await asyncio.sleep(0.001)
+                turns[-1] += 1
+        assert answers == [None, None, True, True, True, True]
+    assert turns[-1] > 20, turns
+    worker.close()

@@ -1,6 +1,8 @@
 from __future__ import annotations
 
 import random
+from collections.abc import Callable
+from dataclasses import dataclass
 
 import pytest
 from rigs.cells.admission_desk import BOOK, LAN, LOCAL, START, Desk, account, is_right
@@ -9,7 +11,14 @@ from openpendant.server.access.accounts import AccountBook
 from openpendant.server.access.admission import Basis, Granted, GrantEnded, VerifyJob
 from openpendant.server.access.audit import AuditEvent
 from openpendant.server.access.lockout import SECOND_NS
-from openpendant.server.access.pairing import PairingCode
+from openpendant.server.access.pairing import (
+    ALPHABET,
+    LENGTH,
+    LIFETIME_NS,
+    MOST_WRONG,
+    PairingCode,
+    PairingCodes,
+)
 from openpendant.server.access.passwords import NOBODYS_HASH, Secret
 from openpendant.server.refusal import Refusal
 from openpendant.simplemsg.pendant.roles import Permission, Role
@@ -95,17 +104,22 @@ def test_the_right_password_grants_the_accounts_role(desk: Desk) -> None:
     ("name", "password"),
     [("ann", "wrong"), ("nobody", "ann's password"), ("gone", "gone's password"), ("", "")],
 )
-def test_wrong_unknown_and_disabled_are_answered_in_the_same_words(
-    desk: Desk, name: str, password: str
-) -> None:
+def test_wrong_unknown_and_disabled_are_told_alike(desk: Desk, name: str, password: str) -> None:
     assert desk.attempt(1, name, password) == Refusal(V.LOGIN_FAILED)
     assert desk.login.grant_of(1) is None
 
 
+def job_of(desk: Desk, name: str, password: str = "", session: int = 1) -> VerifyJob:
+    """Begin to log in, with the account's own password unless told another."""
+    typed = Secret(password or f"{name}'s password")
+    job = desk.login.try_password(session, name, typed, START)
+    assert isinstance(job, VerifyJob)
+    return job
+
+
 def test_an_unknown_user_is_checked_too(desk: Desk) -> None:
     """Promise 29: the same job with a hash of the same cost."""
-    job = desk.login.try_password(1, "nobody", Secret("guess"), START)
-    assert isinstance(job, VerifyJob)
+    job = job_of(desk, "nobody", "guess")
     assert job.kept is NOBODYS_HASH
     assert code_of(desk.login.verified(job.job_id, True, START)) is V.LOGIN_FAILED
 
@@ -134,8 +148,7 @@ def test_reconnecting_does_not_escape_the_lock() -> None:
     desk = Desk()
     for session in range(1, 6):
         desk.arrive(session)
-        job = desk.login.try_password(session, "ann", Secret("wrong"), START)
-        assert isinstance(job, VerifyJob)
+        job = job_of(desk, "ann", "wrong", session)
         desk.login.closed(session, START)
         desk.login.verified(job.job_id, False, START)
     desk.arrive(6)
@@ -161,8 +174,7 @@ def test_one_connection_checks_one_password_at_a_time(desk: Desk) -> None:
 
 def test_a_check_that_the_worker_had_no_room_for_is_no_attempt(desk: Desk) -> None:
     for _ in range(10):
-        job = desk.login.try_password(1, "ann", Secret("x"), START)
-        assert isinstance(job, VerifyJob)
+        job = job_of(desk, "ann", "x")
         assert desk.login.not_verified(job.job_id).code is V.LOGIN_BUSY
     assert desk.log_in(1, "ann").name == "ann"
 
@@ -170,8 +182,7 @@ def test_a_check_that_the_worker_had_no_room_for_is_no_attempt(desk: Desk) -> No
 def test_a_grant_belongs_to_one_connection(desk: Desk) -> None:
     """Promise 28: an outcome counts once, for the connection that asked, and dies with it."""
     desk.arrive(2)
-    job = desk.login.try_password(1, "ann", Secret("ann's password"), START)
-    assert isinstance(job, VerifyJob)
+    job = job_of(desk, "ann")
     assert isinstance(desk.login.verified(job.job_id, is_right(job), START), Granted)
     assert desk.login.grant_of(2) is None
     desk.login.logout(1, START)
@@ -180,8 +191,7 @@ def test_a_grant_belongs_to_one_connection(desk: Desk) -> None:
 
 
 def test_an_outcome_that_comes_after_its_connection_grants_nothing(desk: Desk) -> None:
-    job = desk.login.try_password(1, "ann", Secret("ann's password"), START)
-    assert isinstance(job, VerifyJob)
+    job = job_of(desk, "ann")
     desk.login.closed(1, START)
     assert code_of(desk.login.verified(job.job_id, True, START)) is V.LOGIN_FAILED
     desk.arrive(1)
@@ -222,8 +232,7 @@ def test_another_role_holds_at_once(desk: Desk) -> None:
 
 
 def test_an_account_changed_while_its_password_is_checked_is_not_granted(desk: Desk) -> None:
-    job = desk.login.try_password(1, "otto", Secret("otto's password"), START)
-    assert isinstance(job, VerifyJob)
+    job = job_of(desk, "otto")
     desk.login.accounts_changed(AccountBook([account("ann", Role.ADMIN)]), START)
     assert code_of(desk.login.verified(job.job_id, True, START)) is V.LOGIN_FAILED
 
@@ -240,79 +249,64 @@ def test_the_first_account_ends_the_single_user() -> None:
 # Pairing.
 
 
-def teacher(desk: Desk) -> PairingCode:
-    desk.arrive(1)
+@dataclass
+class Lesson:
+    """A desk at which Ann has issued a code on connection 1, and a guest has come on 2."""
+
+    desk: Desk
+    code: PairingCode
+
+    def pair(self, typed: str | Secret, name: str = "Tim", session: int = 2) -> object:
+        typed = typed if isinstance(typed, Secret) else Secret(typed)
+        return self.desk.login.pair(session, typed, name, START)
+
+
+@pytest.fixture
+def lesson(desk: Desk) -> Lesson:
     desk.log_in(1, "ann")
     code = desk.login.issue_pairing(1, START, random.Random(1))
     assert isinstance(code, PairingCode)
-    return code
-
-
-def test_a_guest_with_the_code_is_operator_of_that_cell() -> None:
-    desk = Desk()
-    code = teacher(desk)
     desk.arrive(2)
-    granted = desk.login.pair(2, Secret(code.shown), "Tim", START)
-    assert granted == Granted(2, Role.OPERATOR, "Tim", Basis.PAIRING)
+    return Lesson(desk, code)
 
 
-def test_the_code_of_one_cell_opens_no_other() -> None:
-    desk = Desk()
-    code = teacher(desk)
-    desk.arrive(2, cell="another cell")
-    answer = desk.login.pair(2, Secret(code.shown), "Tim", START)
-    assert code_of(answer) is V.PAIRING_WRONG
+def test_a_guest_with_the_code_is_operator_of_that_cell_and_of_no_other(lesson: Lesson) -> None:
+    shown = lesson.code.shown
+    assert lesson.pair(shown) == Granted(2, Role.OPERATOR, "Tim", Basis.PAIRING)
+    lesson.desk.arrive(3, cell="another cell")
+    assert code_of(lesson.pair(shown, "Tom", 3)) is V.PAIRING_WRONG
 
 
-@pytest.mark.parametrize("session", [2, 3])
-def test_only_who_may_pair_gets_a_code(session: int) -> None:
-    desk = Desk()
-    desk.arrive(2)
-    desk.arrive(3)
-    desk.log_in(3, "otto")
-    expected = {2: V.LOGIN_NEEDED, 3: V.ROLE_TOO_LOW}[session]
-    assert code_of(desk.login.issue_pairing(session, START, random.Random(1))) is expected
-    assert code_of(desk.login.withdraw_pairing(session, START)) is expected
+@pytest.mark.parametrize(("name", "code"), [("", V.LOGIN_NEEDED), ("otto", V.ROLE_TOO_LOW)])
+def test_only_who_may_pair_gets_a_code(desk: Desk, name: str, code: V) -> None:
+    if name:
+        desk.log_in(1, name)
+    assert code_of(desk.login.issue_pairing(1, START, random.Random(1))) is code
+    assert code_of(desk.login.withdraw_pairing(1, START)) is code
 
 
-def test_guessing_a_code_is_locked_after_five_tries() -> None:
-    desk = Desk()
-    code = teacher(desk)
-    desk.arrive(2)
-    answers = [code_of(desk.login.pair(2, Secret("WRONG"), "Tim", START)) for _ in range(6)]
-    assert answers == [V.PAIRING_WRONG] * 5 + [V.LOCKED_OUT]
-    right = desk.login.pair(2, Secret(code.shown), "Tim", START)
-    assert code_of(right) is V.LOCKED_OUT
+def test_guessing_a_code_is_locked_after_five_tries(lesson: Lesson) -> None:
+    answers = [code_of(lesson.pair(typed)) for typed in [*["WRONG"] * 6, lesson.code.shown]]
+    assert answers == [V.PAIRING_WRONG] * 5 + [V.LOCKED_OUT] * 2
 
 
 @pytest.mark.parametrize("name", ["ANN", "otto", "tim"])
-def test_nobody_is_called_like_an_account_or_another_guest(name: str) -> None:
-    desk = Desk()
-    code = teacher(desk)
-    desk.arrive(2)
-    desk.arrive(3)
-    desk.login.pair(2, Secret(code.shown), "Tim", START)
-    answer = desk.login.pair(3, Secret(code.shown), name, START)
-    assert code_of(answer) is V.NAME_TAKEN
+def test_nobody_is_called_like_an_account_or_another_guest(lesson: Lesson, name: str) -> None:
+    lesson.pair(lesson.code.shown)
+    lesson.desk.arrive(3)
+    assert code_of(lesson.pair(lesson.code.shown, name, 3)) is V.NAME_TAKEN
 
 
-def test_a_bad_name_is_told_before_the_code_is_looked_at() -> None:
-    desk = Desk()
-    teacher(desk)
-    desk.arrive(2)
-    for _ in range(10):
-        answer = desk.login.pair(2, Secret("WRONG"), "a/b", START)
-        assert code_of(answer) is V.BAD_ACCOUNT_NAME
+def test_a_bad_name_is_told_before_the_code_is_looked_at(lesson: Lesson) -> None:
+    assert {code_of(lesson.pair("WRONG", "a/b")) for _ in range(10)} == {V.BAD_ACCOUNT_NAME}
 
 
-def test_the_end_of_the_lesson_takes_back_what_guests_were_granted() -> None:
-    desk = Desk()
-    code = teacher(desk)
-    desk.arrive(2)
-    desk.login.pair(2, Secret(code.shown), "Tim", START)
-    assert desk.login.withdraw_pairing(1, START) == [GrantEnded(2, "the lesson is over")]
-    assert code_of(desk.login.may(2, Permission.MOVE)) is V.LOGIN_NEEDED
-    assert code_of(desk.login.pair(2, Secret(code.shown), "Tim", START)) is V.PAIRING_WRONG
+def test_the_end_of_the_lesson_takes_back_what_guests_were_granted(lesson: Lesson) -> None:
+    lesson.pair(lesson.code.shown)
+    login = lesson.desk.login
+    assert login.withdraw_pairing(1, START) == [GrantEnded(2, "the lesson is over")]
+    assert code_of(login.may(2, Permission.MOVE)) is V.LOGIN_NEEDED
+    assert code_of(lesson.pair(lesson.code.shown)) is V.PAIRING_WRONG
 
 
 # What is noted.
@@ -332,17 +326,72 @@ def test_logins_and_failures_are_noted_with_who_and_from_where(desk: Desk) -> No
     assert desk.log[1].detail == {"account": "ann", "known": True, "client": "app 1"}
 
 
-def test_no_secret_is_in_any_note_answer_or_state() -> None:
+def test_no_secret_is_in_any_note_answer_or_state(lesson: Lesson) -> None:
     """Promise 30: canaries in every credential field, the name field included."""
-    canary = "canary-7f3a"
-    desk = Desk()
-    code = teacher(desk)
-    desk.arrive(2)
+    canary, desk, code = "canary-7f3a", lesson.desk, lesson.code
     answers: list[object] = [desk.attempt(2, "ann", canary), desk.attempt(2, canary, canary)]
     answers.append(desk.login.try_password(2, "otto", Secret(canary), START))
-    answers.append(desk.login.pair(2, Secret(canary), "Tim", START))
-    answers.append(desk.login.pair(2, code.text, "Tim", START))
+    answers += [lesson.pair(canary), lesson.pair(code.text)]
     shown = repr(answers) + repr(desk.log) + repr(list(desk.login.visitors)) + repr(code)
     assert canary not in shown
     assert code.text.reveal() not in shown
     assert not any(known.password.digest in shown for known in BOOK)
+
+
+def issued() -> tuple[PairingCodes, PairingCode]:
+    codes = PairingCodes()
+    return codes, codes.issue("cell", "ann", START, random.Random(1))
+
+
+def test_a_code_is_short_and_has_no_sign_that_is_mistaken_for_another() -> None:
+    _, code = issued()
+    assert len(code.text.reveal()) == LENGTH
+    assert set(code.text.reveal()) <= set(ALPHABET)
+    assert not set(ALPHABET) & set("01OIL2Z5S")
+    assert len(code.shown) == LENGTH + 1
+
+
+@pytest.mark.parametrize("typed", [str, " {} ".format, str.lower, "-".join])
+def test_a_code_is_taken_however_it_is_typed(typed: Callable[[str], str]) -> None:
+    codes, code = issued()
+    assert codes.redeem(Secret(typed(code.shown)), START) is code
+
+
+def test_a_code_serves_a_whole_class_until_it_ends() -> None:
+    codes, code = issued()
+    assert all(codes.redeem(code.text, START + LIFETIME_NS - 1) for _ in range(30))
+    assert codes.redeem(code.text, START + LIFETIME_NS) is None
+
+
+def test_another_code_of_the_cell_ends_the_first_and_not_that_of_another_cell() -> None:
+    codes, chance = PairingCodes(), random.Random(1)
+    first = codes.issue("left", "ann", START, chance)
+    right = codes.issue("right", "ann", START, chance)
+    second = codes.issue("left", "ann", START, chance)
+    assert codes.redeem(first.text, START) is None
+    assert codes.redeem(right.text, START) is right
+    assert codes.redeem(second.text, START) is second
+    assert codes.withdraw("left")
+    assert codes.redeem(second.text, START) is None
+
+
+def test_many_wrong_codes_end_every_code() -> None:
+    codes, chance = PairingCodes(), random.Random(1)
+    code = codes.issue("cell", "ann", START, chance)
+    for _ in range(MOST_WRONG):
+        assert codes.redeem(Secret("??????"), START) is None
+    assert codes.redeem(code.text, START) is None
+    again = codes.issue("cell", "ann", START, chance)
+    assert codes.redeem(again.text, START) is again
+
+
+@pytest.mark.parametrize("typed", ["", "\0" * 6, "\ud800" * 6, "Ω" * 6, "A" * 10**6])
+def test_what_is_no_code_is_refused_without_an_error(typed: str) -> None:
+    codes = PairingCodes()
+    codes.issue("cell", "ann", START, random.Random(1))
+    assert codes.redeem(Secret(typed), START) is None
+
+
+def test_a_code_does_not_show_itself() -> None:
+    _, code = issued()
+    assert code.text.reveal() not in repr(code)

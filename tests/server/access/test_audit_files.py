@@ -9,16 +9,8 @@ from pathlib import Path
 
 import pytest
 
+from openpendant.server.access import audit_file
 from openpendant.server.access.audit import AuditEntry, AuditEvent, ChainCheck, read_line
-from openpendant.server.access.audit_file import (
-    AuditFile,
-    AuditLog,
-    RawFile,
-    Stamped,
-    all_files,
-    open_raw,
-    read_lines,
-)
 
 TIME = "2026-01-02T03:04:05.678+00:00"
 
@@ -27,12 +19,12 @@ class SmallDisk:
     def __init__(self, room: int) -> None:
         self.room = room
 
-    def open(self, path: Path) -> RawFile:
-        return _OnSmallDisk(self, open_raw(path))
+    def open(self, path: Path) -> audit_file.RawFile:
+        return _OnSmallDisk(self, audit_file.open_raw(path))
 
 
 class _OnSmallDisk:
-    def __init__(self, disk: SmallDisk, raw: RawFile) -> None:
+    def __init__(self, disk: SmallDisk, raw: audit_file.RawFile) -> None:
         self._disk = disk
         self._raw = raw
 
@@ -50,19 +42,19 @@ class _OnSmallDisk:
         self._raw.close()
 
 
-def stamped(n: int) -> Stamped:
-    return Stamped(AuditEntry(AuditEvent.JOG_BEGAN, n, who="ann"), TIME)
+def stamped(n: int) -> audit_file.Stamped:
+    return audit_file.Stamped(AuditEntry(AuditEvent.JOG_BEGAN, n, who="ann"), TIME)
 
 
 def checked(path: Path) -> ChainCheck:
     check = ChainCheck()
-    assert [fault for line in read_lines(path) if (fault := check.feed(line))] == []
+    assert [fault for line in audit_file.read_lines(path) if (fault := check.feed(line))] == []
     assert check.finish() is None
     return check
 
 
 def events(path: Path) -> list[str]:
-    records = [read_line(line) for line in read_lines(path)]
+    records = [read_line(line) for line in audit_file.read_lines(path)]
     return [record["event"] for record in records if record is not None]
 
 
@@ -72,7 +64,7 @@ def path(tmp_path: Path) -> Path:
 
 
 def write(path: Path, *numbers: int, most_bytes: int = 10**6) -> None:
-    file = AuditFile(path, most_bytes)
+    file = audit_file.AuditFile(path, most_bytes)
     for n in numbers:
         file.append(stamped(n))
     file.sync()
@@ -88,7 +80,7 @@ def test_a_chain_goes_on_after_a_restart(path: Path) -> None:
 def test_a_large_file_is_put_aside_and_none_is_overwritten(path: Path) -> None:
     for n in range(4):
         write(path, *range(10 * n, 10 * n + 10), most_bytes=1_000)
-    assert len(all_files(path)) > 5
+    assert len(audit_file.all_files(path)) > 5
     assert checked(path).lines == 40
 
 
@@ -126,17 +118,17 @@ def test_a_crash_at_every_byte_of_a_line_leaves_an_intact_chain(path: Path) -> N
 
 
 def test_a_second_writer_is_refused(path: Path) -> None:
-    first = AuditFile(path)
+    first = audit_file.AuditFile(path)
     with pytest.raises(OSError, match="another process writes this audit log"):
-        AuditFile(path)
+        audit_file.AuditFile(path)
     first.close()
-    AuditFile(path).close()
+    audit_file.AuditFile(path).close()
 
 
 @pytest.mark.parametrize("room", range(0, 900, 53))
 def test_a_disk_that_fills_up_at_any_byte_leaves_an_intact_chain(path: Path, room: int) -> None:
     disk = SmallDisk(room)
-    file = AuditFile(path, opener=disk.open)
+    file = audit_file.AuditFile(path, opener=disk.open)
     written = 0
     for n in range(8):
         disk.room += 10_000 if n == 5 else 0
@@ -159,7 +151,7 @@ def until(condition: Callable[[], bool]) -> None:
 
 
 def test_what_was_recorded_is_written_by_the_end(path: Path) -> None:
-    log = AuditLog(path)
+    log = audit_file.AuditLog(path)
     for n in range(50):
         log.record(AuditEntry(AuditEvent.JOG_BEGAN, n, who="ann"))
     log.close()
@@ -167,7 +159,7 @@ def test_what_was_recorded_is_written_by_the_end(path: Path) -> None:
 
 
 def test_a_flood_is_summed_up_at_the_end(path: Path) -> None:
-    log = AuditLog(path)
+    log = audit_file.AuditLog(path)
     for n in range(2_000):
         log.record(AuditEntry(AuditEvent.JOG_BEGAN, n, who="ann"))
     log.close()
@@ -179,7 +171,7 @@ def test_a_flood_is_summed_up_at_the_end(path: Path) -> None:
 def test_a_full_disk_holds_nobody_up_and_the_gap_is_told_of(path: Path) -> None:
     """Promise of issue 5: motion is unaffected, nothing is lost silently."""
     disk = SmallDisk(700)
-    log = AuditLog(path, most_waiting=40, retry=0.005, opener=disk.open)
+    log = audit_file.AuditLog(path, most_waiting=40, retry=0.005, opener=disk.open)
     for n in range(10):
         log.record(AuditEntry(AuditEvent.JOG_BEGAN, n, who="ann"))
     until(lambda: log.fault != "")
@@ -194,7 +186,7 @@ def test_a_full_disk_holds_nobody_up_and_the_gap_is_told_of(path: Path) -> None:
     checked(path)
     (gap,) = (
         record
-        for line in read_lines(path)
+        for line in audit_file.read_lines(path)
         if (record := read_line(line)) and record["event"] == "log-gap"
     )
     assert gap["detail"]["reason"] == os.strerror(errno.ENOSPC)
@@ -211,9 +203,9 @@ def test_what_is_no_regular_file_is_refused_at_the_start(path: Path, kind: str) 
         case "device":
             path.symlink_to("/dev/full")
     with pytest.raises(OSError, match="is no regular file"):
-        AuditFile(path)
+        audit_file.AuditFile(path)
 
 
 def test_a_folder_that_does_not_exist_is_refused_at_the_start(tmp_path: Path) -> None:
     with pytest.raises(FileNotFoundError):
-        AuditLog(tmp_path / "nowhere" / "audit.jsonl")
+        audit_file.AuditLog(tmp_path / "nowhere" / "audit.jsonl")

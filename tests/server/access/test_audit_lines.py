@@ -1,11 +1,18 @@
+"""Audit lines and the process log: bounded, and one entry never looks like two (promise 30)."""
+
 from __future__ import annotations
 
+import io
 import json
-from collections.abc import Callable
+import logging
+import os
+from collections.abc import Callable, Iterator
+from pathlib import Path
 
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
+from promises.promise_table import figure
 
 from openpendant.server.access.audit import (
     LONGEST_LINE,
@@ -17,8 +24,9 @@ from openpendant.server.access.audit import (
     torn_detail,
     write_line,
 )
+from openpendant.server.access.audit_file import AuditFile, Stamped
 from openpendant.server.access.lockout import SECOND_NS
-from openpendant.server.access.process_log import MOST_LINES, LineLimit, printable
+from openpendant.server.access.process_log import MOST_LINES, LimitedHandler, LineLimit, printable
 
 TIME = "2026-01-02T03:04:05.678+00:00"
 
@@ -168,3 +176,100 @@ def test_a_flood_of_failed_logins_does_not_hide_a_motion() -> None:
 def test_a_quiet_log_has_no_summary() -> None:
     entries = [AuditEntry(AuditEvent.STOP, n * SECOND_NS) for n in range(100)]
     assert flood(LineLimit(), entries) == entries
+
+
+def entry(number: int) -> AuditEntry:
+    return AuditEntry(AuditEvent.JOG_BEGAN, number, who="ann")
+
+
+def test_a_recovery_excuses_no_other_torn_line_than_the_one_that_it_tells_of() -> None:
+    first, link = write_line(entry(1), TIME, Link())
+    told = AuditEntry(AuditEvent.LOG_RECOVERED, 2, detail=torn_detail(b'{"n":2,"time'))
+    recovered, _ = write_line(told, TIME, link)
+    check = ChainCheck()
+    assert check.feed(first.rstrip()) is None
+    assert check.feed(b'{"n":2,"who":"bob') is None
+    assert check.feed(recovered.rstrip()) == "line 2 is torn or was altered"
+
+
+def test_the_disk_keeps_what_was_appended(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    path = tmp_path / "audit.jsonl"
+    kept: list[bytes] = []
+    fsync = os.fsync
+
+    def watched(descriptor: int) -> None:
+        fsync(descriptor)
+        if os.path.sameopenfile(descriptor, looking.fileno()):
+            kept.append(path.read_bytes())
+
+    log = AuditFile(path)
+    log.append(Stamped(entry(1), TIME))
+    with path.open("rb") as looking:
+        monkeypatch.setattr(os, "fsync", watched)
+        log.append(Stamped(entry(2), TIME))
+        log.sync()
+        monkeypatch.undo()
+    log.close()
+    (on_disk,) = kept
+    records = [read_line(line) for line in on_disk.splitlines()]
+    assert [record["at"] for record in records if record] == [1, 2]
+
+
+class Logged:
+    def __init__(self) -> None:
+        self.now = 0
+        self.stream = io.StringIO()
+        self.handler = LimitedHandler(self.stream, lambda: self.now)
+        self.log = logging.Logger("tested", logging.INFO)
+        self.log.addHandler(self.handler)
+
+    @property
+    def lines(self) -> list[str]:
+        return self.stream.getvalue().splitlines()
+
+
+@pytest.fixture
+def logged() -> Iterator[Logged]:
+    made = Logged()
+    yield made
+    made.handler.close()
+
+
+@pytest.mark.parametrize("rate", [50, 150, 1_000, 10_000])
+def test_promise_30_at_most_100_lines_in_any_second_and_none_uncounted(
+    logged: Logged, rate: int
+) -> None:
+    at: list[int] = []
+    for number in range(3 * rate):
+        logged.now = number * SECOND_NS // rate
+        written = logged.stream.tell()
+        logged.log.info("line %d", number)
+        at += [logged.now] * logged.stream.getvalue()[written:].count("\n")
+    logged.handler.close()
+    most = max(sum(begin <= each < begin + SECOND_NS for each in at) for begin in at)
+    assert most <= figure(30, "lines").count
+    left_out = [int(line.split(": ")[1].split()[0]) for line in logged.lines if "left out" in line]
+    assert sum("line " in line for line in logged.lines) + sum(left_out) == 3 * rate
+
+
+@pytest.mark.parametrize(
+    "text", ["\n2026-01-01 ERROR forged", "\x1b[2J", "\r", "\u2028", "\x00", "\u202e", "\x9b31m"]
+)
+def test_promise_30_what_a_peer_says_breaks_no_line_and_commands_no_terminal(
+    logged: Logged, text: str
+) -> None:
+    logged.log.info("a client called %s", text)
+    assert len(logged.lines) == 1
+    assert logged.stream.getvalue()[:-1].isprintable()
+
+
+def test_the_lines_of_a_traceback_are_indented_and_counted(logged: Logged) -> None:
+    for _ in range(100):
+        try:
+            raise ValueError("first\n2026-01-01 ERROR forged\x1b[2J")
+        except ValueError:
+            logged.log.exception("it failed")
+    assert len(logged.lines) <= 100
+    entries = [line for line in logged.lines if not line.startswith("    ")]
+    assert all("it failed" in line for line in entries)
+    assert logged.stream.getvalue().replace("\n", "").isprintable()

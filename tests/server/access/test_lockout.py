@@ -23,6 +23,11 @@ START = 1_000 * SECOND_NS
 MINUTE = 60 * SECOND_NS
 
 
+@pytest.fixture
+def lockout() -> Lockout:
+    return Lockout()
+
+
 def fail(lockout: Lockout, now: int, address: str = "192.0.2.1", name: str = "ann") -> int:
     """Fail once; return 0, or how long the attempt is refused [ns]."""
     charge = lockout.attempt(address, name, now)
@@ -38,8 +43,7 @@ def lock(lockout: Lockout, now: int) -> int:
     return fail(lockout, now)
 
 
-def test_promise_29_five_failures_within_a_minute_lock_for_a_minute() -> None:
-    lockout = Lockout()
+def test_promise_29_five_failures_within_a_minute_lock_for_a_minute(lockout: Lockout) -> None:
     failures, lock = figure(29, "failures").count, figure(29, "lock").ns
     within = (figure(29, "window").ns - SECOND_NS) // (failures - 1)
     assert [fail(lockout, START + n * within) for n in range(failures)] == [0] * failures
@@ -49,13 +53,12 @@ def test_promise_29_five_failures_within_a_minute_lock_for_a_minute() -> None:
     assert fail(lockout, last + lock) == 0
 
 
-def test_failures_that_are_far_apart_lock_nobody() -> None:
-    lockout = Lockout()
+def test_failures_that_are_far_apart_lock_nobody(lockout: Lockout) -> None:
     assert {fail(lockout, START + n * MINUTE // 4) for n in range(100)} == {0}
 
 
-def test_each_lock_doubles_the_next_up_to_15_minutes() -> None:
-    lockout, now, locks = Lockout(), START, []
+def test_each_lock_doubles_the_next_up_to_15_minutes(lockout: Lockout) -> None:
+    now, locks = START, []
     for _ in range(7):
         locks.append(lock(lockout, now))
         now += locks[-1]
@@ -63,23 +66,20 @@ def test_each_lock_doubles_the_next_up_to_15_minutes() -> None:
     assert locks[-1] == LONGEST_LOCK_NS
 
 
-def test_a_lock_is_forgotten_after_a_quiet_quarter_of_an_hour() -> None:
-    lockout = Lockout()
+def test_a_lock_is_forgotten_after_a_quiet_quarter_of_an_hour(lockout: Lockout) -> None:
     first = lock(lockout, START)
     later = START + first + FORGET_NS
     assert lock(lockout, later) == MINUTE
     assert lock(lockout, later + MINUTE + FORGET_NS - SECOND_NS) == 2 * MINUTE
 
 
-def test_another_source_and_another_account_are_not_locked() -> None:
-    lockout = Lockout()
+def test_another_source_and_another_account_are_not_locked(lockout: Lockout) -> None:
     lock(lockout, START)
     assert fail(lockout, START, address="192.0.2.2") == 0
     assert fail(lockout, START, name="bob") == 0
 
 
-def test_success_starts_the_pair_afresh() -> None:
-    lockout = Lockout()
+def test_success_starts_the_pair_afresh(lockout: Lockout) -> None:
     for _ in range(4):
         fail(lockout, START)
     right = lockout.attempt("192.0.2.1", "ann", START)
@@ -88,14 +88,14 @@ def test_success_starts_the_pair_afresh() -> None:
     assert [fail(lockout, START) for _ in range(5)] == [0] * 5
 
 
-def test_attempts_sent_at_once_are_all_charged_before_the_first_has_failed() -> None:
-    lockout = Lockout()
+def test_attempts_sent_at_once_are_all_charged_before_the_first_has_failed(
+    lockout: Lockout,
+) -> None:
     outcomes = [lockout.attempt("192.0.2.1", "ann", START) for _ in range(100)]
     assert sum(isinstance(outcome, Charge) for outcome in outcomes) == PAIR_FAILURES
 
 
-def test_an_attempt_that_was_never_checked_is_not_charged() -> None:
-    lockout = Lockout()
+def test_an_attempt_that_was_never_checked_is_not_charged(lockout: Lockout) -> None:
     for _ in range(20):
         charge = lockout.attempt("192.0.2.1", "ann", START)
         assert isinstance(charge, Charge)
@@ -103,15 +103,13 @@ def test_an_attempt_that_was_never_checked_is_not_charged() -> None:
     assert [fail(lockout, START) for _ in range(5)] == [0] * 5
 
 
-def test_one_source_that_tries_many_names_is_locked_itself() -> None:
-    lockout = Lockout()
+def test_one_source_that_tries_many_names_is_locked_itself(lockout: Lockout) -> None:
     refused = [fail(lockout, START, name=f"name {n}") for n in range(100)]
     assert refused[:SOURCE_FAILURES] == [0] * SOURCE_FAILURES
     assert set(refused[SOURCE_FAILURES:]) == {MINUTE}
 
 
-def test_an_own_account_does_not_free_a_source_from_its_other_failures() -> None:
-    lockout = Lockout()
+def test_an_own_account_does_not_free_a_source_from_its_other_failures(lockout: Lockout) -> None:
     let_through = 0
     for n in range(100):
         let_through += fail(lockout, START, name=f"name {n}") == 0
@@ -121,9 +119,10 @@ def test_an_own_account_does_not_free_a_source_from_its_other_failures() -> None
     assert let_through == SOURCE_FAILURES
 
 
-def test_ten_thousand_tries_at_one_account_reach_the_hash_a_few_hundred_times() -> None:
+def test_ten_thousand_tries_at_one_account_reach_the_hash_a_few_hundred_times(
+    lockout: Lockout,
+) -> None:
     """Promise 29: 10⁴ tries, one a second."""
-    lockout = Lockout()
     tried = [n for n in range(10_000) if fail(lockout, START + n * SECOND_NS) == 0]
     # Four locks of 1, 2, 4 and 8 min, then 15 min each: five tries between two locks.
     assert len(tried) <= 5 * (4 + (10_000 - 900) // 900 + 1)

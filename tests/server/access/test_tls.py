@@ -159,9 +159,7 @@ def test_no_record_is_taken_twice_out_of_order_altered_or_from_elsewhere(
     assert taken in ([], [b"press 1"])
 
 
-def test_every_file_that_cannot_be_used_is_named_with_what_is_wrong(
-    pairs: tuple[Pair, Pair], tmp_path: Path
-) -> None:
+def test_every_file_that_cannot_be_used_is_named(pairs: tuple[Pair, Pair], tmp_path: Path) -> None:
     own, other = pairs
     empty, open_key, damaged = tmp_path / "empty", tmp_path / "open", tmp_path / "damaged"
     empty.write_bytes(b"")

@@ -1,39 +1,52 @@
-"""Logging in at the pendant face: promises 19, 28 and 29, exact on the rig's clock."""
+"""Logging in and out at the pendant face: promises 19, 28 and 29, exact on the rig's clock."""
 
 from __future__ import annotations
 
-import pytest
-from rigs.cells.admission_desk import BOOK, LOCAL, account
-from rigs.cells.guarded_rig import GuardedRig, log_in
-from rigs.peers.server_clients import Pendant
+from collections.abc import Callable
+from pathlib import Path
 
+import pytest
+from rigs.cells.admission_desk import BOOK, LAN, LOCAL, account
+from rigs.cells.guarded_rig import GuardedRig, log_in
+from rigs.clock.busy_machine import PATIENCE
+from rigs.peers.server_clients import Pendant
+from rigs.processes.guarded_server import served_operator
+
+from openpendant.server.access import admission
 from openpendant.server.access.accounts import Account, AccountBook
 from openpendant.server.access.audit import AuditEvent
+from openpendant.server.access.passwords import PasswordHash
+from openpendant.server.cli.users_commands import main as users_main
 from openpendant.server.events.events import Port
-from openpendant.simplemsg import Message
+from openpendant.simplemsg import CommType, Message
 from openpendant.simplemsg.pendant import (
     AuthorityChanged,
     AuthorityReason,
     Login,
     LoginKind,
+    Management,
     Outcome,
+    OutcomeKind,
     Pairing,
     PairingAction,
     PairingReply,
+    SoftwareStop,
     State,
+    StopChanged,
     Subscribe,
     Verdict,
 )
 from openpendant.simplemsg.pendant.roles import Role
 from openpendant.simplemsg.verdicts import VerdictCode as V
+from openpendant.tools.pendants.client import Refused
 
 
-def code_of(messages: list[Message]) -> str:
-    (reply,) = [message for message in messages if isinstance(message, PairingReply)]
+def code_in(answers: list[Message]) -> str:
+    (reply,) = [answer for answer in answers if isinstance(answer, PairingReply)]
     return reply.code
 
 
-def test_whoever_logs_in_may_take_the_authority_under_the_name_of_his_account(
+def test_whoever_logs_in_may_take_the_authority_as_his_account(
     rig: GuardedRig,
 ) -> None:
     otto = rig.user("otto")
@@ -84,9 +97,9 @@ def test_promise_28_a_login_is_no_use_to_another_connection(rig: GuardedRig) -> 
     assert other.take() is V.LOGIN_NEEDED
 
 
-def test_logging_in_as_somebody_else_gives_the_authority_back(rig: GuardedRig) -> None:
-    otto = rig.user("otto")
-    otto.take()
+def test_logging_in_as_somebody_else_gives_the_authority_back(
+    rig: GuardedRig, otto: Pendant
+) -> None:
     assert otto.move(1.0, 0.0) is V.ACCEPTED
     log_in(otto, "ann")
     assert rig.core.cell.authority.holder is None
@@ -105,10 +118,8 @@ def test_logging_in_as_somebody_else_gives_the_authority_back(rig: GuardedRig) -
     ],
 )
 def test_who_loses_the_authority_is_told_whether_it_was_for_the_role_or_the_login(
-    rig: GuardedRig, after: Account, reason: AuthorityReason, word: str, code: V
+    rig: GuardedRig, otto: Pendant, after: Account, reason: AuthorityReason, word: str, code: V
 ) -> None:
-    otto = rig.user("otto")
-    otto.take()
     otto.move(1.0, 0.0)
     ann = rig.user("ann")
     rig.follow(AccountBook([*BOOK, after]))
@@ -118,9 +129,7 @@ def test_who_loses_the_authority_is_told_whether_it_was_for_the_role_or_the_logi
     assert otto.take() is code
 
 
-def test_a_promotion_does_not_stop_the_motion(rig: GuardedRig) -> None:
-    otto = rig.user("otto")
-    otto.take()
+def test_a_promotion_does_not_stop_the_motion(rig: GuardedRig, otto: Pendant) -> None:
     otto.move(1.0, 0.0)
     rig.follow(AccountBook([*BOOK, account("otto", Role.PROGRAMMER)]))
     rig.wait(5_000)
@@ -155,7 +164,7 @@ def test_who_is_on_the_machine_looks_on_without_a_login(rig: GuardedRig) -> None
 
 def test_a_guest_moves_with_the_code_until_the_lesson_is_over(rig: GuardedRig) -> None:
     ann, guest = rig.user("ann"), rig.visitor()
-    code = code_of(ann.send(Pairing(5, PairingAction.ISSUE)))
+    code = code_in(ann.send(Pairing(5, PairingAction.ISSUE)))
     assert guest.code(Login(1, LoginKind.PAIRING, "Mia", code)) is V.ACCEPTED
     assert guest.take() is V.ACCEPTED
     assert ann.code(Pairing(6, PairingAction.WITHDRAW)) is V.ACCEPTED
@@ -170,9 +179,7 @@ def test_only_an_admin_gets_a_code(rig: GuardedRig) -> None:
 @pytest.mark.parametrize(
     "message", [Login(7, 3, "otto", "otto's password"), Pairing(7, 9)], ids=["login", "pairing"]
 )
-def test_an_unknown_kind_is_refused_with_what_would_be_accepted(
-    rig: GuardedRig, message: Message
-) -> None:
+def test_an_unknown_kind_is_refused_with_the_known(rig: GuardedRig, message: Message) -> None:
     (answer,) = rig.user("ann").send(message)
     assert isinstance(answer, Verdict)
     assert answer.code == V.BAD_ARGUMENT
@@ -191,3 +198,136 @@ def test_logins_are_noted_by_name_and_failures_without_what_was_typed(rig: Guard
     assert rig.noted(AuditEvent.LOGIN) == ["otto"]
     assert len(rig.noted(AuditEvent.LOGIN_FAILED)) == 1
     assert "hunter2" not in repr(rig.desk.log)
+
+
+def guest(rig: GuardedRig, teacher: Pendant, address: str = LAN) -> Pendant:
+    (reply,) = teacher.send(Pairing(5, PairingAction.ISSUE))
+    assert isinstance(reply, PairingReply)
+    paired = rig.visitor(address, state_rate=50)
+    request = Login(1, LoginKind.PAIRING, "Mia", reply.code)
+    assert paired.code(request) is V.ACCEPTED
+    paired.got.clear()
+    return paired
+
+
+def sent_away(pendant: Pendant) -> list[Outcome]:
+    return [outcome for outcome in pendant.all(Outcome) if outcome.request_id == 0]
+
+
+OTHER_PASSWORD = PasswordHash(salt="cd" * 16, digest="0" * 64)
+AFTER: dict[str, Account | None] = {
+    "disabled": account("otto", Role.OPERATOR, disabled=True),
+    "another password": account("otto", Role.OPERATOR).model_copy(
+        update={"password": OTHER_PASSWORD}
+    ),
+    "removed": None,
+}
+
+
+@pytest.mark.parametrize("how", AFTER)
+def test_whoever_loses_his_login_hears_that_and_may_not_look_on(
+    rig: GuardedRig, otto: Pendant, how: str
+) -> None:
+    otto.got.clear()
+    others = [each for each in BOOK if each.name != "otto"]
+    after = AFTER[how]
+    rig.follow(AccountBook(others if after is None else [*others, after]))
+    (lost,) = otto.all(AuthorityChanged)
+    assert (lost.holder, lost.reason) == (0, AuthorityReason.LOGGED_OUT)
+    (told,) = sent_away(otto)
+    assert (told.comm_type, told.outcome) == (CommType.TOPIC, OutcomeKind.ABORTED)
+    assert told.code == V.LOGIN_NEEDED
+    assert "the account was changed; log in again" in told.text
+
+
+def test_a_guest_hears_that_the_lesson_is_over_and_nothing_after_that(rig: GuardedRig) -> None:
+    ann = rig.user("ann")
+    mia = guest(rig, ann)
+    mia.take()
+    assert ann.code(Pairing(6, PairingAction.WITHDRAW)) is V.ACCEPTED
+    assert [news.holder for news in mia.all(AuthorityChanged)] == [mia.session, 0]
+    assert "the lesson is over" in sent_away(mia)[-1].text
+    mia.got.clear()
+    rig.wait(200)
+    ann.stop()
+    assert mia.got == []
+
+
+def test_a_guest_without_control_hears_that_the_lesson_is_over(rig: GuardedRig) -> None:
+    ann = rig.user("ann")
+    mia = guest(rig, ann)
+    ann.code(Pairing(6, PairingAction.WITHDRAW))
+    assert len(sent_away(mia)) == 1
+
+
+def test_whoever_may_still_look_on_goes_on_looking_on(rig: GuardedRig) -> None:
+    ann = rig.user("ann")
+    mia = guest(rig, ann, LOCAL)
+    ann.code(Pairing(6, PairingAction.WITHDRAW))
+    assert sent_away(mia) == []
+    rig.wait(200)
+    assert mia.all(State)
+
+
+def log_out(rig: GuardedRig, otto: Pendant) -> None:
+    otto.send(Management(7, b'{"op": "access.logout"}'))
+
+
+def log_in_anew(rig: GuardedRig, otto: Pendant) -> None:
+    log_in(otto, "vera")
+
+
+def promote(rig: GuardedRig, otto: Pendant) -> None:
+    rig.follow(AccountBook([*BOOK, account("otto", Role.PROGRAMMER)]))
+
+
+@pytest.mark.parametrize(
+    ("change", "times"),
+    [(log_out, 1), (log_in_anew, 0), (promote, 0)],
+    ids=["logs out", "logs in as somebody else", "has another role"],
+)
+def test_only_who_may_not_look_on_any_more_is_sent_away(
+    rig: GuardedRig, change: Callable[[GuardedRig, Pendant], None], times: int
+) -> None:
+    otto = rig.user("otto")
+    change(rig, otto)
+    assert len(sent_away(otto)) == times
+
+
+def test_whoever_was_sent_away_is_told_why_with_each_refusal(rig: GuardedRig) -> None:
+    ann = rig.user("ann")
+    mia = guest(rig, ann)
+    ann.code(Pairing(6, PairingAction.WITHDRAW))
+    mia.take()
+    (_, code), text = mia.verdicts()[-1], mia.got[-1]
+    assert code is V.LOGIN_NEEDED
+    assert "the lesson is over" in getattr(text, "text", "")
+
+
+def test_whoever_was_sent_away_may_stop_and_log_in_again(rig: GuardedRig) -> None:
+    ann = rig.user("ann")
+    mia = guest(rig, ann)
+    ann.code(Pairing(6, PairingAction.WITHDRAW))
+    assert mia.code(SoftwareStop(7, "still here")) is V.ACCEPTED
+    assert log_in(mia, "vera") is V.ACCEPTED
+    ann.reset()
+    ann.take()
+    ann.reset()
+    assert mia.all(StopChanged)[-1].client == "ann"
+
+
+@pytest.mark.realtime
+@pytest.mark.asyncio
+async def test_a_client_on_another_machine_ends_its_wait_when_its_account_is_disabled(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Over sockets, whose addresses count as another machine's."""
+    monkeypatch.setattr(admission, "is_loopback", lambda address: False)
+    async with served_operator(tmp_path) as (server, otto):
+        await otto.next_state()
+        await otto.take_control()
+        assert users_main(["disable", "otto", "--store", str(server.store)]) == 0
+        with pytest.raises(Refused, match=r"LOGIN_NEEDED.*log in again"):
+            await otto.wait_until(lambda state: False, within=PATIENCE)
+        assert not otto.in_control
+        await otto.stop("nobody is in control")

@@ -17,37 +17,7 @@ from openpendant.server.access.request_gate import IN_ORDER, OF_MESSAGE, permiss
 from openpendant.server.events.effects import SendToController
 from openpendant.server.events.management_requests import parse
 from openpendant.simplemsg import Message, joint_array
-from openpendant.simplemsg.pendant import (
-    Authority,
-    AuthorityAction,
-    AuthorityBeat,
-    Enabling,
-    Home,
-    JogBeat,
-    JogEnd,
-    JogEnded,
-    JogRelease,
-    JogSpace,
-    JogStart,
-    JogStep,
-    JogUndo,
-    JointMove,
-    JointPath,
-    JointWaypoint,
-    Management,
-    MotionControl,
-    MotionControlAction,
-    OperatingMode,
-    PoseMove,
-    PosePath,
-    PoseWaypoint,
-    ProgramRun,
-    ResetStop,
-    SetMode,
-    SetSpeed,
-    State,
-    Verdict,
-)
+from openpendant.simplemsg import pendant as messages
 from openpendant.simplemsg.pendant.management import OPERATIONS
 from openpendant.simplemsg.verdicts import CATALOGUE
 from openpendant.simplemsg.verdicts import VerdictCode as V
@@ -60,25 +30,33 @@ Frame = Callable[[int], Message]
 
 
 def operation(**body: object) -> Frame:
-    return lambda number: Management(number, json.dumps(body).encode())
+    return lambda number: messages.Management(number, json.dumps(body).encode())
 
 
 FRAMES: dict[str, Frame] = {
-    "take control": lambda number: Authority(number, AuthorityAction.REQUEST),
-    "take over": lambda number: Authority(number, AuthorityAction.FORCE),
-    "joint move": lambda number: JointMove(number, 0.5, 2, JOINTS),
-    "joint path": lambda number: JointPath(number, 0.5, 2, (JointWaypoint(JOINTS),)),
-    "pose move": lambda number: PoseMove(number, 1, 0.5, "base", NEAR, UPRIGHT),
-    "pose path": lambda number: PosePath(number, 1, 0.5, "base", (PoseWaypoint(NEAR, UPRIGHT),)),
-    "home": lambda number: Home(number, 0.5, "home"),
-    "jog press": lambda number: JogStart(number, 1, 1, 0.15, JogSpace.JOINTS, "", 2, RATES),
-    "jog step": lambda number: JogStep(number, 0.5, JogSpace.JOINTS, "", 2, joint_array((0.01,))),
-    "jog undo": lambda number: JogUndo(number, 0.5),
-    "speed": lambda number: SetSpeed(number, 0.5, 0.0),
-    "resume": lambda number: MotionControl(number, MotionControlAction.RESUME),
-    "program": lambda number: ProgramRun(number, 1, 0, 1, 0, 1.0, "nothing"),
-    "reset": lambda number: ResetStop(number),
-    "mode": lambda number: SetMode(number, OperatingMode.AUTOMATIC),
+    "take control": lambda number: messages.Authority(number, messages.AuthorityAction.REQUEST),
+    "take over": lambda number: messages.Authority(number, messages.AuthorityAction.FORCE),
+    "joint move": lambda number: messages.JointMove(number, 0.5, 2, JOINTS),
+    "joint path": lambda number: messages.JointPath(
+        number, 0.5, 2, (messages.JointWaypoint(JOINTS),)
+    ),
+    "pose move": lambda number: messages.PoseMove(number, 1, 0.5, "base", NEAR, UPRIGHT),
+    "pose path": lambda number: messages.PosePath(
+        number, 1, 0.5, "base", (messages.PoseWaypoint(NEAR, UPRIGHT),)
+    ),
+    "home": lambda number: messages.Home(number, 0.5, "home"),
+    "jog press": lambda number: messages.JogStart(
+        number, 1, 1, 0.15, messages.JogSpace.JOINTS, "", 2, RATES
+    ),
+    "jog step": lambda number: messages.JogStep(
+        number, 0.5, messages.JogSpace.JOINTS, "", 2, joint_array((0.01,))
+    ),
+    "jog undo": lambda number: messages.JogUndo(number, 0.5),
+    "speed": lambda number: messages.SetSpeed(number, 0.5, 0.0),
+    "resume": lambda number: messages.MotionControl(number, messages.MotionControlAction.RESUME),
+    "program": lambda number: messages.ProgramRun(number, 1, 0, 1, 0, 1.0, "nothing"),
+    "reset": lambda number: messages.ResetStop(number),
+    "mode": lambda number: messages.SetMode(number, messages.OperatingMode.AUTOMATIC),
     "play": operation(op="recordings.play", name="nothing"),
     "output": operation(op="signals.set", name="gripper", value=True),
 }
@@ -93,9 +71,9 @@ def code_of(pendant: Pendant, message: Message) -> V:
     answers = pendant.send(message)
     for answer in answers:
         match answer:
-            case Verdict(code=code):
+            case messages.Verdict(code=code):
                 return V(code)
-            case Management(body=body):
+            case messages.Management(body=body):
                 return V(json.loads(body).get("code", 0))
     raise AssertionError(f"no answer but {answers}")
 
@@ -105,11 +83,11 @@ def points(rig: GuardedRig) -> int:
 
 
 def test_the_table_has_every_request_that_can_move_something() -> None:
-    tried = {type(frame(1)) for frame in FRAMES.values()} - {Management}
+    tried = {type(frame(1)) for frame in FRAMES.values()} - {messages.Management}
     assert tried == {kind for kind, need in OF_MESSAGE.items() if need in IN_ORDER}
     for frame in FRAMES.values():
         message = frame(1)
-        if isinstance(message, Management):
+        if isinstance(message, messages.Management):
             assert OPERATIONS[parse(message.body)[0]].IN_ORDER
         else:
             assert permission_of(message) in IN_ORDER
@@ -119,7 +97,7 @@ def test_the_table_has_every_request_that_can_move_something() -> None:
 def test_promise_28_a_frame_that_comes_twice_or_late_is_refused(rig: GuardedRig, name: str) -> None:
     ann = rig.user("ann")
     ann.take()
-    assert ann.code(JointMove(50, 0.5, 2, JOINTS)) is V.ACCEPTED
+    assert ann.code(messages.JointMove(50, 0.5, 2, JOINTS)) is V.ACCEPTED
     rig.wait(3_000)
     found = {}
     for how, offset in {"replayed": 0, "swapped": -1, "reordered": -5}.items():
@@ -145,10 +123,9 @@ def test_promise_28_a_frame_pasted_on_a_connection_without_login_is_refused(
 
 @pytest.mark.parametrize("name", NEEDS_AUTHORITY)
 def test_promise_28_a_frame_pasted_on_another_users_connection_is_refused(
-    rig: GuardedRig, name: str
+    rig: GuardedRig, otto: Pendant, name: str
 ) -> None:
-    otto, ann = rig.user("otto"), rig.user("ann")
-    otto.take()
+    ann = rig.user("ann")
     before = points(rig)
     code = code_of(ann, FRAMES[name](7))
     assert code in {V.HELD_BY_OTHER, V.NOT_IN_CONTROL, V.PRESS_STALE}, CATALOGUE[code]
@@ -159,11 +136,9 @@ def test_promise_28_a_frame_pasted_on_another_users_connection_is_refused(
 @pytest.mark.parametrize("ending", ["expired", "released", "reconnected"])
 @pytest.mark.parametrize("name", NEEDS_AUTHORITY)
 def test_promise_28_a_frame_on_a_lease_that_is_gone_is_refused(
-    rig: GuardedRig, name: str, ending: str
+    rig: GuardedRig, otto: Pendant, name: str, ending: str
 ) -> None:
     """Promise 18 too: the lease expires after 3 s without a beat."""
-    otto = rig.user("otto")
-    otto.take()
     match ending:
         case "expired":
             rig.wait(3_010)
@@ -176,7 +151,7 @@ def test_promise_28_a_frame_on_a_lease_that_is_gone_is_refused(
     code = code_of(otto, FRAMES[name](60))
     assert code in {V.NOT_IN_CONTROL, V.PRESS_STALE}, CATALOGUE[code]
     assert points(rig) == before
-    otto.send(AuthorityBeat())
+    otto.send(messages.AuthorityBeat())
     assert rig.core.cell.authority.holder is None
 
 
@@ -188,48 +163,58 @@ def held_press(rig: GuardedRig) -> Pendant:
     otto = rig.visitor(state_rate=50.0)
     assert log_in(otto, "otto") is V.ACCEPTED
     otto.take()
-    assert otto.code(SetMode(20, OperatingMode.MANUAL_REDUCED)) is V.ACCEPTED
+    assert otto.code(messages.SetMode(20, messages.OperatingMode.MANUAL_REDUCED)) is V.ACCEPTED
     rig.wait(30)
-    otto.send(Enabling(1))
-    press = JogStart(21, 1, otto.all(State)[-1].sequence, 0.15, JogSpace.JOINTS, "", 2, RATES)
+    otto.send(messages.Enabling(1))
+    press = messages.JogStart(
+        21, 1, otto.all(messages.State)[-1].sequence, 0.15, messages.JogSpace.JOINTS, "", 2, RATES
+    )
     assert otto.code(press) is V.ACCEPTED
-    otto.send(JogBeat(1, 1))
+    otto.send(messages.JogBeat(1, 1))
     return otto
 
 
 def keep_pressing(rig: GuardedRig, sender: Pendant, beat: Message, holder: Pendant) -> None:
     for _ in range(6):
         rig.wait(50)
-        holder.send(Enabling(1))
+        holder.send(messages.Enabling(1))
         sender.send(beat)
 
 
-@pytest.mark.parametrize("beat", [JogBeat(1, 1), JogBeat(1, 0), JogBeat(2, 9)])
+@pytest.mark.parametrize(
+    "beat", [messages.JogBeat(1, 1), messages.JogBeat(1, 0), messages.JogBeat(2, 9)]
+)
 def test_promise_28_replayed_reordered_and_foreign_beats_hold_no_press(
-    rig: GuardedRig, beat: JogBeat
+    rig: GuardedRig, beat: messages.JogBeat
 ) -> None:
     otto = held_press(rig)
     keep_pressing(rig, otto, beat, otto)
-    assert [end.reason for end in otto.all(JogEnded)] == [JogEnd.SILENT]
+    assert [end.reason for end in otto.all(messages.JogEnded)] == [messages.JogEnd.SILENT]
 
 
 def test_promise_28_beats_from_another_connection_hold_no_press(rig: GuardedRig) -> None:
     otto, ann = held_press(rig), rig.user("ann")
     for number in range(2, 10):
-        keep_pressing(rig, ann, JogBeat(1, number), otto)
-    assert [end.reason for end in otto.all(JogEnded)] == [JogEnd.SILENT]
+        keep_pressing(rig, ann, messages.JogBeat(1, number), otto)
+    assert [end.reason for end in otto.all(messages.JogEnded)] == [messages.JogEnd.SILENT]
 
 
 def test_promise_28_a_press_that_ended_is_not_begun_again(rig: GuardedRig) -> None:
     """With a new request id and a fresh state: its number is used up."""
     otto = held_press(rig)
-    otto.code(JogRelease(22, 1))
+    otto.code(messages.JogRelease(22, 1))
     rig.wait(1_000)
-    otto.send(Enabling(1))
-    fresh = otto.all(State)[-1].sequence
+    otto.send(messages.Enabling(1))
+    fresh = otto.all(messages.State)[-1].sequence
     before = points(rig)
-    assert otto.code(JogStart(23, 1, fresh, 0.15, JogSpace.JOINTS, "", 2, RATES)) is V.PRESS_DEAD
-    assert otto.code(JogStart(24, 2, 1, 0.15, JogSpace.JOINTS, "", 2, RATES)) is V.PRESS_STALE
+    assert (
+        otto.code(messages.JogStart(23, 1, fresh, 0.15, messages.JogSpace.JOINTS, "", 2, RATES))
+        is V.PRESS_DEAD
+    )
+    assert (
+        otto.code(messages.JogStart(24, 2, 1, 0.15, messages.JogSpace.JOINTS, "", 2, RATES))
+        is V.PRESS_STALE
+    )
     assert points(rig) == before
 
 
@@ -241,9 +226,9 @@ def test_promise_28_a_lease_that_ends_during_a_press_ends_the_press(rig: Guarded
     rig.wait(500)
     before = points(rig)
     for number in range(2, 12):
-        otto.send(JogBeat(1, number))
-        otto.send(Enabling(1))
-        otto.send(AuthorityBeat())
+        otto.send(messages.JogBeat(1, number))
+        otto.send(messages.Enabling(1))
+        otto.send(messages.AuthorityBeat())
         rig.wait(50)
     assert points(rig) == before
     assert rig.core.cell.authority.holder is None

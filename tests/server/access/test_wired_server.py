@@ -29,22 +29,7 @@ from openpendant.simplemsg import (
     codec_for,
     joint_array,
 )
-from openpendant.simplemsg.pendant import (
-    PROTOCOL_VERSION,
-    Authority,
-    AuthorityAction,
-    AuthorityBeat,
-    Hello,
-    JogBeat,
-    JogSpace,
-    JogStart,
-    JointMove,
-    Login,
-    LoginKind,
-    ResetStop,
-    SetSpeed,
-    Verdict,
-)
+from openpendant.simplemsg import pendant as messages
 from openpendant.simplemsg.verdicts import VerdictCode as V
 from openpendant.tools.pendants.client import PendantClient, Refused
 from openpendant.tools.pendants.connection_errors import PendantError
@@ -79,13 +64,13 @@ async def guess(source: str, port: int, name: str) -> float:
     """Try a wrong password from an address; return how long the answer took [s]."""
     reader, writer = await asyncio.open_connection("127.0.0.1", port, local_addr=(source, 0))
     answers = Connection(Role.CLIENT, PENDANT, ByteOrder.LITTLE, max_frame=65_532)
-    writer.write(answers.send(Hello(PROTOCOL_VERSION, 0.0, "", "")))
+    writer.write(answers.send(messages.Hello(messages.PROTOCOL_VERSION, 0.0, "", "")))
     answers.receive(await reader.read(65_536))
-    writer.write(answers.send(Login(1, LoginKind.PASSWORD, name, WRONG)))
+    writer.write(answers.send(messages.Login(1, messages.LoginKind.PASSWORD, name, WRONG)))
     began = time.perf_counter()
     (answer,) = answers.receive(await reader.read(65_536))
     taken = time.perf_counter() - began
-    assert isinstance(answer, Verdict)
+    assert isinstance(answer, messages.Verdict)
     assert answer.code == V.LOGIN_FAILED
     writer.close()
     return taken
@@ -113,14 +98,16 @@ CODEC = codec_for(PENDANT, ByteOrder.LITTLE, 4)
 def as_recorded(goal: tuple[float, ...]) -> list[Message]:
     joints = joint_array(goal)
     return [
-        Authority(2, AuthorityAction.REQUEST),
-        AuthorityBeat(),
-        JointMove(3, 0.5, len(goal), joints),
-        JogStart(4, 1, 1, 0.15, JogSpace.JOINTS, "", len(goal), joint_array([1.0] + [0.0] * 5)),
-        JogBeat(1, 1),
-        JogBeat(1, 2),
-        SetSpeed(5, 1.0, 0.0),
-        ResetStop(6),
+        messages.Authority(2, messages.AuthorityAction.REQUEST),
+        messages.AuthorityBeat(),
+        messages.JointMove(3, 0.5, len(goal), joints),
+        messages.JogStart(
+            4, 1, 1, 0.15, messages.JogSpace.JOINTS, "", len(goal), joint_array([1.0] + [0.0] * 5)
+        ),
+        messages.JogBeat(1, 1),
+        messages.JogBeat(1, 2),
+        messages.SetSpeed(5, 1.0, 0.0),
+        messages.ResetStop(6),
     ]
 
 
@@ -132,11 +119,13 @@ async def test_promise_28_recorded_frames_do_nothing_on_another_connection(tmp_p
             before = otto.joints()
             frames = as_recorded(tuple(angle + 0.2 for angle in before))
             reader, writer = await asyncio.open_connection("127.0.0.1", server.port)
-            writer.write(CODEC.encode(Hello(PROTOCOL_VERSION, 0.0, "", "a thief")))
+            writer.write(
+                CODEC.encode(messages.Hello(messages.PROTOCOL_VERSION, 0.0, "", "a thief"))
+            )
             for frame in frames:
                 writer.write(CODEC.encode(frame))
             answers = Connection(Role.CLIENT, PENDANT, ByteOrder.LITTLE, max_frame=65_532)
-            for frame in (Hello(PROTOCOL_VERSION, 0.0, "", ""), *frames):
+            for frame in (messages.Hello(messages.PROTOCOL_VERSION, 0.0, "", ""), *frames):
                 answers.send(frame)
             codes: list[int] = []
 
@@ -144,7 +133,7 @@ async def test_promise_28_recorded_frames_do_nothing_on_another_connection(tmp_p
                 data = await reader.read(65_536)
                 assert data, f"the server closed the connection; answered so far: {codes}"
                 came = answers.receive(data)
-                codes.extend(answer.code for answer in came if isinstance(answer, Verdict))
+                codes.extend(answer.code for answer in came if isinstance(answer, messages.Verdict))
 
             async with asyncio.timeout(PATIENCE):
                 while len(codes) < 5:

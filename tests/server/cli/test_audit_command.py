@@ -9,6 +9,8 @@ from openpendant.server.access.audit import AuditEntry, AuditEvent
 from openpendant.server.access.audit_file import AuditFile, Stamped, all_files
 from openpendant.server.cli.audit_commands import main
 
+Capture = pytest.CaptureFixture[str]
+
 TIME = "2026-01-02T03:04:05.678+00:00"
 
 
@@ -25,9 +27,7 @@ def log(tmp_path: Path) -> Path:
     return path
 
 
-def test_a_log_is_shown_in_words_without_control_characters(
-    log: Path, capsys: pytest.CaptureFixture[str]
-) -> None:
+def test_a_log_is_shown_in_words_without_control_characters(log: Path, capsys: Capture) -> None:
     """Promise 30: what was escaped in the file is escaped on the terminal."""
     assert main(["show", str(log)]) == 0
     shown = capsys.readouterr().out.splitlines()
@@ -48,16 +48,14 @@ def test_a_log_is_shown_in_words_without_control_characters(
     ],
 )
 def test_entries_can_be_chosen(
-    log: Path, capsys: pytest.CaptureFixture[str], options: list[str], numbers: list[int]
+    log: Path, capsys: Capture, options: list[str], numbers: list[int]
 ) -> None:
     assert main(["show", str(log), "--json", *options]) == 0
     shown = [json.loads(line) for line in capsys.readouterr().out.splitlines()]
     assert [record["n"] for record in shown] == numbers
 
 
-def test_an_intact_log_is_told_with_its_last_hash(
-    log: Path, capsys: pytest.CaptureFixture[str]
-) -> None:
+def test_an_intact_log_is_told_with_its_last_hash(log: Path, capsys: Capture) -> None:
     assert main(["verify", str(log), "--json"]) == 0
     verdict = json.loads(capsys.readouterr().out)
     assert (verdict["intact"], verdict["lines"], verdict["last"]) == (True, 5, 5)
@@ -65,7 +63,7 @@ def test_an_intact_log_is_told_with_its_last_hash(
     assert main(["verify", str(log), "--anchor", "00" * 32]) == 1
 
 
-def test_an_edited_log_is_told_with_the_line(log: Path, capsys: pytest.CaptureFixture[str]) -> None:
+def test_an_edited_log_is_told_with_the_line(log: Path, capsys: Capture) -> None:
     oldest = all_files(log)[0]
     oldest.write_bytes(oldest.read_bytes().replace(b'"who":"otto"', b'"who":"ann"'))
     assert main(["verify", str(log)]) == 1
@@ -81,9 +79,7 @@ def test_a_log_without_its_oldest_file_is_broken_unless_that_is_meant(log: Path)
 @pytest.mark.parametrize(
     "arguments", [["verify", "nowhere.jsonl"], ["show", "nowhere.jsonl"], ["show"], ["wrong"]]
 )
-def test_a_missing_log_and_wrong_usage_are_one_line(
-    arguments: list[str], capsys: pytest.CaptureFixture[str]
-) -> None:
+def test_a_missing_log_and_wrong_usage_are_one_line(arguments: list[str], capsys: Capture) -> None:
     assert main(arguments) == 2
     err = capsys.readouterr().err
     assert err.startswith("error: ")

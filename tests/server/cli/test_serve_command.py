@@ -11,10 +11,12 @@ import pytest
 from openpendant.server.cli.serve import main, say_ready
 from openpendant.server.shell.listening import Ports, RosPorts
 
+Capture = pytest.CaptureFixture[str]
+
 FREE_PORTS = ("--pendant-port", "0", "--ros-motion-port", "0", "--ros-state-port", "0")
 
 
-def test_a_port_in_use_is_named_with_exit_code_3(capsys: pytest.CaptureFixture[str]) -> None:
+def test_a_port_in_use_is_named_with_exit_code_3(capsys: Capture) -> None:
     with socket.create_server(("127.0.0.1", 0)) as taken:
         port = str(taken.getsockname()[1])
         assert main([*FREE_PORTS, "--ros-state-port", port]) == 3
@@ -57,7 +59,7 @@ name = "right"
     ],
 )
 def test_an_argument_that_speaks_of_one_cell_is_refused_beside_several(
-    argument: tuple[str, str], tmp_path: Path, capsys: pytest.CaptureFixture[str]
+    argument: tuple[str, str], tmp_path: Path, capsys: Capture
 ) -> None:
     file = tmp_path / "room.toml"
     file.write_text(ROOM, encoding="utf-8")
@@ -67,7 +69,7 @@ def test_an_argument_that_speaks_of_one_cell_is_refused_beside_several(
 
 @pytest.mark.parametrize("port", ["--ros-motion-port", "--ros-state-port"])
 def test_the_ports_of_ros_i_are_turned_off_by_argument_as_by_file(
-    port: str, capsys: pytest.CaptureFixture[str]
+    port: str, capsys: Capture
 ) -> None:
     assert main([port, "off", "--print-config"]) == 0
     name = port.removeprefix("--").replace("-", "_")
@@ -81,16 +83,12 @@ def test_the_ports_of_ros_i_are_turned_off_by_argument_as_by_file(
         ("65536", "less than or equal to 65535"),
     ],
 )
-def test_a_port_of_ros_i_that_is_none_is_refused(
-    port: str, says: str, capsys: pytest.CaptureFixture[str]
-) -> None:
+def test_a_port_of_ros_i_that_is_none_is_refused(port: str, says: str, capsys: Capture) -> None:
     assert main(["--ros-motion-port", port]) == 2
     assert says in capsys.readouterr().err
 
 
-def test_a_file_of_several_cells_is_printed_as_one(
-    tmp_path: Path, capsys: pytest.CaptureFixture[str]
-) -> None:
+def test_a_file_of_several_cells_is_printed_as_one(tmp_path: Path, capsys: Capture) -> None:
     file = tmp_path / "room.toml"
     file.write_text(ROOM.replace("motion_port = 1", "state_port = 1"), encoding="utf-8")
     assert main(["--config", str(file), "--print-config"]) == 2
@@ -103,7 +101,7 @@ def test_a_file_of_several_cells_is_printed_as_one(
     assert "pendant_port = 11\n" in printed
 
 
-def test_the_ready_line_of_several_cells_names_them(capsys: pytest.CaptureFixture[str]) -> None:
+def test_the_ready_line_of_several_cells_names_them(capsys: Capture) -> None:
     ports = Ports(11010, {"left": RosPorts(11000, 11002), "right": RosPorts(None, None)})
     say_ready(ports, json_output=False)
     say_ready(ports, json_output=True)
@@ -116,7 +114,7 @@ def test_the_ready_line_of_several_cells_names_them(capsys: pytest.CaptureFixtur
 
 
 def test_the_ready_line_of_one_cell_has_its_ports_beside_the_pendants(
-    capsys: pytest.CaptureFixture[str],
+    capsys: Capture,
 ) -> None:
     ports = Ports(11010, {"cell": RosPorts(11000, 11002)})
     say_ready(ports, json_output=False)

@@ -13,6 +13,8 @@ from openpendant.server.store.recording_format import pack_rows
 from openpendant.server.store.store_client import default_path
 from openpendant.tools.cli import main as openpendant
 
+Capture = pytest.CaptureFixture[str]
+
 RECORDING = DocumentKind.RECORDING
 
 HEADINGS = ",".join(["name", *(f"joints[{number}]" for number in range(6))])
@@ -42,24 +44,24 @@ def path(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
     return path
 
 
-def run(capsys: pytest.CaptureFixture[str], *arguments: object) -> tuple[int, str, str]:
+def run(capsys: Capture, *arguments: object) -> tuple[int, str, str]:
     code = main([str(argument) for argument in arguments])
     out, err = capsys.readouterr()
     return code, out, err
 
 
-def run_json(capsys: pytest.CaptureFixture[str], *arguments: object) -> Any:
+def run_json(capsys: Capture, *arguments: object) -> Any:
     code, out, err = run(capsys, *arguments, "--json")
     assert (code, err) == (0, "")
     return json.loads(out)
 
 
-def test_it_is_a_command_of_openpendant(path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+def test_it_is_a_command_of_openpendant(path: Path, capsys: Capture) -> None:
     assert openpendant(["store", "list"]) == 0
     assert "weld" in capsys.readouterr().out
 
 
-def test_documents_are_listed(path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+def test_documents_are_listed(path: Path, capsys: Capture) -> None:
     listed = run_json(capsys, "list")
     assert [(item["kind"], item["name"], item["revision"]) for item in listed] == [
         ("account", "ann", 1),
@@ -72,7 +74,7 @@ def test_documents_are_listed(path: Path, capsys: pytest.CaptureFixture[str]) ->
     assert out.split()[:4] == ["program", "weld", "revision", "2"]
 
 
-def test_a_document_is_shown_with_its_past(path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+def test_a_document_is_shown_with_its_past(path: Path, capsys: Capture) -> None:
     assert run_json(capsys, "show", "program", "weld")["body"]["points"][0]["joints"][:2] == [
         0.5,
         2.0,
@@ -89,7 +91,7 @@ def test_a_document_is_shown_with_its_past(path: Path, capsys: pytest.CaptureFix
 
 
 def test_all_but_accounts_goes_out_and_comes_in_again(
-    path: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+    path: Path, tmp_path: Path, capsys: Capture
 ) -> None:
     file, other = tmp_path / "all.json", tmp_path / "other.db"
     assert run(capsys, "export", file)[:2] == (0, f"wrote {file}: 2 documents\n")
@@ -107,15 +109,13 @@ def test_all_but_accounts_goes_out_and_comes_in_again(
     assert run(capsys, "check", "--store", other)[0] == 0
 
 
-def test_accounts_go_out_when_asked_for(
-    path: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
-) -> None:
+def test_accounts_go_out_when_asked_for(path: Path, tmp_path: Path, capsys: Capture) -> None:
     assert run(capsys, "export", tmp_path / "all.json", "--accounts")[0] == 0
     assert "secret" in (tmp_path / "all.json").read_text()
 
 
 def test_points_and_samples_go_out_and_come_in_as_csv(
-    path: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+    path: Path, tmp_path: Path, capsys: Capture
 ) -> None:
     points, samples = tmp_path / "points.csv", tmp_path / "samples.csv"
     assert run(capsys, "export", points, "--kind", "program")[0] == 0
@@ -135,7 +135,7 @@ def test_points_and_samples_go_out_and_come_in_as_csv(
 
 
 def test_a_backup_is_a_store_and_overwrites_nothing(
-    path: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+    path: Path, tmp_path: Path, capsys: Capture
 ) -> None:
     copy = tmp_path / "copy.db"
     with opened(path) as server:
@@ -151,7 +151,7 @@ def test_a_backup_is_a_store_and_overwrites_nothing(
 
 @pytest.mark.parametrize("name", ["out.json", "out.csv", "out.program"])
 def test_an_export_overwrites_only_what_it_is_told_to(
-    path: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str], name: str
+    path: Path, tmp_path: Path, capsys: Capture, name: str
 ) -> None:
     (tmp_path / name).write_text("mine")
     export = ["export", tmp_path / name, "--kind", "program"]
@@ -164,16 +164,14 @@ def test_an_export_overwrites_only_what_it_is_told_to(
 
 @pytest.mark.parametrize("command", ["export", "backup"])
 def test_nothing_is_written_over_the_store_itself(
-    path: Path, capsys: pytest.CaptureFixture[str], command: str
+    path: Path, capsys: Capture, command: str
 ) -> None:
     code, _, err = run(capsys, command, path, "--force")
     assert (code, "is the store itself" in err) == (3, True)
     assert run(capsys, "check")[0] == 0
 
 
-def test_a_document_is_deleted_whatever_is_in_it(
-    path: Path, capsys: pytest.CaptureFixture[str]
-) -> None:
+def test_a_document_is_deleted_whatever_is_in_it(path: Path, capsys: Capture) -> None:
     with opened(path) as store:
         store.save(DocumentKind.FRAMES, "left", '{"x": 1}', expected_revision=0, author=ANN)
     gone = run_json(capsys, "delete", "frames", "left")
@@ -184,9 +182,7 @@ def test_a_document_is_deleted_whatever_is_in_it(
     assert (code, "openpendant users remove NAME" in err) == (2, True)
 
 
-def test_a_check_says_what_is_there_and_what_is_wrong(
-    path: Path, capsys: pytest.CaptureFixture[str]
-) -> None:
+def test_a_check_says_what_is_there_and_what_is_wrong(path: Path, capsys: Capture) -> None:
     report = run_json(capsys, "check")
     assert report == {
         "documents": 3,
@@ -209,9 +205,7 @@ def test_a_check_says_what_is_there_and_what_is_wrong(
     assert "BAD" in out
 
 
-def test_a_check_of_a_damaged_file_says_so_and_leaves_it_there(
-    path: Path, capsys: pytest.CaptureFixture[str]
-) -> None:
+def test_a_check_of_a_damaged_file_says_so_and_leaves_it_there(path: Path, capsys: Capture) -> None:
     content = path.read_bytes()
     path.write_bytes(content[: len(content) // 2])
     damaged = path.read_bytes()
@@ -241,7 +235,7 @@ def test_a_check_of_a_damaged_file_says_so_and_leaves_it_there(
 def test_what_cannot_be_done_is_one_line_on_standard_error(
     path: Path,
     monkeypatch: pytest.MonkeyPatch,
-    capsys: pytest.CaptureFixture[str],
+    capsys: Capture,
     arguments: list[str],
     code: int,
     says: str,
@@ -254,7 +248,7 @@ def test_what_cannot_be_done_is_one_line_on_standard_error(
 
 
 def test_a_name_from_a_file_cannot_steer_the_terminal(
-    path: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+    path: Path, tmp_path: Path, capsys: Capture
 ) -> None:
     (tmp_path / "a\x1b[2J.json").write_text("{")
     _, _, err = run(capsys, "import", tmp_path / "a\x1b[2J.json")

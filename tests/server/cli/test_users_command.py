@@ -8,26 +8,21 @@ from functools import cache
 from pathlib import Path
 
 import pytest
+from rigs.data.stored_documents import opened
 
+from openpendant.server.access import passwords
 from openpendant.server.access.access_backend import read_at_start, unreadable_accounts
-from openpendant.server.access.accounts import AccountBook, AccountRefused, StoredAccounts
+from openpendant.server.access.accounts import Account, AccountBook, AccountRefused, StoredAccounts
 from openpendant.server.access.admission import Admission
-from openpendant.server.access.passwords import (
-    SALT_BYTES,
-    PasswordHash,
-    ScryptCost,
-    Secret,
-    hash_password,
-    is_password,
-)
 from openpendant.server.cli import users_commands
 from openpendant.server.journal.event_records import PasswordNumbers, book_from_json
 from openpendant.server.store.documents import DocumentKind
-from openpendant.server.store.sqlite_store import open_store
 from openpendant.simplemsg.pendant.roles import Role
 
+Capture = pytest.CaptureFixture[str]
+
 CANARY = "canary-7f3a horse"
-CHEAP = ScryptCost(n=2**14, r=8, p=1)
+CHEAP = passwords.ScryptCost(n=2**14, r=8, p=1)
 
 Users = Callable[..., int]
 
@@ -38,8 +33,10 @@ def file(tmp_path: Path) -> Path:
 
 
 @cache
-def hashed(password: str) -> PasswordHash:
-    return hash_password(Secret(password), os.urandom(SALT_BYTES), CHEAP)
+def hashed(password: str) -> passwords.PasswordHash:
+    return passwords.hash_password(
+        passwords.Secret(password), os.urandom(passwords.SALT_BYTES), CHEAP
+    )
 
 
 @pytest.fixture
@@ -60,15 +57,18 @@ def add(users: Users, name: str, role: str = "admin", password: str = CANARY) ->
 
 
 def book(file: Path) -> AccountBook:
-    store = open_store(file)
-    try:
+    with opened(file) as store:
         return StoredAccounts(store, "test").book()
-    finally:
-        store.close()
+
+
+def account_of(file: Path, name: str) -> Account:
+    found = book(file).find(name)
+    assert found is not None
+    return found
 
 
 def test_an_account_that_was_added_is_kept_and_listed(
-    users: Users, file: Path, capsys: pytest.CaptureFixture[str]
+    users: Users, file: Path, capsys: Capture
 ) -> None:
     assert add(users, "Ann") == 0
     assert add(users, "otto", "operator") == 0
@@ -80,11 +80,11 @@ def test_an_account_that_was_added_is_kept_and_listed(
     ]
     ann = book(file).find("ann")
     assert ann is not None
-    assert is_password(Secret(CANARY), ann.password)
+    assert passwords.is_password(passwords.Secret(CANARY), ann.password)
 
 
 def test_no_password_is_in_any_output_or_in_the_store(
-    users: Users, file: Path, capsys: pytest.CaptureFixture[str]
+    users: Users, file: Path, capsys: Capture
 ) -> None:
     """Promise 30: canaries as passwords, taken and refused."""
     add(users, "ann")
@@ -113,7 +113,7 @@ def test_no_password_is_in_any_output_or_in_the_store(
 )
 def test_what_cannot_be_done_is_refused_with_the_reason(
     users: Users,
-    capsys: pytest.CaptureFixture[str],
+    capsys: Capture,
     arguments: tuple[str, ...],
     code: int,
     reason: str,
@@ -136,14 +136,12 @@ def test_roles_passwords_and_accounts_can_be_changed(users: Users, file: Path) -
     add(users, "otto", "operator")
     assert users("set-role", "otto", "programmer") == 0
     assert users("disable", "otto") == 0
-    otto = book(file).find("otto")
-    assert otto is not None
+    otto = account_of(file, "otto")
     assert (otto.role, otto.disabled) == (Role.PROGRAMMER, True)
     assert users("enable", "otto") == 0
     assert users("set-password", "otto", "--password-stdin", password="another horse") == 0
-    otto = book(file).find("otto")
-    assert otto is not None
-    assert is_password(Secret("another horse"), otto.password)
+    otto = account_of(file, "otto")
+    assert passwords.is_password(passwords.Secret("another horse"), otto.password)
     assert users("remove", "otto") == 0
     assert users("remove", "ann") == 0
     assert len(book(file)) == 0
@@ -151,7 +149,7 @@ def test_roles_passwords_and_accounts_can_be_changed(users: Users, file: Path) -
 
 
 def test_without_a_terminal_a_password_is_asked_for_by_option(
-    users: Users, capsys: pytest.CaptureFixture[str]
+    users: Users, capsys: Capture
 ) -> None:
     assert users("add", "ann", "--role", "admin") == 2
     assert "--password-stdin" in capsys.readouterr().err
@@ -163,25 +161,24 @@ def test_a_list_of_no_store_makes_none(users: Users, file: Path) -> None:
 
 
 def test_a_document_that_is_no_account_is_named_without_its_hash(file: Path) -> None:
-    store = open_store(file)
-    store.save(DocumentKind.ACCOUNT, "ann", '{"name":"canary"}', expected_revision=0, author="test")
-    unreadable = StoredAccounts(store, "test").book().unreadable
+    kind, body = DocumentKind.ACCOUNT, '{"name":"canary"}'
+    with opened(file) as store:
+        store.save(kind, "ann", body, expected_revision=0, author="test")
+        unreadable = StoredAccounts(store, "test").book().unreadable
     assert list(unreadable) == ["ann"]
     assert "canary" not in str(unreadable)
-    store.close()
 
 
 @pytest.fixture
 def eve(file: Path) -> None:
-    store = open_store(file)
-    body = '{"role":"admin"}'
-    store.save(DocumentKind.ACCOUNT, "eve", body, expected_revision=0, author="test")
-    store.close()
+    kind, body = DocumentKind.ACCOUNT, '{"role":"admin"}'
+    with opened(file) as store:
+        store.save(kind, "eve", body, expected_revision=0, author="test")
 
 
 @pytest.mark.usefixtures("eve")
 def test_an_account_that_cannot_be_read_is_shown_and_blocks_no_other(
-    users: Users, file: Path, capsys: pytest.CaptureFixture[str]
+    users: Users, file: Path, capsys: Capture
 ) -> None:
     assert add(users, "otto", "operator") == 3
     assert add(users, "ann") == 0
@@ -206,7 +203,7 @@ def test_an_account_that_cannot_be_read_is_shown_and_blocks_no_other(
     ],
 )
 def test_an_account_that_cannot_be_read_is_not_changed_unseen(
-    users: Users, capsys: pytest.CaptureFixture[str], arguments: tuple[str, ...], says: str
+    users: Users, capsys: Capture, arguments: tuple[str, ...], says: str
 ) -> None:
     assert users(*arguments) == 3
     assert says in capsys.readouterr().err
@@ -233,8 +230,6 @@ def test_while_an_account_cannot_be_read_nobody_is_single_user(file: Path) -> No
 
 
 def test_a_refusal_carries_its_code(file: Path) -> None:
-    store = open_store(file)
-    with pytest.raises(AccountRefused) as caught:
+    with opened(file) as store, pytest.raises(AccountRefused) as caught:
         StoredAccounts(store, "test").remove("ann")
     assert caught.value.refusal.code.name == "UNKNOWN_ACCOUNT"
-    store.close()

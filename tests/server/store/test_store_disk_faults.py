@@ -97,9 +97,7 @@ def take_the_rest(disk: Path, number: int = 1) -> None:
 
 
 @pytest.mark.parametrize("documents", [6, 25])
-def test_on_a_disk_that_is_full_to_the_last_byte_everything_can_be_deleted(
-    mount: Mount, documents: int
-) -> None:
+def test_on_a_disk_full_to_the_last_byte_all_can_be_deleted(mount: Mount, documents: int) -> None:
     """Promise 23: others filled it, so that nothing of the store's own gives room."""
     disk = mount(1024)
     path = disk / "store.db"
@@ -186,7 +184,7 @@ def test_a_write_that_fails_halfway_is_undone(tmp_path: Path) -> None:
         check_all_there(store, count + 1)
 
 
-def test_a_read_only_disk_is_read_and_every_change_is_refused(
+def test_a_read_only_disk_refuses_every_change(
     mount: Mount, caplog: pytest.LogCaptureFixture
 ) -> None:
     path = mount(512) / "store.db"

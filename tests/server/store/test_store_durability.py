@@ -13,9 +13,11 @@ import re
 import shutil
 import subprocess
 import sys
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
+from functools import partial
 from itertools import pairwise
 from pathlib import Path
+from typing import Any
 
 import pytest
 from rigs.clock.busy_machine import PATIENCE
@@ -29,23 +31,15 @@ from openpendant.server.store.database_file import atomic_file
 def told(monkeypatch: pytest.MonkeyPatch) -> list[str]:
     """Notes what the disk is told by our own code: `sync NAME`, `link NAME`, `replace NAME`."""
     calls: list[str] = []
-    fsync, link, replace = os.fsync, os.link, os.replace
 
-    def noted_fsync(descriptor: int) -> None:
-        calls.append(f"sync {Path(os.readlink(f'/proc/self/fd/{descriptor}')).name}")
-        fsync(descriptor)
+    def noted(word: str, call: Callable[..., None], *arguments: Any) -> None:
+        last = arguments[-1]
+        name = Path(os.readlink(f"/proc/self/fd/{last}") if word == "sync" else last).name
+        calls.append(f"{word} {name}")
+        call(*arguments)
 
-    def noted_link(source: Path, target: Path) -> None:
-        calls.append(f"link {target.name}")
-        link(source, target)
-
-    def noted_replace(source: Path, target: Path) -> None:
-        calls.append(f"replace {target.name}")
-        replace(source, target)
-
-    monkeypatch.setattr(os, "fsync", noted_fsync)
-    monkeypatch.setattr(os, "link", noted_link)
-    monkeypatch.setattr(os, "replace", noted_replace)
+    for word, name in (("sync", "fsync"), ("link", "link"), ("replace", "replace")):
+        monkeypatch.setattr(os, name, partial(noted, word, getattr(os, name)))
     return calls
 
 
@@ -62,10 +56,11 @@ def test_a_file_has_its_content_on_the_disk_before_its_name_and_then_the_name(
         beside.write_text("content")
         assert told == []
     assert told == [f"sync {beside.name}", f"{call} whole", f"sync {tmp_path.name}"]
+    assert target.read_text() == "content"
 
 
 @linux_only
-def test_a_new_store_has_its_name_on_the_disk_before_anything_is_saved_in_it(
+def test_a_new_store_has_its_name_on_the_disk_before_a_save(
     tmp_path: Path, told: list[str]
 ) -> None:
     with opened(tmp_path / "store.db"):
@@ -85,9 +80,7 @@ def test_a_backup_that_is_told_as_written_is_on_the_disk(tmp_path: Path, told: l
 
 
 @linux_only
-def test_a_broken_store_that_is_set_aside_has_its_new_name_on_the_disk(
-    tmp_path: Path, told: list[str]
-) -> None:
+def test_a_store_set_aside_has_its_new_name_on_the_disk(tmp_path: Path, told: list[str]) -> None:
     path = tmp_path / "store.db"
     path.write_bytes(b"broken" * 1_000)
     with opened(path) as store:

@@ -7,6 +7,7 @@ import errno
 import logging
 import os
 import random
+import shutil
 import signal
 import sqlite3
 import subprocess
@@ -20,17 +21,10 @@ from rigs.clock.busy_machine import PATIENCE
 from rigs.data.stored_documents import opened, save
 
 from openpendant.server.cli import store_commands
-from openpendant.server.store import sqlite_file
+from openpendant.server.store import sqlite_file, store_errors
 from openpendant.server.store.documents import DocumentKind
 from openpendant.server.store.sqlite_file import MIGRATIONS, Migration
 from openpendant.server.store.sqlite_store import open_for_reading, open_store
-from openpendant.server.store.store_errors import (
-    ForeignFile,
-    ReadOnly,
-    StoreError,
-    StoreFailed,
-    StoreTooNew,
-)
 
 LATEST = MIGRATIONS[-1].version
 NEXT = Migration(LATEST + 1, ("ALTER TABLE revision ADD COLUMN note TEXT NOT NULL DEFAULT ''",))
@@ -80,7 +74,7 @@ def test_an_older_file_is_upgraded_after_a_copy_was_made(path: Path) -> None:
 
 def test_an_upgrade_that_fails_leaves_the_older_file_as_it_was(path: Path) -> None:
     fill(path)
-    with pytest.raises(StoreFailed, match="already exists"):
+    with pytest.raises(store_errors.StoreFailed, match="already exists"):
         open_store(path, migrations=[*MIGRATIONS, NEXT, BROKEN_STEP])
     with opened(path) as store:
         assert len(store.headings()) == 20
@@ -93,7 +87,7 @@ def test_a_file_of_a_later_version_is_refused_and_left_alone(path: Path) -> None
     open_store(path, migrations=[*MIGRATIONS, NEXT]).close()
     before = path.read_bytes()
     for open_it in (open_store, open_for_reading):
-        with pytest.raises(StoreTooNew) as refused:
+        with pytest.raises(store_errors.StoreTooNew) as refused:
             open_it(path)
         assert (refused.value.found, refused.value.known) == (NEXT.version, LATEST)
     assert path.read_bytes() == before
@@ -104,7 +98,7 @@ def test_a_database_of_another_program_is_refused_and_left_alone(path: Path) -> 
         other.execute("CREATE TABLE theirs (a)")
     before = path.read_bytes()
     for open_it in (open_store, open_for_reading):
-        with pytest.raises(ForeignFile, match="another program"):
+        with pytest.raises(store_errors.ForeignFile, match="another program"):
             open_it(path)
     assert path.read_bytes() == before
     assert names(path) == ["store.db"]
@@ -155,11 +149,18 @@ def test_every_broken_file_is_kept(path: Path) -> None:
         assert path.with_name(f"store.db.broken-{number}").read_bytes() == b"broken %d" % number
 
 
-def test_reading_a_broken_file_leaves_it_where_it_is(path: Path) -> None:
-    path.write_bytes(b"broken")
-    with pytest.raises(StoreFailed, match="not a database"):
+@pytest.mark.parametrize(
+    ("content", "words"), [(b"broken", "not a database"), (b"", "0 bytes"), (None, "no such file")]
+)
+def test_what_cannot_be_read_is_left_as_it_is(
+    path: Path, content: bytes | None, words: str
+) -> None:
+    if content is not None:
+        path.write_bytes(content)
+    with pytest.raises(store_errors.StoreFailed, match=words):
         open_for_reading(path)
-    assert names(path) == ["store.db"]
+    assert names(path) == ([] if content is None else ["store.db"])
+    assert content is None or path.read_bytes() == content
 
 
 def test_a_log_cut_anywhere_loses_no_earlier_change(path: Path) -> None:
@@ -192,7 +193,7 @@ def test_a_log_cut_anywhere_loses_no_earlier_change(path: Path) -> None:
 def test_what_cannot_be_opened_is_told_with_the_system_s_words(path: Path, target: str) -> None:
     (path.parent / "folder").mkdir()
     (path.parent / "missing").write_text("")
-    with pytest.raises(StoreError, match=r"open|directory|exists"):
+    with pytest.raises(store_errors.StoreError, match=r"open|directory|exists"):
         open_store(path.parent / target)
 
 
@@ -232,7 +233,7 @@ def test_a_copy_of_a_store_in_use_is_a_store_of_its_own(path: Path) -> None:
 def test_a_copy_overwrites_nothing(path: Path) -> None:
     with opened(path) as store:
         path.with_name("copy.db").write_text("mine")
-        with pytest.raises(StoreFailed, match=r"copy\.db: File exists"):
+        with pytest.raises(store_errors.StoreFailed, match=r"copy\.db: File exists"):
             sqlite_file.copy(store.connection, path.with_name("copy.db"))
     assert path.with_name("copy.db").read_text() == "mine"
     assert names(path) == ["copy.db", "store.db", "store.db-reserve"]
@@ -260,7 +261,7 @@ def test_of_two_copies_of_one_name_the_later_is_refused_and_the_first_is_whole(
 
     with contextlib.closing(open_for_reading(path)) as store:
         monkeypatch.setattr(sqlite_file, "integrity", other_is_faster)
-        with pytest.raises(StoreFailed, match=r"copy\.db: File exists"):
+        with pytest.raises(store_errors.StoreFailed, match=r"copy\.db: File exists"):
             sqlite_file.copy(store.connection, copy)
     monkeypatch.undo()
     assert names(path) == ["copy.db", "store.db", "store.db-reserve"]
@@ -269,7 +270,7 @@ def test_of_two_copies_of_one_name_the_later_is_refused_and_the_first_is_whole(
 
 
 @pytest.mark.parametrize("has_links", [True, False], ids=["links", "no links, as on a USB stick"])
-def test_a_copy_that_fails_leaves_nothing_behind(
+def test_a_failed_copy_leaves_nothing(
     path: Path, monkeypatch: pytest.MonkeyPatch, has_links: bool
 ) -> None:
     if not has_links:
@@ -277,7 +278,7 @@ def test_a_copy_that_fails_leaves_nothing_behind(
     fill(path)
     monkeypatch.setattr(sqlite_file, "integrity", lambda connection, thorough: ["page 7 is torn"])
     with contextlib.closing(open_for_reading(path)) as store:
-        with pytest.raises(StoreFailed, match="page 7 is torn"):
+        with pytest.raises(store_errors.StoreFailed, match="page 7 is torn"):
             sqlite_file.copy(store.connection, path.with_name("copy.db"))
     assert names(path) == ["store.db", "store.db-reserve"]
 
@@ -297,9 +298,7 @@ store_commands.main(["backup", copy, "--store", store])
 
 
 @pytest.mark.parametrize("where", ["integrity", "link"])
-def test_a_backup_that_is_killed_takes_no_name_and_the_next_one_succeeds(
-    path: Path, where: str
-) -> None:
+def test_a_killed_backup_takes_no_name_and_the_next_succeeds(path: Path, where: str) -> None:
     fill(path)
     copy = path.with_name("monday.db")
     command = [sys.executable, "-c", BACKUP, where, str(path), str(copy)]
@@ -316,33 +315,18 @@ def test_what_is_opened_for_reading_cannot_be_changed(path: Path) -> None:
     before = path.read_bytes()
     with contextlib.closing(open_for_reading(path)) as store:
         assert len(store.headings()) == 20
-        with pytest.raises(ReadOnly, match="reading only"):
+        with pytest.raises(store_errors.ReadOnly, match="reading only"):
             save(store, "more")
     assert path.read_bytes() == before
 
 
-def test_reading_what_is_not_there_makes_no_file(path: Path) -> None:
-    with pytest.raises(StoreFailed, match="no such file"):
-        open_for_reading(path)
-    assert names(path) == []
-
-
-def test_an_empty_file_is_no_new_store_but_set_aside_aloud(
-    path: Path, caplog: pytest.LogCaptureFixture
-) -> None:
+def test_an_empty_file_is_set_aside_aloud(path: Path, caplog: pytest.LogCaptureFixture) -> None:
     """Such as a copy that was cut short and put back: nobody knows who had an account in it."""
     os.close(os.open(path, os.O_CREAT))
     with caplog.at_level(logging.ERROR), opened(path) as store:
         assert store.set_aside == path.with_name("store.db.broken-1")
         assert save(store, "weld") == 1
     assert "0 bytes" in caplog.text
-
-
-def test_reading_an_empty_file_says_that_it_is_none(path: Path) -> None:
-    path.touch()
-    with pytest.raises(StoreFailed, match="0 bytes"):
-        open_for_reading(path)
-    assert path.stat().st_size == 0
 
 
 START = """
@@ -366,3 +350,42 @@ def test_a_first_start_that_is_killed_is_a_first_start_again(path: Path) -> None
     with opened(path) as store:
         assert store.set_aside is None
         assert save(store, "weld") == 1
+
+
+NO_STORE = b"no database at all\n" * 400
+
+
+@pytest.fixture(scope="module")
+def left(tmp_path_factory: pytest.TempPathFactory) -> tuple[bytes, bytes]:
+    path = tmp_path_factory.mktemp("left") / "store.db"
+    with opened(path) as store:
+        for number in range(20):
+            save(store, f"p{number}", f'{{"text": "{"x" * 2_000}"}}')
+        log = path.with_name("store.db-wal")
+        copies = [shutil.copy(each, each.with_suffix(".copy")) for each in (path, log)]
+        file, kept = (Path(copy).read_bytes() for copy in copies)
+    assert kept
+    return file, kept
+
+
+DAMAGES_WITH_LOG: list[Callable[[bytes, bytes], tuple[bytes, bytes]]] = [
+    lambda file, log: (NO_STORE, log[:1_000]),
+    lambda file, log: (NO_STORE, b"what the broken one wrote last\n" * 40),
+    lambda file, log: (file[:6_000], log),
+    lambda file, log: (file[:6_000], bytes(32) + log[32:]),
+]
+
+
+@pytest.mark.parametrize("damage", DAMAGES_WITH_LOG)
+def test_a_broken_store_and_its_log_are_kept_byte_for_byte(
+    left: tuple[bytes, bytes], damage: Callable[[bytes, bytes], tuple[bytes, bytes]], tmp_path: Path
+) -> None:
+    path = tmp_path / "store.db"
+    file, log = damage(*left)
+    path.write_bytes(file)
+    path.with_name("store.db-wal").write_bytes(log)
+    with opened(path) as store:
+        assert store.set_aside == path.with_name("store.db.broken-1")
+        assert store.headings() == ()
+    assert path.with_name("store.db.broken-1").read_bytes() == file
+    assert path.with_name("store.db.broken-1-wal").read_bytes() == log

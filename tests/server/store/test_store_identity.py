@@ -7,7 +7,7 @@ import os
 import shutil
 import subprocess
 import sys
-from collections.abc import Callable, Iterator
+from collections.abc import Iterator
 from pathlib import Path
 
 import pytest
@@ -46,80 +46,62 @@ def log_merged(store: SqliteStore) -> None:
 # What becomes of it, and the words for that.
 
 
-def deleted(path: Path) -> None:
-    path.unlink()
+def change(path: Path, how: str) -> None:
+    """Do to a store's file, its folder, its log or its index what is told in words."""
+    log, away = path.with_name("store.db-wal"), path.with_name("elsewhere.db")
+    match how:
+        case "deleted":
+            path.unlink()
+        case "moved away":
+            path.rename(away)
+        case "folder moved away":
+            path.parent.rename(path.parent.with_name(f"{path.parent.name}-elsewhere"))
+        case "a directory now":
+            path.unlink()
+            path.mkdir()
+        case "a link now":
+            path.rename(away)
+            path.symlink_to(away.name)
+        case "a link to nothing now":
+            path.unlink()
+            path.symlink_to("nowhere.db")
+        case "a pipe now":
+            path.unlink()
+            os.mkfifo(path)
+        case "an older copy put there":
+            os.replace(path.with_name("older.db"), path)
+        case "an older copy written over it":
+            shutil.copyfile(path.with_name("older.db"), path)
+        case "log deleted":
+            log.unlink()
+        case "log replaced":
+            shutil.copy(log, log.with_name("copy-wal"))
+            os.replace(log.with_name("copy-wal"), log)
+        case "index deleted":
+            path.with_name("store.db-shm").unlink()
 
 
-def moved_away(path: Path) -> None:
-    path.rename(path.with_name("elsewhere.db"))
-
-
-def folder_moved_away(path: Path) -> None:
-    path.parent.rename(path.parent.with_name(f"{path.parent.name}-elsewhere"))
-
-
-def made_a_directory(path: Path) -> None:
-    path.unlink()
-    path.mkdir()
-
-
-def made_a_link(path: Path) -> None:
-    path.rename(path.with_name("elsewhere.db"))
-    path.symlink_to("elsewhere.db")
-
-
-def made_a_link_to_nothing(path: Path) -> None:
-    path.unlink()
-    path.symlink_to("nowhere.db")
-
-
-def made_a_pipe(path: Path) -> None:
-    path.unlink()
-    os.mkfifo(path)
-
-
-def put_an_older_copy(path: Path) -> None:
-    os.replace(path.with_name("older.db"), path)
-
-
-def log_deleted(path: Path) -> None:
-    path.with_name("store.db-wal").unlink()
-
-
-def log_replaced(path: Path) -> None:
-    log = path.with_name("store.db-wal")
-    copy = log.with_name("copy-wal")
-    shutil.copy(log, copy)
-    os.replace(copy, log)
-
-
-def index_deleted(path: Path) -> None:
-    path.with_name("store.db-shm").unlink()
-
-
-CHANGES: list[tuple[Callable[[Path], None], str]] = [
-    (deleted, r"store\.db: is not there any more"),
-    (moved_away, r"store\.db: is not there any more"),
-    (folder_moved_away, r"store\.db: is not there any more"),
-    (made_a_directory, r"store\.db: is a directory now"),
-    (made_a_link, r"store\.db: is a link to elsewhere\.db now"),
-    (made_a_link_to_nothing, r"store\.db: is a link to nowhere\.db now"),
-    (made_a_pipe, r"store\.db: is a pipe now"),
-    (put_an_older_copy, r"store\.db: is another file now"),
-    (log_deleted, r"store\.db-wal: is not there any more"),
-    (log_replaced, r"store\.db-wal: is another file now"),
-    (index_deleted, r"store\.db-shm: is not there any more"),
-]
-changes = pytest.mark.parametrize(
-    ("change", "words"), CHANGES, ids=[change.__name__ for change, _ in CHANGES]
-)
+CHANGES = {
+    "deleted": r"store\.db: is not there any more",
+    "moved away": r"store\.db: is not there any more",
+    "folder moved away": r"store\.db: is not there any more",
+    "a directory now": r"store\.db: is a directory now",
+    "a link now": r"store\.db: is a link to elsewhere\.db now",
+    "a link to nothing now": r"store\.db: is a link to nowhere\.db now",
+    "a pipe now": r"store\.db: is a pipe now",
+    "an older copy put there": r"store\.db: is another file now",
+    "log deleted": r"store\.db-wal: is not there any more",
+    "log replaced": r"store\.db-wal: is another file now",
+    "index deleted": r"store\.db-shm: is not there any more",
+}
+changes = pytest.mark.parametrize(("how", "words"), CHANGES.items(), ids=CHANGES)
 
 
 @changes
 def test_the_next_change_is_refused_and_says_what_became_of_the_file(
-    store: SqliteStore, path: Path, change: Callable[[Path], None], words: str
+    store: SqliteStore, path: Path, how: str, words: str
 ) -> None:
-    change(path)
+    change(path, how)
     for _ in range(3):
         with pytest.raises(NotOurFile, match=words) as refused:
             save(store, "more")
@@ -131,13 +113,13 @@ def test_the_next_change_is_refused_and_says_what_became_of_the_file(
 
 @changes
 def test_a_change_that_was_under_way_is_not_acknowledged(
-    store: SqliteStore, path: Path, change: Callable[[Path], None], words: str
+    store: SqliteStore, path: Path, how: str, words: str
 ) -> None:
     with contextlib.ExitStack() as under_way:
         under_way.enter_context(pytest.raises(NotOurFile, match=words))
         under_way.enter_context(store.together())
         save(store, "more")
-        change(path)
+        change(path, how)
 
 
 @pytest.mark.parametrize("size", ["{}", LARGE], ids=["in the log", "larger than the log"])
@@ -149,7 +131,7 @@ def test_an_older_copy_that_is_written_over_the_file_is_noticed_before_the_next_
         save(store, f"p{number}", size)
     log_merged(store)
     save(store, "after")
-    shutil.copyfile(path.with_name("older.db"), path)
+    change(path, "an older copy written over it")
     for _ in range(3):
         with pytest.raises(NotOurFile, match="holds an older state"):
             save(store, "more")
@@ -236,19 +218,19 @@ def test_a_store_behind_a_link_from_the_start_is_served(path: Path) -> None:
 
 
 @pytest.mark.parametrize(
-    ("change", "words"),
+    ("how", "words"),
     [
-        (made_a_directory, "is a directory; a store is a file"),
-        (made_a_link_to_nothing, r"is a link to nowhere\.db, which is not there"),
-        (made_a_pipe, "is a pipe; a store is a file"),
+        ("a directory now", "is a directory; a store is a file"),
+        ("a link to nothing now", r"is a link to nowhere\.db, which is not there"),
+        ("a pipe now", "is a pipe; a store is a file"),
     ],
 )
 def test_a_start_names_what_is_no_file_and_leaves_it_alone(
-    path: Path, change: Callable[[Path], None], words: str
+    path: Path, how: str, words: str
 ) -> None:
     with opened(path) as store:
         save(store, "weld")
-    change(path)
+    change(path, how)
     kind = path.lstat().st_mode
     for open_it in (open_store, open_for_reading):
         with pytest.raises(StoreFailed, match=words):
@@ -294,12 +276,10 @@ def killed(path: Path) -> None:
     assert path.with_name("store.db-wal").stat().st_size
 
 
-@pytest.mark.parametrize("change", [deleted, moved_away])
-def test_the_log_of_a_killed_server_is_put_into_no_new_file(
-    path: Path, change: Callable[[Path], None]
-) -> None:
+@pytest.mark.parametrize("how", ["deleted", "moved away"])
+def test_a_killed_servers_log_is_in_no_new_file(path: Path, how: str) -> None:
     killed(path)
-    change(path)
+    change(path, how)
     with opened(path) as store:
         assert store.headings() == ()
         assert save(store, "weld") == 1
@@ -307,11 +287,11 @@ def test_the_log_of_a_killed_server_is_put_into_no_new_file(
     assert check_store(path).problems == ()
 
 
-def test_an_older_copy_beside_the_log_of_a_killed_server_is_served_or_set_aside_never_torn(
+def test_an_older_copy_beside_a_killed_servers_log_is_served_or_set_aside_whole(
     path: Path,
 ) -> None:
     killed(path)
-    put_an_older_copy(path)
+    change(path, "an older copy put there")
     with opened(path) as store:
         names = [heading.name for heading in store.headings()]
         assert names == [] if store.set_aside else "kept" in names
@@ -319,30 +299,18 @@ def test_an_older_copy_beside_the_log_of_a_killed_server_is_served_or_set_aside_
     assert check_store(path).problems == ()
 
 
-@pytest.mark.parametrize("change", [deleted, moved_away])
-def test_a_start_without_the_file_is_a_first_one(
-    path: Path, change: Callable[[Path], None]
-) -> None:
+@pytest.mark.parametrize("how", ["deleted", "moved away"])
+def test_a_start_without_the_file_is_the_first(path: Path, how: str) -> None:
     with opened(path) as store:
         save(store, "weld")
-    change(path)
+    change(path, how)
     with opened(path) as store:
         assert store.headings() == ()
         assert save(store, "weld") == 1
 
 
-def overwritten(path: Path, older: Path) -> None:
-    shutil.copyfile(older, path)
-
-
-def replaced(path: Path, older: Path) -> None:
-    os.replace(older, path)
-
-
-@pytest.mark.parametrize("change", [overwritten, replaced])
-def test_a_start_with_an_older_copy_serves_the_copy_whole(
-    path: Path, change: Callable[[Path, Path], None]
-) -> None:
+@pytest.mark.parametrize("how", ["an older copy written over it", "an older copy put there"])
+def test_a_start_serves_an_older_copy_whole(path: Path, how: str) -> None:
     """However the server that was open ended: the log of the lost file is mixed into no other."""
     older = path.with_name("older.db")
     with opened(path) as store:
@@ -352,7 +320,7 @@ def test_a_start_with_an_older_copy_serves_the_copy_whole(
             save(store, f"p{number}", LARGE)
         log_merged(store)
         save(store, "after")
-        change(path, older)
+        change(path, how)
         with pytest.raises(NotOurFile):
             save(store, "more")
     with opened(path) as store:
@@ -369,7 +337,7 @@ def test_the_saves_in_the_log_of_a_lost_file_are_kept_beside(path: Path) -> None
         save(store, "after")
         log_merged(store)
         save(store, "in the log")
-        overwritten(path, older)
+        change(path, "an older copy written over it")
         with pytest.raises(StoreError):
             save(store, "more")
     (log,) = path.parent.glob("store.db.lost-*-wal")

@@ -25,7 +25,7 @@ class TellsOnce:
         """Nothing is watched here."""
 
 
-def test_a_run_in_which_the_watchdog_stopped_is_run_again_exactly(
+def test_a_run_with_a_watchdogs_stop_runs_again_exactly(
     tmp_path: Path, virtual_loop: VirtualLoop
 ) -> None:
     file = tmp_path / "server.journal"

@@ -4,11 +4,10 @@ from typing import Any
 
 import numpy as np
 import pytest
-from numpy.typing import NDArray
 from rigs.data.example_counts import counts
-from rigs.motion.loaded_robots import serial_robot
+from rigs.motion.loaded_robots import SERIAL, arm, serial_robot
+from rigs.motion.nearness import assert_near
 
-from openpendant.motion.description.robot import robot_names
 from openpendant.motion.kinematics.closed_form import closed_form
 from openpendant.motion.kinematics.closed_form.geometry import ArmGeometry, arm_geometry
 from openpendant.motion.kinematics.closed_form.three_parallel import ThreeParallel
@@ -19,10 +18,8 @@ from openpendant.motion.kinematics.closed_form.wrist_partitioned import (
 )
 from openpendant.motion.kinematics.pinocchio_model import model_map
 from openpendant.motion.kinematics.serial import Kinematics, rotation_vector
+from openpendant.motion.pose import Array
 
-Array = NDArray[np.float64]
-
-SERIAL = tuple(name for name in robot_names() if name != "stewart_classroom")
 NONE = ("fanuc_m410ib", "kuka_iiwa14", "mitsubishi_rh6frh5520")
 SIX_AXES = tuple(name for name in SERIAL if serial_robot(name).dof == 6)
 SOLVED = tuple(name for name in SERIAL if name not in NONE)
@@ -65,15 +62,14 @@ def random_positions(kinematics: Kinematics, count: int) -> Iterator[Array]:
 
 @pytest.mark.parametrize("count", counts(3, 100))
 @pytest.mark.parametrize("name", SERIAL)
-def test_forward_kinematics_agrees_with_a_product_of_exponentials(name: str, count: int) -> None:
-    kinematics = Kinematics(serial_robot(name))
+def test_forward_kinematics_is_a_product_of_exponentials(
+    kinematics: Kinematics, count: int
+) -> None:
     geometry = arm_geometry(kinematics.robot)
     gain, offset = model_map(kinematics.robot)
     for position in random_positions(kinematics, count):
         expected = product_of_exponentials(geometry, gain @ position + offset)
-        np.testing.assert_allclose(
-            kinematics.forward(position).to_matrix(), expected, rtol=0, atol=1e-11
-        )
+        assert_near(kinematics.forward(position).to_matrix(), expected, 1e-11)
 
 
 @pytest.mark.parametrize(
@@ -85,13 +81,14 @@ def test_forward_kinematics_agrees_with_a_product_of_exponentials(name: str, cou
     + [(name, type(None)) for name in NONE],
 )
 def test_each_robot_belongs_to_its_family(name: str, family: type) -> None:
-    assert isinstance(closed_form(Kinematics(serial_robot(name))), family)
+    assert isinstance(closed_form(arm(name)), family)
 
 
 @pytest.mark.parametrize("count", counts(8, 250))
 @pytest.mark.parametrize("name", SIX_AXES)
-def test_every_branch_reaches_the_pose_and_one_is_where_it_came_from(name: str, count: int) -> None:
-    kinematics = Kinematics(serial_robot(name))
+def test_every_branch_reaches_the_pose_and_one_is_its_origin(
+    kinematics: Kinematics, count: int
+) -> None:
     robot, form = kinematics.robot, closed_form(kinematics)
     assert form is not None
     for position in random_positions(kinematics, count):
@@ -102,7 +99,7 @@ def test_every_branch_reaches_the_pose_and_one_is_where_it_came_from(name: str, 
         for branch in reached:
             controller = np.array(robot.to_controller(branch))
             found = kinematics.forward(controller).to_matrix()
-            np.testing.assert_allclose(found, target, rtol=0, atol=1e-10)
+            assert_near(found, target, 1e-10)
             difference = np.array(branch) - robot.to_model(position.tolist())
             differences.append(np.abs(np.angle(np.exp(1j * difference))).max())
         assert min(differences) < 1e-7
@@ -111,7 +108,7 @@ def test_every_branch_reaches_the_pose_and_one_is_where_it_came_from(name: str, 
 @pytest.mark.parametrize("name", SIX_AXES)
 def test_the_number_of_branches_is_that_of_an_independent_solver(name: str) -> None:
     eaik = pytest.importorskip("eaik.IK_HP", reason="EAIK is not installed")
-    kinematics = Kinematics(serial_robot(name))
+    kinematics = arm(name)
     geometry, form = arm_geometry(kinematics.robot), closed_form(kinematics)
     assert form is not None
     points = np.vstack((np.zeros(3), geometry.points, geometry.tool[:3, 3]))
@@ -130,8 +127,7 @@ def test_the_number_of_branches_is_that_of_an_independent_solver(name: str) -> N
 
 
 @pytest.mark.parametrize("name", SOLVED)
-def test_a_pose_out_of_reach_is_missed_by_what_it_is_too_far_away(name: str) -> None:
-    kinematics = Kinematics(serial_robot(name))
+def test_a_pose_out_of_reach_is_missed_by_what_it_is_too_far_away(kinematics: Kinematics) -> None:
     form = closed_form(kinematics)
     assert form is not None
     target = np.eye(4)
@@ -140,8 +136,7 @@ def test_a_pose_out_of_reach_is_missed_by_what_it_is_too_far_away(name: str) -> 
 
 
 @pytest.mark.parametrize("name", SIX_AXES)
-def test_the_measures_vanish_exactly_where_the_jacobian_loses_rank(name: str) -> None:
-    kinematics = Kinematics(serial_robot(name))
+def test_the_measures_vanish_exactly_where_the_jacobian_loses_rank(kinematics: Kinematics) -> None:
     robot, form = kinematics.robot, closed_form(kinematics)
     assert form is not None
     ratios = []
@@ -202,5 +197,5 @@ def test_a_wrist_whose_zero_is_anywhere_is_solved() -> None:
     assert len(branches) == 8
     for branch in branches:
         found = product_of_exponentials(geometry, branch)
-        np.testing.assert_allclose(found, target, rtol=0, atol=1e-10)
+        assert_near(found, target, 1e-10)
         assert np.linalg.norm(rotation_vector(found[:3, :3] @ target[:3, :3].T)) < 1e-9

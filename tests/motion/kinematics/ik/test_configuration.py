@@ -2,9 +2,8 @@ import math
 
 import numpy as np
 import pytest
-from rigs.motion.loaded_robots import serial_robot
+from rigs.motion.loaded_robots import SERIAL, arm
 
-from openpendant.motion.description.robot import robot_names
 from openpendant.motion.errors import NotFinite, WrongJointCount
 from openpendant.motion.kinematics.ik.configuration import (
     Configuration,
@@ -16,13 +15,11 @@ from openpendant.motion.kinematics.ik.configuration import (
 from openpendant.motion.kinematics.ik.ik import solve_all
 from openpendant.motion.kinematics.serial import Kinematics
 
-SERIAL = tuple(name for name in robot_names() if name != "stewart_classroom")
 WITHOUT = ("fanuc_m410ib", "kuka_iiwa14", "mitsubishi_rh6frh5520")
 
 
 @pytest.mark.parametrize("name", [name for name in SERIAL if name not in WITHOUT])
-def test_the_branches_of_a_pose_differ_in_their_flags(name: str) -> None:
-    kinematics = Kinematics(serial_robot(name))
+def test_the_branches_of_a_pose_differ_in_their_flags(kinematics: Kinematics) -> None:
     random = np.random.default_rng(13)
     for _ in range(5):
         position = random.uniform(kinematics.lower, kinematics.upper)
@@ -33,8 +30,7 @@ def test_the_branches_of_a_pose_differ_in_their_flags(name: str) -> None:
 
 
 @pytest.mark.parametrize("name", WITHOUT)
-def test_a_robot_without_a_closed_form_has_no_flags(name: str) -> None:
-    kinematics = Kinematics(serial_robot(name))
+def test_a_robot_without_a_closed_form_has_no_flags(kinematics: Kinematics) -> None:
     assert configuration_of(kinematics, kinematics.robot.home_position) is None
 
 
@@ -50,7 +46,7 @@ def test_a_robot_without_a_closed_form_has_no_flags(name: str) -> None:
 def test_the_flags_of_an_industrial_arm_say_what_one_sees(
     position: tuple[float, ...], expected: tuple[str, str, str]
 ) -> None:
-    found = configuration_of(Kinematics(serial_robot("abb_irb120")), position)
+    found = configuration_of(arm("abb_irb120"), position)
     assert found is not None
     assert (found.shoulder, found.elbow, found.wrist) == expected
 
@@ -68,13 +64,13 @@ def test_the_flags_of_an_industrial_arm_say_what_one_sees(
     ],
 )
 def test_a_turn_is_counted_from_half_a_turn_below_zero(angle: float, turn: int) -> None:
-    found = configuration_of(Kinematics(serial_robot("ur5")), (0.0, 0.0, 0.5, 0.0, 0.5, angle))
+    found = configuration_of(arm("ur5"), (0.0, 0.0, 0.5, 0.0, 0.5, angle))
     assert found is not None
     assert found.turns == (0, 0, 0, 0, 0, turn)
 
 
 def test_rounding_noise_at_half_a_turn_does_not_change_the_turn() -> None:
-    kinematics = Kinematics(serial_robot("ur5"))
+    kinematics = arm("ur5")
     found = {
         configuration_of(kinematics, (0.0, 0.0, 0.5, 0.0, 0.5, math.pi + noise))
         for noise in (-1e-12, 0.0, 1e-12)
@@ -83,7 +79,7 @@ def test_rounding_noise_at_half_a_turn_does_not_change_the_turn() -> None:
 
 
 def test_a_linear_axis_has_no_turns() -> None:
-    kinematics = Kinematics(serial_robot("rail_kr5_arc"))
+    kinematics = arm("rail_kr5_arc")
     position = np.array(kinematics.robot.home_position)
     position[0] = 3.0
     found = configuration_of(kinematics, position)
@@ -93,7 +89,7 @@ def test_a_linear_axis_has_no_turns() -> None:
 
 
 def test_on_a_singularity_both_flags_are_right() -> None:
-    kinematics = Kinematics(serial_robot("abb_irb120"))
+    kinematics = arm("abb_irb120")
     position = np.array([0.0, 0.3, 0.1, 0.4, 0.0, 0.2])
     target = kinematics.forward(position)
     for wrist in Wrist:
@@ -105,7 +101,7 @@ def test_on_a_singularity_both_flags_are_right() -> None:
 
 
 def test_malformed_joint_positions_are_refused() -> None:
-    kinematics = Kinematics(serial_robot("ur5"))
+    kinematics = arm("ur5")
     with pytest.raises(WrongJointCount):
         configuration_of(kinematics, (0.0,) * 5)
     with pytest.raises(NotFinite):

@@ -2,17 +2,12 @@ import math
 
 import numpy as np
 import pytest
-from numpy.typing import NDArray
-from rigs.motion.loaded_robots import serial_robot
+from rigs.motion.loaded_robots import SERIAL, arm
+from rigs.motion.nearness import assert_near
 
-from openpendant.motion.description.robot import robot_names
 from openpendant.motion.errors import NotFinite, WrongJointCount
 from openpendant.motion.kinematics.ik.singularity import SingularityKind, angular_first, dexterity
 from openpendant.motion.kinematics.serial import Kinematics
-
-Array = NDArray[np.float64]
-
-SERIAL = tuple(name for name in robot_names() if name != "stewart_classroom")
 
 # Of the IRB 120: forearm 0.302 m ahead of and 0.07 m above the elbow, so joint 3 straightens it at
 STRAIGHT = math.atan2(0.302, 0.07)
@@ -33,7 +28,7 @@ STRAIGHT = math.atan2(0.302, 0.07)
 def test_a_singularity_is_named_with_its_joints(
     position: tuple[float, ...], kind: SingularityKind, unit: str, joints: set[str]
 ) -> None:
-    found = dexterity(Kinematics(serial_robot("abb_irb120")), position)
+    found = dexterity(arm("abb_irb120"), position)
     assert (found.kind, found.unit) == (kind, unit)
     assert found.distance == pytest.approx(0.0, abs=1e-9)
     assert joints <= set(found.joints)
@@ -45,7 +40,7 @@ def test_a_singularity_is_named_with_its_joints(
 def test_a_wrist_above_the_first_axis_is_a_shoulder_singularity() -> None:
     # Wrist centre: x = 0.27 sin q2 + 0.07 sin q2 + 0.302 cos q2 with joint 3 at zero.
     above = math.atan2(-0.302, 0.34)
-    found = dexterity(Kinematics(serial_robot("abb_irb120")), (0.3, above, 0.0, 0.4, 0.9, 0.5))
+    found = dexterity(arm("abb_irb120"), (0.3, above, 0.0, 0.4, 0.9, 0.5))
     assert (found.kind, found.unit) == (SingularityKind.SHOULDER, "m")
     assert found.distance == pytest.approx(0.0, abs=1e-9)
     assert "joint_1" in found.joints
@@ -53,8 +48,7 @@ def test_a_wrist_above_the_first_axis_is_a_shoulder_singularity() -> None:
 
 
 @pytest.mark.parametrize("name", SERIAL)
-def test_manipulability_is_yoshikawas_in_arm_sizes(name: str) -> None:
-    kinematics = Kinematics(serial_robot(name))
+def test_manipulability_is_yoshikawas_in_arm_sizes(kinematics: Kinematics) -> None:
     position = np.random.default_rng(14).uniform(kinematics.lower, kinematics.upper)
     jacobian = kinematics.jacobian(position)
     jacobian[:3] /= kinematics.size
@@ -68,8 +62,7 @@ def test_manipulability_is_yoshikawas_in_arm_sizes(name: str) -> None:
 
 @pytest.mark.parametrize("name", ["abb_irb2400", "fanuc_m10ia", "ur5", "rail_kr5_arc"])
 @pytest.mark.parametrize("off", [0.0, 0.02, -0.02])
-def test_a_step_along_the_way_out_leads_away_from_the_singularity(name: str, off: float) -> None:
-    kinematics = Kinematics(serial_robot(name))
+def test_a_step_along_the_way_out_leads_away_from_it(kinematics: Kinematics, off: float) -> None:
     position = np.array(kinematics.robot.home_position) + 0.3
     position[kinematics.dof - 2] = off
     here = dexterity(kinematics, position)
@@ -78,21 +71,21 @@ def test_a_step_along_the_way_out_leads_away_from_the_singularity(name: str, off
     assert there.least_gain > here.least_gain
     assert there.distance > here.distance
     wanted = kinematics.jacobian(position) @ here.way_out
-    np.testing.assert_allclose(here.way_out_twist, wanted, rtol=0, atol=1e-12)
+    assert_near(here.way_out_twist, wanted, 1e-12)
 
 
 def test_the_lost_twist_is_one_that_no_joint_makes() -> None:
-    kinematics = Kinematics(serial_robot("abb_irb120"))
+    kinematics = arm("abb_irb120")
     position = (0.3, 0.2, 0.1, 0.4, 0.0, 0.5)
     found = dexterity(kinematics, position)
     jacobian = kinematics.jacobian(position)
     jacobian[:3] /= kinematics.size
-    np.testing.assert_allclose(found.lost_twist @ jacobian, np.zeros(6), rtol=0, atol=1e-12)
+    assert_near(found.lost_twist @ jacobian, np.zeros(6), 1e-12)
     assert np.linalg.norm(found.lost_twist) == pytest.approx(1.0)
 
 
 def test_an_arm_without_named_singularities_says_which_joints_are_involved() -> None:
-    kinematics = Kinematics(serial_robot("kuka_iiwa14"))
+    kinematics = arm("kuka_iiwa14")
     found = dexterity(kinematics, (0.0,) * 7)
     assert found.kind is SingularityKind.UNNAMED
     assert found.unit == ""
@@ -102,12 +95,12 @@ def test_an_arm_without_named_singularities_says_which_joints_are_involved() -> 
 
 def test_the_other_order_of_a_twist_has_the_angular_part_first() -> None:
     assert angular_first(np.arange(6.0)).tolist() == [3.0, 4.0, 5.0, 0.0, 1.0, 2.0]
-    jacobian = Kinematics(serial_robot("ur5")).jacobian((0.1,) * 6)
+    jacobian = arm("ur5").jacobian((0.1,) * 6)
     np.testing.assert_array_equal(angular_first(jacobian)[:3], jacobian[3:])
 
 
 def test_malformed_joint_positions_have_no_dexterity() -> None:
-    kinematics = Kinematics(serial_robot("ur5"))
+    kinematics = arm("ur5")
     with pytest.raises(WrongJointCount):
         dexterity(kinematics, (0.0,) * 7)
     with pytest.raises(NotFinite):

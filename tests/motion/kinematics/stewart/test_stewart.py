@@ -4,6 +4,7 @@ from itertools import pairwise
 import numpy as np
 import pytest
 from hypothesis import given
+from rigs.motion.nearness import assert_near
 from rigs.motion.stewart_poses import (
     PLATFORM,
     platform_robot,
@@ -12,21 +13,14 @@ from rigs.motion.stewart_poses import (
     random_poses,
 )
 
-from openpendant.motion.errors import (
-    BadArgument,
-    FrameUnknown,
-    NoAssembly,
-    NotFinite,
-    TooFast,
-    TooSharp,
-    WrongJointCount,
-)
+from openpendant.motion import errors
 from openpendant.motion.kinematics.stewart.platform import (
     CLOSURE,
     StewartKinematics,
     assemble,
     uniqueness,
 )
+from openpendant.motion.kinematics.stewart.workspace import PlatformRule
 from openpendant.motion.orientation import rotation_of_vector
 from openpendant.motion.pose import Array, Pose
 
@@ -118,10 +112,8 @@ def test_the_seed_changes_nothing(number: int) -> None:
         ([1e6] * 6, "m off|singular|outside"),
     ],
 )
-def test_legs_that_hold_no_pose_of_the_workspace_are_refused(
-    lengths: list[float], words: str
-) -> None:
-    with pytest.raises(NoAssembly, match=words) as refusal:
+def test_legs_of_no_pose_of_the_workspace_are_refused(lengths: list[float], words: str) -> None:
+    with pytest.raises(errors.NoAssembly, match=words) as refusal:
         PLATFORM.forward(lengths)
     assert refusal.value.lengths == tuple(lengths)
 
@@ -133,7 +125,7 @@ def test_random_legs_are_a_pose_of_the_workspace_or_refused(number: int) -> None
         lengths = random.uniform(PLATFORM.lower, PLATFORM.upper)
         try:
             pose = PLATFORM.forward(lengths)
-        except NoAssembly:
+        except errors.NoAssembly:
             continue
         assert LEGS.lengths(pose) == pytest.approx(lengths, abs=1e-10)
         assert PLATFORM.workspace.usage(pose) <= 1.001
@@ -143,7 +135,7 @@ def test_random_legs_are_a_pose_of_the_workspace_or_refused(number: int) -> None
 def test_the_two_jacobians_undo_each_other(pose: Pose) -> None:
     lengths = PLATFORM.inverse(pose)
     product = PLATFORM.jacobian(lengths) @ LEGS.jacobian(pose)
-    np.testing.assert_allclose(product, np.eye(6), rtol=0, atol=1e-9)
+    assert_near(product, np.eye(6), 1e-09)
 
 
 @pytest.mark.parametrize("column", range(6))
@@ -199,11 +191,11 @@ def test_a_platform_motion_too_fast_or_too_sharp_for_a_leg_is_refused() -> None:
     assert PLATFORM.check_motion(HOME, 0.05 * up, still).rate == pytest.approx(
         [0.05 * HOME.position[2] / 0.27] * 6, abs=1e-6
     )
-    with pytest.raises(TooFast, match=r"leg_1 .* 0\.05 m/s"):
+    with pytest.raises(errors.TooFast, match=r"leg_1 .* 0\.05 m/s"):
         PLATFORM.check_motion(HOME, 0.06 * up, still)
-    with pytest.raises(TooSharp, match=r"leg_1 .* 0\.5 m/s²"):
+    with pytest.raises(errors.TooSharp, match=r"leg_1 .* 0\.5 m/s²"):
         PLATFORM.check_motion(HOME, still, 0.6 * up)
-    with pytest.raises(NotFinite):
+    with pytest.raises(errors.NotFinite):
         PLATFORM.check_motion(HOME, math.nan * up, still)
 
 
@@ -213,19 +205,19 @@ def test_base_and_root_are_one_and_others_are_unknown() -> None:
     assert PLATFORM.forward(LENGTHS, link="platform").position[2] == pytest.approx(0.247082)
     assert PLATFORM.forward(LENGTHS, link="base").position.tolist() == [0.0, 0.0, 0.0]
     for call in (PLATFORM.forward, PLATFORM.jacobian):
-        with pytest.raises(FrameUnknown, match="base, root"):
+        with pytest.raises(errors.FrameUnknown, match="base, root"):
             call(LENGTHS, "tool")
-    with pytest.raises(FrameUnknown, match="platform"):
+    with pytest.raises(errors.FrameUnknown, match="platform"):
         PLATFORM.forward(LENGTHS, link="leg_1")
 
 
 @pytest.mark.parametrize("call", [PLATFORM.forward, PLATFORM.jacobian])
 def test_malformed_leg_lengths_are_refused(call: object) -> None:
     assert callable(call)
-    with pytest.raises(WrongJointCount):
+    with pytest.raises(errors.WrongJointCount):
         call(LENGTHS[:5])
     for bad in (math.nan, math.inf):
-        with pytest.raises(NotFinite):
+        with pytest.raises(errors.NotFinite):
             call([*LENGTHS[:5], bad])
 
 
@@ -238,7 +230,7 @@ def test_a_platform_of_other_than_six_legs_is_refused() -> None:
         base_anchors=[anchor.model_dump() for anchor in robot.base_anchors[:5]],
         platform_anchors=[anchor.model_dump() for anchor in robot.platform_anchors[:5]],
     )
-    with pytest.raises(BadArgument, match="6 legs"):
+    with pytest.raises(errors.BadArgument, match="6 legs"):
         StewartKinematics(five)
 
 
@@ -246,3 +238,121 @@ def test_neighbouring_legs_give_neighbouring_poses() -> None:
     line = np.linspace(PLATFORM.inverse(HOME), PLATFORM.inverse(random_poses(1)[0]), 100)
     poses = [PLATFORM.forward(lengths) for lengths in line]
     assert max(a.position_distance(b) for a, b in pairwise(poses)) < 2e-3
+
+
+WORKSPACE = PLATFORM.workspace
+
+
+def test_home_uses_nothing_of_the_workspace() -> None:
+    assert WORKSPACE.usage(HOME) == 0.0
+    assert WORKSPACE.coordinates(HOME).tolist() == [0.0] * 6
+
+
+@pytest.mark.parametrize("coordinate", range(6))
+@pytest.mark.parametrize("sign", [-1.0, 1.0])
+def test_each_coordinate_alone_goes_just_to_its_bound(coordinate: int, sign: float) -> None:
+    share = sign * np.eye(6)[coordinate]
+    lengths = WORKSPACE.check(pose_of_shares(share))
+    assert ((lengths >= PLATFORM.lower) & (lengths <= PLATFORM.upper)).all()
+    with pytest.raises(errors.PlatformLimit) as refusal:
+        WORKSPACE.check(pose_of_shares(1.001 * share))
+    error = refusal.value
+    assert (error.rule, error.limit) == (PlatformRule.WORKSPACE, 1.0)
+    assert error.value == pytest.approx(1.001)
+    assert error.joint == ""
+    assert error.index == -1
+
+
+def test_together_the_coordinates_share_the_bounds() -> None:
+    third = np.array([1.0, 0.0, 1.0, 0.0, 0.0, 1.0]) / 3.0
+    WORKSPACE.check(pose_of_shares(third))
+    with pytest.raises(
+        errors.PlatformLimit, match=r"workspace sum limit is 1, the pose needs 1\.2"
+    ):
+        WORKSPACE.check(pose_of_shares(1.2 * third))
+
+
+@given(poses_inside)
+def test_inside_the_workspace_every_leg_is_in_its_stroke_and_its_cones(pose: Pose) -> None:
+    assert WORKSPACE.check(pose) == pytest.approx(PLATFORM.legs.lengths(pose), abs=1e-15)
+    assert max(swing.max() for swing in WORKSPACE.swings(pose)) < WORKSPACE.cone
+
+
+@given(poses_inside)
+def test_coordinates_are_read_back(pose: Pose) -> None:
+    again = WORKSPACE.pose(WORKSPACE.coordinates(pose))
+    assert again.position_distance(pose) < 1e-15
+    assert again.rotation_distance(pose) < 1e-12
+
+
+def test_a_leg_too_short_or_too_long_is_named_with_its_length() -> None:
+    for limits, shares, length in (
+        ({"max_length": 0.28}, [0.0, 0.0, 1.0, 0.0, 0.0, 0.0], 0.28),
+        ({"min_length": 0.25}, [0.0, 0.0, -1.0, 0.0, 0.0, 0.0], 0.25),
+    ):
+        workspace = StewartKinematics(platform_robot(leg=limits)).workspace
+        with pytest.raises(errors.PlatformLimit) as refusal:
+            workspace.check(pose_of_shares(shares), fraction=0.5)
+        error = refusal.value
+        assert error.rule == PlatformRule.STROKE
+        assert error.joint == f"leg_{error.index + 1}"
+        assert (error.limit, error.unit, error.fraction) == (length, "m", 0.5)
+        needed = PLATFORM.legs.lengths(pose_of_shares(shares))
+        assert error.value == pytest.approx(needed[error.index])
+        assert "50.0% of the path" in str(error)
+
+
+@pytest.mark.parametrize(
+    ("shares", "rule"),
+    [
+        ([0.0, 0.0, 0.0, 0.0, 0.0, 1.0], PlatformRule.BASE_CONE),
+        ([0.0, 0.0, 0.0, 0.9, 0.0, 0.0], PlatformRule.PLATFORM_CONE),
+    ],
+)
+def test_a_joint_that_leaves_its_cone_is_named(shares: list[float], rule: PlatformRule) -> None:
+    pose = pose_of_shares(shares)
+    base, platform = WORKSPACE.swings(pose)
+    if rule is PlatformRule.BASE_CONE:
+        swings, cone = base, base.max() - 0.01
+    else:
+        swings, cone = platform, (base.max() + platform.max()) / 2.0
+    assert cone < swings.max()
+    narrow = StewartKinematics(platform_robot(leg={"anchor_cone_rad": float(cone)})).workspace
+    with pytest.raises(errors.PlatformLimit) as refusal:
+        narrow.check(pose)
+    error = refusal.value
+    assert error.rule == rule
+    assert error.unit == "rad"
+    assert error.value == pytest.approx(swings.max())
+    assert error.joint == f"leg_{error.index + 1}"
+
+
+def test_a_swing_is_the_angle_between_the_leg_now_and_at_home() -> None:
+    up = pose_of_shares([0.0, 0.0, 1.0, 0.0, 0.0, 0.0])
+    then, now = (PLATFORM.legs.vectors(p.rotation, p.position)[0] for p in (HOME, up))
+    cosine = then @ now / np.linalg.norm(then) / np.linalg.norm(now)
+    base, platform = WORKSPACE.swings(up)
+    assert base[0] == pytest.approx(math.acos(cosine))
+    assert platform == pytest.approx(base)
+
+
+def test_turning_the_platform_alone_swings_the_joints_on_it_farther() -> None:
+    base, platform = WORKSPACE.swings(pose_of_shares([0.0, 0.0, 0.0, 1.0, 0.0, 0.0]))
+    assert platform.max() > base.max()
+
+
+def test_the_workspace_stays_away_from_singularity() -> None:
+    holdings = [WORKSPACE.holding(pose) for pose in random_poses(300)]
+    assert min(holding.least for holding in holdings) > 0.5
+    assert max(holding.condition for holding in holdings) < 5.0
+
+
+def test_turned_by_a_quarter_the_platform_gives_way() -> None:
+    # The classic singularity of such platforms: yaw of 90 degrees (Fichter 1986).
+    quarter = Pose.from_rpy(HOME.position, (0.0, 0.0, math.pi / 2.0))
+    holding = WORKSPACE.holding(quarter)
+    assert holding.least < 1e-6
+    assert holding.condition > 1e6
+    jacobian = PLATFORM.legs.jacobian(quarter)
+    twist = holding.loosest / [1.0, 1.0, 1.0, 0.12, 0.12, 0.12]
+    assert jacobian @ twist == pytest.approx([0.0] * 6, abs=1e-6)

@@ -1,0 +1,303 @@
+import math
+import pickle
+from collections.abc import Callable
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+from rigs.motion.nearness import assert_near, assert_same_pose
+
+from openpendant.motion import errors
+from openpendant.motion.frames.frame_tree import (
+    BASE,
+    FLANGE,
+    MOST_FRAMES,
+    ROOT,
+    TOOL,
+    FrameTree,
+    transform_point,
+    transform_twist,
+    transform_vector,
+)
+from openpendant.motion.orientation import rotation_of_vector
+from openpendant.motion.pose import Array, Pose
+
+coordinates = st.floats(-2.0, 2.0)
+poses = st.builds(
+    Pose.from_rpy,
+    st.tuples(coordinates, coordinates, coordinates),
+    st.tuples(st.floats(-3.0, 3.0), st.floats(-1.5, 1.5), st.floats(-3.0, 3.0)),
+)
+HERE = Pose.from_rpy((0.5, 0.1, 0.2), (0.1, 0.2, 0.3))
+THERE = Pose.from_rpy((-0.3, 0.4, 0.0), (0.0, 0.0, 1.0))
+
+
+def shift(x: float, y: float = 0.0, z: float = 0.0) -> Pose:
+    return Pose.from_rpy((x, y, z), (0.0, 0.0, 0.0))
+
+
+@pytest.fixture
+def tree() -> FrameTree:
+    """base ── table ── part ── hole, base ── bin; tools gripper (selected) and torch."""
+    return (
+        FrameTree()
+        .add("table", HERE)
+        .add("part", THERE, "table")
+        .add("hole", shift(0.0, 0.0, 0.01), "part")
+        .add("bin", shift(1.0))
+        .add_tool("gripper", shift(0.0, 0.0, 0.12))
+        .add_tool("torch", shift(0.0, 0.05, 0.3))
+        .select_tool("gripper")
+    )
+
+
+def test_base_root_flange_and_tool_are_there_from_the_start() -> None:
+    tree = FrameTree()
+    assert tuple(tree.frames) == (BASE, ROOT, FLANGE, TOOL)
+    assert all(frame.predefined for frame in tree.frames.values())
+    assert [frame.name for frame in tree.frames.values() if frame.moving] == [FLANGE]
+
+
+def test_a_robot_brings_its_root_and_its_links() -> None:
+    tree = FrameTree.of_robot(root=shift(0.0, 0.0, -0.45), links=("link_1", "link_2"))
+    assert_same_pose(tree.transform(ROOT, BASE), shift(0.0, 0.0, -0.45))
+    assert tree["link_2"].moving
+    assert tree["link_2"].parent == BASE
+
+
+def test_a_change_leaves_the_old_tree_as_it_was(tree: FrameTree) -> None:
+    tree.add("more", HERE)
+    tree.remove("hole")
+    tree.move("table", THERE)
+    assert "more" not in tree.frames
+    assert "hole" in tree.frames
+    assert tree["table"].pose is HERE
+
+
+def test_frames_and_tools_are_listed_apart_parents_first(tree: FrameTree) -> None:
+    moved = tree.move("bin", THERE, parent="hole")
+    assert [frame.name for frame in moved.user_frames] == ["table", "part", "hole", "bin"]
+    assert [tool.name for tool in moved.tools] == ["gripper", "torch"]
+
+
+@given(poses, poses, poses)
+def test_a_way_up_is_a_product(a: Pose, b: Pose, c: Pose) -> None:
+    tree = FrameTree().add("a", a).add("b", b, "a").add("c", c, "b")
+    assert_near(
+        tree.transform("c", BASE).to_matrix(), a.to_matrix() @ b.to_matrix() @ c.to_matrix(), 1e-12
+    )
+
+
+@given(poses, poses, poses)
+def test_there_and_back_is_nowhere_and_a_detour_the_same(a: Pose, b: Pose, c: Pose) -> None:
+    tree = FrameTree().add("a", a).add("b", b, "a").add("c", c)
+    assert_same_pose(tree.transform("b", "c").compose(tree.transform("c", "b")), Pose.identity())
+    assert_same_pose(
+        tree.transform("a", "c").compose(tree.transform("b", "a")), tree.transform("b", "c")
+    )
+
+
+def test_a_frame_in_itself_is_the_identity(tree: FrameTree) -> None:
+    for name in tree.frames:
+        assert_same_pose(tree.transform(name, name), Pose.identity())
+
+
+def test_what_hangs_together_needs_no_place_of_the_moving_frame_above(tree: FrameTree) -> None:
+    assert_same_pose(tree.transform("torch", "gripper"), shift(0.0, 0.05, 0.18))
+    assert tree.moving_between("torch", "gripper") == ()
+
+
+def test_the_tool_in_the_base_needs_the_flange(tree: FrameTree) -> None:
+    assert tree.moving_between(TOOL, "table") == (FLANGE,)
+    assert_same_pose(
+        tree.transform(TOOL, BASE, {FLANGE: HERE}), HERE.compose(shift(0.0, 0.0, 0.12))
+    )
+    with pytest.raises(errors.FrameUnknown, match="flange"):
+        tree.transform(TOOL, BASE)
+
+
+def test_the_frame_tool_is_the_selected_one_or_the_flange(tree: FrameTree) -> None:
+    assert_same_pose(tree.transform(TOOL, "gripper"), Pose.identity())
+    assert_same_pose(tree.select_tool("torch").transform(TOOL, "torch"), Pose.identity())
+    assert_same_pose(tree.select_tool(None).transform(TOOL, FLANGE), Pose.identity())
+
+
+def test_moving_the_selected_tool_moves_the_frame_tool(tree: FrameTree) -> None:
+    moved = tree.move("gripper", shift(0.0, 0.0, 0.2))
+    assert_same_pose(moved.transform(TOOL, FLANGE), shift(0.0, 0.0, 0.2))
+
+
+def test_moving_a_frame_takes_along_what_hangs_from_it(tree: FrameTree) -> None:
+    before = tree.transform("hole", "table")
+    moved = tree.move("table", THERE)
+    assert_same_pose(moved.transform("hole", "table"), before)
+    assert_same_pose(moved.transform("hole", BASE), THERE.compose(before))
+
+
+def test_renaming_keeps_parents_children_selection_and_order(tree: FrameTree) -> None:
+    renamed = tree.rename("table", "bench").rename("gripper", "hand")
+    assert renamed["part"].parent == "bench"
+    assert renamed.selected_tool == "hand"
+    order = [name.replace("table", "bench").replace("gripper", "hand") for name in tree.frames]
+    assert list(renamed.frames) == order
+    assert_same_pose(renamed.transform("hole", BASE), tree.transform("hole", BASE))
+    assert renamed.rename("bench", "bench") is renamed
+
+
+def test_removing_from_the_leaves_leaves_the_robot_alone(tree: FrameTree) -> None:
+    empty = tree.select_tool(None)
+    for name in ("hole", "part", "table", "bin", "gripper", "torch"):
+        empty = empty.remove(name)
+    assert tuple(empty.frames) == tuple(FrameTree().frames)
+
+
+def test_a_tree_survives_the_way_between_processes(tree: FrameTree) -> None:
+    again = pickle.loads(pickle.dumps(tree))
+    assert list(again.frames) == list(tree.frames)
+    assert again.selected_tool == "gripper"
+    assert_same_pose(again.transform("hole", BASE), tree.transform("hole", BASE))
+
+
+Change = Callable[[FrameTree], object]
+
+
+@pytest.mark.parametrize(
+    ("change", "error", "words"),
+    [
+        (lambda t: t.add("table", HERE), errors.FrameExists, ["'table'"]),
+        (lambda t: t.add("base", HERE), errors.FrameExists, ["'base'"]),
+        (lambda t: t.add_tool("bin", HERE), errors.FrameExists, ["'bin'"]),
+        (lambda t: t.rename("bin", "table"), errors.FrameExists, ["'table'"]),
+        (lambda t: t.add("x", HERE, "nowhere"), errors.FrameUnknown, ["'nowhere'", "table"]),
+        (lambda t: t.move("nowhere", HERE), errors.FrameUnknown, ["'nowhere'"]),
+        (lambda t: t.remove("nowhere"), errors.FrameUnknown, ["'nowhere'"]),
+        (lambda t: t.rename("nowhere", "x"), errors.FrameUnknown, ["'nowhere'"]),
+        (lambda t: t.transform("nowhere", BASE), errors.FrameUnknown, ["'nowhere'"]),
+        (lambda t: t.transform(BASE, "nowhere"), errors.FrameUnknown, ["'nowhere'"]),
+        (lambda t: t.select_tool("bin"), errors.FrameUnknown, ["'bin'", "gripper, torch"]),
+        (lambda t: t["nowhere"], errors.FrameUnknown, ["'nowhere'"]),
+        (lambda t: t.move("table", HERE, "table"), errors.FrameCycle, ["'table'"]),
+        (lambda t: t.move("table", HERE, "hole"), errors.FrameCycle, ["'table'", "'hole'"]),
+        (lambda t: t.move("base", HERE), errors.FramePredefined, ["'base'", "moved"]),
+        (lambda t: t.move("tool", HERE), errors.FramePredefined, ["'tool'", "moved"]),
+        (lambda t: t.remove("flange"), errors.FramePredefined, ["'flange'", "removed"]),
+        (lambda t: t.rename("root", "x"), errors.FramePredefined, ["'root'", "renamed"]),
+        (lambda t: t.add("x", HERE, "tool"), errors.FramePredefined, ["'tool'", "parent"]),
+        (lambda t: t.move("bin", HERE, "tool"), errors.FramePredefined, ["'tool'", "parent"]),
+        (lambda t: t.remove("table"), errors.FrameInUse, ["'table'", "part"]),
+        (lambda t: t.remove("gripper"), errors.FrameInUse, ["'gripper'", "tool"]),
+        (lambda t: t.move("gripper", HERE, "base"), errors.FrameInUse, ["'gripper'", "tool"]),
+        (lambda t: t.add("", HERE), errors.BadArgument, ["''", "1 to 64"]),
+        (lambda t: t.add(" x", HERE), errors.BadArgument, ["' x'", "no space"]),
+        (lambda t: t.add("a\nb", HERE), errors.BadArgument, ["printable"]),
+        (lambda t: t.rename("bin", "y" * 65), errors.BadArgument, ["64"]),
+        (
+            lambda t: t.add("x", Pose.from_rpy((math.nan,) * 3, (0,) * 3)),
+            errors.MotionError,
+            ["finite"],
+        ),
+    ],
+)
+def test_a_change_that_cannot_be_is_refused(
+    tree: FrameTree, change: Change, error: type[errors.MotionError], words: list[str]
+) -> None:
+    with pytest.raises(error) as refusal:
+        change(tree)
+    assert [word for word in words if word not in str(refusal.value)] == []
+
+
+def test_the_number_of_frames_is_bounded() -> None:
+    tree = FrameTree()
+    for number in range(MOST_FRAMES - len(tree.frames)):
+        tree = tree.add(f"f{number}", HERE)
+    with pytest.raises(errors.BadArgument, match="1000"):
+        tree.add("one more", HERE)
+
+
+def test_a_deep_tree_is_followed_to_its_end() -> None:
+    tree = FrameTree()
+    parent = BASE
+    for number in range(500):
+        tree = tree.add(f"f{number}", shift(0.001), parent)
+        parent = f"f{number}"
+    assert tree.transform(parent, BASE).position[0] == pytest.approx(0.5)
+
+
+vectors = st.tuples(coordinates, coordinates, coordinates)
+twists = st.tuples(*[coordinates] * 6)
+near_poses = st.builds(
+    Pose.from_rpy, vectors, st.tuples(st.floats(-3, 3), st.floats(-1.5, 1.5), st.floats(-3, 3))
+)
+
+Rule = Callable[[Pose, tuple[float, ...]], Array]
+
+
+@given(near_poses, vectors)
+def test_a_point_is_shifted_and_turned_a_vector_turned(
+    pose: Pose, values: tuple[float, ...]
+) -> None:
+    matrix = pose.to_matrix()
+    assert_near(transform_point(pose, values), (matrix @ [*values, 1.0])[:3], 1e-12)
+    assert_near(transform_vector(pose, values), (matrix @ [*values, 0.0])[:3], 1e-12)
+
+
+@pytest.mark.parametrize("rule", [transform_point, transform_vector])
+@given(first=near_poses, second=near_poses, values=vectors)
+def test_two_transforms_in_turn_are_their_product(
+    rule: Rule, first: Pose, second: Pose, values: tuple[float, ...]
+) -> None:
+    once = rule(first.compose(second), values)
+    assert_near(once, rule(first, tuple(rule(second, values))), 1e-12)
+
+
+@given(near_poses, near_poses, twists)
+def test_a_twist_goes_by_the_product_and_back(
+    first: Pose, second: Pose, values: tuple[float, ...]
+) -> None:
+    once = transform_twist(first.compose(second), values)
+    assert_near(once, transform_twist(first, transform_twist(second, values)), 1e-11)
+    back = transform_twist(first.inverse(), transform_twist(first, values))
+    assert_near(back, values, 1e-11)
+
+
+@given(near_poses, twists, vectors)
+def test_a_twist_tells_the_same_velocity_of_every_point_in_both_frames(
+    pose: Pose, values: tuple[float, ...], point: tuple[float, ...]
+) -> None:
+    twist = np.array(values)
+    here = twist[:3] + np.cross(twist[3:], point)
+    moved = transform_twist(pose, twist)
+    there = moved[:3] + np.cross(moved[3:], transform_point(pose, point))
+    assert_near(there, transform_vector(pose, here), 1e-11)
+
+
+def test_a_twist_is_what_a_small_motion_does() -> None:
+    pose = Pose.from_rpy((0.3, -0.2, 0.5), (0.4, 0.1, -0.7))
+    twist = np.array([0.1, 0.2, -0.3, 0.5, -0.4, 0.2])
+    step = 1e-6
+    motion = np.eye(4)
+    motion[:3, :3], motion[:3, 3] = rotation_of_vector(step * twist[3:]), step * twist[:3]
+    matrix = pose.to_matrix()
+    seen = (matrix @ motion @ np.linalg.inv(matrix) - np.eye(4)) / step
+    found = [*seen[:3, 3], seen[2, 1], seen[0, 2], seen[1, 0]]
+    assert transform_twist(pose, twist) == pytest.approx(found, abs=1e-5)
+
+
+def test_a_point_of_the_table_is_found_in_the_bin() -> None:
+    quarter = Pose.from_rpy((1.0, 0.0, 0.0), (0.0, 0.0, math.pi / 2))
+    tree = FrameTree().add("table", quarter).add("bin", Pose.from_rpy((0, 0, 0.5), (0, 0, 0)))
+    in_bin = transform_point(tree.transform("table", "bin"), (0.2, 0.0, 0.0))
+    assert in_bin == pytest.approx([1.0, 0.2, -0.5])
+    assert transform_point(tree.transform("table", BASE), (0.2, 0.0, 0.0)) == pytest.approx(
+        [1.0, 0.2, 0.0]
+    )
+
+
+@pytest.mark.parametrize("rule", [transform_point, transform_vector, transform_twist])
+def test_what_is_no_vector_is_refused(rule: Rule) -> None:
+    count = 6 if rule is transform_twist else 3
+    with pytest.raises(errors.BadArgument, match=f"{count} numbers"):
+        rule(Pose.identity(), (0.0,) * (count - 1))
+    with pytest.raises(errors.NotFinite):
+        rule(Pose.identity(), (0.0,) * (count - 1) + (math.nan,))

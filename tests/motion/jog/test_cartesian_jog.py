@@ -1,0 +1,246 @@
+"""The parts of a tool jog's way: the elbow's speed, the path of poses, a cell's inequalities.
+
+And a jog that goes on at one speed: what is proven once for many ticks, and its bounds.
+"""
+
+import math
+
+import numpy as np
+import pytest
+from rigs.motion.jogged_robots import (
+    FAST,
+    REDUCED,
+    UR5_BENT,
+    model,
+    random_place,
+    random_press,
+)
+from rigs.motion.loaded_robots import SERIAL
+from rigs.motion.loaded_robots import arm as arm_of
+from rigs.motion.robot_families import one_of_each_family
+
+from openpendant.motion.description.limits import JointLimits
+from openpendant.motion.jog import JogCaps, Jogger, JogSlowdown, JogTarget, ToolJog
+from openpendant.motion.jog.cartesian_jog import CartesianJogMotion
+from openpendant.motion.jog.line_speed_bounds import lever_arms
+from openpendant.motion.jog.path_node import (
+    SPEED_RESERVE,
+    PathNode,
+    is_even,
+    slowed,
+    sped_up,
+    speed_bounds,
+)
+from openpendant.motion.jog.tool_path import JogTwist, ToolPath, turned
+from openpendant.motion.orientation import rotation_of_vector
+from openpendant.motion.trajectory.point_speed import elbow_link
+
+
+@pytest.mark.parametrize("name", SERIAL)
+def test_the_speeds_of_elbow_and_tool_are_those_of_differences(name: str) -> None:
+    kinematics = arm_of(name)
+    random = np.random.default_rng(5)
+    arm = model(name).arm
+    elbow = elbow_link(kinematics)
+    for link in kinematics.robot.links:
+        point = kinematics.link_point(link)
+        place = np.array(random_place(name, random))
+        velocity = random.uniform(-1.0, 1.0, len(place))
+        ahead, behind = (
+            kinematics.forward(place + sign * 1e-6 * velocity, link=link).position
+            for sign in (1.0, -1.0)
+        )
+        speed = math.dist(ahead, behind) / 2e-6
+        (told,) = kinematics.point_speeds(place, velocity, [point])
+        assert told == pytest.approx(speed, abs=1e-7)
+        if link == elbow:
+            assert arm.elbow_speed(place.tolist(), velocity.tolist()) == told
+            assert arm.point_speeds(place.tolist(), velocity.tolist())[1] == told
+    # The last of the links is the tool's.
+    assert arm.point_speeds(place.tolist(), velocity.tolist())[0] == told
+
+
+def test_a_rotation_is_that_of_its_vector() -> None:
+    random = np.random.default_rng(0)
+    for size in (0.0, 1e-9, 1e-5, 1e-3, 1.0, 3.0):
+        vector = size * random.normal(size=3)
+        assert np.abs(turned(vector) - rotation_of_vector(vector)).max() < 1e-14
+
+
+@pytest.mark.parametrize("of_tool", [False, True])
+def test_many_steps_and_one_lead_to_the_same_pose(of_tool: bool) -> None:
+    twist = JogTwist(np.array([0.1, -0.2, 0.05]), np.array([0.3, 0.4, -0.8]), of_tool)
+    begin = ToolPath(turned(np.array([0.2, 0.5, 1.0])), np.array([0.4, 0.0, 0.6]), twist)
+    path = begin
+    for _ in range(1000):
+        path = path.advanced(0.002)
+    once = begin.advanced(2.0)
+    assert np.abs(path.rotation - once.rotation).max() < 1e-12
+    assert np.abs(path.point - once.point).max() < 1e-12
+
+
+def test_a_bend_between_two_lines_is_a_parabola_that_ends_in_the_new_one() -> None:
+    before = np.array([0.2, 0.0, 0.0, 0.0, 0.0, 0.0])
+    path = ToolPath(
+        np.eye(3), np.zeros(3), JogTwist(np.array([0.0, 0.2, 0.0]), np.zeros(3)), before, 0.5
+    )
+    for step in range(1, 11):
+        path = path.advanced(min(0.05, path.left))
+        share = step / 10.0
+        assert path.point[0] == pytest.approx(0.1 * (share - share * share / 2.0))
+        assert path.point[1] == pytest.approx(0.1 * share * share / 2.0)
+    assert path.left == math.inf
+    assert path.twist().tolist() == [0.0, 0.2, 0.0, 0.0, 0.0, 0.0]
+
+
+def cell(limit: float = 2.0) -> PathNode:
+    first, last = (
+        PathNode(sigma, [math.sin(sigma)], [math.cos(sigma)], np.zeros(6), 1.0)
+        for sigma in (0.6, 0.7)
+    )
+    first.lead_to(last, [limit])
+    return first
+
+
+def test_a_cell_meets_both_ends_and_stays_near_the_curve() -> None:
+    node = cell()
+    for ahead in np.linspace(0.0, 0.1, 11).tolist():
+        position, rate = node.state(ahead)
+        assert position[0] == pytest.approx(math.sin(0.6 + ahead), abs=1e-6)
+        assert rate[0] == pytest.approx(math.cos(0.6 + ahead), abs=1e-4)
+
+
+def test_a_joint_that_turns_round_within_a_cell_is_found() -> None:
+    first, last = (
+        PathNode(sigma, [math.sin(sigma)], [math.cos(sigma)], np.zeros(6), 1.0)
+        for sigma in (1.5, 1.7)
+    )
+    first.lead_to(last, [2.0])
+    assert first.furthest(0) == pytest.approx(1.0, abs=1e-5)
+    assert cell().furthest(0) is None
+
+
+def test_slowing_and_speeding_up_use_the_whole_acceleration_and_no_more() -> None:
+    node = cell()
+    for ends in ((slowed(node.rows, 0.5, 100.0), 0.5), (0.5, sped_up(node.rows, 0.5, 100.0))):
+        worst = max(abs(a * ends[0] + b * ends[1]) / limit for a, b, limit in node.rows)
+        assert worst == pytest.approx(1.0, abs=1e-6)
+    assert slowed(node.rows, 0.5, 0.3) == 0.3
+    # From so slow a start so fast an end cannot be reached; the start stays allowed.
+    assert slowed(node.rows, 50.0, 0.3) == 0.3
+
+
+def way_of(
+    name: str, start: list[float], caps: JogCaps, presses: list[JogTarget]
+) -> list[tuple[list[float], list[float], float, JogSlowdown | None]]:
+    """Return all that is told of a chain of presses, in ticks of two lengths."""
+    jogger = Jogger(model(name), start, caps)
+    told = []
+    for press in presses:
+        jogger.aim(press)
+        for tick in range(60):
+            step = jogger.step(0.01 if tick % 7 else 0.02)
+            told.append((step.position, step.velocity, step.scale, step.reason))
+    return told
+
+
+@pytest.mark.parametrize("name", ["ur5", "kuka_kr5_arc", "kuka_iiwa14"])
+def test_no_set_point_differs_without_a_look(name: str, monkeypatch: pytest.MonkeyPatch) -> None:
+    random = np.random.default_rng(11)
+    went_on = 0
+    goes_on = CartesianJogMotion._goes_on
+
+    def counted(motion: CartesianJogMotion, dt: float) -> bool:
+        nonlocal went_on
+        done = goes_on(motion, dt)
+        went_on += done
+        return done
+
+    for trial in range(6):
+        start = random_place(name, random)
+        caps = REDUCED if trial % 2 else FAST
+        rates = 0.3 * np.eye(6)[trial]
+        line = ToolJog(tuple(rates[:3]), tuple(rates[3:]))
+        presses = [line, random_press(len(start), random), ToolJog((0.1, 0.0, 0.2))]
+        with monkeypatch.context() as patch:
+            patch.setattr(CartesianJogMotion, "_goes_on", counted)
+            proven = way_of(name, start, caps, presses)
+            patch.setattr(CartesianJogMotion, "_goes_on", lambda motion, dt: False)
+            assert proven == way_of(name, start, caps, presses)
+    assert went_on > 100
+
+
+def test_most_ticks_of_a_line_go_on_without_a_look(monkeypatch: pytest.MonkeyPatch) -> None:
+    looked = 0
+    allowed = CartesianJogMotion._allowed
+
+    def counted(motion: CartesianJogMotion, dt: float, asked: float) -> float:
+        nonlocal looked
+        looked += 1
+        return allowed(motion, dt, asked)
+
+    monkeypatch.setattr(CartesianJogMotion, "_allowed", counted)
+    jogger = Jogger(model("ur5"), UR5_BENT, REDUCED)
+    jogger.aim(ToolJog((0.0, 0.3, 0.0)))
+    for _ in range(100):
+        jogger.step(0.01)
+    assert looked < 50
+
+
+def test_at_a_steady_speed_a_cell_keeps_to_the_bounds_of_every_tick() -> None:
+    random = np.random.default_rng(2)
+    speeds, accelerations = (1.0, 2.0), (3.0, 1.5)
+    limits = JointLimits(
+        ("a", "b"), (-9.0, -9.0), (9.0, 9.0), speeds, accelerations, (False, False)
+    )
+    tight = 0
+    for _ in range(300):
+        first, last = (
+            PathNode(
+                sigma,
+                (random.normal(size=2) * 0.05).tolist(),
+                random.normal(size=2).tolist(),
+                np.zeros(6),
+                1.0,
+            )
+            for sigma in (0.0, 0.1)
+        )
+        first.lead_to(last, accelerations)
+        first.bound_steady([SPEED_RESERVE * each for each in speeds], accelerations)
+        speed = math.sqrt(first.steady)
+        for begin, end in (random.uniform(0.0, 0.1, 2) for _ in range(5)):
+            dt = abs(end - begin) / speed
+            before, after = (first.state(place) for place in sorted((begin, end)))
+            states = [(place, [each * speed for each in rate]) for place, rate in (before, after)]
+            least, most = speed_bounds(limits, after[1], states[0][1], dt)
+            assert least * (1.0 - 1e-7) <= speed <= most * (1.0 + 1e-7)
+            assert is_even(limits, states[0], states[1], dt)
+            tight += speed > 0.9 * most
+    assert tight > 20
+
+
+@pytest.mark.parametrize("name", one_of_each_family(SERIAL))
+def test_no_elbow_is_faster_than_its_levers_say(name: str) -> None:
+    kinematics = arm_of(name)
+    random = np.random.default_rng(4)
+    for link in (elbow_link(kinematics), kinematics.robot.tool_link):
+        if link is None:
+            continue
+        bound = np.array(lever_arms(kinematics, link))
+        point = kinematics.link_point(link)
+        for trial in range(200):
+            place = np.array(random_place(name, random))
+            velocity = random.uniform(-1.0, 1.0, len(place))
+            if trial % 2:
+                velocity *= np.eye(len(place))[trial % len(place)]
+            (speed,) = kinematics.point_speeds(place, velocity, [point])
+            assert speed <= float(bound @ np.abs(velocity)) + 1e-9
+
+
+def test_an_elbow_that_may_be_fast_is_looked_at() -> None:
+    arm = model("ur5").arm
+    velocity = [0.1, -0.2, 0.3, 0.0, 0.0, 0.0]
+    speed = arm.elbow_speed(UR5_BENT, velocity)
+    bound = arm.elbow_speed(UR5_BENT, velocity, 1.0)
+    assert speed < bound < 1.0
+    assert arm.elbow_speed(UR5_BENT, velocity, 0.999 * bound) == speed
