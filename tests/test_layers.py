@@ -83,6 +83,7 @@ SHELLS = {
     "server/shell/inbox.py",
     "server/shell/listening.py",
     "server/planning/plan_store.py",
+    "server/planning/pool/forked_child.py",
     "server/planning/pool/planning_pool.py",
     "server/planning/pool/planning_process.py",
     "server/store/store_client.py",
