@@ -132,11 +132,16 @@ def _fork(robots: Sequence[str], others: Sequence[ForkedChild]) -> ForkedChild |
     pipes = [*os.pipe(), *os.pipe()]
     jobs, to_child, from_child, answers = pipes
     pid = -1
+    # Ctrl-C is the server's business; the child ignores it as soon as it is one.
+    before = signal.pthread_sigmask(signal.SIG_BLOCK, {signal.SIGINT})
     try:
         if min(pipes) < _STANDARD_STREAMS:
             return None
         pid = os.fork()
+        if pid == 0:
+            signal.signal(signal.SIGINT, signal.SIG_IGN)
     finally:
+        signal.pthread_sigmask(signal.SIG_SETMASK, before)
         if pid < 0:
             for pipe in pipes:
                 os.close(pipe)
