@@ -64,8 +64,10 @@ def test_would_run_in_no_lane(): pass
 
 
 @pytest.fixture
-def project(tmp_path: Path) -> Path:
-    ini = f"[pytest]\npythonpath = {TESTS} .\naddopts = -p no:cacheprovider\n"
+def project(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
+    # Of the plugins that are installed, a run of this one file each needs no other.
+    monkeypatch.setenv("PYTEST_DISABLE_PLUGIN_AUTOLOAD", "1")
+    ini = f"[pytest]\npythonpath = {TESTS} .\naddopts = -p no:cacheprovider -p xdist.plugin\n"
     for name, text in {"conftest.py": CONFTEST, "pytest.ini": ini}.items():
         (tmp_path / name).write_text(text, encoding="utf-8")
     return tmp_path

@@ -69,7 +69,7 @@ def _checked_name(name: str) -> str:
 class Account(BaseModel):
     """Account that may log in, as kept in the store."""
 
-    model_config = ConfigDict(frozen=True, extra="forbid", use_attribute_docstrings=True)
+    model_config = ConfigDict(frozen=True, extra="forbid")
 
     name: Annotated[str, AfterValidator(_checked_name)]
     """As it is shown; two accounts never differ in capitals alone."""

@@ -174,7 +174,7 @@ _FEW_DIFFERENT = 4
 class ScryptCost(BaseModel):
     """Cost of one hash; kept with each hash, so that the default may rise later."""
 
-    model_config = ConfigDict(frozen=True, extra="forbid", use_attribute_docstrings=True)
+    model_config = ConfigDict(frozen=True, extra="forbid")
 
     n: Annotated[int, Field(ge=2**14, le=2**20)] = 2**15
     """Iterations, a power of two; memory is 128 · n · r bytes, here 32 MiB."""
@@ -204,7 +204,7 @@ machine with 2 shared cores, so at least 50 ms (promise 29) on one four times as
 class PasswordHash(BaseModel):
     """Stored hash of a password."""
 
-    model_config = ConfigDict(frozen=True, extra="forbid", use_attribute_docstrings=True)
+    model_config = ConfigDict(frozen=True, extra="forbid")
 
     cost: ScryptCost = DEFAULT_COST
     """What it cost."""

@@ -13,7 +13,8 @@ import logging
 import os
 import signal
 import sys
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
 from datetime import datetime
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
@@ -31,12 +32,11 @@ from ..background_writer import LogStream, standard_error
 from ..settings.cell_settings import settings_as_data
 from ..settings.config_file import OFF, ConfigurationError, load_settings
 from ..settings.server_settings import ServerSettings, make_server_settings, server_settings_as_toml
-from ..shell.controller_connection import check_controllers_apart
-from ..shell.server_process import loop_factory, provide_files
 
 if TYPE_CHECKING:
     from ..access.open_access import OpenedAccess
     from ..planning.plan_store import PlanStore
+    from ..planning.pool.forked_child import ForkedChild
     from ..shell.cell_shell import CellParts
     from ..shell.listening import Ports
 
@@ -113,6 +113,12 @@ def serve(
             _override(data, table, **values)
         source = str(config) if config else "arguments"
         settings = make_server_settings(data, source)
+        # Its matrices are of six rows, and a process with threads cannot fork.
+        os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
+        # Imported here so that --help and wrong arguments answer without loading numpy.
+        from ..shell.controller_connection import check_controllers_apart
+        from ..shell.server_process import loop_factory, provide_files
+
         check_controllers_apart(settings, source)
         if print_config:
             print(server_settings_as_toml(settings), end="")
@@ -122,25 +128,35 @@ def serve(
         provide_files(settings, source)
     except (ConfigurationError, MotionError) as error:
         raise _failure(str(error), ExitCode.USAGE) from None
-    # Through a background thread: a terminal that is held must hold up no robot's server.
-    handler = LimitedHandler(LogStream(standard_error()))
-    logging.basicConfig(level=logging.INFO if verbose else logging.WARNING, handlers=[handler])
-    # Imported here so that --help and a wrong configuration answer without loading pinocchio.
+    # Imported here so that a wrong configuration answers without loading pinocchio.
     from ..access.open_access import opened_access
+    from ..planning.pool.forked_child import forked_children
+    from ..planning.pool.planning_pool import processes_for
+    from ..shell.app import App  # noqa: F401 - so that planning processes need not import it
     from ..shell.listening import ListenFailed
 
     try:
-        with opened_access(settings, source) as access:
-            for warning in access.warnings:
-                print(f"openpendant serve: {warning}", file=sys.stderr)
-            with asyncio.Runner(loop_factory=make_loop) as runner:
-                runner.run(_run(settings, robots, access, json_output, plans, journal))
+        # Before anything that starts a thread: the log, the accounts, the store, the loop.
+        with forked_children(*processes_for([cell.robot for cell in settings.cells])) as planners:
+            _log_to_standard_error(logging.INFO if verbose else logging.WARNING)
+            with opened_access(settings, source) as access:
+                for warning in access.warnings:
+                    print(f"openpendant serve: {warning}", file=sys.stderr)
+                made = ServerParts(settings, robots, access, planners)
+                with asyncio.Runner(loop_factory=make_loop) as runner:
+                    runner.run(_run(made, json_output, plans, journal))
     except ConfigurationError as error:
         raise _failure(str(error), ExitCode.USAGE) from None
     except ListenFailed as error:
         raise _failure(str(error), ExitCode.REFUSED) from None
     except OSError as error:
         raise _failure(" ".join(str(error).split()), ExitCode.FAILED) from None
+
+
+def _log_to_standard_error(level: int) -> None:
+    # Through a background thread: a terminal that is held must hold up no robot's server.
+    handler = LimitedHandler(LogStream(standard_error()))
+    logging.basicConfig(level=level, handlers=[handler])
 
 
 def _override(data: dict[str, Any], table: str | None, **values: object) -> None:
@@ -209,13 +225,23 @@ def _journal_failed(error: OSError) -> None:
     logging.getLogger("openpendant.server").error("the journal is incomplete: %s", error)
 
 
+@dataclass(frozen=True, slots=True)
+class ServerParts:
+    """What a server has before its loop runs.
+
+    Attributes:
+        robots: one for each cell.
+        planners: planning processes that run already.
+    """
+
+    settings: ServerSettings
+    robots: Sequence[SerialRobot]
+    access: OpenedAccess
+    planners: Sequence[ForkedChild]
+
+
 async def _run(
-    settings: ServerSettings,
-    robots: list[SerialRobot],
-    access: OpenedAccess,
-    json_output: bool,
-    plans: Path | None,
-    journal_file: Path | None,
+    made: ServerParts, json_output: bool, plans: Path | None, journal_file: Path | None
 ) -> None:
     from ..shell.app import App  # here for the same reason as in `serve`
     from ..shell.inbox import loop_time
@@ -228,17 +254,20 @@ async def _run(
     signals = (signal.SIGINT, signal.SIGTERM)
     for number in signals:
         loop.add_signal_handler(number, interrupted.set)
-    served = _served(settings, robots, plans)
+    settings, access = made.settings, made.access
+    served = _served(settings, made.robots, plans)
     journal = Journal(loop_time)
     async with opened_store(settings.cells[0].store) as store:
         watchdog = watchdog_of([each.settings for each in served])
-        server = App(served, journal, store, access.backend, watchdog, access.tls)
+        parts = (served, journal, store, access.backend, watchdog, access.tls, made.planners)
+        server = App(*parts)
         # The priority first, so that the watchdog's process has it as well.
         priority = asked_niceness(settings.cells[0].niceness)
         with priority, kept_journal(journal, journal_file, settings), watchdog:
             async with server.running() as ports:
                 # What start-up made stays: the collector need not look at it, tick after tick.
                 gc.freeze()
+                gc.enable()
                 say_ready(ports, json_output)
                 await interrupted.wait()
     for cell in served:
@@ -250,7 +279,7 @@ async def _run(
 
 
 def _served(
-    settings: ServerSettings, robots: list[SerialRobot], plans: Path | None
+    settings: ServerSettings, robots: Sequence[SerialRobot], plans: Path | None
 ) -> list[CellParts]:
     from ..planning.plan_store import PlanStore
     from ..shell.cell_shell import CellParts  # here for the same reason as in `serve`
@@ -292,4 +321,9 @@ def _ready(ports: Ports) -> dict[str, Any]:
 
 def main(argv: list[str]) -> int:
     """Run `openpendant serve` with arguments; return the exit code."""
-    return run_alone(app, "serve", argv)
+    # Start-up makes objects that stay; looking for garbage among them takes a tenth of its time.
+    gc.disable()
+    try:
+        return run_alone(app, "serve", argv)
+    finally:
+        gc.enable()

@@ -78,7 +78,7 @@ WatchdogDeadline = Annotated[
 class SettingsTable(BaseModel):
     """A table of a configuration file: nothing unknown is taken, nothing changes later."""
 
-    model_config = ConfigDict(frozen=True, extra="forbid", use_attribute_docstrings=True)
+    model_config = ConfigDict(frozen=True, extra="forbid")
 
 
 class AccessSettings(SettingsTable):

@@ -28,6 +28,7 @@ from ..core.cell_core import CellCore
 from ..core.server_core import ServerCore
 from ..endpoints.pendant.access_requests import CoreAccess, Identity
 from ..events.events import TICK, ShutDown, WatchdogStopped
+from ..planning.pool.forked_child import ForkedChild
 from ..planning.pool.planning_pool import PlanningPool
 from ..settings.cell_settings import ControllerPath
 from ..store.store_client import StoreClient
@@ -63,6 +64,7 @@ class App:
         access: AccessBackend,
         watchdog: Watchdog | None = None,
         tls: ssl.SSLContext | None = None,
+        planners: Sequence[ForkedChild] = (),
     ) -> None:
         """Join the parts.
 
@@ -70,6 +72,7 @@ class App:
             served: the cells, one or more; what they share is taken from the first.
             watchdog: stops the robots where this process freezes; nobody does where left out.
             tls: encrypts the pendant port; nothing does where left out.
+            planners: planning processes that run already.
         """
         self._store = store
         self._watchdog = watchdog
@@ -81,7 +84,7 @@ class App:
         self._period = 1.0 / served[0].settings.tick_rate
         self._served = served
         unplanned = [each.settings.robot for each in served if each.planner is None]
-        self._pool = PlanningPool(unplanned) if unplanned else None
+        self._pool = PlanningPool(unplanned, planners) if unplanned else None
         self.login = self._login()
         core_access = CoreAccess(self.login, self._access.record)
         names = tuple((each.settings.name, each.robot.name) for each in served)

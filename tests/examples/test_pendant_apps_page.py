@@ -7,9 +7,10 @@ from pathlib import Path
 import pytest
 
 from openpendant.simplemsg.pendant import PENDANT_MESSAGES
+from openpendant.simplemsg.pendant.management import OPERATIONS
 from openpendant.tools.pendants.client import PendantClient
 from openpendant.tools.pendants.roboanalyzer import RoboAnalyzerClient
-from openpendant.tools.reference.operations import PublishedOperation, published_operations
+from openpendant.tools.reference.operations import published_operations
 
 ROOT = Path(__file__).parent.parent.parent
 PAGE = (ROOT / "docs" / "pendant-apps.md").read_text("utf-8")
@@ -35,8 +36,9 @@ def test_every_call_is_named(client: type) -> None:
     assert set(missing) <= inside
 
 
-@pytest.mark.parametrize("operation", published_operations().values(), ids=lambda each: each.name)
-def test_every_call_of_a_group_is_named_beside_it(operation: PublishedOperation) -> None:
+@pytest.mark.parametrize("name", OPERATIONS)
+def test_every_call_of_a_group_is_named_beside_it(name: str) -> None:
+    operation = published_operations()[name]
     group = f"`pendant.{operation.group}`" if operation.group else "the client itself"
     rows = [line for line in PAGE.splitlines() if line.startswith("| ") and "see below" not in line]
     (row,) = [line for line in rows if group in line or f", `{operation.group}`" in line]

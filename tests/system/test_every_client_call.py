@@ -29,7 +29,9 @@ from openpendant.simplemsg.verdicts import VerdictCode as V
 from openpendant.tools.pendants.client import Aborted, Motion, PendantClient, Pose, Refused, RunKind
 from openpendant.tools.pendants.roboanalyzer import RoboAnalyzerClient
 
-pytestmark = [pytest.mark.realtime, pytest.mark.asyncio]
+pytestmark = [pytest.mark.realtime, pytest.mark.asyncio(loop_scope="module")]
+
+on_a_loop_of_its_own = pytest.mark.asyncio(loop_scope="function")
 
 SECRET = "a long enough password"
 
@@ -76,12 +78,17 @@ async def connected(port: int, **options: Any) -> Pendant:
 
 @asynccontextmanager
 async def in_control(port: int) -> AsyncIterator[Pendant]:
+    """A pendant in control of a robot at home, as no test before has left it."""
     async with await connected(port) as pendant, pendant.control():
         assert pendant.state is not None
         if pendant.state.stop != StopKind.NONE:  # of an attempt before
             await pendant.reset_stop()
         await pendant.set_mode(OperatingMode.AUTOMATIC)
         await pendant.set_speed(1.0)
+        if (await pendant.snapshot())["tool"] is not None:
+            revision = (await pendant.manage({"op": "frames.show"}))["tools_revision"]
+            flange = {"op": "tools.select", "name": None, "expected_revision": revision}
+            await pendant.manage(flange)
         aside = [pendant.joints()[0] + 0.01, *pendant.joints()[1:]]
         await (await pendant.move_joints(aside, speed=1.0)).done()
         await (await pendant.home(speed=1.0)).done()
@@ -103,6 +110,8 @@ def shifted(pose: Pose, **by: float) -> Pose:
 
 
 async def test_looking_on_hellos_states_snapshots_and_news(port: int) -> None:
+    async with in_control(port):
+        pass  # nothing is left of a test before
     async with await connected(port, client="onlooker") as pendant:
         assert pendant.hello.cell == "cell"
         assert pendant.is_open
@@ -390,13 +399,17 @@ async def test_the_twelve_calls_move_the_robot_as_they_say(port: int) -> None:
                 )
             robot.ClearTrace()
 
+    async with in_control(port):
+        pass  # nothing is left of a test before
     await asyncio.to_thread(calls)
     async with await connected(port) as pendant:
         trace = await pendant.manage({"op": "trace.show"})
         assert trace["total"] <= 1
 
 
-async def test_an_admin_lets_a_class_in(port: int) -> None:
+@on_a_loop_of_its_own
+async def test_an_admin_lets_a_class_in(start_cell: Any) -> None:
+    port = (await start_cell(**CELL)).ports["pendant"]
     async with await connected(port) as admin:
         with pytest.raises(Refused):
             await admin.set_password("nobody", SECRET)
@@ -412,6 +425,7 @@ async def test_an_admin_lets_a_class_in(port: int) -> None:
     await late.close()
 
 
+@on_a_loop_of_its_own  # so that it stays behind the one that is on such a loop
 async def test_nothing_of_the_library_was_left_out() -> None:
     assert public(PendantClient) - Pendant.used == set()
     assert public(RoboAnalyzerClient) - RoboAnalyzer.used == set()

@@ -231,11 +231,12 @@ async def test_a_dead_planner_refuses_and_comes_back(shared_cell: Any) -> None:
 
 
 def planners_of(pid: int) -> list[int]:
+    """All children but the watchdog: a planning process may have the server's own command line."""
     children = Path(f"/proc/{pid}/task/{pid}/children").read_text(encoding="ascii").split()
     return [
         int(child)
         for child in children
-        if b"planning.pool.planning_process" in Path(f"/proc/{child}/cmdline").read_bytes()
+        if b"watchdog_main" not in Path(f"/proc/{child}/cmdline").read_bytes()
     ]
 
 

@@ -11,7 +11,7 @@ import unicodedata
 from collections.abc import Iterable
 from typing import Any, Literal, Self, cast
 
-from pydantic import ConfigDict
+from pydantic import ConfigDict, Field
 
 from openpendant.motion.description.limits import JointLimits
 from openpendant.motion.errors import MotionError
@@ -225,22 +225,18 @@ def _signals(environment: CellEnvironment | None) -> SignalsDescription:
 class Failure(JsonBody):
     """A refused management request."""
 
-    model_config = ConfigDict(extra="forbid", frozen=True, use_attribute_docstrings=True)
+    model_config = ConfigDict(extra="forbid", frozen=True)
 
-    code: int
-    """Entry of the catalogue."""
-    text: str
-    """One sentence with the numbers."""
-    joint: int = -1
-    """Index of the joint at fault, -1 for none."""
-    value: float = 0.0
-    """The value at fault, SI."""
-    limit: float = 0.0
-    """The limit that it breaks, SI."""
-    line: int | None = None
-    """Where a program's text is wrong, from 1; left out where none is."""
-    column: int | None = None
-    """Likewise."""
+    # Not docstrings: to read them, pydantic parses this file each time that a server starts.
+    code: int = Field(description="Entry of the catalogue.")
+    text: str = Field(description="One sentence with the numbers.")
+    joint: int = Field(-1, description="Index of the joint at fault, -1 for none.")
+    value: float = Field(0.0, description="The value at fault, SI.")
+    limit: float = Field(0.0, description="The limit that it breaks, SI.")
+    line: int | None = Field(
+        None, description="Where a program's text is wrong, from 1; left out where none is."
+    )
+    column: int | None = Field(None, description="Likewise.")
 
 
 class ManagementRequests:

@@ -18,10 +18,11 @@ from __future__ import annotations
 
 import asyncio
 from collections import deque
-from collections.abc import Collection, Iterable
-from itertools import count
+from collections.abc import Collection, Iterable, Sequence
+from itertools import chain, count, islice, repeat
 
 from ..jobs import Deliver, Job, PlanTask, WayCheckJob
+from .forked_child import ForkedChild
 from .planning_process import PlanningProcess
 
 
@@ -100,21 +101,31 @@ _MOST_PROCESSES = 2
 """Number of processes: plans take tens of milliseconds, and each process holds memory."""
 
 
+def processes_for(robots: Sequence[str]) -> tuple[list[str], int]:
+    """Return the robots that each process plans for, and how many processes there are.
+
+    Args:
+        robots: name or file of the robot of each cell.
+    """
+    return list(dict.fromkeys(robots)), min(len(robots), _MOST_PROCESSES)
+
+
 class PlanningPool:
     """Pool of a few warm processes, each able to plan for every robot of the server."""
 
-    def __init__(self, robots: Iterable[str]) -> None:
+    def __init__(self, robots: Sequence[str], begun: Iterable[ForkedChild] = ()) -> None:
         """Make a pool; `keep_up` starts its processes.
 
         Args:
             robots: name or file of the robot of each cell.
+            begun: processes that run already; it starts what is missing of them.
         """
-        cells = list(robots)
-        kinds = list(dict.fromkeys(cells))
+        kinds, wanted = processes_for(robots)
         self._numbers = count(1)
         self._waiting = JobQueue()
         self._processes = [
-            PlanningProcess(kinds, self.hand_out) for _ in range(min(len(cells), _MOST_PROCESSES))
+            PlanningProcess(kinds, self.hand_out, child)
+            for child in islice(chain(begun, repeat(None)), wanted)
         ]
 
     def planner_of(self, robot: str) -> CellPlanner:

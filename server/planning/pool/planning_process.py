@@ -12,6 +12,7 @@ Run as a module it is the child:
 from __future__ import annotations
 
 import asyncio
+import gc
 import logging
 import os
 import pickle
@@ -20,7 +21,7 @@ import sys
 from collections.abc import Callable, Sequence
 from contextlib import suppress
 from dataclasses import replace
-from typing import BinaryIO
+from typing import BinaryIO, Protocol
 
 from openpendant.simplemsg.verdicts import VerdictCode
 
@@ -41,6 +42,27 @@ _DISCARDED = 1 << 16
 _FAREWELL = 0.5
 
 
+class Child(Protocol):
+    """What is used of an `asyncio.subprocess.Process`."""
+
+    pid: int
+    stdin: asyncio.StreamWriter | None
+    stdout: asyncio.StreamReader | None
+
+    async def wait(self) -> int:
+        """Wait for its end; return its exit code."""
+
+    def kill(self) -> None:
+        """Kill it."""
+
+
+class StartedChild(Child, Protocol):
+    """A child that runs before there is a loop."""
+
+    async def join(self) -> Child:
+        """Connect it to the running loop."""
+
+
 class PlanningProcess:
     """Warm, niced child process that plans one job after the other.
 
@@ -48,17 +70,24 @@ class PlanningProcess:
         is_down: True if it could not be started or never got warm, until the next attempt.
     """
 
-    def __init__(self, robots: Sequence[str], on_change: Callable[[], None]) -> None:
+    def __init__(
+        self,
+        robots: Sequence[str],
+        on_change: Callable[[], None],
+        begun: StartedChild | None = None,
+    ) -> None:
         """Make a planner for some robots; `keep_up` starts its process.
 
         Args:
             on_change: called when it became free, or went down.
+            begun: its first process, which runs already; it starts one where left out.
         """
         self.is_down = False
         self.is_warm = False
         self._robots = robots
         self._on_change = on_change
-        self._process: asyncio.subprocess.Process | None = None
+        self._begun = begun
+        self._process: Child | None = None
         self._in_hand: TaskInHand | None = None
         self._is_doomed = False  # killed, though its end was not seen yet
         self._writing: asyncio.Task[None] | None = None
@@ -102,9 +131,7 @@ class PlanningProcess:
             self._writing = asyncio.ensure_future(self._write_rest(self._process, pieces))
         return True
 
-    async def _write_rest(
-        self, process: asyncio.subprocess.Process, pieces: Sequence[bytes]
-    ) -> None:
+    async def _write_rest(self, process: Child, pieces: Sequence[bytes]) -> None:
         """Write what follows a question, a piece in each turn of the loop, as fast as it is read.
 
         A process that does not take it is ended.
@@ -181,7 +208,9 @@ class PlanningProcess:
             await asyncio.sleep(pause)
 
     async def _run_once(self) -> None:
-        self._process = process = await _start(self._robots)
+        begun, self._begun = self._begun, None
+        started = _start(self._robots) if begun is None else begun.join()
+        self._process = process = await started
         self.is_down = self._is_doomed = False
         self._on_change()
         try:
@@ -192,7 +221,7 @@ class PlanningProcess:
                 self._writing.cancel()
             await _end(process)
 
-    async def _read_answers(self, process: asyncio.subprocess.Process) -> None:
+    async def _read_answers(self, process: Child) -> None:
         assert process.stdout is not None
         while True:
             try:
@@ -241,7 +270,7 @@ async def _start(robots: Sequence[str]) -> asyncio.subprocess.Process:
         raise
 
 
-async def _end(process: asyncio.subprocess.Process) -> None:
+async def _end(process: Child) -> None:
     """End the child by closing its input, by force where it is busy with a plan."""
     assert process.stdin is not None
     process.stdin.close()
@@ -256,7 +285,7 @@ async def _end(process: asyncio.subprocess.Process) -> None:
     log.info("planning process %d ended with %d", process.pid, code)
 
 
-async def _exit_code(process: asyncio.subprocess.Process) -> int:
+async def _exit_code(process: Child) -> int:
     """Wait for the end of a child whose answers nobody reads any more; return its exit code."""
     assert process.stdout is not None
     # A pipe that is full is not closed, even by a kill, and `wait` waits for that.
@@ -265,35 +294,34 @@ async def _exit_code(process: asyncio.subprocess.Process) -> int:
     return await process.wait()
 
 
-def _kill(process: asyncio.subprocess.Process) -> None:
+def _kill(process: Child) -> None:
     """Kill the child, which may have died since the loop looked last."""
     with suppress(ProcessLookupError):
         process.kill()
 
 
-def run_child(robots: Sequence[str]) -> None:
+def run_child(robots: Sequence[str], jobs: BinaryIO, answers: BinaryIO) -> None:
     """Answer jobs until the server closes the pipe; the body of the child process."""
     try:
-        _answer_jobs(robots)
+        _answer_jobs(robots, jobs, answers)
     except BrokenPipeError:
         # The server was killed. Python would complain once more when it flushes what is left.
         os._exit(1)
 
 
-def _answer_jobs(robots: Sequence[str]) -> None:
+def _answer_jobs(robots: Sequence[str], jobs: BinaryIO, answers: BinaryIO) -> None:
     # The terminal's Ctrl-C goes to the whole group; the server decides when planning ends.
     signal.signal(signal.SIGINT, signal.SIG_IGN)
     # Absolute, as the server that it inherits from may run before others.
     os.setpriority(os.PRIO_PROCESS, 0, _NICENESS)
-    jobs = sys.stdin.buffer
-    answers = os.fdopen(os.dup(sys.stdout.fileno()), "wb")
-    # The output of a library must not get between the answers.
-    os.dup2(sys.stderr.fileno(), sys.stdout.fileno())
 
     from ..worker.job_planner import answer, warm_up
 
     for robot in robots:
         warm_up(robot)
+    # What was imported stays; a process that was forked has had no garbage collected until now.
+    gc.freeze()
+    gc.enable()
     _send(answers, None)
     while True:
         asked = read_question(jobs)
@@ -315,5 +343,12 @@ def _send(answers: BinaryIO, planned: PlanAnswer | None) -> None:
     answers.flush()
 
 
+def _answers_on_stdout() -> BinaryIO:
+    """Return the pipe of the answers; the output of a library must not get between them."""
+    answers = os.fdopen(os.dup(sys.stdout.fileno()), "wb")
+    os.dup2(sys.stderr.fileno(), sys.stdout.fileno())
+    return answers
+
+
 if __name__ == "__main__":
-    run_child(sys.argv[1:])
+    run_child(sys.argv[1:], sys.stdin.buffer, _answers_on_stdout())

@@ -16,7 +16,7 @@ from openpendant.server.planning.jobs import Deliver, Job
 from openpendant.server.planning.worker.job_planner import answer
 from openpendant.server.settings.cell_settings import make_settings
 from openpendant.server.shell.cell_shell import CellParts
-from openpendant.tools.packets.conformance.check import Profile
+from openpendant.tools.packets.conformance.check import Profile, Section
 from openpendant.tools.packets.conformance.server.target import Options
 
 ROBOT = "ur5"
@@ -28,6 +28,16 @@ USUAL_RATE = 100
 
 HALF_RATE = USUAL_RATE // 2
 """Enough to judge by, at less work."""
+
+PARTS = (
+    (Section.FRAMING, Section.HEADER, Section.BYTE_ORDER, Section.REPLIES),
+    (Section.TOPICS, Section.STATUS),
+    # What is asked beyond the limits is asked only of a robot that was seen to move slowly.
+    (Section.MOTION, Section.LIMITS),
+    (Section.STOP, Section.LINK),
+    (Section.PENDANT,),
+)
+"""Sections of the standard dialect that are judged together; none of these parts takes long."""
 
 
 class LoopPlanner:

@@ -50,8 +50,8 @@ async def test_a_planted_fault_is_found(
     assert "the tester itself failed" not in judgement.results[0].finding.detail
 
 
-async def test_a_sound_server_passes_all_of_them(sound_server: Judgement) -> None:
-    verdicts = {r.check.number: r.finding.verdict for r in sound_server.results}
+async def test_a_sound_server_passes_all_of_them(sound_pendant_port: Judgement) -> None:
+    verdicts = {r.check.number: r.finding.verdict for r in sound_pendant_port.results}
     assert {verdicts[fault.check] for fault in PENDANT_FAULTS} == {CheckVerdict.PASSED}
 
 

@@ -2,6 +2,7 @@
 
 import json
 import re
+from functools import cache
 from pathlib import Path
 from typing import Any
 
@@ -20,27 +21,36 @@ from openpendant.tools.reference.schemas import (
     schema_files,
 )
 
-SCHEMAS = {name: json.loads(text) for name, text in schema_files().items()}
-PAGE = operations_page()
-ALL = published_operations()
 GENERATED = Path(__file__).parents[3] / "docs" / "generated"
 
 
+@cache
+def schemas() -> dict[str, Any]:
+    return {name: json.loads(text) for name, text in schema_files().items()}
+
+
+@cache
+def page() -> str:
+    return operations_page()
+
+
 def test_every_operation_that_the_server_knows_is_published() -> None:
-    assert set(ALL) == set(OPERATIONS)
+    assert set(published_operations()) == set(OPERATIONS)
 
 
 def test_every_operation_has_a_schema_of_its_request_and_of_its_reply() -> None:
-    kinds = [f"{name}-{kind}.json" for name in ALL for kind in ("request", "reply")]
-    assert set(SCHEMAS) == {"failure-reply.json", *kinds}
+    kinds = [
+        f"{name}-{kind}.json" for name in published_operations() for kind in ("request", "reply")
+    ]
+    assert set(schemas()) == {"failure-reply.json", *kinds}
 
 
 def test_every_request_names_its_operation_and_refuses_unknown_keys() -> None:
-    every(ALL.items(), _names_its_operation_and_refuses_unknown_keys)
+    every(published_operations().items(), _names_its_operation_and_refuses_unknown_keys)
 
 
 def _names_its_operation_and_refuses_unknown_keys(operation: PublishedOperation) -> None:
-    schema = SCHEMAS[f"{operation.name}-request.json"]
+    schema = schemas()[f"{operation.name}-request.json"]
     assert schema["properties"]["op"]["const"] == operation.name
     assert "op" in schema["required"]
     assert schema["additionalProperties"] is False
@@ -52,7 +62,7 @@ def _objects_inside(schema: dict[str, Any]) -> list[dict[str, Any]]:
 
 
 def test_the_page_has_role_call_schemas_and_every_field_of_every_operation() -> None:
-    every(ALL.items(), _is_on_the_page_with_all_its_fields)
+    every(published_operations().items(), _is_on_the_page_with_all_its_fields)
 
 
 def _is_on_the_page_with_all_its_fields(operation: PublishedOperation) -> None:
@@ -71,11 +81,11 @@ def _is_on_the_page_with_all_its_fields(operation: PublishedOperation) -> None:
 
 
 def _section(name: str) -> str:
-    return PAGE.partition(f"\n### {name}\n")[2].partition("\n### ")[0]
+    return page().partition(f"\n### {name}\n")[2].partition("\n### ")[0]
 
 
 def test_no_field_is_without_a_meaning() -> None:
-    rows = [line for line in PAGE.splitlines() if line.startswith("| `")]
+    rows = [line for line in page().splitlines() if line.startswith("| `")]
     assert len(rows) > 300
     assert [row for row in rows if row.endswith("|  |")] == []
 
@@ -85,16 +95,16 @@ def test_no_field_is_without_a_meaning() -> None:
 )
 def test_edits_and_statements_have_sections_that_operations_link_to(tag: str) -> None:
     kind, value = tag.split()
-    assert f'<a id="{kind}-{value}"></a>\n### {kind} `{value}`' in PAGE
-    assert f"(#{kind}-{value})" in _section("programs.edit") + _section("programs.record") + PAGE
+    assert f'<a id="{kind}-{value}"></a>\n### {kind} `{value}`' in page()
+    assert f"(#{kind}-{value})" in _section("programs.edit") + _section("programs.record") + page()
 
 
 def test_every_link_of_the_page_leads_somewhere() -> None:
-    headings = re.findall(r"^### (\S+)$", PAGE, re.MULTILINE)
+    headings = re.findall(r"^### (\S+)$", page(), re.MULTILINE)
     places = {re.sub(r"[^\w-]", "", name) for name in headings}
-    places |= set(re.findall(r'<a id="([^"]+)">', PAGE))
-    assert set(re.findall(r"\]\(#([^)]+)\)", PAGE)) <= places
-    codes = {int(number) for number in re.findall(r"errors\.md#code-(\d+)", PAGE)}
+    places |= set(re.findall(r'<a id="([^"]+)">', page()))
+    assert set(re.findall(r"\]\(#([^)]+)\)", page())) <= places
+    codes = {int(number) for number in re.findall(r"errors\.md#code-(\d+)", page())}
     assert codes
     assert codes <= {code.value for code in VerdictCode}
 
@@ -108,10 +118,10 @@ def test_bounds_defaults_and_roles_are_those_of_the_server() -> None:
 
 def test_a_model_that_two_operations_share_is_published_for_each() -> None:
     for name in ("scene.allow", "scene.forbid"):
-        assert request_schema(ALL[name])["properties"]["op"]["const"] == name
+        assert request_schema(published_operations()[name])["properties"]["op"]["const"] == name
 
 
 def test_a_key_that_may_be_missing_is_not_required() -> None:
-    nearest = SCHEMAS["scene.nearest-reply.json"]
+    nearest = schemas()["scene.nearest-reply.json"]
     assert nearest["required"] == ["distance"]
     assert "default" not in nearest["properties"]["first"]

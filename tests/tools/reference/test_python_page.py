@@ -2,6 +2,7 @@
 
 import inspect
 import re
+from functools import cache
 from pathlib import Path
 
 from rigs.data.case_table import every
@@ -11,12 +12,16 @@ from openpendant.tools.pendants.client import PendantClient
 from openpendant.tools.reference.operations import PublishedOperation, published_operations
 from openpendant.tools.reference.python_page import python_page
 
-PAGE = python_page()
 DOCS = Path(__file__).parents[3] / "docs"
 
 
+@cache
+def page() -> str:
+    return python_page()
+
+
 def section(path: str) -> str:
-    return PAGE.partition(f"\n### {path}\n")[2].partition("\n### ")[0].partition("\n## ")[0]
+    return page().partition(f"\n### {path}\n")[2].partition("\n### ")[0].partition("\n## ")[0]
 
 
 def test_every_call_of_the_client_itself_has_a_section() -> None:
@@ -40,11 +45,11 @@ def _has_its_arguments(operation: PublishedOperation) -> None:
 
 
 def test_a_call_is_written_as_python_writes_it() -> None:
-    assert "`await pendant.move_joints(joints, *, speed=0.1) -> MotionHandle`" in PAGE
+    assert "`await pendant.move_joints(joints, *, speed=0.1) -> MotionHandle`" in page()
     saving = "name, body, expected_revision, *, format='text', part=1, parts=1"
-    assert f"`await pendant.programs.save({saving}) -> ProgramSaved`" in PAGE
-    assert "| `part` | `int`, 1 to 1000 | `1` | Which part this is, from 1. |" in PAGE
-    assert "`await pendant.retreat() -> list[Hold]`" in PAGE
+    assert f"`await pendant.programs.save({saving}) -> ProgramSaved`" in page()
+    assert "| `part` | `int`, 1 to 1000 | `1` | Which part this is, from 1. |" in page()
+    assert "`await pendant.retreat() -> list[Hold]`" in page()
     assert section("pendant.recordings.play").splitlines()[1].endswith("-> PlaybackHandle`")
 
 

@@ -5,6 +5,7 @@ import gc
 import statistics
 import time
 from dataclasses import dataclass
+from functools import cache
 
 import pytest
 from rigs.data.large_programs import large_text
@@ -24,8 +25,6 @@ from openpendant.server.programs.language.program_json import program_to_json
 
 pytestmark = pytest.mark.realtime
 
-LARGEST = large_text()
-BODY = program_to_json(parse(LARGEST))
 MOST_CPU = 0.010
 """CPU time of this thread between two turns: a tick, where a millisecond or two is usual [s]."""
 
@@ -35,11 +34,12 @@ MOST_CPU_AT_FIRST = 0.020
 ROUNDS = 3
 """What else the machine does makes one or another dearer, and not most of them."""
 
-TASKS: list[Task] = [
-    ReadSource(LARGEST, "text", "main"),
-    PrintBody(BODY, "main"),
-    UnpackBody(BODY, "main"),
-]
+
+@cache
+def tasks() -> tuple[Task, ...]:
+    largest = large_text()
+    body = program_to_json(parse(largest))
+    return ReadSource(largest, "text", "main"), PrintBody(body, "main"), UnpackBody(body, "main")
 
 
 @dataclass
@@ -61,7 +61,7 @@ def watched() -> Watched:
 
 
 def test_no_turn_of_the_loop_is_spent_on_the_largest_program(watched: Watched) -> None:
-    expected = [perform(task) for task in TASKS]
+    expected = [perform(task) for task in tasks()]
     assert [results for results, _ in watched.rounds] == [expected] * ROUNDS
     dearest = [longest for _, longest in watched.rounds]
     assert dearest[0] < MOST_CPU_AT_FIRST, dearest
@@ -91,12 +91,13 @@ async def _plan(pool: PlanningPool, robot: str) -> PlanAnswer:
 
 
 async def _round(planner: CellPlanner) -> tuple[list[object], float]:
+    asked = tasks()
     answers: list[PlanAnswer] = []
     gc.collect()
     longest, before = 0.0, time.thread_time()
-    for number, task in enumerate(TASKS):
+    for number, task in enumerate(asked):
         planner.submit(ProgramJob(number, task), answers.append)
-    while len(answers) < len(TASKS):
+    while len(answers) < len(asked):
         await asyncio.sleep(0.001)
         now = time.thread_time()
         longest, before = max(longest, now - before), now
