@@ -1,4 +1,4 @@
-"""A robot on its way whose scene changes, the guard beside it, and the hands of who moves it."""
+"""A robot on its way whose scene changes, the monitor of its scene, and the hands of who moves it."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ EMPTY = Scene()
 HIT = Refusal(V.PATH_IN_COLLISION, "box and elbow touch at 40.0% of the path")
 
 
-class GuardedRig:
+class MonitoredRig:
     """A robot on its way, or its motion being planned, and the guard beside it."""
 
     def __init__(self, *, plans_at_once: bool = True, mode: str = "automatic") -> None:

@@ -4,12 +4,23 @@ import math
 from collections.abc import Callable
 
 import pytest
-from rigs.cells.robot_cell_situations import GOAL, codes, emergency_stop, error, no_power, stale
+from rigs.cells.robot_cell_situations import (
+    GOAL,
+    codes,
+    emergency_stop,
+    error,
+    moving,
+    no_power,
+    stale,
+)
 from rigs.cells.server_rig import LIMITS, MS, TICK, ServerRig, ready
+from rigs.motion.jog_pad import JogPad
 from rigs.peers.server_clients import Pendant
 
 from openpendant.motion.description.limits import float32_ceiling
+from openpendant.server.cell.interlocks import outside_limits
 from openpendant.server.events.events import ShutDown
+from openpendant.server.refusal import Refusal
 from openpendant.server.settings.cell_settings import ControllerPath
 from openpendant.simplemsg.pendant import Activity, Verdict
 from openpendant.simplemsg.verdicts import VerdictCode as V
@@ -161,3 +172,148 @@ def test_a_target_beyond_a_limit_is_refused_with_joint_value_and_limit() -> None
     assert (verdict.joint, verdict.limit) == (1, 2.0)
     assert verdict.value == 2.0000005
     assert rig.points == []
+
+
+def standing(position: tuple[float, float], **modes: str) -> ServerRig:
+    rig = ready(modes=modes)
+    rig.controller.be_moved(position)
+    rig.wait(20)
+    return rig
+
+
+@pytest.mark.parametrize("position", [(2.01, 0.0), (-2.01, 0.0), (0.0, 2.01), (0.0, -2.01)])
+def test_each_end_of_each_joints_range_is_looked_at(position: tuple[float, float]) -> None:
+    rig = standing(position)
+    assert rig.holder().move(0.0, 0.0) is V.OUTSIDE_LIMITS
+    refusal = outside_limits(rig.core.cell)
+    assert refusal is not None
+    joint = 0 if position[0] else 1
+    assert (refusal.joint, refusal.limit) == (joint, 2.0 if position[joint] > 0 else -2.0)
+
+
+@pytest.mark.parametrize("side", [1.0, -1.0])
+def test_a_joint_that_rests_a_hair_beyond_its_range_is_not_outside(side: float) -> None:
+    rig = standing((side * 2.0009, 0.0))
+    assert outside_limits(rig.core.cell) is None
+
+
+def test_where_a_controllers_own_selector_rules_only_a_jog_leads_out() -> None:
+    rig = standing((2.05, 0.0), selector="controller")
+    pad = JogPad(rig)
+    assert pad.pendant.move(0.0, 0.0) is V.OUTSIDE_LIMITS
+    assert pad.press(-1.0, 0.0) is V.ACCEPTED
+
+
+def test_a_plan_that_is_refused_moves_nothing() -> None:
+    rig = ready(plans_at_once=False)
+    pendant = rig.holder()
+    pendant.path((0.1, 0.1), GOAL)
+    pendant.got.clear()
+    rig.plan(Refusal(V.PLANNER_FAILED))
+    assert pendant.verdicts() == [(pendant.last_request, V.PLANNER_FAILED)]
+    assert rig.activity() is Activity.IDLE
+    assert rig.points == []
+
+
+def test_a_plan_is_worth_nothing_once_the_robot_stands_elsewhere() -> None:
+    rig = ready(plans_at_once=False)
+    pendant = rig.holder()
+    pendant.path((0.1, 0.1), GOAL)
+    rig.controller.position = (0.02, 0.0)
+    rig.wait(20)
+    pendant.got.clear()
+    rig.plan()
+    assert pendant.verdicts() == [(pendant.last_request, V.NOT_STANDING)]
+
+
+@pytest.mark.parametrize("spoil", [emergency_stop, error, no_power, stale])
+def test_a_plan_is_worth_nothing_once_a_condition_is_missing(
+    spoil: Callable[[ServerRig, Pendant], None],
+) -> None:
+    rig = ready(plans_at_once=False)
+    pendant = rig.holder()
+    pendant.path((0.1, 0.1), GOAL)
+    spoil(rig, pendant)
+    rig.plan()
+    assert rig.points == []
+    assert rig.activity() is Activity.IDLE
+
+
+def test_a_plan_that_comes_twice_starts_one_motion() -> None:
+    rig = ready(plans_at_once=False)
+    pendant = rig.holder()
+    pendant.path((0.1, 0.1), GOAL)
+    job = rig.jobs[0]
+    planned = rig.plan_of(job)
+    rig.plan()
+    assert rig.planned(job, planned) == []
+
+
+def test_an_answer_that_holds_the_plan_of_another_job_moves_nothing() -> None:
+    rig = ready(plans_at_once=False)
+    pendant = rig.holder()
+    pendant.path((0.1, 0.1), GOAL)
+    pendant.release()
+    pendant.take()
+    pendant.path((0.1, 0.1), (0.2, 0.2))
+    first, second = rig.jobs
+    assert rig.planned(second, rig.plan_of(first)) == []
+    assert rig.activity() is Activity.PLANNING
+
+
+def test_the_plan_of_a_refused_request_does_not_serve_the_next() -> None:
+    rig = ready(plans_at_once=False)
+    pendant = rig.holder()
+    pendant.path((0.1, 0.1), GOAL)
+    pendant.release()
+    pendant.take()
+    pendant.path((0.1, 0.1), (0.2, 0.2))
+    assert rig.plan() == []
+    rig.plan()
+    assert rig.activity() is Activity.MOVING
+
+
+def test_a_lease_that_runs_out_in_motion_aborts_it_at_that_tick() -> None:
+    rig = ready()
+    pendant = rig.holder()
+    pendant.move(*GOAL, speed=0.1)
+    began = rig.now
+    rig.wait(2_990)
+    assert rig.stops == []
+    rig.wait(10)
+    assert rig.stops == [began + 3_000 * MS]
+    assert codes(pendant) == [V.AUTHORITY_LOST]
+
+
+def test_a_lease_that_runs_out_while_planning_refuses_the_request() -> None:
+    rig = ready(plans_at_once=False)
+    pendant = rig.holder()
+    pendant.path((0.1, 0.1), GOAL)
+    pendant.got.clear()
+    rig.wait(3_000)
+    assert pendant.verdicts() == [(pendant.last_request, V.AUTHORITY_LOST)]
+    assert rig.plan() == []
+
+
+def test_giving_the_authority_back_in_motion_stops_it() -> None:
+    rig, pendant = moving()
+    assert pendant.release() is V.ACCEPTED
+    assert codes(pendant) == [V.AUTHORITY_LOST]
+    assert len(rig.stops) == 1
+
+
+@pytest.mark.parametrize("planning", [True, False])
+def test_a_holder_that_disconnects_leaves_nothing_moving(planning: bool) -> None:
+    rig = ready(plans_at_once=not planning)
+    pendant, other = rig.holder(), rig.pendant("other")
+    pendant.path((0.1, 0.1), GOAL)
+    told = len(pendant.got)
+    pendant.close()
+    if planning:
+        rig.plan()
+    sent = len(rig.points)
+    rig.wait(100)
+    assert len(rig.stops) == (0 if planning else 1)
+    assert len(rig.points) == sent
+    assert len(pendant.got) == told
+    assert other.take() is V.ACCEPTED

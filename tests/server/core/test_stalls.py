@@ -2,13 +2,20 @@
 
 from __future__ import annotations
 
+import asyncio
 from collections.abc import Callable
 
 import pytest
 from promises.promise_table import figure
+from rigs.cells.program_cell import ProgramCell
+from rigs.cells.server_rig import MS, ready
 from rigs.cells.stalling_cell import StallingCell, Who
+from rigs.clock.virtual_clock import VirtualLoop
+from rigs.motion.jog_pad import JogPad
 from rigs.peers.server_clients import Pendant
+from rigs.processes.app_on_loop import app_on_loop, said, until
 
+from openpendant.server.events.effects import Ask, SendStop
 from openpendant.server.settings.cell_settings import ControllerLink, ControllerPath
 from openpendant.simplemsg import Message
 from openpendant.simplemsg.pendant import Activity
@@ -125,3 +132,82 @@ def test_an_under_run_while_the_server_ticked_is_the_controllers() -> None:
     cell._from_controller = hear  # type: ignore[method-assign]
     cell.wait(50)
     assert [code for _, code in pendant.outcomes()] == [V.CONTROLLER_STOPPED]
+
+
+FREEZE_NS = 100 * MS
+"""Late for the watchdog, and the last report of the controller is still fresh enough to start."""
+
+
+def test_promise_26_a_plan_that_is_served_first_after_a_freeze_begins_no_motion() -> None:
+    rig = ready(plans_at_once=False)
+    pad = JogPad(rig)
+    pad.pendant.path((0.5, 0.5), (1.0, 0.0))
+    rig.now += FREEZE_NS
+    assert isinstance(rig.plan()[0], SendStop)
+    rig.wait(500)
+    assert rig.points == []
+    assert pad.pendant.verdicts()[-1][1] is V.SERVER_LATE
+
+
+class SlowStore(ProgramCell):
+    kept: list[Ask] | None = None
+
+    def _run(self, asked: Ask) -> None:
+        if self.kept is None:
+            super()._run(asked)
+        else:
+            self.kept.append(asked)
+
+
+def test_promise_26_a_program_that_is_loaded_first_after_a_freeze_begins_no_motion() -> None:
+    cell = SlowStore(main="move PTP b\n")
+    cell.core.cell.feedback.says_emulated = False
+    cell.wait(10)
+    cell.kept = []
+    cell.run()
+    cell.now += FREEZE_NS
+    before = len(cell.sent)
+    kept, cell.kept = cell.kept, None
+    for asked in kept:
+        cell._run(asked)
+    assert cell.core.cell.stop is not None
+    assert all(getattr(message, "sequence", None) == -4 for message in cell.sent[before:])
+    assert cell.user.verdicts()[-1][1] is not V.ACCEPTED
+
+
+HELLO_DEADLINE = 2.0
+LATE_NS = 300_000_000
+_SAME_TURN = 5e-10
+"""A timer that is due so much earlier runs in the same turn of the loop, before the other [s]."""
+
+
+@pytest.mark.asyncio
+@pytest.mark.virtual_clock
+async def test_what_arrives_in_the_turn_of_a_late_tick_is_read_before_it() -> None:
+    async with app_on_loop() as served:
+        stranger = await served.visitor()
+        await asyncio.sleep(HELLO_DEADLINE - 0.2)
+        assert served.connections == 1
+        loop = asyncio.get_running_loop()
+        assert isinstance(loop, VirtualLoop)
+
+        def stand_still() -> None:
+            stranger.send(said())
+            loop._virtual.now_ns += LATE_NS
+
+        loop.call_at(served.app._next_tick - _SAME_TURN, stand_still)
+        await asyncio.sleep(1.0)
+        assert served.connections == 1
+
+
+@pytest.mark.asyncio
+@pytest.mark.virtual_clock
+async def test_what_does_not_arrive_is_judged_by_the_late_tick() -> None:
+    async with app_on_loop() as served:
+        await served.visitor()
+        await asyncio.sleep(HELLO_DEADLINE - 0.2)
+        loop = asyncio.get_running_loop()
+        assert isinstance(loop, VirtualLoop)
+        loop._virtual.now_ns += LATE_NS
+        took = await until(lambda: served.connections == 0, 0.05)
+        assert took <= 0.02

@@ -14,7 +14,14 @@ from rigs.data.program_samples import programs
 from openpendant.motion.trajectory.certificate import certify
 from openpendant.motion.trajectory.ptp import plan_joint_move
 from openpendant.motion.trajectory.trajectory import Trajectory
-from openpendant.server.journal.event_records import AnswerRecordError, plan_from_json, plan_to_json
+from openpendant.server.journal.event_records import (
+    AnswerRecordError,
+    answer_from_json,
+    answer_to_json,
+    plan_from_json,
+    plan_to_json,
+    request_to_bytes,
+)
 from openpendant.server.planning.jobs import DryRunFound, PlanAnswer
 from openpendant.server.programs.editing.program_tasks import BodyPrinted, BodyUnpacked
 from openpendant.server.programs.interpreter.dry_run_results import (
@@ -27,6 +34,18 @@ from openpendant.server.programs.interpreter.dry_run_results import (
 from openpendant.server.programs.language.program import Program
 from openpendant.server.programs.language.statements import Attach, Detach
 from openpendant.server.refusal import Refusal
+from openpendant.server.store.documents import Document, DocumentKind, Extent, Heading
+from openpendant.server.store.requests import Answer, AppendChunk, Load, Request, Save
+from openpendant.server.store.store_client import NoStore
+from openpendant.server.store.store_errors import (
+    BadName,
+    Conflict,
+    DiskFull,
+    NotFound,
+    OutOfSequence,
+    StoreError,
+    TooLarge,
+)
 from openpendant.simplemsg.journal import LongValue, json_parts
 from openpendant.simplemsg.verdicts import VerdictCode as V
 
@@ -125,3 +144,72 @@ def test_samples_and_programs_are_not_spelled_out_on_the_event_loop(planned: Pla
         later = sum(len(part) for part in parts if isinstance(part, LongValue))
         assert at_once < 4_000
         assert later > 900_000
+
+
+HEADING = Heading(DocumentKind.PROGRAM, "größe", 3, 20, "teacher", "2026-01-01T00:00:00+00:00")
+
+
+@pytest.mark.parametrize(
+    "answer",
+    [
+        Document(HEADING, '{"a": "ö"}'),
+        Document(HEADING, '{"a": "ö\\n"}' * 100_000),
+        HEADING,
+        Extent(3, 4_000),
+        (HEADING, HEADING),
+        (),
+        (b"\0\xff", b"x"),
+        (b"\0\xff" * 100_000, b"x"),
+    ],
+)
+def test_an_answer_comes_back_as_it_was(answer: Answer) -> None:
+    assert answer_from_json(read_back(answer_to_json(answer))) == answer
+
+
+@pytest.mark.parametrize(
+    "error",
+    [
+        Conflict("program", "x", 1, 2, "me", "now"),
+        NotFound("program", "x"),
+        BadName("a/b", "has a slash"),
+        TooLarge("it", 5, 4, "cut it"),
+        OutOfSequence("r", 2, 1),
+        DiskFull("store.db: database or disk is full"),
+        NoStore("this server was started without a store"),
+    ],
+)
+def test_an_error_comes_back_with_its_kind_words_and_numbers(error: StoreError) -> None:
+    back = answer_from_json(read_back(answer_to_json(error)))
+    assert isinstance(back, StoreError)
+    assert type(back) is type(error)
+    assert (str(back), vars(back), back.refusal()) == (str(error), vars(error), error.refusal())
+
+
+@pytest.mark.parametrize(
+    ("request_", "noted"),
+    [
+        (Load(DocumentKind.PROGRAM, "x"), "Load(kind="),
+        (Save(DocumentKind.PROGRAM, "x", "ö\n", 1, "me"), "body='', expected_revision=1"),
+        (AppendChunk("x", 2, b"\0\xff"), "AppendChunk(name='x', sequence=2, data=b'')"),
+    ],
+)
+def test_a_request_is_noted_with_all_that_is_to_be_kept(request_: Request, noted: str) -> None:
+    """What is long stands behind the words as it is: its spelling would hold up the event loop."""
+    said = request_to_bytes(request_)
+    assert noted.encode() in said
+    kept = {Save: "ö\n".encode(), AppendChunk: b"\0\xff"}
+    assert said.endswith(kept.get(type(request_), b")"))
+
+
+@pytest.mark.parametrize(
+    "record",
+    [
+        {},
+        {"what": "heading", "answer": {"name": "x"}},
+        {"what": "chunks", "answer": ["?"]},
+        {"what": "failed", "answer": {"kind": "OSError", "text": "", "fields": {}}},
+    ],
+)
+def test_a_damaged_record_of_an_errand_is_refused(record: dict[str, object]) -> None:
+    with pytest.raises(AnswerRecordError):
+        answer_from_json(record)

@@ -1,14 +1,18 @@
+"""Promise 17: an object added while the robot moves is looked for on the rest of its way."""
+
 from __future__ import annotations
 
 from collections.abc import Callable
 
 import pytest
 from rigs.cells.program_cell import ProgramCell
-from rigs.cells.scene_guard_rig import BOX, GuardedRig
+from rigs.cells.scene_monitor_rig import BOX, EMPTY, HIT, MonitoredRig
+from rigs.cells.server_rig import LIMITS, MS, ready
 
 from openpendant.server.events.effects import Ask, SendStop
 from openpendant.server.events.pending import Pending
 from openpendant.server.planning.jobs import PathFree, PlanAnswer, WayCheckJob
+from openpendant.server.refusal import Refusal
 from openpendant.server.scene.scene_monitor import DEADLINE_NS, SceneMonitor
 from openpendant.server.settings.cell_settings import ControllerLink
 from openpendant.simplemsg.pendant import Activity, MotionControlAction, ProgramState, Verdict
@@ -18,36 +22,36 @@ PAUSE, RESUME = MotionControlAction.PAUSE, MotionControlAction.RESUME
 
 
 @pytest.fixture
-def moving() -> GuardedRig:
-    return GuardedRig()
+def moving() -> MonitoredRig:
+    return MonitoredRig()
 
 
-def held(mode: str = "automatic") -> tuple[GuardedRig, WayCheckJob]:
+def held(mode: str = "automatic") -> tuple[MonitoredRig, WayCheckJob]:
     """Return a robot that stands on its path because nobody knows yet whether its way is free."""
-    rig = GuardedRig(mode=mode)
+    rig = MonitoredRig(mode=mode)
     job = rig.change()
     rig.wait(1_500)
     assert rig.rig.activity() is Activity.PAUSED
     return rig, job
 
 
-def moves(rig: GuardedRig) -> bool:
+def moves(rig: MonitoredRig) -> bool:
     before = rig.rig.controller.position
     rig.wait(500)
     return rig.rig.controller.position != before
 
 
-def pause(rig: GuardedRig) -> V | None:
+def pause(rig: MonitoredRig) -> V | None:
     return rig.pad.control(PAUSE)
 
 
-def override_of_0(rig: GuardedRig) -> V | None:
+def override_of_0(rig: MonitoredRig) -> V | None:
     return rig.pad.speed(0.0)
 
 
 @pytest.mark.parametrize("stop", [pause, override_of_0])
 def test_what_somebody_paused_while_it_was_held_waits_for_its_resume(
-    stop: Callable[[GuardedRig], V | None],
+    stop: Callable[[MonitoredRig], V | None],
 ) -> None:
     rig, job = held()
     assert stop(rig) is V.ACCEPTED
@@ -83,13 +87,13 @@ def test_where_nobody_paused_there_is_nothing_to_resume_and_it_is_said_why_it_st
     assert moves(rig)
 
 
-def test_a_resume_of_what_nobody_holds_says_nothing_more(moving: GuardedRig) -> None:
+def test_a_resume_of_what_nobody_holds_says_nothing_more(moving: MonitoredRig) -> None:
     moving.pad.control(PAUSE)
     assert moving.pad.control(RESUME) is V.ACCEPTED
     assert moving.pendant.all(Verdict)[-1].text == ""
 
 
-def test_a_resume_while_the_answer_is_late_moves_nothing(moving: GuardedRig) -> None:
+def test_a_resume_while_the_answer_is_late_moves_nothing(moving: MonitoredRig) -> None:
     moving.pad.control(PAUSE)
     moving.wait(1_500)
     moving.change()
@@ -142,7 +146,7 @@ def test_promise_32_what_somebody_paused_may_be_let_go_while_it_is_held_too() ->
 
 def test_a_robot_to_which_all_was_sent_cannot_be_held_and_is_stopped() -> None:
     """Slowed down, too, when it has a path to be held on until then."""
-    rig = GuardedRig()
+    rig = MonitoredRig()
     rig.pad.speed(0.5)
     playing = rig.rig.core.cell.motions.playing
     assert playing is not None
@@ -174,3 +178,87 @@ def test_a_program_that_is_paused_while_its_robot_is_held_stays_paused() -> None
     assert cell.control(RESUME) is V.ACCEPTED
     cell.pass_time(500)
     assert cell.position != before
+
+
+def test_the_way_that_is_left_is_looked_at_and_nothing_before_it(moving: MonitoredRig) -> None:
+    job = moving.change()
+    assert 0.0 < job.start[0] < 0.9
+    assert len(job.positions) % (8 * LIMITS.dof) == 0
+
+
+def test_a_free_way_is_gone_on_without_a_halt(moving: MonitoredRig) -> None:
+    job = moving.change()
+    moving.wait(40)
+    assert moving.answer(job, PathFree()) == []
+    moving.wait(200)
+    assert not moving.is_held
+    assert moving.rig.activity() is Activity.MOVING
+
+
+def test_what_would_touch_is_stopped_at_once(moving: MonitoredRig) -> None:
+    job = moving.change()
+    moving.wait(40)
+    out = moving.answer(job, HIT)
+    assert isinstance(out[0], SendStop)
+    assert moving.pendant.outcomes()[-1][1] is V.PATH_IN_COLLISION
+
+
+def test_a_late_answer_holds_the_robot_within_fifty_milliseconds(moving: MonitoredRig) -> None:
+    moving.change()
+    moving.wait(60)
+    assert moving.is_held
+
+
+def test_a_robot_that_was_held_goes_on_when_its_way_is_free(moving: MonitoredRig) -> None:
+    job = moving.change()
+    moving.wait(500)
+    moving.answer(job, PathFree())
+    assert not moving.is_held
+
+
+def test_a_planner_that_fails_stops_the_robot(moving: MonitoredRig) -> None:
+    job = moving.change()
+    out = moving.answer(job, Refusal(V.PLANNER_FAILED))
+    assert isinstance(out[0], SendStop)
+
+
+def test_a_second_change_makes_the_first_look_worthless(moving: MonitoredRig) -> None:
+    first = moving.change()
+    moving.change()
+    assert moving.answer(first, HIT) == []
+    assert moving.rig.activity() is Activity.MOVING
+
+
+def test_nothing_is_asked_while_the_robot_stands() -> None:
+    rig = ready()
+    assert SceneMonitor(rig.core.cell, ControllerLink(), Pending()).changed(BOX, rig.now) == []
+
+
+def planning() -> MonitoredRig:
+    rig = MonitoredRig(plans_at_once=False)
+    assert rig.change_scene(EMPTY) == []
+    return rig
+
+
+def test_a_motion_planned_for_the_scene_of_before_is_looked_at_when_it_begins() -> None:
+    rig = planning()
+    rig.rig.plan()
+    assert rig.job(rig.guard.motion_started(rig.rig.now + MS)).scene is EMPTY
+
+
+def test_an_answer_that_nobody_waits_for_does_not_spare_the_next_motion_its_look() -> None:
+    rig = planning()
+    assert rig.guard.motion_started(rig.rig.now) == []
+    rig.rig.plan()
+    assert rig.job(rig.guard.motion_started(rig.rig.now)).scene is EMPTY
+
+
+def test_a_look_is_in_the_scene_in_force_whatever_was_planned_before_it() -> None:
+    rig = planning()
+    rig.rig.plan()
+    assert rig.job(rig.change_scene(BOX)).scene is BOX
+    assert rig.job(rig.guard.motion_started(rig.rig.now)).scene is BOX
+
+
+def test_a_motion_that_began_in_the_scene_in_force_needs_no_look(moving: MonitoredRig) -> None:
+    assert moving.guard.motion_started(moving.rig.now) == []

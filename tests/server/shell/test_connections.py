@@ -1,17 +1,25 @@
 from __future__ import annotations
 
 import asyncio
+import logging
 import socket
+import struct
 from collections.abc import Iterator
+from pathlib import Path
 from unittest.mock import AsyncMock, Mock
 
 import pytest
+from rigs.peers.own_network import printed_in_own_network
 
-from openpendant.server.events.events import ControllerReport
-from openpendant.server.settings.cell_settings import ControllerLink, ControllerPath
-from openpendant.server.shell.controller_connection import ControllerConnection
+from openpendant.controller_emulator.shell import links
+from openpendant.server.events.events import ControllerReport, Port
+from openpendant.server.settings.cell_settings import CellSettings, ControllerLink, ControllerPath
+from openpendant.server.shell.client_connection import ClientConnection, prepare_socket
+from openpendant.server.shell.clients import MOST_ORDERS, Clients
+from openpendant.server.shell.controller_connection import UNANSWERED, ControllerConnection
 from openpendant.simplemsg import (
     STANDARD,
+    ByteOrder,
     CommType,
     Connection,
     HeaderOnly,
@@ -124,3 +132,121 @@ async def test_whatever_keeps_it_from_connecting_is_said_once_and_it_tries_again
     (record,) = caplog.records
     assert said in record.getMessage()
     assert "127.0.0.1:12000" in record.getMessage()
+
+
+PING = struct.pack("<4i", 12, MsgType.PING, CommType.REQUEST, 0)
+
+
+@pytest.mark.parametrize(
+    ("reason", "said"), [(ConnectionResetError(104, "reset by peer"), 1), (None, 0)]
+)
+def test_why_a_connection_was_lost_is_logged(
+    reason: Exception | None, said: int, caplog: pytest.LogCaptureFixture
+) -> None:
+    inbox = Mock()
+    client = ClientConnection(inbox, Mock(), Port.PENDANT)
+    with caplog.at_level(logging.INFO, logger="openpendant.server"):
+        client.connection_lost(reason)
+    assert caplog.text.count("reset by peer") == said
+    inbox.closed.assert_called_once_with(client)
+
+
+@pytest.mark.asyncio
+@pytest.mark.parametrize(
+    ("port", "taken"), [(Port.PENDANT, [16, 32, 40]), (Port.ROS_MOTION, [40, 40, 40])]
+)
+async def test_a_pendants_burst_leaves_each_turn_of_the_loop_time_for_others(
+    port: Port, taken: list[int]
+) -> None:
+    inbox, transport = Mock(is_noted=False), Mock()
+    inbox.wire_bytes.return_value = 0
+    inbox.clients.read_ahead.return_value = 512 * 1024
+    transport.get_extra_info.side_effect = {"peername": None, "socket": Mock()}.get
+    transport.is_closing.return_value = False
+    client = ClientConnection(inbox, Mock(), port)
+    client.connection_made(transport)
+    counts = []
+    client.data_received(PING * 40)
+    for _ in taken:
+        counts.append(inbox.received.call_count)
+        await asyncio.sleep(0)
+    assert counts == taken
+
+
+PLUG = Path(__file__).parents[2] / "rigs" / "peers" / "loose_plug.py"
+
+
+def option(sock: socket.socket, name: str) -> int:
+    number = getattr(socket, name, None)
+    if number is None:
+        pytest.skip(f"{name} is not known here")
+    return sock.getsockopt(socket.IPPROTO_TCP, number)
+
+
+@pytest.mark.parametrize("side", ["server", "emulator"])
+def test_a_link_between_server_and_controller_ends_with_the_second_lost_probe(side: str) -> None:
+    with socket.socket() as sock:
+        if side == "server":
+            prepare_socket(sock, UNANSWERED)
+        else:
+            links._prepare(sock)
+        first = option(sock, "TCP_KEEPIDLE")
+        second = first + option(sock, "TCP_KEEPINTVL")
+        assert second < option(sock, "TCP_USER_TIMEOUT") / 1000 < second + first
+
+
+@pytest.mark.realtime
+def test_a_loose_plug_costs_an_idle_pendant_and_not_the_controller() -> None:
+    assert printed_in_own_network(PLUG) == "down up"
+
+
+BIG, LITTLE = ByteOrder.BIG, ByteOrder.LITTLE
+
+
+@pytest.fixture
+def clients() -> Clients:
+    return Clients([CellSettings()], Mock())
+
+
+def client(address: str, port: Port = Port.ROS_MOTION) -> Mock:
+    return Mock(cell=0, address=address, port=port, wire=Mock(byte_order=BIG))
+
+
+def spoke(clients: Clients, address: str) -> None:
+    clients.learn_byte_order(client(address))
+
+
+def order_of(clients: Clients, address: str) -> ByteOrder:
+    return clients.state_byte_order(client(address, Port.ROS_STATE))
+
+
+def strangers(clients: Clients, count: int) -> None:
+    for number in range(count):
+        spoke(clients, f"2001:db8::{number:x}")
+
+
+def test_the_last_of_many_addresses_are_remembered_and_the_oldest_forgotten(
+    clients: Clients,
+) -> None:
+    spoke(clients, "10.0.0.1")
+    strangers(clients, MOST_ORDERS - 1)
+    assert order_of(clients, "10.0.0.1") is BIG
+    strangers(clients, MOST_ORDERS)
+    assert order_of(clients, "10.0.0.1") is LITTLE
+    assert order_of(clients, f"2001:db8::{MOST_ORDERS - 1:x}") is BIG
+
+
+def test_who_speaks_again_is_no_longer_the_oldest(clients: Clients) -> None:
+    spoke(clients, "10.0.0.1")
+    strangers(clients, MOST_ORDERS - 1)
+    spoke(clients, "10.0.0.1")
+    spoke(clients, "10.0.0.2")
+    assert order_of(clients, "10.0.0.1") is BIG
+
+
+def test_who_is_connected_is_not_forgotten_however_many_others_come(clients: Clients) -> None:
+    clients.by_session[1] = client("10.0.0.1")
+    clients.learn_byte_order(clients.by_session[1])
+    strangers(clients, 3 * MOST_ORDERS)
+    assert order_of(clients, "10.0.0.1") is BIG
+    assert len(clients._orders) <= MOST_ORDERS + 1

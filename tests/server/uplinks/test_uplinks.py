@@ -1,10 +1,19 @@
 from __future__ import annotations
 
-import pytest
+from collections.abc import Sequence
 
+import pytest
+from rigs.cells.emulated_cell import EmulatedCell
+from rigs.cells.server_rig import ServerRig, ready
+
+from openpendant.controller_emulator.error_codes import ErrorCode
 from openpendant.motion.trajectory.trajectory import Row
-from openpendant.server.settings.cell_settings import ControllerLink
+from openpendant.server import uplinks
+from openpendant.server.events.effects import Effect, SendStop, SendToController
+from openpendant.server.settings.cell_settings import ControllerLink, ControllerPath
 from openpendant.server.uplinks.generic import GenericUplink
+from openpendant.server.uplinks.uplink import WORDS, ControllerDialect, error_text
+from openpendant.server.watchdog.watchdog_process import stop_target
 from openpendant.simplemsg import (
     CommType,
     HeaderOnly,
@@ -12,9 +21,11 @@ from openpendant.simplemsg import (
     JointTrajPtFull,
     Message,
     MsgType,
+    Received,
     ReplyCode,
     joint_array,
 )
+from openpendant.simplemsg.pendant import AuthorityBeat, Outcome
 from openpendant.simplemsg.verdicts import VerdictCode as V
 
 MS = 1_000_000
@@ -210,3 +221,123 @@ def test_a_lost_link_owes_nothing() -> None:
     assert not uplink.stop_overdue(10**12)
     assert not uplink.awaiting
     assert uplink.overdue(10**12) is None
+
+
+TOY_STOP = JointTrajPtFull(7, -4, 0, 0.0, *((0.0,) * 10,) * 3)
+GOAL = (0.5, 0.5)
+
+
+class ToyUplink(GenericUplink):
+    """Numbers its points from 1,000 for robot 7, and stops it by a message of its own."""
+
+    def point(self, number: int, row: Row, step: float, now: int) -> Message:
+        point = super().point(number, row, step, now)
+        assert isinstance(point, JointTrajPtFull)
+        point.robot_id = 7
+        point.sequence += 1_000
+        return point
+
+    def stop(self, now: int, *, is_sent: bool) -> Message:
+        super().stop(now, is_sent=is_sent)
+        return TOY_STOP
+
+
+def _toy_uplink(link: ControllerLink, velocity_limits: Sequence[float]) -> ToyUplink:
+    return ToyUplink(link, velocity_limits)
+
+
+TOY = ControllerDialect(
+    _toy_uplink, stop=TOY_STOP, stopped=HeaderOnly(MsgType.PING, reply_code=ReplyCode.SUCCESS)
+)
+
+
+@pytest.fixture
+def rig(monkeypatch: pytest.MonkeyPatch) -> ServerRig:
+    monkeypatch.setitem(uplinks.DIALECTS, "generic", TOY)
+    return ready(plans_at_once=False)
+
+
+def _performed(rig: ServerRig) -> list[Effect]:
+    return [item for _, item in rig.log]
+
+
+def test_points_and_stops_of_a_cell_are_the_dialects(rig: ServerRig) -> None:
+    pendant = rig.holder()
+    pendant.path((0.1, 0.1), GOAL)
+    rig.plan()
+    rig.wait(20)
+    points = [item.message for item in _performed(rig) if isinstance(item, SendToController)]
+    assert points
+    assert all(isinstance(each, JointTrajPtFull) and each.robot_id == 7 for each in points)
+    pendant.stop()
+    (stop,) = [item.message for item in _performed(rig) if isinstance(item, SendStop)]
+    assert stop is TOY_STOP
+
+
+def test_the_last_stop_of_a_cell_that_failed_is_the_dialects(rig: ServerRig) -> None:
+    stop = rig.core.fail("ValueError: boom", rig.now)[0]
+    assert isinstance(stop, SendStop)
+    assert stop.message is TOY_STOP
+
+
+def test_the_watchdog_stops_with_the_bytes_of_the_dialect(rig: ServerRig) -> None:
+    target = stop_target(rig.settings)
+    msg_type = int(MsgType.JOINT_TRAJ_PT_FULL).to_bytes(4, "little")
+    assert bytes.fromhex(target.stop)[4:8] == msg_type
+    assert bytes.fromhex(target.answer)[:4] == int(MsgType.PING).to_bytes(4, "little")
+
+
+def test_the_words_are_there_for_every_error_of_the_emulated_controller() -> None:
+    assert set(WORDS) == {int(code) for code in ErrorCode if code is not ErrorCode.NONE}
+
+
+@pytest.mark.parametrize(
+    ("number", "words"), [(109, ("109", "under-run", "too late")), (4711, ("4711",))]
+)
+def test_a_number_is_always_told(number: int, words: tuple[str, ...]) -> None:
+    assert all(word in error_text(number) for word in words)
+
+
+class SlowLine(EmulatedCell):
+    def __init__(self) -> None:
+        self.late: list[tuple[ControllerPath, Received]] = []
+        self.slow: tuple[ControllerPath, ...] = ()
+        super().__init__(controller={"lead": 0.09})  # so that it runs dry before reports are lost
+
+    def _hear(self, path: ControllerPath, received: Received) -> None:
+        if path in self.slow:
+            self.late.append((path, received))
+        else:
+            super()._hear(path, received)
+
+    def catch_up(self) -> None:
+        self.slow, late = (), self.late
+        for path, received in late:
+            super()._hear(path, received)
+
+
+@pytest.mark.parametrize(
+    ("slow", "code"),
+    [
+        ((ControllerPath.MOTION,), V.CONTROLLER_STOPPED),
+        ((ControllerPath.MOTION, ControllerPath.STATE), V.CONTROLLER_REFUSED),
+    ],
+)
+def test_a_motion_that_ran_dry_is_told_as_an_under_run_whichever_is_heard_first(
+    slow: tuple[ControllerPath, ...], code: V
+) -> None:
+    """The controller's own status names the error; its answer to the next point does not."""
+    cell = SlowLine()
+    cell.wait(300)
+    pendant = cell.holder()
+    assert pendant.move(*(at + 0.8 for at in cell.position), speed=0.5) is V.ACCEPTED
+    cell.wait(300)
+    pendant.send(AuthorityBeat())
+    cell.slow = slow
+    cell.wait(200)
+    cell.catch_up()
+    cell.wait(50)
+    (outcome,) = pendant.all(Outcome)
+    assert outcome.code == code
+    assert "under-run" in outcome.text
+    assert "late" in outcome.text

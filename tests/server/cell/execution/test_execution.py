@@ -1,16 +1,28 @@
+"""When a motion has arrived, and how far a robot has come: by reports written down.
+
+The status that came with them says that the robot stands, so that only the joints decide.
+"""
+
 from __future__ import annotations
+
+from collections.abc import Sequence
 
 import pytest
 from rigs.cells.server_rig import LIMITS
 
 from openpendant.motion.trajectory.ptp import plan_joint_move
-from openpendant.server.cell.execution.feedback import Feedback
+from openpendant.motion.trajectory.trajectory import Row
+from openpendant.server.cell.execution.feedback import Feedback, Shown, interruption
 from openpendant.server.cell.execution.point_stream import PointStream, StreamPhase, start_mismatch
 from openpendant.server.cell.execution.setpoint_sources import StoredRows
+from openpendant.server.cell.execution.tracking import TrackingMonitor
+from openpendant.server.cell.execution.trajectory_execution import TrajectoryExecution
+from openpendant.server.events.effects import ReconnectController, SendStop
 from openpendant.server.refusal import Refusal
-from openpendant.server.settings.cell_settings import ControllerLink
+from openpendant.server.settings.cell_settings import ControllerLink, ControllerPath
 from openpendant.server.uplinks.generic import GenericUplink
 from openpendant.simplemsg import (
+    ControllerMode,
     HeaderOnly,
     JointFeedback,
     JointTrajPtFull,
@@ -226,3 +238,220 @@ def test_it_starts_only_where_the_robot_stands(player: Player) -> None:
     moving = start_mismatch(TRAJECTORY, player.feedback)
     assert moving is not None
     assert moving.code is V.NOT_STANDING
+
+
+MOVE = plan_joint_move((0.0, 0.0), GOAL, LIMITS)
+MOVE_END = round(MOVE.duration * 1e9)
+NOTHING = joint_array(())
+
+
+def reported(feedback: Feedback, position: Sequence[float], speed: float, now: int) -> None:
+    fields = ValidField.POSITION | ValidField.VELOCITY
+    joints, speeds = joint_array(position), joint_array([speed] * len(position))
+    feedback.take(JointFeedback(0, fields, 0.0, joints, speeds, NOTHING), now)
+    feedback.take(Status(1, 0, 0, 0, 0, 2, 1), now)
+
+
+class Sent:
+    def __init__(self, taken: int = MOVE_END) -> None:
+        uplink = GenericUplink(LINK, LIMITS.velocity)
+        self.execution = PointStream(StoredRows(MOVE, LIMITS), LIMITS, uplink, LINK, 0)
+        self.feedback = Feedback(2, LINK)
+        reported(self.feedback, (0.0, 0.0), 0.0, 0)
+        while self.execution.next_point(MOVE_END) is not None:
+            uplink.answer(HeaderOnly(MsgType.JOINT_TRAJ_PT_FULL), 0)
+        reported(self.feedback, GOAL, 0.0, taken - 1)
+        assert self.advance(taken) is None
+        assert not self.has_arrived
+
+    def advance(self, now: int) -> Refusal | None:
+        return self.execution.advance(self.feedback, now)
+
+    @property
+    def has_arrived(self) -> bool:
+        return self.execution.phase is StreamPhase.ARRIVED
+
+    def arrives(self, position: Sequence[float], speed: float, now: int) -> bool:
+        reported(self.feedback, position, speed, now)
+        assert self.advance(now) is None
+        return self.has_arrived
+
+
+@pytest.mark.parametrize(
+    ("position", "arrives"),
+    [
+        (GOAL, True),
+        ((0.4009, -0.2009), True),
+        ((0.4011, -0.2), False),
+        ((0.3989, -0.2), False),
+        ((0.4, -0.1989), False),
+        ((0.4, -0.2011), False),
+        ((0.0, 0.0), False),
+    ],
+)
+def test_a_motion_arrives_where_each_joint_is_at_its_goal(
+    position: Sequence[float], arrives: bool
+) -> None:
+    assert Sent().arrives(position, 0.0, MOVE_END) is arrives
+
+
+@pytest.mark.parametrize(("speed", "arrives"), [(0.0009, True), (0.0011, False)])
+def test_a_motion_arrives_where_the_robot_stands(speed: float, arrives: bool) -> None:
+    assert Sent().arrives(GOAL, speed, MOVE_END) is arrives
+
+
+def test_no_report_from_before_the_end_of_a_motion_tells_of_it() -> None:
+    sent = Sent(MOVE_END - 50 * MS)
+    assert not sent.arrives(GOAL, 0.0, MOVE_END - 1)
+    assert sent.arrives(GOAL, 0.0, MOVE_END)
+
+
+def following(started: int, count: int = 10) -> TrackingMonitor:
+    """Return the progress on samples of 0.01 rad each, 10 ms apart."""
+    made = TrackingMonitor(started)
+    for index in range(count):
+        made.sent(Row(0.01 * index, [0.01 * index], [1.0], [0.0]))
+    return made
+
+
+def seen(progress: TrackingMonitor, position: float, at: int) -> int:
+    feedback = Feedback(1, LINK)
+    reported(feedback, [position], 0.0, at * MS)
+    progress.update(feedback)
+    return progress.base // MS
+
+
+@pytest.mark.parametrize(
+    ("position", "at", "base"),
+    [
+        (0.05, 150, 100),  # on time
+        (0.05, 170, 120),  # 20 ms late
+        (0.05, 130, 100),  # ahead, which it never is
+        (0.0, 400, 400),  # it stands
+        (0.02, 99, 100),  # from before it began
+        (0.09, 900, 100),  # at the end of what was sent, whenever that was
+    ],
+)
+def test_a_robot_began_when_its_place_says(position: float, at: int, base: int) -> None:
+    assert seen(following(100 * MS), position, at) == base
+
+
+def test_a_report_from_before_the_start_moves_nothing_on() -> None:
+    progress = following(100 * MS)
+    assert seen(progress, 0.08, 99) == 100
+    assert seen(progress, 0.03, 150) == 120
+
+
+def test_a_robot_goes_never_back_on_its_way() -> None:
+    progress = following(0)
+    assert seen(progress, 0.06, 60) == 0
+    assert seen(progress, 0.02, 70) == 10  # it stands at what it had reached
+
+
+def test_at_the_last_sample_the_time_that_was_known_stays() -> None:
+    progress = following(0)
+    assert seen(progress, 0.07, 90) == 20
+    assert seen(progress, 0.09, 500) == 20
+
+
+AUTO, MANUAL = ControllerMode.AUTO, ControllerMode.MANUAL
+SOUND = Shown(AUTO, "", 0)
+
+
+@pytest.mark.parametrize(
+    ("before", "after", "said"),
+    [
+        (SOUND, Shown(AUTO, "the emergency stop", 0), "the emergency stop"),
+        (Shown(AUTO, "no power", 0), Shown(AUTO, "the emergency stop", 0), "the emergency stop"),
+        (SOUND, Shown(MANUAL, "", 0), "from auto to manual"),
+        (Shown(MANUAL, "", 0), SOUND, "from manual to auto"),
+        (SOUND, Shown(ControllerMode.UNKNOWN, "", 0), "from auto to unknown"),
+        (SOUND, Shown(AUTO, "", 7), "error 7"),
+        (Shown(AUTO, "", 6), Shown(AUTO, "", 7), "error 7"),
+        (SOUND, Shown(AUTO, "", -1), "error -1"),
+    ],
+)
+def test_what_is_new_ends_what_is_under_way(before: Shown, after: Shown, said: str) -> None:
+    refusal = interruption(before, after)
+    assert refusal is not None
+    assert refusal.code is V.CONTROLLER_STOPPED
+    assert said in refusal.text
+
+
+@pytest.mark.parametrize(
+    ("before", "after"),
+    [
+        (SOUND, SOUND),
+        (Shown(AUTO, "", 7), Shown(AUTO, "", 7)),
+        (Shown(AUTO, "", 7), SOUND),
+        (Shown(AUTO, "no power", 0), Shown(AUTO, "no power", 0)),
+        (Shown(AUTO, "no power", 0), SOUND),
+    ],
+)
+def test_what_was_shown_before_ends_nothing(before: Shown, after: Shown) -> None:
+    assert interruption(before, after) is None
+
+
+SECOND = 1_000_000_000
+WHY = Refusal(V.STOPPED, "why")
+
+
+@pytest.fixture
+def driving() -> TrajectoryExecution:
+    link = ControllerLink()
+    return TrajectoryExecution(
+        link, LIMITS, Feedback(2, link), lambda *_: [], lambda *_: [], lambda _: []
+    )
+
+
+@pytest.mark.parametrize(
+    ("up", "linked"),
+    [
+        ((), False),
+        ((ControllerPath.MOTION,), False),
+        ((ControllerPath.STATE,), False),
+        ((ControllerPath.MOTION, ControllerPath.STATE), True),
+    ],
+)
+def test_a_motion_needs_both_links(
+    driving: TrajectoryExecution, up: tuple[ControllerPath, ...], linked: bool
+) -> None:
+    for path in up:
+        driving.path_changed(path, True)
+    assert driving.is_linked is linked
+
+
+@pytest.mark.parametrize(("is_up", "is_dropped"), [(True, True), (False, False)])
+def test_a_stop_is_waited_for_only_where_it_went(
+    driving: TrajectoryExecution, is_up: bool, is_dropped: bool
+) -> None:
+    driving.path_changed(ControllerPath.MOTION, is_up)
+    (stop,) = driving.halt(WHY, 0)
+    assert isinstance(stop, SendStop)
+    dropped = any(isinstance(item, ReconnectController) for item in driving.settle(2 * SECOND))
+    assert dropped is is_dropped
+
+
+def test_a_stop_on_a_link_that_was_lost_since_is_waited_for_no_more(
+    driving: TrajectoryExecution,
+) -> None:
+    driving.path_changed(ControllerPath.MOTION, True)
+    driving.halt(WHY, 0)
+    driving.path_changed(ControllerPath.MOTION, False)
+    assert driving.settle(2 * SECOND) == []
+
+
+@pytest.mark.parametrize(
+    ("path", "is_known"), [(ControllerPath.STATE, False), (ControllerPath.MOTION, True)]
+)
+def test_nothing_of_a_state_link_that_was_lost_is_believed(
+    path: ControllerPath, is_known: bool
+) -> None:
+    link, none = ControllerLink(), joint_array(())
+    feedback = Feedback(2, link)
+    driving = TrajectoryExecution(
+        link, LIMITS, feedback, lambda *_: [], lambda *_: [], lambda _: []
+    )
+    feedback.take(JointFeedback(0, ValidField.POSITION, 0.0, none, none, none), 0)
+    driving.path_changed(path, False)
+    assert (feedback.position is not None) is is_known

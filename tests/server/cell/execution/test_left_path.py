@@ -8,7 +8,7 @@ from __future__ import annotations
 from collections.abc import Callable, Sequence
 
 import pytest
-from rigs.cells.ros_face_situations import unknown_mode
+from rigs.cells.ros_situations import unknown_mode
 from rigs.cells.server_rig import ready
 from rigs.cells.watched_motions import (
     MOTIONS,

@@ -6,16 +6,22 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
 
 import pytest
+from rigs.cells.robot_cell_situations import codes, moving
+from rigs.cells.server_rig import MS, ServerRig, ready
+from rigs.motion.jog_pad import JogPad
 
 from openpendant.motion.description.limits import JointLimits
 from openpendant.motion.trajectory.trajectory import Row
 from openpendant.server.cell.execution.motion_watch import MotionWatch, ReportTiming
+from openpendant.server.cell.execution.setpoint_sources import StoredRows
 from openpendant.server.cell.execution.tracking import TrackingTolerances, tracking_tolerances
+from openpendant.server.events.effects import SendStop, SendToController
 from openpendant.server.refusal import Refusal
 from openpendant.server.settings.cell_settings import CellSettings, ControllerLink, settings_as_data
+from openpendant.simplemsg import JointTrajPtFull
+from openpendant.simplemsg.pendant import Activity, StopChanged, StopKind
 from openpendant.simplemsg.verdicts import VerdictCode as V
 
-MS = 1_000_000
 LIMITS = JointLimits(
     names=("turning", "sliding"),
     lower=(-2.0, 0.0),
@@ -275,3 +281,100 @@ def test_what_a_file_names_counts_and_the_rest_is_closer_on_an_emulated_controll
     again = CellSettings.model_validate(noted)
     assert again == CellSettings(controller=link)
     assert tracking_tolerances(again.controller, LIMITS, says_emulated=emulated) == found
+
+
+def cruising() -> tuple[ServerRig, JogPad]:
+    """Return a motion that was planned under a cap of 2 m/s and runs at full speed."""
+    rig = ready(modes={"initial": "manual_high"}, controller={"lead": 0.09})
+    pad = JogPad(rig)
+    pad.squeeze()
+    assert pad.speed(1.0, 2.0) is V.ACCEPTED
+    assert pad.pendant.path((0.0, 0.5), (1.9, 1.9)) is V.ACCEPTED
+    pad.hold(400)
+    assert newest_speed(rig) == pytest.approx(2.0, rel=0.05)
+    return rig, pad
+
+
+def newest_speed(rig: ServerRig) -> float:
+    point = rig.points[-1]
+    assert isinstance(point, JointTrajPtFull)
+    return max(abs(velocity) for velocity in point.velocities)
+
+
+def test_a_lower_cap_slows_the_motion_in_proportion_and_a_higher_one_does_not_speed_it_up() -> None:
+    rig, pad = cruising()
+    assert pad.speed(1.0, 1.0) is V.ACCEPTED
+    pad.hold(280)
+    assert newest_speed(rig) == pytest.approx(1.0, rel=0.05)
+    assert pad.speed(1.0, 4.0) is V.ACCEPTED
+    pad.hold(100)
+    assert 1.0 < newest_speed(rig) <= 2.0 * (1 + 1e-9)
+    assert rig.activity() is Activity.MOVING
+
+
+def test_a_fault_of_the_controller_that_is_gone_before_the_next_tick_ends_the_motion() -> None:
+    rig, pad = cruising()
+    rig.controller.e_stopped = True
+    rig.report()
+    assert len(rig.stops) == 1
+    rig.controller.e_stopped = False
+    rig.report()
+    pad.hold(50)
+    assert pad.pendant.outcomes()[-1][1] is V.CONTROLLER_STOPPED
+
+
+def test_a_set_point_that_fails_the_last_look_does_not_leave_and_latches_a_protective_stop(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    rig, pad = cruising()
+    rows = rig.core.cell.motions.playing
+    assert rows is not None
+    take = rows.take
+
+    def jump() -> Row:
+        row = take()
+        return row._replace(position=[value - 0.3 for value in row.position])
+
+    monkeypatch.setattr(rows, "take", jump)
+    sent = len(rig.points)
+    pad.hold(20)
+    assert len(rig.points) == sent
+    stop = rig.core.cell.stop
+    assert stop is not None
+    assert stop.is_protective
+    assert rig.stops
+    assert pad.pendant.outcomes()[-1][1] is V.CERTIFICATE_REFUSED
+
+
+@pytest.mark.parametrize(
+    "fault",
+    [{"position": [9.0, 0.0]}, {"velocity": [9.0, 0.0]}, {"position": [float("nan"), 0.0]}],
+    ids=["position", "velocity", "no number"],
+)
+def test_a_sample_that_became_faulty_does_not_leave(
+    fault: dict[str, list[float]], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    rig, pendant = moving()
+    take, sent = StoredRows.take, len(rig.points)
+
+    def faulty(rows: StoredRows) -> Row:
+        row = take(rows)
+        return Row(
+            row.time,
+            fault.get("position", row.position),
+            fault.get("velocity", row.velocity),
+            row.acceleration,
+        )
+
+    monkeypatch.setattr(StoredRows, "take", faulty)
+    rig.now += 10 * MS
+    rig.report()
+    out = rig.tick()
+    assert isinstance(out[0], SendStop)
+    assert not any(isinstance(item, SendToController) for item in out)
+    (told,) = pendant.all(StopChanged)
+    assert told.stop == StopKind.PROTECTIVE
+    assert codes(pendant) == [V.CERTIFICATE_REFUSED]
+    monkeypatch.undo()
+    rig.wait(500)
+    assert len(rig.points) == sent

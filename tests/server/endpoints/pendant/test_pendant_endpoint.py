@@ -1,25 +1,39 @@
-"""The pendant face: hello, who is closed for silence, and names as they are shown."""
+"""The endpoint of the pendants: hello, silence, the authority, and the state that they are sent."""
 
 from __future__ import annotations
 
 import math
+from types import SimpleNamespace
+from typing import cast
 
 import pytest
 from promises.promise_table import figure
-from rigs.cells.server_rig import ready
+from rigs.cells.server_rig import MS, ServerRig, ready
 from rigs.peers.server_clients import hello, joints, pose
 
+from openpendant.motion.jog import jog_commands as motion_jog
+from openpendant.motion.jog.jog_commands import JogCause
+from openpendant.server.cell import state_report
+from openpendant.server.cell.execution.setpoint_sources import JogRows
+from openpendant.server.events.effects import Broadcast
+from openpendant.server.events.events import Skipped
 from openpendant.simplemsg import CommType, Message, Ping, ReplyCode
 from openpendant.simplemsg.pendant import (
+    Activity,
     Authority,
+    AuthorityBeat,
     AuthorityChanged,
+    AuthorityReason,
     Hello,
     HelloReply,
+    JogReason,
+    LinkState,
     ResetStop,
     SoftwareStop,
     State,
     StopChanged,
     Subscribe,
+    Verdict,
 )
 from openpendant.simplemsg.verdicts import VerdictCode as V
 
@@ -122,3 +136,157 @@ def test_names_and_reasons_are_shown_without_control_characters_and_cut() -> Non
     assert stop.reason == "?line??break" + "x" * 52
     assert rig.core.cell.stop is not None
     assert rig.core.cell.stop.reason.isprintable()
+
+
+def test_two_pendants_one_authority() -> None:
+    rig = ready()
+    anna, bert = rig.pendant("anna"), rig.pendant("bert")
+    assert anna.take() is V.ACCEPTED
+    assert anna.take() is V.ACCEPTED
+    assert bert.take() is V.HELD_BY_OTHER
+    assert "anna" in bert.all(Verdict)[-1].text
+    assert bert.release() is V.NOT_IN_CONTROL
+    assert bert.move(0.1, 0.1) is V.HELD_BY_OTHER
+    assert anna.release() is V.ACCEPTED
+    assert bert.take() is V.ACCEPTED
+    reasons = [change.reason for change in anna.all(AuthorityChanged)]
+    assert reasons == [AuthorityReason.GRANTED, AuthorityReason.RELEASED, AuthorityReason.GRANTED]
+
+
+def test_beats_keep_the_authority_and_their_absence_ends_it_after_3_s() -> None:
+    rig = ready()
+    pendant = rig.holder()
+    for _ in range(10):
+        rig.wait(1_000)
+        pendant.send(AuthorityBeat())
+    last = rig.now
+    rig.wait(2_990)
+    assert rig.core.cell.authority.is_held_by(pendant.session)
+    rig.wait(10)
+    assert rig.core.cell.authority.holder is None
+    assert rig.now == last + 3_000 * MS
+    assert pendant.all(AuthorityChanged)[-1].reason == AuthorityReason.EXPIRED
+
+
+def test_a_motion_request_is_a_sign_of_life() -> None:
+    rig = ready()
+    pendant = rig.holder()
+    rig.wait(2_000)
+    pendant.move(0.1, 0.1)
+    rig.wait(2_990)
+    assert rig.core.cell.authority.holder is not None
+
+
+def test_a_refused_request_is_no_sign_of_life() -> None:
+    rig = ready()
+    pendant = rig.holder()
+    rig.wait(2_000)
+    pendant.move(9.0, 9.0)
+    rig.wait(1_000)
+    assert rig.core.cell.authority.holder is None
+
+
+def test_nobody_resets_without_the_authority() -> None:
+    rig = ready()
+    pendant = rig.pendant()
+    pendant.stop()
+    assert pendant.reset() is V.NOT_IN_CONTROL
+
+
+def test_a_stop_outlives_who_pressed_it() -> None:
+    rig = ready()
+    observer = rig.pendant()
+    observer.stop()
+    observer.close()
+    assert rig.holder().move(0.5, 0.5) is V.STOP_LATCHED
+
+
+@pytest.mark.parametrize(("rate", "count"), [(0.0, 0), (1.0, 1), (25.0, 25), (100.0, 100)])
+def test_state_comes_at_the_rate_that_was_asked_for(rate: float, count: int) -> None:
+    rig = ready()
+    pendant = rig.pendant(state_rate=rate)
+    rig.wait(10)
+    pendant.got.clear()
+    rig.wait(1_000)
+    assert len(pendant.all(State)) == count
+
+
+def test_a_rate_above_the_tick_is_the_ticks() -> None:
+    rig = ready(tick_rate=100)
+    pendant = rig.pendant(state_rate=125.0)
+    rig.wait(1_000)
+    assert len(pendant.all(State)) == 100
+
+
+def test_the_rate_can_be_changed() -> None:
+    rig = ready()
+    pendant = rig.pendant(state_rate=100.0)
+    assert pendant.code(Subscribe(5, 0.0)) is V.ACCEPTED
+    rig.wait(100)
+    assert pendant.all(State) == []
+
+
+def test_state_carries_where_the_robot_is_what_it_does_and_how_old_that_is() -> None:
+    rig = ready()
+    holder = rig.holder()
+    pendant = rig.pendant(state_rate=100.0)
+    holder.move(1.0, 0.5)
+    rig.wait(500)
+    rig.controller.reports = False
+    rig.wait(120)
+    state = pendant.all(State)[-1]
+    assert state.positions[:2] == rig.core.cell.feedback.position
+    assert (state.activity, state.request_id, state.holder) == (
+        Activity.MOVING,
+        holder.last_request,
+        holder.session,
+    )
+    assert state.age == pytest.approx(0.12)
+    assert state.link == LinkState.STALE
+    assert (state.time_s * 10**9 + state.time_ns) == rig.now
+
+
+def test_before_the_first_report_the_age_is_minus_1_and_no_field_valid() -> None:
+    rig = ServerRig()
+    pendant = rig.pendant(state_rate=100.0)
+    rig.wait(10)
+    (state,) = pendant.all(State)
+    assert (state.age, state.valid_fields, state.link) == (-1.0, 0, LinkState.DOWN)
+
+
+def test_state_is_encoded_once_for_all_and_who_was_too_slow_is_told_how_often() -> None:
+    rig = ready()
+    pendants = [rig.pendant(state_rate=100.0) for _ in range(3)]
+    out = rig.wait(10)
+    assert [item.sessions for item in out if isinstance(item, Broadcast)] == [
+        tuple(pendant.session for pendant in pendants)
+    ]
+    rig.core.handle(Skipped((pendants[1].session,)), 0)
+    rig.core.handle(Skipped((pendants[1].session,)), 0)
+    rig.wait(10)
+    assert [pendant.all(State)[-1].dropped for pendant in pendants] == [0, 2, 0]
+    assert len({pendant.all(State)[-1].sequence for pendant in pendants}) == 1
+
+
+def test_those_who_missed_equally_many_are_told_so_in_one_encoding() -> None:
+    rig = ready()
+    pendants = [rig.pendant(state_rate=100.0) for _ in range(3)]
+    rig.wait(10)
+    for pendant in (pendants[0], pendants[2]):
+        rig.core.handle(Skipped((pendant.session,)), 0)
+    out = rig.wait(10)
+    first, second, third = (pendant.session for pendant in pendants)
+    spread = [item.sessions for item in out if isinstance(item, Broadcast)]
+    assert spread == [(first, third), (second,)]
+    assert [pendant.all(State)[-1].dropped for pendant in pendants] == [1, 0, 1]
+
+
+@pytest.mark.parametrize("reason", list(motion_jog.JogSlowdown))
+def test_every_reason_of_a_jogger_has_its_number_on_the_wire(
+    reason: motion_jog.JogSlowdown,
+) -> None:
+    state = State.__new__(State)
+    rows = SimpleNamespace(step=SimpleNamespace(scale=0.5, cause=JogCause(reason, 1.0, 0.5, 2)))
+    state_report._tell_jog(state, cast(JogRows, rows))
+    assert state.jog_reason is JogReason[reason.name]
+    assert (state.jog_scale, state.jog_joint) == (0.5, 2)

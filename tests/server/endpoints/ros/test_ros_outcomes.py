@@ -3,7 +3,7 @@ from __future__ import annotations
 from collections.abc import Callable
 
 import pytest
-from rigs.cells.ros_face_situations import (
+from rigs.cells.ros_situations import (
     PATH,
     collecting,
     manual,

@@ -6,15 +6,29 @@ from collections.abc import Callable
 import pytest
 from rigs.cells.controller_interruptions import fall_silent, lose, press_emergency_stop, report
 from rigs.cells.program_cell import BODY_LINE, ProgramCell
+from rigs.data.large_programs import WorkingCell, large_text
+from rigs.peers.server_clients import Pendant
 
+from openpendant.server.events.events import ShutDown
+from openpendant.server.programs.language.parser import parse
+from openpendant.server.programs.language.program_json import program_to_json
 from openpendant.server.settings.cell_settings import ControllerPath
+from openpendant.server.store.documents import DocumentKind
 from openpendant.simplemsg import Status, TriState
 from openpendant.simplemsg.pendant import (
     Activity,
+    Enabling,
+    Home,
+    JogStep,
     MotionControlAction,
+    OperatingMode,
     OperatorAction,
     Outcome,
     ProgramState,
+    SetMode,
+    SetSpeed,
+    State,
+    Verdict,
 )
 from openpendant.simplemsg.verdicts import VerdictCode as V
 
@@ -128,3 +142,186 @@ def test_a_status_that_says_nothing_new_ends_nothing() -> None:
     cell._hear(ControllerPath.STATE, own)
     assert cell.until_outcomes() == [V.ACCEPTED]
     assert cell.reports()[0].line == BODY_LINE
+
+
+SHORT = program_to_json(parse(large_text(60, 60)))
+GOAL = (0.1, -1.5, 1.5, -1.5, -1.5, 0.0)
+
+
+@pytest.fixture
+def cell() -> WorkingCell:
+    cell = WorkingCell()
+    cell.store.save(DocumentKind.PROGRAM, "main", SHORT, expected_revision=0, author="test")
+    return cell
+
+
+@pytest.fixture
+def loading(cell: WorkingCell) -> WorkingCell:
+    assert cell.run() is None
+    assert len(cell.jobs) == 1
+    return cell
+
+
+def set_mode(cell: WorkingCell, mode: OperatingMode) -> V | None:
+    return cell.user.code(SetMode(cell.user._next(), mode))
+
+
+def stop_and_reset(cell: WorkingCell) -> None:
+    cell.pendant("passer-by").stop("a hand in the way")
+    cell.pass_time(100)
+    assert cell.user.reset() is V.ACCEPTED
+
+
+def change_mode_there_and_back(cell: WorkingCell) -> None:
+    assert set_mode(cell, OperatingMode.MANUAL_REDUCED) is V.ACCEPTED
+    assert set_mode(cell, OperatingMode.AUTOMATIC) is V.ACCEPTED
+
+
+def release_and_take(cell: WorkingCell) -> None:
+    assert cell.user.release() is V.ACCEPTED
+    assert cell.user.take() is V.ACCEPTED
+
+
+def program_stop(cell: WorkingCell) -> None:
+    assert cell.control(STOP) is V.ACCEPTED
+
+
+def override_of_0(cell: WorkingCell) -> None:
+    for override in (0.0, 1.0):
+        assert cell.user.code(SetSpeed(cell.user._next(), override, 0.0)) is V.ACCEPTED
+
+
+ENDS: dict[str, tuple[Callable[[WorkingCell], None], V]] = {
+    "software stop and its reset": (stop_and_reset, V.STOPPED),
+    "mode there and back": (change_mode_there_and_back, V.MODE_CHANGED),
+    "authority released and taken": (release_and_take, V.AUTHORITY_LOST),
+    "program stop": (program_stop, V.PROGRAM_STOPPED),
+    "ROS-I STOP": (lambda cell: cell.ros().stop(), V.STOPPED),  # type: ignore[dict-item]
+    "motion link": (lose(ControllerPath.MOTION), V.CONTROLLER_LOST),
+    "emergency stop": (press_emergency_stop, V.CONTROLLER_STOPPED),
+    "an emergency stop between two ticks": (
+        lambda cell: report(cell, e_stopped=TriState.TRUE),
+        V.CONTROLLER_STOPPED,
+    ),
+    "reports": (fall_silent, V.FEEDBACK_STALE),
+    "an override of 0": (override_of_0, V.OVERRIDE_ZERO),
+}
+
+
+@pytest.mark.parametrize("what", ENDS)
+def test_a_start_from_before_never_moves_the_robot_and_is_refused_at_once(
+    loading: WorkingCell, what: str
+) -> None:
+    request, stood = loading.user.last_request, loading.position
+    end, code = ENDS[what]
+    end(loading)
+    told = [each for number, each in loading.user.verdicts() if number == request]
+    assert told == [code], "before anything was loaded"
+    loading.pass_time(200)
+    loading.work()
+    loading.pass_time(3_000)
+    assert [each for number, each in loading.user.verdicts() if number == request] == [code]
+    assert (loading.position, loading.motions, loading.reports()) == (stood, [], [])
+    assert loading.core.cell.program is None
+    assert loading.run() is None
+    loading.work()
+    loading.pass_time(100)
+    assert loading.user.verdicts()[-1][1] is V.ACCEPTED
+
+
+def test_a_start_ends_with_the_connection_that_asked(loading: WorkingCell) -> None:
+    loading.user.close()
+    other = loading.pendant("other")
+    other.take()
+    loading.work()
+    loading.wait(2_000)
+    assert loading.motions == []
+    assert other.move(*GOAL) is V.ACCEPTED
+
+
+def test_a_start_ends_when_the_enabling_device_is_let_go(cell: WorkingCell) -> None:
+    set_mode(cell, OperatingMode.MANUAL_REDUCED)
+    for position in (0, 1):
+        cell.user.send(Enabling(position))
+    assert cell.run() is None
+    cell.user.send(Enabling(0))
+    cell.wait(10)
+    assert cell.user.verdicts()[-1][1] is V.ENABLING_LOST
+    cell.user.send(Enabling(1))
+    cell.work()
+    cell.pass_time(100)
+    assert cell.motions == []
+
+
+def home(user: Pendant) -> V | None:
+    return user.code(Home(user._next(), 0.5, "zero"))
+
+
+def step(user: Pendant) -> V | None:
+    return user.code(JogStep(user._next(), 0.5, 1, "", 6, (0.01,) + (0.0,) * 9))
+
+
+OTHERS: dict[str, Callable[[Pendant], V | None]] = {
+    "joint move": lambda user: user.move(*GOAL),
+    "path": lambda user: user.path(GOAL),
+    "home": home,
+}
+
+
+@pytest.mark.parametrize("kind", OTHERS)
+def test_no_other_motion_begins_beside_a_program_that_is_loaded(
+    loading: WorkingCell, kind: str
+) -> None:
+    assert OTHERS[kind](loading.user) is V.PROGRAM_RUNNING
+    told = loading.user.all(Verdict)[-1].text
+    assert "program 'main' is being loaded; accepted: another motion after a program stop" in told
+    assert loading.control(STOP) is V.ACCEPTED
+    assert OTHERS[kind](loading.user) is V.ACCEPTED
+
+
+def test_no_jog_begins_beside_a_program_that_is_loaded(cell: WorkingCell) -> None:
+    set_mode(cell, OperatingMode.MANUAL_REDUCED)
+    for position in (0, 1):
+        cell.user.send(Enabling(position))
+    cell.run()
+    assert step(cell.user) is V.PROGRAM_RUNNING
+    cell.control(STOP)
+    assert step(cell.user) is V.ACCEPTED
+
+
+@pytest.mark.parametrize("action", [PAUSE, RESUME])
+def test_nothing_is_paused_or_resumed_while_a_program_is_loaded_and_what_helps_is_told(
+    loading: WorkingCell, action: MotionControlAction
+) -> None:
+    assert loading.control(action) is V.NOTHING_TO_CONTROL
+    assert "accepted: program stop" in loading.user.all(Verdict)[-1].text
+
+
+def test_a_program_that_is_loaded_is_shown_as_planned_and_why_names_it(
+    loading: WorkingCell,
+) -> None:
+    watcher = loading.pendant("watcher", state_rate=100.0)
+    loading.wait(20)
+    state = watcher.all(State)[-1]
+    assert (state.activity, state.program_state) == (Activity.PLANNING, ProgramState.NONE)
+    (why,) = loading.send(loading.user, "why", kind="move")
+    assert why["broken"] == "program"
+    (shown,) = loading.send(loading.user, "snapshot")
+    assert (shown["activity"], shown["program"]) == ("planning", None)
+    loading.control(STOP)
+    loading.wait(20)
+    assert watcher.all(State)[-1].activity == Activity.IDLE
+
+
+def test_a_program_that_cannot_be_loaded_leaves_the_cell_free(loading: WorkingCell) -> None:
+    loading.control(STOP)
+    loading.work()
+    assert loading.run("missing") is V.NOT_FOUND
+    assert loading.core.cell.program is None
+    assert loading.user.move(*GOAL) is V.ACCEPTED
+
+
+def test_a_shut_down_refuses_what_is_loaded(loading: WorkingCell) -> None:
+    request = loading.user.last_request
+    loading.perform(loading.core.handle(ShutDown(), loading.now))
+    assert loading.user.verdicts()[-1] == (request, V.SHUTTING_DOWN)

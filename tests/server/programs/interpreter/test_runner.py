@@ -1,20 +1,41 @@
+"""Which moves are handed over together, so that zones join them."""
+
 from __future__ import annotations
 
 import pytest
+from hypothesis import given
+from hypothesis import strategies as st
 from rigs.cells.program_rig import ProgramRig
+from rigs.data.program_samples import linked
 
+from openpendant.server.programs.interpreter.motion_blocks import MOST_MOVES_IN_BLOCK
 from openpendant.server.programs.interpreter.run_events import (
+    Action,
+    Event,
+    EventRefused,
+    Failed,
     Finished,
+    InputValue,
     Passed,
     Pause,
+    QueryInput,
+    ReplaceBreakpoints,
+    RequestAborted,
     RequestDone,
+    RequestMotion,
     Resume,
+    ResumeMotion,
     RunReport,
     RunState,
     Start,
+    StepBack,
     StepForward,
     Stop,
+    StopMotion,
+    TimePassed,
+    WriteOutput,
 )
+from openpendant.server.programs.interpreter.runner import Runner
 from openpendant.server.programs.language.statements import MOST_PASSES, SpeedKind
 from openpendant.server.refusal import Refusal
 from openpendant.simplemsg.verdicts import VerdictCode as V
@@ -286,3 +307,158 @@ def test_the_call_stack_is_reported() -> None:
     rig.start()
     rig.after(0.0)
     assert rig.here == [("main", 1), ("x", 1)]
+
+
+START = "move PTP a\n"
+
+
+def first_block(statements: str, others: dict[str, str] | None = None) -> str:
+    rig = ProgramRig(START + statements, others)
+    rig.start()
+    return rig.done()[0]
+
+
+@pytest.mark.parametrize(
+    ("statements", "expected"),
+    [
+        ("move LIN b zone 5 mm\nmove LIN c", "move b:LIN~ c:LIN"),
+        ("move LIN b zone 5 mm\nmove CIRC c via a zone 5 mm\nmove LIN a", None),
+        ("move PTP b zone 5 deg\nmove PTP c zone 5 deg\nmove PTP a", "move b~ c~ a"),
+        ("move LIN b\nmove LIN c", "move b:LIN"),
+        ("move LIN b zone 5 mm\n# to c\nmove LIN c", "move b:LIN~ c:LIN"),
+        ("move LIN b zone 5 mm\nset output 1 on\nmove LIN c", "move b:LIN"),
+        ("move LIN b zone 5 mm\nwait 0 s\nmove LIN c", "move b:LIN"),
+        ("move LIN b zone 5 mm\nif input 1 on\nmove LIN c\nend", "move b:LIN"),
+        ("move LIN b zone 5 mm\nmove PTP c", "move b:LIN"),
+        ("move PTP b zone 5 deg\nmove LIN c", "move b"),
+        ("move LIN b zone 5 mm\nmove SPLINE c", "move b:LIN"),
+        ("move LIN b zone 5 mm", "move b:LIN"),
+        ("move LIN b dwell 1 s\nmove LIN c", "move b:LIN"),
+        ("move LIN b zone 5 mm\nmove LIN c dwell 1 s\nmove LIN a", "move b:LIN~ c:LIN"),
+        ("loop 2\nmove LIN b zone 5 mm\nmove LIN c zone 5 mm\nend\nmove LIN a", None),
+    ],
+)
+def test_zones_join_moves_of_one_space(statements: str, expected: str | None) -> None:
+    whole = {
+        "CIRC": "move b:LIN~ c:CIRC<a~ a:LIN",
+        "loop": "move b:LIN~ c:LIN~ b:LIN~ c:LIN~ a:LIN",
+    }
+    expected = expected or next(text for word, text in whole.items() if word in statements)
+    assert first_block(statements) == expected
+
+
+def test_a_block_goes_into_a_called_program_and_out_of_it() -> None:
+    called = {"x": "move LIN b zone 5 mm\nmove LIN c zone 5 mm"}
+    assert first_block("call x\nmove LIN a", called) == "move b:LIN~ c:LIN~ a:LIN"
+
+
+def test_an_endless_loop_is_handed_over_in_blocks() -> None:
+    rig = ProgramRig(START + "loop\nmove LIN b zone 5 mm\nmove LIN c zone 5 mm\nend")
+    rig.start()
+    for _ in range(3):
+        rig.done()
+        assert len(rig.block.moves) == MOST_MOVES_IN_BLOCK
+        assert rig.block.moves[-1].move.zone == 0.0
+
+
+def test_a_block_ends_before_a_breakpoint() -> None:
+    rig = ProgramRig(START + "move LIN b zone 5 mm\nmove LIN c zone 5 mm\nmove LIN a")
+    rig.break_at(("main", 3))
+    rig.start()
+    assert rig.done() == ["move b:LIN~ c:LIN"]
+
+
+def test_a_block_may_end_before_a_breakpoint_at_something_that_takes_no_time() -> None:
+    rig = ProgramRig(START + "move LIN b zone 5 mm\n# here\nmove LIN c")
+    rig.break_at(("main", 2))
+    rig.start()
+    assert rig.done() == ["move b:LIN"]
+
+
+def test_the_current_line_goes_on_within_a_block() -> None:
+    rig = ProgramRig(START + "move LIN b zone 5 mm\nmove LIN c zone 5 mm\nmove LIN a")
+    rig.start()
+    rig.done()
+    lines = [rig.here[0][1]]
+    for place in (0, 1, 0, 2):
+        rig.do(Passed(rig.request, place))
+        lines.append(rig.here[0][1])
+    assert lines == [1, 2, 3, 3, 3]
+
+
+def test_the_points_of_a_block_are_in_it() -> None:
+    rig = ProgramRig("move PTP a")
+    rig.start()
+    (move,) = rig.block.moves
+    assert (move.program, move.index, move.target.name) == ("main", 0, "a")
+
+
+PROGRAM = """move PTP a zone 5 deg
+move PTP b
+loop 2
+  set output 1 on
+  if input 2 on
+    move LIN c zone 5 mm
+    move LIN a dwell 0.1 s
+  else
+    wait 0.1 s
+  end
+  wait input 3 on timeout 0.2 s
+  call x
+end
+"""
+LINKED = linked(PROGRAM, {"x": "move LIN b\nread input 4 into ok\nif flag ok on\nmove PTP c\nend"})
+REQUESTS = st.integers(1, 12)
+LOST = Refusal(V.CONTROLLER_LOST)
+EVENTS: st.SearchStrategy[Event] = st.one_of(
+    st.builds(Start, st.integers(0, 13), st.one_of(st.none(), st.integers(1, 2)), st.booleans()),
+    st.sampled_from(
+        [Pause(), Resume(), StepForward(), StepBack(), Stop(), TimePassed(), TimePassed()]
+    ),
+    st.builds(RequestDone, REQUESTS),
+    st.builds(RequestDone, REQUESTS),
+    st.builds(InputValue, REQUESTS, st.booleans()),
+    st.builds(Passed, REQUESTS, st.integers(-1, 3)),
+    st.builds(RequestAborted, REQUESTS, st.just(LOST)),
+    st.just(ReplaceBreakpoints(frozenset({("main", 5), ("x", 0)}))),
+)
+UNDER_WAY = (RunState.RUNNING, RunState.PAUSED)
+WORK = (RequestMotion, ResumeMotion, WriteOutput, QueryInput)
+
+
+def requests_of(actions: list[Action]) -> list[int]:
+    kinds = (RequestMotion, WriteOutput, QueryInput)
+    return [action.request for action in actions if isinstance(action, kinds)]
+
+
+@given(st.lists(st.one_of(EVENTS, st.none()), max_size=60))
+def test_nothing_moves_but_by_a_start_or_the_answer_to_an_open_request(
+    events: list[Event | None],
+) -> None:
+    runner, now, open_request, highest = Runner(LINKED), 0, 0, 0
+    for event in events:
+        now += 50_000_000
+        # None stands for what a good robot answers.
+        event = event or RequestDone(open_request)
+        before = runner.status
+        actions = runner.handle(event, now)
+        fresh = requests_of(actions)
+        assert len(fresh) <= 1
+        for request in fresh:
+            assert request == highest + 1
+            open_request = highest = request
+        if any(isinstance(action, WORK) for action in actions):
+            assert isinstance(event, Start) or before.state in UNDER_WAY
+            assert runner.status.state is RunState.RUNNING
+        if before.state is RunState.PAUSED and fresh:
+            assert isinstance(event, Resume | StepForward | StepBack)
+        if isinstance(event, Stop):
+            assert runner.status.state not in UNDER_WAY
+            assert all(isinstance(action, StopMotion | RunReport) for action in actions)
+        if any(isinstance(action, Finished | Failed) for action in actions):
+            assert runner.status.state in (RunState.FINISHED, RunState.FAILED)
+        if any(isinstance(action, EventRefused) for action in actions):
+            assert runner.status == before
+        assert (actions[-1:] != [] and isinstance(actions[-1], RunReport)) == (
+            runner.status != before
+        )

@@ -1,17 +1,23 @@
 from __future__ import annotations
 
 import pytest
+from hypothesis import given
+from hypothesis import strategies as st
 from rigs.cells.program_rig import ProgramRig
 
 from openpendant.server.programs.interpreter.run_events import (
+    EventRefused,
+    Passed,
     Pause,
     PauseReason,
+    QueryInput,
     Resume,
     RunState,
     StepBack,
     StepForward,
     Stop,
 )
+from openpendant.simplemsg.verdicts import VerdictCode as V
 
 MOVES = "move PTP a\nmove LIN b zone 5 mm\nmove CIRC c via a\nmove SPLINE a via b c speed 20 mm/s"
 
@@ -260,3 +266,228 @@ def test_a_breakpoint_that_is_taken_away_pauses_nothing() -> None:
     rig.start()
     rig.break_at()
     assert rig.done() == ["output 2 on"]
+
+
+FOUR_MOVES = "move PTP a\nmove PTP b\nmove PTP c\nmove PTP a"
+JOINED = "move PTP a\nmove PTP b zone 1 deg\nmove PTP c zone 1 deg\nmove PTP a\nmove PTP b"
+
+
+def answer(rig: ProgramRig) -> list[str]:
+    return rig.value(True) if isinstance(rig.actions[-1], QueryInput) else rig.done()
+
+
+@pytest.mark.parametrize(
+    "statement",
+    [
+        "move PTP b",
+        "set output 1 on",
+        "attach part",
+        "read input 1 into ok",
+        "if input 1 on\nend",
+        "wait input 1 on",
+    ],
+)
+def test_a_step_that_ends_in_a_pause_is_a_step_that_is_done(statement: str) -> None:
+    rig = ProgramRig(f"wait 0 s\n{statement}\nset output 9 on")
+    rig.start(step=True)
+    rig.after(0.0)
+    rig.do(StepForward())
+    rig.do(Pause())
+    assert answer(rig) == []
+    assert rig.runner.status.state is RunState.PAUSED
+    assert rig.runner.status.pause is PauseReason.STEP
+    assert not rig.runner.is_stepping
+
+
+def test_a_step_back_that_ends_in_a_pause_is_a_step_that_is_done() -> None:
+    rig = ProgramRig(FOUR_MOVES)
+    rig.start(step=True)
+    rig.done()
+    rig.do(StepForward())
+    rig.done()
+    rig.do(StepBack())
+    rig.do(Pause())
+    assert rig.done() == []
+    assert rig.runner.status.pause is PauseReason.STEP
+    assert not rig.runner.is_stepping
+    assert rig.here == [("main", 1)]
+
+
+def test_a_pause_of_a_whole_run_that_ends_its_move_stays_a_pause() -> None:
+    rig = ProgramRig(FOUR_MOVES)
+    rig.start()
+    rig.do(Pause())
+    rig.done()
+    assert rig.runner.status.pause is PauseReason.REQUEST
+
+
+def test_a_step_to_the_end_that_was_paused_ends_the_run_when_it_goes_on() -> None:
+    rig = ProgramRig("set output 1 on")
+    rig.start(step=True)
+    rig.do(Pause())
+    assert rig.done() == []
+    assert rig.runner.is_stepping
+    assert rig.do(StepForward()) == ["finished"]
+
+
+@pytest.mark.parametrize("event", [Resume(), StepForward(), StepBack()])
+def test_a_run_steps_from_the_request_to_the_end_of_the_step(
+    event: Resume | StepForward | StepBack,
+) -> None:
+    rig = ProgramRig(FOUR_MOVES)
+    seen = [rig.runner.is_stepping]
+    rig.start(step=True)
+    rig.done()
+    for each in (StepForward(), event):
+        rig.do(each)
+        seen.append(rig.runner.is_stepping)
+        if each is not event:
+            rig.done()
+            seen.append(rig.runner.is_stepping)
+    assert seen == [False, True, False, not isinstance(event, Resume)]
+
+
+def test_a_step_that_a_breakpoint_ends_is_over() -> None:
+    rig = ProgramRig("# nothing\n# here\nset output 1 on")
+    rig.break_at(("main", 1))
+    rig.start(step=True)
+    assert rig.runner.status.pause is PauseReason.BREAKPOINT
+    assert not rig.runner.is_stepping
+
+
+@pytest.mark.parametrize(("passed", "left"), [(0, 3), (1, 2)])
+def test_a_step_out_of_the_middle_of_joined_moves_is_refused_and_changes_nothing(
+    passed: int, left: int
+) -> None:
+    rig = ProgramRig(JOINED)
+    rig.start()
+    assert rig.done() == ["move b~ c~ a"]
+    for place in range(passed):
+        rig.do(Passed(rig.request, place))
+    rig.do(Pause())
+    before = rig.runner.status
+    assert rig.do(StepForward()) == ["refused STEP_FORWARD_REFUSED"]
+    refused = rig.actions[-1]
+    assert isinstance(refused, EventRefused)
+    assert (refused.refusal.value, refused.refusal.limit) == (left, 1)
+    assert "accepted: resume, or a program stop" in refused.refusal.text
+    assert rig.runner.status == before
+    assert not rig.runner.is_stepping
+    assert rig.do(Resume()) == ["resume motion"]
+    assert rig.done() == ["move b"]
+
+
+def test_a_step_out_of_the_last_of_joined_moves_ends_that_one() -> None:
+    rig = ProgramRig(JOINED)
+    rig.start()
+    rig.done()
+    for place in (0, 1):
+        rig.do(Passed(rig.request, place))
+    rig.do(Pause())
+    assert rig.do(StepForward()) == ["resume motion"]
+    assert rig.done() == []
+    assert rig.runner.status.pause is PauseReason.STEP
+
+
+@pytest.mark.parametrize(
+    ("passed", "accepted"), [((), "accepted: resume, or"), ((0, 1), "accepted: step forward")]
+)
+def test_a_step_back_inside_of_joined_moves_is_refused_with_what_is_accepted_there(
+    passed: tuple[int, ...], accepted: str
+) -> None:
+    rig = ProgramRig(JOINED)
+    rig.start()
+    rig.done()
+    for place in passed:
+        rig.do(Passed(rig.request, place))
+    rig.do(Pause())
+    rig.do(StepBack())
+    refused = rig.actions[-1]
+    assert isinstance(refused, EventRefused)
+    assert refused.refusal.code is V.STEP_BACK_REFUSED
+    assert accepted in refused.refusal.text
+
+
+REFUSED = ["refused STEP_BACK_REFUSED"]
+EFFECTS = ("set output 2 on", "attach part", "detach part")
+KINDS_OF_MOVE = ("move PTP a", "move PTP b", "move LIN c")
+
+
+def stepped(statements: str) -> ProgramRig:
+    rig = ProgramRig(statements + "\nwait 1 s\nwait 1 s")
+    rig.start(step=True)
+    for _ in statements.splitlines()[1:]:
+        answer_it(rig)
+        rig.do(StepForward())
+    answer_it(rig)
+    return rig
+
+
+def answer_it(rig: ProgramRig) -> None:
+    if isinstance(rig.actions[-1], QueryInput):
+        rig.value(True)
+    else:
+        rig.done()
+
+
+def stepped_back(rig: ProgramRig) -> list[str]:
+    log: list[str] = []
+    while not log or log[-1] != REFUSED[0]:
+        log += rig.do(StepBack())
+        rig.done()
+    return log
+
+
+@pytest.mark.parametrize(
+    ("statements", "log"),
+    [
+        ("move PTP a\nmove PTP b\nset output 2 on\nmove PTP a", ["move b"]),
+        ("move PTP a\nmove PTP b\nattach part\nmove LIN c\nmove PTP a", ["move c", "move b:LIN"]),
+        ("move PTP a\nset output 1 on\nset output 2 on\nmove PTP b", ["move a"]),
+        ("move PTP a\nmove PTP b\nset output 2 on", []),
+        ("set output 1 on\nmove PTP a\nmove PTP b", ["move a"]),
+        ("move PTP a\nread input 1 into x\nmove PTP b\nmove PTP c", ["move b", "move a"]),
+    ],
+)
+def test_steps_back_lead_as_far_as_the_last_effect(statements: str, log: list[str]) -> None:
+    assert stepped_back(stepped(statements)) == [*log, *REFUSED]
+
+
+def test_what_was_refused_to_go_back_over_is_not_done_again_on_the_way_forward() -> None:
+    rig = stepped("move PTP a\nmove PTP b\nset output 2 on\nmove PTP a")
+    assert stepped_back(rig) == ["move b", *REFUSED]
+    assert rig.do(StepForward()) == ["move a"]
+    rig.done()
+    assert stepped_back(rig) == ["move b", *REFUSED]
+
+
+def test_the_refusal_names_what_is_not_undone() -> None:
+    rig = stepped("move PTP a\nmove PTP b\nset output 2 on\nmove PTP a")
+    stepped_back(rig)
+    refused = rig.actions[-1]
+    assert isinstance(refused, EventRefused)
+    assert "'set output 2 on'" in refused.refusal.text
+
+
+@given(st.lists(st.sampled_from([*KINDS_OF_MOVE, *EFFECTS]), min_size=1, max_size=12), st.data())
+def test_a_step_back_is_refused_exactly_where_an_effect_lies_on_it(
+    statements: list[str], data: st.DataObject
+) -> None:
+    rig = ProgramRig("\n".join(statements) + "\nwait 1 s\nwait 1 s")
+    rig.start(step=True)
+    rig.done()
+    behind = [statements[0]]  # what lies between the start and the place where the robot stands
+    for _ in range(data.draw(st.integers(0, 30))):
+        forward = data.draw(st.booleans())
+        if forward and len(behind) < len(statements):
+            rig.do(StepForward())
+            rig.done()
+            behind.append(statements[len(behind)])
+        elif not forward:
+            before_last = [each for each in behind[:-1] if each in KINDS_OF_MOVE]
+            possible = behind[-1] in KINDS_OF_MOVE and bool(before_last)
+            assert (rig.do(StepBack()) != REFUSED) == possible
+            if possible:
+                rig.done()
+                behind.pop()
+        assert rig.runner.status.state is RunState.PAUSED

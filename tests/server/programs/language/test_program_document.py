@@ -1,13 +1,28 @@
+"""Programs come back from text and JSON exactly as they were; what is no program is refused."""
+
 from __future__ import annotations
 
 import json
 from collections.abc import Callable
+from dataclasses import replace
 from typing import Any
 
 import pytest
-from rigs.data.program_samples import program
+from hypothesis import given, settings
+from rigs.data.example_counts import examples
+from rigs.data.program_samples import HEAD, program, programs
 
-from openpendant.server.programs.language.program import Program
+from openpendant.server.programs.language.lexer import LONGEST_LINE, LONGEST_NUMBER
+from openpendant.server.programs.language.parser import parse, parse_source
+from openpendant.server.programs.language.points import (
+    MOST_JOINTS,
+    MOST_TURNS,
+    ArmConfiguration,
+    PointPose,
+    TeachPoint,
+)
+from openpendant.server.programs.language.printer import print_program, statement_lines
+from openpendant.server.programs.language.program import DEEPEST_NESTING, Program
 from openpendant.server.programs.language.program_errors import ProgramError, ProgramTooLarge
 from openpendant.server.programs.language.program_json import (
     MOST_JSON_BYTES,
@@ -16,6 +31,18 @@ from openpendant.server.programs.language.program_json import (
     program_to_json,
     source_of,
 )
+from openpendant.server.programs.language.statements import (
+    MOST_VIAS,
+    Comment,
+    End,
+    Loop,
+    Move,
+    Speed,
+    SpeedKind,
+    Way,
+)
+from openpendant.server.programs.language.words import LONGEST_COMMENT
+from openpendant.server.store.documents import LONGEST_NAME
 from openpendant.simplemsg.verdicts import VerdictCode as V
 
 
@@ -125,3 +152,116 @@ def test_what_is_no_json_is_refused_as_what_is_no_program(body: str | bytes) -> 
     with pytest.raises(ProgramError) as caught:
         program_from_source(body)
     assert caught.value.refusal.code is V.PROGRAM_SYNTAX
+
+
+@settings(max_examples=examples(20, in_soak=5_000))
+@given(programs())
+def test_every_program_comes_back_from_its_text(program: Program) -> None:
+    text = print_program(program)
+    source = parse_source(text)
+    assert source.program == program
+    assert source.statement_lines == statement_lines(program)
+    assert print_program(source.program) == text
+
+
+@settings(max_examples=examples(20, in_soak=5_000))
+@given(programs())
+def test_every_program_comes_back_from_its_json(program: Program) -> None:
+    assert program_from_json(program_to_json(program)) == program
+
+
+def test_the_layout_is_canonical() -> None:
+    text = (
+        HEAD
+        + """point "d e" joints 1 0 0 0 0 0.5 rad pose 1 2 3 mm quat 0 0 0 1
+  # go
+  loop 3 # thrice
+move  LIN a speed 0.25 m/s zone 1 mm
+if flag ok on
+wait 500 ms
+  else
+set output 1 off
+end
+end"""
+    )
+    printed = print_program(parse(text))
+    assert (
+        printed.partition('point "d e"')[2]
+        == """
+  joints 57.29577951308232 0 0 0 0 28.64788975654116 deg
+  pose 1 2 3 mm quat 0 0 0 1 frame base tool flange
+
+# go
+loop 3  # thrice
+  move LIN a speed 250 mm/s zone 1 mm
+  if flag ok on
+    wait 0.5 s
+  else
+    set output 1 off
+  end
+end
+"""
+    )
+
+
+def test_a_text_that_could_not_be_read_back_is_not_printed() -> None:
+    comment = Comment(comment="ß" * 200)
+    with pytest.raises(ProgramTooLarge, match="bytes in the text of long; accepted: up to 1048576"):
+        print_program(Program("long", "ur5", statements=(comment,) * 3_000))
+
+
+LONG_NUMBER = 123456.78901234567
+LONG_DIGITS = 0.00012345678901234567
+
+
+def name(letter: str, number: int = 0) -> str:
+    """The longest name, in quotation marks as it has a space."""
+    return f"{number:3d}".replace(" ", "x") + " " + letter * (LONGEST_NAME - 4)
+
+
+def deep(statement: Move, *points: TeachPoint) -> Program:
+    """A program with a statement as far inside as it may be."""
+    opened, closed = (Loop(),) * DEEPEST_NESTING, (End(),) * DEEPEST_NESTING
+    return replace(program(""), points=points, statements=(*opened, statement, *closed))
+
+
+def spline(letter: str) -> Program:
+    points = [TeachPoint(name(letter, n), (0.0,) * 6) for n in range(MOST_VIAS + 1)]
+    names = [point.name for point in points]
+    speed = Speed(SpeedKind.TOOL, LONG_DIGITS)
+    comment = letter * LONGEST_COMMENT
+    vias = tuple(names[1:])
+    move = Move(Way.SPLINE, names[0], vias, speed, dwell=LONG_DIGITS, comment=comment)
+    return deep(move, *points)
+
+
+def point(letter: str) -> Program:
+    rotation = (0.5000000000000001, 0.49999999999999994, 0.5000000000000001, 0.4999999999999999)
+    pose = PointPose((LONG_NUMBER,) * 3, rotation, name(letter, 1), name(letter, 2))
+    arm = ArmConfiguration("front", "down", "no-flip", (-MOST_TURNS,) * MOST_JOINTS)
+    axes = tuple(range(0, MOST_JOINTS, 2))
+    numbers = (LONG_DIGITS, LONG_NUMBER) * (MOST_JOINTS // 2)
+    found = TeachPoint(name(letter), numbers, pose, arm, letter * LONGEST_COMMENT)
+    whole = replace(program(""), points=(found,), linear_axes=axes)
+    return replace(whole, tool=name(letter, 3), frame=name(letter, 4))
+
+
+def characters(found: Program) -> int:
+    return max(map(len, print_program(found).split("\n")))
+
+
+@pytest.mark.parametrize("letter", ["x", "ß", "点", "𝄞"])
+@pytest.mark.parametrize("longest", [spline, point])
+def test_the_longest_lines_of_a_program_read_back(
+    longest: Callable[[str], Program], letter: str
+) -> None:
+    found = longest(letter)
+    assert parse(print_program(found)) == found
+
+
+def test_no_statement_has_a_line_that_the_parser_refuses() -> None:
+    """The move through the most points, were all its numbers as long as any may be."""
+    names = (MOST_VIAS + 1) * (LONGEST_NAME + 3)
+    numbers = 3 * (LONGEST_NUMBER + len(" speed  mm/s"))
+    words = len("move SPLINE via ") + 2 * DEEPEST_NESTING + LONGEST_COMMENT + len("  # ")
+    assert characters(spline("x")) <= names + numbers + words <= LONGEST_LINE
