@@ -19,9 +19,13 @@ def jobs(rig: ServerRig) -> list[RosPathJob]:
     return [job for job in jobs_in(item for _, item in rig.log) if isinstance(job, RosPathJob)]
 
 
+def idle(*, plans_at_once: bool = True, **settings: object) -> tuple[ServerRig, RosClient]:
+    rig = ready(plans_at_once=plans_at_once, **settings)
+    return rig, rig.ros()
+
+
 def moving() -> tuple[ServerRig, RosClient]:
-    rig = ready()
-    client = rig.ros()
+    rig, client = idle()
     client.trajectory(*PATH)
     rig.wait(400)
     assert rig.activity() is Activity.MOVING
@@ -58,15 +62,13 @@ def e_stopped(rig: ServerRig) -> None:
 
 
 def collecting() -> tuple[ServerRig, RosClient]:
-    rig = ready()
-    client = rig.ros()
+    rig, client = idle()
     client.trajectory(*PATH)
     return rig, client
 
 
 def planning() -> tuple[ServerRig, RosClient]:
-    rig = ready(plans_at_once=False)
-    client = rig.ros()
+    rig, client = idle(plans_at_once=False)
     client.trajectory(*PATH)
     rig.wait(160)
     assert rig.activity() is Activity.PLANNING
@@ -80,8 +82,3 @@ def superseding() -> tuple[ServerRig, RosClient]:
     rig.wait(160)
     assert rig.activity() is Activity.STOPPING
     return rig, client
-
-
-def idle() -> tuple[ServerRig, RosClient]:
-    rig = ready()
-    return rig, rig.ros()

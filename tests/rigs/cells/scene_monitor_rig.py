@@ -1,4 +1,4 @@
-"""A robot on its way whose scene changes, the monitor of its scene, and the hands of who moves it."""
+"""A robot on its way whose scene changes, the monitor of that scene, and a pendant's hands."""
 
 from __future__ import annotations
 

@@ -71,8 +71,7 @@ def test_a_move_whose_way_is_surely_free_begins_on_the_spot(
     assert cell.operator.move(*goal) is V.ACCEPTED
     assert cell.core.cell.activity is Activity.MOVING
     cell.let_finish()
-    assert cell.jobs == []
-    assert cell.operator.outcomes()[-1][1] is V.ACCEPTED
+    assert (cell.jobs, cell.operator.outcomes()[-1][1]) == ([], V.ACCEPTED)
     assert cell.position == pytest.approx(goal, abs=1e-3)
 
 

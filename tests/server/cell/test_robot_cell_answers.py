@@ -9,6 +9,7 @@ from rigs.cells.robot_cell_situations import (
     codes,
     emergency_stop,
     error,
+    in_control,
     in_idle,
     in_motion,
     in_planning,
@@ -64,8 +65,7 @@ FAULT_CODES = {
 def test_promise_6_a_faulty_answer_ends_the_motion_with_a_stop_and_no_further_point(
     fault: Fault, place: str
 ) -> None:
-    rig = ready()
-    pendant = rig.holder()
+    rig, pendant = in_control()
     count = 101  # samples of this move
     index = {"first": 0, "middle": 50, "last": count - 1}[place]
     rig.controller.faults = {index: fault}
@@ -87,8 +87,7 @@ def test_promise_6_a_faulty_answer_ends_the_motion_with_a_stop_and_no_further_po
 def test_promise_6_silence_ends_the_motion_500_ms_after_the_point_left(
     fault: Fault, index: int
 ) -> None:
-    rig = ready()
-    pendant = rig.holder()
+    rig, pendant = in_control()
     rig.controller.faults = {index: fault}
     pendant.move(*GOAL)
     rig.wait(1_500)
@@ -109,8 +108,7 @@ def test_promise_6_silence_ends_the_motion_500_ms_after_the_point_left(
 def test_an_answer_nobody_asked_for_counts_only_while_points_are_at_stake(
     phase: Callable[[ServerRig, Pendant], None], received: Received, code: V | None
 ) -> None:
-    rig = ready()
-    pendant = rig.holder()
+    rig, pendant = in_control()
     phase(rig, pendant)
     settled = len(codes(pendant))
     rig.hear(ControllerPath.MOTION, received)
@@ -123,8 +121,7 @@ def test_an_answer_nobody_asked_for_counts_only_while_points_are_at_stake(
 def test_promise_5_a_lost_link_aborts_at_once(
     phase: Callable[[ServerRig, Pendant], None], path: ControllerPath
 ) -> None:
-    rig = ready()
-    pendant = rig.holder()
+    rig, pendant = in_control()
     phase(rig, pendant)
     out = rig.path(path, False)
     assert isinstance(out[0], SendStop)
@@ -148,8 +145,7 @@ def test_promise_5_nothing_resumes_when_the_link_is_back() -> None:
 
 
 def test_an_answer_that_comes_after_the_stop_is_not_taken_for_the_next_motions() -> None:
-    rig = ready()
-    pendant = rig.holder()
+    rig, pendant = in_control()
     rig.controller.faults = {0: Fault.SILENT}
     pendant.move(*GOAL)
     rig.controller.faults.clear()
@@ -174,8 +170,7 @@ def test_a_request_of_the_controller_is_answered_where_it_came_from(
 ) -> None:
     (answer,) = ready().core.handle(ControllerReport(path, request_, 0), 0)
     assert isinstance(answer, AnswerController)
-    assert answer.path is path
-    assert answer.message.reply_code == code
+    assert (answer.path, answer.message.reply_code) == (path, code)
 
 
 def _is_point(item: Effect, index: int) -> bool:
@@ -208,8 +203,7 @@ def test_the_controllers_own_stop_aborts_within_a_tick(
     spoil: Callable[[ServerRig, Pendant], None],
     code: V,
 ) -> None:
-    rig = ready()
-    pendant = rig.holder()
+    rig, pendant = in_control()
     phase(rig, pendant)
     rig.controller.reports = True
     spoil(rig, pendant)
@@ -221,8 +215,7 @@ def test_the_controllers_own_stop_aborts_within_a_tick(
 def test_a_change_of_the_controllers_mode_stops(
     phase: Callable[[ServerRig, Pendant], None],
 ) -> None:
-    rig = ready()
-    pendant = rig.holder()
+    rig, pendant = in_control()
     phase(rig, pendant)
     pendant.got.clear()
     rig.controller.mode = ControllerMode.MANUAL
@@ -233,8 +226,7 @@ def test_a_change_of_the_controllers_mode_stops(
 
 
 def test_an_error_that_the_controller_showed_before_ends_no_motion_until_it_comes_back() -> None:
-    rig = ready()
-    pendant = rig.holder()
+    rig, pendant = in_control()
     status = rig.controller.status(rig.now)
     status.in_error, status.error_code = TriState.TRUE, 7
     rig.hear(ControllerPath.STATE, status)

@@ -4,11 +4,13 @@ import math
 from collections.abc import Callable
 
 import pytest
+from rigs.cells.refusals import refusal_from
 from rigs.cells.robot_cell_situations import (
     GOAL,
     codes,
     emergency_stop,
     error,
+    in_control,
     moving,
     no_power,
     stale,
@@ -27,26 +29,21 @@ from openpendant.simplemsg.verdicts import VerdictCode as V
 
 
 def test_a_joint_move_is_accepted_and_completed() -> None:
-    rig = ready()
-    pendant = rig.holder()
+    rig, pendant = in_control()
     assert pendant.move(*GOAL) is V.ACCEPTED
     rig.wait(3_000)
     assert codes(pendant) == [V.ACCEPTED]
-    assert rig.controller.position == GOAL
-    assert rig.stops == []
-    assert rig.activity() is Activity.IDLE
+    assert (rig.controller.position, rig.stops, rig.activity()) == (GOAL, [], Activity.IDLE)
 
 
 def test_the_first_point_leaves_on_the_call_stack_of_the_request() -> None:
-    rig = ready()
-    pendant = rig.holder()
+    rig, pendant = in_control()
     pendant.move(*GOAL)
     assert rig.points[0].sequence == 0
 
 
 def test_a_planned_path_is_accepted_when_its_plan_is_there() -> None:
-    rig = ready(plans_at_once=False)
-    pendant = rig.holder()
+    rig, pendant = in_control(plans_at_once=False)
     assert pendant.path((0.1, 0.1), GOAL) is None
     assert rig.activity() is Activity.PLANNING
     pendant.got.clear()
@@ -121,8 +118,7 @@ def lease_run_out(rig: ServerRig, pendant: Pendant) -> None:
 def test_no_motion_starts_where_a_condition_is_missing(
     spoil: Callable[[ServerRig, Pendant], None], code: V
 ) -> None:
-    rig = ready()
-    pendant = rig.holder()
+    rig, pendant = in_control()
     spoil(rig, pendant)
     before = len(rig.points)
     assert pendant.move(*GOAL) is code
@@ -132,8 +128,7 @@ def test_no_motion_starts_where_a_condition_is_missing(
 
 @pytest.mark.parametrize(("age_ns", "code"), [(0, V.ACCEPTED), (1, V.FEEDBACK_STALE)])
 def test_a_motion_starts_from_a_report_of_100_ms_and_no_older(age_ns: int, code: V) -> None:
-    rig = ready(watchdog={"deadline": 1.0})
-    pendant = rig.holder()
+    rig, pendant = in_control(watchdog={"deadline": 1.0})
     rig.now += 100 * MS + age_ns
     assert pendant.move(*GOAL) is code
 
@@ -147,8 +142,7 @@ def test_a_controller_that_never_reported_is_not_moved() -> None:
 
 
 def test_a_second_request_while_planning_is_refused() -> None:
-    rig = ready(plans_at_once=False)
-    pendant = rig.holder()
+    _, pendant = in_control(plans_at_once=False)
     pendant.path((0.1, 0.1), GOAL)
     assert pendant.move(*GOAL) is V.PLANNING
 
@@ -156,8 +150,7 @@ def test_a_second_request_while_planning_is_refused() -> None:
 @pytest.mark.parametrize("joint", [0, 1])
 @pytest.mark.parametrize("side", ["lower", "upper"])
 def test_a_limit_that_was_rounded_to_4_bytes_is_taken_as_the_limit(joint: int, side: str) -> None:
-    rig = ready()
-    pendant = rig.holder()
+    _, pendant = in_control()
     limit = float(getattr(LIMITS, side)[joint])
     goal = [0.0, 0.0]
     goal[joint] = math.copysign(float32_ceiling(abs(limit)), limit)
@@ -165,8 +158,7 @@ def test_a_limit_that_was_rounded_to_4_bytes_is_taken_as_the_limit(joint: int, s
 
 
 def test_a_target_beyond_a_limit_is_refused_with_joint_value_and_limit() -> None:
-    rig = ready()
-    pendant = rig.holder()
+    rig, pendant = in_control()
     assert pendant.move(0.0, 2.0000005) is V.OUT_OF_RANGE
     verdict = pendant.all(Verdict)[-1]
     assert (verdict.joint, verdict.limit) == (1, 2.0)
@@ -185,8 +177,7 @@ def standing(position: tuple[float, float], **modes: str) -> ServerRig:
 def test_each_end_of_each_joints_range_is_looked_at(position: tuple[float, float]) -> None:
     rig = standing(position)
     assert rig.holder().move(0.0, 0.0) is V.OUTSIDE_LIMITS
-    refusal = outside_limits(rig.core.cell)
-    assert refusal is not None
+    refusal = refusal_from(outside_limits(rig.core.cell))
     joint = 0 if position[0] else 1
     assert (refusal.joint, refusal.limit) == (joint, 2.0 if position[joint] > 0 else -2.0)
 
@@ -205,19 +196,16 @@ def test_where_a_controllers_own_selector_rules_only_a_jog_leads_out() -> None:
 
 
 def test_a_plan_that_is_refused_moves_nothing() -> None:
-    rig = ready(plans_at_once=False)
-    pendant = rig.holder()
+    rig, pendant = in_control(plans_at_once=False)
     pendant.path((0.1, 0.1), GOAL)
     pendant.got.clear()
     rig.plan(Refusal(V.PLANNER_FAILED))
     assert pendant.verdicts() == [(pendant.last_request, V.PLANNER_FAILED)]
-    assert rig.activity() is Activity.IDLE
-    assert rig.points == []
+    assert (rig.activity(), rig.points) == (Activity.IDLE, [])
 
 
 def test_a_plan_is_worth_nothing_once_the_robot_stands_elsewhere() -> None:
-    rig = ready(plans_at_once=False)
-    pendant = rig.holder()
+    rig, pendant = in_control(plans_at_once=False)
     pendant.path((0.1, 0.1), GOAL)
     rig.controller.position = (0.02, 0.0)
     rig.wait(20)
@@ -230,18 +218,15 @@ def test_a_plan_is_worth_nothing_once_the_robot_stands_elsewhere() -> None:
 def test_a_plan_is_worth_nothing_once_a_condition_is_missing(
     spoil: Callable[[ServerRig, Pendant], None],
 ) -> None:
-    rig = ready(plans_at_once=False)
-    pendant = rig.holder()
+    rig, pendant = in_control(plans_at_once=False)
     pendant.path((0.1, 0.1), GOAL)
     spoil(rig, pendant)
     rig.plan()
-    assert rig.points == []
-    assert rig.activity() is Activity.IDLE
+    assert (rig.points, rig.activity()) == ([], Activity.IDLE)
 
 
 def test_a_plan_that_comes_twice_starts_one_motion() -> None:
-    rig = ready(plans_at_once=False)
-    pendant = rig.holder()
+    rig, pendant = in_control(plans_at_once=False)
     pendant.path((0.1, 0.1), GOAL)
     job = rig.jobs[0]
     planned = rig.plan_of(job)
@@ -250,8 +235,7 @@ def test_a_plan_that_comes_twice_starts_one_motion() -> None:
 
 
 def test_an_answer_that_holds_the_plan_of_another_job_moves_nothing() -> None:
-    rig = ready(plans_at_once=False)
-    pendant = rig.holder()
+    rig, pendant = in_control(plans_at_once=False)
     pendant.path((0.1, 0.1), GOAL)
     pendant.release()
     pendant.take()
@@ -262,8 +246,7 @@ def test_an_answer_that_holds_the_plan_of_another_job_moves_nothing() -> None:
 
 
 def test_the_plan_of_a_refused_request_does_not_serve_the_next() -> None:
-    rig = ready(plans_at_once=False)
-    pendant = rig.holder()
+    rig, pendant = in_control(plans_at_once=False)
     pendant.path((0.1, 0.1), GOAL)
     pendant.release()
     pendant.take()
@@ -274,8 +257,7 @@ def test_the_plan_of_a_refused_request_does_not_serve_the_next() -> None:
 
 
 def test_a_lease_that_runs_out_in_motion_aborts_it_at_that_tick() -> None:
-    rig = ready()
-    pendant = rig.holder()
+    rig, pendant = in_control()
     pendant.move(*GOAL, speed=0.1)
     began = rig.now
     rig.wait(2_990)
@@ -286,8 +268,7 @@ def test_a_lease_that_runs_out_in_motion_aborts_it_at_that_tick() -> None:
 
 
 def test_a_lease_that_runs_out_while_planning_refuses_the_request() -> None:
-    rig = ready(plans_at_once=False)
-    pendant = rig.holder()
+    rig, pendant = in_control(plans_at_once=False)
     pendant.path((0.1, 0.1), GOAL)
     pendant.got.clear()
     rig.wait(3_000)

@@ -6,7 +6,9 @@ import pytest
 from rigs.cells.emulated_cell import EmulatedCell
 from rigs.cells.robot_cell_situations import (
     GOAL,
+    at_a_pad,
     codes,
+    in_control,
     in_idle,
     in_motion,
     in_planning,
@@ -69,8 +71,7 @@ def test_a_motion_link_that_does_not_answer_a_stop_for_two_seconds_is_dropped() 
 def test_after_a_stop_no_point_leaves_until_somebody_asks_again(
     phase: Callable[[ServerRig, Pendant], None],
 ) -> None:
-    rig = ready()
-    pendant = rig.holder()
+    rig, pendant = in_control()
     phase(rig, pendant)
     pendant.stop()
     before = len(rig.points)
@@ -88,8 +89,7 @@ def test_after_a_stop_no_point_leaves_until_somebody_asks_again(
 
 
 def test_a_stop_while_planning_refuses_the_request_and_drops_the_late_plan() -> None:
-    rig = ready(plans_at_once=False)
-    pendant = rig.holder()
+    rig, pendant = in_control(plans_at_once=False)
     pendant.path((0.1, 0.1), GOAL)
     planned = pendant.last_request
     pendant.got.clear()
@@ -152,8 +152,7 @@ def test_stopping_ends_5_s_after_the_reports_ended_because_nobody_can_see_it_sta
     keep_beating(rig, pendant, 5_000)
     assert rig.activity() is Activity.STOPPING
     rig.wait(10)
-    assert rig.activity() is Activity.IDLE
-    assert rig.now == began + 5_010 * MS
+    assert (rig.activity(), rig.now) == (Activity.IDLE, began + 5_010 * MS)
     assert pendant.move(*GOAL) is V.CONTROLLER_DOWN
 
 
@@ -168,8 +167,7 @@ def test_shutting_down_stops_the_robot_and_aborts_the_motion() -> None:
 
 
 def test_a_stop_is_not_reset_while_somebody_else_moves_the_robot() -> None:
-    rig = ready()
-    pendant = rig.holder()
+    rig, pendant = in_control()
     pendant.stop()
     rig.wait(200)
     assert not rig.core.cell.is_busy
@@ -182,8 +180,7 @@ def test_a_stop_is_not_reset_while_somebody_else_moves_the_robot() -> None:
 
 
 def test_an_enabling_device_that_was_pressed_before_the_reset_does_not_enable_after_it() -> None:
-    rig = ready(modes={"initial": "manual_reduced"})
-    pad = JogPad(rig)
+    _, pad = at_a_pad(modes={"initial": "manual_reduced"})
     pad.pendant.stop()
     pad.let_go()
     pad.squeeze()

@@ -6,6 +6,7 @@ from collections.abc import Callable
 from typing import Any
 
 import pytest
+from rigs.cells.robot_cell_situations import at_a_pad, enabled
 from rigs.cells.server_rig import MS, ServerRig, ready
 from rigs.motion.jog_pad import JogPad
 
@@ -31,8 +32,7 @@ from openpendant.simplemsg.verdicts import VerdictCode as V
 
 
 def moving(**settings: Any) -> tuple[ServerRig, JogPad]:
-    rig = ready(**settings)
-    pad = JogPad(rig)
+    rig, pad = at_a_pad(**settings)
     assert pad.pendant.move(1.0, 0.5, speed=0.5) is V.ACCEPTED
     pad.hold(300)
     return rig, pad
@@ -115,9 +115,7 @@ def test_a_reset_from_before_the_stop_does_not_count() -> None:
 
 @pytest.mark.parametrize("mode", ["automatic", "manual_reduced", "manual_high", "recovery"])
 def test_promise_19_a_reset_moves_nothing_and_sends_nothing(mode: str) -> None:
-    rig = ready(modes={"initial": mode})
-    pad = JogPad(rig)
-    pad.squeeze()
+    rig, pad = enabled(mode)
     if mode == "automatic":
         pad.pendant.move(1.0, 0.5)
     else:
@@ -135,9 +133,7 @@ def test_promise_19_a_reset_moves_nothing_and_sends_nothing(mode: str) -> None:
 
 
 def test_after_a_reset_the_enabling_device_must_be_pressed_anew() -> None:
-    rig = ready(modes={"initial": "manual_reduced"})
-    pad = JogPad(rig)
-    pad.squeeze()
+    _, pad = enabled()
     pad.press(1.0, 0.0)
     pad.hold(200)
     pad.pendant.stop()
@@ -227,8 +223,7 @@ def test_promise_26_a_short_delay_stops_nothing() -> None:
     rig, _ = moving()
     freeze(rig, 80)
     rig.wait(10)
-    assert rig.core.cell.stop is None
-    assert rig.activity() is Activity.MOVING
+    assert (rig.core.cell.stop, rig.activity()) == (None, Activity.MOVING)
 
 
 def test_promise_26_no_set_point_leaves_for_the_time_that_was_lost() -> None:
@@ -309,16 +304,14 @@ def test_promise_26_whom_the_watchdog_stopped_shows_the_stop_of_a_late_server(
 
 
 def test_after_a_freeze_at_rest_a_motion_needs_no_reset() -> None:
-    rig = ready()
-    pad = JogPad(rig)
+    rig, pad = at_a_pad()
     freeze(rig, 500)
     pad.hold(50)
     assert pad.pendant.move(1.0, 0.5) is V.ACCEPTED
 
 
 def test_the_watchdog_is_told_that_the_robot_may_move_from_the_request_to_the_end() -> None:
-    rig = ready(plans_at_once=False)
-    pad = JogPad(rig)
+    rig, pad = at_a_pad(plans_at_once=False)
     told = [rig.core.may_move]
     pad.pendant.path((0.1, 0.0), (0.2, 0.1))
     told.append(rig.core.may_move)

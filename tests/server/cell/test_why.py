@@ -26,6 +26,7 @@ from rigs.cells.broken_conditions import (
     turn_to_recovery,
 )
 from rigs.cells.guarded_rig import GuardedRig, log_in
+from rigs.cells.robot_cell_situations import at_a_pad, enabled
 from rigs.cells.server_rig import ServerRig, ready
 from rigs.data.example_counts import examples
 from rigs.motion.jog_pad import JogPad
@@ -98,8 +99,7 @@ CASES: list[tuple[Callable[[ServerRig, JogPad], None], str, V]] = [
 def test_the_first_broken_condition_is_named_with_cause_and_remedy(
     happens: Callable[[ServerRig, JogPad], None], condition: str, code: V
 ) -> None:
-    rig = ready()
-    pad = JogPad(rig)
+    rig, pad = at_a_pad()
     happens(rig, pad)
     answer = ask(pad)
     assert (answer["ready"], answer["broken"]) == (False, condition)
@@ -122,9 +122,7 @@ def test_the_chain_is_complete_where_all_is_well() -> None:
 
 @pytest.mark.parametrize("kind", ["jog", "program"])
 def test_an_override_of_0_is_told_of_every_kind_of_motion(kind: str) -> None:
-    rig = ready(modes={"initial": "manual_reduced"})
-    pad = JogPad(rig)
-    pad.squeeze()
+    rig, pad = enabled()
     assert ask(pad, kind=kind)["ready"]
     lower_the_override(rig, pad)
     assert (ask(pad, kind=kind)["ready"], ask(pad, kind=kind)["broken"]) == (False, "override")
@@ -138,8 +136,7 @@ def test_the_conditions_come_in_the_order_in_which_a_user_mends_them() -> None:
 
 
 def test_without_reports_nobody_says_that_the_robot_moves() -> None:
-    rig = ready()
-    pad = JogPad(rig)
+    rig, pad = at_a_pad()
     dead_and_free(rig, pad)
     conditions = {each["condition"]: each for each in ask(pad)["conditions"]}
     assert conditions["standing"]["code"] == V.FEEDBACK_STALE
@@ -147,16 +144,14 @@ def test_without_reports_nobody_says_that_the_robot_moves() -> None:
 
 
 def test_when_reports_stop_coming_nobody_says_that_the_robot_still_stands() -> None:
-    rig = ready()
-    pad = JogPad(rig)
+    rig, pad = at_a_pad()
     lose_the_reports(rig, pad)
     conditions = {each["condition"]: each for each in ask(pad)["conditions"]}
     assert "nobody knows" in conditions["standing"]["text"]
 
 
 def test_a_controller_that_calls_itself_unable_while_it_moves_is_said_to_move() -> None:
-    rig = ready()
-    pad = JogPad(rig)
+    rig, pad = at_a_pad()
     moving(rig, pad)
     status = rig.controller.status(rig.now)
     status.motion_possible = TriState.FALSE
@@ -201,8 +196,7 @@ def test_an_onlooker_asks_for_whoever_is_in_control_or_for_itself() -> None:
 
 
 def test_asking_changes_nothing() -> None:
-    rig = ready()
-    pad = JogPad(rig)
+    rig, pad = at_a_pad()
     moving(rig, pad)
     before = len(rig.stops), rig.activity()
     ask(pad)
@@ -378,8 +372,7 @@ def mend_all(rig: ServerRig, pad: JogPad, kind: str) -> list[str]:
 def test_who_mends_the_first_broken_condition_each_time_mends_none_twice(
     kind: str, selector: str, broken: set[int]
 ) -> None:
-    rig = ready(modes={"initial": "manual_reduced", "selector": selector})
-    pad = JogPad(rig)
+    rig, pad = at_a_pad(modes={"initial": "manual_reduced", "selector": selector})
     pad.squeeze()
     for number in sorted(broken):
         BREAKS[number](rig, pad)
@@ -405,9 +398,7 @@ def test_who_mends_the_first_broken_condition_each_time_mends_none_twice(
 def test_what_a_user_is_told_one_after_the_other(
     kind: str, breaks: Callable[[ServerRig, JogPad], None], mended: list[str]
 ) -> None:
-    rig = ready(modes={"initial": "manual_reduced"})
-    pad = JogPad(rig)
-    pad.squeeze()
+    rig, pad = enabled()
     breaks(rig, pad)
     assert mend_all(rig, pad, kind) == mended
 

@@ -6,9 +6,9 @@ import itertools
 import math
 
 import pytest
+from rigs.cells.refusals import refusal_from
 
 from openpendant.server.control import RECOVERY_SPEED, REDUCED_SPEED, MotionKind, OperatingModes
-from openpendant.server.refusal import Refusal
 from openpendant.server.settings.cell_settings import Modes
 from openpendant.simplemsg import ControllerMode
 from openpendant.simplemsg.pendant import EnablingPosition, OperatingMode
@@ -86,17 +86,13 @@ def test_a_mirrored_mode_is_the_controllers_and_an_unknown_one_the_slowest(
 
 
 def test_a_mirrored_mode_is_never_set() -> None:
-    refusal = mirror().set_mode(AUTOMATIC)
-    assert isinstance(refusal, Refusal)
-    assert refusal.code is V.MODE_NOT_OURS
+    assert refusal_from(mirror().set_mode(AUTOMATIC)).code is V.MODE_NOT_OURS
 
 
 @pytest.mark.parametrize("mode", [0, 5, -1])
 def test_a_mode_that_does_not_exist_is_refused_and_changes_nothing(mode: int) -> None:
     made = modes(T2)
-    refusal = made.set_mode(mode)
-    assert isinstance(refusal, Refusal)
-    assert refusal.code is V.BAD_ARGUMENT
+    assert refusal_from(made.set_mode(mode)).code is V.BAD_ARGUMENT
     assert made.mode(AUTO) is T2
 
 
@@ -159,8 +155,7 @@ def test_a_change_of_mode_demands_a_new_press() -> None:
     made.set_mode(T2)
     made.enable(HOLDER, HELD, 10 * MS)
     assert not made.is_enabled(HOLDER, 10 * MS)
-    refusal = made.unready(JOG, HOLDER, AUTO, 10 * MS)
-    assert refusal is not None
+    refusal = refusal_from(made.unready(JOG, HOLDER, AUTO, 10 * MS))
     assert "let it go first" in refusal.text
 
 
@@ -243,9 +238,7 @@ def test_an_override_between_0_and_the_least_or_above_1_is_refused_and_sets_noth
     override: float,
 ) -> None:
     made = modes(T2)
-    refusal = made.set_speed(override, 0.1)
-    assert refusal is not None
-    assert refusal.code is V.BAD_ARGUMENT
+    assert refusal_from(made.set_speed(override, 0.1)).code is V.BAD_ARGUMENT
     assert (made.override, cap(made)) == (1.0, REDUCED_SPEED)
 
 

@@ -3,7 +3,8 @@ from __future__ import annotations
 from hypothesis import settings
 from hypothesis import strategies as st
 from hypothesis.stateful import RuleBasedStateMachine, invariant, precondition, rule
-from rigs.cells.server_rig import LIMITS, MS, ServerRig, ready
+from rigs.cells.robot_cell_situations import in_control
+from rigs.cells.server_rig import LIMITS, MS, ServerRig
 from rigs.data.example_counts import examples
 from rigs.peers.scripted_controller import Fault
 from rigs.peers.server_clients import Pendant, RosClient
@@ -238,8 +239,7 @@ TestAnyOrder.settings = settings(max_examples=examples(30, in_soak=3_000), state
 
 def test_the_machine_itself_gets_a_motion_done() -> None:
     """Guards against a machine that refuses everything and so proves nothing."""
-    rig = ready(plans_at_once=False)
-    pendant = rig.holder()
+    rig, pendant = in_control(plans_at_once=False)
     pendant.path((0.1, 0.0), (1.3, 0.1))
     rig.plan()
     rig.wait(2_000)

@@ -8,10 +8,10 @@ from collections.abc import Callable
 import pytest
 from promises.promise_table import figure
 from rigs.cells.program_cell import ProgramCell
-from rigs.cells.server_rig import MS, ready
+from rigs.cells.robot_cell_situations import at_a_pad
+from rigs.cells.server_rig import MS
 from rigs.cells.stalling_cell import StallingCell, Who
 from rigs.clock.virtual_clock import VirtualLoop
-from rigs.motion.jog_pad import JogPad
 from rigs.peers.server_clients import Pendant
 from rigs.processes.app_on_loop import app_on_loop, said, until
 
@@ -113,8 +113,7 @@ def test_a_queue_that_the_server_left_dry_names_the_server() -> None:
     cell.stall("server", 330)
     cell.wait(50)
     assert [code for _, code in pendant.outcomes()] == [V.SERVER_LATE]
-    assert cell.controller.referee.events["under-runs"] == 1
-    assert cell.core.cell.stop is None
+    assert (cell.controller.referee.events["under-runs"], cell.core.cell.stop) == (1, None)
     assert "log" in CATALOGUE[V.SERVER_LATE].remedy
 
 
@@ -139,8 +138,7 @@ FREEZE_NS = 100 * MS
 
 
 def test_promise_26_a_plan_that_is_served_first_after_a_freeze_begins_no_motion() -> None:
-    rig = ready(plans_at_once=False)
-    pad = JogPad(rig)
+    rig, pad = at_a_pad(plans_at_once=False)
     pad.pendant.path((0.5, 0.5), (1.0, 0.0))
     rig.now += FREEZE_NS
     assert isinstance(rig.plan()[0], SendStop)

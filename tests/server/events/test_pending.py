@@ -8,8 +8,9 @@ from pathlib import Path
 
 import pytest
 from rigs.cells.journalled_cell import journalled_cell
+from rigs.cells.robot_cell_situations import in_control
 from rigs.cells.scene_monitor_rig import BOX, EMPTY, MonitoredRig
-from rigs.cells.server_rig import ServerRig, ready
+from rigs.cells.server_rig import ServerRig
 from rigs.clock.virtual_clock import VirtualLoop
 from rigs.peers.server_clients import Pendant
 
@@ -134,8 +135,7 @@ GOAL = (0.5, 0.5)
 
 
 def planning() -> tuple[ServerRig, Pendant]:
-    rig = ready(plans_at_once=False)
-    pendant = rig.holder()
+    rig, pendant = in_control(plans_at_once=False)
     pendant.path((0.1, 0.1), GOAL)
     return rig, pendant
 

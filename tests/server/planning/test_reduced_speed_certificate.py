@@ -9,6 +9,7 @@ from collections.abc import Callable, Sequence
 from typing import Any
 
 import pytest
+from rigs.cells.refusals import refusal_from
 from rigs.data.program_samples import linked
 
 from openpendant.motion.description.robot import serial_robot
@@ -60,8 +61,7 @@ def _forgets_the_cap(monkeypatch: pytest.MonkeyPatch) -> None:
 
 
 def refused(job: Job) -> Refusal:
-    result = answer("ur5", job).result
-    assert isinstance(result, Refusal)
+    result = refusal_from(answer("ur5", job).result)
     assert result.code is V.CERTIFICATE_REFUSED
     return result
 

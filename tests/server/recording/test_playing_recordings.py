@@ -9,6 +9,7 @@ from typing import Any, TypeVar
 import numpy as np
 import pytest
 from rigs.cells.emulated_cell import EmulatedCell
+from rigs.cells.refusals import refusal_from
 from rigs.peers.server_clients import Pendant
 
 from openpendant.server.events.effects import Ask, Effect
@@ -154,8 +155,7 @@ def test_what_is_loaded_is_refused_at_once_and_does_not_begin_afterwards(
     cell.answer_all()
     cell.wait(500)
     assert cell.played(holder) == [told]
-    assert cell.core.cell.activity is Activity.IDLE
-    assert cell.position == stood
+    assert (cell.core.cell.activity, cell.position) == (Activity.IDLE, stood)
 
 
 def test_a_pendant_that_is_gone_leaves_nothing_that_begins(cell: SlowCell) -> None:
@@ -299,8 +299,7 @@ def test_a_whole_that_is_too_large_is_refused_before_anything_is_loaded(
     too_large: list[bytes],
 ) -> None:
     kept = Kept(too_large)
-    refused = kept.load()
-    assert isinstance(refused, Refusal)
+    refused = refusal_from(kept.load())
     assert (refused.code, refused.value) == (V.TOO_LARGE, 65 << 20)
     assert "begins and ends" in refused.text
     assert kept.answered == []
@@ -314,9 +313,7 @@ def test_a_part_that_is_too_large_is_refused_as_soon_as_that_is_known(
 ) -> None:
     monkeypatch.setattr(recording_playback, "MOST_PLAYED_BYTES", 3 << 20)
     kept = Kept(too_large[:20])
-    refused = load(kept)
-    assert isinstance(refused, Refusal)
-    assert refused.code is V.TOO_LARGE
+    assert refusal_from(load(kept)).code is V.TOO_LARGE
     assert sum(kept.answered) == 4 << 20
 
 
@@ -328,8 +325,7 @@ def test_a_part_of_what_is_too_large_as_a_whole_is_played(too_large: list[bytes]
 
 
 def test_a_chunk_of_half_rows_is_refused_with_its_size() -> None:
-    refused = Kept([_chunk(0.0, 3), bytes(ROW_BYTES + 4)]).load()
-    assert isinstance(refused, Refusal)
+    refused = refusal_from(Kept([_chunk(0.0, 3), bytes(ROW_BYTES + 4)]).load())
     assert refused.code is V.BAD_DOCUMENT
     assert f"{ROW_BYTES + 4} bytes" in refused.text
 

@@ -7,6 +7,7 @@ from typing import Any
 
 import pytest
 from rigs.cells.recorded_cell import RecordedCell
+from rigs.cells.refusals import refusal_from
 from rigs.cells.surrounded_cell import SurroundedCell, robot
 
 from openpendant.server.endpoints.pendant.management import snapshot
@@ -101,8 +102,7 @@ def test_the_document_names_robot_joints_and_rate(cell: RecordedCell) -> None:
 
 def test_a_second_recording_is_refused_and_names_the_first(cell: RecordedCell) -> None:
     cell.start("first")
-    refused = cell.start("second")
-    assert isinstance(refused, Refusal)
+    refused = refusal_from(cell.start("second"))
     assert refused.code is V.RECORDING_RUNNING
     assert "first" in refused.text
 
@@ -257,8 +257,7 @@ def test_a_disk_that_stays_busy_ends_the_recording_half_a_minute_after_the_stop(
         cell.tick()
     (why,) = cell.lost
     assert why.code is V.STORE_BUSY
-    assert cell.told[1:] == [why]
-    assert cell.recorder.status is None
+    assert (cell.told[1:], cell.recorder.status) == ([why], None)
 
 
 def test_a_busy_disk_is_asked_one_thing_at_a_time(cell: RecordedCell) -> None:
@@ -411,8 +410,7 @@ def test_of_a_recording_that_a_crash_cut_off_the_rows_are_counted(
     assert about["rate"] == pytest.approx(100.0)
     assert "the server ended before it was stopped" in about["problem"]
     (line,) = after.ask("recordings.list")["recordings"]
-    assert line["duration"] == about["duration"]
-    assert line["problem"] == about["problem"]
+    assert (line["duration"], line["problem"]) == (about["duration"], about["problem"])
     after.store.close()
 
 

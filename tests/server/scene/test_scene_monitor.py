@@ -173,8 +173,7 @@ def test_a_program_that_is_paused_while_its_robot_is_held_stays_paused() -> None
     assert cell.control(PAUSE) is V.ACCEPTED
     cell.perform(pending.resume(asked, PlanAnswer(asked.id, PathFree(), 0.01), cell.now))
     cell.pass_time(500)
-    assert cell.position == before
-    assert cell.reports()[-1].state == ProgramState.PAUSED
+    assert (cell.position, cell.reports()[-1].state) == (before, ProgramState.PAUSED)
     assert cell.control(RESUME) is V.ACCEPTED
     cell.pass_time(500)
     assert cell.position != before
@@ -191,8 +190,7 @@ def test_a_free_way_is_gone_on_without_a_halt(moving: MonitoredRig) -> None:
     moving.wait(40)
     assert moving.answer(job, PathFree()) == []
     moving.wait(200)
-    assert not moving.is_held
-    assert moving.rig.activity() is Activity.MOVING
+    assert (moving.is_held, moving.rig.activity()) == (False, Activity.MOVING)
 
 
 def test_what_would_touch_is_stopped_at_once(moving: MonitoredRig) -> None:

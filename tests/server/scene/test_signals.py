@@ -3,6 +3,7 @@ from __future__ import annotations
 from collections import deque
 
 import pytest
+from rigs.cells.refusals import refusal_from
 
 from openpendant.controller_emulator.core.signals import DigitalSignals
 from openpendant.server.events.effects import Effect, QueryController
@@ -86,8 +87,7 @@ def test_whoever_writes_is_told_when_it_was_done(rig: SignalRig) -> None:
 def test_an_input_that_is_not_there_is_refused_with_those_that_are(
     rig: SignalRig, signal: int
 ) -> None:
-    result = rig.signals.input(signal, rig.now)
-    assert isinstance(result, Refusal)
+    result = refusal_from(rig.signals.input(signal, rig.now))
     assert result.code is V.NO_SIGNAL
     assert "0 to 19" in result.text
 

@@ -4,6 +4,7 @@ from collections.abc import Sequence
 
 import pytest
 from rigs.cells.emulated_cell import EmulatedCell
+from rigs.cells.refusals import refusal_from
 from rigs.cells.server_rig import ServerRig, ready
 
 from openpendant.controller_emulator.error_codes import ErrorCode
@@ -94,8 +95,7 @@ def test_a_simple_point_may_be_answered_as_a_point_or_as_a_position(number: int)
 def test_any_code_but_success_is_a_refusal(code: int) -> None:
     uplink = make()
     uplink.point(*POINT, 0)
-    refusal = uplink.answer(answer(MsgType.JOINT_TRAJ_PT_FULL, code), 0)
-    assert refusal is not None
+    refusal = refusal_from(uplink.answer(answer(MsgType.JOINT_TRAJ_PT_FULL, code), 0))
     assert refusal.code is V.CONTROLLER_REFUSED
     assert str(int(code)) in refusal.text
 
@@ -104,9 +104,7 @@ def test_any_code_but_success_is_a_refusal(code: int) -> None:
 def test_an_answer_of_another_type_is_a_mismatch(number: int) -> None:
     uplink = make()
     uplink.point(*POINT, 0)
-    refusal = uplink.answer(answer(number), 0)
-    assert refusal is not None
-    assert refusal.code is V.CONTROLLER_MISMATCH
+    assert refusal_from(uplink.answer(answer(number), 0)).code is V.CONTROLLER_MISMATCH
 
 
 def test_answers_to_what_was_sent_before_are_not_taken_for_the_points() -> None:
@@ -138,9 +136,7 @@ def test_of_several_points_each_answer_counts_and_none_from_before_them() -> Non
     uplink.point(*POINT, 0)
     failure = answer(MsgType.JOINT_TRAJ_PT_FULL, ReplyCode.FAILURE)
     assert uplink.answer(failure, 2) is None
-    refusal = uplink.answer(failure, 1)
-    assert refusal is not None
-    assert refusal.code is V.CONTROLLER_REFUSED
+    assert refusal_from(uplink.answer(failure, 1)).code is V.CONTROLLER_REFUSED
 
 
 def test_of_several_points_the_oldest_is_overdue_first() -> None:
@@ -173,9 +169,7 @@ def test_a_point_is_overdue_exactly_at_the_deadline_and_once(deadline: float) ->
     uplink.point(*POINT, 10)
     due = 10 + round(deadline * 1e9)
     assert uplink.overdue(due - 1) is None
-    refusal = uplink.overdue(due)
-    assert refusal is not None
-    assert refusal.code is V.CONTROLLER_SILENT
+    assert refusal_from(uplink.overdue(due)).code is V.CONTROLLER_SILENT
     assert uplink.overdue(due) is None
 
 

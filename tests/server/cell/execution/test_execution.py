@@ -8,6 +8,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 import pytest
+from rigs.cells.refusals import refusal_from
 from rigs.cells.server_rig import LIMITS
 
 from openpendant.motion.trajectory.ptp import plan_joint_move
@@ -169,33 +170,26 @@ def test_not_arriving_within_2_s_is_told_with_the_worst_joint(player: Player) ->
     late = END + 2_000 * MS
     player.report((0.39, -0.1), late - 1)
     assert player.advance(late - 1) is None
-    refusal = player.advance(late)
-    assert refusal is not None
+    refusal = refusal_from(player.advance(late))
     assert (refusal.code, refusal.joint) == (V.NOT_ARRIVED, 1)
     assert (refusal.value, refusal.limit) == pytest.approx((-0.1, -0.2))
 
 
 def test_stale_feedback_ends_it_just_after_250_ms(player: Player) -> None:
     assert player.advance(250 * MS) is None
-    refusal = player.advance(250 * MS + 1)
-    assert refusal is not None
-    assert refusal.code is V.FEEDBACK_STALE
+    assert refusal_from(player.advance(250 * MS + 1)).code is V.FEEDBACK_STALE
 
 
 def test_a_report_that_is_no_position_ends_it(player: Player) -> None:
     player.report((float("nan"), 0.0), MS)
-    refusal = player.advance(MS)
-    assert refusal is not None
-    assert refusal.code is V.NOT_FINITE
+    assert refusal_from(player.advance(MS)).code is V.NOT_FINITE
 
 
 def test_an_unanswered_point_ends_it_at_the_deadline(player: Player) -> None:
     player.next(0)
     player.report((0.0, 0.0), 499 * MS)
     assert player.advance(500 * MS - 1) is None
-    refusal = player.advance(500 * MS)
-    assert refusal is not None
-    assert refusal.code is V.CONTROLLER_SILENT
+    assert refusal_from(player.advance(500 * MS)).code is V.CONTROLLER_SILENT
 
 
 @pytest.mark.parametrize(
@@ -231,13 +225,10 @@ def test_an_under_run_is_the_servers_where_it_was_away_and_left_the_robot_dry(
 def test_it_starts_only_where_the_robot_stands(player: Player) -> None:
     assert start_mismatch(TRAJECTORY, player.feedback) is None
     player.report((0.0, 0.0101), 1)
-    refusal = start_mismatch(TRAJECTORY, player.feedback)
-    assert refusal is not None
+    refusal = refusal_from(start_mismatch(TRAJECTORY, player.feedback))
     assert (refusal.code, refusal.joint) == (V.NOT_STANDING, 1)
     player.report((0.0, 0.0), 2, (0.01, 0.0))
-    moving = start_mismatch(TRAJECTORY, player.feedback)
-    assert moving is not None
-    assert moving.code is V.NOT_STANDING
+    assert refusal_from(start_mismatch(TRAJECTORY, player.feedback)).code is V.NOT_STANDING
 
 
 MOVE = plan_joint_move((0.0, 0.0), GOAL, LIMITS)
@@ -372,8 +363,7 @@ SOUND = Shown(AUTO, "", 0)
     ],
 )
 def test_what_is_new_ends_what_is_under_way(before: Shown, after: Shown, said: str) -> None:
-    refusal = interruption(before, after)
-    assert refusal is not None
+    refusal = refusal_from(interruption(before, after))
     assert refusal.code is V.CONTROLLER_STOPPED
     assert said in refusal.text
 

@@ -137,8 +137,7 @@ def test_a_velocity_that_is_not_finite_is_worked_out_instead(feedback: Feedback)
 def test_the_poorer_of_two_kinds_of_report_is_left_alone(feedback: Feedback) -> None:
     feedback.take(full((0.1, 0.2), (0.0, 0.0)), 0)
     feedback.take(plain(9.0, 9.0), 10 * MS)
-    assert feedback.position == (0.1, 0.2)
-    assert feedback.received == 0
+    assert (feedback.position, feedback.received) == ((0.1, 0.2), 0)
 
 
 def test_a_robot_that_says_it_moves_does_not_stand(feedback: Feedback) -> None:
@@ -152,8 +151,7 @@ def test_nothing_of_a_lost_connection_is_believed(feedback: Feedback) -> None:
     feedback.take(full((0.0, 0.0), (1.0, 0.0)), 0)
     feedback.take(status(), 0)
     feedback.forget()
-    assert feedback.position is None
-    assert feedback.status is None
+    assert (feedback.position, feedback.status) == (None, None)
     assert feedback.mode is ControllerMode.UNKNOWN
     assert not feedback.velocity_known
     assert not feedback.broken
@@ -215,8 +213,7 @@ def test_regular_reports_are_compared_over_50_and_250_ms() -> None:
     timing = taken(*range(0, 1_001, 10))
     assert timing.joint_base is not None
     assert timing.point_base is not None
-    assert timing.joint_base.time == 950 * MS
-    assert timing.point_base.time == 750 * MS
+    assert (timing.joint_base.time, timing.point_base.time) == (950 * MS, 750 * MS)
     assert timing.elapsed(timing.joint_base) == 0.05
     assert timing.is_sure
 
@@ -258,8 +255,7 @@ def test_a_motion_compares_with_nothing_from_before_it() -> None:
     for at in range(1_010, 1_051, 10):
         timing.take((0.0,), at * MS)
     assert timing.joint_base is not None
-    assert timing.joint_base.time == 1_000 * MS
-    assert timing.point_base is None
+    assert (timing.joint_base.time, timing.point_base) == (1_000 * MS, None)
 
 
 def test_a_pause_tells_nothing_of_the_rhythm() -> None:

@@ -89,9 +89,7 @@ def test_twenty_stalls_of_an_emulator_end_no_jog(lead: float) -> None:
     chance = Random(55)
     jog = HeldJog(lead)
     stalls(jog, "emulator", [chance.choice((100, 150, 200)) for _ in range(20)], 300)
-    assert jog.is_held
-    assert jog.ends == []
-    assert jog.cell.controller.referee.events["stalls"] == 20
+    assert (jog.is_held, jog.ends, jog.cell.controller.referee.events["stalls"]) == (True, [], 20)
     assert not jog.cell.controller.referee.events["under-runs"]
 
 
@@ -107,8 +105,7 @@ def test_and_the_controller_has_no_more_in_stock_than_the_lead(lead: float, unse
 def test_twenty_stalls_of_the_server_within_the_lead_end_no_jog() -> None:
     jog = HeldJog(0.1)
     stalls(jog, "server", [50] * 20, 300)
-    assert jog.is_held
-    assert jog.ends == []
+    assert (jog.is_held, jog.ends) == (True, [])
 
 
 @pytest.mark.parametrize(("lead", "away"), [(0.05, 100), (0.1, 150), (0.1, 200)])
@@ -118,8 +115,7 @@ def test_a_longer_one_ends_it_names_the_server_and_latches_nothing(lead: float, 
     jog.keep(300)
     jog.stall("server", away)
     jog.keep(300)
-    assert jog.ends == [V.SERVER_LATE]
-    assert jog.cell.core.cell.stop is None
+    assert (jog.ends, jog.cell.core.cell.stop) == ([V.SERVER_LATE], None)
     jog.hold_key()
     jog.keep(300)
     assert jog.is_held

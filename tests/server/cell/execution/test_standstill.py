@@ -50,8 +50,7 @@ def test_each_joint_must_be_slower_than_a_thousandth(
     velocity = [0.0, 0.0]
     velocity[joint] = sign * speed
     take(feedback, 0, (0.0, 0.0), velocity)
-    assert feedback.is_standing is stands
-    assert feedback.joints_rest is stands
+    assert (feedback.is_standing, feedback.joints_rest) == (stands, stands)
 
 
 def test_two_joints_that_stand_each_by_itself_stand() -> None:

@@ -8,6 +8,7 @@ from collections.abc import Iterator
 
 import pytest
 from promises.promise_table import figure
+from rigs.cells.robot_cell_situations import at_a_pad, enabled
 from rigs.cells.server_rig import LIMITS, MS, TICK, ServerRig, ready
 from rigs.motion.jog_pad import JogPad
 from rigs.motion.simple_jogger import point_speed
@@ -32,9 +33,7 @@ FULL_SPEED = 0.25
 
 
 def jogging(mode: str = "manual_high", **jog: float) -> tuple[ServerRig, JogPad]:
-    rig = ready(modes={"initial": mode}, jog=jog)
-    pad = JogPad(rig)
-    pad.squeeze()
+    rig, pad = enabled(mode, jog=jog)
     assert pad.press(1.0, 0.0) is V.ACCEPTED
     pad.hold(200)
     assert rig.activity() is Activity.JOGGING
@@ -162,8 +161,7 @@ def test_promise_1_holds_over_ten_thousand_random_sequences() -> None:
 def test_promise_2_a_lost_connection_stops_in_the_same_call() -> None:
     rig, pad = jogging()
     pad.pendant.close()
-    assert rig.stops == [rig.now]
-    assert rig.core.cell.authority.holder is None
+    assert (rig.stops, rig.core.cell.authority.holder) == ([rig.now], None)
 
 
 def test_a_release_ramps_down_and_its_account_is_told_before_the_outcome() -> None:
@@ -194,9 +192,7 @@ def test_a_dead_press_never_moves_again(number: int) -> None:
 
 
 def test_a_press_must_quote_a_recent_state() -> None:
-    rig = ready(modes={"initial": "manual_high"})
-    pad = JogPad(rig)
-    pad.squeeze()
+    rig, pad = enabled("manual_high")
     quoted = pad.newest_state.sequence
     pad.hold(600)
     assert pad.press(1.0, 0.0, quoted=quoted) is V.PRESS_STALE
@@ -338,9 +334,7 @@ def test_promise_32_silence_of_the_enabling_device_stops_within_its_deadline_and
 
 @pytest.mark.parametrize(("mode", "cap"), [("manual_reduced", 0.25), ("recovery", 0.1)])
 def test_promise_12_the_tool_keeps_below_its_cap_at_every_tick(mode: str, cap: float) -> None:
-    rig = ready(modes={"initial": mode}, jog={"joint_speed": 1.0, "tool_speed": 2.0})
-    pad = JogPad(rig)
-    pad.squeeze()
+    rig, pad = enabled(mode, jog={"joint_speed": 1.0, "tool_speed": 2.0})
     for rates in ((1.0, 1.0), (-1.0, 1.0), (0.0, -1.0)):
         assert pad.press(*rates) is V.ACCEPTED
         pad.hold(700)
@@ -351,8 +345,7 @@ def test_promise_12_the_tool_keeps_below_its_cap_at_every_tick(mode: str, cap: f
 
 
 def test_promise_12_what_is_planned_in_t1_is_told_the_cap() -> None:
-    rig = ready(plans_at_once=False, modes={"initial": "manual_reduced"})
-    pad = JogPad(rig)
+    rig, pad = at_a_pad(plans_at_once=False, modes={"initial": "manual_reduced"})
     pad.squeeze()
     pad.pendant.move(0.5, 0.5)
     assert getattr(rig.jobs[0], "tool_speed", None) == 0.25
@@ -370,8 +363,7 @@ def test_jogging_into_a_limit_stays_inside_and_leaves_again() -> None:
 
 
 def test_recovery_leads_a_joint_back_inside_and_never_farther_out() -> None:
-    rig = ready(modes={"initial": "recovery"})
-    pad = JogPad(rig)
+    rig, pad = at_a_pad(modes={"initial": "recovery"})
     rig.controller.position = (2.05, 0.0)
     rig.wait(20)
     pad.squeeze()
@@ -386,8 +378,7 @@ def test_recovery_leads_a_joint_back_inside_and_never_farther_out() -> None:
 
 @pytest.mark.parametrize("mode", ["manual_reduced", "manual_high"])
 def test_a_joint_outside_its_limits_is_moved_in_recovery_only(mode: str) -> None:
-    rig = ready(modes={"initial": mode})
-    pad = JogPad(rig)
+    rig, pad = at_a_pad(modes={"initial": mode})
     rig.controller.position = (2.05, 0.0)
     rig.wait(20)
     pad.squeeze()
@@ -412,8 +403,7 @@ def test_with_a_scene_that_cannot_be_read_a_robot_is_led_out_in_recovery_only(
 
 
 def test_a_turn_of_the_controllers_selector_stops_a_jog_and_is_told_to_all() -> None:
-    rig = ready(modes={"selector": "controller"})
-    pad = JogPad(rig)
+    rig, pad = at_a_pad(modes={"selector": "controller"})
     assert pad.press(1.0, 0.0) is V.ACCEPTED
     pad.hold(200)
     rig.controller.mode = 1

@@ -10,6 +10,8 @@ from collections.abc import Callable
 import pytest
 from rigs.cells.emulated_cell import EmulatedCell
 from rigs.cells.jog_undos import step
+from rigs.cells.refusals import refusal_from
+from rigs.cells.robot_cell_situations import at_a_pad, enabled
 from rigs.cells.server_rig import MS, ServerRig, ready
 from rigs.motion.jog_pad import EmulatedPad, JogPad
 
@@ -22,7 +24,7 @@ from openpendant.server.cell.execution.setpoint_sources import (
 from openpendant.server.endpoints.pendant.jog_requests import increment_fault, shares_fault, told
 from openpendant.server.endpoints.pendant.notifications import RECENT_NS, RecentStates
 from openpendant.server.planning.jobs import JointPathJob
-from openpendant.server.refusal import NO_JOINT, Refusal
+from openpendant.server.refusal import NO_JOINT
 from openpendant.simplemsg.pendant import (
     Activity,
     JogEnd,
@@ -45,9 +47,7 @@ def begun(session: int = 1, number: int = 1, deadline: float = 0.15, now: int = 
 
 @pytest.mark.parametrize("deadline", [0.049, 0.2501, 0.0, -1.0, math.nan, math.inf])
 def test_a_deadline_outside_50_to_250_ms_is_refused(deadline: float) -> None:
-    refusal = PressCounter().begin(1, 1, deadline, 0)
-    assert isinstance(refusal, Refusal)
-    assert refusal.code is V.BAD_ARGUMENT
+    assert refusal_from(PressCounter().begin(1, 1, deadline, 0)).code is V.BAD_ARGUMENT
 
 
 @pytest.mark.parametrize("deadline", [SHORTEST_DEADLINE, LONGEST_DEADLINE])
@@ -59,9 +59,7 @@ def test_the_bounds_themselves_are_accepted(deadline: float) -> None:
 def test_a_number_that_is_not_higher_than_all_before_is_dead(number: int) -> None:
     counter = PressCounter()
     assert isinstance(counter.begin(1, 7, 0.15, 0), Press)
-    refusal = counter.begin(1, number, 0.15, 0)
-    assert isinstance(refusal, Refusal)
-    assert refusal.code is V.PRESS_DEAD
+    assert refusal_from(counter.begin(1, number, 0.15, 0)).code is V.PRESS_DEAD
 
 
 def test_each_connection_counts_for_itself() -> None:
@@ -134,9 +132,7 @@ def test_promise_1_no_press_outlives_its_deadline_whatever_comes_in_between() ->
 
 
 def jogging() -> tuple[ServerRig, JogPad]:
-    rig = ready(modes={"initial": "manual_high"})
-    pad = JogPad(rig)
-    pad.squeeze()
+    rig, pad = enabled("manual_high")
     assert pad.press(1.0, 0.0) is V.ACCEPTED
     pad.hold(200)
     return rig, pad
@@ -189,23 +185,18 @@ def test_a_connection_that_ends_gives_no_other_its_dead_numbers_back() -> None:
     for session in (1, 2):
         assert isinstance(presses.begin(session, 5, 0.15, 0), Press)
     presses.forget(2)
-    again = presses.begin(1, 5, 0.15, 0)
-    assert isinstance(again, Refusal)
-    assert again.code is V.PRESS_DEAD
+    assert refusal_from(presses.begin(1, 5, 0.15, 0)).code is V.PRESS_DEAD
 
 
 def test_a_state_that_was_the_newest_for_more_than_half_a_second_is_no_recent_one() -> None:
     states = RecentStates()
     states.sent(7, 0)
     assert states.fault(7, 500 * MS) is None
-    stale = states.fault(7, 500 * MS + 1)
-    assert stale is not None
-    assert stale.code is V.PRESS_STALE
+    assert refusal_from(states.fault(7, 500 * MS + 1)).code is V.PRESS_STALE
 
 
 def test_an_increment_is_planned_under_the_cap_that_was_lowered() -> None:
-    rig = ready(plans_at_once=False, modes={"initial": "manual_reduced"})
-    pad = JogPad(rig)
+    rig, pad = at_a_pad(plans_at_once=False, modes={"initial": "manual_reduced"})
     pad.squeeze()
     assert pad.speed(1.0, 0.1) is V.ACCEPTED
     step(pad, 0.3, 0.0)
@@ -333,8 +324,7 @@ def four_bytes(value: float) -> float:
 def test_a_share_beyond_1_is_named_with_its_joint_or_axis(
     space: JogSpace, values: tuple[float, ...], text: str, joint: int
 ) -> None:
-    refusal = shares_fault(space, [four_bytes(value) for value in values])
-    assert refusal is not None
+    refusal = refusal_from(shares_fault(space, [four_bytes(value) for value in values]))
     assert (refusal.code, refusal.text, refusal.joint) == (V.BAD_ARGUMENT, text, joint)
     assert abs(refusal.value) > abs(refusal.limit) == 1.0
 
@@ -343,8 +333,7 @@ def test_a_share_beyond_1_is_named_with_its_joint_or_axis(
 @pytest.mark.parametrize(("space", "joint"), [(JOINTS, 1), (TOOL, NO_JOINT)])
 def test_what_is_no_number_is_named_too(value: float, space: JogSpace, joint: int) -> None:
     for judge in (shares_fault, increment_fault):
-        refusal = judge(space, (0.0, value, 0.0, 0.0, 0.0, 0.0))
-        assert refusal is not None
+        refusal = refusal_from(judge(space, (0.0, value, 0.0, 0.0, 0.0, 0.0)))
         assert (refusal.code, refusal.joint) == (V.NOT_FINITE, joint)
 
 
@@ -386,7 +375,6 @@ def test_all_of_the_last_half_second_may_be_quoted_at_any_tick_rate(rate: int) -
     now = 999 * period
     oldest = 999 - RECENT_NS // period
     assert all(states.fault(sequence, now) is None for sequence in range(oldest, 1000))
-    stale = states.fault(oldest - 1, now)
-    assert stale is not None
+    stale = refusal_from(states.fault(oldest - 1, now))
     assert stale.code is V.PRESS_STALE
     assert "the newest is 999" in stale.text

@@ -106,8 +106,7 @@ def test_out_of_a_stretched_arm_leads_the_tool_back_or_a_joint(jogged: Jogged) -
     jogged.jog(JogSpace.TOOL, outward, "base", 4_000)
     (hold,) = jogged.holds()
     assert hold["text"] == "it stands at the elbow singularity"
-    assert hold["ways"][0]["frame"] == "base"
-    assert hold["ways"][-1]["press"] == "joint 3 towards +"
+    assert (hold["ways"][0]["frame"], hold["ways"][-1]["press"]) == ("base", "joint 3 towards +")
     jogged.go(hold["ways"][0])
     assert jogged.holds() == []
 

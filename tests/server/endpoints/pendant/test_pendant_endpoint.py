@@ -8,6 +8,7 @@ from typing import cast
 
 import pytest
 from promises.promise_table import figure
+from rigs.cells.robot_cell_situations import in_control
 from rigs.cells.server_rig import MS, ServerRig, ready
 from rigs.peers.server_clients import hello, joints, pose
 
@@ -91,8 +92,7 @@ def test_ping_is_answered_before_hello() -> None:
 def test_before_hello_every_other_request_is_refused(message: Message) -> None:
     rig = ready()
     assert rig.stranger().code(message) is V.HELLO_FIRST
-    assert rig.stops == []
-    assert rig.points == []
+    assert (rig.stops, rig.points) == ([], [])
 
 
 def test_a_second_hello_is_refused_and_changes_nothing() -> None:
@@ -154,8 +154,7 @@ def test_two_pendants_one_authority() -> None:
 
 
 def test_beats_keep_the_authority_and_their_absence_ends_it_after_3_s() -> None:
-    rig = ready()
-    pendant = rig.holder()
+    rig, pendant = in_control()
     for _ in range(10):
         rig.wait(1_000)
         pendant.send(AuthorityBeat())
@@ -163,14 +162,12 @@ def test_beats_keep_the_authority_and_their_absence_ends_it_after_3_s() -> None:
     rig.wait(2_990)
     assert rig.core.cell.authority.is_held_by(pendant.session)
     rig.wait(10)
-    assert rig.core.cell.authority.holder is None
-    assert rig.now == last + 3_000 * MS
+    assert (rig.core.cell.authority.holder, rig.now) == (None, last + 3_000 * MS)
     assert pendant.all(AuthorityChanged)[-1].reason == AuthorityReason.EXPIRED
 
 
 def test_a_motion_request_is_a_sign_of_life() -> None:
-    rig = ready()
-    pendant = rig.holder()
+    rig, pendant = in_control()
     rig.wait(2_000)
     pendant.move(0.1, 0.1)
     rig.wait(2_990)
@@ -178,8 +175,7 @@ def test_a_motion_request_is_a_sign_of_life() -> None:
 
 
 def test_a_refused_request_is_no_sign_of_life() -> None:
-    rig = ready()
-    pendant = rig.holder()
+    rig, pendant = in_control()
     rig.wait(2_000)
     pendant.move(9.0, 9.0)
     rig.wait(1_000)
@@ -227,8 +223,7 @@ def test_the_rate_can_be_changed() -> None:
 
 
 def test_state_carries_where_the_robot_is_what_it_does_and_how_old_that_is() -> None:
-    rig = ready()
-    holder = rig.holder()
+    rig, holder = in_control()
     pendant = rig.pendant(state_rate=100.0)
     holder.move(1.0, 0.5)
     rig.wait(500)

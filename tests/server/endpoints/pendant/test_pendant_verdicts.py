@@ -4,6 +4,7 @@ import math
 from collections.abc import Callable
 
 import pytest
+from rigs.cells.robot_cell_situations import in_control
 from rigs.cells.server_rig import LIMITS, ServerRig, ready
 from rigs.peers.scripted_controller import Fault
 from rigs.peers.server_clients import NEAR, Pendant, hello, joints, pose
@@ -87,16 +88,13 @@ from openpendant.simplemsg.verdicts import VerdictCode as V
 def test_a_faulty_request_is_refused_by_one_verdict_that_can_be_encoded(
     message: Message, code: V
 ) -> None:
-    rig = ready()
-    pendant = rig.holder()
+    rig, pendant = in_control()
     (verdict,) = pendant.send(message)
     assert isinstance(verdict, Verdict)
     assert (verdict.request_id, verdict.code, verdict.reply_code) == (9, code, ReplyCode.FAILURE)
     assert verdict.text
     assert Codec(PENDANT, ByteOrder.LITTLE, 4).encode(verdict)
-    assert rig.activity() is Activity.IDLE
-    assert rig.jobs == []
-    assert rig.points == []
+    assert (rig.activity(), rig.jobs, rig.points) == (Activity.IDLE, [], [])
 
 
 def test_waypoints_rounded_beyond_a_limit_are_taken_as_the_limit() -> None:
@@ -170,8 +168,7 @@ def test_an_unknown_request_is_answered_failure_and_ten_of_them_close(message: M
     ],
 )
 def test_nothing_but_a_request_is_answered_or_moves(message: Message) -> None:
-    rig = ready()
-    pendant = rig.holder()
+    rig, pendant = in_control()
     if isinstance(message, Hello):
         message.comm_type = CommType.TOPIC
     assert pendant.send(message) == []
@@ -207,8 +204,7 @@ def _lose_controller(rig: ServerRig, pendant: Pendant) -> None:
 def test_each_request_has_one_verdict_and_one_outcome_if_it_began(
     kind: str, end: Callable[[ServerRig, Pendant], None]
 ) -> None:
-    rig = ready(plans_at_once=kind != "path still planned")
-    pendant = rig.holder()
+    rig, pendant = in_control(plans_at_once=kind != "path still planned")
     pendant.got.clear()
     if kind == "joint move":
         pendant.move(0.5, 0.5)
@@ -224,8 +220,7 @@ def test_each_request_has_one_verdict_and_one_outcome_if_it_began(
 
 
 def test_promise_28_the_same_request_id_twice_is_refused_and_disturbs_nothing() -> None:
-    rig = ready()
-    pendant = rig.holder()
+    rig, pendant = in_control()
     pendant.got.clear()
     assert pendant.code(joints(0.5, 0.5)) is V.ACCEPTED
     assert pendant.code(joints(0.1, 0.1)) is V.REQUEST_REPEATED
@@ -258,8 +253,7 @@ def test_requests_in_one_chunk_are_judged_one_after_the_other() -> None:
 
 
 def test_an_outcome_carries_times_code_and_numbers() -> None:
-    rig = ready()
-    pendant = rig.holder()
+    rig, pendant = in_control()
     rig.controller.faults = {3: Fault.REFUSE}
     pendant.move(0.5, 0.5)
     rig.wait(100)
@@ -270,8 +264,7 @@ def test_an_outcome_carries_times_code_and_numbers() -> None:
 
 
 def test_a_refusal_with_numbers_beyond_4_bytes_is_still_told() -> None:
-    rig = ready(plans_at_once=False)
-    pendant = rig.holder()
+    rig, pendant = in_control(plans_at_once=False)
     pendant.path((0.1, 0.1))
     pendant.got.clear()
     rig.plan(Refusal(V.NOT_TIMEABLE, "ü" * 200, 0, 1e300, math.nan))

@@ -10,6 +10,7 @@ from rigs.cells.ros_situations import (
     collecting,
     down,
     e_stopped,
+    idle,
     jobs,
     latched,
     manual,
@@ -102,8 +103,7 @@ def test_status_may_be_asked_for_with_any_body(port: Port) -> None:
 
 
 def test_promise_7_ten_unknown_requests_in_ten_seconds_close_the_link() -> None:
-    rig = ready()
-    client = rig.ros()
+    _, client = idle()
     for _ in range(FAULTS - 1):
         client.send(Opaque(4711, b""))
     assert client.closed_for == []
@@ -112,8 +112,7 @@ def test_promise_7_ten_unknown_requests_in_ten_seconds_close_the_link() -> None:
 
 
 def test_promise_7_unknown_requests_that_come_slowly_are_put_up_with() -> None:
-    rig = ready()
-    client = rig.ros()
+    rig, client = idle()
     for _ in range(30):
         client.send(Opaque(4711, b""))
         rig.wait(WINDOW // (FAULTS - 1) + 10)
@@ -234,8 +233,7 @@ def test_a_client_that_may_not_move_gets_failure_and_is_closed(
     assert client.point(0, 0.0, 0.0) is FAILURE
     assert client.point(1, 0.1, 0.0) is FAILURE
     assert len(client.closed_for) == 1
-    assert rig.core.ros.refused is code
-    assert rig.core.cell.authority.holder == before
+    assert (rig.core.ros.refused, rig.core.cell.authority.holder) == (code, before)
 
 
 def test_an_address_that_is_not_allowed_may_not_move_but_may_stop() -> None:
@@ -255,8 +253,7 @@ def test_an_unknown_mode_is_taken_for_automatic_where_the_cell_says_so() -> None
 
 
 def test_a_mode_that_changes_while_points_are_collected_ends_it() -> None:
-    rig = ready()
-    client = rig.ros()
+    rig, client = idle()
     client.trajectory(*PATH)
     manual(rig)
     rig.wait(200)

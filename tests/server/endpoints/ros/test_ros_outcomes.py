@@ -6,6 +6,7 @@ import pytest
 from rigs.cells.ros_situations import (
     PATH,
     collecting,
+    idle,
     manual,
     moving,
     planning,
@@ -113,8 +114,7 @@ def error_of_the_controller() -> Situation:
 
 
 def end_that_never_came() -> Situation:
-    rig = ready()
-    client = rig.ros()
+    rig, client = idle()
     client.point(-1, 0.0, 0.0)
     client.point(1, 0.1, 0.0)
     rig.wait(1_010)

@@ -3,7 +3,8 @@ from __future__ import annotations
 import math
 
 import pytest
-from rigs.cells.ros_situations import PATH, TOPIC, jobs, moving, status_of
+from rigs.cells.refusals import refusal_from
+from rigs.cells.ros_situations import PATH, TOPIC, idle, jobs, moving, status_of
 from rigs.cells.server_rig import FAILURE, LIMITS, MS, SUCCESS, ready
 
 from openpendant.motion.description.limits import float32_ceiling
@@ -123,9 +124,7 @@ def test_times_of_full_points_must_increase() -> None:
     assert collection.take(full(time=1.0)) is None
     second = full((0.2, 0.2), time=1.0)
     second.sequence = 1
-    refusal = collection.take(second)
-    assert refusal is not None
-    assert refusal.code is V.BAD_ARGUMENT
+    assert refusal_from(collection.take(second)).code is V.BAD_ARGUMENT
 
 
 def test_a_full_point_has_the_time_since_the_one_before_it() -> None:
@@ -139,8 +138,7 @@ def test_a_full_point_has_the_time_since_the_one_before_it() -> None:
 
 @pytest.mark.parametrize("bad", [(9.0, 0.0), (float("nan"), 0.0)])
 def test_one_bad_point_discards_the_whole_trajectory(bad: tuple[float, float]) -> None:
-    rig = ready()
-    client = rig.ros()
+    rig, client = idle()
     assert client.trajectory((0.0, 0.0), bad, (0.1, 0.1)) == [SUCCESS, FAILURE, FAILURE]
     rig.wait(500)
     assert jobs(rig) == []
@@ -155,19 +153,16 @@ def test_valid_fields_of_the_real_client_are_read_by_their_low_bits() -> None:
 
 
 def test_a_streamed_trajectory_is_moved_when_no_point_follows() -> None:
-    rig = ready()
-    client = rig.ros()
+    rig, client = idle()
     assert client.trajectory(*PATH) == [SUCCESS, SUCCESS, SUCCESS]
     assert rig.activity() is Activity.IDLE
     rig.wait(3_000)
-    assert rig.controller.position == PATH[-1]
-    assert rig.core.ros.refused is None
+    assert (rig.controller.position, rig.core.ros.refused) == (PATH[-1], None)
 
 
 @pytest.mark.parametrize(("wait_ns", "planned"), [(150 * MS - 1, 0), (150 * MS, 1)])
 def test_the_gap_ends_exactly_150_ms_after_the_last_reply(wait_ns: int, planned: int) -> None:
-    rig = ready(watchdog={"deadline": 1.0})
-    client = rig.ros()
+    rig, client = idle(watchdog={"deadline": 1.0})
     client.trajectory((0.0, 0.0))
     rig.wait(100)
     client.point(1, 0.5, 0.5)
@@ -180,8 +175,7 @@ def test_the_gap_ends_exactly_150_ms_after_the_last_reply(wait_ns: int, planned:
 
 
 def test_a_download_is_moved_at_its_end_and_never_answered() -> None:
-    rig = ready()
-    client = rig.ros()
+    rig, client = idle()
     for sequence, joints in zip((-1, 1, -3), PATH, strict=True):
         assert client.point(sequence, *joints, comm_type=TOPIC) is None
     assert [point.position for point in jobs(rig)[0].points] == list(PATH)
@@ -191,8 +185,7 @@ def test_a_download_is_moved_at_its_end_and_never_answered() -> None:
 
 
 def test_a_download_of_one_point_is_sent_twice() -> None:
-    rig = ready()
-    client = rig.ros()
+    rig, client = idle()
     client.point(-1, 0.3, 0.3, comm_type=TOPIC)
     client.point(-3, 0.3, 0.3, comm_type=TOPIC)
     rig.wait(2_000)
@@ -200,16 +193,14 @@ def test_a_download_of_one_point_is_sent_twice() -> None:
 
 
 def test_sequence_minus_3_ends_a_stream_without_waiting() -> None:
-    rig = ready()
-    client = rig.ros()
+    rig, client = idle()
     client.trajectory(*PATH[:2])
     assert client.point(-3, *PATH[2]) is SUCCESS
     assert len(jobs(rig)) == 1
 
 
 def test_a_trajectory_in_one_message_is_moved_at_once() -> None:
-    rig = ready()
-    client = rig.ros()
+    rig, client = idle()
     points = tuple(TrajPoint(9, joint_array(joints), 0.1, 0.5) for joints in PATH)
     assert client.code(JointTraj(points)) is SUCCESS
     assert [point.position for point in jobs(rig)[0].points] == list(PATH)
@@ -223,8 +214,7 @@ def test_a_stop_inside_a_trajectory_in_one_message_stops() -> None:
 
 
 def test_a_point_that_comes_twice_is_taken_once() -> None:
-    rig = ready()
-    client = rig.ros()
+    rig, client = idle()
     client.point(0, 0.0, 0.0)
     assert [client.point(1, 0.5, 0.1) for _ in range(3)] == [SUCCESS] * 3
     client.point(2, 1.0, 0.2)
@@ -233,8 +223,7 @@ def test_a_point_that_comes_twice_is_taken_once() -> None:
 
 
 def test_the_end_that_comes_twice_starts_nothing_new() -> None:
-    rig = ready()
-    client = rig.ros()
+    rig, client = idle()
     client.trajectory(*PATH[:2])
     assert [client.point(-3, *PATH[2]) for _ in range(2)] == [SUCCESS, SUCCESS]
     assert len(jobs(rig)) == 1
@@ -242,8 +231,7 @@ def test_the_end_that_comes_twice_starts_nothing_new() -> None:
 
 
 def test_the_same_goal_is_moved_to_again_after_somebody_else_moved_away() -> None:
-    rig = ready()
-    client = rig.ros()
+    rig, client = idle()
     client.trajectory((0.3, 0.3))
     rig.wait(5_000)
     pendant = rig.holder()
@@ -257,8 +245,7 @@ def test_the_same_goal_is_moved_to_again_after_somebody_else_moved_away() -> Non
 
 @pytest.mark.parametrize("sequences", [(0, 2), (0, 1, 3), (5,), (-3,)])
 def test_a_gap_in_the_sequence_discards_the_trajectory(sequences: tuple[int, ...]) -> None:
-    rig = ready()
-    client = rig.ros()
+    rig, client = idle()
     codes = [client.point(sequence, 0.1 * sequence, 0.0) for sequence in sequences]
     assert codes[-1] is FAILURE
     assert client.point(4, 0.4, 0.0) is FAILURE
@@ -269,8 +256,7 @@ def test_a_gap_in_the_sequence_discards_the_trajectory(sequences: tuple[int, ...
 
 
 def test_a_beginning_ends_the_refusing() -> None:
-    rig = ready()
-    client = rig.ros()
+    rig, client = idle()
     client.point(7, 0.1, 0.1)
     assert client.trajectory(*PATH) == [SUCCESS] * 3
     rig.wait(200)
@@ -278,8 +264,7 @@ def test_a_beginning_ends_the_refusing() -> None:
 
 
 def test_a_new_trajectory_before_the_old_one_began_replaces_it() -> None:
-    rig = ready()
-    client = rig.ros()
+    rig, client = idle()
     client.trajectory(*PATH)
     rig.wait(50)
     assert client.trajectory((0.0, 0.0), (-0.5, 0.0)) == [SUCCESS, SUCCESS]
@@ -288,15 +273,13 @@ def test_a_new_trajectory_before_the_old_one_began_replaces_it() -> None:
 
 
 def test_more_points_than_the_limit_discard_the_trajectory() -> None:
-    rig = ready(ros_i={"max_points": 2})
-    client = rig.ros()
+    rig, client = idle(ros_i={"max_points": 2})
     assert client.trajectory(*PATH) == [SUCCESS, SUCCESS, FAILURE]
     assert rig.core.ros.refused is V.TOO_MANY_POINTS
 
 
 def test_a_stop_forgets_the_points_of_a_client_that_is_away() -> None:
-    rig = ready()
-    client = rig.ros()
+    rig, client = idle()
     client.trajectory(*PATH[:2])
     client.close()
     pendant = rig.holder()
@@ -309,8 +292,7 @@ def test_a_stop_forgets_the_points_of_a_client_that_is_away() -> None:
 
 
 def test_a_whole_trajectory_with_a_stop_in_it_is_a_stop_and_nothing_else() -> None:
-    rig = ready()
-    client = rig.ros()
+    rig, client = idle()
     points = tuple(
         TrajPoint(sequence, joint_array(joints), 0.1, 0.5)
         for sequence, joints in ((0, PATH[0]), (-4, (0.0, 0.0)), (2, PATH[2]))
@@ -323,8 +305,7 @@ def test_a_whole_trajectory_with_a_stop_in_it_is_a_stop_and_nothing_else() -> No
 
 
 def test_the_rest_of_a_discarded_trajectory_does_not_hide_why_it_was_discarded() -> None:
-    rig = ready()
-    client = rig.ros()
+    rig, client = idle()
     answers = client.trajectory(PATH[0], (math.nan, 0.0), PATH[1], PATH[2])
     assert answers == [SUCCESS, FAILURE, FAILURE, FAILURE]
     assert rig.core.ros.refused is V.NOT_FINITE

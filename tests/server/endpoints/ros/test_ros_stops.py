@@ -14,7 +14,7 @@ from rigs.cells.ros_situations import (
     planning,
     superseding,
 )
-from rigs.cells.server_rig import FAILURE, MS, SUCCESS, TICK, ServerRig, ready
+from rigs.cells.server_rig import FAILURE, MS, SUCCESS, TICK, ServerRig
 from rigs.peers.server_clients import RosClient
 
 from openpendant.server.cell.state_report import status_message
@@ -90,8 +90,7 @@ def test_a_new_trajectory_stops_the_old_one_and_follows_it(
     rig.jobs.clear()
     rig.plans_at_once = True
     rig.wait(3_000)
-    assert rig.controller.position == (-0.5, 0.0)
-    assert rig.core.ros.refused is None
+    assert (rig.controller.position, rig.core.ros.refused) == ((-0.5, 0.0), None)
     assert client.closed_for == []
 
 
@@ -159,8 +158,7 @@ def at(rig: ServerRig, time: int) -> None:
 
 @pytest.mark.parametrize("silence_ms", [200, 990])
 def test_a_download_without_its_end_moves_nothing(silence_ms: int) -> None:
-    rig = ready()
-    client = rig.ros()
+    rig, client = idle()
     for sequence, joints in zip((-1, 1, 2), PATH, strict=True):
         client.point(sequence, *joints, comm_type=TOPIC)
     rig.wait(silence_ms)
@@ -168,8 +166,7 @@ def test_a_download_without_its_end_moves_nothing(silence_ms: int) -> None:
 
 
 def test_a_download_is_waited_for_until_its_end_comes() -> None:
-    rig = ready()
-    client = rig.ros()
+    rig, client = idle()
     for sequence, joints in zip((-1, 1, -3), PATH, strict=True):
         client.point(sequence, *joints, comm_type=TOPIC)
         rig.wait(900 if sequence != -3 else 0)
@@ -178,8 +175,7 @@ def test_a_download_is_waited_for_until_its_end_comes() -> None:
 
 @pytest.mark.parametrize(("wait_ns", "told"), [(1_000 * MS - 1, False), (1_000 * MS, True)])
 def test_a_download_is_dropped_1_s_after_its_last_point(wait_ns: int, told: bool) -> None:
-    rig = ready()
-    client = rig.ros()
+    rig, client = idle()
     client.point(-1, *PATH[0], comm_type=TOPIC)
     client.point(1, *PATH[1], comm_type=TOPIC)
     at(rig, rig.now + wait_ns)
@@ -190,8 +186,7 @@ def test_a_download_is_dropped_1_s_after_its_last_point(wait_ns: int, told: bool
 
 @pytest.mark.parametrize("begins_at", [0, -2])
 def test_a_stream_that_announced_no_end_needs_none(begins_at: int) -> None:
-    rig = ready()
-    client = rig.ros()
+    rig, client = idle()
     client.point(begins_at, *PATH[0])
     client.point(1, *PATH[1])
     rig.wait(150)
@@ -220,8 +215,7 @@ def test_what_waits_for_a_robot_that_never_rests_is_dropped_and_told() -> None:
     rig, _ = superseding()
     planned = len(jobs(rig))
     rig.wait(1_100)
-    assert rig.activity() is Activity.STOPPING
-    assert rig.core.ros.refused is V.TRAJECTORY_LATE
+    assert (rig.activity(), rig.core.ros.refused) == (Activity.STOPPING, V.TRAJECTORY_LATE)
     rig.controller.coasts = False
     rig.wait(1_000)
     assert len(jobs(rig)) == planned
@@ -253,8 +247,7 @@ def test_a_planner_that_waits_for_a_processor_is_planning() -> None:
 
 
 def test_what_is_read_late_may_have_come_when_the_loop_fell_asleep() -> None:
-    rig = ready(watchdog=SLOW_WATCHDOG)
-    client = rig.ros()
+    rig, client = idle(watchdog=SLOW_WATCHDOG)
     client.point(0, *PATH[0])
     rig.now += 900 * MS  # the next point waits to be read meanwhile
     rig.report()
@@ -265,8 +258,7 @@ def test_what_is_read_late_may_have_come_when_the_loop_fell_asleep() -> None:
 
 
 def test_after_a_stall_a_silence_is_judged_by_the_next_tick_only() -> None:
-    rig = ready(watchdog=SLOW_WATCHDOG)
-    client = rig.ros()
+    rig, client = idle(watchdog=SLOW_WATCHDOG)
     client.point(0, *PATH[0])
     rig.wait(20)
     rig.now += 300 * MS
@@ -279,8 +271,7 @@ def test_after_a_stall_a_silence_is_judged_by_the_next_tick_only() -> None:
 
 
 def test_a_loop_that_is_always_late_ends_a_stream_all_the_same() -> None:
-    rig = ready()
-    client = rig.ros()
+    rig, client = idle()
     client.point(0, *PATH[0])
     client.point(1, *PATH[1])
     for _ in range(3):
@@ -294,8 +285,7 @@ def test_a_point_that_follows_too_late_breaks_off_what_moves_already() -> None:
     rig, client = moving()
     assert client.point(3, 1.1, 0.3) is FAILURE
     assert len(rig.stops) == 1
-    assert rig.activity() is Activity.STOPPING
-    assert rig.core.ros.refused is V.SEQUENCE
+    assert (rig.activity(), rig.core.ros.refused) == (Activity.STOPPING, V.SEQUENCE)
     assert client.point(4, 1.2, 0.3) is FAILURE
     rig.wait(1_000)
     assert len(jobs(rig)) == 1
@@ -316,8 +306,7 @@ def test_a_point_that_follows_too_late_ends_what_has_not_begun(phase: object) ->
 
 @pytest.mark.parametrize("again", [1, 2])
 def test_a_client_that_comes_back_goes_on_where_it_was(again: int) -> None:
-    rig = ready()
-    client = rig.ros()
+    rig, client = idle()
     client.trajectory(*PATH[:2])
     client.close()
     rig.wait(1_900)
@@ -330,8 +319,7 @@ def test_a_client_that_comes_back_goes_on_where_it_was(again: int) -> None:
 
 
 def test_2_s_are_the_longest_absence() -> None:
-    rig = ready()
-    client = rig.ros()
+    rig, client = idle()
     client.trajectory(*PATH[:2])
     client.close()
     lost = rig.now
@@ -347,8 +335,7 @@ def test_2_s_are_the_longest_absence() -> None:
 
 @pytest.mark.parametrize(("sequence", "address"), [(3, "127.0.0.1"), (2, "::1"), (5, "127.0.0.1")])
 def test_another_sequence_or_another_address_does_not_go_on(sequence: int, address: str) -> None:
-    rig = ready()
-    client = rig.ros()
+    rig, client = idle()
     client.trajectory(*PATH[:2])
     client.close()
     back = rig.ros(address)
@@ -358,8 +345,7 @@ def test_another_sequence_or_another_address_does_not_go_on(sequence: int, addre
 
 
 def test_a_new_beginning_discards_what_was_sent_before_the_loss() -> None:
-    rig = ready()
-    client = rig.ros()
+    rig, client = idle()
     client.trajectory(*PATH[:2])
     client.close()
     rig.ros().trajectory((0.3, 0.3))

@@ -122,8 +122,7 @@ def test_a_job_that_a_process_did_not_take_goes_to_another_or_waits(bench: Bench
     assert bench.given() == [[], []]
     bench.processes[0].is_free, bench.processes[0].is_dying = True, False
     bench.pool.hand_out()
-    assert bench.given() == [[1], []]
-    assert bench.answers == []
+    assert (bench.given(), bench.answers) == ([[1], []], [])
 
 
 def test_a_warm_process_is_preferred(bench: Bench) -> None:
@@ -193,8 +192,7 @@ def test_a_withdrawn_job_that_waits_is_never_planned_and_never_answered(bench: B
     bench.ask_for(2, 11)
     bench.pool.withdraw(1, 11)
     assert bench.next_of_first(3) == [12, 11]
-    assert bench.processes[0].given[-1].cell == 2
-    assert bench.answers == []
+    assert (bench.processes[0].given[-1].cell, bench.answers) == (2, [])
 
 
 def test_a_withdrawn_job_that_does_not_wait_is_looked_for_in_the_processes(bench: Bench) -> None:

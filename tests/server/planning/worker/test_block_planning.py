@@ -10,6 +10,7 @@ from collections.abc import Mapping
 
 import numpy as np
 import pytest
+from rigs.cells.refusals import refusal_from
 from rigs.cells.server_rig import LIMITS
 from rigs.data.program_samples import linked
 
@@ -158,8 +159,7 @@ def test_a_refusal_names_program_line_and_point() -> None:
     far = dataclasses.replace(moves.moves[1].target, joints=(0.0, -9.0, *AT_A[2:]))
     moves = MotionBlock((moves.moves[0], dataclasses.replace(moves.moves[1], target=far)))
     job = BlockJob(3, AT_A, moves, (8, 9), TREE, 1.0)
-    result = answer("ur5", pickle.loads(pickle.dumps(job))).result
-    assert isinstance(result, Refusal)
+    result = refusal_from(answer("ur5", pickle.loads(pickle.dumps(job))).result)
     assert result.code is V.OUT_OF_RANGE
     assert result.text.startswith("main, line 9, point c: ")
 
@@ -168,9 +168,10 @@ def test_a_frame_that_is_not_there_is_refused_by_name() -> None:
     point = dataclasses.replace(taught(AT_A), name="b")
     moves = block("move PTP b\n")
     moves = MotionBlock((dataclasses.replace(moves.moves[0], target=point),))
-    result = answer("ur5", BlockJob(3, AT_A, moves, (8,), FrameTree(), 1.0)).result
-    assert isinstance(result, Refusal)
-    assert result.code is V.UNKNOWN_FRAME
+    assert (
+        refusal_from(answer("ur5", BlockJob(3, AT_A, moves, (8,), FrameTree(), 1.0)).result).code
+        is V.UNKNOWN_FRAME
+    )
 
 
 def test_a_dry_run_in_slices_finds_what_one_in_one_piece_finds() -> None:

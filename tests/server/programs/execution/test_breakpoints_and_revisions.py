@@ -249,8 +249,7 @@ def test_a_paused_program_goes_on_as_it_was_begun_or_the_request_is_refused(
     cell.pass_time(1_000)
     assert cell.run(**fields) is V.PROGRAM_RUNNING
     assert said in cell.user.all(Verdict)[-1].text
-    assert cell.user.outcomes() == []
-    assert cell.run() is V.ACCEPTED
+    assert (cell.user.outcomes(), cell.run()) == ([], V.ACCEPTED)
     assert cell.until_outcomes(2) == [V.ACCEPTED, V.ACCEPTED]
     assert cell.reports()[-1].loop == 1
 
@@ -324,8 +323,7 @@ def test_the_revision_that_is_kept_runs(edited: ProgramCell) -> None:
 
 
 def test_without_a_revision_the_newest_runs(edited: ProgramCell) -> None:
-    assert edited.run() is V.ACCEPTED
-    assert edited.reports()[-1].revision == 2
+    assert (edited.run(), edited.reports()[-1].revision) == (V.ACCEPTED, 2)
 
 
 @pytest.mark.parametrize("kind", [ALL, FORWARD])
@@ -340,8 +338,7 @@ def test_no_other_revision_runs_and_both_are_named(
     assert (told.value, told.limit) == (2.0, float(asked))
     assert told.text.startswith(f"revision {asked} was asked for, revision 2 is kept: ")
     edited.pass_time(1_000)
-    assert edited.position == before
-    assert edited.motions == []
+    assert (edited.position, edited.motions) == (before, [])
     assert edited.core.cell.activity is Activity.IDLE
     assert edited.run(revision=2) is V.ACCEPTED
 

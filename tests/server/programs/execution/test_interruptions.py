@@ -140,8 +140,7 @@ def test_a_status_that_says_nothing_new_ends_nothing() -> None:
     assert cell.run() is V.ACCEPTED
     cell._hear(ControllerPath.STATE, shown)
     cell._hear(ControllerPath.STATE, own)
-    assert cell.until_outcomes() == [V.ACCEPTED]
-    assert cell.reports()[0].line == BODY_LINE
+    assert (cell.until_outcomes(), cell.reports()[0].line) == ([V.ACCEPTED], BODY_LINE)
 
 
 SHORT = program_to_json(parse(large_text(60, 60)))
@@ -222,8 +221,7 @@ def test_a_start_from_before_never_moves_the_robot_and_is_refused_at_once(
     loading.pass_time(3_000)
     assert [each for number, each in loading.user.verdicts() if number == request] == [code]
     assert (loading.position, loading.motions, loading.reports()) == (stood, [], [])
-    assert loading.core.cell.program is None
-    assert loading.run() is None
+    assert (loading.core.cell.program, loading.run()) == (None, None)
     loading.work()
     loading.pass_time(100)
     assert loading.user.verdicts()[-1][1] is V.ACCEPTED

@@ -93,8 +93,7 @@ def unpaused_paths(statements: str) -> list[Path]:
     cell = WatchedCell(statements)
     with pytest.MonkeyPatch.context() as patched:
         patched.setattr(VelocityProfile, "sampled", noted)
-        assert cell.run() is V.ACCEPTED
-        assert cell.until_outcomes() == [V.ACCEPTED]
+        assert (cell.run(), cell.until_outcomes()) == (V.ACCEPTED, [V.ACCEPTED])
     return [*paths, *(JointLine(move.start, move.goal) for move in cell.straight)]
 
 

@@ -7,6 +7,7 @@ from typing import Any
 import numpy as np
 import pytest
 from rigs.cells.program_cell import ProgramCell, ask
+from rigs.cells.robot_cell_situations import at_a_pad, enabled
 from rigs.cells.server_rig import LIMITS, ServerRig, ready
 from rigs.motion.jog_pad import JogPad
 
@@ -31,8 +32,7 @@ GOAL = (1.5, -1.0)
 
 
 def moving(**settings: Any) -> tuple[ServerRig, JogPad]:
-    rig = ready(**settings)
-    pad = JogPad(rig)
+    rig, pad = at_a_pad(**settings)
     assert pad.pendant.path((0.5, 0.5), GOAL, speed=0.5) is V.ACCEPTED
     pad.hold(200)
     assert rig.activity() is Activity.MOVING
@@ -109,8 +109,7 @@ def test_an_override_slows_down_and_the_limits_hold() -> None:
 
 @pytest.mark.parametrize("override", [0.01, 0.3, 0.99])
 def test_a_motion_that_begins_under_an_override_begins_at_rest(override: float) -> None:
-    rig = ready()
-    pad = JogPad(rig)
+    rig, pad = at_a_pad()
     assert pad.speed(override) is V.ACCEPTED
     assert pad.pendant.move(0.02, 0.0) is V.ACCEPTED
     pad.hold(100)
@@ -159,9 +158,7 @@ def _step(pad: JogPad) -> JogStep:
 
 @pytest.mark.parametrize("kind", ASKED)
 def test_nothing_that_cannot_move_is_accepted_at_an_override_of_0(kind: str) -> None:
-    rig = ready(modes={"initial": "manual_reduced"})
-    pad = JogPad(rig)
-    pad.squeeze()
+    rig, pad = enabled()
     assert pad.speed(0.0) is V.ACCEPTED
     assert ASKED[kind](pad) is V.OVERRIDE_ZERO
     pad.hold(200)
@@ -169,8 +166,7 @@ def test_nothing_that_cannot_move_is_accepted_at_an_override_of_0(kind: str) -> 
 
 
 def test_a_motion_that_is_planned_while_the_override_falls_to_0_is_refused() -> None:
-    rig = ready(plans_at_once=False)
-    pad = JogPad(rig)
+    rig, pad = at_a_pad(plans_at_once=False)
     assert pad.pendant.path(GOAL) is None
     assert pad.speed(0.0) is V.ACCEPTED
     rig.plan()
@@ -179,9 +175,7 @@ def test_a_motion_that_is_planned_while_the_override_falls_to_0_is_refused() -> 
 
 
 def test_a_lower_cap_slows_what_moves_and_a_higher_one_makes_nothing_faster_than_planned() -> None:
-    rig = ready(modes={"initial": "manual_reduced"})
-    pad = JogPad(rig)
-    pad.squeeze()
+    rig, pad = enabled()
     assert pad.pendant.path(GOAL, speed=0.5) is V.ACCEPTED
     pad.hold(200)
     assert pad.speed(1.0, 0.125) is V.ACCEPTED
@@ -208,9 +202,7 @@ def test_an_observer_controls_nothing_but_the_stop(action: MotionControlAction) 
 
 
 def test_promise_32_in_manual_a_pause_may_let_go_but_a_resume_asks_for_enabling() -> None:
-    rig = ready(modes={"initial": "manual_reduced"})
-    pad = JogPad(rig)
-    pad.squeeze()
+    rig, pad = enabled()
     pad.pendant.path(GOAL)
     pad.hold(100)
     pad.control(PAUSE)
@@ -237,9 +229,7 @@ def test_a_program_stop_ends_without_a_latch() -> None:
 
 
 def test_who_lets_go_while_the_robot_still_brakes_for_a_pause_stops_it() -> None:
-    rig = ready(modes={"initial": "manual_high"})
-    pad = JogPad(rig)
-    pad.squeeze()
+    rig, pad = enabled("manual_high")
     assert pad.pendant.move(1.5, 0.0) is V.ACCEPTED
     pad.hold(600)
     assert pad.control(MotionControlAction.PAUSE) is V.ACCEPTED

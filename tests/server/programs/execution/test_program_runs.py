@@ -40,9 +40,7 @@ def violations(cell: ProgramCell) -> dict[str, int]:
 
 def test_a_program_runs_to_its_end_with_one_verdict_and_one_outcome() -> None:
     cell = ProgramCell(main=THERE_AND_BACK)
-    assert cell.run() is V.ACCEPTED
-    assert cell.until_outcomes() == [V.ACCEPTED]
-    assert cell.position == near(A)
+    assert (cell.run(), cell.until_outcomes(), cell.position) == (V.ACCEPTED, [V.ACCEPTED], near(A))
     cell.pass_time(500)
     assert len(cell.user.verdicts()) == 2, "of the authority and of the run"
     assert len(cell.user.outcomes()) == 1
@@ -57,8 +55,7 @@ def test_the_slow_way_to_the_first_point_is_announced_and_every_line_is_reported
     cell.until_outcomes()
     lines = [report.line for report in cell.reports() if report.state == ProgramState.RUNNING]
     assert list(dict.fromkeys(lines)) == [BODY_LINE + number for number in range(4)]
-    assert cell.reports()[-1].state == ProgramState.NONE
-    assert cell.reports()[-1].text == "finished"
+    assert (cell.reports()[-1].state, cell.reports()[-1].text) == (ProgramState.NONE, "finished")
     assert len(watcher.all(type(cell.reports()[0]))) == len(cell.reports())
 
 
@@ -75,8 +72,7 @@ def test_moves_joined_by_zones_are_one_motion_whose_lines_are_told_on_the_way() 
 def test_a_run_may_begin_at_a_line_and_repeat() -> None:
     cell = ProgramCell(main=THERE_AND_BACK)
     assert cell.run(line=BODY_LINE + 2, loops=2) is V.ACCEPTED
-    assert cell.until_outcomes() == [V.ACCEPTED]
-    assert cell.reports()[0].line == BODY_LINE + 2
+    assert (cell.until_outcomes(), cell.reports()[0].line) == ([V.ACCEPTED], BODY_LINE + 2)
     assert max(report.loop for report in cell.reports()) == 2
 
 
@@ -103,8 +99,7 @@ def test_a_program_that_cannot_be_linked_is_refused(name: str, statements: str, 
 def test_a_called_program_runs_inside_its_caller() -> None:
     cell = ProgramCell(main="move PTP a\ncall inner\n", inner="move PTP b\n")
     cell.run()
-    assert cell.until_outcomes() == [V.ACCEPTED]
-    assert cell.position == near(B)
+    assert (cell.until_outcomes(), cell.position) == ([V.ACCEPTED], near(B))
     assert "inner" in {report.program for report in cell.reports()}
 
 
@@ -115,8 +110,7 @@ def test_a_pause_while_a_block_is_planned_holds_the_robot_until_the_resume() -> 
     cell.pass_time(1_000)
     before = cell.position
     cell.pass_time(1_000)
-    assert cell.position == before
-    assert cell.reports()[-1].state == ProgramState.PAUSED
+    assert (cell.position, cell.reports()[-1].state) == (before, ProgramState.PAUSED)
     assert cell.control(RESUME) is V.ACCEPTED
     assert cell.until_outcomes() == [V.ACCEPTED]
 
@@ -157,8 +151,7 @@ def test_a_breakpoint_holds_the_run_before_its_statement() -> None:
     cell.run()
     cell.pass_time(2_000)
     assert cell.reports()[-1].state == ProgramState.AT_BREAKPOINT
-    assert cell.reports()[-1].line == BODY_LINE + 2
-    assert cell.position == near(B)
+    assert (cell.reports()[-1].line, cell.position) == (BODY_LINE + 2, near(B))
     assert cell.control(RESUME) is V.ACCEPTED
     assert cell.until_outcomes() == [V.ACCEPTED]
 
@@ -288,14 +281,12 @@ def test_a_program_in_reduced_speed_needs_enabling_and_ends_without_it() -> None
     assert cell.run() is V.ACCEPTED
     while cell.reports()[-1].line == BODY_LINE:
         hold(100)
-    assert cell.user.outcomes() == []
-    assert cell.until_outcomes() == [V.ENABLING_LOST]
+    assert (cell.user.outcomes(), cell.until_outcomes()) == ([], [V.ENABLING_LOST])
 
 
 def test_an_input_that_is_not_there_ends_the_run_by_name() -> None:
     cell = ProgramCell(main="loop\nif input 3 on\nend\nend\n")
-    assert cell.run() is V.ACCEPTED
-    assert cell.until_outcomes() == [V.NO_SIGNAL]
+    assert (cell.run(), cell.until_outcomes()) == (V.ACCEPTED, [V.NO_SIGNAL])
     assert "input 3" in cell.reports()[-1].text
 
 
@@ -345,8 +336,7 @@ def test_a_step_that_ends_in_its_pause_has_its_outcome_then() -> None:
     cell.run(kind=FORWARD)
     cell.control(PAUSE)
     assert cell.until_outcomes(1, most=100) == [V.ACCEPTED]
-    assert cell.reports()[-1].state == ProgramState.STEPPED
-    assert cell.motions == []
+    assert (cell.reports()[-1].state, cell.motions) == (ProgramState.STEPPED, [])
 
 
 def test_a_step_out_of_joined_moves_is_refused_and_the_pause_holds() -> None:

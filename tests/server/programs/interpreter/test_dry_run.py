@@ -84,8 +84,7 @@ def test_signals_that_are_there_are_good() -> None:
 
 def test_where_nobody_knows_the_signals_it_is_said_and_nothing_is_refused() -> None:
     found = walked_with("wait input 999 on\nmove PTP a\nset output 999 on", signals=None)
-    assert found.refusals == ()
-    assert found.unchecked == (("main", 0), ("main", 2))
+    assert (found.refusals, found.unchecked) == ((), (("main", 0), ("main", 2)))
 
 
 @pytest.mark.parametrize(
@@ -366,8 +365,7 @@ def test_statements_that_a_run_would_end_at_are_told_with_line_code_and_text() -
         (4, "loop", V.PROGRAM_STUCK),
         (1, "set-output", None),
     ]
-    assert found["refused"] == 3
-    assert found["unchecked"] == []
+    assert (found["refused"], found["unchecked"]) == (3, [])
     assert found["statements"][0]["text"] == "input 999; accepted: 0 to 15"
 
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
-from rigs.cells.program_rig import ProgramRig
+from rigs.cells.program_rig import ProgramRig, Scenario
 from rigs.data.program_samples import linked
 
 from openpendant.server.programs.interpreter.motion_blocks import MOST_MOVES_IN_BLOCK
@@ -80,21 +80,95 @@ def test_statements_run_in_order(statements: str, expected: list[str]) -> None:
     assert ProgramRig(statements).run_out() == expected
 
 
-def test_a_call_runs_the_other_program_and_comes_back() -> None:
-    rig = ProgramRig(
-        "loop 2\ncall x\nend\nset output 9 on", {"x": "set output 1 on\ncall y", "y": ""}
-    )
-    assert rig.run_out() == ["output 1 on", "output 1 on", "output 9 on", "finished"]
+START = "move PTP a\n"
+RUNS: dict[str, Scenario] = {
+    "a call runs the other program and comes back": Scenario(
+        "loop 2\ncall x\nend\nset output 9 on",
+        "start -> output 1 on; done -> output 1 on; done -> output 9 on; done -> finished",
+        {"x": "set output 1 on\ncall y", "y": ""},
+    ),
+    "a start inside of a loop is its first pass": Scenario(
+        "loop 2\nset output 1 on\nset output 2 on\nend\nset output 3 on",
+        "start at 2 -> output 2 on; done -> output 1 on; done -> output 2 on; "
+        "done -> output 3 on; done -> finished",
+    ),
+    "a start inside of a branch runs that branch": Scenario(
+        "if input 1 on\nset output 1 on\nelse\nset output 2 on\nend\nset output 3 on",
+        "start at 3 -> output 2 on; done -> output 3 on",
+    ),
+    "a wait takes its time": Scenario(
+        "wait 1.5 s\nset output 1 on", "start; 1.499 s; 0.001 s -> output 1 on"
+    ),
+    "a dwell begins when the robot stands": Scenario(
+        "move PTP a dwell 1 s\nset output 1 on",
+        "start -> approach a; 5 s; done; 0.9 s; 0.1 s -> output 1 on",
+    ),
+    "an input is asked again until it has the value": Scenario(
+        "wait input 3 on\nset output 1 on",
+        "start -> ask 3; off; 0.01 s; 0.04 s -> ask 3; 0.05 s; on -> output 1 on",
+    ),
+    "a timeout passes also while nobody answers": Scenario(
+        "wait input 3 on timeout 2 s", "start -> ask 3; 2 s -> failed INPUT_TIMEOUT"
+    ),
+    "a flag that was never read fails the run": Scenario(
+        "if flag ok on\nend", "start -> failed FLAG_NOT_READ"
+    ),
+    "comments without an end of passes fail as well": Scenario(
+        "# nothing", "start for ever; ticks -> failed PROGRAM_STUCK"
+    ),
+    "a robot that stands at the point already is no failure": Scenario(
+        "move PTP a\nmove PTP b", "start -> approach a; abort NO_MOTION -> move b"
+    ),
+    "a second start during a run is refused": Scenario(
+        "move PTP a",
+        "start -> approach a; start -> refused PROGRAM_RUNNING; pause -> pause motion; "
+        "start -> refused PROGRAM_RUNNING",
+    ),
+    "a stop ends the motion and nothing goes on by itself": Scenario(
+        "move PTP a\nmove PTP b",
+        "start -> approach a; done -> move b; stop -> stop motion; where -> stopped main:1; "
+        "answer 2; 60 s; resume -> refused PROGRAM_NOT_RUNNING; "
+        "forward -> refused PROGRAM_NOT_RUNNING",
+    ),
+    "a late answer of a stopped run does not touch the next one": Scenario(
+        "set output 1 on\nset output 2 on",
+        "start -> output 1 on; stop; start -> output 1 on; answer 1; done -> output 2 on",
+    ),
+    "the call stack is reported": Scenario(
+        "wait 0 s\ncall x", "start; 0 s; where -> running main:1 x:1", {"x": "# first\nwait 1 s"}
+    ),
+    "a block goes into a called program and out of it": Scenario(
+        "move PTP a\ncall x\nmove LIN a",
+        "start -> approach a; done -> move b:LIN~ c:LIN~ a:LIN",
+        {"x": "move LIN b zone 5 mm\nmove LIN c zone 5 mm"},
+    ),
+    "a block ends before a breakpoint": Scenario(
+        START + "move LIN b zone 5 mm\nmove LIN c zone 5 mm\nmove LIN a",
+        "break main:3; start -> approach a; done -> move b:LIN~ c:LIN",
+    ),
+    "a block may end before a breakpoint at something that takes no time": Scenario(
+        START + "move LIN b zone 5 mm\n# here\nmove LIN c",
+        "break main:2; start -> approach a; done -> move b:LIN",
+    ),
+    "the current line goes on within a block": Scenario(
+        START + "move LIN b zone 5 mm\nmove LIN c zone 5 mm\nmove LIN a",
+        "start -> approach a; done -> move b:LIN~ c:LIN~ a:LIN; where -> running main:1; "
+        "passed 0; where -> running main:2; passed 1; where -> running main:3; passed 0; "
+        "where -> running main:3; passed 2; where -> running main:3",
+    ),
+}
+
+
+@pytest.mark.parametrize("scenario", RUNS.values(), ids=RUNS)
+def test_a_run_goes_as_its_scenario_says(scenario: Scenario) -> None:
+    assert scenario.as_it_happens() == scenario.events
 
 
 def test_a_program_is_run_as_often_as_asked() -> None:
     rig = ProgramRig("set output 1 on")
     assert rig.start(passes=3) == ["output 1 on"]
-    assert rig.done() == ["output 1 on"]
-    assert rig.runner.status.passes == 2
-    assert rig.done() == ["output 1 on"]
-    assert rig.done() == ["finished"]
-    assert rig.runner.status.passes == 3
+    assert (rig.done(), rig.runner.status.passes) == (["output 1 on"], 2)
+    assert (rig.done(), rig.done(), rig.runner.status.passes) == (["output 1 on"], ["finished"], 3)
 
 
 def test_a_program_is_run_for_ever() -> None:
@@ -135,50 +209,10 @@ def test_a_run_starts_from_any_statement(index: int) -> None:
     assert rig.start(index) == [f"output {index} on"]
 
 
-def test_a_start_inside_of_a_loop_is_its_first_pass() -> None:
-    rig = ProgramRig("loop 2\nset output 1 on\nset output 2 on\nend\nset output 3 on")
-    assert rig.start(2) == ["output 2 on"]
-    assert [rig.done() for _ in range(4)] == [
-        *(["output 1 on"], ["output 2 on"], ["output 3 on"], ["finished"])
-    ]
-
-
-def test_a_start_inside_of_a_branch_runs_that_branch() -> None:
-    rig = ProgramRig("if input 1 on\nset output 1 on\nelse\nset output 2 on\nend\nset output 3 on")
-    assert rig.start(3) == ["output 2 on"]
-    assert rig.done() == ["output 3 on"]
-
-
 @pytest.mark.parametrize("index", [-1, 3])
 def test_a_start_beside_the_program_is_refused(index: int) -> None:
     rig = ProgramRig("wait 1 s\nwait 1 s\nwait 1 s")
     assert rig.start(index) == ["refused BAD_ARGUMENT"]
-
-
-def test_a_wait_takes_its_time() -> None:
-    rig = ProgramRig("wait 1.5 s\nset output 1 on")
-    assert rig.start() == []
-    assert rig.after(1.499) == []
-    assert rig.after(0.001) == ["output 1 on"]
-
-
-def test_a_dwell_begins_when_the_robot_stands() -> None:
-    rig = ProgramRig("move PTP a dwell 1 s\nset output 1 on")
-    rig.start()
-    assert rig.after(5.0) == []
-    assert rig.done() == []
-    assert rig.after(0.9) == []
-    assert rig.after(0.1) == ["output 1 on"]
-
-
-def test_an_input_is_asked_again_until_it_has_the_value() -> None:
-    rig = ProgramRig("wait input 3 on\nset output 1 on")
-    assert rig.start() == ["ask 3"]
-    assert rig.value(False) == []
-    assert rig.after(0.01) == []
-    assert rig.after(0.04) == ["ask 3"]
-    assert rig.after(0.05) == []  # the question is open
-    assert rig.value(True) == ["output 1 on"]
 
 
 def test_an_input_that_comes_too_late_fails_the_run_with_both_times() -> None:
@@ -192,17 +226,6 @@ def test_an_input_that_comes_too_late_fails_the_run_with_both_times() -> None:
     assert failure is not None
     assert (failure.value, failure.limit) == (2.0, 2.0)
     assert failure.text == "input 3 was not on after 2.000 s"
-
-
-def test_a_timeout_passes_also_while_nobody_answers() -> None:
-    rig = ProgramRig("wait input 3 on timeout 2 s")
-    rig.start()
-    assert rig.after(2.0) == ["failed INPUT_TIMEOUT"]
-
-
-def test_a_flag_that_was_never_read_fails_the_run() -> None:
-    rig = ProgramRig("if flag ok on\nend")
-    assert rig.start() == ["failed FLAG_NOT_READ"]
 
 
 def test_a_flag_is_known_in_every_program_of_the_run() -> None:
@@ -219,12 +242,6 @@ def test_a_program_that_goes_round_without_doing_anything_fails(statements: str)
     assert rig.ticks() == ["failed PROGRAM_STUCK"]
 
 
-def test_comments_without_an_end_of_passes_fail_as_well() -> None:
-    rig = ProgramRig("# nothing")
-    assert rig.start(passes=None) == []
-    assert rig.ticks() == ["failed PROGRAM_STUCK"]
-
-
 @pytest.mark.parametrize(
     "statements",
     ["move PTP a", "set output 1 on", "wait input 1 on", "if input 1 on\nend", "attach part"],
@@ -233,46 +250,7 @@ def test_a_request_that_is_aborted_fails_the_run_with_its_reason(statements: str
     rig = ProgramRig(statements)
     rig.start()
     assert rig.abort(FAULT) == ["failed CONTROLLER_LOST"]
-    assert rig.runner.status.failure == FAULT
-    assert rig.here == [("main", 0)]
-
-
-def test_a_robot_that_stands_at_the_point_already_is_no_failure() -> None:
-    rig = ProgramRig("move PTP a\nmove PTP b")
-    rig.start()
-    assert rig.abort(Refusal(V.NO_MOTION)) == ["move b"]
-
-
-def test_a_second_start_during_a_run_is_refused() -> None:
-    rig = ProgramRig("move PTP a")
-    rig.start()
-    assert rig.start() == ["refused PROGRAM_RUNNING"]
-    rig.do(Pause())
-    assert rig.start() == ["refused PROGRAM_RUNNING"]
-
-
-def test_a_stop_ends_the_motion_and_nothing_goes_on_by_itself() -> None:
-    rig = ProgramRig("move PTP a\nmove PTP b")
-    rig.start()
-    rig.done()
-    late = rig.request
-    assert rig.do(Stop()) == ["stop motion"]
-    assert rig.runner.status.state is RunState.STOPPED
-    assert rig.here == [("main", 1)]
-    assert rig.do(RequestDone(late)) == []
-    assert rig.after(60.0) == []
-    assert rig.do(Resume()) == ["refused PROGRAM_NOT_RUNNING"]
-    assert rig.do(StepForward()) == ["refused PROGRAM_NOT_RUNNING"]
-
-
-def test_a_late_answer_of_a_stopped_run_does_not_touch_the_next_one() -> None:
-    rig = ProgramRig("set output 1 on\nset output 2 on")
-    rig.start()
-    late = rig.request
-    rig.do(Stop())
-    rig.start()
-    assert rig.do(RequestDone(late)) == []
-    assert rig.done() == ["output 2 on"]
+    assert (rig.runner.status.failure, rig.here) == (FAULT, [("main", 0)])
 
 
 @pytest.mark.parametrize("event", [Stop(), RequestDone(7), Passed(7, 0)])
@@ -300,16 +278,6 @@ def test_the_end_is_an_action_and_a_report() -> None:
     assert isinstance(finished, Finished)
     assert isinstance(report, RunReport)
     assert report.status.state is RunState.FINISHED
-
-
-def test_the_call_stack_is_reported() -> None:
-    rig = ProgramRig("wait 0 s\ncall x", {"x": "# first\nwait 1 s"})
-    rig.start()
-    rig.after(0.0)
-    assert rig.here == [("main", 1), ("x", 1)]
-
-
-START = "move PTP a\n"
 
 
 def first_block(statements: str, others: dict[str, str] | None = None) -> str:
@@ -347,11 +315,6 @@ def test_zones_join_moves_of_one_space(statements: str, expected: str | None) ->
     assert first_block(statements) == expected
 
 
-def test_a_block_goes_into_a_called_program_and_out_of_it() -> None:
-    called = {"x": "move LIN b zone 5 mm\nmove LIN c zone 5 mm"}
-    assert first_block("call x\nmove LIN a", called) == "move b:LIN~ c:LIN~ a:LIN"
-
-
 def test_an_endless_loop_is_handed_over_in_blocks() -> None:
     rig = ProgramRig(START + "loop\nmove LIN b zone 5 mm\nmove LIN c zone 5 mm\nend")
     rig.start()
@@ -359,31 +322,6 @@ def test_an_endless_loop_is_handed_over_in_blocks() -> None:
         rig.done()
         assert len(rig.block.moves) == MOST_MOVES_IN_BLOCK
         assert rig.block.moves[-1].move.zone == 0.0
-
-
-def test_a_block_ends_before_a_breakpoint() -> None:
-    rig = ProgramRig(START + "move LIN b zone 5 mm\nmove LIN c zone 5 mm\nmove LIN a")
-    rig.break_at(("main", 3))
-    rig.start()
-    assert rig.done() == ["move b:LIN~ c:LIN"]
-
-
-def test_a_block_may_end_before_a_breakpoint_at_something_that_takes_no_time() -> None:
-    rig = ProgramRig(START + "move LIN b zone 5 mm\n# here\nmove LIN c")
-    rig.break_at(("main", 2))
-    rig.start()
-    assert rig.done() == ["move b:LIN"]
-
-
-def test_the_current_line_goes_on_within_a_block() -> None:
-    rig = ProgramRig(START + "move LIN b zone 5 mm\nmove LIN c zone 5 mm\nmove LIN a")
-    rig.start()
-    rig.done()
-    lines = [rig.here[0][1]]
-    for place in (0, 1, 0, 2):
-        rig.do(Passed(rig.request, place))
-        lines.append(rig.here[0][1])
-    assert lines == [1, 2, 3, 3, 3]
 
 
 def test_the_points_of_a_block_are_in_it() -> None:

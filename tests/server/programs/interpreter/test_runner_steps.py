@@ -3,7 +3,7 @@ from __future__ import annotations
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
-from rigs.cells.program_rig import ProgramRig
+from rigs.cells.program_rig import ProgramRig, Scenario
 
 from openpendant.server.programs.interpreter.run_events import (
     EventRefused,
@@ -15,7 +15,6 @@ from openpendant.server.programs.interpreter.run_events import (
     RunState,
     StepBack,
     StepForward,
-    Stop,
 )
 from openpendant.simplemsg.verdicts import VerdictCode as V
 
@@ -27,71 +26,135 @@ def paused_at(rig: ProgramRig) -> tuple[PauseReason, int]:
     return rig.runner.status.pause, rig.here[0][1]
 
 
-def test_a_motion_pauses_on_its_path_and_goes_on_there() -> None:
-    rig = ProgramRig(MOVES)
-    rig.start()
-    assert rig.do(Pause()) == ["pause motion"]
-    assert paused_at(rig) == (PauseReason.REQUEST, 0)
-    assert rig.do(Resume()) == ["resume motion"]
-    assert rig.done() == ["move b:LIN~ c:CIRC<a"]
+FOUR_MOVES = "move PTP a\nmove PTP b\nmove PTP c\nmove PTP a"
+JOINED = "move PTP a\nmove PTP b zone 1 deg\nmove PTP c zone 1 deg\nmove PTP a\nmove PTP b"
+STEPS_AND_PAUSES: dict[str, Scenario] = {
+    "a motion pauses on its path and goes on there": Scenario(
+        MOVES,
+        "start -> approach a; pause -> pause motion; where -> paused request main:0; "
+        "resume -> resume motion; done -> move b:LIN~ c:CIRC<a",
+    ),
+    "a motion that ends all the same leaves the run paused": Scenario(
+        MOVES,
+        "start -> approach a; pause -> pause motion; done; where -> paused request main:1; "
+        "resume -> move b:LIN~ c:CIRC<a",
+    ),
+    "a pause holds a wait": Scenario(
+        "wait 2 s\nset output 1 on",
+        "start; 1.5 s; pause; 100 s; resume; 0.4 s; 0.1 s -> output 1 on",
+    ),
+    "a pause holds a dwell that begins in it": Scenario(
+        "move PTP a dwell 1 s\nset output 1 on",
+        "start -> approach a; pause -> pause motion; done; 100 s; resume; 1 s -> output 1 on",
+    ),
+    "a pause holds the time limit of an input": Scenario(
+        "wait input 1 on timeout 1 s",
+        "start -> ask 1; off; pause; 100 s; resume; 0.99 s -> ask 1; off; "
+        "0.01 s -> failed INPUT_TIMEOUT",
+    ),
+    "an input that comes during a pause is taken": Scenario(
+        "wait input 1 on\nset output 1 on", "start -> ask 1; pause; on; resume -> output 1 on"
+    ),
+    "a stop during a pause ends the run": Scenario(
+        MOVES,
+        "start -> approach a; pause -> pause motion; stop -> stop motion; "
+        "resume -> refused PROGRAM_NOT_RUNNING",
+    ),
+    "steps run one statement each and stop at every point": Scenario(
+        MOVES,
+        "step -> approach a; done; where -> paused step main:1; forward -> move b:LIN; done; "
+        "where -> paused step main:2; forward -> move c:CIRC<a; done; "
+        "where -> paused step main:3; forward -> move a:SPLINE<b<c; done -> finished",
+    ),
+    "a step passes what takes no time": Scenario(
+        "loop 2\n# first\nset output 1 on\nend\nset output 2 on",
+        "step -> output 1 on; done; forward -> output 1 on; done; forward -> output 2 on",
+    ),
+    "a run goes on from a step": Scenario(
+        MOVES, "step -> approach a; done; resume -> move b:LIN~ c:CIRC<a; done -> move a:SPLINE<b<c"
+    ),
+    "a step out of a pause ends the statement under way": Scenario(
+        MOVES,
+        "start -> approach a; pause -> pause motion; forward -> resume motion; done; "
+        "where -> paused step main:1",
+    ),
+    "steps back go the same way in reverse": Scenario(
+        MOVES + "\nmove PTP b",
+        "start -> approach a; done -> move b:LIN~ c:CIRC<a; done -> move a:SPLINE<b<c; "
+        "pause -> pause motion; done; back -> move c:SPLINE<c<b; done; back -> move b:CIRC<a; "
+        "done; back -> move a:LIN; done; back -> refused STEP_BACK_REFUSED; "
+        "where -> paused step main:1",
+    ),
+    "a step forward after one back is the same statement again": Scenario(
+        "loop 3\nmove PTP a\nmove LIN b\nend",
+        "step -> approach a; done; forward -> move b:LIN; done; forward -> move a; done; "
+        "forward -> move b:LIN; done; where -> paused step main:3; back -> move a:LIN; done; "
+        "forward -> move b:LIN; done; where -> paused step main:3; resume -> move a; "
+        "done -> move b:LIN; done -> finished",
+    ),
+    "a step back out of the middle of a motion is refused": Scenario(
+        MOVES,
+        "start -> approach a; done -> move b:LIN~ c:CIRC<a; pause -> pause motion; "
+        "back -> refused STEP_BACK_REFUSED",
+    ),
+    "a run pauses before a breakpoint and goes on behind it": Scenario(
+        "loop 2\nset output 1 on\nset output 2 on\nend",
+        "break main:2; start -> output 1 on; done; where -> paused breakpoint main:2; "
+        "resume -> output 2 on; done -> output 1 on; done; where -> paused breakpoint main:2; "
+        "resume -> output 2 on; done -> finished",
+    ),
+    "a breakpoint in a called program": Scenario(
+        "call x\nwait 1 s",
+        "break x:0; start; where -> paused breakpoint main:0 x:0; resume -> output 1 on",
+        {"x": "# here\nset output 1 on"},
+    ),
+    "a breakpoint at the start pauses a run but not a step": Scenario(
+        "set output 1 on", "break main:0; start; forward -> output 1 on; stop; step -> output 1 on"
+    ),
+    "a breakpoint holds also behind a pause": Scenario(
+        "set output 1 on\nset output 2 on",
+        "break main:1; start -> output 1 on; pause; done; resume; "
+        "where -> paused breakpoint main:1",
+    ),
+    "a breakpoint that is taken away pauses nothing": Scenario(
+        "set output 1 on\nset output 2 on",
+        "break main:1; start -> output 1 on; break; done -> output 2 on",
+    ),
+    "a step back that ends in a pause is a step that is done": Scenario(
+        FOUR_MOVES,
+        "step -> approach a; done; forward -> move b; done; back -> move a; "
+        "pause -> pause motion; done; where -> paused step main:1",
+    ),
+    "a pause of a whole run that ends its move stays a pause": Scenario(
+        FOUR_MOVES,
+        "start -> approach a; pause -> pause motion; done; where -> paused request main:1",
+    ),
+    "a step to the end that was paused ends the run when it goes on": Scenario(
+        "set output 1 on",
+        "step -> output 1 on; pause; done; where -> paused request stepping; forward -> finished",
+    ),
+    "a step that a breakpoint ends is over": Scenario(
+        "# nothing\n# here\nset output 1 on",
+        "break main:1; step; where -> paused breakpoint main:1",
+    ),
+    "a step out of the last of joined moves ends that one": Scenario(
+        JOINED,
+        "start -> approach a; done -> move b~ c~ a; passed 0; passed 1; pause -> pause motion; "
+        "forward -> resume motion; done; where -> paused step main:4",
+    ),
+    "what was refused to go back over is not done again on the way forward": Scenario(
+        "move PTP a\nmove PTP b\nset output 2 on\nmove PTP a\nwait 1 s\nwait 1 s",
+        "step -> approach a; done; forward -> move b; done; forward -> output 2 on; done; "
+        "forward -> move a; done; back -> move b; done; back -> refused STEP_BACK_REFUSED; "
+        "done; forward -> move a; done; back -> move b; done; "
+        "back -> refused STEP_BACK_REFUSED; done",
+    ),
+}
 
 
-def test_a_motion_that_ends_all_the_same_leaves_the_run_paused() -> None:
-    rig = ProgramRig(MOVES)
-    rig.start()
-    rig.do(Pause())
-    assert rig.done() == []
-    assert paused_at(rig) == (PauseReason.REQUEST, 1)
-    assert rig.do(Resume()) == ["move b:LIN~ c:CIRC<a"]
-
-
-def test_a_pause_holds_a_wait() -> None:
-    rig = ProgramRig("wait 2 s\nset output 1 on")
-    rig.start()
-    rig.after(1.5)
-    rig.do(Pause())
-    assert rig.after(100.0) == []
-    rig.do(Resume())
-    assert rig.after(0.4) == []
-    assert rig.after(0.1) == ["output 1 on"]
-
-
-def test_a_pause_holds_a_dwell_that_begins_in_it() -> None:
-    rig = ProgramRig("move PTP a dwell 1 s\nset output 1 on")
-    rig.start()
-    rig.do(Pause())
-    rig.done()
-    assert rig.after(100.0) == []
-    assert rig.do(Resume()) == []
-    assert rig.after(1.0) == ["output 1 on"]
-
-
-def test_a_pause_holds_the_time_limit_of_an_input() -> None:
-    rig = ProgramRig("wait input 1 on timeout 1 s")
-    rig.start()
-    rig.value(False)
-    rig.do(Pause())
-    assert rig.after(100.0) == []
-    rig.do(Resume())
-    assert rig.after(0.99) == ["ask 1"]
-    rig.value(False)
-    assert rig.after(0.01) == ["failed INPUT_TIMEOUT"]
-
-
-def test_an_input_that_comes_during_a_pause_is_taken() -> None:
-    rig = ProgramRig("wait input 1 on\nset output 1 on")
-    rig.start()
-    rig.do(Pause())
-    assert rig.value(True) == []
-    assert rig.do(Resume()) == ["output 1 on"]
-
-
-def test_a_stop_during_a_pause_ends_the_run() -> None:
-    rig = ProgramRig(MOVES)
-    rig.start()
-    rig.do(Pause())
-    assert rig.do(Stop()) == ["stop motion"]
-    assert rig.do(Resume()) == ["refused PROGRAM_NOT_RUNNING"]
+@pytest.mark.parametrize("scenario", STEPS_AND_PAUSES.values(), ids=STEPS_AND_PAUSES)
+def test_steps_and_pauses_go_as_their_scenario_says(scenario: Scenario) -> None:
+    assert scenario.as_it_happens() == scenario.events
 
 
 @pytest.mark.parametrize("event", [Resume(), StepForward(), StepBack()])
@@ -109,77 +172,6 @@ def test_only_what_runs_is_paused(pauses: int) -> None:
         rig.start()
         rig.do(Pause())
     assert rig.do(Pause()) == ["refused PROGRAM_NOT_RUNNING"]
-
-
-def test_steps_run_one_statement_each_and_stop_at_every_point() -> None:
-    rig = ProgramRig(MOVES)
-    assert rig.start(step=True) == ["approach a"]
-    seen = []
-    for _ in range(3):
-        assert rig.done() == []
-        assert paused_at(rig)[0] is PauseReason.STEP
-        seen += rig.do(StepForward())
-    assert seen == ["move b:LIN", "move c:CIRC<a", "move a:SPLINE<b<c"]
-    assert rig.done() == ["finished"]
-
-
-def test_a_step_passes_what_takes_no_time() -> None:
-    rig = ProgramRig("loop 2\n# first\nset output 1 on\nend\nset output 2 on")
-    assert rig.start(step=True) == ["output 1 on"]
-    rig.done()
-    assert rig.do(StepForward()) == ["output 1 on"]
-    rig.done()
-    assert rig.do(StepForward()) == ["output 2 on"]
-
-
-def test_a_run_goes_on_from_a_step() -> None:
-    rig = ProgramRig(MOVES)
-    rig.start(step=True)
-    rig.done()
-    assert rig.do(Resume()) == ["move b:LIN~ c:CIRC<a"]
-    assert rig.done() == ["move a:SPLINE<b<c"]
-
-
-def test_a_step_out_of_a_pause_ends_the_statement_under_way() -> None:
-    rig = ProgramRig(MOVES)
-    rig.start()
-    rig.do(Pause())
-    assert rig.do(StepForward()) == ["resume motion"]
-    assert rig.done() == []
-    assert paused_at(rig) == (PauseReason.STEP, 1)
-
-
-def test_steps_back_go_the_same_way_in_reverse() -> None:
-    rig = ProgramRig(MOVES + "\nmove PTP b")
-    rig.start()
-    for _ in range(2):
-        rig.done()
-    rig.do(Pause())
-    rig.done()
-    back = []
-    while (found := rig.do(StepBack()))[0].startswith("move"):
-        back += found
-        assert rig.done() == []
-    assert back == ["move c:SPLINE<c<b", "move b:CIRC<a", "move a:LIN"]
-    assert found == ["refused STEP_BACK_REFUSED"]
-    assert paused_at(rig) == (PauseReason.STEP, 1)
-
-
-def test_a_step_forward_after_one_back_is_the_same_statement_again() -> None:
-    rig = ProgramRig("loop 3\nmove PTP a\nmove LIN b\nend")
-    rig.start(step=True)
-    for _ in range(3):
-        rig.done()
-        rig.do(StepForward())
-    rig.done()
-    before = rig.runner.status.stack
-    rig.do(StepBack())
-    rig.done()
-    assert rig.do(StepForward()) == ["move b:LIN"]
-    rig.done()
-    assert rig.runner.status.stack == before
-    rig.do(Resume())
-    assert [rig.done() for _ in range(2)] == [["move b:LIN"], ["finished"]]
 
 
 def test_a_way_back_has_no_zone_no_dwell_and_the_speed_of_the_way() -> None:
@@ -213,65 +205,6 @@ def test_a_step_back_over_an_effect_or_the_start_is_refused(statements: str, ste
     assert rig.do(StepBack()) == ["refused STEP_BACK_REFUSED"]
 
 
-def test_a_step_back_out_of_the_middle_of_a_motion_is_refused() -> None:
-    rig = ProgramRig(MOVES)
-    rig.start()
-    rig.done()
-    rig.do(Pause())
-    assert rig.do(StepBack()) == ["refused STEP_BACK_REFUSED"]
-
-
-def test_a_run_pauses_before_a_breakpoint_and_goes_on_behind_it() -> None:
-    rig = ProgramRig("loop 2\nset output 1 on\nset output 2 on\nend")
-    rig.break_at(("main", 2))
-    rig.start()
-    for _ in range(2):
-        assert rig.done() == []
-        assert paused_at(rig) == (PauseReason.BREAKPOINT, 2)
-        assert rig.do(Resume()) == ["output 2 on"]
-        rest = rig.done()
-    assert rest == ["finished"]
-
-
-def test_a_breakpoint_in_a_called_program() -> None:
-    rig = ProgramRig("call x\nwait 1 s", {"x": "# here\nset output 1 on"})
-    rig.break_at(("x", 0))
-    assert rig.start() == []
-    assert rig.here == [("main", 0), ("x", 0)]
-    assert rig.do(Resume()) == ["output 1 on"]
-
-
-def test_a_breakpoint_at_the_start_pauses_a_run_but_not_a_step() -> None:
-    rig = ProgramRig("set output 1 on")
-    rig.break_at(("main", 0))
-    assert rig.start() == []
-    assert rig.do(StepForward()) == ["output 1 on"]
-    rig.do(Stop())
-    assert rig.start(step=True) == ["output 1 on"]
-
-
-def test_a_breakpoint_holds_also_behind_a_pause() -> None:
-    rig = ProgramRig("set output 1 on\nset output 2 on")
-    rig.break_at(("main", 1))
-    rig.start()
-    rig.do(Pause())
-    rig.done()
-    assert rig.do(Resume()) == []
-    assert paused_at(rig) == (PauseReason.BREAKPOINT, 1)
-
-
-def test_a_breakpoint_that_is_taken_away_pauses_nothing() -> None:
-    rig = ProgramRig("set output 1 on\nset output 2 on")
-    rig.break_at(("main", 1))
-    rig.start()
-    rig.break_at()
-    assert rig.done() == ["output 2 on"]
-
-
-FOUR_MOVES = "move PTP a\nmove PTP b\nmove PTP c\nmove PTP a"
-JOINED = "move PTP a\nmove PTP b zone 1 deg\nmove PTP c zone 1 deg\nmove PTP a\nmove PTP b"
-
-
 def answer(rig: ProgramRig) -> list[str]:
     return rig.value(True) if isinstance(rig.actions[-1], QueryInput) else rig.done()
 
@@ -294,40 +227,8 @@ def test_a_step_that_ends_in_a_pause_is_a_step_that_is_done(statement: str) -> N
     rig.do(StepForward())
     rig.do(Pause())
     assert answer(rig) == []
-    assert rig.runner.status.state is RunState.PAUSED
-    assert rig.runner.status.pause is PauseReason.STEP
+    assert (rig.runner.status.state, rig.runner.status.pause) == (RunState.PAUSED, PauseReason.STEP)
     assert not rig.runner.is_stepping
-
-
-def test_a_step_back_that_ends_in_a_pause_is_a_step_that_is_done() -> None:
-    rig = ProgramRig(FOUR_MOVES)
-    rig.start(step=True)
-    rig.done()
-    rig.do(StepForward())
-    rig.done()
-    rig.do(StepBack())
-    rig.do(Pause())
-    assert rig.done() == []
-    assert rig.runner.status.pause is PauseReason.STEP
-    assert not rig.runner.is_stepping
-    assert rig.here == [("main", 1)]
-
-
-def test_a_pause_of_a_whole_run_that_ends_its_move_stays_a_pause() -> None:
-    rig = ProgramRig(FOUR_MOVES)
-    rig.start()
-    rig.do(Pause())
-    rig.done()
-    assert rig.runner.status.pause is PauseReason.REQUEST
-
-
-def test_a_step_to_the_end_that_was_paused_ends_the_run_when_it_goes_on() -> None:
-    rig = ProgramRig("set output 1 on")
-    rig.start(step=True)
-    rig.do(Pause())
-    assert rig.done() == []
-    assert rig.runner.is_stepping
-    assert rig.do(StepForward()) == ["finished"]
 
 
 @pytest.mark.parametrize("event", [Resume(), StepForward(), StepBack()])
@@ -347,14 +248,6 @@ def test_a_run_steps_from_the_request_to_the_end_of_the_step(
     assert seen == [False, True, False, not isinstance(event, Resume)]
 
 
-def test_a_step_that_a_breakpoint_ends_is_over() -> None:
-    rig = ProgramRig("# nothing\n# here\nset output 1 on")
-    rig.break_at(("main", 1))
-    rig.start(step=True)
-    assert rig.runner.status.pause is PauseReason.BREAKPOINT
-    assert not rig.runner.is_stepping
-
-
 @pytest.mark.parametrize(("passed", "left"), [(0, 3), (1, 2)])
 def test_a_step_out_of_the_middle_of_joined_moves_is_refused_and_changes_nothing(
     passed: int, left: int
@@ -371,22 +264,9 @@ def test_a_step_out_of_the_middle_of_joined_moves_is_refused_and_changes_nothing
     assert isinstance(refused, EventRefused)
     assert (refused.refusal.value, refused.refusal.limit) == (left, 1)
     assert "accepted: resume, or a program stop" in refused.refusal.text
-    assert rig.runner.status == before
-    assert not rig.runner.is_stepping
+    assert (rig.runner.status, rig.runner.is_stepping) == (before, False)
     assert rig.do(Resume()) == ["resume motion"]
     assert rig.done() == ["move b"]
-
-
-def test_a_step_out_of_the_last_of_joined_moves_ends_that_one() -> None:
-    rig = ProgramRig(JOINED)
-    rig.start()
-    rig.done()
-    for place in (0, 1):
-        rig.do(Passed(rig.request, place))
-    rig.do(Pause())
-    assert rig.do(StepForward()) == ["resume motion"]
-    assert rig.done() == []
-    assert rig.runner.status.pause is PauseReason.STEP
 
 
 @pytest.mark.parametrize(
@@ -451,14 +331,6 @@ def stepped_back(rig: ProgramRig) -> list[str]:
 )
 def test_steps_back_lead_as_far_as_the_last_effect(statements: str, log: list[str]) -> None:
     assert stepped_back(stepped(statements)) == [*log, *REFUSED]
-
-
-def test_what_was_refused_to_go_back_over_is_not_done_again_on_the_way_forward() -> None:
-    rig = stepped("move PTP a\nmove PTP b\nset output 2 on\nmove PTP a")
-    assert stepped_back(rig) == ["move b", *REFUSED]
-    assert rig.do(StepForward()) == ["move a"]
-    rig.done()
-    assert stepped_back(rig) == ["move b", *REFUSED]
 
 
 def test_the_refusal_names_what_is_not_undone() -> None:

@@ -56,8 +56,7 @@ def statements_after(edit: Edit) -> list[str]:
 
 def test_recording_adds_a_point_and_appends_its_move() -> None:
     after = apply(BEFORE, RecordPoint(D, Move(Way.LIN, "d")))
-    assert after.points[-1] == D
-    assert after.statements == (*BEFORE.statements, Move(Way.LIN, "d"))
+    assert (after.points[-1], after.statements) == (D, (*BEFORE.statements, Move(Way.LIN, "d")))
 
 
 def test_a_recorded_point_is_inserted_where_asked() -> None:

@@ -61,8 +61,7 @@ point home
     assert point.pose.position == (0.4, 0.0, 0.3)
     assert (point.pose.frame, point.pose.tool) == ("base", "gripper")
     assert point.configuration is not None
-    assert point.configuration.turns == (0, 0, 0, 0, 0, -1)
-    assert point.comment == "taught by Anna"
+    assert (point.configuration.turns, point.comment) == ((0, 0, 0, 0, 0, -1), "taught by Anna")
 
 
 def test_roll_pitch_and_yaw_are_taken_for_a_quaternion() -> None:
@@ -116,8 +115,7 @@ end
 # last
 """
     )
-    assert found.comment == "first\nhead"
-    assert found.points[0].comment == "above a\nbeside a"
+    assert (found.comment, found.points[0].comment) == ("first\nhead", "above a\nbeside a")
     assert [statement.comment for statement in found.statements] == [
         *("a line of its own", "beside loop", "inside", "", "last")
     ]
@@ -132,8 +130,7 @@ def test_line_ends_and_byte_order_marks_of_other_systems_are_taken() -> None:
 
 def test_every_statement_knows_its_line() -> None:
     source = parse_source(HEAD + "\nmove PTP a\n\n# here\n# and here")
-    assert source.statement_lines == (7, 9, 10)
-    assert source.point_lines == (3, 4, 5)
+    assert (source.statement_lines, source.point_lines) == ((7, 9, 10), (3, 4, 5))
 
 
 @pytest.mark.parametrize(
