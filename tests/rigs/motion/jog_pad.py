@@ -5,7 +5,6 @@ Beats go out every 50 ms while time passes, as a real pendant sends them.
 
 from __future__ import annotations
 
-import json
 from typing import Any
 
 from rigs.cells.emulated_cell import EmulatedCell
@@ -23,12 +22,8 @@ from openpendant.simplemsg.pendant import (
     JogRelease,
     JogSpace,
     JogStart,
-    Management,
-    MotionControl,
     MotionControlAction,
     OperatingMode,
-    SetMode,
-    SetSpeed,
     State,
 )
 from openpendant.simplemsg.verdicts import VerdictCode
@@ -103,13 +98,13 @@ class JogPad:
         return self.pendant.code(JogRelease(self._request(), self.press_number))
 
     def mode(self, mode: int) -> VerdictCode | None:
-        return self.pendant.code(SetMode(self._request(), mode))
+        return self.pendant.mode(mode)
 
     def speed(self, override: float, tool_speed: float = 0.0) -> VerdictCode | None:
-        return self.pendant.code(SetSpeed(self._request(), override, tool_speed))
+        return self.pendant.speed(override, tool_speed)
 
     def control(self, action: MotionControlAction) -> VerdictCode | None:
-        return self.pendant.code(MotionControl(self._request(), action))
+        return self.pendant.control(action)
 
     def home(self) -> VerdictCode | None:
         return self.pendant.code(Home(self._request(), 1.0, "home"))
@@ -145,9 +140,7 @@ class EmulatedPad(JogPad):
 
     def ask(self, op: str, **fields: Any) -> dict[str, Any]:
         """Make a management request that is fulfilled on this call stack; return the answer."""
-        request = Management(self._request(), json.dumps({"op": op, **fields}).encode())
-        (reply,) = [each for each in self.pendant.send(request) if isinstance(each, Management)]
-        answer: dict[str, Any] = json.loads(reply.body)
+        answer = self.pendant.ask(op, **fields)
         assert "code" not in answer, answer
         return answer
 

@@ -53,33 +53,9 @@ def test_a_planned_path_is_accepted_when_its_plan_is_there() -> None:
     assert codes(pendant) == [V.ACCEPTED]
 
 
-def no_authority(rig: ServerRig, pendant: Pendant) -> None:
-    pendant.release()
-
-
-def latched(rig: ServerRig, pendant: Pendant) -> None:
-    pendant.stop()
-
-
-def no_motion_link(rig: ServerRig, pendant: Pendant) -> None:
-    rig.path(ControllerPath.MOTION, False)
-
-
-def no_state_link(rig: ServerRig, pendant: Pendant) -> None:
-    rig.path(ControllerPath.STATE, False)
-
-
 def not_finite(rig: ServerRig, pendant: Pendant) -> None:
     rig.controller.position = (math.nan, 0.0)
     rig.wait(10)
-
-
-def shutting_down(rig: ServerRig, pendant: Pendant) -> None:
-    rig.core.handle(ShutDown(), rig.now)
-
-
-def already_moving(rig: ServerRig, pendant: Pendant) -> None:
-    pendant.move(0.5, 0.5)
 
 
 def tool_being_saved(rig: ServerRig, pendant: Pendant) -> None:
@@ -96,27 +72,27 @@ def lease_run_out(rig: ServerRig, pendant: Pendant) -> None:
     rig.report()
 
 
-@pytest.mark.parametrize(
-    ("spoil", "code"),
-    [
-        (no_authority, V.NOT_IN_CONTROL),
-        (lease_run_out, V.NOT_IN_CONTROL),
-        (latched, V.STOP_LATCHED),
-        (no_motion_link, V.CONTROLLER_DOWN),
-        (no_state_link, V.CONTROLLER_DOWN),
-        (stale, V.FEEDBACK_STALE),
-        (not_finite, V.NOT_FINITE),
-        (emergency_stop, V.CONTROLLER_NOT_READY),
-        (error, V.CONTROLLER_NOT_READY),
-        (no_power, V.CONTROLLER_NOT_READY),
-        (shutting_down, V.SHUTTING_DOWN),
-        (already_moving, V.MOVING),
-        (tool_being_saved, V.CHANGE_WHILE_MOVING),
-        (scene_not_in_force, V.BAD_DOCUMENT),
-    ],
-)
+MISSING: dict[str, tuple[Callable[[ServerRig, Pendant], object], V]] = {
+    "authority": (lambda rig, pendant: pendant.release(), V.NOT_IN_CONTROL),
+    "a lease that has not run out": (lease_run_out, V.NOT_IN_CONTROL),
+    "no latched stop": (lambda rig, pendant: pendant.stop(), V.STOP_LATCHED),
+    "motion link": (lambda rig, _: rig.path(ControllerPath.MOTION, False), V.CONTROLLER_DOWN),
+    "state link": (lambda rig, _: rig.path(ControllerPath.STATE, False), V.CONTROLLER_DOWN),
+    "a fresh report": (stale, V.FEEDBACK_STALE),
+    "a position that is a number": (not_finite, V.NOT_FINITE),
+    "no emergency stop": (emergency_stop, V.CONTROLLER_NOT_READY),
+    "no error": (error, V.CONTROLLER_NOT_READY),
+    "drive power": (no_power, V.CONTROLLER_NOT_READY),
+    "no shut-down": (lambda rig, _: rig.core.handle(ShutDown(), rig.now), V.SHUTTING_DOWN),
+    "no other motion": (lambda _, pendant: pendant.move(0.5, 0.5), V.MOVING),
+    "no tool that is being saved": (tool_being_saved, V.CHANGE_WHILE_MOVING),
+    "the kept scene in force": (scene_not_in_force, V.BAD_DOCUMENT),
+}
+
+
+@pytest.mark.parametrize(("spoil", "code"), MISSING.values(), ids=MISSING)
 def test_no_motion_starts_where_a_condition_is_missing(
-    spoil: Callable[[ServerRig, Pendant], None], code: V
+    spoil: Callable[[ServerRig, Pendant], object], code: V
 ) -> None:
     rig, pendant = in_control()
     spoil(rig, pendant)

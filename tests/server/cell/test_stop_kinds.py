@@ -244,17 +244,9 @@ def nobody_in_control(rig: ServerRig) -> None:
     rig.wait(10)
 
 
-def one_in_control_who_rests(rig: ServerRig) -> None:
-    JogPad(rig)
-
-
 def one_who_took_it_after_the_last_tick(rig: ServerRig) -> None:
     rig.wait(10)
     rig.holder()
-
-
-def one_who_left_after_the_last_tick(rig: ServerRig) -> None:
-    JogPad(rig).pendant.release()
 
 
 def a_robot_that_others_move(rig: ServerRig) -> None:
@@ -282,16 +274,20 @@ def a_motion_that_is_paused(rig: ServerRig) -> None:
     ("situation", "is_stopped"),
     [
         (nobody_in_control, False),
-        (one_in_control_who_rests, False),
+        (JogPad, False),
         (one_who_took_it_after_the_last_tick, False),
-        (one_who_left_after_the_last_tick, False),
+        (lambda rig: JogPad(rig).pendant.release(), False),
         (a_robot_that_others_move, True),
         (a_motion_that_is_planned, True),
         (a_motion_that_is_paused, True),
     ],
+    ids=[
+        *("nobody in control", "one who rests", "taken after the last tick"),
+        *("left after the last tick", "moved by others", "planned", "paused"),
+    ],
 )
 def test_promise_26_whom_the_watchdog_stopped_shows_the_stop_of_a_late_server(
-    situation: Callable[[ServerRig], None], is_stopped: bool
+    situation: Callable[[ServerRig], object], is_stopped: bool
 ) -> None:
     rig = ready()
     situation(rig)

@@ -6,9 +6,7 @@ reset, a joint outside its limits in the recovery mode.
 
 from __future__ import annotations
 
-import json
 from collections.abc import Callable
-from typing import Any
 
 import pytest
 from hypothesis import example, given, settings
@@ -30,15 +28,13 @@ from rigs.cells.robot_cell_situations import at_a_pad, enabled
 from rigs.cells.server_rig import ServerRig, ready
 from rigs.data.example_counts import examples
 from rigs.motion.jog_pad import JogPad
-from rigs.peers.server_clients import Pendant
 
 from openpendant.server.cell.interlocks import InterlockKind
 from openpendant.server.events.cell_events import RunningProgram
 from openpendant.server.settings.cell_settings import ControllerPath
-from openpendant.simplemsg import ReplyCode, TriState
+from openpendant.simplemsg import TriState
 from openpendant.simplemsg.pendant import (
     Activity,
-    Management,
     MotionControlAction,
     OperatingMode,
     ProgramState,
@@ -47,11 +43,31 @@ from openpendant.simplemsg.verdicts import CATALOGUE
 from openpendant.simplemsg.verdicts import VerdictCode as V
 
 
-def ask(pad: JogPad, **request: str) -> Any:
-    (reply,) = pad.pendant.send(Management(7, json.dumps({"op": "why", **request}).encode()))
-    assert isinstance(reply, Management)
-    assert reply.reply_code == ReplyCode.SUCCESS
-    return json.loads(reply.body)
+@pytest.mark.parametrize(
+    ("user", "link", "broken", "role"),
+    [
+        (None, True, "role", V.LOGIN_NEEDED),
+        ("vera", True, "role", V.ROLE_TOO_LOW),
+        ("otto", True, "authority", V.ACCEPTED),
+        ("vera", False, "link", V.ROLE_TOO_LOW),
+    ],
+    ids=["nobody logged in", "a role too low", "the right role", "the link before the role"],
+)
+def test_a_role_that_may_not_move_the_robot_is_a_condition_of_its_own(
+    user: str | None, link: bool, broken: str, role: V
+) -> None:
+    rig = GuardedRig()
+    rig.path(ControllerPath.MOTION, link)
+    pendant = rig.visitor("127.0.0.1") if user is None else rig.user(user)
+    answer = pendant.ask("why")
+    (told,) = [each for each in answer["conditions"] if each["condition"] == "role"]
+    assert (answer["broken"], told["code"]) == (broken, role)
+
+
+@pytest.mark.parametrize("request_", [{"kind": "fly"}, {"whose": "theirs"}, {"more": "1"}])
+def test_a_question_that_is_none_is_refused(request_: dict[str, str]) -> None:
+    _, pad = at_a_pad()
+    assert pad.pendant.ask("why", **request_)["code"] == V.BAD_ARGUMENT
 
 
 def moving(rig: ServerRig, pad: JogPad) -> None:
@@ -101,7 +117,7 @@ def test_the_first_broken_condition_is_named_with_cause_and_remedy(
 ) -> None:
     rig, pad = at_a_pad()
     happens(rig, pad)
-    answer = ask(pad)
+    answer = pad.pendant.ask("why")
     assert (answer["ready"], answer["broken"]) == (False, condition)
     report = next(each for each in answer["conditions"] if each["condition"] == condition)
     assert (report["holds"], report["code"], report["name"]) == (False, code, code.name)
@@ -113,7 +129,7 @@ def test_the_first_broken_condition_is_named_with_cause_and_remedy(
 
 def test_the_chain_is_complete_where_all_is_well() -> None:
     rig = ready()
-    answer = ask(JogPad(rig))
+    answer = JogPad(rig).pendant.ask("why")
     assert (answer["ready"], answer["broken"], answer["cell"]) == (True, "", "cell")
     assert {each["condition"] for each in answer["conditions"]} == {
         condition.name.lower() for condition in InterlockKind
@@ -123,13 +139,16 @@ def test_the_chain_is_complete_where_all_is_well() -> None:
 @pytest.mark.parametrize("kind", ["jog", "program"])
 def test_an_override_of_0_is_told_of_every_kind_of_motion(kind: str) -> None:
     rig, pad = enabled()
-    assert ask(pad, kind=kind)["ready"]
+    assert pad.pendant.ask("why", kind=kind)["ready"]
     lower_the_override(rig, pad)
-    assert (ask(pad, kind=kind)["ready"], ask(pad, kind=kind)["broken"]) == (False, "override")
+    assert (
+        pad.pendant.ask("why", kind=kind)["ready"],
+        pad.pendant.ask("why", kind=kind)["broken"],
+    ) == (False, "override")
 
 
 def test_the_conditions_come_in_the_order_in_which_a_user_mends_them() -> None:
-    named = [each["condition"] for each in ask(JogPad(ready()))["conditions"]]
+    named = [each["condition"] for each in JogPad(ready()).pendant.ask("why")["conditions"]]
     order = ["link", "authority", "limits", "mode", "stop", "enabling", "controller", "scene"]
     assert [each for each in named if each in order] == order
     assert named.index("program") > named.index("scene")
@@ -138,7 +157,7 @@ def test_the_conditions_come_in_the_order_in_which_a_user_mends_them() -> None:
 def test_without_reports_nobody_says_that_the_robot_moves() -> None:
     rig, pad = at_a_pad()
     dead_and_free(rig, pad)
-    conditions = {each["condition"]: each for each in ask(pad)["conditions"]}
+    conditions = {each["condition"]: each for each in pad.pendant.ask("why")["conditions"]}
     assert conditions["standing"]["code"] == V.FEEDBACK_STALE
     assert "nobody knows" in conditions["standing"]["text"]
 
@@ -146,7 +165,7 @@ def test_without_reports_nobody_says_that_the_robot_moves() -> None:
 def test_when_reports_stop_coming_nobody_says_that_the_robot_still_stands() -> None:
     rig, pad = at_a_pad()
     lose_the_reports(rig, pad)
-    conditions = {each["condition"]: each for each in ask(pad)["conditions"]}
+    conditions = {each["condition"]: each for each in pad.pendant.ask("why")["conditions"]}
     assert "nobody knows" in conditions["standing"]["text"]
 
 
@@ -156,74 +175,27 @@ def test_a_controller_that_calls_itself_unable_while_it_moves_is_said_to_move() 
     status = rig.controller.status(rig.now)
     status.motion_possible = TriState.FALSE
     rig.hear(ControllerPath.STATE, status)
-    assert ask(pad)["broken"] == "standing"
-
-
-def _role_of(pendant: Pendant) -> tuple[str, int]:
-    (reply,) = [
-        each
-        for each in pendant.send(Management(7, b'{"op": "why"}'))
-        if isinstance(each, Management)
-    ]
-    answer = json.loads(reply.body)
-    (role,) = [each for each in answer["conditions"] if each["condition"] == "role"]
-    return answer["broken"], role["code"]
-
-
-def test_whoever_has_not_logged_in_is_told_to_before_anything_of_the_authority() -> None:
-    rig = GuardedRig()
-    assert _role_of(rig.visitor("127.0.0.1")) == ("role", V.LOGIN_NEEDED)
-
-
-def test_a_role_that_may_not_move_the_robot_is_a_condition_of_its_own() -> None:
-    rig = GuardedRig()
-    assert _role_of(rig.user("vera")) == ("role", V.ROLE_TOO_LOW)
-    assert _role_of(rig.user("otto")) == ("authority", 0)
-
-
-def test_the_link_comes_before_the_role() -> None:
-    rig = GuardedRig()
-    rig.path(ControllerPath.MOTION, False)
-    assert _role_of(rig.user("vera")) == ("link", V.ROLE_TOO_LOW)
+    assert pad.pendant.ask("why")["broken"] == "standing"
 
 
 def test_an_onlooker_asks_for_whoever_is_in_control_or_for_itself() -> None:
     rig = ready()
     JogPad(rig)
     onlooker = JogPad(rig, "onlooker", takes=False)
-    assert ask(onlooker)["ready"]
-    assert ask(onlooker, whose="mine")["broken"] == "authority"
+    assert onlooker.pendant.ask("why")["ready"]
+    assert onlooker.pendant.ask("why", whose="mine")["broken"] == "authority"
 
 
 def test_asking_changes_nothing() -> None:
     rig, pad = at_a_pad()
     moving(rig, pad)
     before = len(rig.stops), rig.activity()
-    ask(pad)
+    pad.pendant.ask("why")
     assert (len(rig.stops), rig.activity()) == before
-
-
-@pytest.mark.parametrize("request_body", [{"kind": "fly"}, {"whose": "theirs"}, {"more": "1"}])
-def test_a_question_that_is_none_is_refused(request_body: dict[str, str]) -> None:
-    pad = JogPad(ready())
-    body = json.dumps({"op": "why", **request_body}).encode()
-    (reply,) = pad.pendant.send(Management(7, body))
-    assert isinstance(reply, Management)
-    assert reply.reply_code == ReplyCode.FAILURE
 
 
 KINDS = ("move", "jog", "program")
 PROGRAM_STOP = MotionControlAction.PROGRAM_STOP
-
-
-def ask_mine(pad: JogPad, kind: str) -> Any:
-    request = json.dumps({"op": "why", "kind": kind, "whose": "mine"}).encode()
-    (reply,) = [each for each in pad.pendant.send(Management(7, request)) if _is_answer(each)]
-    return json.loads(reply.body)  # type: ignore[attr-defined]  # of a management request
-
-
-def _is_answer(message: object) -> bool:
-    return isinstance(message, Management)
 
 
 # How each condition is broken.
@@ -350,7 +322,9 @@ def settle(rig: ServerRig, pad: JogPad) -> None:
 
 def mend_all(rig: ServerRig, pad: JogPad, kind: str) -> list[str]:
     mended: list[str] = []
-    while (broken := ask_mine(pad, kind)["broken"]) and broken not in mended:
+    while (
+        broken := pad.pendant.ask("why", kind=kind, whose="mine")["broken"]
+    ) and broken not in mended:
         mended.append(broken)
         MENDS[broken](rig, pad, kind)
     assert not broken, f"{broken} is to be mended again after {', '.join(mended)}"
@@ -404,16 +378,19 @@ def test_what_a_user_is_told_one_after_the_other(
 
 
 def test_the_order_of_the_conditions_is_the_order_of_the_chain() -> None:
-    named = [each["condition"] for each in ask_mine(JogPad(ready()), "move")["conditions"]]
+    named = [
+        each["condition"]
+        for each in JogPad(ready()).pendant.ask("why", kind="move", whose="mine")["conditions"]
+    ]
     assert named == [condition.name.lower() for condition in InterlockKind]
 
 
 def test_a_login_comes_before_the_authority_which_it_ends() -> None:
     rig = GuardedRig()
     pad = JogPad(rig, takes=False)
-    told = [ask_mine(pad, "move")["broken"]]
+    told = [pad.pendant.ask("why", kind="move", whose="mine")["broken"]]
     assert log_in(pad.pendant, "otto") is V.ACCEPTED
-    told.append(ask_mine(pad, "move")["broken"])
+    told.append(pad.pendant.ask("why", kind="move", whose="mine")["broken"])
     assert pad.pendant.take() is V.ACCEPTED
-    told.append(ask_mine(pad, "move")["broken"])
+    told.append(pad.pendant.ask("why", kind="move", whose="mine")["broken"])
     assert told == ["role", "authority", ""]

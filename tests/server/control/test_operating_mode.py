@@ -7,6 +7,7 @@ import math
 
 import pytest
 from rigs.cells.refusals import refusal_from
+from rigs.cells.server_rig import MS
 
 from openpendant.server.control import RECOVERY_SPEED, REDUCED_SPEED, MotionKind, OperatingModes
 from openpendant.server.settings.cell_settings import Modes
@@ -14,7 +15,6 @@ from openpendant.simplemsg import ControllerMode
 from openpendant.simplemsg.pendant import EnablingPosition, OperatingMode
 from openpendant.simplemsg.verdicts import VerdictCode as V
 
-MS = 1_000_000
 HOLDER, OBSERVER = 1, 2
 UNKNOWN, MANUAL, AUTO = ControllerMode.UNKNOWN, ControllerMode.MANUAL, ControllerMode.AUTO
 HELD, PANIC = EnablingPosition.HELD, EnablingPosition.PANIC

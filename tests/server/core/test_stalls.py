@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import asyncio
+from collections import deque
 from collections.abc import Callable
 
 import pytest
@@ -15,7 +16,7 @@ from rigs.clock.virtual_clock import VirtualLoop
 from rigs.peers.server_clients import Pendant
 from rigs.processes.app_on_loop import app_on_loop, said, until
 
-from openpendant.server.events.effects import Ask, SendStop
+from openpendant.server.events.effects import SendStop
 from openpendant.server.settings.cell_settings import ControllerLink, ControllerPath
 from openpendant.simplemsg import Message
 from openpendant.simplemsg.pendant import Activity
@@ -147,27 +148,15 @@ def test_promise_26_a_plan_that_is_served_first_after_a_freeze_begins_no_motion(
     assert pad.pendant.verdicts()[-1][1] is V.SERVER_LATE
 
 
-class SlowStore(ProgramCell):
-    kept: list[Ask] | None = None
-
-    def _run(self, asked: Ask) -> None:
-        if self.kept is None:
-            super()._run(asked)
-        else:
-            self.kept.append(asked)
-
-
 def test_promise_26_a_program_that_is_loaded_first_after_a_freeze_begins_no_motion() -> None:
-    cell = SlowStore(main="move PTP b\n")
+    cell = ProgramCell(main="move PTP b\n")
     cell.core.cell.feedback.says_emulated = False
     cell.wait(10)
-    cell.kept = []
+    cell.held = deque()
     cell.run()
     cell.now += FREEZE_NS
     before = len(cell.sent)
-    kept, cell.kept = cell.kept, None
-    for asked in kept:
-        cell._run(asked)
+    cell.answer_all()
     assert cell.core.cell.stop is not None
     assert all(getattr(message, "sequence", None) == -4 for message in cell.sent[before:])
     assert cell.user.verdicts()[-1][1] is not V.ACCEPTED

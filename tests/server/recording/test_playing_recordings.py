@@ -2,6 +2,7 @@ from __future__ import annotations
 
 import json
 import re
+from collections import deque
 from collections.abc import Callable, Iterator
 from math import ceil
 from typing import Any, TypeVar
@@ -25,15 +26,13 @@ from openpendant.simplemsg import ReplyCode
 from openpendant.simplemsg.pendant import (
     Activity,
     Management,
-    MotionControl,
     MotionControlAction,
     OperatingMode,
-    SetMode,
-    SetSpeed,
 )
 from openpendant.simplemsg.verdicts import VerdictCode as V
 
 COLUMNS = ["t", *(f"j{number}" for number in range(1, 7))]
+STOP_PROGRAM = MotionControlAction.PROGRAM_STOP
 PLAY = b'{"op": "recordings.play", "name": "arc"}'
 
 at_each_step = pytest.mark.parametrize("answered", range(4))
@@ -41,26 +40,6 @@ at_each_step = pytest.mark.parametrize("answered", range(4))
 
 
 class SlowCell(EmulatedCell):
-    def __init__(self) -> None:
-        self.held: list[Ask] | None = None
-        super().__init__(has_surroundings=True)
-
-    def _run(self, asked: Ask) -> None:
-        if self.held is None:
-            super()._run(asked)
-        else:
-            self.held.append(asked)
-
-    def answer(self, requests: int) -> None:
-        for _ in range(requests):
-            assert self.held
-            super()._run(self.held.pop(0))
-
-    def answer_all(self) -> None:
-        held, self.held = self.held or [], None
-        for asked in held:
-            super()._run(asked)
-
     def played(self, pendant: Pendant) -> list[dict[str, Any]]:
         return [
             {"done": each.reply_code == ReplyCode.SUCCESS} | json.loads(each.body)
@@ -70,7 +49,7 @@ class SlowCell(EmulatedCell):
 
 @pytest.fixture
 def cell() -> Iterator[SlowCell]:
-    made = SlowCell()
+    made = SlowCell(has_surroundings=True)
     made.wait(100)
     body = json.dumps({"columns": COLUMNS, "robot": "ur5"})
     made.store.save(DocumentKind.RECORDING, "arc", body, expected_revision=0, author="ann")
@@ -88,7 +67,7 @@ def _number(pendant: Pendant) -> int:
 
 def _loading(cell: SlowCell, answered: int) -> Pendant:
     holder = cell.holder()
-    cell.held = []
+    cell.held = deque()
     holder.send(Management(_number(holder), PLAY))
     cell.answer(answered)
     return holder
@@ -106,7 +85,7 @@ def _stop_by_another(cell: SlowCell, holder: Pendant) -> None:
 
 def _change_mode(cell: SlowCell, holder: Pendant) -> None:
     for mode in (OperatingMode.MANUAL_REDUCED, OperatingMode.AUTOMATIC):
-        assert holder.code(SetMode(_number(holder), mode)) is V.ACCEPTED
+        assert holder.mode(mode) is V.ACCEPTED
 
 
 def _release(cell: SlowCell, holder: Pendant) -> None:
@@ -119,33 +98,21 @@ def _take_over(cell: SlowCell, holder: Pendant) -> None:
     assert cell.pendant("other").take() is V.ACCEPTED
 
 
-def _program_stop(pendant: Pendant) -> MotionControl:
-    return MotionControl(_number(pendant), MotionControlAction.PROGRAM_STOP)
-
-
-def _stop_program(cell: SlowCell, holder: Pendant) -> None:
-    assert holder.code(_program_stop(holder)) is V.ACCEPTED
-
-
-def _stop_over_ros(cell: SlowCell, holder: Pendant) -> None:
-    cell.ros().point(-4, *cell.position)
-
-
-STOPS = [
+STOPS: list[tuple[Callable[[SlowCell, Pendant], object], V]] = [
     (_stop, V.STOPPED),
     (_stop_by_another, V.STOPPED),
     (_change_mode, V.MODE_CHANGED),
     (_release, V.AUTHORITY_LOST),
     (_take_over, V.AUTHORITY_LOST),
-    (_stop_program, V.PROGRAM_STOPPED),
-    (_stop_over_ros, V.STOPPED),
+    (lambda _, holder: holder.control(STOP_PROGRAM), V.PROGRAM_STOPPED),
+    (lambda cell, _: cell.ros().point(-4, *cell.position), V.STOPPED),
 ]
 
 
 @at_each_step
 @pytest.mark.parametrize(("stop", "code"), STOPS)
 def test_what_is_loaded_is_refused_at_once_and_does_not_begin_afterwards(
-    cell: SlowCell, answered: int, stop: Callable[[SlowCell, Pendant], None], code: V
+    cell: SlowCell, answered: int, stop: Callable[[SlowCell, Pendant], object], code: V
 ) -> None:
     holder = _loading(cell, answered)
     stood = cell.position
@@ -174,7 +141,7 @@ def test_a_speed_override_of_0_ends_what_is_loaded_and_raised_again_begins_nothi
     holder = _loading(cell, answered)
     stood = cell.position
     for override in (0.0, 1.0):
-        assert holder.code(SetSpeed(_number(holder), override, 0.25)) is V.ACCEPTED
+        assert holder.speed(override, 0.25) is V.ACCEPTED
         cell.wait(10)
     (told,) = cell.played(holder)
     assert not told["done"]
@@ -186,7 +153,7 @@ def test_a_speed_override_of_0_ends_what_is_loaded_and_raised_again_begins_nothi
 def test_a_program_stop_of_whoever_is_not_in_control_ends_nothing(cell: SlowCell) -> None:
     holder = _loading(cell, 1)
     other = cell.pendant("other")
-    assert other.code(_program_stop(other)) is V.HELD_BY_OTHER
+    assert other.control(STOP_PROGRAM) is V.HELD_BY_OTHER
     cell.answer_all()
     assert cell.played(holder)[0]["done"]
 
@@ -353,6 +320,9 @@ def played_cell() -> Iterator[EmulatedCell]:
     made.store.close()
 
 
+WITHOUT_J6 = [f"j{number}" for number in range(1, 6)]
+
+
 def _keep_rows(played_cell: EmulatedCell, **about: Any) -> None:
     columns = about.setdefault("columns", COLUMNS)
     body = json.dumps(about)
@@ -365,16 +335,9 @@ def _keep_rows(played_cell: EmulatedCell, **about: Any) -> None:
     played_cell.store.append_chunk("arc", 0, pack_rows(rows))
 
 
-def _play(pendant: Pendant) -> tuple[bool, dict[str, Any]]:
-    request = Management(70, b'{"op": "recordings.play", "name": "arc"}')
-    (reply,) = [each for each in pendant.send(request) if isinstance(each, Management)]
-    return reply.reply_code == ReplyCode.SUCCESS, json.loads(reply.body)
-
-
 def test_playing_needs_the_motion_authority(played_cell: EmulatedCell) -> None:
     _keep_rows(played_cell, robot="ur5")
-    done, told = _play(played_cell.pendant())
-    assert not done
+    told = played_cell.pendant().ask("recordings.play", name="arc")
     assert told["code"] == V.NOT_IN_CONTROL
 
 
@@ -382,52 +345,39 @@ def test_a_recording_that_was_cut_off_is_played_as_far_as_it_is_kept(
     played_cell: EmulatedCell,
 ) -> None:
     _keep_rows(played_cell, robot="ur5", finished=False)
-    done, told = _play(played_cell.holder())
-    assert done, told
+    told = played_cell.holder().ask("recordings.play", name="arc")
     assert (told["samples"], told["recorded"]) == (201, pytest.approx(2.0))
 
 
 @pytest.mark.parametrize(
-    ("about", "why"),
+    ("about", "code", "why"),
     [
-        ({}, r"does not say of which robot it is; this robot is 'ur5'.*--robot ur5"),
-        ({"robot": "ur10"}, r"was made with 'ur10'; this robot is 'ur5'"),
-    ],
-)
-def test_a_recording_of_another_robot_or_of_none_is_refused(
-    played_cell: EmulatedCell, about: dict[str, Any], why: str
-) -> None:
-    _keep_rows(played_cell, **about)
-    done, told = _play(played_cell.holder())
-    assert not done
-    assert told["code"] == V.RECORDING_WRONG_ROBOT
-    assert re.search(why, told["text"])
-
-
-@pytest.mark.parametrize(
-    ("columns", "why"),
-    [
+        ({}, V.RECORDING_WRONG_ROBOT, r"of which robot it is; this robot is 'ur5'.*--robot ur5"),
+        ({"robot": "ur10"}, V.RECORDING_WRONG_ROBOT, r"was made with 'ur10'; this robot is 'ur5'"),
+        ({"columns": ["t", *WITHOUT_J6, "temperature"]}, V.BAD_DOCUMENT, r"columns\[6\]: is 'temp"),
+        ({"columns": ["t", *WITHOUT_J6, "j5"]}, V.BAD_DOCUMENT, r"columns\[6\]: is 'j5' once more"),
         (
-            ["t", "j2", "j1", "j3", "j4", "j5", "temperature"],
-            r"columns\[6\]: is 'temperature'; acc",
+            {"columns": ["j6", *WITHOUT_J6, "t"]},
+            V.BAD_DOCUMENT,
+            r"\[0\]: is 'j6'; accepted: 't' first",
         ),
-        (["t", "j1", "j2", "j3", "j4", "j5", "j5"], r"columns\[6\]: is 'j5' once more"),
-        (["j6", "j1", "j2", "j3", "j4", "j5", "t"], r"columns\[0\]: is 'j6'; accepted: 't' first"),
     ],
+    ids=["of none", "of another", "no joint", "a joint twice", "no time first"],
 )
-def test_columns_that_are_no_joints_are_not_played_as_joints(
-    played_cell: EmulatedCell, columns: list[str], why: str
+def test_a_recording_of_another_robot_or_of_other_columns_is_refused(
+    played_cell: EmulatedCell, about: dict[str, Any], code: V, why: str
 ) -> None:
-    _keep_rows(played_cell, robot="ur5", columns=columns)
-    done, told = _play(played_cell.holder())
-    assert (done, told["code"]) == (False, V.BAD_DOCUMENT)
+    if "columns" in about:
+        about = about | {"robot": "ur5"}
+    _keep_rows(played_cell, **about)
+    told = played_cell.holder().ask("recordings.play", name="arc")
+    assert told["code"] == code
     assert re.search(why, told["text"])
 
 
 def test_joints_in_another_order_are_played_as_they_are_named(played_cell: EmulatedCell) -> None:
     _keep_rows(played_cell, robot="ur5", columns=["t", "j6", "j2", "gap", "j1", "j4", "j5", "j3"])
-    done, told = _play(played_cell.holder())
-    assert done, told
+    told = played_cell.holder().ask("recordings.play", name="arc")
     assert told["approach"] == 0.0  # the robot stands at the first sample
 
 
@@ -435,8 +385,7 @@ def test_a_recording_under_way_is_not_played_and_the_refusal_says_so(
     played_cell: EmulatedCell,
 ) -> None:
     holder = played_cell.holder()
-    holder.send(Management(69, b'{"op": "recordings.start", "name": "arc"}'))
-    done, told = _play(holder)
-    assert not done
+    holder.ask("recordings.start", name="arc")
+    told = holder.ask("recordings.play", name="arc")
     assert told["code"] == V.RECORDING_RUNNING
     assert told["text"].startswith("'arc' is still being recorded")

@@ -8,6 +8,7 @@ import pytest
 from rigs.cells.program_cell import ProgramCell
 from rigs.cells.scene_monitor_rig import BOX, EMPTY, HIT, MonitoredRig
 from rigs.cells.server_rig import LIMITS, MS, ready
+from rigs.motion.jog_pad import JogPad
 
 from openpendant.server.events.effects import Ask, SendStop
 from openpendant.server.events.pending import Pending
@@ -41,20 +42,16 @@ def moves(rig: MonitoredRig) -> bool:
     return rig.rig.controller.position != before
 
 
-def pause(rig: MonitoredRig) -> V | None:
-    return rig.pad.control(PAUSE)
-
-
-def override_of_0(rig: MonitoredRig) -> V | None:
-    return rig.pad.speed(0.0)
-
-
-@pytest.mark.parametrize("stop", [pause, override_of_0])
+@pytest.mark.parametrize(
+    "stop",
+    [lambda pad: pad.control(PAUSE), lambda pad: pad.speed(0.0)],
+    ids=["a pause", "an override of 0"],
+)
 def test_what_somebody_paused_while_it_was_held_waits_for_its_resume(
-    stop: Callable[[MonitoredRig], V | None],
+    stop: Callable[[JogPad], V | None],
 ) -> None:
     rig, job = held()
-    assert stop(rig) is V.ACCEPTED
+    assert stop(rig.pad) is V.ACCEPTED
     rig.answer(job, PathFree())
     assert not moves(rig)
     assert rig.rig.activity() is Activity.PAUSED

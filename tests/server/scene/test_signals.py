@@ -4,6 +4,7 @@ from collections import deque
 
 import pytest
 from rigs.cells.refusals import refusal_from
+from rigs.cells.server_rig import MS
 
 from openpendant.controller_emulator.core.signals import DigitalSignals
 from openpendant.server.events.effects import Effect, QueryController
@@ -13,8 +14,6 @@ from openpendant.server.scene.signals import CellSignals
 from openpendant.simplemsg import refused
 from openpendant.simplemsg.pendant import ReadSignals, WriteOutputs
 from openpendant.simplemsg.verdicts import VerdictCode as V
-
-MS = 1_000_000
 
 
 class SignalRig:

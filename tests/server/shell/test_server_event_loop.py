@@ -10,6 +10,7 @@ from pathlib import Path
 
 import pytest
 from promises.promise_table import figure
+from rigs.cells.server_rig import MS
 
 from openpendant.server.cli.serve import main
 from openpendant.server.settings.cell_settings import make_settings
@@ -78,7 +79,6 @@ def test_the_help_says_what_there_is_to_choose_from(capsys: pytest.CaptureFixtur
     assert "asyncio or on uvloop" in " ".join(told.split())
 
 
-MS = 1_000_000
 TICK = Gap(0, "tick")
 
 

@@ -6,6 +6,7 @@ from collections.abc import AsyncIterator, Callable
 from contextlib import AsyncExitStack, asynccontextmanager
 from dataclasses import dataclass
 from pathlib import Path
+from typing import Any, NoReturn
 
 import pytest
 from rigs.cells.emulated_cell import EmulatedCell
@@ -19,16 +20,16 @@ from openpendant.motion.description.robot import serial_robot
 from openpendant.motion.kinematics.serial import Kinematics
 from openpendant.server.cli import serve
 from openpendant.server.events.effects import Effect
-from openpendant.server.settings.cell_settings import ControllerPath
+from openpendant.server.settings.cell_settings import ControllerPath, make_settings
 from openpendant.server.settings.server_settings import ServerSettings, make_server_settings
 from openpendant.server.shell.app import App
 from openpendant.server.shell.cell_shell import CellParts
 from openpendant.server.shell.inbox import loop_time
 from openpendant.simplemsg.journal import Journal
-from openpendant.simplemsg.pendant import Activity, Motion, PoseMove
+from openpendant.simplemsg.pendant import Activity, Motion, PoseMove, StopKind
 from openpendant.simplemsg.verdicts import VerdictCode as V
 from openpendant.tools.packets.rerun import main as rerun
-from openpendant.tools.pendants.client import ConnectionLost, PendantClient, Refused
+from openpendant.tools.pendants.client import Aborted, ConnectionLost, PendantClient, Refused
 
 NAMES = ("left", "right")
 
@@ -301,3 +302,116 @@ def test_a_superseding_trajectory_ends_where_the_new_one_ends() -> None:
     let_finish(cell)
     assert cell.position == pytest.approx([value - 0.1 for value in home], abs=1e-5)
     assert violations(cell) == {}
+
+
+@asynccontextmanager
+async def running_app() -> AsyncIterator[tuple[App, int]]:
+    async with AsyncExitStack() as stack:
+        emulator = await stack.enter_async_context(running_emulator())
+        link = {"motion_port": emulator.motion_port, "state_port": emulator.state_port}
+        ports = {"pendant_port": 0, "ros_motion_port": 0, "ros_state_port": 0}
+        settings = make_settings({"robot": ROBOT, "listen": ports, "controller": link}, "test")
+        app = bare_app([CellParts(settings, serial_robot(ROBOT), LoopPlanner())])
+        listening = await stack.enter_async_context(app.running())
+        yield app, listening.pendant
+
+
+async def connected(port: int) -> PendantClient:
+    pendant = await PendantClient.connect("127.0.0.1", port)
+    await pendant.wait_until(lambda state: state.motion_possible == 1)
+    return pendant
+
+
+def broken(*_: object) -> NoReturn:
+    raise ZeroDivisionError("a fault\nfor the test")
+
+
+@pytest.mark.asyncio
+@pytest.mark.virtual_clock
+async def test_a_fault_on_a_message_stops_the_robot_and_ends_that_connection_alone(
+    monkeypatch: pytest.MonkeyPatch, caplog: pytest.LogCaptureFixture
+) -> None:
+    caplog.set_level(logging.INFO)
+    async with running_app() as (app, port):
+        holder, other = await connected(port), await connected(port)
+        await holder.take_control()
+        goal = [holder.joints()[0] + 1.0, *holder.joints()[1:]]
+        move = await holder.move_joints(goal, speed=0.1)
+        await other.wait_until(lambda state: state.activity == Activity.MOVING)
+        with monkeypatch.context() as patch:
+            patch.setattr(app.cells[0].core.pendants, "receive", broken)
+            with pytest.raises(ConnectionLost):
+                await other.release_control()
+        with pytest.raises(Aborted) as aborted:
+            await move.done()
+        assert aborted.value.code == V.PROTECTIVE_STOP
+        assert "incident" in aborted.value.text
+        state = await holder.wait_until(lambda state: state.activity == Activity.IDLE)
+        assert state.stop == StopKind.PROTECTIVE
+        assert app.cells[0].core.fault is None
+
+        await holder.reset_stop()
+        await (await holder.move_joints(goal, speed=0.5)).done()
+        await holder.close()
+    (line,) = [record for record in caplog.records if record.levelno >= logging.ERROR]
+    assert line.exc_info is None
+    assert line.getMessage().startswith("incident ")
+    assert (
+        "ZeroDivisionError: a fault for the test (test_server_of_several_cells.py:"
+        in line.getMessage()
+    )
+
+
+async def talk(other: PendantClient | None, port: int) -> None:
+    pendant = other or await PendantClient.connect("127.0.0.1", port)
+    while True:
+        await pendant.next_state()
+        await pendant.release_control()
+
+
+def newest(app: App) -> Any:
+    return app.clients.by_session[max(app.clients.by_session)]
+
+
+FAULTS: dict[str, tuple[Callable[[App], object], str, bool]] = {
+    "let in": (lambda app: app.cells[0].core.pendants, "opened", True),
+    "count": (lambda app: app.clients, "_place_refusal", True),
+    "decode": (lambda app: newest(app).wire, "receive", False),
+    "encode": (lambda app: newest(app).wire, "send", False),
+    "look at deadlines": (newest, "is_clogged", False),
+}
+"""Whose method fails that serves a client, and whether a new one."""
+
+
+@pytest.mark.parametrize(("whose", "method", "is_new"), FAULTS.values(), ids=FAULTS)
+@pytest.mark.asyncio
+@pytest.mark.virtual_clock
+async def test_a_fault_anywhere_in_serving_a_client_is_one_incident(
+    whose: Callable[[App], object],
+    method: str,
+    is_new: bool,
+    monkeypatch: pytest.MonkeyPatch,
+    caplog: pytest.LogCaptureFixture,
+) -> None:
+    caplog.set_level(logging.INFO)
+    async with running_app() as (app, port):
+        holder = await connected(port)
+        await holder.take_control()
+        goal = [holder.joints()[0] + 1.0, *holder.joints()[1:]]
+        other = None if is_new else await connected(port)
+        move = await holder.move_joints(goal, speed=0.1)
+        with monkeypatch.context() as patch:
+            patch.setattr(whose(app), method, broken)
+            with pytest.raises((ConnectionLost, OSError)):
+                await talk(other, port)
+            with pytest.raises(Aborted) as aborted:
+                await move.done()
+        assert aborted.value.code == V.PROTECTIVE_STOP
+        assert app.cells[0].core.fault is None
+        await holder.wait_until(lambda state: state.activity == Activity.IDLE)
+        await holder.reset_stop()
+        await (await holder.move_joints(goal, speed=0.5)).done()
+        await holder.close()
+    (line,) = [record for record in caplog.records if record.levelno >= logging.ERROR]
+    assert line.getMessage().startswith("incident ")
+    assert not any(record.exc_info for record in caplog.records)

@@ -5,7 +5,7 @@ from collections.abc import Sequence
 import pytest
 from rigs.cells.emulated_cell import EmulatedCell
 from rigs.cells.refusals import refusal_from
-from rigs.cells.server_rig import ServerRig, ready
+from rigs.cells.server_rig import MS, ServerRig, ready
 
 from openpendant.controller_emulator.error_codes import ErrorCode
 from openpendant.motion.trajectory.trajectory import Row
@@ -29,7 +29,6 @@ from openpendant.simplemsg import (
 from openpendant.simplemsg.pendant import AuthorityBeat, Outcome
 from openpendant.simplemsg.verdicts import VerdictCode as V
 
-MS = 1_000_000
 POINT = (3, Row(0.03, [0.5, -0.5], [1.0, -0.5], [4.0, 0.0]), 0.01)
 REST = (0, Row(0.0, [0.5, -0.5], [0.0, 0.0], [4.0, 0.0]), 0.0)
 

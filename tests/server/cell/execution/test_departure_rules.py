@@ -16,7 +16,7 @@ from random import Random
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
-from rigs.cells.server_rig import LIMITS
+from rigs.cells.server_rig import LIMITS, MS
 from rigs.data.example_counts import examples
 
 from openpendant.motion.description.limits import JointLimits
@@ -293,7 +293,6 @@ def test_a_glance_is_enough_for_nearly_all_of_a_slow_motion(
     assert looks < 0.3 * len(move)
 
 
-MS = 1_000_000
 TICK = 10 * MS
 TRAJECTORY = plan_joint_move((0.0, 0.0), (1.8, -1.8), LIMITS)
 TIMES = TRAJECTORY.times.tolist()

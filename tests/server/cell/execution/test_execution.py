@@ -9,7 +9,7 @@ from collections.abc import Sequence
 
 import pytest
 from rigs.cells.refusals import refusal_from
-from rigs.cells.server_rig import LIMITS
+from rigs.cells.server_rig import LIMITS, MS
 
 from openpendant.motion.trajectory.ptp import plan_joint_move
 from openpendant.motion.trajectory.trajectory import Row
@@ -34,7 +34,6 @@ from openpendant.simplemsg import (
 )
 from openpendant.simplemsg.verdicts import VerdictCode as V
 
-MS = 1_000_000
 LINK = ControllerLink()
 LEAD = round(LINK.lead * 1e9)
 TRAJECTORY = plan_joint_move((0.0, 0.0), (0.4, -0.2), LIMITS)

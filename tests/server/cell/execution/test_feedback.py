@@ -7,6 +7,7 @@ from random import Random
 
 import pytest
 from promises.promise_table import figure
+from rigs.cells.server_rig import MS
 
 from openpendant.server.cell.execution.feedback import Feedback
 from openpendant.server.cell.execution.motion_watch import ReportTiming
@@ -20,7 +21,6 @@ from openpendant.simplemsg import (
     joint_array,
 )
 
-MS = 1_000_000
 FRESH, LOST = figure(5, "fresh").ns, figure(5, "lost").ns
 GREATEST = figure(10, "greatest").bound
 

@@ -5,6 +5,7 @@ from __future__ import annotations
 from random import Random
 
 import pytest
+from rigs.cells.server_rig import MS
 
 from openpendant.motion.trajectory.trajectory import Row
 from openpendant.server.cell.execution.feedback import Feedback
@@ -18,7 +19,6 @@ from openpendant.server.cell.execution.tracking import (
 from openpendant.server.settings.cell_settings import ControllerLink
 from openpendant.simplemsg import JointFeedback, ValidField, joint_array
 
-MS = 1_000_000
 FLAT = TrackingTolerances((0.01, 0.01), 0.0, 0.0, (0.02, 0.02))
 LAGGING = TrackingTolerances((0.01, 0.01), 0.08, 0.001, (0.02, 0.02))
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import itertools
 import random
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 
 import pytest
 from promises.promise_table import figure
@@ -17,7 +17,6 @@ from openpendant.server.events.effects import SendToController
 from openpendant.simplemsg import JointTrajPtFull, TriState
 from openpendant.simplemsg.pendant import (
     Activity,
-    Enabling,
     EnablingPosition,
     JogEnd,
     JogEnded,
@@ -60,7 +59,7 @@ def begin_of_ramp(rig: ServerRig, since: int) -> int:
 
 
 def squeeze_on(pad: JogPad) -> None:
-    pad.pendant.send(Enabling(EnablingPosition.HELD))
+    pad.pendant.enable(EnablingPosition.HELD)
     pad.rig.wait(10)
 
 
@@ -122,7 +121,7 @@ def _random_presses(presses: int) -> None:
         assert pad.press(away, 0.0, deadline=deadline) is V.ACCEPTED
         last_beat, due, beats = rig.now, round(deadline * 1e9), chance.randrange(5)
         while rig.now - last_beat < due:
-            pad.pendant.send(Enabling(EnablingPosition.HELD))
+            pad.pendant.enable(EnablingPosition.HELD)
             match chance.randrange(8):
                 case 0 | 1:
                     # A beat of its own that comes in time, anywhere between two ticks.
@@ -139,7 +138,7 @@ def _random_presses(presses: int) -> None:
                 case 3:
                     stranger.beat(press=pad.press_number)
                 case 4:
-                    pad.pendant.send(Enabling(EnablingPosition.HELD))
+                    pad.pendant.enable(EnablingPosition.HELD)
             rig.wait(10)
         for _ in range(3):
             squeeze_on(pad)
@@ -260,52 +259,27 @@ def test_a_changed_override_rules_the_jog_at_once_and_smoothly() -> None:
 # What ends a jog besides its press.
 
 
-def let_go(rig: ServerRig, pad: JogPad) -> None:
-    pad.let_go()
-
-
-def panic(rig: ServerRig, pad: JogPad) -> None:
-    pad.squeeze(EnablingPosition.PANIC)
-
-
-def change_mode(rig: ServerRig, pad: JogPad) -> None:
-    pad.mode(OperatingMode.MANUAL_REDUCED)
-
-
-def software_stop(rig: ServerRig, pad: JogPad) -> None:
-    pad.pendant.stop()
-
-
-def observer_stops(rig: ServerRig, pad: JogPad) -> None:
-    rig.pendant("observer").stop()
-
-
-def give_authority_back(rig: ServerRig, pad: JogPad) -> None:
-    pad.pendant.release()
-
-
 def controller_emergency_stop(rig: ServerRig, pad: JogPad) -> None:
     rig.controller.e_stopped = True
 
 
-ENDS = [
-    (let_go, V.ENABLING_LOST),
-    (panic, V.ENABLING_LOST),
-    (change_mode, V.MODE_CHANGED),
-    (software_stop, V.STOPPED),
-    (observer_stops, V.STOPPED),
-    (give_authority_back, V.AUTHORITY_LOST),
-    (controller_emergency_stop, V.CONTROLLER_STOPPED),
-]
+ENDS: dict[str, tuple[Callable[[ServerRig, JogPad], object], V]] = {
+    "let go": (lambda _, pad: pad.let_go(), V.ENABLING_LOST),
+    "panic": (lambda _, pad: pad.squeeze(EnablingPosition.PANIC), V.ENABLING_LOST),
+    "another mode": (lambda _, pad: pad.mode(OperatingMode.MANUAL_REDUCED), V.MODE_CHANGED),
+    "software stop": (lambda _, pad: pad.pendant.stop(), V.STOPPED),
+    "an observer's stop": (lambda rig, _: rig.pendant("observer").stop(), V.STOPPED),
+    "authority given back": (lambda _, pad: pad.pendant.release(), V.AUTHORITY_LOST),
+    "emergency stop": (controller_emergency_stop, V.CONTROLLER_STOPPED),
+}
 
 
-@pytest.mark.parametrize(("end", "code"), ENDS, ids=[end.__name__ for end, _ in ENDS])
+@pytest.mark.parametrize(("end", "code"), ENDS.values(), ids=ENDS)
 def test_promise_32_a_jog_ends_within_a_tick_and_its_beats_wake_nothing(
-    end: object, code: V
+    end: Callable[[ServerRig, JogPad], object], code: V
 ) -> None:
     rig, pad = jogging()
     at = rig.now
-    assert callable(end)
     end(rig, pad)
     pad.hold(10)
     assert rig.stops

@@ -7,7 +7,7 @@ import pytest
 from rigs.cells.robot_cell_situations import in_control
 from rigs.cells.server_rig import LIMITS, ServerRig, ready
 from rigs.peers.scripted_controller import Fault
-from rigs.peers.server_clients import NEAR, Pendant, hello, joints, pose
+from rigs.peers.server_clients import NEAR, hello, joints, pose
 
 from openpendant.motion.description.limits import float32_ceiling
 from openpendant.server.planning.jobs import JointPathJob
@@ -185,24 +185,18 @@ def test_a_stop_sent_as_a_topic_stops_without_an_answer() -> None:
     assert len(rig.stops) == 1
 
 
-def _arrive(rig: ServerRig, pendant: Pendant) -> None:
-    rig.wait(2_000)
-
-
-def _stop(rig: ServerRig, pendant: Pendant) -> None:
-    rig.pendant().stop()
-
-
-def _lose_controller(rig: ServerRig, pendant: Pendant) -> None:
-    rig.path(ControllerPath.MOTION, False)
-
-
 @pytest.mark.parametrize(
-    "end", [_arrive, _stop, _lose_controller], ids=["arrive", "stop", "controller lost"]
+    "end",
+    [
+        lambda rig: rig.wait(2_000),
+        lambda rig: rig.pendant().stop(),
+        lambda rig: rig.path(ControllerPath.MOTION, False),
+    ],
+    ids=["arrive", "stop", "controller lost"],
 )
 @pytest.mark.parametrize("kind", ["joint move", "path", "path still planned"])
 def test_each_request_has_one_verdict_and_one_outcome_if_it_began(
-    kind: str, end: Callable[[ServerRig, Pendant], None]
+    kind: str, end: Callable[[ServerRig], object]
 ) -> None:
     rig, pendant = in_control(plans_at_once=kind != "path still planned")
     pendant.got.clear()
@@ -210,7 +204,7 @@ def test_each_request_has_one_verdict_and_one_outcome_if_it_began(
         pendant.move(0.5, 0.5)
     else:
         pendant.path((0.1, 0.0), (0.5, 0.5))
-    end(rig, pendant)
+    end(rig)
     if rig.jobs:
         rig.plan()
     rig.wait(2_500)

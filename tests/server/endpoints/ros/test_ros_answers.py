@@ -43,7 +43,7 @@ from openpendant.simplemsg import (
     joint_array,
 )
 from openpendant.simplemsg.errors import BodyFault
-from openpendant.simplemsg.pendant import Activity, AuthorityChanged, AuthorityReason, SetSpeed
+from openpendant.simplemsg.pendant import Activity, AuthorityChanged, AuthorityReason
 from openpendant.simplemsg.verdicts import STATUS_ERROR_OFFSET
 from openpendant.simplemsg.verdicts import VerdictCode as V
 
@@ -206,7 +206,7 @@ def stale(rig: ServerRig) -> None:
 
 def override_of_0(rig: ServerRig) -> None:
     pendant = rig.holder()
-    assert pendant.code(SetSpeed(pendant._next(), 0.0, 0.0)) is V.ACCEPTED
+    assert pendant.speed(0.0) is V.ACCEPTED
     pendant.release()
 
 

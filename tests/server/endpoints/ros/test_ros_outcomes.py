@@ -3,6 +3,7 @@ from __future__ import annotations
 from collections.abc import Callable
 
 import pytest
+from rigs.cells.emulated_cell import EmulatedCell
 from rigs.cells.ros_situations import (
     PATH,
     collecting,
@@ -15,12 +16,14 @@ from rigs.cells.ros_situations import (
 )
 from rigs.cells.server_rig import MS, ServerRig, ready
 from rigs.cells.watched_motions import following_ros
+from rigs.peers.scripted_action_node import Goal, ScriptedActionNode
 from rigs.peers.server_clients import RosClient
 
 from openpendant.motion.description.robot import serial_robot
 from openpendant.server.events.effects import LogLine
 from openpendant.server.events.events import Port
 from openpendant.server.refusal import Refusal
+from openpendant.server.settings.cell_settings import ControllerPath
 from openpendant.simplemsg import JointPosition, Malformed, Status, TriState
 from openpendant.simplemsg.errors import BodyFault
 from openpendant.simplemsg.verdicts import STATUS_ERROR_OFFSET
@@ -49,105 +52,75 @@ def out_of_order() -> Situation:
     return rig, client
 
 
-def out_of_range() -> Situation:
-    rig, client = collecting()
-    client.point(3, 2.5, 0.0)
-    return rig, client
-
-
-def unreadable() -> Situation:
-    rig, client = collecting()
-    client.send(Malformed(11, 2, BodyFault("short", 11, 2, 0)))
-    return rig, client
-
-
-def not_planned() -> Situation:
-    rig, client = planning()
-    rig.plan(Refusal(V.NOT_TIMEABLE, "no timing"))
-    return rig, client
-
-
-def lost_while_collecting() -> Situation:
-    rig, client = collecting()
-    client.close()
-    rig.wait(2_020)
-    return rig, client
-
-
-def lost_before_it_began() -> Situation:
+def waiting() -> Situation:
     rig, client = superseding()
     rig.log.clear()
-    client.close()
     return rig, client
 
 
-def lost_in_motion() -> Situation:
-    rig, client = moving()
-    client.close()
-    return rig, client
-
-
-def stopped_by_a_pendant() -> Situation:
-    rig, client = moving()
-    rig.pendant().stop()
-    return rig, client
-
-
-def stopped_by_another_ros_client() -> Situation:
-    rig, client = moving()
-    rig.ros().stop()
-    return rig, client
-
-
-def stopped_while_collecting() -> Situation:
-    rig, client = collecting()
-    rig.pendant().stop()
-    return rig, client
-
-
-def error_of_the_controller() -> Situation:
-    rig, client = moving()
+def error_of_the_controller(rig: ServerRig, _: RosClient) -> None:
     for error in (7, 0):
         rig.controller.error_code = error
         rig.report()
-    return rig, client
 
 
-def end_that_never_came() -> Situation:
-    rig, client = idle()
+def end_that_never_comes(rig: ServerRig, client: RosClient) -> None:
     client.point(-1, 0.0, 0.0)
     client.point(1, 0.1, 0.0)
     rig.wait(1_010)
-    return rig, client
 
 
-SET_BACKS: list[tuple[Callable[[], Situation], str, V]] = [
-    (may_not_move, "refused, 0 of 1", V.NOT_AUTOMATIC),
-    (out_of_order, "refused, 0 of 3", V.SEQUENCE),
-    (out_of_range, "refused, 0 of 3", V.OUT_OF_RANGE),
-    (unreadable, "refused, 0 of 3", V.MALFORMED),
-    (not_planned, "refused, 0 of 3", V.NOT_TIMEABLE),
-    (lost_while_collecting, "refused, 0 of 3", V.TRAJECTORY_INCOMPLETE),
-    (lost_before_it_began, "refused, 0 of 2", V.TRAJECTORY_INCOMPLETE),
-    (lost_in_motion, "broken off, 2 of 3", V.AUTHORITY_LOST),
-    (stopped_by_a_pendant, "broken off, 2 of 3", V.STOPPED),
-    (stopped_by_another_ros_client, "broken off, 2 of 3", V.STOPPED),
-    (stopped_while_collecting, "refused, 0 of 3", V.STOPPED),
-    (error_of_the_controller, "broken off, 2 of 3", V.CONTROLLER_STOPPED),
-    (end_that_never_came, "refused, 0 of 2", V.TRAJECTORY_INCOMPLETE),
-]
+def long_absence(rig: ServerRig, client: RosClient) -> None:
+    client.close()
+    rig.wait(2_020)
 
 
-@pytest.mark.parametrize(("happens", "what", "code"), SET_BACKS)
+Happens = Callable[[ServerRig, RosClient], object]
+SHORT = Malformed(11, 2, BodyFault("short", 11, 2, 0))
+UNTIMED = Refusal(V.NOT_TIMEABLE, "no timing")
+
+SET_BACKS: dict[str, tuple[Callable[[], Situation], Happens, str, V]] = {
+    "not allowed": (may_not_move, lambda rig, ros: None, "0 of 1", V.NOT_AUTOMATIC),
+    "out of order": (out_of_order, lambda rig, ros: None, "0 of 3", V.SEQUENCE),
+    "out of range": (collecting, lambda rig, ros: ros.point(3, 2.5, 0.0), "0 of 3", V.OUT_OF_RANGE),
+    "unreadable": (collecting, lambda rig, ros: ros.send(SHORT), "0 of 3", V.MALFORMED),
+    "not planned": (planning, lambda rig, ros: rig.plan(UNTIMED), "0 of 3", V.NOT_TIMEABLE),
+    "lost amid its points": (collecting, long_absence, "0 of 3", V.TRAJECTORY_INCOMPLETE),
+    "lost too soon": (waiting, lambda rig, ros: ros.close(), "0 of 2", V.TRAJECTORY_INCOMPLETE),
+    "lost in motion": (moving, lambda rig, ros: ros.close(), "2 of 3", V.AUTHORITY_LOST),
+    "a pendant's stop": (moving, lambda rig, ros: rig.pendant().stop(), "2 of 3", V.STOPPED),
+    "another's stop": (moving, lambda rig, ros: rig.ros().stop(), "2 of 3", V.STOPPED),
+    "an early stop": (collecting, lambda rig, ros: rig.pendant().stop(), "0 of 3", V.STOPPED),
+    "an error": (moving, error_of_the_controller, "2 of 3", V.CONTROLLER_STOPPED),
+    "an end that never comes": (idle, end_that_never_comes, "0 of 2", V.TRAJECTORY_INCOMPLETE),
+}
+"""Where it begins, what happens, of how many points how many are done, and why it ended."""
+
+
+@pytest.mark.parametrize(("begin", "happens", "done", "code"), SET_BACKS.values(), ids=SET_BACKS)
 def test_each_set_back_has_one_line_that_says_whose_how_far_and_why(
-    happens: Callable[[], Situation], what: str, code: V
+    begin: Callable[[], Situation], happens: Happens, done: str, code: V
 ) -> None:
-    rig, client = happens()
+    rig, client = begin()
+    happens(rig, client)
     rig.controller.coasts = False
     rig.wait(500)
     (line,) = lines(rig)
     whose = f"ROS-I trajectory of 127.0.0.1 (session {client.session})"
-    assert line.startswith(f"{whose} {what} points done: {code.name} ({code:d}): ")
+    what = "broken off" if begin is moving else "refused"
+    assert line.startswith(f"{whose} {what}, {done} points done: {code.name} ({code:d}): ")
+
+
+@pytest.mark.parametrize(("begin", "happens", "done", "code"), SET_BACKS.values(), ids=SET_BACKS)
+def test_each_set_back_stands_in_status_with_the_offset_of_verdicts(
+    begin: Callable[[], Situation], happens: Happens, done: str, code: V
+) -> None:
+    rig, client = begin()
+    happens(rig, client)
+    rig.controller.coasts = False
+    rig.wait(20)
+    status = status_of(rig)
+    assert (status.error_code, status.in_error) == (STATUS_ERROR_OFFSET + code, TriState.TRUE)
 
 
 def test_a_point_is_done_where_the_robot_has_passed_it_and_not_only_its_set_point() -> None:
@@ -159,17 +132,6 @@ def test_a_point_is_done_where_the_robot_has_passed_it_and_not_only_its_set_poin
     told = cell.core.cell.end(Refusal(V.STOPPED), cell.now)
     (line,) = (item.text for item in told if isinstance(item, LogLine))
     assert "broken off, 2 of 4 points done" in line
-
-
-@pytest.mark.parametrize(("happens", "what", "code"), SET_BACKS)
-def test_each_set_back_stands_in_status_with_the_offset_of_verdicts(
-    happens: Callable[[], Situation], what: str, code: V
-) -> None:
-    rig, _ = happens()
-    rig.controller.coasts = False
-    rig.wait(20)
-    status = status_of(rig)
-    assert (status.error_code, status.in_error) == (STATUS_ERROR_OFFSET + code, TriState.TRUE)
 
 
 @pytest.mark.parametrize("phase", [collecting, planning, moving])
@@ -338,3 +300,102 @@ def test_a_cell_may_withhold_none() -> None:
     client.point(7, 0.1, 0.0)
     assert positions_in(rig, listener, 200) == 10
     assert rig.now % MS == 0
+
+
+JOINTS = 6
+WAY = (0.0, 0.1, 0.2, 0.3, 0.4)
+"""Where the first joint goes on its way, from where it stood [rad]."""
+
+
+class Stack:
+    def __init__(self) -> None:
+        self.cell = EmulatedCell()
+        self.motion: RosClient = self.cell.ros()
+        self.state = self.cell.ros(port=Port.ROS_STATE)
+        self.node = ScriptedActionNode(self.motion.stop)
+        self._heard = 0
+        self.run(100)
+        self.start = self.cell.position
+
+    def run(self, milliseconds: int) -> None:
+        for _ in range(0, milliseconds, 10):
+            self.cell.wait(10)
+            for message in self.state.got[self._heard :]:
+                self.node.hear(message, self.cell.now)
+            self._heard = len(self.state.got)
+            self.node.tick(self.cell.now)
+
+    def send_goal(self, *, duration: float = 0.5, offsets: tuple[float, ...] = WAY) -> None:
+        points = [(self.start[0] + offset, *self.start[1:]) for offset in offsets]
+        last = points[-1]
+        assert self.node.send_goal(last, duration * len(points), self.cell.now)
+        for number, point in enumerate(points):
+            self.motion.point(number, *point, duration=duration, velocity=0.5)
+            self.run(10)
+
+    def goal_ends_within(self, milliseconds: int) -> Goal | None:
+        for _ in range(0, milliseconds, 50):
+            self.run(50)
+            if self.node.goal is not Goal.ACTIVE:
+                break
+        return self.node.goal
+
+
+@pytest.fixture
+def stack() -> Stack:
+    return Stack()
+
+
+def test_a_goal_that_is_reached_succeeds(stack: Stack) -> None:
+    stack.send_goal()
+    assert stack.goal_ends_within(6_000) is Goal.SUCCEEDED
+    assert stack.cell.lines == []
+
+
+def lose_the_controller(stack: Stack) -> None:
+    stack.cell.disconnect(ControllerPath.MOTION)
+    stack.cell.connect(ControllerPath.MOTION)
+
+
+@pytest.mark.parametrize(
+    ("happens", "code"),
+    [
+        (lambda stack: stack.cell.pendant().stop(), V.STOPPED),
+        (lose_the_controller, V.CONTROLLER_LOST),
+        (lambda stack: stack.motion.close(), V.AUTHORITY_LOST),
+        (lambda stack: stack.motion.point(len(WAY), *stack.start), V.SEQUENCE),
+    ],
+    ids=["a pendant's stop", "a lost controller", "a lost link", "a late point"],
+)
+def test_a_goal_that_is_broken_off_is_aborted_within_1_1_s(
+    stack: Stack, happens: Callable[[Stack], object], code: V
+) -> None:
+    stack.send_goal()
+    stack.run(1_200)
+    happens(stack)
+    assert stack.goal_ends_within(1_100) is Goal.ABORTED
+    (line,) = stack.cell.lines
+    assert f"broken off, 3 of 5 points done: {code.name} ({code:d})" in line
+
+
+def test_a_goal_that_is_refused_is_aborted(stack: Stack) -> None:
+    stack.send_goal(offsets=(0.0, 9.0))
+    assert stack.goal_ends_within(1_100) is Goal.ABORTED
+    assert len(stack.cell.lines) == 1
+
+
+def test_the_next_goal_is_taken_once_positions_come_again(stack: Stack) -> None:
+    stack.send_goal(offsets=(0.0, 9.0))
+    assert stack.goal_ends_within(1_600) is Goal.ABORTED
+    stack.run(600)
+    stack.send_goal()
+    assert stack.goal_ends_within(6_000) is Goal.SUCCEEDED
+
+
+def test_a_goal_that_takes_the_place_of_a_refused_one_at_once_is_seen_to_its_end(
+    stack: Stack,
+) -> None:
+    stack.send_goal(offsets=(0.0, 9.0))
+    stack.run(300)
+    stack.send_goal()
+    assert stack.goal_ends_within(6_000) is Goal.SUCCEEDED

@@ -6,7 +6,7 @@ import json
 from typing import Any
 
 import pytest
-from rigs.cells.program_cell import BODY_LINE, HEAD, ProgramCell, ask
+from rigs.cells.program_cell import BODY_LINE, HEAD, ProgramCell
 
 from openpendant.server.programs.language.parser import parse
 from openpendant.server.programs.language.program_json import program_to_json
@@ -35,27 +35,27 @@ def cell() -> ProgramCell:
 
 
 def breakpoints(cell: ProgramCell, *statements: int, name: str = "main") -> dict[str, Any]:
-    return ask(cell.user, "programs.breakpoints", name=name, statements=statements)
+    return cell.user.ask("programs.breakpoints", name=name, statements=statements)
 
 
 def edit(cell: ProgramCell, revision: int, kind: str, **fields: Any) -> dict[str, Any]:
     about = {"edit": kind, **fields}
-    return ask(cell.user, "programs.edit", name="main", expected_revision=revision, edit=about)
+    return cell.user.ask("programs.edit", name="main", expected_revision=revision, edit=about)
 
 
 def shown(cell: ProgramCell, name: str = "main") -> list[int]:
-    found: list[int] = ask(cell.user, "programs.load", name=name).get("breakpoints", [])
+    found: list[int] = cell.user.ask("programs.load", name=name).get("breakpoints", [])
     return found
 
 
 def save(cell: ProgramCell, statements: str, revision: int = 1) -> dict[str, Any]:
     body = HEAD.format(name="main") + statements
     about = {"name": "main", "body": body, "expected_revision": revision}
-    return ask(cell.user, "programs.save", **about)
+    return cell.user.ask("programs.save", **about)
 
 
 def pauses_at(cell: ProgramCell, name: str = "main") -> list[str]:
-    lines = ask(cell.user, "programs.load", name=name)["body"].splitlines()
+    lines = cell.user.ask("programs.load", name=name)["body"].splitlines()
     assert cell.run(name) is V.ACCEPTED
     paused: list[str] = []
     for _ in range(10):
@@ -89,9 +89,9 @@ def test_a_breakpoint_follows_an_edit_and_its_undo_and_redo(cell: ProgramCell, w
     answer = edit(cell, 1, **fields)
     assert (answer["breakpoints"], shown(cell)) == (expected, expected)
     assert answer.get("dropped_breakpoints", 0) == (0 if expected else 1)
-    back = ask(cell.user, "programs.undo", name="main", expected_revision=2)
+    back = cell.user.ask("programs.undo", name="main", expected_revision=2)
     assert back["breakpoints"] == ([2] if expected else [])
-    again = ask(cell.user, "programs.redo", name="main", expected_revision=3)
+    again = cell.user.ask("programs.redo", name="main", expected_revision=3)
     assert again["breakpoints"] == expected
 
 
@@ -105,18 +105,18 @@ def test_a_run_pauses_at_the_statement_after_statements_were_put_before_it(
 def test_a_move_that_is_recorded_before_it_shifts_a_breakpoint(cell: ProgramCell) -> None:
     move = {"statement": "move", "way": "PTP", "point": "here"}
     about = {"name": "main", "expected_revision": 1, "point": "here", "move": move, "at": 0}
-    assert ask(cell.user, "programs.record", **about)["breakpoints"] == [3]
+    assert cell.user.ask("programs.record", **about)["breakpoints"] == [3]
 
 
 def test_breakpoints_go_along_to_a_new_name(cell: ProgramCell) -> None:
     about = {"name": "main", "new_name": "other", "expected_revision": 1}
-    assert ask(cell.user, "programs.rename", **about)["breakpoints"] == [2]
+    assert cell.user.ask("programs.rename", **about)["breakpoints"] == [2]
     assert shown(cell, "other") == [2]
     assert pauses_at(cell, "other") == ["move PTP c"]
 
 
 def test_a_program_of_the_same_name_has_none_of_one_that_was_deleted(cell: ProgramCell) -> None:
-    ask(cell.user, "programs.delete", name="main", expected_revision=1)
+    cell.user.ask("programs.delete", name="main", expected_revision=1)
     cell.keep("main", THREE, expected_revision=0)
     assert (shown(cell), pauses_at(cell)) == ([], [])
 
@@ -149,7 +149,7 @@ def test_breakpoints_of_a_revision_that_is_kept_no_more_are_dropped(cell: Progra
     cell.keep("main", THREE, expected_revision=1)
     del cell.store._revisions[DocumentKind.PROGRAM, "main"][0]
     assert shown(cell) == []
-    assert ask(cell.user, "programs.load", name="main")["dropped_breakpoints"] == 1
+    assert cell.user.ask("programs.load", name="main")["dropped_breakpoints"] == 1
 
 
 def test_an_edit_during_a_run_leaves_the_breakpoints_of_the_run_where_they_are(
@@ -157,10 +157,7 @@ def test_an_edit_during_a_run_leaves_the_breakpoints_of_the_run_where_they_are(
 ) -> None:
     assert cell.run() is V.ACCEPTED
     edit(cell, 1, "insert", at=0, statements=NEW)
-    for _ in range(2_000):
-        if cell.reports()[-1].state == ProgramState.AT_BREAKPOINT:
-            break
-        cell.pass_time(10)
+    cell.until_state(ProgramState.AT_BREAKPOINT)
     assert cell.reports()[-1].line == BODY_LINE + 2
 
 
@@ -170,10 +167,7 @@ def test_breakpoints_set_during_a_run_are_found_in_the_revision_that_runs() -> N
     edit(cell, 1, "insert", at=0, statements=NEW)
     answer = breakpoints(cell, 0, 5)
     assert (answer["statements"], answer["revision"], answer["next_run"]) == ([0, 5], 2, [0])
-    for _ in range(2_000):
-        if cell.reports()[-1].state == ProgramState.AT_BREAKPOINT:
-            break
-        cell.pass_time(10)
+    cell.until_state(ProgramState.AT_BREAKPOINT)
     assert cell.reports()[-1].line == BODY_LINE + 3
     assert shown(cell) == [0, 5]
 
@@ -188,16 +182,16 @@ def test_breakpoints_of_a_program_under_way_are_for_whoever_has_the_authority(st
     for name in ("main", "part"):
         for statements in ([0], []):
             about = {"name": name, "statements": statements}
-            refused = ask(observer, "programs.breakpoints", **about)
+            refused = observer.ask("programs.breakpoints", **about)
             assert (refused["code"], refused["text"]) == (V.HELD_BY_OTHER, "holder is in control")
-    assert ask(observer, "programs.breakpoints", name="other", statements=[0])["statements"] == [0]
+    assert observer.ask("programs.breakpoints", name="other", statements=[0])["statements"] == [0]
     assert breakpoints(cell, 1)["statements"] == [1]
 
 
 def test_anybody_may_set_breakpoints_of_a_program_that_is_not_under_way() -> None:
     cell = ProgramCell(main=THREE)
     observer = cell.pendant("observer")
-    assert ask(observer, "programs.breakpoints", name="main", statements=[2])["statements"] == [2]
+    assert observer.ask("programs.breakpoints", name="main", statements=[2])["statements"] == [2]
     assert pauses_at(cell) == ["move PTP c"]
 
 
@@ -270,19 +264,19 @@ def test_a_breakpoint_at_a_statement_that_is_not_there_is_refused_with_their_num
     statement: int,
 ) -> None:
     cell = ProgramCell(main="move PTP a\nmove PTP b\nmove PTP c\nmove PTP a\n")
-    refused = ask(cell.user, "programs.breakpoints", name="main", statements=[0, statement])
+    refused = cell.user.ask("programs.breakpoints", name="main", statements=[0, statement])
     assert refused["code"] == V.BAD_ARGUMENT
     assert f"statement {statement}" in refused["text"]
     assert f"has 4; accepted: 0 to 3, which is line {BODY_LINE + 3}" in refused["text"]
-    assert "breakpoints" not in ask(cell.user, "programs.load", name="main")
+    assert "breakpoints" not in cell.user.ask("programs.load", name="main")
 
 
 def test_breakpoints_of_a_program_that_is_gone_can_be_taken_away_but_not_set() -> None:
     cell = ProgramCell()
-    assert ask(cell.user, "programs.breakpoints", name="main", statements=[0])["code"] == (
+    assert cell.user.ask("programs.breakpoints", name="main", statements=[0])["code"] == (
         V.NOT_FOUND
     )
-    assert ask(cell.user, "programs.breakpoints", name="main", statements=[])["statements"] == []
+    assert cell.user.ask("programs.breakpoints", name="main", statements=[])["statements"] == []
 
 
 ALL, FORWARD, BACKWARD = RunKind
@@ -313,7 +307,7 @@ def verdict(cell: ProgramCell) -> Verdict:
 
 
 def under_way(cell: ProgramCell) -> dict[str, Any]:
-    told: dict[str, Any] = ask(cell.user, "snapshot")["program"]
+    told: dict[str, Any] = cell.user.ask("snapshot")["program"]
     return told
 
 
@@ -449,7 +443,7 @@ def test_a_program_that_ended_is_reported_with_its_revision(edited: ProgramCell)
 
 
 def test_a_dry_run_tells_the_revision_that_it_walked_through(edited: ProgramCell) -> None:
-    assert ask(edited.user, "programs.dry_run", name="main")["revision"] == 2
+    assert edited.user.ask("programs.dry_run", name="main")["revision"] == 2
 
 
 def test_a_program_kept_under_another_name_has_the_revision_it_is_kept_as() -> None:

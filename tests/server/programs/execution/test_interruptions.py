@@ -17,7 +17,6 @@ from openpendant.server.store.documents import DocumentKind
 from openpendant.simplemsg import Status, TriState
 from openpendant.simplemsg.pendant import (
     Activity,
-    Enabling,
     Home,
     JogStep,
     MotionControlAction,
@@ -25,8 +24,6 @@ from openpendant.simplemsg.pendant import (
     OperatorAction,
     Outcome,
     ProgramState,
-    SetMode,
-    SetSpeed,
     State,
     Verdict,
 )
@@ -51,11 +48,7 @@ def waiting(statements: str) -> ProgramCell:
     return cell
 
 
-def stop_from_ros(cell: ProgramCell) -> None:
-    assert cell.ros().stop() is not None
-
-
-INTERRUPTIONS: dict[str, tuple[Callable[[ProgramCell], None], V, str]] = {
+INTERRUPTIONS: dict[str, tuple[Callable[[ProgramCell], object], V, str]] = {
     "emergency stop": (press_emergency_stop, V.CONTROLLER_STOPPED, "emergency stop"),
     "an emergency stop between two ticks": (
         lambda cell: report(cell, e_stopped=TriState.TRUE),
@@ -80,7 +73,7 @@ INTERRUPTIONS: dict[str, tuple[Callable[[ProgramCell], None], V, str]] = {
     "motion link": (lose(ControllerPath.MOTION), V.CONTROLLER_LOST, "motion link"),
     "state link": (lose(ControllerPath.STATE), V.CONTROLLER_LOST, "state link"),
     "reports": (fall_silent, V.FEEDBACK_STALE, "ms ago"),
-    "ROS-I STOP": (stop_from_ros, V.STOPPED, "ROS-I client"),
+    "ROS-I STOP": (lambda cell: cell.ros().stop(), V.STOPPED, "ROS-I client"),
 }
 
 
@@ -161,10 +154,6 @@ def loading(cell: WorkingCell) -> WorkingCell:
     return cell
 
 
-def set_mode(cell: WorkingCell, mode: OperatingMode) -> V | None:
-    return cell.user.code(SetMode(cell.user._next(), mode))
-
-
 def stop_and_reset(cell: WorkingCell) -> None:
     cell.pendant("passer-by").stop("a hand in the way")
     cell.pass_time(100)
@@ -172,8 +161,8 @@ def stop_and_reset(cell: WorkingCell) -> None:
 
 
 def change_mode_there_and_back(cell: WorkingCell) -> None:
-    assert set_mode(cell, OperatingMode.MANUAL_REDUCED) is V.ACCEPTED
-    assert set_mode(cell, OperatingMode.AUTOMATIC) is V.ACCEPTED
+    assert cell.user.mode(OperatingMode.MANUAL_REDUCED) is V.ACCEPTED
+    assert cell.user.mode(OperatingMode.AUTOMATIC) is V.ACCEPTED
 
 
 def release_and_take(cell: WorkingCell) -> None:
@@ -181,21 +170,17 @@ def release_and_take(cell: WorkingCell) -> None:
     assert cell.user.take() is V.ACCEPTED
 
 
-def program_stop(cell: WorkingCell) -> None:
-    assert cell.control(STOP) is V.ACCEPTED
-
-
 def override_of_0(cell: WorkingCell) -> None:
     for override in (0.0, 1.0):
-        assert cell.user.code(SetSpeed(cell.user._next(), override, 0.0)) is V.ACCEPTED
+        assert cell.user.speed(override) is V.ACCEPTED
 
 
-ENDS: dict[str, tuple[Callable[[WorkingCell], None], V]] = {
+ENDS: dict[str, tuple[Callable[[WorkingCell], object], V]] = {
     "software stop and its reset": (stop_and_reset, V.STOPPED),
     "mode there and back": (change_mode_there_and_back, V.MODE_CHANGED),
     "authority released and taken": (release_and_take, V.AUTHORITY_LOST),
-    "program stop": (program_stop, V.PROGRAM_STOPPED),
-    "ROS-I STOP": (lambda cell: cell.ros().stop(), V.STOPPED),  # type: ignore[dict-item]
+    "program stop": (lambda cell: cell.control(STOP), V.PROGRAM_STOPPED),
+    "ROS-I STOP": (lambda cell: cell.ros().stop(), V.STOPPED),
     "motion link": (lose(ControllerPath.MOTION), V.CONTROLLER_LOST),
     "emergency stop": (press_emergency_stop, V.CONTROLLER_STOPPED),
     "an emergency stop between two ticks": (
@@ -238,21 +223,16 @@ def test_a_start_ends_with_the_connection_that_asked(loading: WorkingCell) -> No
 
 
 def test_a_start_ends_when_the_enabling_device_is_let_go(cell: WorkingCell) -> None:
-    set_mode(cell, OperatingMode.MANUAL_REDUCED)
-    for position in (0, 1):
-        cell.user.send(Enabling(position))
+    cell.user.mode(OperatingMode.MANUAL_REDUCED)
+    cell.user.enable(0, 1)
     assert cell.run() is None
-    cell.user.send(Enabling(0))
+    cell.user.enable(0)
     cell.wait(10)
     assert cell.user.verdicts()[-1][1] is V.ENABLING_LOST
-    cell.user.send(Enabling(1))
+    cell.user.enable(1)
     cell.work()
     cell.pass_time(100)
     assert cell.motions == []
-
-
-def home(user: Pendant) -> V | None:
-    return user.code(Home(user._next(), 0.5, "zero"))
 
 
 def step(user: Pendant) -> V | None:
@@ -262,7 +242,7 @@ def step(user: Pendant) -> V | None:
 OTHERS: dict[str, Callable[[Pendant], V | None]] = {
     "joint move": lambda user: user.move(*GOAL),
     "path": lambda user: user.path(GOAL),
-    "home": home,
+    "home": lambda user: user.code(Home(user._next(), 0.5, "zero")),
 }
 
 
@@ -278,9 +258,8 @@ def test_no_other_motion_begins_beside_a_program_that_is_loaded(
 
 
 def test_no_jog_begins_beside_a_program_that_is_loaded(cell: WorkingCell) -> None:
-    set_mode(cell, OperatingMode.MANUAL_REDUCED)
-    for position in (0, 1):
-        cell.user.send(Enabling(position))
+    cell.user.mode(OperatingMode.MANUAL_REDUCED)
+    cell.user.enable(0, 1)
     cell.run()
     assert step(cell.user) is V.PROGRAM_RUNNING
     cell.control(STOP)

@@ -6,7 +6,7 @@ from typing import Any
 
 import numpy as np
 import pytest
-from rigs.cells.program_cell import ProgramCell, ask
+from rigs.cells.program_cell import ProgramCell
 from rigs.cells.robot_cell_situations import at_a_pad, enabled
 from rigs.cells.server_rig import LIMITS, ServerRig, ready
 from rigs.motion.jog_pad import JogPad
@@ -22,7 +22,6 @@ from openpendant.simplemsg.pendant import (
     ProgramRun,
     ProgramState,
     RunKind,
-    SetSpeed,
     Verdict,
 )
 from openpendant.simplemsg.verdicts import VerdictCode as V
@@ -251,24 +250,20 @@ def activity(cell: ProgramCell) -> Activity:
 
 class SlowPlanning(ProgramCell):
     def __init__(self, **programs: str) -> None:
-        self.held: list[Effect] = []
+        self.unplanned: list[Effect] = []
         super().__init__(**programs)
 
     def perform(self, outgoing: list[Effect]) -> list[Effect]:
-        self.held = [each for each in outgoing if _plans_motion(each)] or self.held
+        self.unplanned = [each for each in outgoing if _plans_motion(each)] or self.unplanned
         return super().perform([each for each in outgoing if not _plans_motion(each)])
 
     def plan(self) -> None:
-        held, self.held = self.held, []
+        held, self.unplanned = self.unplanned, []
         super().perform(held)
 
 
 def _plans_motion(item: Effect) -> bool:
     return isinstance(item, Ask) and isinstance(item.question, BlockJob)
-
-
-def speed(cell: ProgramCell, override: float) -> V | None:
-    return cell.user.code(SetSpeed(cell.user._next(), override, 0.0))
 
 
 PAUSES: dict[str, tuple[str, Callable[[ProgramCell], object], ProgramState]] = {
@@ -282,13 +277,13 @@ def test_a_program_that_is_paused_between_motions_shows_paused(where: str) -> No
     statements, pause, state = PAUSES[where]
     cell = ProgramCell(main=statements)
     if state is ProgramState.AT_BREAKPOINT:
-        ask(cell.user, "programs.breakpoints", name="main", statements=[1])
+        cell.user.ask("programs.breakpoints", name="main", statements=[1])
     cell.run()
     cell.pass_time(300)
     pause(cell)
     assert cell.reports()[-1].state == state
     assert activity(cell) is Activity.PAUSED
-    assert ask(cell.user, "snapshot")["activity"] == "paused"
+    assert cell.user.ask("snapshot")["activity"] == "paused"
     assert cell.control(RESUME) is V.ACCEPTED
     assert activity(cell) is Activity.IDLE
     assert cell.control(STOP) is V.ACCEPTED
@@ -310,7 +305,7 @@ def test_promise_32_an_override_of_0_pauses_a_program_which_then_waits_for_its_r
     cell = ProgramCell(main=statements)
     cell.run()
     cell.pass_time(300)
-    assert speed(cell, 0.0) is V.ACCEPTED
+    assert cell.user.speed(0.0) is V.ACCEPTED
     cell.pass_time(1_000)
     assert activity(cell) is Activity.PAUSED
     assert cell.reports()[-1].state == ProgramState.PAUSED
@@ -318,7 +313,7 @@ def test_promise_32_an_override_of_0_pauses_a_program_which_then_waits_for_its_r
         assert cell.run(kind=kind) is V.OVERRIDE_ZERO
     assert cell.control(RESUME) is V.OVERRIDE_ZERO
     stood = cell.position
-    assert speed(cell, 1.0) is V.ACCEPTED
+    assert cell.user.speed(1.0) is V.ACCEPTED
     cell.pass_time(3_000)
     assert (activity(cell), cell.position) == (Activity.PAUSED, stood)
     assert cell.control(RESUME) is V.ACCEPTED
@@ -330,13 +325,13 @@ def test_a_program_whose_block_is_planned_while_the_override_falls_to_0_is_pause
     cell = SlowPlanning(main=THERE_AND_BACK)
     cell.run()
     before = cell.position
-    assert speed(cell, 0.0) is V.ACCEPTED
+    assert cell.user.speed(0.0) is V.ACCEPTED
     cell.plan()
     cell.pass_time(1_000)
     assert activity(cell) is Activity.PAUSED
     assert cell.position == pytest.approx(before, abs=1e-5)
     assert cell.user.outcomes() == []
-    speed(cell, 1.0)
+    cell.user.speed(1.0)
     assert cell.control(RESUME) is V.ACCEPTED
     cell.pass_time(1_000)
     assert cell.position != before
@@ -347,11 +342,11 @@ def test_a_point_is_taught_while_a_motion_of_a_program_is_paused() -> None:
     cell.run()
     cell.pass_time(500)
     cell.control(PAUSE)
-    moving = ask(cell.user, "programs.record", name="main", expected_revision=1, point="here")
+    moving = cell.user.ask("programs.record", name="main", expected_revision=1, point="here")
     assert moving["code"] == V.MOVING
     cell.pass_time(1_000)
     assert activity(cell) is Activity.PAUSED
-    kept = ask(cell.user, "programs.record", name="main", expected_revision=1, point="here")
+    kept = cell.user.ask("programs.record", name="main", expected_revision=1, point="here")
     assert kept["revision"] == 2
     assert cell.control(RESUME) is V.ACCEPTED
 
@@ -376,7 +371,7 @@ def test_a_step_back_inside_a_statement_says_what_is_accepted() -> None:
 def test_a_program_that_is_paused_while_its_block_is_planned_does_not_leave_the_start() -> None:
     cell = SlowPlanning(main=THERE_AND_BACK)
     cell.run()
-    assert cell.held
+    assert cell.unplanned
     start = cell.position
     assert cell.control(PAUSE) is V.ACCEPTED
     cell.plan()

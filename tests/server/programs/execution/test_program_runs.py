@@ -1,24 +1,19 @@
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 
 import pytest
-from rigs.cells.program_cell import BODY_LINE, A, ProgramCell, ask
+from rigs.cells.program_cell import BODY_LINE, A, ProgramCell
 
 from openpendant.server.events.effects import Effect
 from openpendant.server.programs.execution.program_run import BareEnvironment
 from openpendant.server.programs.interpreter.motion_blocks import MOST_INSTANT_AT_ONCE
 from openpendant.simplemsg.pendant import (
-    Authority,
-    AuthorityAction,
-    Enabling,
     JogStep,
     MotionControlAction,
     OperatingMode,
     ProgramState,
     RunKind,
-    SetMode,
-    SetSpeed,
     Verdict,
 )
 from openpendant.simplemsg.verdicts import CATALOGUE
@@ -147,7 +142,7 @@ def test_a_step_that_is_paused_stays_a_step() -> None:
 
 def test_a_breakpoint_holds_the_run_before_its_statement() -> None:
     cell = ProgramCell(main=THERE_AND_BACK)
-    ask(cell.user, "programs.breakpoints", name="main", statements=[2])
+    cell.user.ask("programs.breakpoints", name="main", statements=[2])
     cell.run()
     cell.pass_time(2_000)
     assert cell.reports()[-1].state == ProgramState.AT_BREAKPOINT
@@ -156,40 +151,25 @@ def test_a_breakpoint_holds_the_run_before_its_statement() -> None:
     assert cell.until_outcomes() == [V.ACCEPTED]
 
 
-def stop_software(cell: ProgramCell) -> None:
-    cell.pendant("passer-by").stop()
-
-
-def release_authority(cell: ProgramCell) -> None:
-    cell.user.code(Authority(cell.user._next(), AuthorityAction.RELEASE))
-
-
-def change_mode(cell: ProgramCell) -> None:
-    cell.user.code(SetMode(cell.user._next(), OperatingMode.MANUAL_REDUCED))
-
-
-def lose_connection(cell: ProgramCell) -> None:
-    cell.user.close()
-
-
 def stop_program(cell: ProgramCell) -> None:
     assert cell.control(STOP) is V.ACCEPTED
 
 
-ENDINGS = [
-    (stop_software, {V.STOPPED, V.STOP_LATCHED}),
-    (release_authority, {V.AUTHORITY_LOST}),
-    (lose_connection, {V.AUTHORITY_LOST}),
-    (change_mode, {V.MODE_CHANGED}),
+ENDINGS: list[tuple[Callable[[ProgramCell], object], set[V]]] = [
+    (lambda cell: cell.pendant("passer-by").stop(), {V.STOPPED, V.STOP_LATCHED}),
+    (lambda cell: cell.user.release(), {V.AUTHORITY_LOST}),
+    (lambda cell: cell.user.close(), {V.AUTHORITY_LOST}),
+    (lambda cell: cell.user.mode(OperatingMode.MANUAL_REDUCED), {V.MODE_CHANGED}),
     (stop_program, {V.PROGRAM_STOPPED}),
 ]
 
 
 @pytest.mark.parametrize(("end", "codes"), ENDINGS)
 @pytest.mark.parametrize("statements", [THERE_AND_BACK, "wait 2 s\nmove PTP a\n"])
-def test_what_ends_a_run_ends_it_for_good(end: object, codes: set[V], statements: str) -> None:
+def test_what_ends_a_run_ends_it_for_good(
+    end: Callable[[ProgramCell], object], codes: set[V], statements: str
+) -> None:
     """Mid-way in a motion and in a wait: nothing moves afterwards, nothing resumes by itself."""
-    assert callable(end)
     cell = ProgramCell(main=statements)
     cell.run()
     cell.pass_time(500)
@@ -207,8 +187,8 @@ def test_what_ends_a_run_ends_it_for_good(end: object, codes: set[V], statements
 
 def test_jogging_and_single_motions_are_refused_while_a_program_is_under_way() -> None:
     cell = ProgramCell(main="wait 20 s\nmove PTP a\n")
-    change_mode(cell)
-    squeeze(cell)
+    cell.user.mode(OperatingMode.MANUAL_REDUCED)
+    cell.user.enable(0, 1)
     cell.run()
     cell.pass_time(100)
     assert cell.user.move(*A) is V.PROGRAM_RUNNING
@@ -217,16 +197,6 @@ def test_jogging_and_single_motions_are_refused_while_a_program_is_under_way() -
     assert cell.run() is V.PROGRAM_RUNNING
     stop_program(cell)
     assert cell.user.move(*A) is V.ACCEPTED
-
-
-def squeeze(cell: ProgramCell) -> None:
-    cell.user.send(Enabling(0))
-    cell.user.send(Enabling(1))
-
-
-def text_of_refused_move(cell: ProgramCell) -> str:
-    assert cell.user.move(*A) is V.PROGRAM_RUNNING
-    return cell.user.all(Verdict)[-1].text
 
 
 @pytest.mark.parametrize(
@@ -246,7 +216,8 @@ def test_a_motion_beside_a_program_is_refused_with_what_the_program_does_and_wha
     cell.pass_time(500)
     if action is not None:
         cell.control(action)
-    text = text_of_refused_move(cell)
+    assert cell.user.move(*A) is V.PROGRAM_RUNNING
+    text = cell.user.all(Verdict)[-1].text
     assert f"{doing} at line" in text
     assert "program stop" in text
     assert "rogram stop" in CATALOGUE[V.PROGRAM_RUNNING].remedy
@@ -259,7 +230,7 @@ def test_the_override_acts_on_the_running_program() -> None:
     for override in (1.0, 0.25):
         cell = ProgramCell(main="move PTP a\nmove PTP b\n" * 2)
         cell.run()
-        cell.user.code(SetSpeed(cell.user._next(), override, 0.0))
+        cell.user.speed(override)
         began = cell.now
         cell.until_outcomes()
         durations.append(cell.now - began)
@@ -268,16 +239,15 @@ def test_the_override_acts_on_the_running_program() -> None:
 
 def test_a_program_in_reduced_speed_needs_enabling_and_ends_without_it() -> None:
     cell = ProgramCell(main="move PTP a\nwait 20 s\nmove PTP b\n")
-    change_mode(cell)
+    cell.user.mode(OperatingMode.MANUAL_REDUCED)
     assert cell.run() is V.NOT_ENABLED
 
     def hold(milliseconds: int) -> None:
         for _ in range(0, milliseconds, 50):
-            cell.user.send(Enabling(1))
+            cell.user.enable(1)
             cell.pass_time(50)
 
-    cell.user.send(Enabling(0))
-    cell.user.send(Enabling(1))
+    cell.user.enable(0, 1)
     assert cell.run() is V.ACCEPTED
     while cell.reports()[-1].line == BODY_LINE:
         hold(100)
@@ -297,7 +267,7 @@ def test_an_unreachable_point_ends_the_run_with_program_line_and_point_named() -
         "point a joints 0 -1.5 1.5 -1.5 -1.5 0 rad\n"
         "point z joints 0 -9 1.5 -1.5 -1.5 0 rad\nmove PTP a\nmove PTP z\n"
     )
-    ask(cell.user, "programs.save", name="far", body=text, expected_revision=0)
+    cell.user.ask("programs.save", name="far", body=text, expected_revision=0)
     cell.run("far")
     assert cell.until_outcomes() == [V.OUT_OF_RANGE]
     assert "far, line 10, point z" in cell.reports()[-1].text

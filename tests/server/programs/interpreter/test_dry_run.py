@@ -7,7 +7,7 @@ from typing import Any
 
 import numpy as np
 import pytest
-from rigs.cells.program_cell import BODY_LINE, HEAD, ProgramCell, ask
+from rigs.cells.program_cell import BODY_LINE, HEAD, ProgramCell
 from rigs.cells.program_rig import ProgramRig
 from rigs.data.program_samples import linked, program
 
@@ -351,7 +351,7 @@ class OfferingCell(BareEnvironment):
 def asked_for(offer: Offer, statements: str = STATEMENTS) -> dict[str, Any]:
     cell = ProgramCell(main=statements)
     cell.core.pendants.programs.executor.environment = OfferingCell(offer)
-    return ask(cell.user, "programs.dry_run", name="main")
+    return cell.user.ask("programs.dry_run", name="main")
 
 
 def test_statements_that_a_run_would_end_at_are_told_with_line_code_and_text() -> None:
@@ -379,8 +379,8 @@ def test_the_text_of_a_refusal_is_told_to_its_end() -> None:
     cell = ProgramCell()
     far = HEAD.format(name="main").replace("c joints 0.2", f"{NAME} joints 9")
     text = f"{far}move PTP a\nmove PTP {NAME}\n"
-    ask(cell.user, "programs.save", name="main", body=text, expected_revision=0)
-    found = ask(cell.user, "programs.dry_run", name="main")
+    cell.user.ask("programs.save", name="main", body=text, expected_revision=0)
+    found = cell.user.ask("programs.dry_run", name="main")
     (worst, *_) = found["moves"]
     assert worst["code"] == V.OUT_OF_RANGE
     assert worst["text"].endswith(" rad")

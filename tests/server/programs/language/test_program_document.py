@@ -3,8 +3,10 @@
 from __future__ import annotations
 
 import json
+import re
 from collections.abc import Callable
 from dataclasses import replace
+from pathlib import Path
 from typing import Any
 
 import pytest
@@ -12,7 +14,14 @@ from hypothesis import given, settings
 from rigs.data.example_counts import examples
 from rigs.data.program_samples import HEAD, program, programs
 
-from openpendant.server.programs.language.lexer import LONGEST_LINE, LONGEST_NUMBER
+from openpendant.server.programs.language.grammar import STATEMENTS
+from openpendant.server.programs.language.lexer import (
+    LONGEST_LINE,
+    LONGEST_NUMBER,
+    MOST_BYTES,
+    UNITS,
+)
+from openpendant.server.programs.language.linking import DEEPEST_CALL, MOST_PARTS, MOST_PROGRAMS
 from openpendant.server.programs.language.parser import parse, parse_source
 from openpendant.server.programs.language.points import (
     MOST_JOINTS,
@@ -22,8 +31,12 @@ from openpendant.server.programs.language.points import (
     TeachPoint,
 )
 from openpendant.server.programs.language.printer import print_program, statement_lines
-from openpendant.server.programs.language.program import DEEPEST_NESTING, Program
-from openpendant.server.programs.language.program_errors import ProgramError, ProgramTooLarge
+from openpendant.server.programs.language.program import DEEPEST_NESTING, MOST_POINTS, Program
+from openpendant.server.programs.language.program_errors import (
+    ProgramError,
+    ProgramSyntaxError,
+    ProgramTooLarge,
+)
 from openpendant.server.programs.language.program_json import (
     MOST_JSON_BYTES,
     program_from_json,
@@ -43,6 +56,7 @@ from openpendant.server.programs.language.statements import (
 )
 from openpendant.server.programs.language.words import LONGEST_COMMENT
 from openpendant.server.store.documents import LONGEST_NAME
+from openpendant.simplemsg.pendant.management.programs import MOST_STATEMENTS
 from openpendant.simplemsg.verdicts import VerdictCode as V
 
 
@@ -264,3 +278,68 @@ def test_no_statement_has_a_line_that_the_parser_refuses() -> None:
     numbers = 3 * (LONGEST_NUMBER + len(" speed  mm/s"))
     words = len("move SPLINE via ") + 2 * DEEPEST_NESTING + LONGEST_COMMENT + len("  # ")
     assert characters(spline("x")) <= names + numbers + words <= LONGEST_LINE
+
+
+ROOT = Path(__file__).parents[4]
+PAGE = (ROOT / "docs" / "programs.md").read_text("utf-8")
+
+
+def shown(language: str) -> str:
+    (found,) = re.findall(rf"```{language}\n(.*?)```", PAGE, re.DOTALL)[:1]
+    return str(found)
+
+
+def section(title: str) -> str:
+    return PAGE.partition(f"### {title}\n")[2].partition("\n##")[0]
+
+
+def test_the_program_on_the_page_is_in_its_canonical_layout() -> None:
+    text = shown("")
+    assert print_program(parse(text)) == text
+
+
+def test_the_json_on_the_page_is_a_program() -> None:
+    program = program_from_json(shown("json"))
+    assert [type(statement).__name__ for statement in program.statements] == [
+        *("Loop", "Move", "WaitInput", "End")
+    ]
+
+
+def test_every_statement_in_the_table_is_taken() -> None:
+    names = {"P": "a", "Q": "b", "R": "c", "FLAG": "f", "OBJECT": "o", "PROGRAM": "other"}
+    rows = [row.split(" | ")[0] for row in section("Statements").splitlines() if row[:3] == "| `"]
+    seen = set()
+    for row in rows:
+        lines = re.findall(r"`([^`]+)`", row)
+        if "`attach" in row:
+            for line in lines:
+                parse(HEAD + " ".join(names.get(word, word) for word in line.split()))
+        else:
+            text = "\n".join(lines).replace(" …", "")
+            parse(HEAD + " ".join(names.get(w, w) for w in re.split(r"( |\n)", text) if w != " "))
+        seen |= {line.split()[0] for line in lines}
+    assert seen == set(STATEMENTS)
+
+
+@pytest.mark.parametrize("word", sorted({*STATEMENTS, "joints", "pose", "config", "point"}))
+def test_the_grammar_has_every_keyword(word: str) -> None:
+    assert f'"{word}"' in shown("ebnf")
+
+
+@pytest.mark.parametrize("unit", UNITS)
+def test_the_page_has_every_unit(unit: str) -> None:
+    assert f"`{unit}`" in PAGE.partition("### Header")[0]
+
+
+def test_the_error_on_the_page_is_the_parsers() -> None:
+    with pytest.raises(ProgramSyntaxError) as caught:
+        parse(HEAD + "move PTP a spede 50 %", "pick.program")
+    assert str(caught.value) == shown("text").strip()
+
+
+def test_the_limits_on_the_page_are_those_of_the_code() -> None:
+    assert MOST_BYTES == 1 << 20
+    for limit in (LONGEST_LINE, MOST_POINTS, MOST_STATEMENTS, MOST_PARTS, DEEPEST_NESTING):
+        assert f"{limit:,}" in section("Errors")
+    for limit in (DEEPEST_CALL, MOST_PROGRAMS, LONGEST_COMMENT):
+        assert f"{limit} " in section("Errors")

@@ -5,7 +5,6 @@ from typing import Any, get_args, get_type_hints
 
 import pytest
 from rigs.cells.busy_cell import BusyCell, answers
-from rigs.cells.program_cell import ask
 from rigs.data.large_programs import large_body
 
 from openpendant.motion.description.limits import JointLimits
@@ -108,15 +107,15 @@ def test_without_a_fresh_report_no_point_is_taught(cell: BusyCell) -> None:
 def test_a_point_has_the_pose_of_the_frames_and_tools_that_it_was_asked_for_with(
     cell: BusyCell, change: str, fields: dict[str, Any]
 ) -> None:
-    ask(cell.user, "tools.add", name="gripper", tcp=GRIPPER, expected_revision=0)
-    ask(cell.user, "frames.add", name="table", pose=TABLE, expected_revision=0)
-    ask(cell.user, "programs.create", name="own", frame="table", tool="gripper")
+    cell.user.ask("tools.add", name="gripper", tcp=GRIPPER, expected_revision=0)
+    cell.user.ask("frames.add", name="table", pose=TABLE, expected_revision=0)
+    cell.user.ask("programs.create", name="own", frame="table", tool="gripper")
     teach(cell, RECORD | {"point": "before"}, 1, "own")
     before = cell.points("own")["before"]
     cell.is_busy = True
     teach(cell, RECORD, 2, "own")
     waiting, cell.waiting, cell.is_busy = cell.waiting, [], False
-    ask(cell.user, change, **fields, expected_revision=1)
+    cell.user.ask(change, **fields, expected_revision=1)
     cell.waiting = waiting
     cell.catch_up()
     assert cell.points("own")["here"]["pose"] == before["pose"]
@@ -124,11 +123,11 @@ def test_a_point_has_the_pose_of_the_frames_and_tools_that_it_was_asked_for_with
 
 def test_the_pose_of_a_point_is_the_same_whichever_tool_is_selected(cell: BusyCell) -> None:
     """The tool of a point is its program's; the selected one is that of jogs and pose moves."""
-    ask(cell.user, "tools.add", name="gripper", tcp=GRIPPER, expected_revision=0)
-    ask(cell.user, "tools.add", name="torch", tcp=LONGER, expected_revision=1)
-    ask(cell.user, "programs.create", name="own", tool="gripper")
+    cell.user.ask("tools.add", name="gripper", tcp=GRIPPER, expected_revision=0)
+    cell.user.ask("tools.add", name="torch", tcp=LONGER, expected_revision=1)
+    cell.user.ask("programs.create", name="own", tool="gripper")
     for number, selected in enumerate((None, "gripper", "torch")):
-        ask(cell.user, "tools.select", name=selected, expected_revision=2 + number)
+        cell.user.ask("tools.select", name=selected, expected_revision=2 + number)
         teach(cell, RECORD | {"point": str(selected)}, 1 + number, "own")
     bare, gripper, torch = (point["pose"] for point in cell.points("own").values())
     assert gripper["position"] == pytest.approx(bare["position"], abs=1e-9)
