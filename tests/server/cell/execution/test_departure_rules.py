@@ -16,6 +16,7 @@ from random import Random
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
+from rigs.cells.controller_reports import joint_report, status
 from rigs.cells.server_rig import LIMITS, MS
 from rigs.data.example_counts import examples
 
@@ -31,11 +32,7 @@ from openpendant.server.settings.cell_settings import ControllerLink
 from openpendant.server.uplinks.generic import GenericUplink
 from openpendant.simplemsg import (
     HeaderOnly,
-    JointFeedback,
     MsgType,
-    Status,
-    ValidField,
-    joint_array,
 )
 from openpendant.simplemsg.verdicts import VerdictCode as V
 
@@ -369,10 +366,8 @@ class Way:
     def _report(self, now: int) -> None:
         at = position_at((self._reports * TICK + self._seen_at) / 1e9)
         self._reports += 1
-        fields, speed = ValidField.POSITION | ValidField.VELOCITY, joint_array((1.0, 1.0))
-        report = JointFeedback(0, fields, 0.0, joint_array(at), speed, joint_array(()))
-        self._feedback.take(report, now)
-        self._feedback.take(Status(1, 0, 0, 0, 1, 2, 1), now)
+        self._feedback.take(joint_report(at, (1.0, 1.0)), now)
+        self._feedback.take(status(moving=1), now)
 
 
 @settings(max_examples=examples(10, in_soak=5_000))

@@ -8,15 +8,14 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 import pytest
+from rigs.cells.controller_reports import joint_report, status
 from rigs.cells.refusals import refusal_from
 from rigs.cells.server_rig import LIMITS, MS
 
 from openpendant.motion.trajectory.ptp import plan_joint_move
-from openpendant.motion.trajectory.trajectory import Row
 from openpendant.server.cell.execution.feedback import Feedback, Shown, interruption
 from openpendant.server.cell.execution.point_stream import PointStream, StreamPhase, start_mismatch
 from openpendant.server.cell.execution.setpoint_sources import StoredRows
-from openpendant.server.cell.execution.tracking import TrackingMonitor
 from openpendant.server.cell.execution.trajectory_execution import TrajectoryExecution
 from openpendant.server.events.effects import ReconnectController, SendStop
 from openpendant.server.refusal import Refusal
@@ -25,12 +24,9 @@ from openpendant.server.uplinks.generic import GenericUplink
 from openpendant.simplemsg import (
     ControllerMode,
     HeaderOnly,
-    JointFeedback,
     JointTrajPtFull,
     MsgType,
     Status,
-    ValidField,
-    joint_array,
 )
 from openpendant.simplemsg.verdicts import VerdictCode as V
 
@@ -51,16 +47,19 @@ class Player:
         self.tell_status(0)
 
     def report(
-        self, position: tuple[float, ...], now: int, velocity: tuple[float, ...] = (0.0, 0.0)
+        self, position: Sequence[float], now: int, velocity: Sequence[float] = (0.0, 0.0)
     ) -> None:
-        fields = ValidField.POSITION | ValidField.VELOCITY
-        none = joint_array(())
-        self.feedback.take(
-            JointFeedback(0, fields, 0.0, joint_array(position), joint_array(velocity), none), now
-        )
+        self.feedback.take(joint_report(position, velocity), now)
 
     def tell_status(self, now: int, moving: int = 0) -> None:
-        self.feedback.take(Status(1, 0, 0, 0, moving, 2, 1), now)
+        self.feedback.take(status(moving=moving), now)
+
+    def arrives(self, position: Sequence[float], speed: float, now: int) -> bool:
+        """Have it report its joints and that it stands."""
+        self.report(position, now, (speed, speed))
+        self.tell_status(now)
+        assert self.advance(now) is None
+        return self.phase() is StreamPhase.ARRIVED
 
     def next(self, now: int) -> JointTrajPtFull | None:
         point = self.execution.next_point(now)
@@ -133,10 +132,7 @@ def test_a_report_from_before_a_late_last_point_was_taken_ends_no_motion(player:
     player.tell_status(late - MS)
     assert player.advance(late) is None
     assert player.phase() is StreamPhase.SETTLING
-    player.report(GOAL, late + MS)
-    player.tell_status(late + MS)
-    assert player.advance(late + MS) is None
-    assert player.phase() is StreamPhase.ARRIVED
+    assert player.arrives(GOAL, 0.0, late + MS)
 
 
 def test_a_status_from_before_the_end_ends_no_motion(player: Player) -> None:
@@ -230,41 +226,15 @@ def test_it_starts_only_where_the_robot_stands(player: Player) -> None:
     assert refusal_from(start_mismatch(TRAJECTORY, player.feedback)).code is V.NOT_STANDING
 
 
-MOVE = plan_joint_move((0.0, 0.0), GOAL, LIMITS)
-MOVE_END = round(MOVE.duration * 1e9)
-NOTHING = joint_array(())
-
-
-def reported(feedback: Feedback, position: Sequence[float], speed: float, now: int) -> None:
-    fields = ValidField.POSITION | ValidField.VELOCITY
-    joints, speeds = joint_array(position), joint_array([speed] * len(position))
-    feedback.take(JointFeedback(0, fields, 0.0, joints, speeds, NOTHING), now)
-    feedback.take(Status(1, 0, 0, 0, 0, 2, 1), now)
-
-
-class Sent:
-    def __init__(self, taken: int = MOVE_END) -> None:
-        uplink = GenericUplink(LINK, LIMITS.velocity)
-        self.execution = PointStream(StoredRows(MOVE, LIMITS), LIMITS, uplink, LINK, 0)
-        self.feedback = Feedback(2, LINK)
-        reported(self.feedback, (0.0, 0.0), 0.0, 0)
-        while self.execution.next_point(MOVE_END) is not None:
-            uplink.answer(HeaderOnly(MsgType.JOINT_TRAJ_PT_FULL), 0)
-        reported(self.feedback, GOAL, 0.0, taken - 1)
-        assert self.advance(taken) is None
-        assert not self.has_arrived
-
-    def advance(self, now: int) -> Refusal | None:
-        return self.execution.advance(self.feedback, now)
-
-    @property
-    def has_arrived(self) -> bool:
-        return self.execution.phase is StreamPhase.ARRIVED
-
-    def arrives(self, position: Sequence[float], speed: float, now: int) -> bool:
-        reported(self.feedback, position, speed, now)
-        assert self.advance(now) is None
-        return self.has_arrived
+def ended(taken: int = END) -> Player:
+    """Return a motion all of which was sent, and the last point of which was taken at a time."""
+    made = Player()
+    made.send_all()
+    made.report(GOAL, taken - 1)
+    made.tell_status(taken - 1)
+    assert made.advance(taken) is None
+    assert made.phase() is not StreamPhase.ARRIVED
+    return made
 
 
 @pytest.mark.parametrize(
@@ -282,66 +252,18 @@ class Sent:
 def test_a_motion_arrives_where_each_joint_is_at_its_goal(
     position: Sequence[float], arrives: bool
 ) -> None:
-    assert Sent().arrives(position, 0.0, MOVE_END) is arrives
+    assert ended().arrives(position, 0.0, END) is arrives
 
 
 @pytest.mark.parametrize(("speed", "arrives"), [(0.0009, True), (0.0011, False)])
 def test_a_motion_arrives_where_the_robot_stands(speed: float, arrives: bool) -> None:
-    assert Sent().arrives(GOAL, speed, MOVE_END) is arrives
+    assert ended().arrives(GOAL, speed, END) is arrives
 
 
 def test_no_report_from_before_the_end_of_a_motion_tells_of_it() -> None:
-    sent = Sent(MOVE_END - 50 * MS)
-    assert not sent.arrives(GOAL, 0.0, MOVE_END - 1)
-    assert sent.arrives(GOAL, 0.0, MOVE_END)
-
-
-def following(started: int, count: int = 10) -> TrackingMonitor:
-    """Return the progress on samples of 0.01 rad each, 10 ms apart."""
-    made = TrackingMonitor(started)
-    for index in range(count):
-        made.sent(Row(0.01 * index, [0.01 * index], [1.0], [0.0]))
-    return made
-
-
-def seen(progress: TrackingMonitor, position: float, at: int) -> int:
-    feedback = Feedback(1, LINK)
-    reported(feedback, [position], 0.0, at * MS)
-    progress.update(feedback)
-    return progress.base // MS
-
-
-@pytest.mark.parametrize(
-    ("position", "at", "base"),
-    [
-        (0.05, 150, 100),  # on time
-        (0.05, 170, 120),  # 20 ms late
-        (0.05, 130, 100),  # ahead, which it never is
-        (0.0, 400, 400),  # it stands
-        (0.02, 99, 100),  # from before it began
-        (0.09, 900, 100),  # at the end of what was sent, whenever that was
-    ],
-)
-def test_a_robot_began_when_its_place_says(position: float, at: int, base: int) -> None:
-    assert seen(following(100 * MS), position, at) == base
-
-
-def test_a_report_from_before_the_start_moves_nothing_on() -> None:
-    progress = following(100 * MS)
-    assert seen(progress, 0.08, 99) == 100
-    assert seen(progress, 0.03, 150) == 120
-
-
-def test_a_robot_goes_never_back_on_its_way() -> None:
-    progress = following(0)
-    assert seen(progress, 0.06, 60) == 0
-    assert seen(progress, 0.02, 70) == 10  # it stands at what it had reached
-
-
-def test_at_the_last_sample_the_time_that_was_known_stays() -> None:
-    progress = following(0)
-    assert seen(progress, 0.07, 90) == 20
-    assert seen(progress, 0.09, 500) == 20
+    sent = ended(END - 50 * MS)
+    assert not sent.arrives(GOAL, 0.0, END - 1)
+    assert sent.arrives(GOAL, 0.0, END)
 
 
 AUTO, MANUAL = ControllerMode.AUTO, ControllerMode.MANUAL
@@ -436,11 +358,11 @@ def test_a_stop_on_a_link_that_was_lost_since_is_waited_for_no_more(
 def test_nothing_of_a_state_link_that_was_lost_is_believed(
     path: ControllerPath, is_known: bool
 ) -> None:
-    link, none = ControllerLink(), joint_array(())
+    link = ControllerLink()
     feedback = Feedback(2, link)
     driving = TrajectoryExecution(
         link, LIMITS, feedback, lambda *_: [], lambda *_: [], lambda _: []
     )
-    feedback.take(JointFeedback(0, ValidField.POSITION, 0.0, none, none, none), 0)
+    feedback.take(joint_report(()), 0)
     driving.path_changed(path, False)
     assert (feedback.position is not None) is is_known

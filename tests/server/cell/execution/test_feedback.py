@@ -7,6 +7,7 @@ from random import Random
 
 import pytest
 from promises.promise_table import figure
+from rigs.cells.controller_reports import joint_report, status
 from rigs.cells.server_rig import MS
 
 from openpendant.server.cell.execution.feedback import Feedback
@@ -14,10 +15,8 @@ from openpendant.server.cell.execution.motion_watch import ReportTiming
 from openpendant.server.settings.cell_settings import ControllerLink
 from openpendant.simplemsg import (
     ControllerMode,
-    JointFeedback,
     JointPosition,
     Status,
-    ValidField,
     joint_array,
 )
 
@@ -30,20 +29,8 @@ def feedback() -> Feedback:
     return Feedback(2, ControllerLink())
 
 
-def full(position: tuple[float, ...], velocity: tuple[float, ...] | None = None) -> JointFeedback:
-    fields = ValidField.POSITION | (0 if velocity is None else ValidField.VELOCITY)
-    none = joint_array(())
-    return JointFeedback(0, fields, 0.0, joint_array(position), joint_array(velocity or ()), none)
-
-
 def plain(*position: float) -> JointPosition:
     return JointPosition(0, joint_array(position))
-
-
-def status(
-    powered: int = 1, e_stopped: int = 0, error: int = 0, moving: int = 0, possible: int = 1
-) -> Status:
-    return Status(powered, e_stopped, error, int(error != 0), moving, 2, possible)
 
 
 def test_nothing_is_fresh_before_the_first_report(feedback: Feedback) -> None:
@@ -56,7 +43,7 @@ def test_nothing_is_fresh_before_the_first_report(feedback: Feedback) -> None:
 def test_a_report_is_fresh_up_to_100_ms_and_lost_after_250(
     feedback: Feedback, age: int, fresh: bool, lost: bool
 ) -> None:
-    feedback.take(full((0.0, 0.0), (0.0, 0.0)), 0)
+    feedback.take(joint_report((0.0, 0.0), (0.0, 0.0)), 0)
     assert (feedback.is_fresh(age), feedback.is_lost(age)) == (fresh, lost)
     assert not feedback.is_fresh(FRESH + 1)
     assert feedback.is_lost(LOST + 1)
@@ -65,7 +52,7 @@ def test_a_report_is_fresh_up_to_100_ms_and_lost_after_250(
 def test_promise_5_a_controller_that_reports_rarely_is_given_so_many_of_its_periods() -> None:
     period = 0.1
     slow = Feedback(2, ControllerLink(state_period=period))
-    slow.take(full((0.0, 0.0), (0.0, 0.0)), 0)
+    slow.take(joint_report((0.0, 0.0), (0.0, 0.0)), 0)
     fresh = round(figure(5, "fresh_periods").bound * period * 1e9)
     lost = round(figure(5, "lost_periods").bound * period * 1e9)
     assert slow.is_fresh(fresh)
@@ -91,7 +78,7 @@ def test_it_stands_after_10_ms_by_what_was_told_since(
 ) -> None:
     if told is not None:
         feedback.take(told, at * MS)
-    feedback.take(full((0.0, 0.0), (0.0, 0.0)), asked * MS)
+    feedback.take(joint_report((0.0, 0.0), (0.0, 0.0)), asked * MS)
     assert feedback.stands_after(10 * MS, asked * MS) is stands
 
 
@@ -99,21 +86,21 @@ def test_it_stands_after_10_ms_by_what_was_told_since(
     "bad", [math.nan, math.inf, -math.inf, GREATEST + 1.0, -GREATEST - 1.0, 3e38]
 )
 def test_a_position_that_no_joint_has_is_not_taken(feedback: Feedback, bad: float) -> None:
-    feedback.take(full((0.1, 0.2), (0.0, 0.0)), 0)
-    feedback.take(full((0.1, bad), (0.0, 0.0)), 10 * MS)
+    feedback.take(joint_report((0.1, 0.2), (0.0, 0.0)), 0)
+    feedback.take(joint_report((0.1, bad), (0.0, 0.0)), 10 * MS)
     assert feedback.broken
     assert feedback.position == (0.1, 0.2)
     assert feedback.age(10 * MS) == 10 * MS
 
 
 def test_a_sound_report_mends_a_broken_one(feedback: Feedback) -> None:
-    feedback.take(full((math.nan, 0.0)), 0)
-    feedback.take(full((0.0, 0.0)), 1)
+    feedback.take(joint_report((math.nan, 0.0)), 0)
+    feedback.take(joint_report((0.0, 0.0)), 1)
     assert not feedback.broken
 
 
 def test_a_value_in_a_slot_without_joint_does_not_matter(feedback: Feedback) -> None:
-    feedback.take(full((0.1, 0.2, math.nan)), 0)
+    feedback.take(joint_report((0.1, 0.2, math.nan)), 0)
     assert feedback.position == (0.1, 0.2)
 
 
@@ -129,26 +116,26 @@ def test_speed_is_worked_out_from_two_positions_where_it_is_not_reported(
 
 
 def test_a_velocity_that_is_not_finite_is_worked_out_instead(feedback: Feedback) -> None:
-    feedback.take(full((0.0, 0.0), (0.0, 0.0)), 0)
-    feedback.take(full((0.01, 0.0), (math.nan, 0.0)), 10 * MS)
+    feedback.take(joint_report((0.0, 0.0), (0.0, 0.0)), 0)
+    feedback.take(joint_report((0.01, 0.0), (math.nan, 0.0)), 10 * MS)
     assert feedback.velocity == pytest.approx((1.0, 0.0))
 
 
 def test_the_poorer_of_two_kinds_of_report_is_left_alone(feedback: Feedback) -> None:
-    feedback.take(full((0.1, 0.2), (0.0, 0.0)), 0)
+    feedback.take(joint_report((0.1, 0.2), (0.0, 0.0)), 0)
     feedback.take(plain(9.0, 9.0), 10 * MS)
     assert (feedback.position, feedback.received) == ((0.1, 0.2), 0)
 
 
 def test_a_robot_that_says_it_moves_does_not_stand(feedback: Feedback) -> None:
-    feedback.take(full((0.0, 0.0), (0.0, 0.0)), 0)
+    feedback.take(joint_report((0.0, 0.0), (0.0, 0.0)), 0)
     feedback.take(status(moving=1), 0)
     assert not feedback.is_standing
 
 
 def test_nothing_of_a_lost_connection_is_believed(feedback: Feedback) -> None:
-    feedback.take(full((0.0, math.nan)), 0)
-    feedback.take(full((0.0, 0.0), (1.0, 0.0)), 0)
+    feedback.take(joint_report((0.0, math.nan)), 0)
+    feedback.take(joint_report((0.0, 0.0), (1.0, 0.0)), 0)
     feedback.take(status(), 0)
     feedback.forget()
     assert (feedback.position, feedback.status) == (None, None)

@@ -9,6 +9,7 @@ from dataclasses import replace
 from typing import Any
 
 import pytest
+from rigs.cells.controller_reports import joint_report, status
 from rigs.cells.emulated_cell import EmulatedCell
 from rigs.cells.server_rig import LIMITS, MS
 from rigs.cells.watched_motions import is_stop, moving, why
@@ -32,20 +33,18 @@ from openpendant.simplemsg.pendant import Activity, AuthorityBeat
 from openpendant.simplemsg.pendant import MotionControlAction as Action
 from openpendant.simplemsg.verdicts import VerdictCode as V
 
-BOTH = ValidField.POSITION | ValidField.VELOCITY
-
 
 def take(
     feedback: Feedback, at: int, position: Sequence[float], velocity: Sequence[float] = (0.0, 0.0)
 ) -> None:
     """Report joints at a time [ms]."""
-    nothing = joint_array(())
-    report = JointFeedback(0, BOTH, 0.0, joint_array(position), joint_array(velocity), nothing)
-    feedback.take(report, at * MS)
+    feedback.take(joint_report(position, velocity), at * MS)
 
 
-def status(moving: int) -> Status:
-    return Status(1, 0, 0, 0, moving, 2, 1)
+def keep(feedback: Feedback, times: range, place: Sequence[float] = (0.0, 0.0)) -> None:
+    """Report one place and noisy speeds at some times [ms]."""
+    for at in times:
+        take(feedback, at, place, (0.04, 0.04))
 
 
 @pytest.fixture
@@ -83,7 +82,7 @@ def test_a_controller_that_calls_itself_moving_moves(
     feedback: Feedback, moving: int, stands: bool
 ) -> None:
     take(feedback, 0, (0.0, 0.0))
-    feedback.take(status(moving), 0)
+    feedback.take(status(moving=moving), 0)
     assert feedback.is_standing is stands
     assert feedback.has_come_to_rest(-1) is stands
     assert feedback.joints_rest
@@ -107,12 +106,10 @@ class TestNoisySpeeds:
     ) -> None:
         place = [0.0, 0.0]
         place[joint] = way
-        for at in range(0, 200, 10):
-            take(feedback, at, (0.0, 0.0), (0.04, 0.04))
+        keep(feedback, range(0, 200, 10))
         take(feedback, 200, place, (0.04, 0.04))
         assert not feedback.joints_rest
-        for at in range(210, 400, 10):
-            take(feedback, at, place, (0.04, 0.04))
+        keep(feedback, range(210, 400, 10), place)
         assert not feedback.joints_rest
         take(feedback, 400, place, (0.04, 0.04))
         assert feedback.joints_rest
@@ -139,16 +136,13 @@ class TestNoisySpeeds:
         assert feedback.joints_rest is rests
 
     def test_after_a_stop_its_places_count_from_then_on(self, feedback: Feedback) -> None:
-        for at in range(0, 500, 10):
-            take(feedback, at, (0.0, 0.0), (0.04, 0.04))
+        keep(feedback, range(0, 500, 10))
         assert not feedback.has_come_to_rest(400 * MS)
-        for at in range(500, 610, 10):
-            take(feedback, at, (0.0, 0.0), (0.04, 0.04))
+        keep(feedback, range(500, 610, 10))
         assert feedback.has_come_to_rest(400 * MS)
 
     def test_nothing_of_before_a_lost_connection_counts(self, feedback: Feedback) -> None:
-        for at in range(0, 300, 10):
-            take(feedback, at, (0.0, 0.0), (0.04, 0.04))
+        keep(feedback, range(0, 300, 10))
         feedback.forget()
         take(feedback, 300, (0.0, 0.0), (0.04, 0.04))
         assert not feedback.joints_rest
