@@ -46,6 +46,13 @@ def moving(milliseconds: int = 300) -> tuple[ServerRig, Pendant]:
     return rig, pendant
 
 
+def planning() -> tuple[ServerRig, Pendant]:
+    """Return a rig that plans a motion until told otherwise, and who asked for it."""
+    rig, pendant = in_control(plans_at_once=False)
+    pendant.path((0.1, 0.1), GOAL)
+    return rig, pendant
+
+
 def keep_beating(rig: ServerRig, pendant: Pendant, milliseconds: int) -> None:
     for _ in range(0, milliseconds, 500):
         pendant.send(AuthorityBeat())

@@ -67,6 +67,14 @@ def collecting() -> tuple[ServerRig, RosClient]:
     return rig, client
 
 
+def left() -> ServerRig:
+    """Return a rig whose client sent two of three points, and is gone."""
+    rig, client = idle()
+    client.trajectory(*PATH[:2])
+    client.close()
+    return rig
+
+
 def planning() -> tuple[ServerRig, RosClient]:
     rig, client = idle(plans_at_once=False)
     client.trajectory(*PATH)

@@ -11,8 +11,10 @@ from rigs.cells.robot_cell_situations import (
     emergency_stop,
     error,
     in_control,
+    in_planning,
     moving,
     no_power,
+    planning,
     stale,
 )
 from rigs.cells.server_rig import LIMITS, MS, TICK, ServerRig, ready
@@ -85,6 +87,7 @@ MISSING: dict[str, tuple[Callable[[ServerRig, Pendant], object], V]] = {
     "drive power": (no_power, V.CONTROLLER_NOT_READY),
     "no shut-down": (lambda rig, _: rig.core.handle(ShutDown(), rig.now), V.SHUTTING_DOWN),
     "no other motion": (lambda _, pendant: pendant.move(0.5, 0.5), V.MOVING),
+    "no motion that is planned": (in_planning, V.PLANNING),
     "no tool that is being saved": (tool_being_saved, V.CHANGE_WHILE_MOVING),
     "the kept scene in force": (scene_not_in_force, V.BAD_DOCUMENT),
 }
@@ -115,12 +118,6 @@ def test_a_controller_that_never_reported_is_not_moved() -> None:
     for path in ControllerPath:
         rig.path(path, True)
     assert pendant.move(*GOAL) is V.FEEDBACK_STALE
-
-
-def test_a_second_request_while_planning_is_refused() -> None:
-    _, pendant = in_control(plans_at_once=False)
-    pendant.path((0.1, 0.1), GOAL)
-    assert pendant.move(*GOAL) is V.PLANNING
 
 
 @pytest.mark.parametrize("joint", [0, 1])
@@ -172,8 +169,7 @@ def test_where_a_controllers_own_selector_rules_only_a_jog_leads_out() -> None:
 
 
 def test_a_plan_that_is_refused_moves_nothing() -> None:
-    rig, pendant = in_control(plans_at_once=False)
-    pendant.path((0.1, 0.1), GOAL)
+    rig, pendant = planning()
     pendant.got.clear()
     rig.plan(Refusal(V.PLANNER_FAILED))
     assert pendant.verdicts() == [(pendant.last_request, V.PLANNER_FAILED)]
@@ -181,8 +177,7 @@ def test_a_plan_that_is_refused_moves_nothing() -> None:
 
 
 def test_a_plan_is_worth_nothing_once_the_robot_stands_elsewhere() -> None:
-    rig, pendant = in_control(plans_at_once=False)
-    pendant.path((0.1, 0.1), GOAL)
+    rig, pendant = planning()
     rig.controller.position = (0.02, 0.0)
     rig.wait(20)
     pendant.got.clear()
@@ -194,16 +189,14 @@ def test_a_plan_is_worth_nothing_once_the_robot_stands_elsewhere() -> None:
 def test_a_plan_is_worth_nothing_once_a_condition_is_missing(
     spoil: Callable[[ServerRig, Pendant], None],
 ) -> None:
-    rig, pendant = in_control(plans_at_once=False)
-    pendant.path((0.1, 0.1), GOAL)
+    rig, pendant = planning()
     spoil(rig, pendant)
     rig.plan()
     assert (rig.points, rig.activity()) == ([], Activity.IDLE)
 
 
 def test_a_plan_that_comes_twice_starts_one_motion() -> None:
-    rig, pendant = in_control(plans_at_once=False)
-    pendant.path((0.1, 0.1), GOAL)
+    rig, _ = planning()
     job = rig.jobs[0]
     planned = rig.plan_of(job)
     rig.plan()
@@ -211,8 +204,7 @@ def test_a_plan_that_comes_twice_starts_one_motion() -> None:
 
 
 def test_an_answer_that_holds_the_plan_of_another_job_moves_nothing() -> None:
-    rig, pendant = in_control(plans_at_once=False)
-    pendant.path((0.1, 0.1), GOAL)
+    rig, pendant = planning()
     pendant.release()
     pendant.take()
     pendant.path((0.1, 0.1), (0.2, 0.2))
@@ -222,8 +214,7 @@ def test_an_answer_that_holds_the_plan_of_another_job_moves_nothing() -> None:
 
 
 def test_the_plan_of_a_refused_request_does_not_serve_the_next() -> None:
-    rig, pendant = in_control(plans_at_once=False)
-    pendant.path((0.1, 0.1), GOAL)
+    rig, pendant = planning()
     pendant.release()
     pendant.take()
     pendant.path((0.1, 0.1), (0.2, 0.2))
@@ -244,8 +235,7 @@ def test_a_lease_that_runs_out_in_motion_aborts_it_at_that_tick() -> None:
 
 
 def test_a_lease_that_runs_out_while_planning_refuses_the_request() -> None:
-    rig, pendant = in_control(plans_at_once=False)
-    pendant.path((0.1, 0.1), GOAL)
+    rig, pendant = planning()
     pendant.got.clear()
     rig.wait(3_000)
     assert pendant.verdicts() == [(pendant.last_request, V.AUTHORITY_LOST)]

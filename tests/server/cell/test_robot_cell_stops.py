@@ -16,6 +16,7 @@ from rigs.cells.robot_cell_situations import (
     in_stopping,
     keep_beating,
     moving,
+    planning,
 )
 from rigs.cells.server_rig import MS, ServerRig, ready
 from rigs.motion.jog_pad import JogPad
@@ -75,11 +76,7 @@ def test_after_a_stop_no_point_leaves_until_somebody_asks_again(
     phase(rig, pendant)
     pendant.stop()
     before = len(rig.points)
-    if rig.jobs:
-        rig.plan()
-    rig.controller.coasts = False
-    rig.controller.reports = True
-    rig.controller.stop(rig.now)
+    rig.come_to_rest()
     keep_beating(rig, pendant, 3_000)
     assert pendant.reset() is V.ACCEPTED
     keep_beating(rig, pendant, 1_000)
@@ -89,8 +86,7 @@ def test_after_a_stop_no_point_leaves_until_somebody_asks_again(
 
 
 def test_a_stop_while_planning_refuses_the_request_and_drops_the_late_plan() -> None:
-    rig, pendant = in_control(plans_at_once=False)
-    pendant.path((0.1, 0.1), GOAL)
+    rig, pendant = planning()
     planned = pendant.last_request
     pendant.got.clear()
     pendant.stop()
@@ -126,8 +122,7 @@ def test_a_stop_is_repeated_every_100_ms_until_the_robot_is_seen_at_rest() -> No
     rig.wait(350)
     assert [time - began for time in rig.stops] == [0, 100 * MS, 200 * MS, 300 * MS]
     assert pendant.reset() is V.MOVING
-    rig.controller.coasts = False
-    rig.controller.stop(rig.now)
+    rig.come_to_rest()
     rig.wait(10)
     assert pendant.reset() is V.ACCEPTED
 

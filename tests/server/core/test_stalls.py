@@ -40,6 +40,15 @@ STALL = round(figure(55, "stall").ms)
 MOTIONS: tuple[Callable[[StallingCell, Pendant], None], ...] = (joint_move, planned_path)
 
 
+def moving(
+    motion: Callable[[StallingCell, Pendant], None] = joint_move,
+) -> tuple[StallingCell, Pendant]:
+    cell = StallingCell()
+    pendant = cell.holder()
+    motion(cell, pendant)
+    return cell, pendant
+
+
 def finished(cell: StallingCell, pendant: Pendant) -> list[V]:
     for _ in range(400):
         if cell.core.cell.activity is Activity.IDLE:
@@ -54,9 +63,7 @@ def finished(cell: StallingCell, pendant: Pendant) -> list[V]:
 def test_promise_55_a_stall_of_200_ms_ends_no_planned_motion(
     who: Who, motion: Callable[[StallingCell, Pendant], None], after: int
 ) -> None:
-    cell = StallingCell()
-    pendant = cell.holder()
-    motion(cell, pendant)
+    cell, pendant = moving(motion)
     cell.wait(after)
     cell.stall(who, STALL)
     assert finished(cell, pendant) == [V.ACCEPTED]
@@ -72,9 +79,7 @@ def test_promise_55_planned_motions_leave_so_far_ahead_unless_told_otherwise() -
 
 @pytest.mark.parametrize("who", ["server", "emulator"])
 def test_promise_55_nor_do_many_of_them_one_after_the_other(who: Who) -> None:
-    cell = StallingCell()
-    pendant = cell.holder()
-    joint_move(cell, pendant)
+    cell, pendant = moving()
     for _ in range(8):
         cell.wait(100)
         cell.stall(who, STALL)
@@ -84,9 +89,7 @@ def test_promise_55_nor_do_many_of_them_one_after_the_other(who: Who) -> None:
 
 @pytest.mark.parametrize("who", ["server", "emulator"])
 def test_the_robot_is_never_seen_to_jump(who: Who) -> None:
-    cell = StallingCell()
-    pendant = cell.holder()
-    joint_move(cell, pendant)
+    cell, _ = moving()
     cell.wait(500)
     before = cell.position[0]
     cell.stall(who, STALL)
@@ -95,10 +98,8 @@ def test_the_robot_is_never_seen_to_jump(who: Who) -> None:
 
 
 def test_promise_26_a_real_controller_is_stopped_for_within_such_a_stall() -> None:
-    cell = StallingCell()
+    cell, pendant = moving()
     cell.core.cell.feedback.says_emulated = False
-    pendant = cell.holder()
-    joint_move(cell, pendant)
     cell.wait(300)
     cell.stall("server", STALL)
     assert [code for _, code in pendant.outcomes()] == [V.SERVER_LATE]
@@ -107,9 +108,7 @@ def test_promise_26_a_real_controller_is_stopped_for_within_such_a_stall() -> No
 
 def test_a_queue_that_the_server_left_dry_names_the_server() -> None:
     """Shorter than the watchdog waits for an emulated robot, longer than its points last."""
-    cell = StallingCell()
-    pendant = cell.holder()
-    joint_move(cell, pendant)
+    cell, pendant = moving()
     cell.wait(300)
     cell.stall("server", 330)
     cell.wait(50)
@@ -120,9 +119,7 @@ def test_a_queue_that_the_server_left_dry_names_the_server() -> None:
 
 def test_an_under_run_while_the_server_ticked_is_the_controllers() -> None:
     """Its answers stay away: nobody may send more."""
-    cell = StallingCell()
-    pendant = cell.holder()
-    joint_move(cell, pendant)
+    cell, pendant = moving()
     cell.wait(300)
     cell._awaited[ControllerPath.MOTION] = 0
     held: list[tuple[int, Message]] = []

@@ -8,7 +8,7 @@ from pathlib import Path
 
 import pytest
 from rigs.cells.journalled_cell import journalled_cell
-from rigs.cells.robot_cell_situations import in_control
+from rigs.cells.robot_cell_situations import GOAL, planning
 from rigs.cells.scene_monitor_rig import BOX, EMPTY, MonitoredRig
 from rigs.cells.server_rig import ServerRig
 from rigs.clock.virtual_clock import VirtualLoop
@@ -129,15 +129,6 @@ def test_one_task_has_a_turn_in_each_tick_and_keeps_it_to_its_end(book: Book) ->
         seen.append("".join(done))
     assert seen == ["aa", "aaa", "aaab", "aaabb", "aaabb"]
     assert book.told == [("a", 2), ("b", 4)]
-
-
-GOAL = (0.5, 0.5)
-
-
-def planning() -> tuple[ServerRig, Pendant]:
-    rig, pendant = in_control(plans_at_once=False)
-    pendant.path((0.1, 0.1), GOAL)
-    return rig, pendant
 
 
 def withdrawn(out: list[Effect]) -> list[int]:

@@ -60,8 +60,7 @@ def test_a_minute_at_250_reports_a_second_loses_none(cell: RecordedCell) -> None
 
 def test_rows_are_on_the_disk_half_a_second_later(cell: RecordedCell) -> None:
     cell.start()
-    for _ in range(60):
-        cell.report((0.0, 0.0))
+    cell.reports(60)
     status = cell.recorder.status
     assert status is not None
     assert (status.samples, status.kept) == (60, 51)
@@ -122,8 +121,7 @@ def test_nothing_to_stop_is_refused(cell: RecordedCell) -> None:
 def test_a_stop_after_the_end_is_told_why_it_ended(cell: RecordedCell) -> None:
     cell.start()
     cell.refuse_with = DiskFull("no room")
-    for _ in range(60):
-        cell.report((0.0, 0.0))
+    cell.reports(60)
     assert cell.stop() == cell.lost[0]
     cell.refuse_with = None
     cell.start("bow")
@@ -147,8 +145,7 @@ def test_why_it_ended_is_kept_where_there_is_room_again(cell: RecordedCell) -> N
     cell.start()
     cell.refuse_with = StoreFailed("input/output error")
     cell.answers_at_once = False
-    for _ in range(60):
-        cell.report((0.0, 0.0))
+    cell.reports(60)
     cell.answer()
     cell.refuse_with = None
     cell.answer()
@@ -204,20 +201,17 @@ def test_all_that_waits_is_written_when_the_server_goes_down(
 ) -> None:
     cell.start()
     cell.answers_at_once = False
-    for _ in range(500):
-        cell.report((0.0, 0.0))
+    cell.reports(500)
     if answered:
         cell.answer()
     cell.perform(cell.recorder.flush())
-    while cell.asked:
-        cell.answer()
+    cell.answer_all()
     assert len(cell.rows()) == 500
 
 
 def _stopped_at_a_busy_disk(cell: RecordedCell, is_description: bool) -> None:
     cell.start()
-    for _ in range(10):
-        cell.report((0.0, 0.0))
+    cell.reports(10)
     busy = StoreBusy("busy")
     if not is_description:
         cell.refuse_with = busy
@@ -239,8 +233,7 @@ def test_the_end_of_a_recording_waits_for_a_busy_disk(
     cell: RecordedCell, is_description: bool
 ) -> None:
     _stopped_at_a_busy_disk(cell, is_description)
-    for _ in range(2_900):
-        cell.tick()
+    cell.ticks(2_900)
     assert cell.told[1:] == cell.lost == []
     cell.refuse_with = None
     cell.tick()
@@ -253,8 +246,7 @@ def test_a_disk_that_stays_busy_ends_the_recording_half_a_minute_after_the_stop(
     cell: RecordedCell, is_description: bool
 ) -> None:
     _stopped_at_a_busy_disk(cell, is_description)
-    for _ in range(3_001):
-        cell.tick()
+    cell.ticks(3_001)
     (why,) = cell.lost
     assert why.code is V.STORE_BUSY
     assert (cell.told[1:], cell.recorder.status) == ([why], None)
@@ -263,8 +255,7 @@ def test_a_disk_that_stays_busy_ends_the_recording_half_a_minute_after_the_stop(
 def test_a_busy_disk_is_asked_one_thing_at_a_time(cell: RecordedCell) -> None:
     _stopped_at_a_busy_disk(cell, is_description=False)
     cell.answers_at_once = False
-    for _ in range(3):
-        cell.tick()
+    cell.ticks(3)
     assert len(cell.asked) == 1
 
 
@@ -275,8 +266,7 @@ def test_a_disk_that_never_answers_ends_the_recording(
     cell = RecordedCell(tmp_path, answers_at_once=False)
     cell.start()
     cell.answer()
-    for _ in range(200):
-        cell.report((0.0, 0.0))
+    cell.reports(200)
     assert cell.recorder.status is None
     assert _code(cell.lost[0]) is V.RECORDING_FELL_BEHIND
     cell.store.close()
@@ -286,12 +276,10 @@ def test_a_stop_while_a_chunk_is_under_way_keeps_every_row(tmp_path: Path) -> No
     cell = RecordedCell(tmp_path, answers_at_once=False)
     cell.start()
     cell.answer()
-    for _ in range(70):
-        cell.report((0.0, 0.0))
+    cell.reports(70)
     cell.stop()
     assert cell.told[1:] == []
-    while cell.asked:
-        cell.answer()
+    cell.answer_all()
     assert _ended(cell).samples == len(cell.rows()) == 70
     cell.store.close()
 
@@ -302,15 +290,13 @@ def test_all_of_a_recording_that_waits_for_a_busy_disk_is_written_when_the_serve
 ) -> None:
     cell.start()
     cell.answers_at_once = False
-    for _ in range(500):
-        cell.report((0.0, 0.0))
+    cell.reports(500)
     cell.stop()
     cell.refuse_with = StoreBusy("busy")
     cell.answer()
     cell.refuse_with = None
     cell.perform(cell.recorder.flush())
-    while cell.asked:
-        cell.answer()
+    cell.answer_all()
     assert len(cell.rows()) == 500
     (told,) = cell.told[1:]
     assert isinstance(told, Refusal)
@@ -416,8 +402,7 @@ def test_of_a_recording_that_a_crash_cut_off_the_rows_are_counted(
 
 def test_a_recording_under_way_has_no_problem(desk_cell: SurroundedCell) -> None:
     desk_cell.ask("recordings.start", name="arc")
-    for _ in range(60):
-        desk_cell.report()
+    desk_cell.reports(60)
     about = desk_cell.ask("recordings.describe", name="arc")
     assert (about["finished"], about["samples"], about["problem"]) == (False, 60, "")
     assert _problem_in_snapshot(desk_cell) == ""
@@ -428,11 +413,9 @@ def test_who_records_hears_of_a_full_disk_by_an_outcome_and_at_the_stop(
     desk_cell: SurroundedCell,
 ) -> None:
     desk_cell.ask("recordings.start", name="arc")
-    for _ in range(60):
-        desk_cell.report()
+    desk_cell.reports(60)
     desk_cell.refuse_with = DiskFull("no room")
-    for _ in range(60):
-        desk_cell.report()
+    desk_cell.reports(60)
     (told,) = desk_cell.outcomes
     assert (told.request_id, told.outcome) == (7, OutcomeKind.ABORTED)
     assert told.code == V.DISK_FULL

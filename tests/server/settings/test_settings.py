@@ -241,40 +241,33 @@ def test_printed_settings_give_the_same_server_again(data: dict[str, Any]) -> No
     assert make_server_settings(printed, "printed") == settings
 
 
-def test_a_value_out_of_bounds_is_refused_with_key_and_cell() -> None:
+@pytest.mark.parametrize(
+    ("cell", "table", "change", "said"),
+    [
+        (1, "controller", {"lead": 0.3}, "controller.lead of cell 'right': "),
+        (
+            *(0, "listen", {"pendant_port": 11010}),
+            "listen.pendant_port of cell 'left': unknown key; known here: ros_motion_port,"
+            " ros_state_port",
+        ),
+        (1, None, {"name": None}, "name of cell 2: must be given"),
+        (1, None, {"name": "left"}, "name of cell 'left'"),
+        (
+            *(1, "controller", {"motion_port": 12000}),
+            "controller.motion_port of cell 'right': 127.0.0.1 port 12000 is the controller of cell"
+            " 'left' already",
+        ),
+    ],
+    ids=["out of bounds", "an unknown key", "no name", "one name twice", "one controller twice"],
+)
+def test_what_is_wrong_with_a_cell_is_refused_with_key_and_cell(
+    cell: int, table: str | None, change: dict[str, Any], said: str
+) -> None:
     data = room()
-    data["cells"][1]["controller"]["lead"] = 0.3
-    assert refusal_of_server(data).startswith("room.toml: controller.lead of cell 'right': ")
-
-
-def test_an_unknown_key_of_a_cell_is_refused_with_what_is_known_there() -> None:
-    data = room()
-    data["cells"][0]["listen"]["pendant_port"] = 11010
-    assert refusal_of_server(data) == (
-        "room.toml: listen.pendant_port of cell 'left': unknown key; known here:"
-        " ros_motion_port, ros_state_port"
-    )
-
-
-def test_a_cell_without_a_name_is_refused_by_its_place() -> None:
-    data = room()
-    del data["cells"][1]["name"]
-    assert refusal_of_server(data) == "room.toml: name of cell 2: must be given"
-
-
-def test_two_cells_of_one_name_are_refused() -> None:
-    data = room()
-    data["cells"][1]["name"] = "left"
-    assert "name of cell 'left'" in refusal_of_server(data)
-
-
-def test_two_cells_that_drive_one_controller_are_refused() -> None:
-    data = room()
-    data["cells"][1]["controller"]["motion_port"] = 12000
-    assert refusal_of_server(data) == (
-        "room.toml: controller.motion_port of cell 'right': 127.0.0.1 port 12000 is the controller"
-        " of cell 'left' already"
-    )
+    place = data["cells"][cell] if table is None else data["cells"][cell][table]
+    place.update(change)
+    data["cells"][cell] = {k: v for k, v in data["cells"][cell].items() if v is not None}
+    assert refusal_of_server(data).startswith(f"room.toml: {said}")
 
 
 NAMES = {"arm.plant": ["10.1.2.3"], "arm-old.plant": ["fe80::7", "10.1.2.3"]}

@@ -37,6 +37,13 @@ def make(**link: object) -> GenericUplink:
     return GenericUplink(ControllerLink.model_validate(link), (2.0, 2.0))
 
 
+def awaiting(**link: object) -> GenericUplink:
+    """Return one that was sent a point."""
+    uplink = make(**link)
+    uplink.point(*POINT, 0)
+    return uplink
+
+
 def answer(msg_type: int, code: int = ReplyCode.SUCCESS) -> Message:
     return HeaderOnly(msg_type, reply_code=code)
 
@@ -67,8 +74,7 @@ def test_a_simple_point_of_rest_names_a_speed_because_0_means_none_given() -> No
 
 
 def test_a_stop_is_sequence_minus_4_without_joints_and_ends_the_waiting() -> None:
-    uplink = make()
-    uplink.point(*POINT, 0)
+    uplink = awaiting()
     message = uplink.stop(0, is_sent=True)
     assert isinstance(message, JointTrajPt)
     assert (message.sequence, message.joints) == (-4, joint_array(()))
@@ -76,8 +82,7 @@ def test_a_stop_is_sequence_minus_4_without_joints_and_ends_the_waiting() -> Non
 
 
 def test_success_is_success() -> None:
-    uplink = make()
-    uplink.point(*POINT, 0)
+    uplink = awaiting()
     assert uplink.awaiting
     assert uplink.answer(FULL_DONE, 0) is None
     assert not uplink.awaiting
@@ -85,15 +90,13 @@ def test_success_is_success() -> None:
 
 @pytest.mark.parametrize("number", [MsgType.JOINT_TRAJ_PT, MsgType.JOINT_POSITION])
 def test_a_simple_point_may_be_answered_as_a_point_or_as_a_position(number: int) -> None:
-    uplink = make(points="simple")
-    uplink.point(*POINT, 0)
+    uplink = awaiting(points="simple")
     assert uplink.answer(answer(number), 0) is None
 
 
 @pytest.mark.parametrize("code", [ReplyCode.FAILURE, ReplyCode.UNUSED, 77])
 def test_any_code_but_success_is_a_refusal(code: int) -> None:
-    uplink = make()
-    uplink.point(*POINT, 0)
+    uplink = awaiting()
     refusal = refusal_from(uplink.answer(answer(MsgType.JOINT_TRAJ_PT_FULL, code), 0))
     assert refusal.code is V.CONTROLLER_REFUSED
     assert str(int(code)) in refusal.text
@@ -101,14 +104,12 @@ def test_any_code_but_success_is_a_refusal(code: int) -> None:
 
 @pytest.mark.parametrize("number", [MsgType.PING, MsgType.JOINT_TRAJ_PT, 9999])
 def test_an_answer_of_another_type_is_a_mismatch(number: int) -> None:
-    uplink = make()
-    uplink.point(*POINT, 0)
+    uplink = awaiting()
     assert refusal_from(uplink.answer(answer(number), 0)).code is V.CONTROLLER_MISMATCH
 
 
 def test_answers_to_what_was_sent_before_are_not_taken_for_the_points() -> None:
-    uplink = make()
-    uplink.point(*POINT, 0)
+    uplink = awaiting()
     assert uplink.answer(answer(MsgType.JOINT_TRAJ_PT, ReplyCode.FAILURE), 1) is None
     assert uplink.awaiting
     assert uplink.answer(FULL_DONE, 0) is None
@@ -130,8 +131,7 @@ def test_as_many_points_as_allowed_wait_for_their_answers_at_once() -> None:
 
 
 def test_of_several_points_each_answer_counts_and_none_from_before_them() -> None:
-    uplink = make(points_in_flight=3)
-    uplink.point(*POINT, 0)
+    uplink = awaiting(points_in_flight=3)
     uplink.point(*POINT, 0)
     failure = answer(MsgType.JOINT_TRAJ_PT_FULL, ReplyCode.FAILURE)
     assert uplink.answer(failure, 2) is None
@@ -139,8 +139,7 @@ def test_of_several_points_each_answer_counts_and_none_from_before_them() -> Non
 
 
 def test_of_several_points_the_oldest_is_overdue_first() -> None:
-    uplink = make(points_in_flight=2, reply_deadline=0.5)
-    uplink.point(*POINT, 0)
+    uplink = awaiting(points_in_flight=2, reply_deadline=0.5)
     uplink.point(*POINT, 400 * MS)
     assert uplink.answer(FULL_DONE, 1) is None
     assert uplink.overdue(899 * MS) is None
@@ -148,16 +147,14 @@ def test_of_several_points_the_oldest_is_overdue_first() -> None:
 
 
 def test_of_several_points_each_waits_by_itself() -> None:
-    uplink = make(points_in_flight=2, reply_deadline=0.5)
-    uplink.point(*POINT, 0)
+    uplink = awaiting(points_in_flight=2, reply_deadline=0.5)
     uplink.point(*POINT, 400 * MS)
     assert uplink.overdue(499 * MS) is None
     assert uplink.overdue(500 * MS) is not None
 
 
 def test_an_answer_after_a_stop_is_nobodys_business() -> None:
-    uplink = make()
-    uplink.point(*POINT, 0)
+    uplink = awaiting()
     uplink.stop(0, is_sent=True)
     assert uplink.answer(answer(MsgType.PING, ReplyCode.FAILURE), 0) is None
 
@@ -206,8 +203,7 @@ def test_a_stop_that_went_nowhere_awaits_no_answer() -> None:
 
 
 def test_a_lost_link_owes_nothing() -> None:
-    uplink = make()
-    uplink.point(*POINT, 0)
+    uplink = awaiting()
     uplink.stop(0, is_sent=True)
     uplink.point(*POINT, 0)
     uplink.lost()

@@ -115,22 +115,10 @@ def test_speed_is_worked_out_from_two_positions_where_it_is_not_reported(
     assert feedback.is_standing
 
 
-def test_a_velocity_that_is_not_finite_is_worked_out_instead(feedback: Feedback) -> None:
-    feedback.take(joint_report((0.0, 0.0), (0.0, 0.0)), 0)
-    feedback.take(joint_report((0.01, 0.0), (math.nan, 0.0)), 10 * MS)
-    assert feedback.velocity == pytest.approx((1.0, 0.0))
-
-
 def test_the_poorer_of_two_kinds_of_report_is_left_alone(feedback: Feedback) -> None:
     feedback.take(joint_report((0.1, 0.2), (0.0, 0.0)), 0)
     feedback.take(plain(9.0, 9.0), 10 * MS)
     assert (feedback.position, feedback.received) == ((0.1, 0.2), 0)
-
-
-def test_a_robot_that_says_it_moves_does_not_stand(feedback: Feedback) -> None:
-    feedback.take(joint_report((0.0, 0.0), (0.0, 0.0)), 0)
-    feedback.take(status(moving=1), 0)
-    assert not feedback.is_standing
 
 
 def test_nothing_of_a_lost_connection_is_believed(feedback: Feedback) -> None:

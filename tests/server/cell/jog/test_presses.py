@@ -62,10 +62,12 @@ def test_a_number_that_is_not_higher_than_all_before_is_dead(number: int) -> Non
     assert refusal_from(counter.begin(1, number, 0.15, 0)).code is V.PRESS_DEAD
 
 
-def test_each_connection_counts_for_itself() -> None:
-    counter = PressCounter()
-    counter.begin(1, 7, 0.15, 0)
-    assert isinstance(counter.begin(2, 1, 0.15, 0), Press)
+def test_each_connection_counts_for_itself_and_its_end_gives_no_other_dead_numbers_back() -> None:
+    presses = PressCounter()
+    for session in (1, 2):
+        assert isinstance(presses.begin(session, 5, 0.15, 0), Press)
+    presses.forget(2)
+    assert refusal_from(presses.begin(1, 5, 0.15, 0)).code is V.PRESS_DEAD
 
 
 @pytest.mark.parametrize(
@@ -178,14 +180,6 @@ def test_the_release_of_another_connection_ends_no_press() -> None:
     assert other.code(JogRelease(900, pad.press_number)) is V.NOTHING_TO_CONTROL
     pad.hold(300)
     assert rig.activity() is Activity.JOGGING
-
-
-def test_a_connection_that_ends_gives_no_other_its_dead_numbers_back() -> None:
-    presses = PressCounter()
-    for session in (1, 2):
-        assert isinstance(presses.begin(session, 5, 0.15, 0), Press)
-    presses.forget(2)
-    assert refusal_from(presses.begin(1, 5, 0.15, 0)).code is V.PRESS_DEAD
 
 
 def test_a_state_that_was_the_newest_for_more_than_half_a_second_is_no_recent_one() -> None:

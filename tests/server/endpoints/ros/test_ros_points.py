@@ -4,7 +4,7 @@ import math
 
 import pytest
 from rigs.cells.refusals import refusal_from
-from rigs.cells.ros_situations import PATH, TOPIC, idle, jobs, moving, status_of
+from rigs.cells.ros_situations import PATH, TOPIC, idle, jobs, left, status_of
 from rigs.cells.server_rig import FAILURE, LIMITS, MS, SUCCESS, ready
 
 from openpendant.motion.description.limits import float32_ceiling
@@ -206,13 +206,6 @@ def test_a_trajectory_in_one_message_is_moved_at_once() -> None:
     assert [point.position for point in jobs(rig)[0].points] == list(PATH)
 
 
-def test_a_stop_inside_a_trajectory_in_one_message_stops() -> None:
-    rig, client = moving()
-    point = TrajPoint(-4, joint_array(()), 0.0, 0.0)
-    assert client.code(JointTraj((point,))) is SUCCESS
-    assert len(rig.stops) == 1
-
-
 def test_a_point_that_comes_twice_is_taken_once() -> None:
     rig, client = idle()
     client.point(0, 0.0, 0.0)
@@ -279,9 +272,7 @@ def test_more_points_than_the_limit_discard_the_trajectory() -> None:
 
 
 def test_a_stop_forgets_the_points_of_a_client_that_is_away() -> None:
-    rig, client = idle()
-    client.trajectory(*PATH[:2])
-    client.close()
+    rig = left()
     pendant = rig.holder()
     pendant.stop()
     assert pendant.reset() is V.ACCEPTED

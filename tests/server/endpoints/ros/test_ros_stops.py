@@ -10,6 +10,7 @@ from rigs.cells.ros_situations import (
     collecting,
     idle,
     jobs,
+    left,
     moving,
     planning,
     superseding,
@@ -37,10 +38,7 @@ def test_a_stop_acts_at_once_is_answered_and_leaves_nothing_queued(
     assert isinstance(out[0], SendStop)
     assert client.got[-1].reply_code == SUCCESS
     before = len(rig.points)
-    if rig.jobs:
-        rig.plan()
-    rig.controller.coasts = False
-    rig.controller.stop(rig.now)
+    rig.come_to_rest()
     rig.wait(1_000)
     assert len(jobs(rig)) == planned
     assert len(rig.points) == before
@@ -56,10 +54,7 @@ def test_a_pendants_stop_leaves_nothing_queued_either(
     planned = len(jobs(rig))
     rig.pendant().stop()
     before = len(rig.points)
-    if rig.jobs:
-        rig.plan()
-    rig.controller.coasts = False
-    rig.controller.stop(rig.now)
+    rig.come_to_rest()
     rig.wait(1_000)
     assert (len(jobs(rig)), len(rig.points)) == (planned, before)
     assert client.point(0, 0.0, 0.0) is FAILURE
@@ -98,8 +93,7 @@ def test_it_waits_until_the_robot_stands() -> None:
     rig, client = superseding()
     rig.wait(500)
     assert len(jobs(rig)) == 1
-    rig.controller.coasts = False
-    rig.controller.stop(rig.now)
+    rig.come_to_rest()
     rig.wait(30)
     assert len(jobs(rig)) == 2
     assert client.closed_for == []
@@ -108,8 +102,7 @@ def test_it_waits_until_the_robot_stands() -> None:
 def test_the_third_trajectory_replaces_the_second_that_waits() -> None:
     rig, client = superseding()
     client.trajectory((0.0, 0.0), (-0.1, 0.0), (-0.2, 0.0))
-    rig.controller.coasts = False
-    rig.controller.stop(rig.now)
+    rig.come_to_rest()
     rig.wait(3_000)
     assert [len(job.points) for job in jobs(rig)] == [3, 3]
     assert rig.controller.position == (-0.2, 0.0)
@@ -121,8 +114,7 @@ def test_what_waits_for_the_robot_to_rest_does_not_begin_after_a_fault_that_came
     for error in (7, 0):
         rig.controller.error_code = error
         rig.report()
-    rig.controller.coasts = False
-    rig.controller.stop(rig.now)
+    rig.come_to_rest()
     rig.wait(1_000)
     assert len(jobs(rig)) == 1
     assert rig.core.ros.refused is V.CONTROLLER_STOPPED
@@ -200,8 +192,7 @@ def test_what_waits_for_the_robot_to_rest_begins_within_1_s_or_not_at_all(
     rig, _ = superseding()
     last = rig.now - 160 * MS
     rig.wait(790)
-    rig.controller.coasts = False
-    rig.controller.stop(rig.now)
+    rig.come_to_rest()
     rig.core.cell.awaited = "the tools are being saved"
     rig.wait(40)
     rig.core.cell.awaited = ""
@@ -297,8 +288,7 @@ def test_a_point_that_follows_too_late_ends_what_has_not_begun(phase: object) ->
     rig, client = phase()
     planned, before = len(jobs(rig)), len(rig.points)
     assert client.point(3, 1.1, 0.3) is FAILURE
-    rig.controller.coasts = False
-    rig.controller.stop(rig.now)
+    rig.come_to_rest()
     rig.wait(1_000)
     assert (len(jobs(rig)), len(rig.points)) == (planned, before)
     assert rig.core.ros.refused is V.SEQUENCE
@@ -306,9 +296,7 @@ def test_a_point_that_follows_too_late_ends_what_has_not_begun(phase: object) ->
 
 @pytest.mark.parametrize("again", [1, 2])
 def test_a_client_that_comes_back_goes_on_where_it_was(again: int) -> None:
-    rig, client = idle()
-    client.trajectory(*PATH[:2])
-    client.close()
+    rig = left()
     rig.wait(1_900)
     assert jobs(rig) == []
     back = rig.ros()
@@ -319,9 +307,7 @@ def test_a_client_that_comes_back_goes_on_where_it_was(again: int) -> None:
 
 
 def test_2_s_are_the_longest_absence() -> None:
-    rig, client = idle()
-    client.trajectory(*PATH[:2])
-    client.close()
+    rig = left()
     lost = rig.now
     rig.now = lost + 2_000 * MS
     rig.report()
@@ -335,9 +321,7 @@ def test_2_s_are_the_longest_absence() -> None:
 
 @pytest.mark.parametrize(("sequence", "address"), [(3, "127.0.0.1"), (2, "::1"), (5, "127.0.0.1")])
 def test_another_sequence_or_another_address_does_not_go_on(sequence: int, address: str) -> None:
-    rig, client = idle()
-    client.trajectory(*PATH[:2])
-    client.close()
+    rig = left()
     back = rig.ros(address)
     assert back.point(sequence, *PATH[2]) is FAILURE
     rig.wait(500)
@@ -345,9 +329,7 @@ def test_another_sequence_or_another_address_does_not_go_on(sequence: int, addre
 
 
 def test_a_new_beginning_discards_what_was_sent_before_the_loss() -> None:
-    rig, client = idle()
-    client.trajectory(*PATH[:2])
-    client.close()
+    rig = left()
     rig.ros().trajectory((0.3, 0.3))
     rig.wait(160)
     assert [len(job.points) for job in jobs(rig)] == [1]
@@ -369,8 +351,6 @@ def test_a_link_lost_before_the_motion_began_leaves_nothing(
     rig, client = phase()
     planned, before = len(jobs(rig)), len(rig.points)
     client.close()
-    if rig.jobs:
-        rig.plan()
-    rig.controller.stop(rig.now)
+    rig.come_to_rest()
     rig.wait(1_000)
     assert (len(jobs(rig)), len(rig.points)) == (planned, before)

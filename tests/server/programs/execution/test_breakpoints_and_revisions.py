@@ -14,7 +14,6 @@ from openpendant.server.store.documents import DocumentKind
 from openpendant.simplemsg.pendant import (
     Activity,
     MotionControlAction,
-    ProgramReport,
     ProgramState,
     RunKind,
     Verdict,
@@ -311,13 +310,15 @@ def under_way(cell: ProgramCell) -> dict[str, Any]:
     return told
 
 
-def test_the_revision_that_is_kept_runs(edited: ProgramCell) -> None:
-    assert edited.run(revision=2) is V.ACCEPTED
+@pytest.mark.parametrize("revision", [2, 0], ids=["the one that is kept", "the newest"])
+def test_the_revision_that_is_kept_runs_and_is_told_to_the_end(
+    edited: ProgramCell, revision: int
+) -> None:
+    assert edited.run(revision=revision) is V.ACCEPTED
+    assert edited.reports()[-1].revision == 2
     assert edited.until_outcomes() == [V.ACCEPTED]
-
-
-def test_without_a_revision_the_newest_runs(edited: ProgramCell) -> None:
-    assert (edited.run(), edited.reports()[-1].revision) == (V.ACCEPTED, 2)
+    last = edited.reports()[-1]
+    assert (last.state, last.program, last.revision) == (ProgramState.NONE, "main", 2)
 
 
 @pytest.mark.parametrize("kind", [ALL, FORWARD])
@@ -433,13 +434,6 @@ def test_who_comes_later_sees_which_revision_runs(edited: ProgramCell) -> None:
     edited.keep("main", FIRST, expected_revision=2)
     shown = under_way(edited)
     assert (shown["name"], shown["state"], shown["revision"]) == ("main", "stepped", 2)
-
-
-def test_a_program_that_ended_is_reported_with_its_revision(edited: ProgramCell) -> None:
-    edited.run(revision=2)
-    edited.until_outcomes()
-    last = edited.user.all(ProgramReport)[-1]
-    assert (last.state, last.program, last.revision) == (ProgramState.NONE, "main", 2)
 
 
 def test_a_dry_run_tells_the_revision_that_it_walked_through(edited: ProgramCell) -> None:

@@ -290,14 +290,6 @@ def test_a_program_that_is_paused_between_motions_shows_paused(where: str) -> No
     assert activity(cell) is Activity.IDLE
 
 
-def test_between_steps_the_cell_shows_paused_and_the_next_step_is_taken() -> None:
-    cell = ProgramCell(main=THERE_AND_BACK)
-    for number in (1, 2):
-        assert cell.run(kind=FORWARD) is V.ACCEPTED
-        assert cell.until_outcomes(number)[-1] is V.ACCEPTED
-        assert activity(cell) is Activity.PAUSED
-
-
 @pytest.mark.parametrize("statements", ["wait 2 s\n", THERE_AND_BACK])
 def test_promise_32_an_override_of_0_pauses_a_program_which_then_waits_for_its_resume(
     statements: str,

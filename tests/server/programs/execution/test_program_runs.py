@@ -9,6 +9,7 @@ from openpendant.server.events.effects import Effect
 from openpendant.server.programs.execution.program_run import BareEnvironment
 from openpendant.server.programs.interpreter.motion_blocks import MOST_INSTANT_AT_ONCE
 from openpendant.simplemsg.pendant import (
+    Activity,
     JogStep,
     MotionControlAction,
     OperatingMode,
@@ -117,6 +118,7 @@ def test_steps_go_forward_and_back_to_the_same_places() -> None:
         assert cell.run(kind=FORWARD) is V.ACCEPTED
         assert cell.until_outcomes(number)[-1] is V.ACCEPTED
         assert cell.reports()[-1].state == ProgramState.STEPPED
+        assert cell.core.cell.activity is Activity.PAUSED
         places.append(cell.position)
     for number in (4, 5):
         assert cell.run(kind=BACKWARD) is V.ACCEPTED

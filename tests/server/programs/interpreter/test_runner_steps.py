@@ -186,25 +186,6 @@ def test_a_way_back_has_no_zone_no_dwell_and_the_speed_of_the_way() -> None:
     assert (move.speed.value, move.zone, move.dwell) == (0.02, 0.0, 0.0)
 
 
-@pytest.mark.parametrize(
-    ("statements", "steps"),
-    [
-        ("move PTP a\nmove PTP b\nset output 1 on", 3),
-        ("move PTP a\nmove PTP b\nattach part\nwait 1 s", 3),
-        ("move PTP a", 0),
-        ("move PTP a\nwait 1 s", 1),
-    ],
-)
-def test_a_step_back_over_an_effect_or_the_start_is_refused(statements: str, steps: int) -> None:
-    rig = ProgramRig(statements + "\nwait 1 s")
-    rig.start(step=True)
-    for _ in range(steps - 1):
-        rig.done()
-        rig.do(StepForward())
-    rig.done()
-    assert rig.do(StepBack()) == ["refused STEP_BACK_REFUSED"]
-
-
 def answer(rig: ProgramRig) -> list[str]:
     return rig.value(True) if isinstance(rig.actions[-1], QueryInput) else rig.done()
 
@@ -325,6 +306,8 @@ def stepped_back(rig: ProgramRig) -> list[str]:
         ("move PTP a\nmove PTP b\nattach part\nmove LIN c\nmove PTP a", ["move c", "move b:LIN"]),
         ("move PTP a\nset output 1 on\nset output 2 on\nmove PTP b", ["move a"]),
         ("move PTP a\nmove PTP b\nset output 2 on", []),
+        ("move PTP a\nmove PTP b\nattach part", []),
+        ("move PTP a", []),
         ("set output 1 on\nmove PTP a\nmove PTP b", ["move a"]),
         ("move PTP a\nread input 1 into x\nmove PTP b\nmove PTP c", ["move b", "move a"]),
     ],

@@ -65,8 +65,19 @@ def test_a_recorded_point_is_inserted_where_asked() -> None:
     assert len(after.statements) == len(BEFORE.statements) + 1
 
 
-def test_a_point_may_be_recorded_without_a_move() -> None:
-    assert apply(BEFORE, RecordPoint(D)).statements == BEFORE.statements
+@pytest.mark.parametrize(
+    ("edit", "points"),
+    [
+        (DeletePoint("c"), ["a", "b"]),
+        (ReorderPoint("c", 0), ["c", "a", "b"]),
+        (RecordPoint(D), ["a", "b", "c", "d"]),
+    ],
+    ids=["an unused one is deleted", "reordered", "recorded without a move"],
+)
+def test_points_are_edited_and_no_statement(edit: Edit, points: list[str]) -> None:
+    after = apply(BEFORE, edit)
+    assert [point.name for point in after.points] == points
+    assert after.statements == BEFORE.statements
 
 
 def test_touching_up_changes_where_a_point_is_and_nothing_else() -> None:
@@ -89,15 +100,6 @@ def test_a_used_point_is_not_deleted_and_its_statements_are_named() -> None:
     ) as caught:
         apply(BEFORE, DeletePoint("a"))
     assert caught.value.refusal.code is V.POINT_IN_USE
-
-
-def test_an_unused_point_is_deleted() -> None:
-    assert [point.name for point in apply(BEFORE, DeletePoint("c")).points] == ["a", "b"]
-
-
-def test_points_are_reordered() -> None:
-    names = [point.name for point in apply(BEFORE, ReorderPoint("c", 0)).points]
-    assert names == ["c", "a", "b"]
 
 
 @pytest.mark.parametrize(
