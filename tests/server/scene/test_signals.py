@@ -49,10 +49,6 @@ def rig() -> SignalRig:
     return made
 
 
-def _code(result: object) -> V | None:
-    return result.code if isinstance(result, Refusal) else None
-
-
 def test_inputs_of_every_bank_are_read(rig: SignalRig) -> None:
     rig.controller.inputs[3] = rig.controller.inputs[19] = True
     rig.wait(100)
@@ -79,7 +75,7 @@ def test_whoever_writes_is_told_when_it_was_done(rig: SignalRig) -> None:
     rig.perform(rig.signals.set_output(1, True, rig.now, tell))
     assert told == []
     rig.signals.answered(refused(WriteOutputs(0, 2, 2)), rig.now)
-    assert [_code(refusal) for refusal in told] == [V.CONTROLLER_REFUSED]
+    assert [refusal_from(refusal).code for refusal in told] == [V.CONTROLLER_REFUSED]
 
 
 @pytest.mark.parametrize("signal", [-1, 20, 512])
@@ -94,7 +90,7 @@ def test_an_input_that_is_not_there_is_refused_with_those_that_are(
 def test_a_value_that_was_read_long_ago_is_none(rig: SignalRig) -> None:
     rig.answers = False
     rig.wait(400)
-    assert _code(rig.signals.input(0, rig.now)) is V.SIGNALS_UNAVAILABLE
+    assert refusal_from(rig.signals.input(0, rig.now)).code is V.SIGNALS_UNAVAILABLE
 
 
 def test_a_controller_that_does_not_answer_is_asked_again(rig: SignalRig) -> None:
@@ -108,14 +104,14 @@ def test_a_controller_that_does_not_answer_is_asked_again(rig: SignalRig) -> Non
 
 def test_a_lost_connection_forgets_all(rig: SignalRig) -> None:
     rig.signals.link_changed(False, rig.now)
-    assert _code(rig.signals.input(0, rig.now)) is V.SIGNALS_UNAVAILABLE
+    assert refusal_from(rig.signals.input(0, rig.now)).code is V.SIGNALS_UNAVAILABLE
     assert rig.signals.inputs == ()
 
 
 def test_a_controller_that_offers_none_is_never_asked() -> None:
     rig = SignalRig(is_offered=False)
     rig.wait(500)
-    assert _code(rig.signals.input(0, rig.now)) is V.SIGNALS_UNAVAILABLE
+    assert refusal_from(rig.signals.input(0, rig.now)).code is V.SIGNALS_UNAVAILABLE
 
 
 def test_reading_a_second_costs_twenty_rounds(rig: SignalRig) -> None:
@@ -140,4 +136,4 @@ def test_what_is_offered_is_known_once_the_controller_has_said_it() -> None:
     rig.signals.link_changed(False, rig.now)
     offers.append(rig.signals.offer)
     assert offers == [None, OfferedSignals(inputs=20, outputs=18), None]
-    assert _code(SignalRig(is_offered=False).signals.offer) is V.SIGNALS_UNAVAILABLE
+    assert refusal_from(SignalRig(is_offered=False).signals.offer).code is V.SIGNALS_UNAVAILABLE

@@ -193,26 +193,38 @@ def test_regular_reports_are_compared_over_50_and_250_ms() -> None:
     assert timing.is_sure
 
 
-def test_slow_reports_are_compared_with_the_one_before() -> None:
-    timing = taken(0, 200, 400, period=0.2)
+COMPARED: dict[str, tuple[list[int], float, int, float]] = {
+    "slow ones with the one before": ([0, 200, 400], 0.2, 1, 0.2),
+    "over a pause, which tells nothing of the rhythm": (
+        *([*range(0, 1_001, 10), *range(3_000, 3_501, 10)], 0.01, 5, 0.05),
+    ),
+    "before the rhythm is known, as they arrived": ([*range(0, 501, 20)], 0.01, 3, 0.06),
+    "by the rhythm that was learned": ([*range(0, 6_000, 4)], 0.01, 13, 0.052),
+    # Ten reports wait on their way, and then come 1 ms after each other.
+    "bunched ones as they were measured": (
+        *([*range(0, 501, 10), *range(520, 580)], 0.01, 50, 0.5),
+    ),
+}
+"""When reports come [ms], the declared period; how many before is compared, how long ago [s]."""
+
+
+@pytest.mark.parametrize(
+    ("arrivals", "period", "before", "elapsed"), COMPARED.values(), ids=COMPARED
+)
+def test_reports_are_compared_with_one_that_was_measured_long_enough_before(
+    arrivals: list[int], period: float, before: int, elapsed: float
+) -> None:
+    timing = taken(*arrivals, period=period)
     assert timing.joint_base is not None
-    assert timing.joint_base.time == 200 * MS
+    assert timing.newest is not None
+    assert timing.newest.number - timing.joint_base.number == before
+    assert timing.elapsed(timing.joint_base) == pytest.approx(elapsed)
 
 
 def test_reports_of_one_turn_count_as_the_newest_of_them() -> None:
     timing = taken(0, 10, 20, 20, 20, 70)
     assert timing.joint_base is not None
     assert timing.joint_base.position == (4.0,)
-
-
-def test_bunched_reports_are_as_far_apart_as_they_were_measured() -> None:
-    # Ten reports wait on their way, and then come 1 ms after each other.
-    timing = taken(*range(0, 501, 10), *range(520, 580))
-    assert timing.joint_base is not None
-    assert timing.newest is not None
-    apart = timing.newest.number - timing.joint_base.number
-    assert apart == 50
-    assert timing.elapsed(timing.joint_base) == 0.5
 
 
 def test_the_first_report_after_a_silence_is_neither_judged_nor_compared_with() -> None:
@@ -231,24 +243,6 @@ def test_a_motion_compares_with_nothing_from_before_it() -> None:
         timing.take((0.0,), at * MS)
     assert timing.joint_base is not None
     assert (timing.joint_base.time, timing.point_base) == (1_000 * MS, None)
-
-
-def test_a_pause_tells_nothing_of_the_rhythm() -> None:
-    timing = taken(*range(0, 1_001, 10), *range(3_000, 3_501, 10))
-    assert timing.joint_base is not None
-    assert timing.elapsed(timing.joint_base) == 0.05
-
-
-def test_slow_reports_are_as_far_apart_as_they_arrived_before_their_rhythm_is_known() -> None:
-    timing = taken(*range(0, 501, 20))
-    assert timing.joint_base is not None
-    assert timing.elapsed(timing.joint_base) == 0.06
-
-
-def test_the_rhythm_is_learned_where_it_is_not_the_declared_one() -> None:
-    timing = taken(*range(0, 6_000, 4))
-    assert timing.joint_base is not None
-    assert timing.elapsed(timing.joint_base) == pytest.approx(0.052)
 
 
 @pytest.mark.parametrize("seed", range(20))

@@ -2,6 +2,7 @@ from __future__ import annotations
 
 import dataclasses
 from collections.abc import Callable
+from typing import Any
 
 import pytest
 from rigs.cells.controller_interruptions import fall_silent, lose, press_emergency_stop, report
@@ -14,7 +15,7 @@ from openpendant.server.programs.language.parser import parse
 from openpendant.server.programs.language.program_json import program_to_json
 from openpendant.server.settings.cell_settings import ControllerPath
 from openpendant.server.store.documents import DocumentKind
-from openpendant.simplemsg import Status, TriState
+from openpendant.simplemsg import ReplyCode, Status, TriState
 from openpendant.simplemsg.pendant import (
     Activity,
     Home,
@@ -154,33 +155,27 @@ def loading(cell: WorkingCell) -> WorkingCell:
     return cell
 
 
-def stop_and_reset(cell: WorkingCell) -> None:
+def stop_and_reset(cell: WorkingCell) -> list[V | None]:
     cell.pendant("passer-by").stop("a hand in the way")
     cell.pass_time(100)
-    assert cell.user.reset() is V.ACCEPTED
+    return [cell.user.reset()]
 
 
-def change_mode_there_and_back(cell: WorkingCell) -> None:
-    assert cell.user.mode(OperatingMode.MANUAL_REDUCED) is V.ACCEPTED
-    assert cell.user.mode(OperatingMode.AUTOMATIC) is V.ACCEPTED
+MODES = (OperatingMode.MANUAL_REDUCED, OperatingMode.AUTOMATIC)
 
 
-def release_and_take(cell: WorkingCell) -> None:
-    assert cell.user.release() is V.ACCEPTED
-    assert cell.user.take() is V.ACCEPTED
-
-
-def override_of_0(cell: WorkingCell) -> None:
-    for override in (0.0, 1.0):
-        assert cell.user.speed(override) is V.ACCEPTED
-
-
-ENDS: dict[str, tuple[Callable[[WorkingCell], object], V]] = {
+ENDS: dict[str, tuple[Callable[[WorkingCell], Any], V]] = {
     "software stop and its reset": (stop_and_reset, V.STOPPED),
-    "mode there and back": (change_mode_there_and_back, V.MODE_CHANGED),
-    "authority released and taken": (release_and_take, V.AUTHORITY_LOST),
-    "program stop": (lambda cell: cell.control(STOP), V.PROGRAM_STOPPED),
-    "ROS-I STOP": (lambda cell: cell.ros().stop(), V.STOPPED),
+    "mode there and back": (
+        lambda cell: [cell.user.mode(mode) for mode in MODES],
+        V.MODE_CHANGED,
+    ),
+    "authority released and taken": (
+        lambda cell: [cell.user.release(), cell.user.take()],
+        V.AUTHORITY_LOST,
+    ),
+    "program stop": (lambda cell: [cell.control(STOP)], V.PROGRAM_STOPPED),
+    "ROS-I STOP": (lambda cell: [cell.ros().stop()], V.STOPPED),
     "motion link": (lose(ControllerPath.MOTION), V.CONTROLLER_LOST),
     "emergency stop": (press_emergency_stop, V.CONTROLLER_STOPPED),
     "an emergency stop between two ticks": (
@@ -188,7 +183,10 @@ ENDS: dict[str, tuple[Callable[[WorkingCell], object], V]] = {
         V.CONTROLLER_STOPPED,
     ),
     "reports": (fall_silent, V.FEEDBACK_STALE),
-    "an override of 0": (override_of_0, V.OVERRIDE_ZERO),
+    "an override of 0": (
+        lambda cell: [cell.user.speed(override) for override in (0.0, 1.0)],
+        V.OVERRIDE_ZERO,
+    ),
 }
 
 
@@ -198,7 +196,7 @@ def test_a_start_from_before_never_moves_the_robot_and_is_refused_at_once(
 ) -> None:
     request, stood = loading.user.last_request, loading.position
     end, code = ENDS[what]
-    end(loading)
+    assert set(end(loading) or [V.ACCEPTED]) <= {V.ACCEPTED, ReplyCode.SUCCESS}
     told = [each for number, each in loading.user.verdicts() if number == request]
     assert told == [code], "before anything was loaded"
     loading.pass_time(200)
