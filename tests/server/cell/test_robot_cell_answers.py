@@ -4,6 +4,7 @@ from collections.abc import Callable
 
 import pytest
 from promises.promise_table import figure
+from rigs.cells.expectations import only
 from rigs.cells.robot_cell_situations import (
     GOAL,
     codes,
@@ -168,8 +169,7 @@ def test_an_answer_that_comes_after_the_stop_is_not_taken_for_the_next_motions()
 def test_a_request_of_the_controller_is_answered_where_it_came_from(
     path: ControllerPath, request_: Message, code: ReplyCode
 ) -> None:
-    (answer,) = ready().core.handle(ControllerReport(path, request_, 0), 0)
-    assert isinstance(answer, AnswerController)
+    answer = only(AnswerController, ready().core.handle(ControllerReport(path, request_, 0), 0))
     assert (answer.path, answer.message.reply_code) == (path, code)
 
 

@@ -4,7 +4,7 @@ import math
 from collections.abc import Callable
 
 import pytest
-from rigs.cells.refusals import refusal_from
+from rigs.cells.expectations import refusal_from
 from rigs.cells.robot_cell_situations import (
     GOAL,
     codes,

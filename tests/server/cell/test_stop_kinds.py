@@ -6,6 +6,7 @@ from collections.abc import Callable
 from typing import Any
 
 import pytest
+from rigs.cells.expectations import expect
 from rigs.cells.robot_cell_situations import at_a_pad, enabled
 from rigs.cells.server_rig import MS, ServerRig, ready
 from rigs.motion.jog_pad import JogPad
@@ -231,8 +232,7 @@ def test_promise_26_no_set_point_leaves_for_the_time_that_was_lost() -> None:
     before = len(rig.points)
     freeze(rig, 300)
     # What the loop finds first is an answer, or a message of a pendant.
-    point = rig.points[-1]
-    assert isinstance(point, JointTrajPtFull)
+    point = expect(JointTrajPtFull, rig.points[-1])
     rig.controller.awaited = 1
     rig.hear(ControllerPath.MOTION, accepted(point))
     rig.wait(500)

@@ -6,7 +6,7 @@ import itertools
 import math
 
 import pytest
-from rigs.cells.refusals import refusal_from
+from rigs.cells.expectations import refusal_from
 from rigs.cells.server_rig import MS
 
 from openpendant.server.control import RECOVERY_SPEED, REDUCED_SPEED, MotionKind, OperatingModes

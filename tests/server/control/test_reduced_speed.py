@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 import pytest
 from rigs.cells.emulated_cell import EmulatedCell
-from rigs.cells.refusals import refusal_from
+from rigs.cells.expectations import refusal_from
 from rigs.data.program_samples import linked
 from rigs.motion.jog_pad import EmulatedPad
 

@@ -4,6 +4,7 @@ from collections.abc import Callable, Sequence
 from typing import Any, NamedTuple
 
 import pytest
+from rigs.cells.expectations import only
 from rigs.cells.server_rig import LIMITS, MS, NoTool
 from rigs.peers.server_clients import hello
 
@@ -79,8 +80,7 @@ def sent(outgoing: list[Effect]) -> list[Message]:
 
 
 def refusal(outgoing: list[Effect]) -> Verdict:
-    (answer,) = sent(outgoing)
-    assert isinstance(answer, Verdict)
+    answer = only(Verdict, sent(outgoing))
     assert any(item.session == GUEST for item in outgoing if isinstance(item, Close))
     return answer
 
@@ -89,8 +89,7 @@ def refusal(outgoing: list[Effect]) -> Verdict:
 def test_hello_leads_to_the_cell_that_it_names(name: str, number: int) -> None:
     cells = room("left", "middle", "right")
     routed = cells.handle(Received(GUEST, asking_for(name)))
-    (answer,) = sent(routed.outgoing)
-    assert isinstance(answer, HelloReply)
+    answer = only(HelloReply, sent(routed.outgoing))
     assert (routed.cell, answer.cell) == (number, name)
 
 
@@ -106,8 +105,7 @@ def test_a_second_hello_does_not_lead_to_another_cell() -> None:
     cells = room("left", "right")
     cells.handle(Received(GUEST, asking_for("right")))
     routed = cells.handle(Received(GUEST, asking_for("left")))
-    (answer,) = sent(routed.outgoing)
-    assert isinstance(answer, Verdict)
+    answer = only(Verdict, sent(routed.outgoing))
     assert (routed.cell, answer.code) == (1, V.BAD_ARGUMENT)
 
 
@@ -187,8 +185,7 @@ def test_a_fault_stops_the_robot_first_and_parts_with_every_pendant() -> None:
     cells = faulted("left", "right")
     out = cells.cores[0].fail("ValueError: boom", NOW)
     assert isinstance(out[0], SendStop)
-    (told,) = sent(out)
-    assert isinstance(told, StopChanged)
+    told = only(StopChanged, sent(out))
     assert told.stop == StopKind.PROTECTIVE
     assert isinstance(out[-1], Close)
     assert "boom" in out[-1].reason

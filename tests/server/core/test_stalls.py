@@ -8,6 +8,7 @@ from collections.abc import Callable
 
 import pytest
 from promises.promise_table import figure
+from rigs.cells.expectations import expect
 from rigs.cells.program_cell import ProgramCell
 from rigs.cells.robot_cell_situations import at_a_pad
 from rigs.cells.server_rig import MS
@@ -172,8 +173,7 @@ async def test_what_arrives_in_the_turn_of_a_late_tick_is_read_before_it() -> No
         stranger = await served.visitor()
         await asyncio.sleep(HELLO_DEADLINE - 0.2)
         assert served.connections == 1
-        loop = asyncio.get_running_loop()
-        assert isinstance(loop, VirtualLoop)
+        loop = expect(VirtualLoop, asyncio.get_running_loop())
 
         def stand_still() -> None:
             stranger.send(said())
@@ -190,8 +190,7 @@ async def test_what_does_not_arrive_is_judged_by_the_late_tick() -> None:
     async with app_on_loop() as served:
         await served.visitor()
         await asyncio.sleep(HELLO_DEADLINE - 0.2)
-        loop = asyncio.get_running_loop()
-        assert isinstance(loop, VirtualLoop)
+        loop = expect(VirtualLoop, asyncio.get_running_loop())
         loop._virtual.now_ns += LATE_NS
         took = await until(lambda: served.connections == 0, 0.05)
         assert took <= 0.02

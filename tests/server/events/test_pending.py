@@ -7,6 +7,7 @@ from contextlib import closing
 from pathlib import Path
 
 import pytest
+from rigs.cells.expectations import only
 from rigs.cells.journalled_cell import journalled_cell
 from rigs.cells.robot_cell_situations import GOAL, planning
 from rigs.cells.scene_monitor_rig import BOX, EMPTY, MonitoredRig
@@ -46,8 +47,7 @@ def book() -> Book:
 
 
 def asked(outgoing: list[Effect]) -> Ask:
-    (ask,) = outgoing
-    assert isinstance(ask, Ask)
+    ask = only(Ask, outgoing)
     return ask
 
 

@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
+from rigs.cells.expectations import expect
 from rigs.cells.server_rig import LIMITS
 from rigs.data.example_counts import examples
 from rigs.data.journal_records import read_back
@@ -179,8 +180,7 @@ def test_an_answer_comes_back_as_it_was(answer: Answer) -> None:
     ],
 )
 def test_an_error_comes_back_with_its_kind_words_and_numbers(error: StoreError) -> None:
-    back = answer_from_json(read_back(answer_to_json(error)))
-    assert isinstance(back, StoreError)
+    back = expect(StoreError, answer_from_json(read_back(answer_to_json(error))))
     assert type(back) is type(error)
     assert (str(back), vars(back), back.refusal()) == (str(error), vars(error), error.refusal())
 

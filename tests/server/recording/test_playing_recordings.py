@@ -10,7 +10,7 @@ from typing import Any, TypeVar
 import numpy as np
 import pytest
 from rigs.cells.emulated_cell import EmulatedCell
-from rigs.cells.refusals import refusal_from
+from rigs.cells.expectations import only, refusal_from
 from rigs.peers.server_clients import Pendant
 
 from openpendant.server.events.effects import Ask, Effect
@@ -282,8 +282,7 @@ def test_nothing_is_told_of_what_was_dropped() -> None:
         return []
 
     steps = part_samples("arc", WIDTH, 0.0, None)
-    (asked,) = pending.run(steps, take, 0)
-    assert isinstance(asked, Ask)
+    asked = only(Ask, pending.run(steps, take, 0))
     pending.drop(steps)
     assert pending.resume(asked, Extent(1, 3 * ROW_BYTES), 0) == []
     assert told == []

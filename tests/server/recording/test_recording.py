@@ -6,8 +6,8 @@ from pathlib import Path
 from typing import Any
 
 import pytest
+from rigs.cells.expectations import expect, known, only, refusal_from
 from rigs.cells.recorded_cell import RecordedCell
-from rigs.cells.refusals import refusal_from
 from rigs.cells.surrounded_cell import SurroundedCell, robot
 
 from openpendant.server.endpoints.pendant.management import snapshot
@@ -30,8 +30,7 @@ def cell(tmp_path: Path) -> Iterator[RecordedCell]:
 
 
 def _ended(cell: RecordedCell) -> RecordingDocument:
-    ended = cell.told[-1]
-    assert isinstance(ended, RecordingDocument)
+    ended = expect(RecordingDocument, cell.told[-1])
     return ended
 
 
@@ -61,8 +60,7 @@ def test_a_minute_at_250_reports_a_second_loses_none(cell: RecordedCell) -> None
 def test_rows_are_on_the_disk_half_a_second_later(cell: RecordedCell) -> None:
     cell.start()
     cell.reports(60)
-    status = cell.recorder.status
-    assert status is not None
+    status = known(cell.recorder.status)
     assert (status.samples, status.kept) == (60, 51)
     assert len(cell.rows()) == 51
 
@@ -187,8 +185,7 @@ def test_rows_that_waited_for_a_slow_disk_are_kept_however_many_chunks_they_take
         cell.report((step / 500, 0.0))
     cell.answers_at_once = True
     cell.answer()
-    status = cell.recorder.status
-    assert status is not None
+    status = known(cell.recorder.status)
     assert status.kept >= 450
     cell.stop()
     assert len(cell.rows()) == 500
@@ -298,8 +295,7 @@ def test_all_of_a_recording_that_waits_for_a_busy_disk_is_written_when_the_serve
     cell.perform(cell.recorder.flush())
     cell.answer_all()
     assert len(cell.rows()) == 500
-    (told,) = cell.told[1:]
-    assert isinstance(told, Refusal)
+    told = only(Refusal, cell.told[1:])
     assert told.code is V.SHUTTING_DOWN
 
 

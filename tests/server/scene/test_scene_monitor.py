@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable
 
 import pytest
+from rigs.cells.expectations import known, only
 from rigs.cells.program_cell import ProgramCell
 from rigs.cells.scene_monitor_rig import BOX, EMPTY, HIT, MonitoredRig
 from rigs.cells.server_rig import LIMITS, MS, ready
@@ -145,8 +146,7 @@ def test_a_robot_to_which_all_was_sent_cannot_be_held_and_is_stopped() -> None:
     """Slowed down, too, when it has a path to be held on until then."""
     rig = MonitoredRig()
     rig.pad.speed(0.5)
-    playing = rig.rig.core.cell.motions.playing
-    assert playing is not None
+    playing = known(rig.rig.core.cell.motions.playing)
     while playing.next_time is not None:
         rig.wait(10)
     rig.change()
@@ -161,8 +161,7 @@ def test_a_program_that_is_paused_while_its_robot_is_held_stays_paused() -> None
     guard = SceneMonitor(cell.core.cell, ControllerLink(), pending)
     cell.run()
     cell.pass_time(300)
-    (asked,) = guard.changed(BOX, cell.now)
-    assert isinstance(asked, Ask)
+    asked = only(Ask, guard.changed(BOX, cell.now))
     for _ in range(100):
         cell.wait(10)
         cell.perform(guard.tick(cell.now))

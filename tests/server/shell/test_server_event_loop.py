@@ -10,6 +10,7 @@ from pathlib import Path
 
 import pytest
 from promises.promise_table import figure
+from rigs.cells.expectations import known
 from rigs.cells.server_rig import MS
 
 from openpendant.server.cli.serve import main
@@ -32,8 +33,7 @@ def test_nobody_who_does_not_ask_gets_another_loop(monkeypatch: pytest.MonkeyPat
     reason="uvloop is not installed: the extra 'fast' of openpendant adds it",
 )
 def test_who_asks_for_uvloop_gets_a_loop_of_it() -> None:
-    make_loop = loop_factory("uvloop")
-    assert make_loop is not None
+    make_loop = known(loop_factory("uvloop"))
     loop = make_loop()
     loop.close()
     assert type(loop).__module__ == "uvloop"

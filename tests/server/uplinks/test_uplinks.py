@@ -4,7 +4,7 @@ from collections.abc import Sequence
 
 import pytest
 from rigs.cells.emulated_cell import EmulatedCell
-from rigs.cells.refusals import refusal_from
+from rigs.cells.expectations import expect, refusal_from
 from rigs.cells.server_rig import MS, ServerRig, ready
 
 from openpendant.controller_emulator.error_codes import ErrorCode
@@ -52,8 +52,7 @@ FULL_DONE = answer(MsgType.JOINT_TRAJ_PT_FULL)
 
 
 def test_a_full_point_carries_everything_and_the_time_from_the_start() -> None:
-    message = make().point(*POINT, 0)
-    assert isinstance(message, JointTrajPtFull)
+    message = expect(JointTrajPtFull, make().point(*POINT, 0))
     assert (message.sequence, message.valid_fields, message.time) == (3, 15, 0.03)
     assert message.positions == joint_array((0.5, -0.5))
     assert message.velocities == joint_array((1.0, -0.5))
@@ -61,22 +60,19 @@ def test_a_full_point_carries_everything_and_the_time_from_the_start() -> None:
 
 
 def test_a_simple_point_carries_the_speed_ratio_and_the_time_of_its_segment() -> None:
-    message = make(points="simple").point(*POINT, 0)
-    assert isinstance(message, JointTrajPt)
+    message = expect(JointTrajPt, make(points="simple").point(*POINT, 0))
     assert (message.sequence, message.velocity, message.duration) == (3, 0.5, 0.01)
     assert message.comm_type == CommType.REQUEST
 
 
 def test_a_simple_point_of_rest_names_a_speed_because_0_means_none_given() -> None:
-    message = make(points="simple").point(*REST, 0)
-    assert isinstance(message, JointTrajPt)
+    message = expect(JointTrajPt, make(points="simple").point(*REST, 0))
     assert message.velocity == 0.1
 
 
 def test_a_stop_is_sequence_minus_4_without_joints_and_ends_the_waiting() -> None:
     uplink = awaiting()
-    message = uplink.stop(0, is_sent=True)
-    assert isinstance(message, JointTrajPt)
+    message = expect(JointTrajPt, uplink.stop(0, is_sent=True))
     assert (message.sequence, message.joints) == (-4, joint_array(()))
     assert not uplink.awaiting
 
@@ -220,8 +216,7 @@ class ToyUplink(GenericUplink):
     """Numbers its points from 1,000 for robot 7, and stops it by a message of its own."""
 
     def point(self, number: int, row: Row, step: float, now: int) -> Message:
-        point = super().point(number, row, step, now)
-        assert isinstance(point, JointTrajPtFull)
+        point = expect(JointTrajPtFull, super().point(number, row, step, now))
         point.robot_id = 7
         point.sequence += 1_000
         return point
@@ -264,8 +259,7 @@ def test_points_and_stops_of_a_cell_are_the_dialects(rig: ServerRig) -> None:
 
 
 def test_the_last_stop_of_a_cell_that_failed_is_the_dialects(rig: ServerRig) -> None:
-    stop = rig.core.fail("ValueError: boom", rig.now)[0]
-    assert isinstance(stop, SendStop)
+    stop = expect(SendStop, rig.core.fail("ValueError: boom", rig.now)[0])
     assert stop.message is TOY_STOP
 
 

@@ -17,7 +17,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from rigs.cells.controller_reports import joint_report, status
-from rigs.cells.refusals import refusal_from
+from rigs.cells.expectations import refusal_from
 from rigs.cells.server_rig import LIMITS, MS
 from rigs.data.example_counts import examples
 

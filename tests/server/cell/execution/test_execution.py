@@ -9,7 +9,7 @@ from collections.abc import Sequence
 
 import pytest
 from rigs.cells.controller_reports import joint_report, status
-from rigs.cells.refusals import refusal_from
+from rigs.cells.expectations import only, refusal_from
 from rigs.cells.server_rig import LIMITS, MS
 
 from openpendant.motion.trajectory.ptp import plan_joint_move
@@ -337,8 +337,7 @@ def test_a_stop_is_waited_for_only_where_it_went(
     driving: TrajectoryExecution, is_up: bool, is_dropped: bool
 ) -> None:
     driving.path_changed(ControllerPath.MOTION, is_up)
-    (stop,) = driving.halt(WHY, 0)
-    assert isinstance(stop, SendStop)
+    only(SendStop, driving.halt(WHY, 0))
     dropped = any(isinstance(item, ReconnectController) for item in driving.settle(2 * SECOND))
     assert dropped is is_dropped
 

@@ -6,7 +6,7 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
 
 import pytest
-from rigs.cells.refusals import refusal_from
+from rigs.cells.expectations import expect, known, refusal_from
 from rigs.cells.robot_cell_situations import codes, enabled, moving
 from rigs.cells.server_rig import MS, ServerRig
 from rigs.motion.jog_pad import JogPad
@@ -285,8 +285,7 @@ def cruising() -> tuple[ServerRig, JogPad]:
 
 
 def newest_speed(rig: ServerRig) -> float:
-    point = rig.points[-1]
-    assert isinstance(point, JointTrajPtFull)
+    point = expect(JointTrajPtFull, rig.points[-1])
     return max(abs(velocity) for velocity in point.velocities)
 
 
@@ -316,8 +315,7 @@ def test_a_set_point_that_fails_the_last_look_does_not_leave_and_latches_a_prote
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
     rig, pad = cruising()
-    rows = rig.core.cell.motions.playing
-    assert rows is not None
+    rows = known(rig.core.cell.motions.playing)
     take = rows.take
 
     def jump() -> Row:
@@ -328,8 +326,7 @@ def test_a_set_point_that_fails_the_last_look_does_not_leave_and_latches_a_prote
     sent = len(rig.points)
     pad.hold(20)
     assert len(rig.points) == sent
-    stop = rig.core.cell.stop
-    assert stop is not None
+    stop = known(rig.core.cell.stop)
     assert stop.is_protective
     assert rig.stops
     assert pad.pendant.outcomes()[-1][1] is V.CERTIFICATE_REFUSED

@@ -11,6 +11,7 @@ from typing import Any
 import pytest
 from rigs.cells.controller_reports import joint_report, status
 from rigs.cells.emulated_cell import EmulatedCell
+from rigs.cells.expectations import expect, known
 from rigs.cells.server_rig import LIMITS, MS
 from rigs.cells.watched_motions import is_stop, moving, why
 from rigs.peers.server_clients import Pendant
@@ -220,8 +221,7 @@ def test_a_sliding_joint_moves_by_half_as_many_metres() -> None:
     watch = StandstillWatch(replace(LIMITS, prismatic=(False, True)))
     assert watch.take((0.0, 0.0), 0) is None
     assert watch.take((0.019, 0.0099), 10 * MS) is None
-    moved = watch.take((0.019, 0.0101), 20 * MS)
-    assert moved is not None
+    moved = known(watch.take((0.019, 0.0101), 20 * MS))
     assert (moved.joint, moved.unit) == (1, "m")
 
 
@@ -248,8 +248,7 @@ def test_promise_52_a_robot_that_is_moved_at_rest_is_logged_and_told_and_not_sto
     assert not any(map(is_stop, cell.sent))
     assert cell.core.cell.stop is None
     cell.wait(4_000)
-    remarks = why(cell)["remarks"]
-    assert isinstance(remarks, list)
+    remarks = expect(list, why(cell)["remarks"])
     assert remarks[0].startswith("4 s ago joint 2 moved by 0.0200 rad")
     assert "controller's own pendant" in remarks[0]
 
@@ -363,8 +362,7 @@ def test_a_pause_shows_within_0_2_s_of_rest(noise: str, after: int) -> None:
     cell = ShiveringCell(**NOISES[noise])
     paused(cell, after)
     began = cell.now
-    late = cell.until_shown()
-    assert late is not None
+    late = known(cell.until_shown())
     assert late <= 200 * MS
     # What had left ahead of the robot runs first, then the ramp.
     assert cell.now - began <= LEAD_NS + SHOWN_NS + 50 * MS
@@ -374,8 +372,7 @@ def test_a_robot_that_shivers_for_ever_is_paused_all_the_same() -> None:
     cell = ShiveringCell()
     paused(cell, 300)
     cell.speed_noise, cell.place_noise = 0.5, 9e-4
-    late = cell.until_shown()
-    assert late is not None
+    late = known(cell.until_shown())
     assert late <= 1_000 * MS
 
 

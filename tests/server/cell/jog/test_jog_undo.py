@@ -12,6 +12,7 @@ import pytest
 from hypothesis import settings
 from hypothesis import strategies as st
 from hypothesis.stateful import RuleBasedStateMachine, initialize, invariant, precondition, rule
+from rigs.cells.expectations import known, only
 from rigs.cells.jog_undos import at_rest, refused_by_the_planner, step, undo
 from rigs.cells.server_rig import ready
 from rigs.data.example_counts import examples
@@ -119,8 +120,7 @@ def test_an_undo_that_is_stopped_after_its_last_set_point_can_still_be_ended_wel
     stepped: JogPad,
 ) -> None:
     assert undo(stepped) is V.ACCEPTED
-    last = stepped.rig.core.cell.motions.playing
-    assert last is not None
+    last = known(stepped.rig.core.cell.motions.playing)
     while last.next_time is not None:
         stepped.hold(10)
     software_stop(stepped)
@@ -230,8 +230,7 @@ def test_two_presses_of_one_jog_are_taken_back_together(pad: JogPad) -> None:
     at_rest(pad)
     pad.rig.plans_at_once = False
     undo(pad)
-    (job,) = pad.rig.jobs
-    assert isinstance(job, JointPathJob)
+    job = only(JointPathJob, pad.rig.jobs)
     assert len(job.waypoints) > 1, "it goes back along the way, no straight line"
     assert job.waypoints[-1] == pytest.approx(START)
 

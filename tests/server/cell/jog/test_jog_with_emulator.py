@@ -149,7 +149,6 @@ LONGEST_ANSWER = 2e-3
 """What an answer may take of the event loop [s]."""
 
 DOWN = (0.0, 0.0, -1.0, 0.0, 0.0, 0.0)
-OUTWARD = (1.0, 0.0, 0.0, 0.0, 0.0, 0.0)
 
 
 class Jogged(EmulatedPad):

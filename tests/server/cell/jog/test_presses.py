@@ -9,8 +9,8 @@ from collections.abc import Callable
 
 import pytest
 from rigs.cells.emulated_cell import EmulatedCell
+from rigs.cells.expectations import expect, known, only, refusal_from
 from rigs.cells.jog_undos import step
-from rigs.cells.refusals import refusal_from
 from rigs.cells.robot_cell_situations import at_a_pad, enabled
 from rigs.cells.server_rig import MS, ServerRig, ready
 from rigs.motion.jog_pad import EmulatedPad, JogPad
@@ -40,8 +40,7 @@ SEQUENCES = 10_000
 
 
 def begun(session: int = 1, number: int = 1, deadline: float = 0.15, now: int = 0) -> Press:
-    press = PressCounter().begin(session, number, deadline, now)
-    assert isinstance(press, Press)
+    press = expect(Press, PressCounter().begin(session, number, deadline, now))
     return press
 
 
@@ -194,8 +193,7 @@ def test_an_increment_is_planned_under_the_cap_that_was_lowered() -> None:
     pad.squeeze()
     assert pad.speed(1.0, 0.1) is V.ACCEPTED
     step(pad, 0.3, 0.0)
-    (job,) = rig.jobs
-    assert isinstance(job, JointPathJob)
+    job = only(JointPathJob, rig.jobs)
     assert job.tool_speed == 0.1
 
 
@@ -264,8 +262,7 @@ def add_to_the_scene(pad: EmulatedPad) -> None:
 
 
 def swap_tools(pad: EmulatedPad) -> None:
-    view = pad.cell.core.environment
-    assert view is not None
+    view = known(pad.cell.core.environment)
     view.world._view.apply_scene(view.world.frames, view.world.scene)
 
 
@@ -282,8 +279,7 @@ def test_a_key_that_repeats_does_not_jog_on_in_the_surroundings_of_before(
     rested = codes.index(V.ACCEPTED)
     assert set(codes[:rested]) == {V.MOVING}
     assert set(codes[rested:]) == {V.ACCEPTED}
-    driven = pad.cell.core.cell.driving.driven_jog
-    assert driven is not None
+    driven = known(pad.cell.core.cell.driving.driven_jog)
     assert driven is not began
 
 

@@ -5,6 +5,7 @@ from typing import Any, get_args, get_type_hints
 
 import pytest
 from rigs.cells.emulated_cell import EmulatedCell
+from rigs.cells.expectations import only
 from rigs.cells.server_rig import ServerRig, ready
 from rigs.peers.server_clients import Pendant
 
@@ -29,8 +30,7 @@ from openpendant.simplemsg.verdicts import VerdictCode as V
 
 
 def ask(pendant: Pendant, body: bytes) -> tuple[int, Any]:
-    (reply,) = pendant.send(Management(7, body))
-    assert isinstance(reply, Management)
+    reply = only(Management, pendant.send(Management(7, body)))
     assert reply.request_id == 7
     assert len(reply.body) < MAX_PENDANT_FRAME - 100
     return reply.reply_code, json.loads(reply.body)
@@ -78,8 +78,7 @@ def test_a_cell_without_surroundings_offers_nothing_of_them() -> None:
     assert body["signals"] == {"offered": False, "inputs": [], "outputs": []}
     assert (body["tool"], body["recording"], body["program"]) == (None, None, None)
     assert body["recording_problem"] == ""
-    (hello,) = ready().stranger().hello()
-    assert isinstance(hello, HelloReply)
+    hello = only(HelloReply, ready().stranger().hello())
     offered = Capability(hello.capabilities)
     assert Capability.JOG in offered
     assert not offered & (Capability.RECORDING | Capability.SIGNALS | Capability.SCENE)

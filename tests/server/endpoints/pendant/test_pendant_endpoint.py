@@ -8,6 +8,7 @@ from typing import cast
 
 import pytest
 from promises.promise_table import figure
+from rigs.cells.expectations import only
 from rigs.cells.robot_cell_situations import in_control
 from rigs.cells.server_rig import MS, ServerRig, ready
 from rigs.peers.server_clients import hello, joints, pose
@@ -43,8 +44,7 @@ HELLO, SILENCE = round(figure(8, "hello").ms), round(figure(8, "silence").ms)
 
 def test_hello_is_answered_with_who_and_what_is_here() -> None:
     pendant = ready().stranger()
-    (reply,) = pendant.hello()
-    assert isinstance(reply, HelloReply)
+    reply = only(HelloReply, pendant.hello())
     assert (reply.cell, reply.robot, reply.dof, reply.session) == (
         "cell",
         "two-joints",

@@ -4,6 +4,7 @@ import math
 from collections.abc import Callable
 
 import pytest
+from rigs.cells.expectations import only
 from rigs.cells.robot_cell_situations import in_control
 from rigs.cells.server_rig import LIMITS, ServerRig, ready
 from rigs.peers.scripted_controller import Fault
@@ -89,8 +90,7 @@ def test_a_faulty_request_is_refused_by_one_verdict_that_can_be_encoded(
     message: Message, code: V
 ) -> None:
     rig, pendant = in_control()
-    (verdict,) = pendant.send(message)
-    assert isinstance(verdict, Verdict)
+    verdict = only(Verdict, pendant.send(message))
     assert (verdict.request_id, verdict.code, verdict.reply_code) == (9, code, ReplyCode.FAILURE)
     assert verdict.text
     assert Codec(PENDANT, ByteOrder.LITTLE, 4).encode(verdict)
@@ -100,15 +100,13 @@ def test_a_faulty_request_is_refused_by_one_verdict_that_can_be_encoded(
 def test_waypoints_rounded_beyond_a_limit_are_taken_as_the_limit() -> None:
     rig = ready(plans_at_once=False)
     rig.holder().path((float32_ceiling(LIMITS.upper[0]), 0.0))
-    (job,) = rig.jobs
-    assert isinstance(job, JointPathJob)
+    job = only(JointPathJob, rig.jobs)
     assert job.waypoints == ((2.0, 0.0),)
 
 
 def test_a_malformed_request_gets_a_verdict_and_a_malformed_topic_nothing() -> None:
     pendant = ready().pendant()
-    (verdict,) = pendant.send(Malformed(65010, 2, BodyFault("short", 65010, 2, 0)))
-    assert isinstance(verdict, Verdict)
+    verdict = only(Verdict, pendant.send(Malformed(65010, 2, BodyFault("short", 65010, 2, 0))))
     assert verdict.code == V.MALFORMED
     assert pendant.send(Malformed(65006, 1, BodyFault("long", 65006, 1, 0))) == []
 
@@ -133,10 +131,8 @@ def _short(whole: bytes) -> bytes:
 def test_the_refusal_of_a_malformed_request_names_its_id(frame: bytes) -> None:
     """A client that waits for the answer by its id gets it."""
     pendant = ready().pendant()
-    (malformed,) = Connection(Role.SERVER, PENDANT, ByteOrder.BIG).receive(frame)
-    assert isinstance(malformed, Malformed)
-    (verdict,) = pendant.send(malformed)
-    assert isinstance(verdict, Verdict)
+    malformed = only(Malformed, Connection(Role.SERVER, PENDANT, ByteOrder.BIG).receive(frame))
+    verdict = only(Verdict, pendant.send(malformed))
     assert (verdict.request_id, verdict.code) == (4711, V.MALFORMED)
 
 
@@ -152,8 +148,7 @@ def test_an_unknown_request_is_answered_failure_and_ten_of_them_close(message: M
     pendant = ready().pendant()
     for _ in range(10):
         assert pendant.closed_for == []
-        (reply,) = pendant.send(message)
-        assert isinstance(reply, HeaderOnly)
+        reply = only(HeaderOnly, pendant.send(message))
         assert reply.reply_code == ReplyCode.FAILURE
     assert pendant.closed_for
 

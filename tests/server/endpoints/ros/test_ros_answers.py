@@ -4,6 +4,7 @@ from collections.abc import Callable
 
 import pytest
 from promises.promise_table import figure
+from rigs.cells.expectations import only
 from rigs.cells.ros_situations import (
     PATH,
     TOPIC,
@@ -65,8 +66,7 @@ def test_every_request_is_answered_once(
     port: Port, request_: Message, kind: type[Message], code: ReplyCode
 ) -> None:
     client = ready().ros(port=port)
-    (reply,) = client.send(request_)
-    assert isinstance(reply, kind)
+    reply = only(kind, client.send(request_))
     assert (reply.comm_type, reply.reply_code) == (CommType.REPLY, code)
 
 
@@ -97,8 +97,7 @@ def test_a_malformed_request_is_answered_and_discards_the_points() -> None:
 def test_status_may_be_asked_for_with_any_body(port: Port) -> None:
     rig = ready()
     error = BodyFault("too short", 13, CommType.REQUEST, 0)
-    (reply,) = rig.ros(port=port).send(Malformed(13, CommType.REQUEST, error))
-    assert isinstance(reply, Status)
+    reply = only(Status, rig.ros(port=port).send(Malformed(13, CommType.REQUEST, error)))
     assert (reply.comm_type, reply.reply_code) == (CommType.REPLY, SUCCESS)
 
 

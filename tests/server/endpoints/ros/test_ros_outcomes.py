@@ -302,7 +302,6 @@ def test_a_cell_may_withhold_none() -> None:
     assert rig.now % MS == 0
 
 
-JOINTS = 6
 WAY = (0.0, 0.1, 0.2, 0.3, 0.4)
 """Where the first joint goes on its way, from where it stood [rad]."""
 

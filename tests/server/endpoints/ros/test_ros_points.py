@@ -3,7 +3,7 @@ from __future__ import annotations
 import math
 
 import pytest
-from rigs.cells.refusals import refusal_from
+from rigs.cells.expectations import expect, refusal_from
 from rigs.cells.ros_situations import PATH, TOPIC, idle, jobs, left, status_of
 from rigs.cells.server_rig import FAILURE, LIMITS, MS, SUCCESS, ready
 
@@ -114,8 +114,7 @@ def test_an_unusable_point_is_refused_with_its_reason(
 
 
 def test_a_limit_that_was_rounded_to_4_bytes_is_taken_as_the_limit() -> None:
-    point = read(simple((float32_ceiling(2.0), -float32_ceiling(2.0))))
-    assert isinstance(point, RosPoint)
+    point = expect(RosPoint, read(simple((float32_ceiling(2.0), -float32_ceiling(2.0)))))
     assert point.position == (2.0, -2.0)
 
 

@@ -10,7 +10,7 @@ from collections.abc import Mapping
 
 import numpy as np
 import pytest
-from rigs.cells.refusals import refusal_from
+from rigs.cells.expectations import expect, known, only, refusal_from
 from rigs.cells.server_rig import LIMITS
 from rigs.data.program_samples import linked
 
@@ -91,8 +91,7 @@ def speeds(trajectory: Trajectory) -> Array:
 
 def taught(joints: tuple[float, ...], frame: str = "fixture", tool: str = "gripper") -> TeachPoint:
     pose = Places(UR5, TREE).forward(joints, frame, tool)
-    found = configuration_of(UR5, joints)
-    assert found is not None
+    found = known(configuration_of(UR5, joints))
     x, y, z = pose.position.tolist()
     a, b, c, d = pose.quaternion.tolist()
     return TeachPoint(
@@ -222,22 +221,19 @@ def block_of(way: Way, target: TeachPoint, *via: TeachPoint, zone: float = 0.0) 
 
 
 def test_a_point_of_the_robots_own_frame_goes_to_its_joints() -> None:
-    (segment,) = segments_of(block_of(Way.PTP, IN_BASE, zone=0.2), to_base, forward)
-    assert isinstance(segment, Ptp)
+    segment = only(Ptp, segments_of(block_of(Way.PTP, IN_BASE, zone=0.2), to_base, forward))
     assert (segment.target, segment.zone) == ((0.1,) * 6, 0.2)
 
 
 def test_a_point_of_a_users_frame_goes_where_the_frame_is_now() -> None:
-    (segment,) = segments_of(block_of(Way.LIN, ON_TABLE), to_base, forward)
-    assert isinstance(segment, Lin)
+    segment = only(Lin, segments_of(block_of(Way.LIN, ON_TABLE), to_base, forward))
     assert isinstance(segment.target, Pose)
     assert segment.target.position.tolist() == [1.1, 0.0, 0.0]
 
 
 @pytest.mark.parametrize(("via", "x"), [(BARE, 0.3), (ON_TABLE, 1.1)])
 def test_a_circle_goes_through_the_place_of_its_via_point(via: TeachPoint, x: float) -> None:
-    (segment,) = segments_of(block_of(Way.CIRC, IN_BASE, via), to_base, forward)
-    assert isinstance(segment, Circ)
+    segment = only(Circ, segments_of(block_of(Way.CIRC, IN_BASE, via), to_base, forward))
     assert isinstance(segment.way, ThroughPoint)
     assert np.asarray(segment.way.via).tolist() == [x, 0.0, 0.0]
 
@@ -363,8 +359,7 @@ def test_an_answer_of_long_texts_fits_a_frame_and_cuts_none_of_them() -> None:
 
 
 def rows(answer: Mapping[str, object], kind: str) -> list[dict[str, object]]:
-    found = answer[kind]
-    assert isinstance(found, list)
+    found = expect(list, answer[kind])
     return found
 
 

@@ -5,7 +5,7 @@ from functools import cache
 
 import numpy as np
 import pytest
-from rigs.cells.refusals import refusal_from
+from rigs.cells.expectations import refusal_from
 
 from openpendant.motion.description.robot import serial_robot
 from openpendant.motion.errors import BadArgument

@@ -6,6 +6,7 @@ from typing import Any
 
 import pytest
 from rigs.cells.controller_interruptions import fall_silent, lose, press_emergency_stop, report
+from rigs.cells.expectations import expect
 from rigs.cells.program_cell import BODY_LINE, ProgramCell
 from rigs.data.large_programs import WorkingCell, large_text
 from rigs.peers.server_clients import Pendant
@@ -128,8 +129,7 @@ def test_a_status_that_says_nothing_new_ends_nothing() -> None:
     """An error that is shown all the time is old, and one that goes is none."""
     cell = ProgramCell(main="wait 1 s\nmove PTP b\n")
     own = cell.controller.status(cell.now)
-    shown = dataclasses.replace(own, in_error=TriState.TRUE, error_code=103)
-    assert isinstance(shown, Status)
+    shown = expect(Status, dataclasses.replace(own, in_error=TriState.TRUE, error_code=103))
     cell._hear(ControllerPath.STATE, shown)
     assert cell.run() is V.ACCEPTED
     cell._hear(ControllerPath.STATE, shown)

@@ -7,6 +7,7 @@ from typing import Any
 
 import numpy as np
 import pytest
+from rigs.cells.expectations import expect
 from rigs.cells.program_cell import BODY_LINE, HEAD, ProgramCell
 from rigs.cells.program_rig import ProgramRig
 from rigs.data.program_samples import linked, program
@@ -416,8 +417,7 @@ def found_in(statements: str, scene: Scene = SCENE) -> DryRunFound:
     whole = Linked("main", {"main": program})
     job = DryRunJob(1, "test 1", HERE, whole, FrameTree(), None, scene)
     runs = DryRuns()
-    told = runs.slice(UR5, job, lambda: False)
-    assert isinstance(told, DryRunFound)
+    told = expect(DryRunFound, runs.slice(UR5, job, lambda: False))
     return told
 
 

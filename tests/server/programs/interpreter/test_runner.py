@@ -5,6 +5,7 @@ from __future__ import annotations
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
+from rigs.cells.expectations import known, only
 from rigs.cells.program_rig import ProgramRig, Scenario
 from rigs.data.program_samples import linked
 
@@ -222,8 +223,7 @@ def test_an_input_that_comes_too_late_fails_the_run_with_both_times() -> None:
     rig.after(1.99)
     rig.value(False)
     assert rig.after(0.01) == ["failed INPUT_TIMEOUT"]
-    failure = rig.runner.status.failure
-    assert failure is not None
+    failure = known(rig.runner.status.failure)
     assert (failure.value, failure.limit) == (2.0, 2.0)
     assert failure.text == "input 3 was not on after 2.000 s"
 
@@ -262,8 +262,7 @@ def test_events_before_the_start_change_nothing(event: Stop | RequestDone | Pass
 
 def test_every_change_is_reported_once_with_its_line() -> None:
     rig = ProgramRig("wait 1 s\nwait 1 s")
-    (report,) = rig.runner.handle(Start(), 0)
-    assert isinstance(report, RunReport)
+    report = only(RunReport, rig.runner.handle(Start(), 0))
     (place,) = report.status.stack
     assert (place.program, place.index, place.line) == ("main", 0, 11)
     assert rig.runner.handle(Pause(), 0)

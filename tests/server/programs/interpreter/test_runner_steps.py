@@ -3,6 +3,7 @@ from __future__ import annotations
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
+from rigs.cells.expectations import expect
 from rigs.cells.program_rig import ProgramRig, Scenario
 
 from openpendant.server.programs.interpreter.run_events import (
@@ -19,11 +20,6 @@ from openpendant.server.programs.interpreter.run_events import (
 from openpendant.simplemsg.verdicts import VerdictCode as V
 
 MOVES = "move PTP a\nmove LIN b zone 5 mm\nmove CIRC c via a\nmove SPLINE a via b c speed 20 mm/s"
-
-
-def paused_at(rig: ProgramRig) -> tuple[PauseReason, int]:
-    assert rig.runner.status.state is RunState.PAUSED
-    return rig.runner.status.pause, rig.here[0][1]
 
 
 FOUR_MOVES = "move PTP a\nmove PTP b\nmove PTP c\nmove PTP a"
@@ -241,8 +237,7 @@ def test_a_step_out_of_the_middle_of_joined_moves_is_refused_and_changes_nothing
     rig.do(Pause())
     before = rig.runner.status
     assert rig.do(StepForward()) == ["refused STEP_FORWARD_REFUSED"]
-    refused = rig.actions[-1]
-    assert isinstance(refused, EventRefused)
+    refused = expect(EventRefused, rig.actions[-1])
     assert (refused.refusal.value, refused.refusal.limit) == (left, 1)
     assert "accepted: resume, or a program stop" in refused.refusal.text
     assert (rig.runner.status, rig.runner.is_stepping) == (before, False)
@@ -263,8 +258,7 @@ def test_a_step_back_inside_of_joined_moves_is_refused_with_what_is_accepted_the
         rig.do(Passed(rig.request, place))
     rig.do(Pause())
     rig.do(StepBack())
-    refused = rig.actions[-1]
-    assert isinstance(refused, EventRefused)
+    refused = expect(EventRefused, rig.actions[-1])
     assert refused.refusal.code is V.STEP_BACK_REFUSED
     assert accepted in refused.refusal.text
 
@@ -319,8 +313,7 @@ def test_steps_back_lead_as_far_as_the_last_effect(statements: str, log: list[st
 def test_the_refusal_names_what_is_not_undone() -> None:
     rig = stepped("move PTP a\nmove PTP b\nset output 2 on\nmove PTP a")
     stepped_back(rig)
-    refused = rig.actions[-1]
-    assert isinstance(refused, EventRefused)
+    refused = expect(EventRefused, rig.actions[-1])
     assert "'set output 2 on'" in refused.refusal.text
 
 

@@ -7,6 +7,7 @@ from contextlib import suppress
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
+from rigs.cells.expectations import known
 from rigs.data.program_samples import HEAD, program
 
 from openpendant.server.programs.language.lexer import (
@@ -66,8 +67,7 @@ point home
 
 def test_roll_pitch_and_yaw_are_taken_for_a_quaternion() -> None:
     text = HEAD + "point d joints 0 0 0 0 0 0 deg pose 0 0 0 m rpy 0 0 180 deg"
-    pose = parse(text).points[-1].pose
-    assert pose is not None
+    pose = known(parse(text).points[-1].pose)
     assert pose.quaternion == pytest.approx((0, 0, 1, 0))
 
 

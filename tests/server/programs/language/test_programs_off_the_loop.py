@@ -10,6 +10,7 @@ from dataclasses import dataclass
 from typing import Any
 
 import pytest
+from rigs.cells.expectations import expect
 from rigs.data.journal_records import read_back
 from rigs.data.large_programs import (
     WorkCount,
@@ -186,8 +187,7 @@ def test_a_long_program_is_put_together_a_step_before_it_is_handed_over(
     """Both take as long as a step that reads, so each has a tick of its own."""
     made: list[Program] = []
     whole = parse(SHORT_TEXT)
-    unpacked = perform(UnpackBody(SHORT, "main"))
-    assert isinstance(unpacked, BodyUnpacked)
+    unpacked = expect(BodyUnpacked, perform(UnpackBody(SHORT, "main")))
     monkeypatch.setattr(Program, "__post_init__", lambda program: made.append(program))
     unpacking = Unpacking(unpacked)
     counts = []
