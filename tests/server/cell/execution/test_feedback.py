@@ -1,4 +1,4 @@
-"""What the controller reported, how old it is, and whether the robot stands (promises 5, 10)."""
+"""What the controller reported, how old it is, whether the robot stands (promises 5, 10 and 52)."""
 
 from __future__ import annotations
 
