@@ -24,6 +24,7 @@ from openpendant.server.events.effects import (
     Broadcast,
     Close,
     Effect,
+    LogLine,
     QueryController,
     ReconnectController,
     Send,
@@ -59,9 +60,12 @@ class EmulatedCell(Shell):
 
     Attributes:
         reported: stands between emulator and server, so that the robot seems to be elsewhere.
+        held: what the store is asked for, where it answers only when told to.
+        lines: what was logged.
     """
 
     reported: Reported | None = None
+    held: deque[Ask] | None = None
 
     def __init__(
         self,
@@ -77,6 +81,7 @@ class EmulatedCell(Shell):
         Without `access` everybody may do everything.
         """
         super().__init__()
+        self.lines: list[str] = []
         self.robot = robot
         self.now = 1_000_000_000
         self.limits = serial_robot(robot).limits
@@ -140,6 +145,8 @@ class EmulatedCell(Shell):
                     replies.append(_through_wire(reply))
                 case Ask(backend=Backend.STORE | Backend.PLANNER):
                     questions.append(item)
+                case LogLine(text=text):
+                    self.lines.append(text)
         for path, message in commands:
             self._to_controller(path, message)
         for reply in replies:
@@ -152,6 +159,24 @@ class EmulatedCell(Shell):
             else:
                 self.answered(question, answer(self.robot, job_of(question)))
         return outgoing
+
+    def _run(self, asked: Ask) -> None:
+        if self.held is None:
+            super()._run(asked)
+        else:
+            self.held.append(asked)
+
+    def answer(self, requests: int) -> None:
+        """Have the store answer the oldest of what is held."""
+        assert self.held is not None
+        for _ in range(requests):
+            super()._run(self.held.popleft())
+
+    def answer_all(self) -> None:
+        """Have the store answer all that is held, and from now on at once."""
+        held, self.held = self.held or (), None
+        for asked in held:
+            super()._run(asked)
 
     def _to_controller(self, path: ControllerPath, message: Message) -> None:
         for link in [link for link, kind in self._links.items() if kind is path]:

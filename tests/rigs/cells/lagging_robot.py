@@ -13,6 +13,7 @@ from collections.abc import Sequence
 from random import Random
 
 from promises.promise_table import figure
+from rigs.cells.controller_reports import joint_report
 
 from openpendant.motion.description.limits import JointLimits
 from openpendant.server.cell.execution.feedback import Feedback
@@ -23,11 +24,9 @@ from openpendant.server.events.effects import Effect, SendStop, SendToController
 from openpendant.server.refusal import Refusal
 from openpendant.server.settings.cell_settings import ControllerLink
 from openpendant.simplemsg import (
-    JointFeedback,
     JointTrajPtFull,
     Message,
     ReplyCode,
-    ValidField,
     joint_array,
 )
 
@@ -250,9 +249,7 @@ class TrackedDrive:
         return places, tuple((a - b) / 1e-3 for a, b in zip(here, before, strict=True))
 
     def _report(self, measured: Measured, now: int) -> None:
-        places, speeds = map(joint_array, measured)
-        valid = ValidField.POSITION | ValidField.VELOCITY
-        self.feedback.take(JointFeedback(0, valid, 0.0, places, speeds, joint_array(())), now)
+        self.feedback.take(joint_report(*measured), now)
         self.perform(self.driving.reported(now))
 
 

@@ -2,9 +2,6 @@
 
 from __future__ import annotations
 
-import json
-from typing import Any
-
 from rigs.cells.emulated_cell import EmulatedCell
 from rigs.peers.server_clients import Pendant
 
@@ -14,14 +11,12 @@ from openpendant.server.programs.language.parser import parse
 from openpendant.server.programs.language.printer import statement_lines
 from openpendant.server.programs.language.program_json import program_to_json
 from openpendant.server.store.documents import DocumentKind
-from openpendant.simplemsg import ReplyCode
 from openpendant.simplemsg.pendant import (
     AuthorityBeat,
-    Management,
-    MotionControl,
     MotionControlAction,
     ProgramReport,
     ProgramRun,
+    ProgramState,
     RunKind,
 )
 from openpendant.simplemsg.verdicts import VerdictCode
@@ -81,7 +76,7 @@ class ProgramCell(EmulatedCell):
         return pendant.code(request)
 
     def control(self, action: MotionControlAction) -> VerdictCode | None:
-        return self.user.code(MotionControl(self.user._next(), action))
+        return self.user.control(action)
 
     def pass_time(self, milliseconds: int) -> None:
         """Let time pass while the pendant keeps its authority."""
@@ -98,14 +93,13 @@ class ProgramCell(EmulatedCell):
             self.pass_time(10)
         return [code for _, code in self.user.outcomes()]
 
+    def until_state(self, state: ProgramState, most: int = 20_000) -> None:
+        """Let time pass until the program is in a state."""
+        for _ in range(0, most, 10):
+            if self.reports()[-1].state == state:
+                return
+            self.pass_time(10)
+        raise AssertionError(f"the program is {self.reports()[-1]}")
+
     def reports(self) -> list[ProgramReport]:
         return self.user.all(ProgramReport)
-
-
-def ask(pendant: Pendant, op: str, **fields: Any) -> dict[str, Any]:
-    """Send a management request that is answered on this call stack; return the answer."""
-    body = json.dumps({"op": op, **fields}).encode()
-    (reply,) = [m for m in pendant.send(Management(77, body)) if isinstance(m, Management)]
-    answer: dict[str, Any] = json.loads(reply.body)
-    assert ("code" in answer) == (reply.reply_code == ReplyCode.FAILURE)
-    return answer

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
+from dataclasses import dataclass, field
 
 from rigs.data.program_samples import linked
 
@@ -16,15 +17,22 @@ from openpendant.server.programs.interpreter.run_events import (
     Failed,
     Finished,
     InputValue,
+    Passed,
+    Pause,
     PauseMotion,
     QueryInput,
     ReplaceBreakpoints,
     RequestAborted,
     RequestDone,
     RequestMotion,
+    Resume,
     ResumeMotion,
     RunReport,
+    RunState,
     Start,
+    StepBack,
+    StepForward,
+    Stop,
     StopMotion,
     TimePassed,
     WriteOutput,
@@ -32,6 +40,35 @@ from openpendant.server.programs.interpreter.run_events import (
 from openpendant.server.programs.interpreter.runner import Runner
 from openpendant.server.refusal import Refusal
 from openpendant.simplemsg.pendant.management.statements import Way
+from openpendant.simplemsg.verdicts import VerdictCode
+
+_ASKED: dict[str, Event] = {
+    "pause": Pause(),
+    "resume": Resume(),
+    "stop": Stop(),
+    "forward": StepForward(),
+    "back": StepBack(),
+}
+
+
+@dataclass(frozen=True)
+class Scenario:
+    """What happens in a run, one after the other, and what comes out of it.
+
+    Attributes:
+        events: `EVENT -> ACTION, ACTION; EVENT; …`, where nothing comes out of the second one. The
+            events are `start`, `step`, `start at 2`, `start for ever`, `done`, `on`, `off`,
+            `0.5 s`, `ticks`, `pause`, `resume`, `stop`, `forward`, `back`, `passed 1`, `answer 7`
+            of a request, `abort CODE`, `break main:2`, and `where`, which tells state and places.
+    """
+
+    statements: str
+    events: str
+    others: Mapping[str, str] = field(default_factory=dict)
+
+    def as_it_happens(self) -> str:
+        rig = ProgramRig(self.statements, self.others)
+        return "; ".join(rig.told(each.partition(" -> ")[0]) for each in self.events.split("; "))
 
 
 class ProgramRig:
@@ -91,6 +128,47 @@ class ProgramRig:
     def here(self) -> list[tuple[str, int]]:
         """The call stack: program and number of the statement."""
         return [(place.program, place.index) for place in self.runner.status.stack]
+
+    def told(self, event: str) -> str:
+        """Have an event of a scenario happen; return it with what came out of it."""
+        found = self._happen(*event.split())
+        return f"{event} -> {', '.join(found)}" if found else event
+
+    def _happen(self, what: str, *more: str) -> list[str]:
+        match what, more:
+            case (("start" | "step"), (*_, index)) if "at" in more:
+                return self.start(int(index), step=what == "step")
+            case (("start" | "step"), _):
+                return self.start(passes=None if more else 1, step=what == "step")
+            case (("on" | "off"), ()):
+                return self.value(what == "on")
+            case "passed", (place,):
+                return self.do(Passed(self.request, int(place)))
+            case "answer", (request,):
+                return self.do(RequestDone(int(request)))
+            case "abort", (code,):
+                return self.abort(Refusal(VerdictCode[code]))
+            case "break", places:
+                pairs = (place.split(":") for place in places)
+                self.break_at(*((program, int(index)) for program, index in pairs))
+                return []
+            case seconds, ("s",):
+                return self.after(float(seconds))
+            case "done", ():
+                return self.done()
+            case "ticks", ():
+                return self.ticks()
+            case "where", ():
+                return [self._place()]
+        return self.do(_ASKED[what])
+
+    def _place(self) -> str:
+        status = self.runner.status
+        words = [status.state.name.lower()]
+        if status.state is RunState.PAUSED:
+            words.append(status.pause.name.lower())
+        words += [f"{program}:{index}" for program, index in self.here]
+        return " ".join([*words, *["stepping"] * self.runner.is_stepping])
 
     def run_out(self, limit: int = 10_000) -> list[str]:
         """Answer everything with success, inputs with on, until the run ends; return the log."""

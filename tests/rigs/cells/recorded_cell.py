@@ -59,6 +59,10 @@ class RecordedCell:
                 answer = error
         self.perform(self.pending.resume(asked, answer, self.now))
 
+    def answer_all(self) -> None:
+        while self.asked:
+            self.answer()
+
     def tell(self, ended: RecordingDocument | Refusal, now: int) -> list[Effect]:
         self.told.append(ended)
         return []
@@ -87,6 +91,14 @@ class RecordedCell:
         self.feedback.take(message, self.now)
         self.perform(self.recorder.reported(self.feedback, self.now))
         self.perform(self.recorder.reported(self.feedback, self.now + MS))
+
+    def reports(self, count: int) -> None:
+        for _ in range(count):
+            self.report((0.0, 0.0))
+
+    def ticks(self, count: int) -> None:
+        for _ in range(count):
+            self.tick()
 
     def tick(self, after_ms: int = 10) -> None:
         self.now += after_ms * MS

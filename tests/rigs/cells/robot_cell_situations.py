@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from rigs.cells.server_rig import ServerRig, ready
+from rigs.motion.jog_pad import JogPad
 from rigs.peers.server_clients import Pendant
 
 from openpendant.simplemsg.pendant import Activity, AuthorityBeat
@@ -15,13 +16,40 @@ def codes(pendant: Pendant) -> list[V]:
     return [code for _, code in pendant.outcomes()]
 
 
+def in_control(*, plans_at_once: bool = True, **settings: object) -> tuple[ServerRig, Pendant]:
+    """Return a rig that is ready, and a pendant that has the authority."""
+    rig = ready(plans_at_once=plans_at_once, **settings)
+    return rig, rig.holder()
+
+
+def at_a_pad(*, plans_at_once: bool = True, **settings: object) -> tuple[ServerRig, JogPad]:
+    """Return a rig that is ready, and the hands of who has the authority."""
+    rig = ready(plans_at_once=plans_at_once, **settings)
+    return rig, JogPad(rig)
+
+
+def enabled(
+    mode: str = "manual_reduced", *, plans_at_once: bool = True, **settings: object
+) -> tuple[ServerRig, JogPad]:
+    """Return a rig in a manual mode, and hands that squeeze the enabling device."""
+    rig, pad = at_a_pad(plans_at_once=plans_at_once, modes={"initial": mode}, **settings)
+    pad.squeeze()
+    return rig, pad
+
+
 def moving(milliseconds: int = 300) -> tuple[ServerRig, Pendant]:
     """Return a rig in the middle of a motion, and who asked for it."""
-    rig = ready()
-    pendant = rig.holder()
+    rig, pendant = in_control()
     assert pendant.move(*GOAL) is V.ACCEPTED
     rig.wait(milliseconds)
     assert rig.activity() is Activity.MOVING
+    return rig, pendant
+
+
+def planning() -> tuple[ServerRig, Pendant]:
+    """Return a rig that plans a motion until told otherwise, and who asked for it."""
+    rig, pendant = in_control(plans_at_once=False)
+    pendant.path((0.1, 0.1), GOAL)
     return rig, pendant
 
 

@@ -390,6 +390,14 @@ class ServerRig(Shell):
     def tick(self) -> list[Effect]:
         return self.perform(self.core.handle(Tick(), self.now))
 
+    def come_to_rest(self) -> None:
+        """Have the planner answer what waits for it, and the robot brake and be seen to."""
+        if self.jobs:
+            self.plan()
+        self.controller.coasts = False
+        self.controller.reports = True
+        self.controller.stop(self.now)
+
     # What was seen.
 
     def activity(self) -> Activity:

@@ -86,6 +86,10 @@ class SurroundedCell:
         self.perform(self.cell.reported(message, self.now))
         self.perform(self.around.reported(self.now))
 
+    def reports(self, count: int) -> None:
+        for _ in range(count):
+            self.report()
+
     def ask(self, op: str, **fields: Any) -> dict[str, Any]:
         """Make a request that is carried out; return its answer."""
         done, answer = self._answer(op, fields)

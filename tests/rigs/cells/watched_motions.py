@@ -6,7 +6,6 @@ it knows only the points that reached the controller, and samples them densely.
 
 from __future__ import annotations
 
-import json
 from collections.abc import Callable, Sequence
 from typing import Any
 
@@ -18,14 +17,11 @@ from rigs.peers.server_clients import Pendant
 from openpendant.simplemsg import JointTrajPt, JointTrajPtFull, SpecialSequence, joint_array
 from openpendant.simplemsg.pendant import (
     AuthorityBeat,
-    Enabling,
     JogBeat,
     JogSpace,
     JogStart,
-    Management,
     OperatingMode,
     Outcome,
-    SetMode,
     State,
     Subscribe,
 )
@@ -95,12 +91,12 @@ def jogging(
     cell = EmulatedCell(robot, **settings)
     pendant = cell.holder()
     pendant.send(Subscribe(2, 100.0))
-    assert pendant.code(SetMode(3, OperatingMode.MANUAL_REDUCED)) is V.ACCEPTED
-    pendant.send(Enabling(1))
+    assert pendant.mode(OperatingMode.MANUAL_REDUCED) is V.ACCEPTED
+    pendant.enable(1)
     cell.wait(30)
 
     def beat(number: int) -> None:
-        pendant.send(Enabling(1))
+        pendant.enable(1)
         pendant.send(JogBeat(1, number))
 
     share = joint_array(tuple(values))
@@ -178,7 +174,4 @@ def aborted(pendant: Pendant) -> list[V]:
 
 
 def why(cell: EmulatedCell) -> dict[str, Any]:
-    (reply,) = cell.pendant().send(Management(7, json.dumps({"op": "why"}).encode()))
-    assert isinstance(reply, Management)
-    answer: dict[str, Any] = json.loads(reply.body)
-    return answer
+    return cell.pendant().ask("why")

@@ -5,7 +5,6 @@ Beats go out every 50 ms while time passes, as a real pendant sends them.
 
 from __future__ import annotations
 
-import json
 from typing import Any
 
 from rigs.cells.emulated_cell import EmulatedCell
@@ -86,13 +85,13 @@ class JogPad:
         return self.pendant.code(messages.JogRelease(self._request(), self.press_number))
 
     def mode(self, mode: int) -> VerdictCode | None:
-        return self.pendant.code(messages.SetMode(self._request(), mode))
+        return self.pendant.mode(mode)
 
     def speed(self, override: float, tool_speed: float = 0.0) -> VerdictCode | None:
-        return self.pendant.code(messages.SetSpeed(self._request(), override, tool_speed))
+        return self.pendant.speed(override, tool_speed)
 
     def control(self, action: messages.MotionControlAction) -> VerdictCode | None:
-        return self.pendant.code(messages.MotionControl(self._request(), action))
+        return self.pendant.control(action)
 
     def home(self) -> VerdictCode | None:
         return self.pendant.code(messages.Home(self._request(), 1.0, "home"))
@@ -130,11 +129,7 @@ class EmulatedPad(JogPad):
 
     def ask(self, op: str, **fields: Any) -> dict[str, Any]:
         """Make a management request that is fulfilled on this call stack; return the answer."""
-        request = messages.Management(self._request(), json.dumps({"op": op, **fields}).encode())
-        (reply,) = [
-            each for each in self.pendant.send(request) if isinstance(each, messages.Management)
-        ]
-        answer: dict[str, Any] = json.loads(reply.body)
+        answer = self.pendant.ask(op, **fields)
         assert "code" not in answer, answer
         return answer
 

@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
+import json
 from collections.abc import Sequence
-from typing import TYPE_CHECKING, TypeVar
+from typing import TYPE_CHECKING, Any, TypeVar
 
 from openpendant.server.events.events import Closed, Received
 from openpendant.simplemsg import Arrival, CommType, JointTrajPt, Message, ReplyCode, joint_array
@@ -11,13 +12,19 @@ from openpendant.simplemsg.pendant import (
     PROTOCOL_VERSION,
     Authority,
     AuthorityAction,
+    Enabling,
     Hello,
     JointMove,
     JointPath,
     JointWaypoint,
+    Management,
+    MotionControl,
+    MotionControlAction,
     Outcome,
     PoseMove,
     ResetStop,
+    SetMode,
+    SetSpeed,
     SoftwareStop,
     Verdict,
 )
@@ -94,6 +101,27 @@ class Pendant(Peer):
 
     def reset(self) -> VerdictCode | None:
         return self.code(ResetStop(self._next()))
+
+    def mode(self, mode: int) -> VerdictCode | None:
+        return self.code(SetMode(self._next(), mode))
+
+    def speed(self, override: float, tool_speed: float = 0.0) -> VerdictCode | None:
+        return self.code(SetSpeed(self._next(), override, tool_speed))
+
+    def control(self, action: MotionControlAction) -> VerdictCode | None:
+        return self.code(MotionControl(self._next(), action))
+
+    def enable(self, *positions: int) -> None:
+        for position in positions:
+            self.send(Enabling(position))
+
+    def ask(self, op: str, **fields: Any) -> dict[str, Any]:
+        """Make a management request that is answered on this call stack; return the answer."""
+        request = Management(77, json.dumps({"op": op, **fields}).encode())
+        (reply,) = [each for each in self.send(request) if isinstance(each, Management)]
+        answer: dict[str, Any] = json.loads(reply.body)
+        assert ("code" in answer) == (reply.reply_code == ReplyCode.FAILURE)
+        return answer
 
     def verdicts(self) -> list[tuple[int, VerdictCode]]:
         return [(item.request_id, VerdictCode(item.code)) for item in self.all(Verdict)]

@@ -1,6 +1,5 @@
 from __future__ import annotations
 
-import json
 from collections.abc import Iterator
 from typing import Any
 
@@ -19,8 +18,7 @@ from openpendant.motion.trajectory.ptp import straight_move
 from openpendant.server.events.effects import Effect
 from openpendant.server.planning.jobs import JointPathJob, WayCheckJob
 from openpendant.server.refusal import refusal_of
-from openpendant.simplemsg import ReplyCode
-from openpendant.simplemsg.pendant import Activity, AuthorityBeat, Home, Management
+from openpendant.simplemsg.pendant import Activity, AuthorityBeat, Home
 from openpendant.simplemsg.verdicts import VerdictCode as V
 
 
@@ -45,11 +43,7 @@ class PlanningCell(EmulatedCell):
 
     def add_ball(self, position: list[float], radius: float) -> None:
         ball = {"name": "ball", "shape": {"type": "sphere", "radius": radius}, "position": position}
-        body = json.dumps({"op": "scene.add", "object": ball, "expected_revision": 0})
-        self.operator.last_request += 1
-        request = Management(self.operator.last_request, body.encode())
-        (reply,) = [each for each in self.operator.send(request) if isinstance(each, Management)]
-        assert reply.reply_code == ReplyCode.SUCCESS
+        self.operator.ask("scene.add", object=ball, expected_revision=0)
 
 
 @pytest.fixture
@@ -71,8 +65,7 @@ def test_a_move_whose_way_is_surely_free_begins_on_the_spot(
     assert cell.operator.move(*goal) is V.ACCEPTED
     assert cell.core.cell.activity is Activity.MOVING
     cell.let_finish()
-    assert cell.jobs == []
-    assert cell.operator.outcomes()[-1][1] is V.ACCEPTED
+    assert (cell.jobs, cell.operator.outcomes()[-1][1]) == ([], V.ACCEPTED)
     assert cell.position == pytest.approx(goal, abs=1e-3)
 
 

@@ -4,9 +4,13 @@ from collections.abc import Callable
 
 import pytest
 from promises.promise_table import figure
+from rigs.cells.expectations import only
 from rigs.cells.robot_cell_situations import (
     GOAL,
     codes,
+    emergency_stop,
+    error,
+    in_control,
     in_idle,
     in_motion,
     in_planning,
@@ -14,8 +18,9 @@ from rigs.cells.robot_cell_situations import (
     in_stopping,
     keep_beating,
     moving,
+    no_power,
 )
-from rigs.cells.server_rig import ServerRig, ready
+from rigs.cells.server_rig import MS, TICK, ServerRig, ready
 from rigs.peers.scripted_controller import Fault
 from rigs.peers.server_clients import Pendant
 
@@ -23,23 +28,27 @@ from openpendant.server.events.effects import (
     AnswerController,
     Effect,
     ReconnectController,
+    Send,
     SendStop,
     SendToController,
 )
-from openpendant.server.events.events import ControllerReport
+from openpendant.server.events.events import ControllerReport, Tick
 from openpendant.server.settings.cell_settings import ControllerPath
 from openpendant.simplemsg import (
+    ControllerMode,
     HeaderOnly,
+    JointTrajPtFull,
     Malformed,
     Message,
     MsgType,
     Ping,
     Received,
     ReplyCode,
+    TriState,
     Unasked,
 )
 from openpendant.simplemsg.errors import BodyFault
-from openpendant.simplemsg.pendant import SoftwareStop
+from openpendant.simplemsg.pendant import Activity, Outcome, SoftwareStop
 from openpendant.simplemsg.verdicts import VerdictCode as V
 
 FAULT_CODES = {
@@ -57,8 +66,7 @@ FAULT_CODES = {
 def test_promise_6_a_faulty_answer_ends_the_motion_with_a_stop_and_no_further_point(
     fault: Fault, place: str
 ) -> None:
-    rig = ready()
-    pendant = rig.holder()
+    rig, pendant = in_control()
     count = 101  # samples of this move
     index = {"first": 0, "middle": 50, "last": count - 1}[place]
     rig.controller.faults = {index: fault}
@@ -80,8 +88,7 @@ def test_promise_6_a_faulty_answer_ends_the_motion_with_a_stop_and_no_further_po
 def test_promise_6_silence_ends_the_motion_500_ms_after_the_point_left(
     fault: Fault, index: int
 ) -> None:
-    rig = ready()
-    pendant = rig.holder()
+    rig, pendant = in_control()
     rig.controller.faults = {index: fault}
     pendant.move(*GOAL)
     rig.wait(1_500)
@@ -102,8 +109,7 @@ def test_promise_6_silence_ends_the_motion_500_ms_after_the_point_left(
 def test_an_answer_nobody_asked_for_counts_only_while_points_are_at_stake(
     phase: Callable[[ServerRig, Pendant], None], received: Received, code: V | None
 ) -> None:
-    rig = ready()
-    pendant = rig.holder()
+    rig, pendant = in_control()
     phase(rig, pendant)
     settled = len(codes(pendant))
     rig.hear(ControllerPath.MOTION, received)
@@ -116,8 +122,7 @@ def test_an_answer_nobody_asked_for_counts_only_while_points_are_at_stake(
 def test_promise_5_a_lost_link_aborts_at_once(
     phase: Callable[[ServerRig, Pendant], None], path: ControllerPath
 ) -> None:
-    rig = ready()
-    pendant = rig.holder()
+    rig, pendant = in_control()
     phase(rig, pendant)
     out = rig.path(path, False)
     assert isinstance(out[0], SendStop)
@@ -141,8 +146,7 @@ def test_promise_5_nothing_resumes_when_the_link_is_back() -> None:
 
 
 def test_an_answer_that_comes_after_the_stop_is_not_taken_for_the_next_motions() -> None:
-    rig = ready()
-    pendant = rig.holder()
+    rig, pendant = in_control()
     rig.controller.faults = {0: Fault.SILENT}
     pendant.move(*GOAL)
     rig.controller.faults.clear()
@@ -165,11 +169,88 @@ def test_an_answer_that_comes_after_the_stop_is_not_taken_for_the_next_motions()
 def test_a_request_of_the_controller_is_answered_where_it_came_from(
     path: ControllerPath, request_: Message, code: ReplyCode
 ) -> None:
-    (answer,) = ready().core.handle(ControllerReport(path, request_, 0), 0)
-    assert isinstance(answer, AnswerController)
-    assert answer.path is path
-    assert answer.message.reply_code == code
+    answer = only(AnswerController, ready().core.handle(ControllerReport(path, request_, 0), 0))
+    assert (answer.path, answer.message.reply_code) == (path, code)
 
 
 def _is_point(item: Effect, index: int) -> bool:
     return isinstance(item, SendToController) and getattr(item.message, "sequence", None) == index
+
+
+def test_promise_5_stale_feedback_aborts_on_the_first_tick_after_250_ms() -> None:
+    rig, pendant = moving()
+    seen = rig.now
+    rig.controller.reports = False
+    lost = figure(5, "lost").ns
+    rig.wait(lost // MS)
+    assert rig.stops == []
+    rig.wait(10)
+    assert rig.stops == [seen + lost + figure(5, "ticks").count * TICK]
+    assert codes(pendant) == [V.FEEDBACK_STALE]
+
+
+@pytest.mark.parametrize("spoil", [emergency_stop, error, no_power])
+@pytest.mark.parametrize("phase", [in_motion, in_settling])
+def test_the_controllers_own_stop_aborts_within_a_tick(
+    phase: Callable[[ServerRig, Pendant], None], spoil: Callable[[ServerRig, Pendant], None]
+) -> None:
+    rig, pendant = in_control()
+    phase(rig, pendant)
+    rig.controller.reports = True
+    spoil(rig, pendant)
+    assert codes(pendant) == [V.CONTROLLER_STOPPED]
+    assert rig.stops == [rig.now]
+
+
+@pytest.mark.parametrize("phase", [in_motion, in_planning])
+def test_a_change_of_the_controllers_mode_stops(
+    phase: Callable[[ServerRig, Pendant], None],
+) -> None:
+    rig, pendant = in_control()
+    phase(rig, pendant)
+    pendant.got.clear()
+    rig.controller.mode = ControllerMode.MANUAL
+    rig.wait(10)
+    told = codes(pendant) if phase is in_motion else [code for _, code in pendant.verdicts()]
+    assert told == [V.CONTROLLER_STOPPED]
+    assert rig.core.cell.driving.request is None
+
+
+def test_an_error_that_the_controller_showed_before_ends_no_motion_until_it_comes_back() -> None:
+    rig, pendant = in_control()
+    status = rig.controller.status(rig.now)
+    status.in_error, status.error_code = TriState.TRUE, 7
+    rig.hear(ControllerPath.STATE, status)
+    assert pendant.move(*GOAL) is V.ACCEPTED
+    rig.now += TICK
+    rig.hear(ControllerPath.STATE, status)
+    rig.tick()
+    assert rig.activity() is Activity.MOVING
+    rig.wait(10)
+    rig.hear(ControllerPath.STATE, status)
+    rig.now += TICK
+    rig.tick()
+    assert codes(pendant) == [V.CONTROLLER_STOPPED]
+
+
+def test_a_robot_that_does_not_follow_is_sent_no_more_than_the_lead_and_stopped() -> None:
+    rig, pendant = moving()
+    rig.controller.stop(rig.now)
+    rig.controller.coasts = True
+    before = [point for point in rig.controller.points if isinstance(point, JointTrajPtFull)]
+    frozen_at = max(p.time for p in before if p.positions[0] <= rig.controller.position[0])
+    keep_beating(rig, pendant, 2_000)
+    points = [point for point in rig.controller.points if isinstance(point, JointTrajPtFull)]
+    assert max(point.time for point in points) <= frozen_at + rig.settings.controller.lead + 0.01
+    assert codes(pendant) == [V.NOT_FOLLOWING]
+    assert rig.stops
+
+
+def test_the_abort_is_told_in_the_same_list_as_the_stop() -> None:
+    rig, _ = moving()
+    rig.controller.reports = False
+    rig.now += 260 * MS
+    out = rig.core.handle(Tick(), rig.now)
+    assert isinstance(out[0], SendStop)
+    assert isinstance(out[1], Send)
+    assert isinstance(out[1].message, Outcome)

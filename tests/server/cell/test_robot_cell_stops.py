@@ -3,9 +3,12 @@ from __future__ import annotations
 from collections.abc import Callable
 
 import pytest
+from rigs.cells.emulated_cell import EmulatedCell
 from rigs.cells.robot_cell_situations import (
     GOAL,
+    at_a_pad,
     codes,
+    in_control,
     in_idle,
     in_motion,
     in_planning,
@@ -13,16 +16,26 @@ from rigs.cells.robot_cell_situations import (
     in_stopping,
     keep_beating,
     moving,
+    planning,
 )
 from rigs.cells.server_rig import MS, ServerRig, ready, worked_out
+from rigs.motion.jog_pad import JogPad
 from rigs.peers.server_clients import Pendant
 
+from openpendant.motion.description.robot import serial_robot
 from openpendant.server.core.audit_trail import AuditTrail
 from openpendant.server.events.cell_events import CellEvent
 from openpendant.server.events.effects import ReconnectController, SendStop, SendToController
 from openpendant.server.events.events import Received, ShutDown, Tick
 from openpendant.server.settings.cell_settings import ControllerPath
-from openpendant.simplemsg.pendant import Activity, Outcome, SoftwareStop, StopChanged
+from openpendant.simplemsg.pendant import (
+    Activity,
+    Outcome,
+    SoftwareStop,
+    State,
+    StopChanged,
+    Verdict,
+)
 from openpendant.simplemsg.verdicts import VerdictCode as V
 
 PHASES = [in_idle, in_planning, in_motion, in_settling, in_stopping]
@@ -82,16 +95,11 @@ def test_a_motion_link_that_does_not_answer_a_stop_for_two_seconds_is_dropped() 
 def test_after_a_stop_no_point_leaves_until_somebody_asks_again(
     phase: Callable[[ServerRig, Pendant], None],
 ) -> None:
-    rig = ready()
-    pendant = rig.holder()
+    rig, pendant = in_control()
     phase(rig, pendant)
     pendant.stop()
     before = len(rig.points)
-    if rig.jobs:
-        rig.plan()
-    rig.controller.coasts = False
-    rig.controller.reports = True
-    rig.controller.stop(rig.now)
+    rig.come_to_rest()
     keep_beating(rig, pendant, 3_000)
     assert pendant.reset() is V.ACCEPTED
     keep_beating(rig, pendant, 1_000)
@@ -101,9 +109,7 @@ def test_after_a_stop_no_point_leaves_until_somebody_asks_again(
 
 
 def test_a_stop_while_planning_refuses_the_request_and_drops_the_late_plan() -> None:
-    rig = ready(plans_at_once=False)
-    pendant = rig.holder()
-    pendant.path((0.1, 0.1), GOAL)
+    rig, pendant = planning()
     planned = pendant.last_request
     pendant.got.clear()
     pendant.stop()
@@ -139,8 +145,7 @@ def test_a_stop_is_repeated_every_100_ms_until_the_robot_is_seen_at_rest() -> No
     rig.wait(350)
     assert [time - began for time in rig.stops] == [0, 100 * MS, 200 * MS, 300 * MS]
     assert pendant.reset() is V.MOVING
-    rig.controller.coasts = False
-    rig.controller.stop(rig.now)
+    rig.come_to_rest()
     rig.wait(10)
     assert pendant.reset() is V.ACCEPTED
 
@@ -165,8 +170,7 @@ def test_stopping_ends_5_s_after_the_reports_ended_because_nobody_can_see_it_sta
     keep_beating(rig, pendant, 5_000)
     assert rig.activity() is Activity.STOPPING
     rig.wait(10)
-    assert rig.activity() is Activity.IDLE
-    assert rig.now == began + 5_010 * MS
+    assert (rig.activity(), rig.now) == (Activity.IDLE, began + 5_010 * MS)
     assert pendant.move(*GOAL) is V.CONTROLLER_DOWN
 
 
@@ -178,3 +182,60 @@ def test_shutting_down_stops_the_robot_and_aborts_the_motion() -> None:
     assert rig.core.cell.is_moving
     rig.wait(20)
     assert not rig.core.cell.is_moving
+
+
+def test_a_stop_is_not_reset_while_somebody_else_moves_the_robot() -> None:
+    rig, pendant = in_control()
+    pendant.stop()
+    rig.wait(200)
+    assert not rig.core.cell.is_busy
+    rig.controller.be_moved((0.1, 0.0), (0.2, 0.0))
+    rig.wait(20)
+    assert pendant.reset() is V.MOVING
+    rig.controller.be_moved((0.2, 0.0))
+    rig.wait(500)
+    assert pendant.reset() is V.ACCEPTED
+
+
+def test_an_enabling_device_that_was_pressed_before_the_reset_does_not_enable_after_it() -> None:
+    _, pad = at_a_pad(modes={"initial": "manual_reduced"})
+    pad.pendant.stop()
+    pad.let_go()
+    pad.squeeze()
+    assert pad.pendant.reset() is V.ACCEPTED
+    assert pad.press(1.0, 0.0) is V.NOT_ENABLED
+    pad.let_go()
+    pad.squeeze()
+    assert pad.press(1.0, 0.0) is V.ACCEPTED
+
+
+def test_while_the_state_says_stopping_a_reset_is_refused_and_from_idle_on_it_is_not() -> None:
+    """So a pendant that stops and resets at once waits for a state."""
+    cell = EmulatedCell()
+    pendant = cell.pendant("hand", state_rate=100.0)
+    pendant.take()
+    assert pendant.move(*serial_robot("ur5").home_position[:5], 0.5) is V.ACCEPTED
+    cell.wait(500)
+    pendant.stop()
+    seen = []
+    for _ in range(100):
+        cell.wait(10)
+        seen.append((Activity(pendant.all(State)[-1].activity), pendant.reset()))
+        if seen[-1][1] is V.ACCEPTED:
+            break
+    *before, last = seen
+    assert set(before) == {(Activity.STOPPING, V.MOVING)}
+    assert last == (Activity.IDLE, V.ACCEPTED)
+
+
+@pytest.mark.parametrize(
+    ("reason", "text"), [("tea", "software stop by pad: tea"), ("", "software stop by pad")]
+)
+def test_a_motion_that_is_refused_names_who_stopped_and_why_where_that_was_given(
+    reason: str, text: str
+) -> None:
+    pad = JogPad(ready(modes={"initial": "manual_reduced"}))
+    pad.squeeze()
+    pad.pendant.stop(reason)
+    assert pad.press(1.0, 0.0) is V.STOP_LATCHED
+    assert pad.pendant.all(Verdict)[-1].text == text

@@ -6,6 +6,8 @@ from collections.abc import Callable
 from typing import Any
 
 import pytest
+from rigs.cells.expectations import expect
+from rigs.cells.robot_cell_situations import at_a_pad, enabled
 from rigs.cells.server_rig import MS, ServerRig, ready
 from rigs.motion.jog_pad import JogPad
 
@@ -31,8 +33,7 @@ from openpendant.simplemsg.verdicts import VerdictCode as V
 
 
 def moving(**settings: Any) -> tuple[ServerRig, JogPad]:
-    rig = ready(**settings)
-    pad = JogPad(rig)
+    rig, pad = at_a_pad(**settings)
     assert pad.pendant.move(1.0, 0.5, speed=0.5) is V.ACCEPTED
     pad.hold(300)
     return rig, pad
@@ -115,9 +116,7 @@ def test_a_reset_from_before_the_stop_does_not_count() -> None:
 
 @pytest.mark.parametrize("mode", ["automatic", "manual_reduced", "manual_high", "recovery"])
 def test_promise_19_a_reset_moves_nothing_and_sends_nothing(mode: str) -> None:
-    rig = ready(modes={"initial": mode})
-    pad = JogPad(rig)
-    pad.squeeze()
+    rig, pad = enabled(mode)
     if mode == "automatic":
         pad.pendant.move(1.0, 0.5)
     else:
@@ -135,9 +134,7 @@ def test_promise_19_a_reset_moves_nothing_and_sends_nothing(mode: str) -> None:
 
 
 def test_after_a_reset_the_enabling_device_must_be_pressed_anew() -> None:
-    rig = ready(modes={"initial": "manual_reduced"})
-    pad = JogPad(rig)
-    pad.squeeze()
+    _, pad = enabled()
     pad.press(1.0, 0.0)
     pad.hold(200)
     pad.pendant.stop()
@@ -227,8 +224,7 @@ def test_promise_26_a_short_delay_stops_nothing() -> None:
     rig, _ = moving()
     freeze(rig, 80)
     rig.wait(10)
-    assert rig.core.cell.stop is None
-    assert rig.activity() is Activity.MOVING
+    assert (rig.core.cell.stop, rig.activity()) == (None, Activity.MOVING)
 
 
 def test_promise_26_no_set_point_leaves_for_the_time_that_was_lost() -> None:
@@ -236,8 +232,7 @@ def test_promise_26_no_set_point_leaves_for_the_time_that_was_lost() -> None:
     before = len(rig.points)
     freeze(rig, 300)
     # What the loop finds first is an answer, or a message of a pendant.
-    point = rig.points[-1]
-    assert isinstance(point, JointTrajPtFull)
+    point = expect(JointTrajPtFull, rig.points[-1])
     rig.controller.awaited = 1
     rig.hear(ControllerPath.MOTION, accepted(point))
     rig.wait(500)
@@ -249,17 +244,9 @@ def nobody_in_control(rig: ServerRig) -> None:
     rig.wait(10)
 
 
-def one_in_control_who_rests(rig: ServerRig) -> None:
-    JogPad(rig)
-
-
 def one_who_took_it_after_the_last_tick(rig: ServerRig) -> None:
     rig.wait(10)
     rig.holder()
-
-
-def one_who_left_after_the_last_tick(rig: ServerRig) -> None:
-    JogPad(rig).pendant.release()
 
 
 def a_robot_that_others_move(rig: ServerRig) -> None:
@@ -287,16 +274,20 @@ def a_motion_that_is_paused(rig: ServerRig) -> None:
     ("situation", "is_stopped"),
     [
         (nobody_in_control, False),
-        (one_in_control_who_rests, False),
+        (JogPad, False),
         (one_who_took_it_after_the_last_tick, False),
-        (one_who_left_after_the_last_tick, False),
+        (lambda rig: JogPad(rig).pendant.release(), False),
         (a_robot_that_others_move, True),
         (a_motion_that_is_planned, True),
         (a_motion_that_is_paused, True),
     ],
+    ids=[
+        *("nobody in control", "one who rests", "taken after the last tick"),
+        *("left after the last tick", "moved by others", "planned", "paused"),
+    ],
 )
 def test_promise_26_whom_the_watchdog_stopped_shows_the_stop_of_a_late_server(
-    situation: Callable[[ServerRig], None], is_stopped: bool
+    situation: Callable[[ServerRig], object], is_stopped: bool
 ) -> None:
     rig = ready()
     situation(rig)
@@ -309,16 +300,14 @@ def test_promise_26_whom_the_watchdog_stopped_shows_the_stop_of_a_late_server(
 
 
 def test_after_a_freeze_at_rest_a_motion_needs_no_reset() -> None:
-    rig = ready()
-    pad = JogPad(rig)
+    rig, pad = at_a_pad()
     freeze(rig, 500)
     pad.hold(50)
     assert pad.pendant.move(1.0, 0.5) is V.ACCEPTED
 
 
 def test_the_watchdog_is_told_that_the_robot_may_move_from_the_request_to_the_end() -> None:
-    rig = ready(plans_at_once=False)
-    pad = JogPad(rig)
+    rig, pad = at_a_pad(plans_at_once=False)
     told = [rig.core.may_move]
     pad.pendant.path((0.1, 0.0), (0.2, 0.1))
     told.append(rig.core.may_move)

@@ -1,10 +1,16 @@
+"""Whoever mends what `why` names first, again and again, is ready soon and mends nothing twice.
+
+Conditions are broken at random over a real core, and mended as the catalogue says: a stop by its
+reset, a joint outside its limits in the recovery mode.
+"""
+
 from __future__ import annotations
 
-import json
 from collections.abc import Callable
-from typing import Any
 
 import pytest
+from hypothesis import example, given, settings
+from hypothesis import strategies as st
 from rigs.cells.broken_conditions import (
     give_the_authority_back,
     lose_the_link,
@@ -13,27 +19,55 @@ from rigs.cells.broken_conditions import (
     stand_outside,
     stop,
     stop_the_controller,
+    turn_to_automatic,
     turn_to_manual,
     turn_to_recovery,
 )
-from rigs.cells.guarded_rig import GuardedRig
+from rigs.cells.guarded_rig import GuardedRig, log_in
+from rigs.cells.robot_cell_situations import at_a_pad, enabled
 from rigs.cells.server_rig import ServerRig, ready
+from rigs.data.example_counts import examples
 from rigs.motion.jog_pad import JogPad
-from rigs.peers.server_clients import Pendant
 
 from openpendant.server.cell.interlocks import InterlockKind
+from openpendant.server.events.cell_events import RunningProgram
 from openpendant.server.settings.cell_settings import ControllerPath
-from openpendant.simplemsg import ReplyCode, TriState
-from openpendant.simplemsg.pendant import Management
+from openpendant.simplemsg import TriState
+from openpendant.simplemsg.pendant import (
+    Activity,
+    MotionControlAction,
+    OperatingMode,
+    ProgramState,
+)
 from openpendant.simplemsg.verdicts import CATALOGUE
 from openpendant.simplemsg.verdicts import VerdictCode as V
 
 
-def ask(pad: JogPad, **request: str) -> Any:
-    (reply,) = pad.pendant.send(Management(7, json.dumps({"op": "why", **request}).encode()))
-    assert isinstance(reply, Management)
-    assert reply.reply_code == ReplyCode.SUCCESS
-    return json.loads(reply.body)
+@pytest.mark.parametrize(
+    ("user", "link", "broken", "role"),
+    [
+        (None, True, "role", V.LOGIN_NEEDED),
+        ("vera", True, "role", V.ROLE_TOO_LOW),
+        ("otto", True, "authority", V.ACCEPTED),
+        ("vera", False, "link", V.ROLE_TOO_LOW),
+    ],
+    ids=["nobody logged in", "a role too low", "the right role", "the link before the role"],
+)
+def test_a_role_that_may_not_move_the_robot_is_a_condition_of_its_own(
+    user: str | None, link: bool, broken: str, role: V
+) -> None:
+    rig = GuardedRig()
+    rig.path(ControllerPath.MOTION, link)
+    pendant = rig.visitor("127.0.0.1") if user is None else rig.user(user)
+    answer = pendant.ask("why")
+    (told,) = [each for each in answer["conditions"] if each["condition"] == "role"]
+    assert (answer["broken"], told["code"]) == (broken, role)
+
+
+@pytest.mark.parametrize("request_", [{"kind": "fly"}, {"whose": "theirs"}, {"more": "1"}])
+def test_a_question_that_is_none_is_refused(request_: dict[str, str]) -> None:
+    _, pad = at_a_pad()
+    assert pad.pendant.ask("why", **request_)["code"] == V.BAD_ARGUMENT
 
 
 def moving(rig: ServerRig, pad: JogPad) -> None:
@@ -81,10 +115,9 @@ CASES: list[tuple[Callable[[ServerRig, JogPad], None], str, V]] = [
 def test_the_first_broken_condition_is_named_with_cause_and_remedy(
     happens: Callable[[ServerRig, JogPad], None], condition: str, code: V
 ) -> None:
-    rig = ready()
-    pad = JogPad(rig)
+    rig, pad = at_a_pad()
     happens(rig, pad)
-    answer = ask(pad)
+    answer = pad.pendant.ask("why")
     assert (answer["ready"], answer["broken"]) == (False, condition)
     report = next(each for each in answer["conditions"] if each["condition"] == condition)
     assert (report["holds"], report["code"], report["name"]) == (False, code, code.name)
@@ -94,108 +127,258 @@ def test_the_first_broken_condition_is_named_with_cause_and_remedy(
     assert pad.pendant.move(0.1, 0.1) is code
 
 
-def test_the_chain_is_complete_where_all_is_well() -> None:
-    rig = ready()
-    answer = ask(JogPad(rig))
+def test_where_all_is_well_the_conditions_come_in_the_order_in_which_a_user_mends_them() -> None:
+    _, pad = at_a_pad()
+    answer = pad.pendant.ask("why", kind="move", whose="mine")
     assert (answer["ready"], answer["broken"], answer["cell"]) == (True, "", "cell")
-    assert {each["condition"] for each in answer["conditions"]} == {
-        condition.name.lower() for condition in InterlockKind
-    }
+    named = [each["condition"] for each in answer["conditions"]]
+    assert named == [
+        *("server", "link", "feedback", "role", "authority", "limits", "mode", "stop"),
+        *("enabling", "controller", "override", "scene", "program", "standing"),
+    ]
+    assert named == [condition.name.lower() for condition in InterlockKind]
 
 
 @pytest.mark.parametrize("kind", ["jog", "program"])
 def test_an_override_of_0_is_told_of_every_kind_of_motion(kind: str) -> None:
-    rig = ready(modes={"initial": "manual_reduced"})
-    pad = JogPad(rig)
-    pad.squeeze()
-    assert ask(pad, kind=kind)["ready"]
+    rig, pad = enabled()
+    assert pad.pendant.ask("why", kind=kind)["ready"]
     lower_the_override(rig, pad)
-    assert (ask(pad, kind=kind)["ready"], ask(pad, kind=kind)["broken"]) == (False, "override")
-
-
-def test_the_conditions_come_in_the_order_in_which_a_user_mends_them() -> None:
-    named = [each["condition"] for each in ask(JogPad(ready()))["conditions"]]
-    order = ["link", "authority", "limits", "mode", "stop", "enabling", "controller", "scene"]
-    assert [each for each in named if each in order] == order
-    assert named.index("program") > named.index("scene")
+    assert (
+        pad.pendant.ask("why", kind=kind)["ready"],
+        pad.pendant.ask("why", kind=kind)["broken"],
+    ) == (False, "override")
 
 
 def test_without_reports_nobody_says_that_the_robot_moves() -> None:
-    rig = ready()
-    pad = JogPad(rig)
+    rig, pad = at_a_pad()
     dead_and_free(rig, pad)
-    conditions = {each["condition"]: each for each in ask(pad)["conditions"]}
+    conditions = {each["condition"]: each for each in pad.pendant.ask("why")["conditions"]}
     assert conditions["standing"]["code"] == V.FEEDBACK_STALE
     assert "nobody knows" in conditions["standing"]["text"]
 
 
 def test_when_reports_stop_coming_nobody_says_that_the_robot_still_stands() -> None:
-    rig = ready()
-    pad = JogPad(rig)
+    rig, pad = at_a_pad()
     lose_the_reports(rig, pad)
-    conditions = {each["condition"]: each for each in ask(pad)["conditions"]}
+    conditions = {each["condition"]: each for each in pad.pendant.ask("why")["conditions"]}
     assert "nobody knows" in conditions["standing"]["text"]
 
 
 def test_a_controller_that_calls_itself_unable_while_it_moves_is_said_to_move() -> None:
-    rig = ready()
-    pad = JogPad(rig)
+    rig, pad = at_a_pad()
     moving(rig, pad)
     status = rig.controller.status(rig.now)
     status.motion_possible = TriState.FALSE
     rig.hear(ControllerPath.STATE, status)
-    assert ask(pad)["broken"] == "standing"
-
-
-def _role_of(pendant: Pendant) -> tuple[str, int]:
-    (reply,) = [
-        each
-        for each in pendant.send(Management(7, b'{"op": "why"}'))
-        if isinstance(each, Management)
-    ]
-    answer = json.loads(reply.body)
-    (role,) = [each for each in answer["conditions"] if each["condition"] == "role"]
-    return answer["broken"], role["code"]
-
-
-def test_whoever_has_not_logged_in_is_told_to_before_anything_of_the_authority() -> None:
-    rig = GuardedRig()
-    assert _role_of(rig.visitor("127.0.0.1")) == ("role", V.LOGIN_NEEDED)
-
-
-def test_a_role_that_may_not_move_the_robot_is_a_condition_of_its_own() -> None:
-    rig = GuardedRig()
-    assert _role_of(rig.user("vera")) == ("role", V.ROLE_TOO_LOW)
-    assert _role_of(rig.user("otto")) == ("authority", 0)
-
-
-def test_the_link_comes_before_the_role() -> None:
-    rig = GuardedRig()
-    rig.path(ControllerPath.MOTION, False)
-    assert _role_of(rig.user("vera")) == ("link", V.ROLE_TOO_LOW)
+    assert pad.pendant.ask("why")["broken"] == "standing"
 
 
 def test_an_onlooker_asks_for_whoever_is_in_control_or_for_itself() -> None:
     rig = ready()
     JogPad(rig)
     onlooker = JogPad(rig, "onlooker", takes=False)
-    assert ask(onlooker)["ready"]
-    assert ask(onlooker, whose="mine")["broken"] == "authority"
+    assert onlooker.pendant.ask("why")["ready"]
+    assert onlooker.pendant.ask("why", whose="mine")["broken"] == "authority"
 
 
 def test_asking_changes_nothing() -> None:
-    rig = ready()
-    pad = JogPad(rig)
+    rig, pad = at_a_pad()
     moving(rig, pad)
     before = len(rig.stops), rig.activity()
-    ask(pad)
+    pad.pendant.ask("why")
     assert (len(rig.stops), rig.activity()) == before
 
 
-@pytest.mark.parametrize("request_body", [{"kind": "fly"}, {"whose": "theirs"}, {"more": "1"}])
-def test_a_question_that_is_none_is_refused(request_body: dict[str, str]) -> None:
-    pad = JogPad(ready())
-    body = json.dumps({"op": "why", **request_body}).encode()
-    (reply,) = pad.pendant.send(Management(7, body))
-    assert isinstance(reply, Management)
-    assert reply.reply_code == ReplyCode.FAILURE
+KINDS = ("move", "jog", "program")
+PROGRAM_STOP = MotionControlAction.PROGRAM_STOP
+
+
+# How each condition is broken.
+
+
+def let_go(rig: ServerRig, pad: JogPad) -> None:
+    pad.let_go()
+
+
+def press_through(rig: ServerRig, pad: JogPad) -> None:
+    pad.squeeze(2)
+
+
+def pause_a_motion(rig: ServerRig, pad: JogPad) -> None:
+    pad.pendant.move(1.0, 0.5)
+    pad.hold(100)
+    pad.control(MotionControlAction.PAUSE)
+    pad.hold(500)
+
+
+def leave_a_program_paused(rig: ServerRig, pad: JogPad) -> None:
+    rig.core.cell.program = RunningProgram("main", ProgramState.PAUSED, 3, 1)
+
+
+BREAKS: tuple[Callable[[ServerRig, JogPad], None], ...] = (
+    pause_a_motion,
+    leave_a_program_paused,
+    turn_to_automatic,
+    turn_to_recovery,
+    stand_outside,
+    stop,
+    let_go,
+    press_through,
+    stop_the_controller,
+    lower_the_override,
+    give_the_authority_back,
+    lose_the_reports,
+    lose_the_link,
+)
+"""In an order in which the later ones keep the earlier from nothing."""
+
+
+# How a user mends it.
+
+
+def connect_again(rig: ServerRig, pad: JogPad, kind: str) -> None:
+    rig.path(ControllerPath.MOTION, True)
+    pad.hold(20)
+
+
+def report_again(rig: ServerRig, pad: JogPad, kind: str) -> None:
+    rig.controller.reports = True
+    pad.hold(20)
+
+
+def take(rig: ServerRig, pad: JogPad, kind: str) -> None:
+    assert pad.pendant.take() is V.ACCEPTED
+
+
+def come_back_inside(rig: ServerRig, pad: JogPad, kind: str) -> None:
+    is_ours = rig.core.cell.modes.is_ours
+    assert pad.mode(OperatingMode.RECOVERY) is (V.ACCEPTED if is_ours else V.MODE_NOT_OURS)
+    mend_all(rig, pad, "jog")
+    assert pad.press(-1.0, 0.0) is V.ACCEPTED
+    pad.hold(3_000)
+    pad.release()
+    settle(rig, pad)
+
+
+def set_a_mode(rig: ServerRig, pad: JogPad, kind: str) -> None:
+    assert pad.mode(OperatingMode.MANUAL_REDUCED) is V.ACCEPTED
+
+
+def reset(rig: ServerRig, pad: JogPad, kind: str) -> None:
+    settle(rig, pad)
+    assert pad.pendant.reset() is V.ACCEPTED
+
+
+def hold_anew(rig: ServerRig, pad: JogPad, kind: str) -> None:
+    pad.let_go()
+    pad.squeeze()
+
+
+def reset_the_controller(rig: ServerRig, pad: JogPad, kind: str) -> None:
+    rig.controller.e_stopped = False
+    pad.hold(20)
+
+
+def raise_the_override(rig: ServerRig, pad: JogPad, kind: str) -> None:
+    assert pad.speed(1.0) is V.ACCEPTED
+
+
+def end_the_program(rig: ServerRig, pad: JogPad, kind: str) -> None:
+    rig.core.cell.program = None
+
+
+def end_the_motion(rig: ServerRig, pad: JogPad, kind: str) -> None:
+    if rig.activity() is not Activity.STOPPING:
+        assert pad.control(PROGRAM_STOP) is V.ACCEPTED
+    settle(rig, pad)
+
+
+MENDS: dict[str, Callable[[ServerRig, JogPad, str], None]] = {
+    "link": connect_again,
+    "feedback": report_again,
+    "authority": take,
+    "limits": come_back_inside,
+    "mode": set_a_mode,
+    "stop": reset,
+    "enabling": hold_anew,
+    "controller": reset_the_controller,
+    "override": raise_the_override,
+    "program": end_the_program,
+    "standing": end_the_motion,
+}
+
+
+def settle(rig: ServerRig, pad: JogPad) -> None:
+    for _ in range(50):
+        if not rig.core.cell.is_busy:
+            return
+        pad.hold(20)
+
+
+def mend_all(rig: ServerRig, pad: JogPad, kind: str) -> list[str]:
+    mended: list[str] = []
+    while (
+        broken := pad.pendant.ask("why", kind=kind, whose="mine")["broken"]
+    ) and broken not in mended:
+        mended.append(broken)
+        MENDS[broken](rig, pad, kind)
+    assert not broken, f"{broken} is to be mended again after {', '.join(mended)}"
+    return mended
+
+
+@settings(max_examples=examples(30, in_soak=3_000))
+@given(
+    kind=st.sampled_from(KINDS),
+    selector=st.sampled_from(["server", "controller"]),
+    broken=st.sets(st.sampled_from(range(len(BREAKS)))),
+)
+@example(kind="jog", selector="server", broken={BREAKS.index(stop)})
+@example(kind="move", selector="server", broken={*map(BREAKS.index, (stand_outside, let_go))})
+@example(
+    kind="move", selector="server", broken={*map(BREAKS.index, (stand_outside, turn_to_recovery))}
+)
+@example(kind="program", selector="server", broken=set(range(len(BREAKS))))
+def test_who_mends_the_first_broken_condition_each_time_mends_none_twice(
+    kind: str, selector: str, broken: set[int]
+) -> None:
+    rig, pad = at_a_pad(modes={"initial": "manual_reduced", "selector": selector})
+    pad.squeeze()
+    for number in sorted(broken):
+        BREAKS[number](rig, pad)
+    names = [condition.name.lower() for condition in InterlockKind]
+    order = [names.index(each) for each in mend_all(rig, pad, kind)]
+    assert order == sorted(order), "what was mended first stands first"
+    if kind == "move":
+        assert pad.pendant.move(0.1, 0.1) is V.ACCEPTED
+    elif kind == "jog":
+        assert pad.press(-1.0, 0.0) is V.ACCEPTED
+
+
+@pytest.mark.parametrize(
+    ("kind", "breaks", "mended"),
+    [
+        ("jog", stop, ["stop", "enabling"]),
+        ("move", stand_outside, ["limits", "mode", "enabling"]),
+        ("jog", stand_outside, ["limits"]),
+        ("jog", turn_to_automatic, ["mode", "enabling"]),
+        ("move", give_the_authority_back, ["authority"]),
+    ],
+)
+def test_what_a_user_is_told_one_after_the_other(
+    kind: str, breaks: Callable[[ServerRig, JogPad], None], mended: list[str]
+) -> None:
+    rig, pad = enabled()
+    breaks(rig, pad)
+    assert mend_all(rig, pad, kind) == mended
+
+
+def test_a_login_comes_before_the_authority_which_it_ends() -> None:
+    rig = GuardedRig()
+    pad = JogPad(rig, takes=False)
+    told = [pad.pendant.ask("why", kind="move", whose="mine")["broken"]]
+    assert log_in(pad.pendant, "otto") is V.ACCEPTED
+    told.append(pad.pendant.ask("why", kind="move", whose="mine")["broken"])
+    assert pad.pendant.take() is V.ACCEPTED
+    told.append(pad.pendant.ask("why", kind="move", whose="mine")["broken"])
+    assert told == ["role", "authority", ""]

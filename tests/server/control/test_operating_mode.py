@@ -6,15 +6,15 @@ import itertools
 import math
 
 import pytest
+from rigs.cells.expectations import refusal_from
+from rigs.cells.server_rig import MS
 
 from openpendant.server.control import RECOVERY_SPEED, REDUCED_SPEED, MotionKind, OperatingModes
-from openpendant.server.refusal import Refusal
 from openpendant.server.settings.cell_settings import Modes
 from openpendant.simplemsg import ControllerMode
 from openpendant.simplemsg.pendant import EnablingPosition, OperatingMode
 from openpendant.simplemsg.verdicts import VerdictCode as V
 
-MS = 1_000_000
 HOLDER, OBSERVER = 1, 2
 UNKNOWN, MANUAL, AUTO = ControllerMode.UNKNOWN, ControllerMode.MANUAL, ControllerMode.AUTO
 HELD, PANIC = EnablingPosition.HELD, EnablingPosition.PANIC
@@ -86,17 +86,13 @@ def test_a_mirrored_mode_is_the_controllers_and_an_unknown_one_the_slowest(
 
 
 def test_a_mirrored_mode_is_never_set() -> None:
-    refusal = mirror().set_mode(AUTOMATIC)
-    assert isinstance(refusal, Refusal)
-    assert refusal.code is V.MODE_NOT_OURS
+    assert refusal_from(mirror().set_mode(AUTOMATIC)).code is V.MODE_NOT_OURS
 
 
 @pytest.mark.parametrize("mode", [0, 5, -1])
 def test_a_mode_that_does_not_exist_is_refused_and_changes_nothing(mode: int) -> None:
     made = modes(T2)
-    refusal = made.set_mode(mode)
-    assert isinstance(refusal, Refusal)
-    assert refusal.code is V.BAD_ARGUMENT
+    assert refusal_from(made.set_mode(mode)).code is V.BAD_ARGUMENT
     assert made.mode(AUTO) is T2
 
 
@@ -117,41 +113,52 @@ def test_enabling_counts_for_150_ms_and_not_a_nanosecond_longer() -> None:
     assert made.enabling(HOLDER, 150 * MS) is RELEASED
 
 
-def test_a_device_that_fell_silent_must_be_let_go_and_pressed_again() -> None:
+ENABLING: dict[str, str] = {
+    "a device that fell silent must be let go and pressed again": (
+        "200 held: no, 250 held: no, 300 released: no, 350 held: yes"
+    ),
+    "a long release is no silence": "10 released: no, 10000 held: yes",
+    "pressed through enables nothing until let go": (
+        "10 panic: no, 20 held: no, 30 released: no, 40 held: yes"
+    ),
+    "no position that there is enables nothing until let go": (
+        "10 3: no, 20 held: no, 30 released: no, 40 held: yes, 50 -1: no, 60 held: no,"
+        " 70 released: no, 80 held: yes, 90 2147483647: no, 95 held: no, 97 released: no,"
+        " 99 held: yes"
+    ),
+    "pressing through from released arms nothing": "5 released: no, 10 panic: no, 20 held: no",
+    "setting the mode that is set demands nothing": "0 t1: yes",
+    "an observer's device does not disturb": (
+        "10 observer released: yes, 10 observer held: yes, 10 observer panic: yes"
+    ),
+    "an observer cannot spare the holder the new press": (
+        "0 stop: no, 10 observer released: no, 20 held: no"
+    ),
+    "a connection that ended enables no more": "0 gone: no",
+}
+"""When [ms], what, and whether the holder, who enabled at 0, is enabled after it."""
+
+
+@pytest.mark.parametrize("happenings", ENABLING.values(), ids=ENABLING)
+def test_the_holder_is_enabled_by_a_device_that_is_held_and_was_let_go_before(
+    happenings: str,
+) -> None:
     made = enabled()
-    made.enable(HOLDER, HELD, 200 * MS)
-    assert not made.is_enabled(HOLDER, 200 * MS)
-    made.enable(HOLDER, HELD, 250 * MS)
-    assert not made.is_enabled(HOLDER, 250 * MS)
-    made.enable(HOLDER, RELEASED, 300 * MS)
-    made.enable(HOLDER, HELD, 350 * MS)
-    assert made.is_enabled(HOLDER, 350 * MS)
-
-
-def test_a_long_release_is_no_silence() -> None:
-    made = enabled()
-    made.enable(HOLDER, RELEASED, 10 * MS)
-    made.enable(HOLDER, HELD, 10_000 * MS)
-    assert made.is_enabled(HOLDER, 10_000 * MS)
-
-
-@pytest.mark.parametrize("position", [PANIC, 3, -1, 2**31 - 1])
-def test_pressed_through_enables_nothing_until_let_go(position: int) -> None:
-    made = enabled()
-    made.enable(HOLDER, position, 10 * MS)
-    assert not made.is_enabled(HOLDER, 10 * MS)
-    made.enable(HOLDER, HELD, 20 * MS)
-    assert not made.is_enabled(HOLDER, 20 * MS)
-    made.enable(HOLDER, RELEASED, 30 * MS)
-    made.enable(HOLDER, HELD, 40 * MS)
-    assert made.is_enabled(HOLDER, 40 * MS)
-
-
-def test_pressing_through_from_released_arms_nothing_either() -> None:
-    made = modes(T1)
-    made.enable(HOLDER, PANIC, 0)
-    made.enable(HOLDER, HELD, 10 * MS)
-    assert not made.is_enabled(HOLDER, 10 * MS)
+    positions = {each.name.lower(): int(each) for each in EnablingPosition}
+    for each in happenings.split(", "):
+        happening, _, is_enabled = each.partition(": ")
+        at, *who, what = happening.split()
+        now = int(at) * MS
+        if what == "t1":
+            made.set_mode(T1)
+        elif what == "stop":
+            made.disarm()
+        elif what == "gone":
+            made.forget(HOLDER)
+        else:
+            position = positions[what] if what in positions else int(what)
+            made.enable(OBSERVER if who else HOLDER, position, now)
+        assert made.is_enabled(HOLDER, now) is (is_enabled == "yes"), each
 
 
 def test_a_change_of_mode_demands_a_new_press() -> None:
@@ -159,15 +166,8 @@ def test_a_change_of_mode_demands_a_new_press() -> None:
     made.set_mode(T2)
     made.enable(HOLDER, HELD, 10 * MS)
     assert not made.is_enabled(HOLDER, 10 * MS)
-    refusal = made.unready(JOG, HOLDER, AUTO, 10 * MS)
-    assert refusal is not None
+    refusal = refusal_from(made.unready(JOG, HOLDER, AUTO, 10 * MS))
     assert "let it go first" in refusal.text
-
-
-def test_setting_the_mode_that_is_set_demands_nothing() -> None:
-    made = enabled()
-    made.set_mode(T1)
-    assert made.is_enabled(HOLDER, 0)
 
 
 def test_a_stop_demands_a_new_press_of_whoever_squeezes_but_not_of_others() -> None:
@@ -177,27 +177,6 @@ def test_a_stop_demands_a_new_press_of_whoever_squeezes_but_not_of_others() -> N
     made.enable(HOLDER, HELD, 10 * MS)
     assert not made.is_enabled(HOLDER, 10 * MS)
     assert made.is_enabled(OBSERVER, 10 * MS)
-
-
-def test_the_device_of_an_observer_neither_enables_nor_disturbs_the_holder() -> None:
-    made = enabled()
-    for position in EnablingPosition:
-        made.enable(OBSERVER, position, 10 * MS)
-        assert made.is_enabled(HOLDER, 10 * MS)
-
-
-def test_an_observer_cannot_spare_the_holder_the_new_press() -> None:
-    made = enabled()
-    made.disarm()
-    made.enable(OBSERVER, RELEASED, 10 * MS)
-    made.enable(HOLDER, HELD, 20 * MS)
-    assert not made.is_enabled(HOLDER, 20 * MS)
-
-
-def test_a_connection_that_ended_enables_no_more() -> None:
-    made = enabled()
-    made.forget(HOLDER)
-    assert not made.is_enabled(HOLDER, 0)
 
 
 # Speeds.
@@ -243,9 +222,7 @@ def test_an_override_between_0_and_the_least_or_above_1_is_refused_and_sets_noth
     override: float,
 ) -> None:
     made = modes(T2)
-    refusal = made.set_speed(override, 0.1)
-    assert refusal is not None
-    assert refusal.code is V.BAD_ARGUMENT
+    assert refusal_from(made.set_speed(override, 0.1)).code is V.BAD_ARGUMENT
     assert (made.override, cap(made)) == (1.0, REDUCED_SPEED)
 
 

@@ -16,6 +16,7 @@ from hypothesis import strategies as st
 from hypothesis.stateful import RuleBasedStateMachine, initialize, invariant, precondition, rule
 from promises.promise_figures import tell
 from promises.promise_table import figure
+from rigs.cells.expectations import known
 from rigs.cells.server_rig import LIMITS, MS, ready
 from rigs.motion.jog_pad import BEAT_TICKS, JogPad
 
@@ -264,8 +265,7 @@ class Cell(RuleBasedStateMachine):
             assert time <= now
         if not self.is_driving:
             return
-        work = cell.driving.request
-        assert work is not None
+        work = known(cell.driving.request)
         assert cell.authority.is_held_by(work.session)
         assert cell.stop is None
 

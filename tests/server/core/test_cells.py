@@ -1,9 +1,10 @@
 from __future__ import annotations
 
-from collections.abc import Sequence
-from typing import NamedTuple
+from collections.abc import Callable, Sequence
+from typing import Any, NamedTuple
 
 import pytest
+from rigs.cells.expectations import only
 from rigs.cells.server_rig import LIMITS, MS, NoTool, worked_out
 from rigs.peers.server_clients import hello
 
@@ -21,6 +22,7 @@ from openpendant.server.events.events import (
     ShutDown,
 )
 from openpendant.server.settings.cell_settings import make_settings
+from openpendant.server.watchdog import watchdog_main
 from openpendant.simplemsg import Message, Ping
 from openpendant.simplemsg.pendant import (
     PROTOCOL_VERSION,
@@ -78,8 +80,7 @@ def sent(outgoing: list[Effect]) -> list[Message]:
 
 
 def refusal(outgoing: list[Effect]) -> Verdict:
-    (answer,) = sent(outgoing)
-    assert isinstance(answer, Verdict)
+    answer = only(Verdict, sent(outgoing))
     assert any(item.session == GUEST for item in outgoing if isinstance(item, Close))
     return answer
 
@@ -88,8 +89,7 @@ def refusal(outgoing: list[Effect]) -> Verdict:
 def test_hello_leads_to_the_cell_that_it_names(name: str, number: int) -> None:
     cells = room("left", "middle", "right")
     routed = cells.handle(Received(GUEST, asking_for(name)))
-    (answer,) = sent(routed.outgoing)
-    assert isinstance(answer, HelloReply)
+    answer = only(HelloReply, sent(routed.outgoing))
     assert (routed.cell, answer.cell) == (number, name)
 
 
@@ -105,8 +105,7 @@ def test_a_second_hello_does_not_lead_to_another_cell() -> None:
     cells = room("left", "right")
     cells.handle(Received(GUEST, asking_for("right")))
     routed = cells.handle(Received(GUEST, asking_for("left")))
-    (answer,) = sent(routed.outgoing)
-    assert isinstance(answer, Verdict)
+    answer = only(Verdict, sent(routed.outgoing))
     assert (routed.cell, answer.code) == (1, V.BAD_ARGUMENT)
 
 
@@ -186,8 +185,7 @@ def test_a_fault_stops_the_robot_first_and_parts_with_every_pendant() -> None:
     cells = faulted("left", "right")
     out = cells.cores[0].fail("ValueError: boom", NOW)
     assert isinstance(out[0], SendStop)
-    (told,) = sent(out)
-    assert isinstance(told, StopChanged)
+    told = only(StopChanged, sent(out))
     assert told.stop == StopKind.PROTECTIVE
     assert isinstance(out[-1], Close)
     assert "boom" in out[-1].reason
@@ -218,3 +216,48 @@ def test_a_faulted_cell_does_not_hold_up_the_end_of_the_server() -> None:
     cells.cores[0].fail("ValueError: boom", NOW)
     assert not cells.is_moving
     assert cells.cores[0].handle(ShutDown(), NOW) == []
+
+
+class Connection:
+    def __init__(self) -> None:
+        self.stops = 0
+
+    def stop(self, now: int) -> None:
+        self.stops += 1
+
+
+@pytest.fixture
+def told(monkeypatch: pytest.MonkeyPatch) -> list[int]:
+    said: list[int] = []
+    monkeypatch.setattr(watchdog_main, "_tell", said.append)
+    return said
+
+
+@pytest.fixture
+def stop(told: list[int]) -> Callable[[int], list[int]]:
+    def stopped(cells: int) -> list[int]:
+        process: Any = watchdog_main._Child.__new__(watchdog_main._Child)
+        process._connections = [Connection() for _ in range(4)]
+        process._say = lambda line: None
+        process._stop(cells, "no beat", 0)
+        return [each.stops for each in process._connections]
+
+    return stopped
+
+
+@pytest.mark.parametrize(
+    ("cells", "stops"),
+    [(0b0001, [1, 0, 0, 0]), (0b0010, [0, 1, 0, 0]), (0b1010, [0, 1, 0, 1]), (0b1111, [1] * 4)],
+)
+def test_each_cell_that_may_move_is_stopped_and_no_other(
+    stop: Callable[[int], list[int]], told: list[int], cells: int, stops: list[int]
+) -> None:
+    assert stop(cells) == stops
+    assert told == [cells]
+
+
+def test_where_nothing_may_move_nothing_is_stopped_and_nothing_said(
+    stop: Callable[[int], list[int]], told: list[int]
+) -> None:
+    assert stop(0) == [0] * 4
+    assert told == []

@@ -1,17 +1,24 @@
 from __future__ import annotations
 
+import json
 from collections.abc import Iterator
 from pathlib import Path
+from typing import Any
 
 import pytest
+from rigs.cells.expectations import expect, known, only, refusal_from
 from rigs.cells.recorded_cell import RecordedCell
+from rigs.cells.surrounded_cell import SurroundedCell, robot
 
+from openpendant.server.endpoints.pendant.management import snapshot
 from openpendant.server.recording import recorder
 from openpendant.server.refusal import Refusal
+from openpendant.server.settings.cell_settings import make_settings
 from openpendant.server.store import documents, recording_format
 from openpendant.server.store.documents import DocumentKind
-from openpendant.server.store.recording_format import RecordingDocument, read_document
+from openpendant.server.store.recording_format import RecordingDocument, pack_rows, read_document
 from openpendant.server.store.store_errors import DiskFull, StoreBusy, StoreFailed
+from openpendant.simplemsg.pendant import OutcomeKind
 from openpendant.simplemsg.verdicts import VerdictCode as V
 
 
@@ -23,8 +30,7 @@ def cell(tmp_path: Path) -> Iterator[RecordedCell]:
 
 
 def _ended(cell: RecordedCell) -> RecordingDocument:
-    ended = cell.told[-1]
-    assert isinstance(ended, RecordingDocument)
+    ended = expect(RecordingDocument, cell.told[-1])
     return ended
 
 
@@ -53,10 +59,8 @@ def test_a_minute_at_250_reports_a_second_loses_none(cell: RecordedCell) -> None
 
 def test_rows_are_on_the_disk_half_a_second_later(cell: RecordedCell) -> None:
     cell.start()
-    for _ in range(60):
-        cell.report((0.0, 0.0))
-    status = cell.recorder.status
-    assert status is not None
+    cell.reports(60)
+    status = known(cell.recorder.status)
     assert (status.samples, status.kept) == (60, 51)
     assert len(cell.rows()) == 51
 
@@ -95,8 +99,7 @@ def test_the_document_names_robot_joints_and_rate(cell: RecordedCell) -> None:
 
 def test_a_second_recording_is_refused_and_names_the_first(cell: RecordedCell) -> None:
     cell.start("first")
-    refused = cell.start("second")
-    assert isinstance(refused, Refusal)
+    refused = refusal_from(cell.start("second"))
     assert refused.code is V.RECORDING_RUNNING
     assert "first" in refused.text
 
@@ -116,8 +119,7 @@ def test_nothing_to_stop_is_refused(cell: RecordedCell) -> None:
 def test_a_stop_after_the_end_is_told_why_it_ended(cell: RecordedCell) -> None:
     cell.start()
     cell.refuse_with = DiskFull("no room")
-    for _ in range(60):
-        cell.report((0.0, 0.0))
+    cell.reports(60)
     assert cell.stop() == cell.lost[0]
     cell.refuse_with = None
     cell.start("bow")
@@ -141,8 +143,7 @@ def test_why_it_ended_is_kept_where_there_is_room_again(cell: RecordedCell) -> N
     cell.start()
     cell.refuse_with = StoreFailed("input/output error")
     cell.answers_at_once = False
-    for _ in range(60):
-        cell.report((0.0, 0.0))
+    cell.reports(60)
     cell.answer()
     cell.refuse_with = None
     cell.answer()
@@ -184,8 +185,7 @@ def test_rows_that_waited_for_a_slow_disk_are_kept_however_many_chunks_they_take
         cell.report((step / 500, 0.0))
     cell.answers_at_once = True
     cell.answer()
-    status = cell.recorder.status
-    assert status is not None
+    status = known(cell.recorder.status)
     assert status.kept >= 450
     cell.stop()
     assert len(cell.rows()) == 500
@@ -198,20 +198,17 @@ def test_all_that_waits_is_written_when_the_server_goes_down(
 ) -> None:
     cell.start()
     cell.answers_at_once = False
-    for _ in range(500):
-        cell.report((0.0, 0.0))
+    cell.reports(500)
     if answered:
         cell.answer()
     cell.perform(cell.recorder.flush())
-    while cell.asked:
-        cell.answer()
+    cell.answer_all()
     assert len(cell.rows()) == 500
 
 
 def _stopped_at_a_busy_disk(cell: RecordedCell, is_description: bool) -> None:
     cell.start()
-    for _ in range(10):
-        cell.report((0.0, 0.0))
+    cell.reports(10)
     busy = StoreBusy("busy")
     if not is_description:
         cell.refuse_with = busy
@@ -233,8 +230,7 @@ def test_the_end_of_a_recording_waits_for_a_busy_disk(
     cell: RecordedCell, is_description: bool
 ) -> None:
     _stopped_at_a_busy_disk(cell, is_description)
-    for _ in range(2_900):
-        cell.tick()
+    cell.ticks(2_900)
     assert cell.told[1:] == cell.lost == []
     cell.refuse_with = None
     cell.tick()
@@ -247,19 +243,16 @@ def test_a_disk_that_stays_busy_ends_the_recording_half_a_minute_after_the_stop(
     cell: RecordedCell, is_description: bool
 ) -> None:
     _stopped_at_a_busy_disk(cell, is_description)
-    for _ in range(3_001):
-        cell.tick()
+    cell.ticks(3_001)
     (why,) = cell.lost
     assert why.code is V.STORE_BUSY
-    assert cell.told[1:] == [why]
-    assert cell.recorder.status is None
+    assert (cell.told[1:], cell.recorder.status) == ([why], None)
 
 
 def test_a_busy_disk_is_asked_one_thing_at_a_time(cell: RecordedCell) -> None:
     _stopped_at_a_busy_disk(cell, is_description=False)
     cell.answers_at_once = False
-    for _ in range(3):
-        cell.tick()
+    cell.ticks(3)
     assert len(cell.asked) == 1
 
 
@@ -270,8 +263,7 @@ def test_a_disk_that_never_answers_ends_the_recording(
     cell = RecordedCell(tmp_path, answers_at_once=False)
     cell.start()
     cell.answer()
-    for _ in range(200):
-        cell.report((0.0, 0.0))
+    cell.reports(200)
     assert cell.recorder.status is None
     assert _code(cell.lost[0]) is V.RECORDING_FELL_BEHIND
     cell.store.close()
@@ -281,12 +273,10 @@ def test_a_stop_while_a_chunk_is_under_way_keeps_every_row(tmp_path: Path) -> No
     cell = RecordedCell(tmp_path, answers_at_once=False)
     cell.start()
     cell.answer()
-    for _ in range(70):
-        cell.report((0.0, 0.0))
+    cell.reports(70)
     cell.stop()
     assert cell.told[1:] == []
-    while cell.asked:
-        cell.answer()
+    cell.answer_all()
     assert _ended(cell).samples == len(cell.rows()) == 70
     cell.store.close()
 
@@ -297,16 +287,154 @@ def test_all_of_a_recording_that_waits_for_a_busy_disk_is_written_when_the_serve
 ) -> None:
     cell.start()
     cell.answers_at_once = False
-    for _ in range(500):
-        cell.report((0.0, 0.0))
+    cell.reports(500)
     cell.stop()
     cell.refuse_with = StoreBusy("busy")
     cell.answer()
     cell.refuse_with = None
     cell.perform(cell.recorder.flush())
-    while cell.asked:
-        cell.answer()
+    cell.answer_all()
     assert len(cell.rows()) == 500
-    (told,) = cell.told[1:]
-    assert isinstance(told, Refusal)
+    told = only(Refusal, cell.told[1:])
     assert told.code is V.SHUTTING_DOWN
+
+
+@pytest.fixture
+def desk_cell(tmp_path: Path) -> Iterator[SurroundedCell]:
+    made = SurroundedCell(tmp_path)
+    yield made
+    made.store.close()
+
+
+def _record(desk_cell: SurroundedCell, name: str = "arc", reports: int = 100) -> dict[str, Any]:
+    desk_cell.ask("recordings.start", name=name)
+    home = robot().home_position
+    for step in range(reports):
+        desk_cell.report((home[0] + 0.001 * step, *home[1:]))
+    return desk_cell.ask("recordings.stop")
+
+
+def _import(
+    desk_cell: SurroundedCell, about: dict[str, Any], rows: list[tuple[float, ...]]
+) -> None:
+    columns = ["t", *(f"j{number}" for number in range(1, 7))]
+    body = json.dumps({"columns": columns} | about)
+    desk_cell.store.save(DocumentKind.RECORDING, "csv", body, expected_revision=0, author="ann")
+    desk_cell.store.append_chunk("csv", 0, pack_rows(rows))
+
+
+def _problem_in_snapshot(desk_cell: SurroundedCell) -> str:
+    settings = make_settings({}, "test")
+    return snapshot(desk_cell.cell, settings, desk_cell.now, desk_cell.around).recording_problem
+
+
+def test_a_recording_is_begun_ended_and_described(desk_cell: SurroundedCell) -> None:
+    assert _record(desk_cell)["samples"] == 100
+    about = desk_cell.ask("recordings.describe", name="arc")
+    assert (about["robot"], about["samples"], about["revision"]) == ("ur5", 100, 2)
+    assert about["joints"] == list(robot().limits.names)
+    assert about["rate"] == pytest.approx(100.0)
+
+
+def test_the_list_shows_the_recording_under_way(desk_cell: SurroundedCell) -> None:
+    _record(desk_cell)
+    desk_cell.ask("recordings.start", name="bow")
+    desk_cell.report()
+    listed = desk_cell.ask("recordings.list")
+    assert [each["name"] for each in listed["recordings"]] == ["arc", "bow"]
+    assert listed["recording"]["name"] == "bow"
+
+
+def test_a_recording_is_cut_renamed_and_deleted(desk_cell: SurroundedCell) -> None:
+    _record(desk_cell)
+    desk_cell.ask("recordings.trim", name="arc", new_name="part", begins=0.2, ends=0.4)
+    assert desk_cell.ask("recordings.describe", name="part")["samples"] == 21
+    desk_cell.ask("recordings.rename", name="part", new_name="bit", expected_revision=2)
+    desk_cell.ask("recordings.delete", name="arc", expected_revision=2)
+    left = [each["name"] for each in desk_cell.ask("recordings.list")["recordings"]]
+    assert left == ["bit"]
+
+
+def test_what_is_being_recorded_is_neither_deleted_nor_renamed(desk_cell: SurroundedCell) -> None:
+    desk_cell.ask("recordings.start", name="arc")
+    refused = desk_cell.refused("recordings.delete", name="arc", expected_revision=1)
+    assert refused[0] is V.RECORDING_RUNNING
+
+
+@pytest.mark.parametrize("factor", [0.05, 4.5, float("inf")])
+def test_a_factor_out_of_bounds_is_refused(desk_cell: SurroundedCell, factor: float) -> None:
+    code, text = desk_cell.refused("recordings.play", name="arc", factor=factor)
+    assert code is V.BAD_ARGUMENT
+    assert "factor" in text
+
+
+def test_a_store_that_fails_is_told(desk_cell: SurroundedCell) -> None:
+    desk_cell.refuse_with = StoreFailed("no disk")
+    assert desk_cell.refused("recordings.start", name="arc")[0] is V.STORE_FAILED
+
+
+def _crashed(desk_cell: SurroundedCell, folder: Path, reports: int) -> SurroundedCell:
+    desk_cell.ask("recordings.start", name="arc")
+    home = robot().home_position
+    for step in range(reports):
+        desk_cell.report((home[0] + 0.001 * step, *home[1:]))
+    return SurroundedCell(folder)
+
+
+def test_of_a_recording_that_a_crash_cut_off_the_rows_are_counted(
+    desk_cell: SurroundedCell, tmp_path: Path
+) -> None:
+    after = _crashed(desk_cell, tmp_path, 154)
+    about = after.ask("recordings.describe", name="arc")
+    assert not about["finished"]
+    assert about["samples"] == 153
+    assert about["duration"] == pytest.approx(1.52)
+    assert about["rate"] == pytest.approx(100.0)
+    assert "the server ended before it was stopped" in about["problem"]
+    (line,) = after.ask("recordings.list")["recordings"]
+    assert (line["duration"], line["problem"]) == (about["duration"], about["problem"])
+    after.store.close()
+
+
+def test_a_recording_under_way_has_no_problem(desk_cell: SurroundedCell) -> None:
+    desk_cell.ask("recordings.start", name="arc")
+    desk_cell.reports(60)
+    about = desk_cell.ask("recordings.describe", name="arc")
+    assert (about["finished"], about["samples"], about["problem"]) == (False, 60, "")
+    assert _problem_in_snapshot(desk_cell) == ""
+    assert about["duration"] == pytest.approx(0.59)
+
+
+def test_who_records_hears_of_a_full_disk_by_an_outcome_and_at_the_stop(
+    desk_cell: SurroundedCell,
+) -> None:
+    desk_cell.ask("recordings.start", name="arc")
+    desk_cell.reports(60)
+    desk_cell.refuse_with = DiskFull("no room")
+    desk_cell.reports(60)
+    (told,) = desk_cell.outcomes
+    assert (told.request_id, told.outcome) == (7, OutcomeKind.ABORTED)
+    assert told.code == V.DISK_FULL
+    assert told.text == "recording 'arc' ended by itself, 51 samples kept: no room"
+    assert desk_cell.refused("recordings.stop") == (V.DISK_FULL, told.text)
+    desk_cell.refuse_with = None
+    assert desk_cell.ask("recordings.list")["problem"] == told.text
+    assert _problem_in_snapshot(desk_cell) == told.text
+    about = desk_cell.ask("recordings.describe", name="arc")
+    assert (about["samples"], about["problem"]) == (51, told.text)
+
+
+def test_a_damaged_recording_hides_no_other_in_the_list(desk_cell: SurroundedCell) -> None:
+    _record(desk_cell)
+    desk_cell.store.save(DocumentKind.RECORDING, "bad", "{}", expected_revision=0, author="ann")
+    arc, bad = desk_cell.ask("recordings.list")["recordings"]
+    assert (arc["samples"], arc["problem"]) == (100, "")
+    assert "columns" in bad["problem"]
+
+
+def test_an_imported_recording_is_counted(desk_cell: SurroundedCell) -> None:
+    _import(desk_cell, {"robot": "ur5"}, [(0.1 * n, *robot().home_position) for n in range(11)])
+    about = desk_cell.ask("recordings.describe", name="csv")
+    assert (about["samples"], about["finished"], about["problem"]) == (11, True, "")
+    assert about["duration"] == pytest.approx(1.0)
+    assert about["rate"] == pytest.approx(10.0)

@@ -3,6 +3,8 @@ from __future__ import annotations
 from collections import deque
 
 import pytest
+from rigs.cells.expectations import known, refusal_from
+from rigs.cells.server_rig import MS
 
 from openpendant.controller_emulator.core.signals import DigitalSignals
 from openpendant.server.events.effects import Effect, QueryController
@@ -12,8 +14,6 @@ from openpendant.server.scene.signals import CellSignals
 from openpendant.simplemsg import refused
 from openpendant.simplemsg.pendant import ReadSignals, WriteOutputs
 from openpendant.simplemsg.verdicts import VerdictCode as V
-
-MS = 1_000_000
 
 
 class SignalRig:
@@ -32,8 +32,7 @@ class SignalRig:
             assert isinstance(item.message, ReadSignals | WriteOutputs)
             self.asked.append(item.message)
         while self.answers and self.asked:
-            reply = self.controller.answer(self.asked.popleft())
-            assert reply is not None
+            reply = known(self.controller.answer(self.asked.popleft()))
             self.signals.answered(reply, self.now)
 
     def wait(self, milliseconds: int) -> None:
@@ -47,10 +46,6 @@ def rig() -> SignalRig:
     made = SignalRig()
     made.wait(200)
     return made
-
-
-def _code(result: object) -> V | None:
-    return result.code if isinstance(result, Refusal) else None
 
 
 def test_inputs_of_every_bank_are_read(rig: SignalRig) -> None:
@@ -79,15 +74,14 @@ def test_whoever_writes_is_told_when_it_was_done(rig: SignalRig) -> None:
     rig.perform(rig.signals.set_output(1, True, rig.now, tell))
     assert told == []
     rig.signals.answered(refused(WriteOutputs(0, 2, 2)), rig.now)
-    assert [_code(refusal) for refusal in told] == [V.CONTROLLER_REFUSED]
+    assert [refusal_from(refusal).code for refusal in told] == [V.CONTROLLER_REFUSED]
 
 
 @pytest.mark.parametrize("signal", [-1, 20, 512])
 def test_an_input_that_is_not_there_is_refused_with_those_that_are(
     rig: SignalRig, signal: int
 ) -> None:
-    result = rig.signals.input(signal, rig.now)
-    assert isinstance(result, Refusal)
+    result = refusal_from(rig.signals.input(signal, rig.now))
     assert result.code is V.NO_SIGNAL
     assert "0 to 19" in result.text
 
@@ -95,7 +89,7 @@ def test_an_input_that_is_not_there_is_refused_with_those_that_are(
 def test_a_value_that_was_read_long_ago_is_none(rig: SignalRig) -> None:
     rig.answers = False
     rig.wait(400)
-    assert _code(rig.signals.input(0, rig.now)) is V.SIGNALS_UNAVAILABLE
+    assert refusal_from(rig.signals.input(0, rig.now)).code is V.SIGNALS_UNAVAILABLE
 
 
 def test_a_controller_that_does_not_answer_is_asked_again(rig: SignalRig) -> None:
@@ -109,14 +103,14 @@ def test_a_controller_that_does_not_answer_is_asked_again(rig: SignalRig) -> Non
 
 def test_a_lost_connection_forgets_all(rig: SignalRig) -> None:
     rig.signals.link_changed(False, rig.now)
-    assert _code(rig.signals.input(0, rig.now)) is V.SIGNALS_UNAVAILABLE
+    assert refusal_from(rig.signals.input(0, rig.now)).code is V.SIGNALS_UNAVAILABLE
     assert rig.signals.inputs == ()
 
 
 def test_a_controller_that_offers_none_is_never_asked() -> None:
     rig = SignalRig(is_offered=False)
     rig.wait(500)
-    assert _code(rig.signals.input(0, rig.now)) is V.SIGNALS_UNAVAILABLE
+    assert refusal_from(rig.signals.input(0, rig.now)).code is V.SIGNALS_UNAVAILABLE
 
 
 def test_reading_a_second_costs_twenty_rounds(rig: SignalRig) -> None:
@@ -127,8 +121,7 @@ def test_reading_a_second_costs_twenty_rounds(rig: SignalRig) -> None:
         rig.perform(rig.signals.tick(rig.now))
         while rig.asked:
             asked += 1
-            reply = rig.controller.answer(rig.asked.popleft())
-            assert reply is not None
+            reply = known(rig.controller.answer(rig.asked.popleft()))
             rig.signals.answered(reply, rig.now)
     assert asked == 40
 
@@ -141,4 +134,4 @@ def test_what_is_offered_is_known_once_the_controller_has_said_it() -> None:
     rig.signals.link_changed(False, rig.now)
     offers.append(rig.signals.offer)
     assert offers == [None, OfferedSignals(inputs=20, outputs=18), None]
-    assert _code(SignalRig(is_offered=False).signals.offer) is V.SIGNALS_UNAVAILABLE
+    assert refusal_from(SignalRig(is_offered=False).signals.offer).code is V.SIGNALS_UNAVAILABLE

@@ -6,11 +6,15 @@ from pathlib import Path
 from typing import Any
 
 import pytest
+from rigs.cells.expectations import known, refusal_from
 from rigs.cells.surrounded_cell import SurroundedCell, robot
 
 from openpendant.motion.frames.frame_tree import FLANGE
 from openpendant.server.events.cell_events import RunningProgram
 from openpendant.server.planning.jobs import PoseGoal
+from openpendant.server.scene.trace import ToolTrace
+from openpendant.server.shell import robot_kinematics
+from openpendant.server.shell.robot_kinematics import MOST_PAIRS
 from openpendant.server.store.store_errors import DiskFull
 from openpendant.simplemsg.pendant import ProgramState
 from openpendant.simplemsg.verdicts import VerdictCode as V
@@ -256,3 +260,138 @@ def test_a_request_that_is_none_is_refused(cell: SurroundedCell, body: bytes) ->
     done, answer = cell.answers[-1]
     assert not done
     assert answer["code"] == V.BAD_ARGUMENT
+
+
+SHAPES_THAT_MOVE = 8  # of a UR5
+MOST_BALLS = MOST_PAIRS // SHAPES_THAT_MOVE
+
+
+def ball(number: int) -> dict[str, Any]:
+    place = [2.0 + 0.1 * number, 0, 0]
+    return {"name": f"b{number}", "shape": {"type": "sphere", "radius": 0.01}, "position": place}
+
+
+def balls(count: int) -> dict[str, Any]:
+    return {"schema": "openpendant-scene/1", "objects": [ball(number) for number in range(count)]}
+
+
+def test_a_scene_of_too_many_pairs_is_refused_and_the_one_in_force_stays(
+    cell: SurroundedCell,
+) -> None:
+    cell.ask("scene.import", content=balls(MOST_BALLS), expected_revision=0)
+    code, text = cell.refused("scene.add", object=ball(MOST_BALLS), expected_revision=1)
+    assert code is V.TOO_LARGE
+    assert f"{(MOST_BALLS + 1) * SHAPES_THAT_MOVE} pairs" in text
+    assert f"{MOST_PAIRS} at most" in text
+    assert len(cell.mathematics.scene.objects) == MOST_BALLS
+    cell.ask("scene.remove", name="b0", expected_revision=1)
+
+
+def test_a_program_takes_no_object_that_makes_too_many_pairs(cell: SurroundedCell) -> None:
+    cell.ask("scene.import", content=balls(MOST_BALLS), expected_revision=0)
+    assert (
+        refusal_from(cell.around.world.carry("b0", robot().home_position, cell.now)).code
+        is V.TOO_LARGE
+    )
+    assert cell.mathematics.scene.get("b0").link is None
+
+
+@pytest.fixture
+def again(
+    cell: SurroundedCell, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> Iterator[SurroundedCell]:
+    cell.ask("scene.import", content=balls(20), expected_revision=0)
+    cell.store.close()
+    monkeypatch.setattr(robot_kinematics, "MOST_PAIRS", 100)
+    again = SurroundedCell(tmp_path)
+    again.report()
+    yield again
+    again.store.close()
+
+
+def test_a_stored_scene_that_is_too_large_is_not_in_force_after_a_start_and_that_is_told(
+    again: SurroundedCell,
+) -> None:
+    problems = again.ask("frames.show")["problems"]
+    assert "160 pairs" in problems["scene"]
+    assert "100 at most" in problems["scene"]
+    assert again.mathematics.scene.objects == ()
+
+
+def test_nothing_moves_by_a_stored_scene_that_is_not_in_force_until_another_is_saved(
+    again: SurroundedCell,
+) -> None:
+    assert "160 pairs" in again.cell.unread
+    again.ask("scene.import", content=balls(3), expected_revision=1)
+    assert again.cell.unread == ""
+    assert again.ask("frames.show")["problems"] == {}
+
+
+def test_another_tool_needs_no_new_model_of_the_same_scene(
+    cell: SurroundedCell, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    cell.ask("scene.import", content=balls(2), expected_revision=0)
+    built: list[object] = []
+    monkeypatch.setattr(robot_kinematics, "CollisionModel", lambda *_, **__: built.append(1))
+    cell.ask("tools.add", name="g", tcp={"position": [0, 0, 0.1]}, expected_revision=0)
+    cell.ask("tools.select", name="g", expected_revision=1)
+    assert not built
+    nearest = known(cell.mathematics.nearest(robot().home_position))
+    assert not nearest.touching
+
+
+def test_a_tool_is_calibrated_from_twenty_positions_at_most(cell: SurroundedCell) -> None:
+    positions = [list(robot().home_position)] * 21
+    code, text = cell.refused("tools.calibrate", positions=positions)
+    assert code is V.BAD_ARGUMENT
+    assert "20" in text
+    code, _ = cell.refused("tools.calibrate", positions=positions[:20])
+    assert code is V.POOR_GEOMETRY
+
+
+def test_a_straight_way_is_its_two_ends() -> None:
+    trace = ToolTrace()
+    for step in range(40):
+        trace.add((0.01 * step, 0.0, 0.5))
+    assert trace.points == [(0.0, 0.0, 0.5), (0.39, 0.0, 0.5)]
+
+
+def test_a_circle_is_kept_to_the_tolerance() -> None:
+    trace = ToolTrace(tolerance=1e-3)
+    places = [(math.cos(n / 500), math.sin(n / 500), 0.0) for n in range(3_000)]
+    for place in places:
+        trace.add(place)
+    assert len(trace.points) < 200
+    chords = zip(trace.points, trace.points[1:], strict=False)
+    middles = [math.hypot((a[0] + b[0]) / 2, (a[1] + b[1]) / 2) for a, b in chords]
+    assert min(middles) > 1 - 3e-3
+
+
+def test_a_robot_that_stands_adds_nothing() -> None:
+    trace = ToolTrace()
+    for _ in range(100):
+        trace.add((0.1, 0.2, 0.3))
+    assert len(trace.points) == 1
+
+
+def test_memory_is_bounded_and_the_latest_way_stays_whole() -> None:
+    trace = ToolTrace(most=100)
+    for step in range(10_000):
+        trace.add((0.01 * step, 0.01 * (step % 2), 0.0))
+    assert len(trace.points) <= 100
+    assert trace.points[-1] == (0.01 * 9_999, 0.01, 0.0)
+
+
+def test_no_place_is_farther_from_what_is_kept_than_the_tolerance() -> None:
+    # Slowly to the side, so that what is told of all dropped places at once adds up and is redone.
+    trace = ToolTrace(tolerance=1e-3)
+    places = [(0.004 * n, 0.02 * math.sin(0.03 * n), 1e-4 * (n % 3)) for n in range(400)]
+    for place in places:
+        trace.add(place)
+    assert 2 < len(trace.points) < 60
+    pieces = list(zip(trace.points, trace.points[1:], strict=False))
+    for x, y, z in places:
+        begin, end = next(piece for piece in pieces if x <= piece[1][0])
+        share = (x - begin[0]) / (end[0] - begin[0])
+        beside = [a + share * (b - a) for a, b in zip(begin, end, strict=True)]
+        assert math.dist((x, y, z), beside) <= 1.01e-3

@@ -88,6 +88,11 @@ def welcomed(rig: ByteRig, *, in_control: bool = False) -> ByteClient:
     return client
 
 
+def talking(*, in_control: bool = False) -> tuple[ByteRig, ByteClient]:
+    rig = ByteRig()
+    return rig, welcomed(rig, in_control=in_control)
+
+
 def is_stopped(rig: ByteRig) -> bool:
     return rig.core.cell.stop is not None
 
@@ -110,8 +115,7 @@ def codes(got: list[Any]) -> dict[int, V]:
 async def test_promise_19_it_acts_in_the_turn_that_reads_its_last_byte(
     flood: str, count: int
 ) -> None:
-    rig = ByteRig()
-    client = welcomed(rig, in_control=True)
+    rig, client = talking(in_control=True)
     frames = [client.frames(FLOODS[flood](number)) for number in range(2, count + 2)]
     assert max(map(len, frames), default=0) <= 88
     stream = b"".join([*frames, client.frames(SoftwareStop(LAST, "now"))])
@@ -163,8 +167,7 @@ async def test_promise_8_reading_ahead_ends_at_the_bound_and_goes_on_below_it(
 
 
 async def test_reset_move_and_stop_in_one_read_move_nothing() -> None:
-    rig = ByteRig()
-    client = welcomed(rig, in_control=True)
+    rig, client = talking(in_control=True)
     client.say(client.frames(SoftwareStop(2, "first")))
     client.heard()
     client.say(
@@ -182,8 +185,7 @@ async def test_reset_move_and_stop_in_one_read_move_nothing() -> None:
 
 
 async def test_a_request_that_was_overtaken_is_not_taken_when_it_comes_again() -> None:
-    rig = ByteRig()
-    client = welcomed(rig, in_control=True)
+    _, client = talking(in_control=True)
     move = client.frames(JointMove(4, 0.5, 2, JOINTS))
     client.say(move + client.frames(SoftwareStop(5, "")))
     client.heard()
@@ -192,8 +194,7 @@ async def test_a_request_that_was_overtaken_is_not_taken_when_it_comes_again() -
 
 
 async def test_what_moves_nothing_is_taken_in_its_order_and_answered() -> None:
-    rig = ByteRig()
-    client = welcomed(rig, in_control=True)
+    rig, client = talking(in_control=True)
     client.say(
         client.frames(
             Subscribe(2, 10.0),
@@ -211,8 +212,7 @@ async def test_what_moves_nothing_is_taken_in_its_order_and_answered() -> None:
 
 
 async def test_several_stops_at_once_stop_once_and_each_is_answered() -> None:
-    rig = ByteRig()
-    client = welcomed(rig)
+    rig, client = talking()
     before = len(rig.stops)
     client.say(client.frames(*(SoftwareStop(number, "") for number in range(1, 101))))
     assert len(rig.stops) == before + 1
@@ -232,8 +232,7 @@ async def test_a_stop_that_was_handled_late_does_not_stop_what_was_reset_meanwhi
 
 
 async def test_what_comes_behind_the_stop_is_handled_behind_it() -> None:
-    rig = ByteRig()
-    client = welcomed(rig, in_control=True)
+    rig, client = talking(in_control=True)
     client.say(client.frames(ResetStop(2), SoftwareStop(3, ""), ResetStop(4)))
     got = codes(client.heard())
     assert got == {3: V.ACCEPTED, 2: V.OVERTAKEN_BY_STOP, 4: V.ACCEPTED}
@@ -290,8 +289,7 @@ def no_frame(client: ByteClient) -> bytes:
 async def test_a_stop_acts_where_the_read_that_brings_it_ends_the_connection(
     cut: Callable[[ByteClient], bytes],
 ) -> None:
-    rig = ByteRig()
-    client = welcomed(rig)
+    rig, client = talking()
     stop = client.frames(SoftwareStop(2, "now"))
     client.say(cut(client) + stop if cut is ten_unknown else stop + cut(client))
     assert client.transport.is_over
@@ -299,8 +297,7 @@ async def test_a_stop_acts_where_the_read_that_brings_it_ends_the_connection(
 
 
 async def test_behind_bytes_that_are_no_frame_there_is_no_stop() -> None:
-    rig = ByteRig()
-    client = welcomed(rig)
+    rig, client = talking()
     client.say(
         client.frames(Ping(comm_type=REQUEST))
         + no_frame(client)
@@ -311,8 +308,7 @@ async def test_behind_bytes_that_are_no_frame_there_is_no_stop() -> None:
 
 
 async def test_a_stop_that_is_read_after_the_end_was_decided_acts() -> None:
-    rig = ByteRig()
-    client = welcomed(rig)
+    rig, client = talking()
     client.shell.close("for a test")
     frames = client.frames(ResetStop(2), SoftwareStop(3, "now"))
     client.shell.data_received(frames[:-1])
@@ -322,8 +318,7 @@ async def test_a_stop_that_is_read_after_the_end_was_decided_acts() -> None:
 
 
 async def test_nothing_else_that_is_read_then_is_handled() -> None:
-    rig = ByteRig()
-    client = welcomed(rig)
+    rig, client = talking()
     client.shell.close("for a test")
     client.shell.data_received(client.frames(Authority(2, AuthorityAction.REQUEST)))
     assert rig.core.cell.authority.holder is None

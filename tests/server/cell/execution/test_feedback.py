@@ -1,24 +1,25 @@
-"""What the controller reported, how old it is, and whether the robot stands (promises 5, 10)."""
+"""What the controller reported, how old it is, whether the robot stands (promises 5, 10 and 52)."""
 
 from __future__ import annotations
 
 import math
+from random import Random
 
 import pytest
 from promises.promise_table import figure
+from rigs.cells.controller_reports import joint_report, status
+from rigs.cells.server_rig import MS
 
 from openpendant.server.cell.execution.feedback import Feedback
+from openpendant.server.cell.execution.motion_watch import ReportTiming
 from openpendant.server.settings.cell_settings import ControllerLink
 from openpendant.simplemsg import (
     ControllerMode,
-    JointFeedback,
     JointPosition,
     Status,
-    ValidField,
     joint_array,
 )
 
-MS = 1_000_000
 FRESH, LOST = figure(5, "fresh").ns, figure(5, "lost").ns
 GREATEST = figure(10, "greatest").bound
 
@@ -28,20 +29,8 @@ def feedback() -> Feedback:
     return Feedback(2, ControllerLink())
 
 
-def full(position: tuple[float, ...], velocity: tuple[float, ...] | None = None) -> JointFeedback:
-    fields = ValidField.POSITION | (0 if velocity is None else ValidField.VELOCITY)
-    none = joint_array(())
-    return JointFeedback(0, fields, 0.0, joint_array(position), joint_array(velocity or ()), none)
-
-
 def plain(*position: float) -> JointPosition:
     return JointPosition(0, joint_array(position))
-
-
-def status(
-    powered: int = 1, e_stopped: int = 0, error: int = 0, moving: int = 0, possible: int = 1
-) -> Status:
-    return Status(powered, e_stopped, error, int(error != 0), moving, 2, possible)
 
 
 def test_nothing_is_fresh_before_the_first_report(feedback: Feedback) -> None:
@@ -54,7 +43,7 @@ def test_nothing_is_fresh_before_the_first_report(feedback: Feedback) -> None:
 def test_a_report_is_fresh_up_to_100_ms_and_lost_after_250(
     feedback: Feedback, age: int, fresh: bool, lost: bool
 ) -> None:
-    feedback.take(full((0.0, 0.0), (0.0, 0.0)), 0)
+    feedback.take(joint_report((0.0, 0.0), (0.0, 0.0)), 0)
     assert (feedback.is_fresh(age), feedback.is_lost(age)) == (fresh, lost)
     assert not feedback.is_fresh(FRESH + 1)
     assert feedback.is_lost(LOST + 1)
@@ -63,7 +52,7 @@ def test_a_report_is_fresh_up_to_100_ms_and_lost_after_250(
 def test_promise_5_a_controller_that_reports_rarely_is_given_so_many_of_its_periods() -> None:
     period = 0.1
     slow = Feedback(2, ControllerLink(state_period=period))
-    slow.take(full((0.0, 0.0), (0.0, 0.0)), 0)
+    slow.take(joint_report((0.0, 0.0), (0.0, 0.0)), 0)
     fresh = round(figure(5, "fresh_periods").bound * period * 1e9)
     lost = round(figure(5, "lost_periods").bound * period * 1e9)
     assert slow.is_fresh(fresh)
@@ -89,7 +78,7 @@ def test_it_stands_after_10_ms_by_what_was_told_since(
 ) -> None:
     if told is not None:
         feedback.take(told, at * MS)
-    feedback.take(full((0.0, 0.0), (0.0, 0.0)), asked * MS)
+    feedback.take(joint_report((0.0, 0.0), (0.0, 0.0)), asked * MS)
     assert feedback.stands_after(10 * MS, asked * MS) is stands
 
 
@@ -97,21 +86,21 @@ def test_it_stands_after_10_ms_by_what_was_told_since(
     "bad", [math.nan, math.inf, -math.inf, GREATEST + 1.0, -GREATEST - 1.0, 3e38]
 )
 def test_a_position_that_no_joint_has_is_not_taken(feedback: Feedback, bad: float) -> None:
-    feedback.take(full((0.1, 0.2), (0.0, 0.0)), 0)
-    feedback.take(full((0.1, bad), (0.0, 0.0)), 10 * MS)
+    feedback.take(joint_report((0.1, 0.2), (0.0, 0.0)), 0)
+    feedback.take(joint_report((0.1, bad), (0.0, 0.0)), 10 * MS)
     assert feedback.broken
     assert feedback.position == (0.1, 0.2)
     assert feedback.age(10 * MS) == 10 * MS
 
 
 def test_a_sound_report_mends_a_broken_one(feedback: Feedback) -> None:
-    feedback.take(full((math.nan, 0.0)), 0)
-    feedback.take(full((0.0, 0.0)), 1)
+    feedback.take(joint_report((math.nan, 0.0)), 0)
+    feedback.take(joint_report((0.0, 0.0)), 1)
     assert not feedback.broken
 
 
 def test_a_value_in_a_slot_without_joint_does_not_matter(feedback: Feedback) -> None:
-    feedback.take(full((0.1, 0.2, math.nan)), 0)
+    feedback.take(joint_report((0.1, 0.2, math.nan)), 0)
     assert feedback.position == (0.1, 0.2)
 
 
@@ -126,32 +115,18 @@ def test_speed_is_worked_out_from_two_positions_where_it_is_not_reported(
     assert feedback.is_standing
 
 
-def test_a_velocity_that_is_not_finite_is_worked_out_instead(feedback: Feedback) -> None:
-    feedback.take(full((0.0, 0.0), (0.0, 0.0)), 0)
-    feedback.take(full((0.01, 0.0), (math.nan, 0.0)), 10 * MS)
-    assert feedback.velocity == pytest.approx((1.0, 0.0))
-
-
 def test_the_poorer_of_two_kinds_of_report_is_left_alone(feedback: Feedback) -> None:
-    feedback.take(full((0.1, 0.2), (0.0, 0.0)), 0)
+    feedback.take(joint_report((0.1, 0.2), (0.0, 0.0)), 0)
     feedback.take(plain(9.0, 9.0), 10 * MS)
-    assert feedback.position == (0.1, 0.2)
-    assert feedback.received == 0
-
-
-def test_a_robot_that_says_it_moves_does_not_stand(feedback: Feedback) -> None:
-    feedback.take(full((0.0, 0.0), (0.0, 0.0)), 0)
-    feedback.take(status(moving=1), 0)
-    assert not feedback.is_standing
+    assert (feedback.position, feedback.received) == ((0.1, 0.2), 0)
 
 
 def test_nothing_of_a_lost_connection_is_believed(feedback: Feedback) -> None:
-    feedback.take(full((0.0, math.nan)), 0)
-    feedback.take(full((0.0, 0.0), (1.0, 0.0)), 0)
+    feedback.take(joint_report((0.0, math.nan)), 0)
+    feedback.take(joint_report((0.0, 0.0), (1.0, 0.0)), 0)
     feedback.take(status(), 0)
     feedback.forget()
-    assert feedback.position is None
-    assert feedback.status is None
+    assert (feedback.position, feedback.status) == (None, None)
     assert feedback.mode is ControllerMode.UNKNOWN
     assert not feedback.velocity_known
     assert not feedback.broken
@@ -200,3 +175,97 @@ def test_an_unknown_mode_is_unknown(feedback: Feedback, mode: int, expected: int
     report.mode = mode
     feedback.take(report, 0)
     assert feedback.mode == expected
+
+
+def taken(*arrivals_ms: float, period: float = 0.01) -> ReportTiming:
+    timing = ReportTiming(period)
+    for number, at in enumerate(arrivals_ms):
+        timing.take((float(number),), round(at * MS))
+    return timing
+
+
+def test_regular_reports_are_compared_over_50_and_250_ms() -> None:
+    timing = taken(*range(0, 1_001, 10))
+    assert timing.joint_base is not None
+    assert timing.point_base is not None
+    assert (timing.joint_base.time, timing.point_base.time) == (950 * MS, 750 * MS)
+    assert timing.elapsed(timing.joint_base) == 0.05
+    assert timing.is_sure
+
+
+COMPARED: dict[str, tuple[list[int], float, int, float]] = {
+    "slow ones with the one before": ([0, 200, 400], 0.2, 1, 0.2),
+    "over a pause, which tells nothing of the rhythm": (
+        *([*range(0, 1_001, 10), *range(3_000, 3_501, 10)], 0.01, 5, 0.05),
+    ),
+    "before the rhythm is known, as they arrived": ([*range(0, 501, 20)], 0.01, 3, 0.06),
+    "by the rhythm that was learned": ([*range(0, 6_000, 4)], 0.01, 13, 0.052),
+    # Ten reports wait on their way, and then come 1 ms after each other.
+    "bunched ones as they were measured": (
+        *([*range(0, 501, 10), *range(520, 580)], 0.01, 50, 0.5),
+    ),
+}
+"""When reports come [ms], the declared period; how many before is compared, how long ago [s]."""
+
+
+@pytest.mark.parametrize(
+    ("arrivals", "period", "before", "elapsed"), COMPARED.values(), ids=COMPARED
+)
+def test_reports_are_compared_with_one_that_was_measured_long_enough_before(
+    arrivals: list[int], period: float, before: int, elapsed: float
+) -> None:
+    timing = taken(*arrivals, period=period)
+    assert timing.joint_base is not None
+    assert timing.newest is not None
+    assert timing.newest.number - timing.joint_base.number == before
+    assert timing.elapsed(timing.joint_base) == pytest.approx(elapsed)
+
+
+def test_reports_of_one_turn_count_as_the_newest_of_them() -> None:
+    timing = taken(0, 10, 20, 20, 20, 70)
+    assert timing.joint_base is not None
+    assert timing.joint_base.position == (4.0,)
+
+
+def test_the_first_report_after_a_silence_is_neither_judged_nor_compared_with() -> None:
+    assert not taken(*range(0, 101, 10), 126).is_sure
+    timing = taken(*range(0, 101, 10), 126, 136, 146, 156, 166, 176)
+    assert timing.is_sure
+    assert timing.joint_base is not None
+    assert timing.joint_base.time == 100 * MS
+
+
+def test_a_motion_compares_with_nothing_from_before_it() -> None:
+    timing = taken(*range(0, 1_001, 10))
+    timing.begin()
+    assert [timing.joint_base, timing.point_base] == [None, None]
+    for at in range(1_010, 1_051, 10):
+        timing.take((0.0,), at * MS)
+    assert timing.joint_base is not None
+    assert (timing.joint_base.time, timing.point_base) == (1_000 * MS, None)
+
+
+@pytest.mark.parametrize("seed", range(20))
+def test_no_delay_makes_the_time_seem_shorter_by_a_tenth(seed: int) -> None:
+    """However the delays come and go, up to 0.2 s: the limit is exceeded by no report."""
+    chance = Random(seed)
+    timing = ReportTiming(0.01)
+    measured: list[int] = []
+    arrived = 0
+    most = chance.choice((5, 50, 200))
+    for number in range(1_500):
+        delay = chance.choice((chance.randint(0, most), number % most, 0))
+        arrived = max(arrived, number * 10 * MS + delay * MS)
+        measured.append(number * 10)
+        report = timing.take((0.0,), arrived)
+        for base in (timing.joint_base, timing.point_base):
+            if base is not None and timing.is_sure:
+                true = (measured[report.number] - measured[base.number]) / 1e3
+                assert timing.elapsed(base) * 1.1 >= true
+
+
+def test_a_lost_connection_forgets_all_of_it() -> None:
+    timing = taken(*range(0, 1_001, 10))
+    timing.clear()
+    timing.take((0.0,), 0)
+    assert timing.joint_base is None

@@ -3,15 +3,25 @@
 from __future__ import annotations
 
 from random import Random
+from typing import cast
 
 import numpy as np
 import pytest
 from promises.promise_table import figure
+from rigs.cells.lagging_robot import TICK, LaggingRobot, TrackedDrive
 from rigs.cells.server_rig import MS
 from rigs.cells.stalling_cell import StallingCell, Who
 from rigs.motion.jog_pad import EmulatedPad
+from rigs.motion.simple_jogger import SimpleJogger
 
+from openpendant.motion.description.limits import JointLimits
+from openpendant.motion.jog import JogCaps, Jogger, JointJog
+from openpendant.server.cell.execution.setpoint_sources import JogRows, Press
 from openpendant.server.cell.execution.tracking import EMULATED
+from openpendant.server.cell.execution.trajectory_execution import ActiveMotion
+from openpendant.server.control import MotionKind
+from openpendant.server.events.cell_events import MotionRequest
+from openpendant.server.settings.cell_settings import ControllerLink, JogSettings
 from openpendant.simplemsg.pendant import Activity
 from openpendant.simplemsg.verdicts import VerdictCode as V
 
@@ -79,9 +89,7 @@ def test_twenty_stalls_of_an_emulator_end_no_jog(lead: float) -> None:
     chance = Random(55)
     jog = HeldJog(lead)
     stalls(jog, "emulator", [chance.choice((100, 150, 200)) for _ in range(20)], 300)
-    assert jog.is_held
-    assert jog.ends == []
-    assert jog.cell.controller.referee.events["stalls"] == 20
+    assert (jog.is_held, jog.ends, jog.cell.controller.referee.events["stalls"]) == (True, [], 20)
     assert not jog.cell.controller.referee.events["under-runs"]
 
 
@@ -97,8 +105,7 @@ def test_and_the_controller_has_no_more_in_stock_than_the_lead(lead: float, unse
 def test_twenty_stalls_of_the_server_within_the_lead_end_no_jog() -> None:
     jog = HeldJog(0.1)
     stalls(jog, "server", [50] * 20, 300)
-    assert jog.is_held
-    assert jog.ends == []
+    assert (jog.is_held, jog.ends) == (True, [])
 
 
 @pytest.mark.parametrize(("lead", "away"), [(0.05, 100), (0.1, 150), (0.1, 200)])
@@ -108,8 +115,7 @@ def test_a_longer_one_ends_it_names_the_server_and_latches_nothing(lead: float, 
     jog.keep(300)
     jog.stall("server", away)
     jog.keep(300)
-    assert jog.ends == [V.SERVER_LATE]
-    assert jog.cell.core.cell.stop is None
+    assert (jog.ends, jog.cell.core.cell.stop) == ([V.SERVER_LATE], None)
     jog.hold_key()
     jog.keep(300)
     assert jog.is_held
@@ -120,3 +126,63 @@ def test_a_robot_that_stands_more_than_half_of_the_time_does_not_follow() -> Non
     stalls(jog, "emulator", [round(figure(55, "stall").ms)] * 6, 50)
     assert jog.ends == [V.NOT_FOLLOWING]
     assert jog.cell.now % (10 * MS) == 0
+
+
+LIMITS = JointLimits(
+    names=("first", "second"),
+    lower=(-6.0, -6.0),
+    upper=(6.0, 6.0),
+    velocity=(1.0, 1.0),
+    acceleration=(5.0, 5.0),
+    prismatic=(False, False),
+)
+LINK = ControllerLink()
+LEAD = JogSettings().lead
+HOLD_NS = 60_000_000_000
+
+
+class StandingRobot(LaggingRobot):
+    stands_from: int | None = None
+
+    def advance(self, now: int) -> None:
+        super().advance(now if self.stands_from is None else min(now, self.stands_from))
+
+
+def held_jog(lag: float) -> tuple[TrackedDrive, StandingRobot]:
+    start = (0.0, 0.0)
+    robot = StandingRobot(LIMITS, start, [lag, lag / 2], 0)
+    drive = TrackedDrive(LIMITS, LINK, robot, chance=Random(1), is_prompt=True)
+    caps = JogCaps(1.0, 1.0, 10.0, 1.0, False)
+    press = Press(1, 1, HOLD_NS, drive.now)
+    jogger = SimpleJogger(LIMITS, start, caps)
+    jogger.aim(JointJog((0.5, 0.3)))
+    rows = JogRows(cast(Jogger, jogger), start, JointJog((0.5, 0.3)), press)
+    drive.perform(
+        drive.driving.drive(
+            ActiveMotion(MotionRequest(1, 1), MotionKind.JOG, 1), rows, LEAD, drive.now
+        )
+    )
+    return drive, robot
+
+
+@pytest.mark.parametrize("lag", [0.0, 0.03, 0.05, LINK.lag])
+def test_a_robot_that_lags_as_declared_is_jogged_at_the_usual_lead(lag: float) -> None:
+    drive, robot = held_jog(lag)
+    drive.run(3_000)
+    assert drive.driving.is_driving
+    assert robot.stock(drive.now) <= round(LEAD * 1e9) + TICK
+    assert drive.ended == drive.alarms == []
+    assert robot.waited == 0
+
+
+def test_one_that_stands_does_not_follow_after_half_a_second() -> None:
+    drive, robot = held_jog(0.0)
+    drive.run(1_000)
+    robot.stands_from = drive.now
+    drive.run(490)
+    assert drive.ended == []
+    drive.run(30)
+    (refusal,) = drive.ended
+    assert refusal is not None
+    assert refusal.code is V.NOT_FOLLOWING
+    assert robot.stock(drive.now) <= round((LEAD + LINK.lag) * 1e9) + TICK

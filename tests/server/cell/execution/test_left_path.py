@@ -8,7 +8,7 @@ from __future__ import annotations
 from collections.abc import Callable, Sequence
 
 import pytest
-from rigs.cells.ros_face_situations import unknown_mode
+from rigs.cells.ros_situations import unknown_mode
 from rigs.cells.server_rig import ready
 from rigs.cells.watched_motions import (
     MOTIONS,
@@ -32,14 +32,6 @@ DEFAULTS = {"path_tolerance": 0.02, "lag": 0.08, "noise": 0.001}
 
 def shifted(place: Place, joint: int, by: float) -> Place:
     return tuple(at + by * (number == joint) for number, at in enumerate(place))
-
-
-def reversed_order(place: Place) -> Place:
-    return place[::-1]
-
-
-def another_robot(place: Place) -> Place:
-    return tuple(0.1 * (number + 1) for number in range(len(place)))
 
 
 @pytest.mark.parametrize("motion", MOTIONS)
@@ -95,7 +87,11 @@ def test_promise_52_reports_that_are_right_and_wrong_in_turn_stop_it_by_the_firs
 
 
 @pytest.mark.parametrize("motion", MOTIONS)
-@pytest.mark.parametrize("change", [reversed_order, another_robot])
+@pytest.mark.parametrize(
+    "change",
+    [lambda place: place[::-1], lambda place: tuple(0.1 * (n + 1) for n in range(len(place)))],
+    ids=["reversed order", "another robot"],
+)
 def test_promise_52_reports_of_the_wrong_joints_or_robot_stop_it(
     motion: Callable[[], MovingCell], change: Callable[[Place], Place]
 ) -> None:

@@ -6,16 +6,23 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
 
 import pytest
+from rigs.cells.expectations import expect, known, refusal_from
+from rigs.cells.robot_cell_situations import codes, enabled, moving
+from rigs.cells.server_rig import MS, ServerRig
+from rigs.motion.jog_pad import JogPad
 
 from openpendant.motion.description.limits import JointLimits
 from openpendant.motion.trajectory.trajectory import Row
 from openpendant.server.cell.execution.motion_watch import MotionWatch, ReportTiming
+from openpendant.server.cell.execution.setpoint_sources import StoredRows
 from openpendant.server.cell.execution.tracking import TrackingTolerances, tracking_tolerances
+from openpendant.server.events.effects import SendStop, SendToController
 from openpendant.server.refusal import Refusal
 from openpendant.server.settings.cell_settings import CellSettings, ControllerLink, settings_as_data
+from openpendant.simplemsg import JointTrajPtFull
+from openpendant.simplemsg.pendant import Activity, StopChanged, StopKind
 from openpendant.simplemsg.verdicts import VerdictCode as V
 
-MS = 1_000_000
 LIMITS = JointLimits(
     names=("turning", "sliding"),
     lower=(-2.0, 0.0),
@@ -94,8 +101,7 @@ def test_a_jump_is_called_by_what_it_breaks(
 ) -> None:
     it = Watched()
     assert it.along(lambda _: (0.0, 0.5), 0.3) is None
-    refusal = it.report(*to)
-    assert refusal is not None
+    refusal = refusal_from(it.report(*to))
     assert (refusal.code, refusal.joint) == (code, joint)
     assert refusal.limit == pytest.approx(limit)
     reported = abs(to[joint] - (0.0, 0.5)[joint]) if code is V.LEFT_THE_PATH else to[joint]
@@ -104,9 +110,7 @@ def test_a_jump_is_called_by_what_it_breaks(
 
 def test_the_refusal_says_the_tolerances_that_it_comes_from() -> None:
     it = Watched()
-    refusal = it.report(0.3, 0.5)
-    assert refusal is not None
-    assert refusal.text == (
+    assert refusal_from(it.report(0.3, 0.5)).text == (
         "joint 1 is reported 0.3000 rad off its path, accepted 0.0100: path_tolerance 0.01 rad,"
         " lag 0.01 s at 0.000 rad/s, noise 0 rad"
     )
@@ -115,8 +119,7 @@ def test_the_refusal_says_the_tolerances_that_it_comes_from() -> None:
 def test_who_begins_outside_may_be_there_and_no_farther() -> None:
     it = Watched(WIDE._replace(range=(0.02, 0.01)), start=(2.1, 0.5))
     assert it.along(lambda _: (2.119, 0.5), 0.3) is None
-    refusal = it.report(2.121, 0.5)
-    assert refusal is not None
+    refusal = refusal_from(it.report(2.121, 0.5))
     assert refusal.code is V.OVER_RANGE
     assert refusal.limit == pytest.approx(2.12)
 
@@ -135,8 +138,8 @@ def test_noise_is_accepted_twice_in_the_time_of_a_speed() -> None:
     it = Watched(WIDE._replace(noise=0.001))
     # 2 rad/s and a tenth, and 2 mrad in 50 ms.
     assert it.along(lambda t: (2.239 * t, 0.5), 0.3) is None
-    fast = Watched(WIDE._replace(noise=0.001)).along(lambda t: (2.241 * t, 0.5), 0.3)
-    assert fast is not None
+    it = Watched(WIDE._replace(noise=0.001))
+    fast = refusal_from(it.along(lambda t: (2.241 * t, 0.5), 0.3))
     assert fast.limit == pytest.approx(2.24)
 
 
@@ -190,8 +193,7 @@ class ElbowOnly(TwoLinks):
 
 def test_an_elbow_that_is_too_fast_is_named_though_the_tool_stands() -> None:
     it = Watched(WIDE, cap=0.25, start=(0.0, 0.0), points=ElbowOnly())
-    refusal = it.along(lambda t: (0.0, 0.28 * t), 0.4)
-    assert refusal is not None
+    refusal = refusal_from(it.along(lambda t: (0.0, 0.28 * t), 0.4))
     assert (refusal.code, refusal.joint) == (V.OVER_SPEED, -1)
     assert refusal.text.startswith("the elbow is reported at 0.280 m/s over 250 ms")
 
@@ -208,18 +210,14 @@ def test_during_a_stop_it_may_leave_its_path_and_nothing_else() -> None:
     assert it.along(lambda t: (1.5 + 0.5 * t, 0.5), 0.4) is None
     it.watch.stopping()
     assert it.along(lambda t: (1.5 + 0.5 * t, 0.5 + 0.3 * (t - 0.4)), 0.5) is None
-    refusal = it.along(lambda t: (1.5 + 0.5 * t, 0.65), 0.5)
-    assert refusal is not None
-    assert refusal.code is V.OVER_RANGE
+    assert refusal_from(it.along(lambda t: (1.5 + 0.5 * t, 0.65), 0.5)).code is V.OVER_RANGE
 
 
 def test_during_a_stop_a_run_away_is_too_fast() -> None:
     it = Watched(start=(-1.0, 0.5), speeds=(0.5, 0.0))
     assert it.along(lambda t: (-1.0 + 0.5 * t, 0.5), 0.4) is None
     it.watch.stopping()
-    refusal = it.along(lambda t: (-0.8 + 3.0 * (t - 0.4), 0.5), 0.5)
-    assert refusal is not None
-    assert refusal.code is V.OVER_SPEED
+    assert refusal_from(it.along(lambda t: (-0.8 + 3.0 * (t - 0.4), 0.5), 0.5)).code is V.OVER_SPEED
 
 
 @pytest.mark.parametrize(("turn", "code"), [(0.32, None), (0.34, V.OVER_SPEED)])
@@ -248,8 +246,7 @@ def test_reports_that_are_right_and_wrong_in_turn_are_wrong(turns: int) -> None:
 
 def test_joints_in_the_wrong_order_have_left_the_path() -> None:
     it = Watched(start=(0.4, 0.5), speeds=(0.5, 0.0))
-    refusal = it.along(lambda t: (0.4, 0.5 + 0.5 * t), 0.1)
-    assert refusal is not None
+    refusal = refusal_from(it.along(lambda t: (0.4, 0.5 + 0.5 * t), 0.1))
     assert (refusal.code, refusal.joint) == (V.LEFT_THE_PATH, 1)
 
 
@@ -275,3 +272,95 @@ def test_what_a_file_names_counts_and_the_rest_is_closer_on_an_emulated_controll
     again = CellSettings.model_validate(noted)
     assert again == CellSettings(controller=link)
     assert tracking_tolerances(again.controller, LIMITS, says_emulated=emulated) == found
+
+
+def cruising() -> tuple[ServerRig, JogPad]:
+    """Return a motion that was planned under a cap of 2 m/s and runs at full speed."""
+    rig, pad = enabled("manual_high", controller={"lead": 0.09})
+    assert pad.speed(1.0, 2.0) is V.ACCEPTED
+    assert pad.pendant.path((0.0, 0.5), (1.9, 1.9)) is V.ACCEPTED
+    pad.hold(400)
+    assert newest_speed(rig) == pytest.approx(2.0, rel=0.05)
+    return rig, pad
+
+
+def newest_speed(rig: ServerRig) -> float:
+    point = expect(JointTrajPtFull, rig.points[-1])
+    return max(abs(velocity) for velocity in point.velocities)
+
+
+def test_a_lower_cap_slows_the_motion_in_proportion_and_a_higher_one_does_not_speed_it_up() -> None:
+    rig, pad = cruising()
+    assert pad.speed(1.0, 1.0) is V.ACCEPTED
+    pad.hold(280)
+    assert newest_speed(rig) == pytest.approx(1.0, rel=0.05)
+    assert pad.speed(1.0, 4.0) is V.ACCEPTED
+    pad.hold(100)
+    assert 1.0 < newest_speed(rig) <= 2.0 * (1 + 1e-9)
+    assert rig.activity() is Activity.MOVING
+
+
+def test_a_fault_of_the_controller_that_is_gone_before_the_next_tick_ends_the_motion() -> None:
+    rig, pad = cruising()
+    rig.controller.e_stopped = True
+    rig.report()
+    assert len(rig.stops) == 1
+    rig.controller.e_stopped = False
+    rig.report()
+    pad.hold(50)
+    assert pad.pendant.outcomes()[-1][1] is V.CONTROLLER_STOPPED
+
+
+def test_a_set_point_that_fails_the_last_look_does_not_leave_and_latches_a_protective_stop(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    rig, pad = cruising()
+    rows = known(rig.core.cell.motions.playing)
+    take = rows.take
+
+    def jump() -> Row:
+        row = take()
+        return row._replace(position=[value - 0.3 for value in row.position])
+
+    monkeypatch.setattr(rows, "take", jump)
+    sent = len(rig.points)
+    pad.hold(20)
+    assert len(rig.points) == sent
+    stop = known(rig.core.cell.stop)
+    assert stop.is_protective
+    assert rig.stops
+    assert pad.pendant.outcomes()[-1][1] is V.CERTIFICATE_REFUSED
+
+
+@pytest.mark.parametrize(
+    "fault",
+    [{"position": [9.0, 0.0]}, {"velocity": [9.0, 0.0]}, {"position": [float("nan"), 0.0]}],
+    ids=["position", "velocity", "no number"],
+)
+def test_a_sample_that_became_faulty_does_not_leave(
+    fault: dict[str, list[float]], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    rig, pendant = moving()
+    take, sent = StoredRows.take, len(rig.points)
+
+    def faulty(rows: StoredRows) -> Row:
+        row = take(rows)
+        return Row(
+            row.time,
+            fault.get("position", row.position),
+            fault.get("velocity", row.velocity),
+            row.acceleration,
+        )
+
+    monkeypatch.setattr(StoredRows, "take", faulty)
+    rig.now += 10 * MS
+    rig.report()
+    out = rig.tick()
+    assert isinstance(out[0], SendStop)
+    assert not any(isinstance(item, SendToController) for item in out)
+    (told,) = pendant.all(StopChanged)
+    assert told.stop == StopKind.PROTECTIVE
+    assert codes(pendant) == [V.CERTIFICATE_REFUSED]
+    monkeypatch.undo()
+    rig.wait(500)
+    assert len(rig.points) == sent

@@ -2,12 +2,24 @@
 
 from __future__ import annotations
 
+from random import Random
+
 import pytest
+from rigs.cells.controller_reports import joint_report
+from rigs.cells.expectations import known
+from rigs.cells.server_rig import MS
 
 from openpendant.motion.trajectory.trajectory import Row
-from openpendant.server.cell.execution.tracking import PathTracking, TrackingTolerances
+from openpendant.server.cell.execution.feedback import Feedback
+from openpendant.server.cell.execution.tracking import (
+    SAME_PLACE,
+    JogPace,
+    PathTracking,
+    TrackingMonitor,
+    TrackingTolerances,
+)
+from openpendant.server.settings.cell_settings import ControllerLink
 
-MS = 1_000_000
 FLAT = TrackingTolerances((0.01, 0.01), 0.0, 0.0, (0.02, 0.02))
 LAGGING = TrackingTolerances((0.01, 0.01), 0.08, 0.001, (0.02, 0.02))
 
@@ -70,14 +82,12 @@ def test_between_two_samples_the_way_back_counts_as_the_way_there() -> None:
 def test_each_joint_may_lag_by_its_own_greatest_speed() -> None:
     path = line(LAGGING)
     follow(path, 490)
-    found = path.deviation((0.5, 0.0111), 500 * MS)
-    assert found is not None
+    found = known(path.deviation((0.5, 0.0111), 500 * MS))
     # The joint that stands has no more than tolerance and noise, however fast the other is.
     assert found.joint == 1
     assert found.limit == pytest.approx(0.011)
     assert path.deviation((0.585, 0.0), 500 * MS) is None
-    found = path.deviation((0.595, 0.0), 500 * MS)
-    assert found is not None
+    found = known(path.deviation((0.595, 0.0), 500 * MS))
     assert (found.joint, found.speed) == (0, 1.0)
     assert found.limit == pytest.approx(0.091)
 
@@ -157,3 +167,157 @@ def test_a_value_that_is_no_number_does_not_fit(joint: int) -> None:
     path = line(FLAT)
     reported = (float("nan"), 0.0) if joint == 0 else (0.0, float("nan"))
     assert path.deviation(reported, 0) is not None
+
+
+def following(started: int = 0, count: int = 10, pace: JogPace | None = None) -> TrackingMonitor:
+    """Return the progress on samples of 0.01 rad each, 10 ms apart."""
+    made = TrackingMonitor(started) if pace is None else TrackingMonitor(started, pace)
+    for index in range(count):
+        made.sent(Row(0.01 * index, [0.01 * index], [1.0], [0.0]))
+    return made
+
+
+def report(position: float, at: int) -> Feedback:
+    feedback = Feedback(1, ControllerLink())
+    feedback.take(joint_report((position,), (0.0,)), at)
+    return feedback
+
+
+def seen(progress: TrackingMonitor, *reports: tuple[int, float]) -> TrackingMonitor:
+    for at, place in reports:
+        progress.update(report(place, at * MS))
+    return progress
+
+
+@pytest.mark.parametrize(
+    ("position", "at", "base"),
+    [
+        (0.05, 150, 100),  # on time
+        (0.05, 170, 120),  # 20 ms late
+        (0.05, 130, 100),  # ahead, which it never is
+        (0.0, 400, 400),  # it stands
+        (0.02, 99, 100),  # from before it began
+        (0.09, 900, 100),  # at the end of what was sent, whenever that was
+    ],
+)
+def test_a_robot_began_when_its_place_says_and_lags_by_what_is_later_than_it_was_told_to(
+    position: float, at: int, base: int
+) -> None:
+    progress = seen(following(100 * MS), (at, position))
+    assert progress.base == base * MS
+    assert progress.lag == pytest.approx((base - 100) / 1e3)
+
+
+def test_a_robot_that_stands_falls_behind_as_time_goes_on() -> None:
+    progress = following()
+    assert [seen(progress, (at, 0.0)).lag for at in (50, 100, 400)] == [0.05, 0.1, 0.4]
+
+
+def test_a_robot_that_catches_up_lags_no_more() -> None:
+    progress = seen(following(), (60, 0.01))
+    assert progress.lag == pytest.approx(0.05)
+    assert seen(progress, (70, 0.07)).lag == 0
+
+
+@pytest.mark.parametrize(
+    ("reports", "bases"),
+    [
+        ([(99, 0.08), (150, 0.03)], [100, 120]),  # one from before the start moves nothing on
+        ([(160, 0.06), (170, 0.02)], [100, 110]),  # none goes back: it stands at what it reached
+        ([(190, 0.07), (600, 0.09)], [120, 120]),  # at the last sample the known time stays
+    ],
+    ids=["before the start", "never back", "at the last sample"],
+)
+def test_a_robot_goes_on_by_what_it_is_seen_to_have_reached(
+    reports: list[tuple[int, float]], bases: list[int]
+) -> None:
+    progress = following(100 * MS)
+    assert [seen(progress, each).base // MS for each in reports] == bases
+
+
+def test_where_several_samples_fit_the_latest_counts() -> None:
+    progress = TrackingMonitor(0)
+    for index in range(10):
+        progress.sent(Row(0.01 * index, [0.0], [0.0], [0.0]))
+    progress.update(report(0.0, 90 * MS))
+    assert progress.lag == 0
+
+
+@pytest.mark.parametrize("seed", range(80))
+def test_the_place_is_the_last_sample_nearly_as_near_as_the_nearest(seed: int) -> None:
+    """Whatever the way: slow, fast, there and back, with one joint or with all."""
+    chance = Random(seed)
+    speeds = [chance.choice((0.0, 1e-4, 1e-3, 1e-2)) for _ in range(6)]
+    if seed % 4 == 0:
+        speeds = [speeds[0]] * 6
+    rows, at = [], [0.0] * 6
+    for index in range(20):
+        rows.append(Row(0.01 * (index + 1), at, speeds, speeds))
+        at = [
+            place + chance.choice((-1.0, 1.0, 1.0)) * speed
+            for place, speed in zip(at, speeds, strict=True)
+        ]
+    seen = tuple(place + chance.uniform(-1.0, 1.0) * 1e-3 for place in chance.choice(rows).position)
+    progress = TrackingMonitor(0)
+    for each in rows:
+        progress.sent(each)
+    feedback = Feedback(6, ControllerLink())
+    feedback.position, feedback.received = seen, 1_000 * MS
+    progress.update(feedback)
+    gaps = [max(abs(a - b) for a, b in zip(each.position, seen, strict=True)) for each in rows]
+    place = max(index for index, gap in enumerate(gaps) if gap <= min(gaps) + SAME_PLACE)
+    # At the last sample nobody can see how far behind it is.
+    behind = 0 if place == len(rows) - 1 else 1_000 * MS - round(rows[place].time * 1e9)
+    assert progress.base == behind
+
+
+def jogged(lag: float = 0.0, unseen: float = 1.0) -> TrackingMonitor:
+    """Return the progress of a jog, 3 s of which were sent."""
+    return following(0, 300, JogPace(lag, unseen))
+
+
+def test_a_jogged_robot_that_stands_is_behind_by_as_long_as_it_stands() -> None:
+    progress = seen(jogged(), *((at, 0.5) for at in range(500, 1_001, 10)))
+    assert progress.lag == pytest.approx(0.5)
+
+
+def test_one_that_stood_and_goes_on_is_forgiven_after_a_second() -> None:
+    stood = [(at, max(at - 200, 500) / 1e3) for at in range(500, 1_701, 10)]
+    progress = seen(jogged(), *stood[:-20])
+    assert progress.lag == pytest.approx(0.2)
+    assert seen(progress, *stood[-20:]).lag == 0
+    assert progress.base == 200 * MS
+
+
+@pytest.mark.parametrize(("pace", "behind"), [(0.9, 0.1), (0.5, 0.5), (0.4, 0.6)])
+def test_a_slow_one_is_behind_by_what_it_loses_in_a_second(pace: float, behind: float) -> None:
+    progress = seen(jogged(), *((at, at * pace / 1e3) for at in range(0, 2_001, 10)))
+    assert progress.lag == pytest.approx(behind, abs=0.02)
+
+
+def test_a_planned_motion_forgives_nothing() -> None:
+    stood = [(at, max(at - 200, 500) / 1e3) for at in range(500, 2_501, 10)]
+    assert seen(following(0, 300), *stood).lag == pytest.approx(0.2)
+
+
+def test_a_new_press_after_a_rest_starts_with_no_lag() -> None:
+    progress = seen(jogged(), *((at, 0.5) for at in range(500, 801, 10)))
+    progress.go_on(3.0, 5_000 * MS)
+    assert progress.lag == 0
+    assert progress.time(5_000 * MS) == 3_000 * MS
+
+
+@pytest.mark.parametrize(("behind", "expected"), [(0, 0), (50, 0), (80, 0), (130, 50)])
+def test_a_jog_is_paced_by_a_controller_whose_robot_lags(behind: int, expected: int) -> None:
+    progress = seen(jogged(lag=0.08), (500, (500 - behind) / 1e3))
+    assert progress.clock == expected * MS
+
+
+def test_the_clock_of_a_jog_stands_where_no_report_comes() -> None:
+    progress = seen(jogged(unseen=0.05), (500, 0.5))
+    times = [progress.time(at * MS) // MS for at in (500, 549, 550, 551, 700)]
+    assert times == [500, 549, 550, 550, 550]
+
+
+def test_that_of_a_planned_motion_runs_on() -> None:
+    assert seen(following(), (50, 0.05)).time(700 * MS) == 700 * MS

@@ -4,10 +4,11 @@ from __future__ import annotations
 
 import itertools
 import random
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 
 import pytest
 from promises.promise_table import figure
+from rigs.cells.robot_cell_situations import at_a_pad, enabled
 from rigs.cells.server_rig import LIMITS, MS, TICK, ServerRig, ready
 from rigs.motion.jog_pad import JogPad
 from rigs.motion.simple_jogger import point_speed
@@ -16,7 +17,6 @@ from openpendant.server.events.effects import SendToController
 from openpendant.simplemsg import JointTrajPtFull, TriState
 from openpendant.simplemsg.pendant import (
     Activity,
-    Enabling,
     EnablingPosition,
     JogEnd,
     JogEnded,
@@ -32,9 +32,7 @@ FULL_SPEED = 0.25
 
 
 def jogging(mode: str = "manual_high", **jog: float) -> tuple[ServerRig, JogPad]:
-    rig = ready(modes={"initial": mode}, jog=jog)
-    pad = JogPad(rig)
-    pad.squeeze()
+    rig, pad = enabled(mode, jog=jog)
     assert pad.press(1.0, 0.0) is V.ACCEPTED
     pad.hold(200)
     assert rig.activity() is Activity.JOGGING
@@ -61,7 +59,7 @@ def begin_of_ramp(rig: ServerRig, since: int) -> int:
 
 
 def squeeze_on(pad: JogPad) -> None:
-    pad.pendant.send(Enabling(EnablingPosition.HELD))
+    pad.pendant.enable(EnablingPosition.HELD)
     pad.rig.wait(10)
 
 
@@ -123,7 +121,7 @@ def _random_presses(presses: int) -> None:
         assert pad.press(away, 0.0, deadline=deadline) is V.ACCEPTED
         last_beat, due, beats = rig.now, round(deadline * 1e9), chance.randrange(5)
         while rig.now - last_beat < due:
-            pad.pendant.send(Enabling(EnablingPosition.HELD))
+            pad.pendant.enable(EnablingPosition.HELD)
             match chance.randrange(8):
                 case 0 | 1:
                     # A beat of its own that comes in time, anywhere between two ticks.
@@ -140,7 +138,7 @@ def _random_presses(presses: int) -> None:
                 case 3:
                     stranger.beat(press=pad.press_number)
                 case 4:
-                    pad.pendant.send(Enabling(EnablingPosition.HELD))
+                    pad.pendant.enable(EnablingPosition.HELD)
             rig.wait(10)
         for _ in range(3):
             squeeze_on(pad)
@@ -162,8 +160,7 @@ def test_promise_1_holds_over_ten_thousand_random_sequences() -> None:
 def test_promise_2_a_lost_connection_stops_in_the_same_call() -> None:
     rig, pad = jogging()
     pad.pendant.close()
-    assert rig.stops == [rig.now]
-    assert rig.core.cell.authority.holder is None
+    assert (rig.stops, rig.core.cell.authority.holder) == ([rig.now], None)
 
 
 def test_a_release_ramps_down_and_its_account_is_told_before_the_outcome() -> None:
@@ -194,9 +191,7 @@ def test_a_dead_press_never_moves_again(number: int) -> None:
 
 
 def test_a_press_must_quote_a_recent_state() -> None:
-    rig = ready(modes={"initial": "manual_high"})
-    pad = JogPad(rig)
-    pad.squeeze()
+    rig, pad = enabled("manual_high")
     quoted = pad.newest_state.sequence
     pad.hold(600)
     assert pad.press(1.0, 0.0, quoted=quoted) is V.PRESS_STALE
@@ -264,52 +259,27 @@ def test_a_changed_override_rules_the_jog_at_once_and_smoothly() -> None:
 # What ends a jog besides its press.
 
 
-def let_go(rig: ServerRig, pad: JogPad) -> None:
-    pad.let_go()
-
-
-def panic(rig: ServerRig, pad: JogPad) -> None:
-    pad.squeeze(EnablingPosition.PANIC)
-
-
-def change_mode(rig: ServerRig, pad: JogPad) -> None:
-    pad.mode(OperatingMode.MANUAL_REDUCED)
-
-
-def software_stop(rig: ServerRig, pad: JogPad) -> None:
-    pad.pendant.stop()
-
-
-def observer_stops(rig: ServerRig, pad: JogPad) -> None:
-    rig.pendant("observer").stop()
-
-
-def give_authority_back(rig: ServerRig, pad: JogPad) -> None:
-    pad.pendant.release()
-
-
 def controller_emergency_stop(rig: ServerRig, pad: JogPad) -> None:
     rig.controller.e_stopped = True
 
 
-ENDS = [
-    (let_go, V.ENABLING_LOST),
-    (panic, V.ENABLING_LOST),
-    (change_mode, V.MODE_CHANGED),
-    (software_stop, V.STOPPED),
-    (observer_stops, V.STOPPED),
-    (give_authority_back, V.AUTHORITY_LOST),
-    (controller_emergency_stop, V.CONTROLLER_STOPPED),
-]
+ENDS: dict[str, tuple[Callable[[ServerRig, JogPad], object], V]] = {
+    "let go": (lambda _, pad: pad.let_go(), V.ENABLING_LOST),
+    "panic": (lambda _, pad: pad.squeeze(EnablingPosition.PANIC), V.ENABLING_LOST),
+    "another mode": (lambda _, pad: pad.mode(OperatingMode.MANUAL_REDUCED), V.MODE_CHANGED),
+    "software stop": (lambda _, pad: pad.pendant.stop(), V.STOPPED),
+    "an observer's stop": (lambda rig, _: rig.pendant("observer").stop(), V.STOPPED),
+    "authority given back": (lambda _, pad: pad.pendant.release(), V.AUTHORITY_LOST),
+    "emergency stop": (controller_emergency_stop, V.CONTROLLER_STOPPED),
+}
 
 
-@pytest.mark.parametrize(("end", "code"), ENDS, ids=[end.__name__ for end, _ in ENDS])
+@pytest.mark.parametrize(("end", "code"), ENDS.values(), ids=ENDS)
 def test_promise_32_a_jog_ends_within_a_tick_and_its_beats_wake_nothing(
-    end: object, code: V
+    end: Callable[[ServerRig, JogPad], object], code: V
 ) -> None:
     rig, pad = jogging()
     at = rig.now
-    assert callable(end)
     end(rig, pad)
     pad.hold(10)
     assert rig.stops
@@ -338,9 +308,7 @@ def test_promise_32_silence_of_the_enabling_device_stops_within_its_deadline_and
 
 @pytest.mark.parametrize(("mode", "cap"), [("manual_reduced", 0.25), ("recovery", 0.1)])
 def test_promise_12_the_tool_keeps_below_its_cap_at_every_tick(mode: str, cap: float) -> None:
-    rig = ready(modes={"initial": mode}, jog={"joint_speed": 1.0, "tool_speed": 2.0})
-    pad = JogPad(rig)
-    pad.squeeze()
+    rig, pad = enabled(mode, jog={"joint_speed": 1.0, "tool_speed": 2.0})
     for rates in ((1.0, 1.0), (-1.0, 1.0), (0.0, -1.0)):
         assert pad.press(*rates) is V.ACCEPTED
         pad.hold(700)
@@ -351,8 +319,7 @@ def test_promise_12_the_tool_keeps_below_its_cap_at_every_tick(mode: str, cap: f
 
 
 def test_promise_12_what_is_planned_in_t1_is_told_the_cap() -> None:
-    rig = ready(plans_at_once=False, modes={"initial": "manual_reduced"})
-    pad = JogPad(rig)
+    rig, pad = at_a_pad(plans_at_once=False, modes={"initial": "manual_reduced"})
     pad.squeeze()
     pad.pendant.move(0.5, 0.5)
     assert getattr(rig.jobs[0], "tool_speed", None) == 0.25
@@ -370,8 +337,7 @@ def test_jogging_into_a_limit_stays_inside_and_leaves_again() -> None:
 
 
 def test_recovery_leads_a_joint_back_inside_and_never_farther_out() -> None:
-    rig = ready(modes={"initial": "recovery"})
-    pad = JogPad(rig)
+    rig, pad = at_a_pad(modes={"initial": "recovery"})
     rig.controller.position = (2.05, 0.0)
     rig.wait(20)
     pad.squeeze()
@@ -386,8 +352,7 @@ def test_recovery_leads_a_joint_back_inside_and_never_farther_out() -> None:
 
 @pytest.mark.parametrize("mode", ["manual_reduced", "manual_high"])
 def test_a_joint_outside_its_limits_is_moved_in_recovery_only(mode: str) -> None:
-    rig = ready(modes={"initial": mode})
-    pad = JogPad(rig)
+    rig, pad = at_a_pad(modes={"initial": mode})
     rig.controller.position = (2.05, 0.0)
     rig.wait(20)
     pad.squeeze()
@@ -412,8 +377,7 @@ def test_with_a_scene_that_cannot_be_read_a_robot_is_led_out_in_recovery_only(
 
 
 def test_a_turn_of_the_controllers_selector_stops_a_jog_and_is_told_to_all() -> None:
-    rig = ready(modes={"selector": "controller"})
-    pad = JogPad(rig)
+    rig, pad = at_a_pad(modes={"selector": "controller"})
     assert pad.press(1.0, 0.0) is V.ACCEPTED
     pad.hold(200)
     rig.controller.mode = 1

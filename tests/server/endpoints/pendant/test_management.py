@@ -1,24 +1,36 @@
 from __future__ import annotations
 
 import json
-from typing import Any
+from typing import Any, get_args, get_type_hints
 
 import pytest
+from rigs.cells.emulated_cell import EmulatedCell
+from rigs.cells.expectations import only
 from rigs.cells.server_rig import ServerRig, ready
 from rigs.peers.server_clients import Pendant
 
-from openpendant.server.endpoints.pendant.management import Failure
-from openpendant.server.events.effects import Send
-from openpendant.server.events.management_requests import ReplyTo
+from openpendant.server.endpoints.pendant.access_requests import AccessRequests
+from openpendant.server.endpoints.pendant.jog_requests import EscapeRequests
+from openpendant.server.endpoints.pendant.management import Failure, ManagementRequests
+from openpendant.server.events.effects import Effect, Send
+from openpendant.server.events.management_requests import ReplyTo, handlers_of, handles
+from openpendant.server.programs.execution.breakpoints import Breakpoints
+from openpendant.server.programs.execution.dry_run_service import DryRunService
+from openpendant.server.programs.library.program_changes import ProgramChanges
+from openpendant.server.programs.library.program_library import ProgramLibrary
+from openpendant.server.recording.recording_service import RecordingService
 from openpendant.server.refusal import Refusal
+from openpendant.server.scene.scene_service import SceneService
 from openpendant.simplemsg import ReplyCode
 from openpendant.simplemsg.pendant import MAX_PENDANT_FRAME, Capability, HelloReply, Management
+from openpendant.simplemsg.pendant.management import OPERATIONS
+from openpendant.simplemsg.pendant.management.declaration import Done
+from openpendant.simplemsg.pendant.management.devices import ClearTrace
 from openpendant.simplemsg.verdicts import VerdictCode as V
 
 
 def ask(pendant: Pendant, body: bytes) -> tuple[int, Any]:
-    (reply,) = pendant.send(Management(7, body))
-    assert isinstance(reply, Management)
+    reply = only(Management, pendant.send(Management(7, body)))
     assert reply.request_id == 7
     assert len(reply.body) < MAX_PENDANT_FRAME - 100
     return reply.reply_code, json.loads(reply.body)
@@ -66,8 +78,7 @@ def test_a_cell_without_surroundings_offers_nothing_of_them() -> None:
     assert body["signals"] == {"offered": False, "inputs": [], "outputs": []}
     assert (body["tool"], body["recording"], body["program"]) == (None, None, None)
     assert body["recording_problem"] == ""
-    (hello,) = ready().stranger().hello()
-    assert isinstance(hello, HelloReply)
+    hello = only(HelloReply, ready().stranger().hello())
     offered = Capability(hello.capabilities)
     assert Capability.JOG in offered
     assert not offered & (Capability.RECORDING | Capability.SIGNALS | Capability.SCENE)
@@ -120,3 +131,65 @@ def test_a_refusal_names_the_joint_the_value_and_the_limit() -> None:
 def test_every_refusal_is_of_the_published_schema() -> None:
     for body in _refusals():
         assert Failure.model_validate(body).model_dump(exclude_none=True) == body
+
+
+SERVICES = (
+    AccessRequests,
+    Breakpoints,
+    DryRunService,
+    ManagementRequests,
+    ProgramChanges,
+    ProgramLibrary,
+    RecordingService,
+    EscapeRequests,
+    SceneService,
+)
+
+
+def methods() -> dict[str, Any]:
+    return {
+        f"{service.__name__}.{name}": method
+        for service in SERVICES
+        for name, method in vars(service).items()
+        if hasattr(method, "handles")
+    }
+
+
+def test_every_operation_has_one_handler() -> None:
+    handled = [method.handles for method in methods().values()]
+    assert len(handled) == len(set(handled))
+    assert set(handled) == set(OPERATIONS.values())
+
+
+def test_a_cell_finds_a_handler_for_every_operation() -> None:
+    core = EmulatedCell(has_surroundings=True).core
+    handlers = core.pendants._management._handlers
+    assert set(handlers) == set(OPERATIONS.values())
+
+
+@pytest.mark.parametrize("name", methods())
+def test_a_handler_takes_its_request_and_answers_with_its_reply(name: str) -> None:
+    method = methods()[name]
+    hints = list(get_type_hints(method).values())
+    assert hints[0] is method.handles
+    assert get_args(hints[1]) == (method.handles.reply(),)
+
+
+class Twice:
+    @handles(ClearTrace)
+    def first(self, asked: ClearTrace, reply: ReplyTo[Done], now: int) -> list[Effect]:
+        return reply.answer({})
+
+    @handles(ClearTrace)
+    def second(self, asked: ClearTrace, reply: ReplyTo[Done], now: int) -> list[Effect]:
+        return reply.answer({})
+
+
+class Once:
+    clear = Twice.first
+
+
+@pytest.mark.parametrize("services", [(Twice(),), (Once(), Once())])
+def test_a_second_handler_for_a_request_is_an_error(services: tuple[object, ...]) -> None:
+    with pytest.raises(ValueError, match="ClearTrace has two handlers"):
+        handlers_of(*services)

@@ -1,14 +1,34 @@
 from __future__ import annotations
 
+import asyncio
+import logging
+import time
+from collections.abc import AsyncIterator, Awaitable, Callable
+from contextlib import asynccontextmanager
 from dataclasses import dataclass, field
+from typing import Any
 
 import pytest
+from rigs.processes.planning_children import (
+    BUSY,
+    ECHO,
+    FLOOD,
+    JOB,
+    MUTE,
+    Children,
+    on_both_loops,
+    run,
+    running_pool,
+    until,
+)
 
 from openpendant.motion.scene.scene import Scene
 from openpendant.server.planning.jobs import JointPathJob, PlanAnswer, PlanTask, WayCheckJob
-from openpendant.server.planning.pool import planning_pool
+from openpendant.server.planning.pool import planning_pool, planning_process
 from openpendant.server.planning.pool.planning_pool import PlanningPool
+from openpendant.server.planning.pool.planning_process import PlanningProcess
 from openpendant.server.refusal import Refusal
+from openpendant.server.settings.cell_settings import EventLoop
 from openpendant.simplemsg.verdicts import VerdictCode as V
 
 
@@ -102,8 +122,7 @@ def test_a_job_that_a_process_did_not_take_goes_to_another_or_waits(bench: Bench
     assert bench.given() == [[], []]
     bench.processes[0].is_free, bench.processes[0].is_dying = True, False
     bench.pool.hand_out()
-    assert bench.given() == [[1], []]
-    assert bench.answers == []
+    assert (bench.given(), bench.answers) == ([[1], []], [])
 
 
 def test_a_warm_process_is_preferred(bench: Bench) -> None:
@@ -173,8 +192,7 @@ def test_a_withdrawn_job_that_waits_is_never_planned_and_never_answered(bench: B
     bench.ask_for(2, 11)
     bench.pool.withdraw(1, 11)
     assert bench.next_of_first(3) == [12, 11]
-    assert bench.processes[0].given[-1].cell == 2
-    assert bench.answers == []
+    assert (bench.processes[0].given[-1].cell, bench.answers) == (2, [])
 
 
 def test_a_withdrawn_job_that_does_not_wait_is_looked_for_in_the_processes(bench: Bench) -> None:
@@ -210,3 +228,243 @@ def test_a_few_processes_serve_all_cells(
     monkeypatch.setattr(planning_pool, "PlanningProcess", lambda *given: made.append(given))
     PlanningPool(["ur5"] * cells)
     assert [given[0] for given in made] == [["ur5"]] * processes  # type: ignore[index]
+
+
+PLANNED = ("ur5", JOB, 0)
+FAILED = Refusal(V.PLANNER_FAILED)
+
+Ask = Callable[[int], Awaitable[list[Any]]]
+
+turns_after_the_death = pytest.mark.parametrize("turns", range(6))
+
+
+def test_a_process_that_cannot_be_started_is_logged_and_tried_again(
+    monkeypatch: pytest.MonkeyPatch, caplog: pytest.LogCaptureFixture
+) -> None:
+    attempts = 0
+
+    async def refuse(*_: Any, **__: Any) -> None:
+        nonlocal attempts
+        attempts += 1
+        if attempts == 3:
+            raise asyncio.CancelledError
+        raise BlockingIOError(11, "Resource temporarily unavailable")
+
+    monkeypatch.setattr(asyncio, "create_subprocess_exec", refuse)
+    monkeypatch.setattr(planning_process, "_RESTART_PAUSE", 0.001)
+    with caplog.at_level(logging.ERROR), pytest.raises(asyncio.CancelledError):
+        asyncio.run(PlanningProcess(["ur5"], lambda: None).keep_up())
+    assert [record.levelname for record in caplog.records] == ["ERROR", "ERROR"]
+    assert "temporarily unavailable" in caplog.text
+
+
+@asynccontextmanager
+async def planning(processes: int) -> AsyncIterator[Ask]:
+    answers: asyncio.Queue[Any] = asyncio.Queue()
+
+    async def ask(jobs: int) -> list[Any]:
+        for _ in range(jobs):
+            pool.submit(PlanTask("ur5", JOB, answers.put_nowait))
+        return [await answers.get() for _ in range(jobs)]
+
+    async with running_pool(processes) as pool:
+        yield ask
+
+
+async def turn(times: int) -> None:
+    for _ in range(times):
+        await asyncio.sleep(0)
+
+
+def outlast(seconds: float) -> None:
+    time.sleep(2 * seconds)
+
+
+@pytest.mark.realtime
+@pytest.mark.parametrize("processes", [1, 2])
+@turns_after_the_death
+@on_both_loops
+def test_a_job_given_to_a_process_just_killed_is_answered_and_planning_goes_on(
+    loop: EventLoop, turns: int, processes: int, children: Children
+) -> None:
+    async def test() -> None:
+        async with planning(processes) as ask:
+            await ask(2 * processes)
+            children.kill()
+            await turn(turns)
+            for answer in await ask(2 * processes):
+                assert answer == PLANNED or answer.result == FAILED
+            assert await ask(1) == [PLANNED]
+
+    assert run(loop, test()) == []
+
+
+@pytest.mark.realtime
+@on_both_loops
+def test_a_job_that_cannot_be_written_waits_for_the_next_process(
+    loop: EventLoop, children: Children, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    def refuse(_: bytes) -> None:
+        raise RuntimeError("the handler is closed")
+
+    async def test() -> None:
+        async with planning(1) as ask:
+            await ask(1)
+            monkeypatch.setattr(children.started[0].stdin, "write", refuse)
+            assert await ask(1) == [PLANNED]
+            assert len(children.started) == 2
+
+    assert run(loop, test()) == []
+
+
+@pytest.mark.realtime
+@turns_after_the_death
+@on_both_loops
+def test_a_process_that_dies_just_before_it_took_too_long_is_no_fault(
+    loop: EventLoop, turns: int, children: Children, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(planning_process, "_LONGEST_PLAN", 0.01)
+    children.command = MUTE
+
+    async def test() -> None:
+        async with planning(1) as ask:
+            asked = asyncio.ensure_future(ask(1))
+            await until(lambda: bool(children.started))
+            children.kill()
+            await turn(turns)
+            outlast(0.01)
+            assert [answer.result for answer in await asked] == [FAILED]
+
+    assert run(loop, test()) == []
+
+
+@pytest.mark.realtime
+@pytest.mark.parametrize("turns", range(6))
+@on_both_loops
+def test_a_child_that_is_still_being_started_at_the_end_is_ended(
+    loop: EventLoop, turns: int, children: Children
+) -> None:
+    async def test() -> None:
+        keeper = asyncio.create_task(PlanningProcess(["ur5"], lambda: None).keep_up())
+        await turn(turns)
+        keeper.cancel()
+        await asyncio.gather(keeper, return_exceptions=True)
+        assert [child.returncode for child in children.started] == [0] * (turns > 0)
+
+    assert run(loop, test()) == []
+
+
+@pytest.mark.realtime
+@turns_after_the_death
+@on_both_loops
+def test_a_server_that_goes_down_as_its_planner_dies_starts_no_other(
+    loop: EventLoop, turns: int, children: Children
+) -> None:
+    """A cancellation that was lost left the server waiting for the new one without end."""
+
+    async def test() -> None:
+        planner = PlanningProcess(["ur5"], lambda: None)
+        keeper = asyncio.create_task(planner.keep_up())
+        await until(lambda: planner.is_warm)
+        children.kill()
+        await until(lambda: children.started[0].returncode is not None)
+        await turn(turns)
+        keeper.cancel()
+        done, _ = await asyncio.wait([keeper], timeout=5)
+        assert done
+
+    assert run(loop, test()) == []
+
+
+@pytest.mark.realtime
+@on_both_loops
+def test_an_answer_that_nobody_reads_holds_up_no_end(loop: EventLoop, children: Children) -> None:
+    children.command = FLOOD
+
+    async def test() -> None:
+        planner = PlanningProcess(["ur5"], lambda: None)
+        keeper = asyncio.create_task(planner.keep_up())
+        await asyncio.sleep(0.3)  # more has come by then than the loop reads ahead
+        keeper.cancel()
+        done, _ = await asyncio.wait([keeper], timeout=5)
+        assert done
+
+    assert run(loop, test()) == []
+
+
+@asynccontextmanager
+async def busy_process(children: Children) -> AsyncIterator[tuple[PlanningPool, list[Any]]]:
+    """A pool whose only process is busy with a job of cell 1, and what is delivered.
+
+    Any process after that echoes what it is sent.
+    """
+    children.command = BUSY
+    answers: list[Any] = []
+    async with running_pool() as pool:
+        pool.submit(PlanTask("ur5", JOB, answers.append, 1))
+        # Warm, or else nothing is cut short.
+        await until(lambda: pool._processes[0].is_warm)
+        children.command = ECHO
+        yield pool, answers
+
+
+@pytest.mark.realtime
+@pytest.mark.parametrize("is_first", [True, False])
+@on_both_loops
+def test_a_process_busy_with_a_withdrawn_job_is_replaced_where_another_cell_waits(
+    loop: EventLoop, is_first: bool, children: Children, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(planning_process, "_LONGEST_WASTE", 0.01)
+
+    async def test() -> None:
+        async with busy_process(children) as (pool, answers):
+            if is_first:
+                pool.submit(PlanTask("ur5", JOB, answers.append, 2))
+            pool.withdraw(1, JOB.job_id)
+            if not is_first:
+                await asyncio.sleep(0.05)
+                assert len(children.started) == 1, "nobody waited"
+                pool.submit(PlanTask("ur5", JOB, answers.append, 2))
+            await until(lambda: bool(answers))
+            assert [(robot, job) for robot, job, _ in answers] == [("ur5", JOB)]
+            assert len(children.started) == 2
+
+    assert run(loop, test()) == []
+
+
+@pytest.mark.realtime
+@pytest.mark.parametrize("job_id", [JOB.job_id, 4711])
+def test_a_process_keeps_on_at_a_job_that_somebody_waits_for(
+    job_id: int, children: Children, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(planning_process, "_LONGEST_WASTE", 0.0)
+
+    async def test() -> None:
+        async with busy_process(children) as (pool, answers):
+            pool.submit(PlanTask("ur5", JOB, answers.append, 2))
+            pool.withdraw(3, job_id)
+            pool.withdraw(1, 4711)
+            await asyncio.sleep(0.05)
+            assert len(children.started) == 1
+            assert answers == []
+
+    assert run("asyncio", test()) == []
+
+
+@pytest.mark.realtime
+def test_the_answer_to_a_withdrawn_job_is_not_delivered_and_its_process_goes_on(
+    children: Children,
+) -> None:
+    async def test() -> None:
+        dropped: list[Any] = []
+        answers: asyncio.Queue[Any] = asyncio.Queue()
+        async with running_pool() as pool:
+            await until(lambda: pool._processes[0].is_warm)
+            pool.submit(PlanTask("ur5", JOB, dropped.append, 1))
+            pool.withdraw(1, JOB.job_id)
+            pool.submit(PlanTask("ur5", JOB, answers.put_nowait, 2))
+            await answers.get()
+            assert dropped == []
+            assert len(children.started) == 1
+
+    assert run("asyncio", test()) == []

@@ -5,6 +5,7 @@ from functools import cache
 
 import numpy as np
 import pytest
+from rigs.cells.expectations import refusal_from
 
 from openpendant.motion.description.robot import serial_robot
 from openpendant.motion.errors import BadArgument
@@ -19,7 +20,6 @@ from openpendant.server.planning.worker.recording_planning import (
     RecordingUnplayable,
     plan_recording,
 )
-from openpendant.server.refusal import Refusal
 from openpendant.server.store.recording_format import Extract, pack_rows
 from openpendant.simplemsg.verdicts import VerdictCode as V
 
@@ -172,8 +172,7 @@ def test_the_planning_process_answers_with_motion_certificate_and_account() -> N
 def test_a_playback_into_an_object_is_refused_with_both_bodies() -> None:
     x, y, z = _kinematics().forward(_waved()[1][150]).position.tolist()
     ball = SceneObject("ball", Sphere(0.02), (x, y, z))
-    refused = answer("ur5", replace(WAVE, scene=Scene((ball,)))).result
-    assert isinstance(refused, Refusal)
+    refused = refusal_from(answer("ur5", replace(WAVE, scene=Scene((ball,)))).result)
     assert refused.code is V.PATH_IN_COLLISION
     assert "ball" in refused.text
 

@@ -17,7 +17,7 @@ from openpendant.motion.trajectory.ptp import StraightMove
 from openpendant.motion.trajectory.trajectory import Trajectory
 from openpendant.server.events.effects import Effect, StorePlan
 from openpendant.simplemsg import JointTrajPtFull
-from openpendant.simplemsg.pendant import MotionControlAction, SetSpeed
+from openpendant.simplemsg.pendant import MotionControlAction
 from openpendant.simplemsg.verdicts import VerdictCode as V
 
 PAUSE, RESUME = MotionControlAction.PAUSE, MotionControlAction.RESUME
@@ -93,8 +93,7 @@ def unpaused_paths(statements: str) -> list[Path]:
     cell = WatchedCell(statements)
     with pytest.MonkeyPatch.context() as patched:
         patched.setattr(VelocityProfile, "sampled", noted)
-        assert cell.run() is V.ACCEPTED
-        assert cell.until_outcomes() == [V.ACCEPTED]
+        assert (cell.run(), cell.until_outcomes()) == (V.ACCEPTED, [V.ACCEPTED])
     return [*paths, *(JointLine(move.start, move.goal) for move in cell.straight)]
 
 
@@ -177,7 +176,7 @@ def test_overrides_while_running_leave_the_path_as_it_is() -> None:
     cell.executed.clear()
     assert cell.run() is V.ACCEPTED
     for override in (0.3, 1.0, 0.07, 0.8, 0.33, 0.9):
-        assert cell.user.code(SetSpeed(cell.user._next(), override, 0.0)) is V.ACCEPTED
+        assert cell.user.speed(override) is V.ACCEPTED
         cell.pass_time(700)
     assert cell.until_outcomes() == [V.ACCEPTED]
     assert distance(cell.set_points, paths) <= 0.2 * BOUND

@@ -1,7 +1,7 @@
 from __future__ import annotations
 
 import pytest
-from rigs.cells.program_rig import ProgramRig
+from rigs.cells.program_rig import ProgramRig, Scenario
 
 from openpendant.server.programs.interpreter.control_flow import ControlFlow, Flags, Position
 from openpendant.server.programs.interpreter.motion_blocks import (
@@ -14,7 +14,6 @@ from openpendant.server.programs.interpreter.run_events import (
     PauseReason,
     Resume,
     RunState,
-    StepBack,
     StepForward,
 )
 
@@ -77,7 +76,7 @@ def test_a_run_goes_on_where_it_was_at_the_next_tick() -> None:
     passes = MOST_INSTANT_AT_ONCE
     rig = ProgramRig(f"loop {passes}\n# nothing\nend\nset output 1 on")
     assert rig.start() == []
-    assert rig.runner.status.state is RunState.RUNNING
+    assert rig.runner.status.state == RunState.RUNNING
     assert rig.here[0][1] in (1, 2)
     assert [rig.after(0.01), rig.after(0.01)] == [[], ["output 1 on"]]
 
@@ -98,20 +97,42 @@ def test_going_round_is_counted_over_all_ticks(passed: int, stuck: bool) -> None
     assert rig.now / 10_000_000 == pytest.approx(at_once, abs=1)
 
 
-def test_the_count_of_going_round_begins_anew_behind_what_takes_time() -> None:
-    rig = ProgramRig(f"{COUNTED}set output 1 on\n{COUNTED}set output 2 on")
-    rig.start()
-    assert rig.ticks() == ["output 1 on"]
-    assert rig.done() == []
-    assert rig.ticks() == ["output 2 on"]
+LIMITED = "wait input 3 on timeout {limit} s\nset output 1 on"
+IN_NO_TIME: dict[str, Scenario] = {
+    "a limit of nothing fails at the first tick behind a wrong answer": Scenario(
+        LIMITED.format(limit=0), "start -> ask 3; off; 0 s -> failed INPUT_TIMEOUT"
+    ),
+    "a limit waits for the answer to every question": Scenario(
+        LIMITED.format(limit=1), "start -> ask 3; off; 0.99 s -> ask 3; 0.01 s; on -> output 1 on"
+    ),
+    "a question that nobody answers does not hold a run for ever": Scenario(
+        LIMITED.format(limit=0), "start -> ask 3; 0.049 s; 0.001 s -> failed INPUT_TIMEOUT"
+    ),
+    "a pause holds the time that an answer may take": Scenario(
+        LIMITED.format(limit=0), "start -> ask 3; pause; 10 s; resume; 0.01 s; on -> output 1 on"
+    ),
+    "the count of going round begins anew behind what takes time": Scenario(
+        f"{COUNTED}set output 1 on\n{COUNTED}set output 2 on",
+        "start; ticks -> output 1 on; done; ticks -> output 2 on",
+    ),
+    "a step back from between two such ticks goes along the last move": Scenario(
+        FIRST + "move PTP b\n" + COUNTED + "move PTP c",
+        "start -> approach a; done -> move b; done; 0.01 s; pause; back -> move a; done; "
+        "where -> paused step main:1; resume -> move b",
+    ),
+}
+
+
+@pytest.mark.parametrize("scenario", IN_NO_TIME.values(), ids=IN_NO_TIME)
+def test_statements_that_take_no_time_go_as_their_scenario_says(scenario: Scenario) -> None:
+    assert scenario.as_it_happens() == scenario.events
 
 
 def test_a_look_ahead_that_is_used_up_ends_the_block_at_a_stop_point() -> None:
     comments = "# nothing\n" * (MOST_INSTANT_AT_ONCE // 2)
     rig = ProgramRig(FIRST + (ZONE + comments) * 4)
     rig.start()
-    assert rig.done() == ["move b~ b~ b"]
-    assert rig.done() == ["move b"]
+    assert (rig.done(), rig.done()) == (["move b~ b~ b"], ["move b"])
 
 
 @pytest.mark.parametrize(("between", "moves"), [(0, "move b~ b"), (1, "move b")])
@@ -158,20 +179,14 @@ def test_a_step_that_was_held_between_two_such_ticks_passes_no_breakpoint() -> N
     assert rig.do(StepForward()) == []
     pauses = [rig.runner.status.pause]
     rig.do(StepForward())
-    assert rig.ticks() == ["output 1 on"]
-    assert rig.done() == []
+    assert (rig.ticks(), rig.done()) == (["output 1 on"], [])
     pauses.append(rig.runner.status.pause)
     assert pauses == [PauseReason.BREAKPOINT, PauseReason.STEP]
 
 
-def test_a_step_back_from_between_two_such_ticks_goes_along_the_last_move() -> None:
-    rig = ProgramRig(FIRST + "move PTP b\n" + COUNTED + "move PTP c")
-    rig.start()
-    rig.done()
-    rig.done()
-    rig.after(0.01)
-    rig.do(Pause())
-    assert rig.do(StepBack()) == ["move a"]
-    assert rig.done() == []
-    assert rig.here == [("main", 1)]
-    assert rig.do(Resume()) == ["move b"]
+@pytest.mark.parametrize("limit", [0, 0.02])
+def test_a_limit_waits_for_the_answer_to_a_question_that_was_just_asked(limit: float) -> None:
+    rig = ProgramRig(LIMITED.format(limit=limit))
+    assert rig.start() == ["ask 3"]
+    assert rig.after(limit) == []
+    assert rig.value(True) == ["output 1 on"]

@@ -10,7 +10,7 @@ from openpendant.server.access.audit import AuditEvent
 from openpendant.server.programs.language.parser import parse
 from openpendant.server.programs.language.program_json import program_to_json
 from openpendant.server.store.documents import DocumentKind
-from openpendant.simplemsg.pendant import MotionControl, MotionControlAction, ProgramRun, RunKind
+from openpendant.simplemsg.pendant import MotionControlAction, ProgramRun, RunKind
 from openpendant.simplemsg.pendant.roles import Role
 from openpendant.simplemsg.verdicts import VerdictCode as V
 
@@ -43,11 +43,6 @@ def keep(rig: GuardedRig, name: str, statements: str, revisions: int = 1) -> Non
 
 def run(otto: Pendant, name: str) -> V | None:
     return otto.code(ProgramRun(otto._next(), RunKind.ALL, 0, 1, 0, 1.0, name))
-
-
-def program_stop(otto: Pendant) -> None:
-    request = MotionControl(otto._next(), MotionControlAction.PROGRAM_STOP)
-    assert otto.code(request) is V.ACCEPTED
 
 
 def noted(rig: GuardedRig) -> list[tuple[AuditEvent, str, object, object]]:
@@ -92,7 +87,7 @@ def test_of_two_programs_between_two_ticks_each_is_noted(rig: GuardedRig, otto: 
         assert run(otto, name) is V.ACCEPTED
         if name == "second":
             rig.wait(50)
-        program_stop(otto)
+        assert otto.control(MotionControlAction.PROGRAM_STOP) is V.ACCEPTED
     assert noted(rig) == [
         (BEGAN, "otto", "first", 1),
         (ENDED, "otto", "first", 1),

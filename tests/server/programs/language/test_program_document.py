@@ -1,14 +1,31 @@
+"""Programs come back from text and JSON exactly as they were; what is no program is refused."""
+
 from __future__ import annotations
 
 import json
+import re
 from collections.abc import Callable
+from dataclasses import replace
+from pathlib import Path
 from typing import Any
 
 import pytest
-from rigs.data.program_samples import program
+from hypothesis import given, settings
+from rigs.data.example_counts import examples
+from rigs.data.program_samples import HEAD, program, programs
 
-from openpendant.server.programs.language.program import Program
-from openpendant.server.programs.language.program_errors import ProgramTooLarge
+from openpendant.server.programs.language.grammar import STATEMENTS
+from openpendant.server.programs.language.lexer import (
+    LONGEST_LINE,
+    LONGEST_NUMBER,
+    MOST_BYTES,
+    UNITS,
+)
+from openpendant.server.programs.language.linking import DEEPEST_CALL, MOST_PARTS, MOST_PROGRAMS
+from openpendant.server.programs.language.parser import parse, parse_source
+from openpendant.server.programs.language.printer import print_program, statement_lines
+from openpendant.server.programs.language.program import DEEPEST_NESTING, MOST_POINTS, Program
+from openpendant.server.programs.language.program_errors import ProgramSyntaxError, ProgramTooLarge
 from openpendant.server.programs.language.program_json import (
     MOST_JSON_BYTES,
     program_from_json,
@@ -16,7 +33,26 @@ from openpendant.server.programs.language.program_json import (
     program_to_json,
     source_of,
 )
-from openpendant.simplemsg.pendant.management.words import ProgramError
+from openpendant.simplemsg.names import LONGEST_NAME
+from openpendant.simplemsg.pendant.management.points import (
+    MOST_JOINTS,
+    MOST_TURNS,
+    ArmConfiguration,
+    PointPose,
+    TeachPoint,
+)
+from openpendant.simplemsg.pendant.management.programs import MOST_STATEMENTS
+from openpendant.simplemsg.pendant.management.statements import (
+    MOST_VIAS,
+    Comment,
+    End,
+    Loop,
+    Move,
+    Speed,
+    SpeedKind,
+    Way,
+)
+from openpendant.simplemsg.pendant.management.words import LONGEST_COMMENT, ProgramError
 from openpendant.simplemsg.verdicts import VerdictCode as V
 
 
@@ -126,3 +162,180 @@ def test_what_is_no_json_is_refused_as_what_is_no_program(body: str | bytes) -> 
     with pytest.raises(ProgramError) as caught:
         program_from_source(body)
     assert caught.value.code is V.PROGRAM_SYNTAX
+
+
+@settings(max_examples=examples(20, in_soak=5_000))
+@given(programs())
+def test_every_program_comes_back_from_its_text(program: Program) -> None:
+    text = print_program(program)
+    source = parse_source(text)
+    assert (source.program, source.statement_lines) == (program, statement_lines(program))
+    assert print_program(source.program) == text
+
+
+@settings(max_examples=examples(20, in_soak=5_000))
+@given(programs())
+def test_every_program_comes_back_from_its_json(program: Program) -> None:
+    assert program_from_json(program_to_json(program)) == program
+
+
+def test_the_layout_is_canonical() -> None:
+    text = (
+        HEAD
+        + """point "d e" joints 1 0 0 0 0 0.5 rad pose 1 2 3 mm quat 0 0 0 1
+  # go
+  loop 3 # thrice
+move  LIN a speed 0.25 m/s zone 1 mm
+if flag ok on
+wait 500 ms
+  else
+set output 1 off
+end
+end"""
+    )
+    printed = print_program(parse(text))
+    assert (
+        printed.partition('point "d e"')[2]
+        == """
+  joints 57.29577951308232 0 0 0 0 28.64788975654116 deg
+  pose 1 2 3 mm quat 0 0 0 1 frame base tool flange
+
+# go
+loop 3  # thrice
+  move LIN a speed 250 mm/s zone 1 mm
+  if flag ok on
+    wait 0.5 s
+  else
+    set output 1 off
+  end
+end
+"""
+    )
+
+
+def test_a_text_that_could_not_be_read_back_is_not_printed() -> None:
+    comment = Comment(comment="ß" * 200)
+    with pytest.raises(ProgramTooLarge, match="bytes in the text of long; accepted: up to 1048576"):
+        print_program(Program("long", "ur5", statements=(comment,) * 3_000))
+
+
+LONG_NUMBER = 123456.78901234567
+LONG_DIGITS = 0.00012345678901234567
+
+
+def name(letter: str, number: int = 0) -> str:
+    """The longest name, in quotation marks as it has a space."""
+    return f"{number:3d}".replace(" ", "x") + " " + letter * (LONGEST_NAME - 4)
+
+
+def deep(statement: Move, *points: TeachPoint) -> Program:
+    """A program with a statement as far inside as it may be."""
+    opened, closed = (Loop(),) * DEEPEST_NESTING, (End(),) * DEEPEST_NESTING
+    return replace(program(""), points=points, statements=(*opened, statement, *closed))
+
+
+def spline(letter: str) -> Program:
+    points = [TeachPoint(name(letter, n), (0.0,) * 6) for n in range(MOST_VIAS + 1)]
+    names = [point.name for point in points]
+    speed = Speed(SpeedKind.TOOL, LONG_DIGITS)
+    comment = letter * LONGEST_COMMENT
+    vias = tuple(names[1:])
+    move = Move(Way.SPLINE, names[0], vias, speed, dwell=LONG_DIGITS, comment=comment)
+    return deep(move, *points)
+
+
+def point(letter: str) -> Program:
+    rotation = (0.5000000000000001, 0.49999999999999994, 0.5000000000000001, 0.4999999999999999)
+    pose = PointPose((LONG_NUMBER,) * 3, rotation, name(letter, 1), name(letter, 2))
+    arm = ArmConfiguration("front", "down", "no-flip", (-MOST_TURNS,) * MOST_JOINTS)
+    axes = tuple(range(0, MOST_JOINTS, 2))
+    numbers = (LONG_DIGITS, LONG_NUMBER) * (MOST_JOINTS // 2)
+    found = TeachPoint(name(letter), numbers, pose, arm, letter * LONGEST_COMMENT)
+    whole = replace(program(""), points=(found,), linear_axes=axes)
+    return replace(whole, tool=name(letter, 3), frame=name(letter, 4))
+
+
+def characters(found: Program) -> int:
+    return max(map(len, print_program(found).split("\n")))
+
+
+@pytest.mark.parametrize("letter", ["x", "ß", "点", "𝄞"])
+@pytest.mark.parametrize("longest", [spline, point])
+def test_the_longest_lines_of_a_program_read_back(
+    longest: Callable[[str], Program], letter: str
+) -> None:
+    found = longest(letter)
+    assert parse(print_program(found)) == found
+
+
+def test_no_statement_has_a_line_that_the_parser_refuses() -> None:
+    """The move through the most points, were all its numbers as long as any may be."""
+    names = (MOST_VIAS + 1) * (LONGEST_NAME + 3)
+    numbers = 3 * (LONGEST_NUMBER + len(" speed  mm/s"))
+    words = len("move SPLINE via ") + 2 * DEEPEST_NESTING + LONGEST_COMMENT + len("  # ")
+    assert characters(spline("x")) <= names + numbers + words <= LONGEST_LINE
+
+
+ROOT = Path(__file__).parents[4]
+PAGE = (ROOT / "docs" / "programs.md").read_text("utf-8")
+
+
+def shown(language: str) -> str:
+    (found,) = re.findall(rf"```{language}\n(.*?)```", PAGE, re.DOTALL)[:1]
+    return str(found)
+
+
+def section(title: str) -> str:
+    return PAGE.partition(f"### {title}\n")[2].partition("\n##")[0]
+
+
+def test_the_program_on_the_page_is_in_its_canonical_layout() -> None:
+    text = shown("")
+    assert print_program(parse(text)) == text
+
+
+def test_the_json_on_the_page_is_a_program() -> None:
+    program = program_from_json(shown("json"))
+    assert [type(statement).__name__ for statement in program.statements] == [
+        *("Loop", "Move", "WaitInput", "End")
+    ]
+
+
+def test_every_statement_in_the_table_is_taken() -> None:
+    names = {"P": "a", "Q": "b", "R": "c", "FLAG": "f", "OBJECT": "o", "PROGRAM": "other"}
+    rows = [row.split(" | ")[0] for row in section("Statements").splitlines() if row[:3] == "| `"]
+    seen = set()
+    for row in rows:
+        lines = re.findall(r"`([^`]+)`", row)
+        if "`attach" in row:
+            for line in lines:
+                parse(HEAD + " ".join(names.get(word, word) for word in line.split()))
+        else:
+            text = "\n".join(lines).replace(" …", "")
+            parse(HEAD + " ".join(names.get(w, w) for w in re.split(r"( |\n)", text) if w != " "))
+        seen |= {line.split()[0] for line in lines}
+    assert seen == set(STATEMENTS)
+
+
+@pytest.mark.parametrize("word", sorted({*STATEMENTS, "joints", "pose", "config", "point"}))
+def test_the_grammar_has_every_keyword(word: str) -> None:
+    assert f'"{word}"' in shown("ebnf")
+
+
+@pytest.mark.parametrize("unit", UNITS)
+def test_the_page_has_every_unit(unit: str) -> None:
+    assert f"`{unit}`" in PAGE.partition("### Header")[0]
+
+
+def test_the_error_on_the_page_is_the_parsers() -> None:
+    with pytest.raises(ProgramSyntaxError) as caught:
+        parse(HEAD + "move PTP a spede 50 %", "pick.program")
+    assert str(caught.value) == shown("text").strip()
+
+
+def test_the_limits_on_the_page_are_those_of_the_code() -> None:
+    assert MOST_BYTES == 1 << 20
+    for limit in (LONGEST_LINE, MOST_POINTS, MOST_STATEMENTS, MOST_PARTS, DEEPEST_NESTING):
+        assert f"{limit:,}" in section("Errors")
+    for limit in (DEEPEST_CALL, MOST_PROGRAMS, LONGEST_COMMENT):
+        assert f"{limit} " in section("Errors")

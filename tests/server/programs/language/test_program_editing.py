@@ -4,12 +4,27 @@ import json
 from typing import cast
 
 import pytest
+from hypothesis import assume, given
+from hypothesis import strategies as st
 from pydantic import TypeAdapter
 from rigs.data.program_samples import program
 
 from openpendant.server.events.management_requests import parse
+from openpendant.server.programs.editing.edit_history import (
+    MOST_UNDO,
+    MOST_UNDO_CHARACTERS,
+    EditStep,
+    History,
+    Renumbering,
+    Splice,
+    between,
+    by_edit,
+    splice_between,
+)
 from openpendant.server.programs.editing.edits import apply
 from openpendant.server.programs.language.printer import print_program
+from openpendant.server.programs.language.program_errors import NothingToUndo
+from openpendant.server.programs.language.program_json import program_from_json, program_to_json
 from openpendant.simplemsg.pendant.management.points import TeachPoint
 from openpendant.simplemsg.pendant.management.programs import EditProgram
 from openpendant.simplemsg.pendant.management.statements import (
@@ -47,8 +62,7 @@ def statements_after(edit: Edit) -> list[str]:
 
 def test_recording_adds_a_point_and_appends_its_move() -> None:
     after = apply(BEFORE, RecordPoint(D, Move(Way.LIN, "d")))
-    assert after.points[-1] == D
-    assert after.statements == (*BEFORE.statements, Move(Way.LIN, "d"))
+    assert (after.points[-1], after.statements) == (D, (*BEFORE.statements, Move(Way.LIN, "d")))
 
 
 def test_a_recorded_point_is_inserted_where_asked() -> None:
@@ -57,8 +71,19 @@ def test_a_recorded_point_is_inserted_where_asked() -> None:
     assert len(after.statements) == len(BEFORE.statements) + 1
 
 
-def test_a_point_may_be_recorded_without_a_move() -> None:
-    assert apply(BEFORE, RecordPoint(D)).statements == BEFORE.statements
+@pytest.mark.parametrize(
+    ("edit", "points"),
+    [
+        (DeletePoint("c"), ["a", "b"]),
+        (ReorderPoint("c", 0), ["c", "a", "b"]),
+        (RecordPoint(D), ["a", "b", "c", "d"]),
+    ],
+    ids=["an unused one is deleted", "reordered", "recorded without a move"],
+)
+def test_points_are_edited_and_no_statement(edit: Edit, points: list[str]) -> None:
+    after = apply(BEFORE, edit)
+    assert [point.name for point in after.points] == points
+    assert after.statements == BEFORE.statements
 
 
 def test_touching_up_changes_where_a_point_is_and_nothing_else() -> None:
@@ -81,15 +106,6 @@ def test_a_used_point_is_not_deleted_and_its_statements_are_named() -> None:
     ) as caught:
         apply(BEFORE, DeletePoint("a"))
     assert caught.value.code is V.POINT_IN_USE
-
-
-def test_an_unused_point_is_deleted() -> None:
-    assert [point.name for point in apply(BEFORE, DeletePoint("c")).points] == ["a", "b"]
-
-
-def test_points_are_reordered() -> None:
-    names = [point.name for point in apply(BEFORE, ReorderPoint("c", 0)).points]
-    assert names == ["c", "a", "b"]
 
 
 @pytest.mark.parametrize(
@@ -190,3 +206,196 @@ def test_an_edit_comes_back_from_the_json_of_its_request(edit: Edit) -> None:
     _, asked = parse(json.dumps(body).encode())
     assert isinstance(asked, EditProgram)
     assert cast(Edit, asked.edit) == edit
+
+
+BODY = program_to_json(program("move PTP a\nloop 2\nmove CIRC b via a\nend\nwait 1 s"))
+EDITS: list[Edit] = [
+    RecordPoint(TeachPoint("d", (0.5,) * 6), Move(Way.LIN, "d")),
+    RenamePoint("a", "start"),
+    DeleteStatements(4),
+]
+
+
+def edit_made(body: str, edit: Edit) -> Splice:
+    return splice_between(body, program_to_json(apply(program_from_json(body), edit)))
+
+
+def edited() -> tuple[History, list[str]]:
+    history, seen = History(), [BODY]
+    for edit in EDITS:
+        splice = edit_made(seen[-1], edit)
+        history = history.edited(EditStep(splice))
+        seen.append(splice.applied(seen[-1]))
+    return history, seen
+
+
+@given(st.text("ab"), st.text("ab"))
+def test_a_splice_leads_from_one_text_to_the_other_and_back(first: str, second: str) -> None:
+    splice = splice_between(first, second)
+    assert splice.applied(first) == second
+    assert splice.reversed.applied(second) == first
+
+
+def test_a_splice_holds_what_changed_and_no_more() -> None:
+    assert splice_between("x" * 1_000 + "old" + "y" * 1_000, "x" * 1_000 + "y" * 1_000) == Splice(
+        1_000, "old", ""
+    )
+
+
+def test_every_edit_is_undone_and_redone() -> None:
+    history, seen = edited()
+    body = seen[-1]
+    for expected in reversed(seen[:-1]):
+        history, step = history.undone()
+        body = step.splice.applied(body)
+        assert body == expected
+    for expected in seen[1:]:
+        history, step = history.redone()
+        body = step.splice.applied(body)
+        assert body == expected
+
+
+def test_an_edit_after_an_undo_ends_what_could_be_redone() -> None:
+    history, _ = edited()[0].undone()
+    with pytest.raises(NothingToUndo, match="no edit is left to redo"):
+        history.edited(EditStep(Splice(0, "", "x"))).redone()
+
+
+def test_there_is_nothing_before_the_first_edit() -> None:
+    with pytest.raises(NothingToUndo) as caught:
+        History().undone()
+    assert caught.value.code is V.NOTHING_TO_UNDO
+
+
+def test_a_history_is_bounded_in_edits() -> None:
+    history, body = History(), BODY
+    for number in range(MOST_UNDO + 20):
+        splice = edit_made(body, DescribeProgram(comment=str(number)))
+        history, body = history.edited(EditStep(splice)), splice.applied(body)
+    for _ in range(MOST_UNDO):
+        history, step = history.undone()
+        body = step.splice.applied(body)
+    assert program_from_json(body).comment == "19"
+    with pytest.raises(NothingToUndo):
+        history.undone()
+
+
+def test_a_history_is_bounded_in_characters_but_for_the_last_edit() -> None:
+    half = EditStep(Splice(0, "", "x" * (MOST_UNDO_CHARACTERS // 2)))
+    assert len(History().edited(half).edited(half).edited(half).past) == 2
+    whole = EditStep(Splice(0, "x" * MOST_UNDO_CHARACTERS, "y" * MOST_UNDO_CHARACTERS))
+    assert History().edited(half).edited(whole).past == (whole,)
+
+
+COUNT = 6
+ALL_DIFFERENT = program("\n".join(f"wait {number + 1} s" for number in range(COUNT)))
+
+numbers = st.integers(0, COUNT)
+edits: st.SearchStrategy[Edit] = st.one_of(
+    st.builds(InsertStatements, st.just((Wait(50.0), Wait(60.0))), st.none() | numbers),
+    st.builds(
+        lambda at: RecordPoint(TeachPoint("d", (0.5,) * 6), Move(Way.LIN, "d"), at),
+        st.none() | numbers,
+    ),
+    st.builds(DeleteStatements, numbers, numbers),
+    st.builds(ReorderStatements, numbers, numbers, numbers),
+    st.builds(ReplaceStatement, numbers, st.just(Wait(70.0))),
+    st.builds(CommentStatement, numbers, st.just("here")),
+    st.just(RenamePoint("a", "start")),
+    st.just(DescribeProgram(comment="all")),
+)
+texts = st.lists(st.sampled_from("abc"), max_size=8)
+
+
+@given(edits)
+def test_each_statement_that_an_edit_leaves_is_where_the_edit_put_it(edit: Edit) -> None:
+    try:
+        after = apply(ALL_DIFFERENT, edit).statements
+    except ProgramError:
+        assume(False)
+    renumbering = by_edit(edit, COUNT)
+    changed = edit.at if isinstance(edit, ReplaceStatement | CommentStatement) else None
+    for number, statement in enumerate(ALL_DIFFERENT.statements):
+        place = renumbering.place(number)
+        if number == changed:
+            assert place == number
+        else:
+            assert place == (after.index(statement) if statement in after else None)
+
+
+@given(edits)
+def test_the_way_back_leads_each_statement_back_where_it_was(edit: Edit) -> None:
+    try:
+        apply(ALL_DIFFERENT, edit)
+    except ProgramError:
+        assume(False)
+    renumbering = by_edit(edit, COUNT)
+    for number in range(COUNT):
+        place = renumbering.place(number)
+        assert place is None or renumbering.reversed.place(place) == number
+
+
+@given(texts, texts, texts, texts)
+def test_a_statement_found_again_is_never_one_of_those_beside_it(
+    head: list[str], gone: list[str], come: list[str], tail: list[str]
+) -> None:
+    """One stretch in the middle became another; the places of head and tail are known."""
+    before, after = head + gone + tail, head + come + tail
+    renumbering = between(before, after)
+    for number in range(len(before)):
+        place = renumbering.place(number)
+        if number < len(head):
+            assert place in (number, None)
+        elif number >= len(head) + len(gone):
+            assert place in (number + len(come) - len(gone), None)
+
+
+@given(texts, texts)
+def test_what_is_found_again_is_the_same_and_found_once(
+    before: list[str], after: list[str]
+) -> None:
+    renumbering = between(before, after)
+    pairs = [(number, renumbering.place(number)) for number in range(len(before))]
+    places = [place for _, place in pairs if place is not None]
+    assert len(set(places)) == len(places)
+    assert all(place is None or before[number] == after[place] for number, place in pairs)
+
+
+@given(texts)
+def test_a_text_that_did_not_change_keeps_every_place(text: list[str]) -> None:
+    renumbering = between(text, text)
+    assert [renumbering.place(number) for number in range(len(text))] == [*range(len(text))]
+
+
+@given(st.permutations("abcdef"), st.permutations("abcdef"))
+def test_a_statement_like_no_other_is_found_wherever_it_went(
+    before: list[str], after: list[str]
+) -> None:
+    renumbering = between(before, after)
+    places = [renumbering.place(number) for number in range(len(before))]
+    assert places == [after.index(each) for each in before]
+
+
+@pytest.mark.parametrize(
+    ("before", "after", "places"),
+    [
+        ("aba", "xaba", [1, 2, 3]),
+        ("aba", "aba" + "x", [0, 1, 2]),
+        ("abc", "ac", [0, None, 1]),
+        ("aab", "ab", [None, None, 1]),
+        ("ab", "aab", [None, 2]),
+        ("abab", "xy", [None, None, None, None]),
+        ("abc", "cab", [1, 2, 0]),
+        ("", "a", []),
+    ],
+)
+def test_what_may_have_gone_or_stayed_is_not_found(
+    before: str, after: str, places: list[int | None]
+) -> None:
+    renumbering = between(before, after)
+    assert [renumbering.place(number) for number in range(len(before))] == places
+
+
+def test_places_that_are_gone_are_left_out() -> None:
+    assert by_edit(DeleteStatements(1, 2), 5).places({0, 1, 2, 4}) == {0, 2}
+    assert Renumbering(()).places({0, 1}) == frozenset()

@@ -5,16 +5,24 @@ from collections.abc import Callable
 from contextlib import suppress
 
 import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+from rigs.cells.expectations import known
 from rigs.data.program_samples import HEAD, program
 
-from openpendant.server.programs.language.lexer import MOST_BYTES
+from openpendant.server.programs.language.lexer import (
+    LONGEST_NUMBER,
+    MOST_BYTES,
+    UNITS,
+    from_si,
+    is_number,
+    plain_number,
+    read_number,
+    to_si,
+)
 from openpendant.server.programs.language.parser import Source, parse, parse_bytes, parse_source
 from openpendant.server.programs.language.program import MOST_POINTS
-from openpendant.server.programs.language.program_errors import (
-    ProgramSyntaxError,
-    ProgramTooLarge,
-    program_refusal,
-)
+from openpendant.server.programs.language.program_errors import ProgramSyntaxError, ProgramTooLarge
 from openpendant.simplemsg.pendant.management.programs import MOST_STATEMENTS
 from openpendant.simplemsg.pendant.management.statements import (
     Comment,
@@ -51,14 +59,12 @@ point home
     assert point.pose.position == (0.4, 0.0, 0.3)
     assert (point.pose.frame, point.pose.tool) == ("base", "gripper")
     assert point.configuration is not None
-    assert point.configuration.turns == (0, 0, 0, 0, 0, -1)
-    assert point.comment == "taught by Anna"
+    assert (point.configuration.turns, point.comment) == ((0, 0, 0, 0, 0, -1), "taught by Anna")
 
 
 def test_roll_pitch_and_yaw_are_taken_for_a_quaternion() -> None:
     text = HEAD + "point d joints 0 0 0 0 0 0 deg pose 0 0 0 m rpy 0 0 180 deg"
-    pose = parse(text).points[-1].pose
-    assert pose is not None
+    pose = known(parse(text).points[-1].pose)
     assert pose.quaternion == pytest.approx((0, 0, 1, 0))
 
 
@@ -106,8 +112,7 @@ end
 # last
 """
     )
-    assert found.comment == "first\nhead"
-    assert found.points[0].comment == "above a\nbeside a"
+    assert (found.comment, found.points[0].comment) == ("first\nhead", "above a\nbeside a")
     assert [statement.comment for statement in found.statements] == [
         *("a line of its own", "beside loop", "inside", "", "last")
     ]
@@ -122,8 +127,7 @@ def test_line_ends_and_byte_order_marks_of_other_systems_are_taken() -> None:
 
 def test_every_statement_knows_its_line() -> None:
     source = parse_source(HEAD + "\nmove PTP a\n\n# here\n# and here")
-    assert source.statement_lines == (7, 9, 10)
-    assert source.point_lines == (3, 4, 5)
+    assert (source.statement_lines, source.point_lines) == ((7, 9, 10), (3, 4, 5))
 
 
 @pytest.mark.parametrize(
@@ -364,4 +368,64 @@ def test_a_program_nested_too_deep_is_refused() -> None:
 def test_a_program_that_is_too_large_is_refused_with_the_limit(text: str, limit: int) -> None:
     with pytest.raises(ProgramTooLarge) as caught:
         parse_bytes(text.encode())
-    assert program_refusal(caught.value).limit == limit
+    assert caught.value.limit == limit
+
+
+REALS = st.floats(allow_nan=False, allow_infinity=False)
+
+
+@pytest.mark.parametrize("unit", UNITS)
+@given(value=REALS)
+def test_every_real_reads_back_as_itself_in_every_unit(unit: str, value: float) -> None:
+    text = from_si(value, unit)
+    assert is_number(text)
+    assert to_si(text, unit) == value
+
+
+@given(REALS)
+def test_every_real_without_a_unit_reads_back_as_itself(value: float) -> None:
+    text = plain_number(value)
+    assert is_number(text)
+    assert read_number(text) == value
+
+
+@pytest.mark.parametrize(
+    ("number", "unit", "expected"),
+    [
+        ("180", "deg", math.pi),
+        ("-90", "deg", -math.pi / 2),
+        ("0.1", "mm", 0.0001),
+        ("250", "mm/s", 0.25),
+        ("50", "%", 0.5),
+        ("20", "ms", 0.02),
+        ("1e3", "m", 1000.0),
+    ],
+)
+def test_a_number_with_a_unit_is_the_nearest_real(number: str, unit: str, expected: float) -> None:
+    assert to_si(number, unit) == expected
+
+
+@pytest.mark.parametrize("typed", ["30", "-12.5", "0.001", "359.999", "0", "100000"])
+def test_what_was_typed_is_printed_as_it_was(typed: str) -> None:
+    assert from_si(to_si(typed, "deg"), "deg") == typed
+    assert from_si(to_si(typed, "mm"), "mm") == typed
+
+
+def test_minus_zero_is_zero() -> None:
+    assert math.copysign(1.0, to_si("-0", "deg")) == 1.0
+
+
+@pytest.mark.parametrize(
+    "word", ["", ".", "1,5", "1.5.", "0x10", "1_000", "nan", "inf", "١", "1e", "--1", "e5"]
+)
+def test_what_is_no_number_is_not_taken_for_one(word: str) -> None:
+    assert not is_number(word)
+
+
+def test_a_number_may_not_be_endless() -> None:
+    assert is_number("1" * LONGEST_NUMBER)
+    assert not is_number("1" * (LONGEST_NUMBER + 1))
+
+
+def test_a_number_beyond_all_reals_is_infinite() -> None:
+    assert to_si("1e999", "m") == math.inf

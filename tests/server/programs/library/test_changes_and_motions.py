@@ -5,17 +5,14 @@ from typing import Any
 
 import pytest
 from rigs.cells.busy_cell import BusyCell, answers
-from rigs.cells.program_cell import ask
 
 from openpendant.server.store.store_errors import DiskFull
 from openpendant.simplemsg import joint_array
 from openpendant.simplemsg.pendant import (
-    Enabling,
     JogBeat,
     JogSpace,
     JogStart,
     OperatingMode,
-    SetMode,
     State,
     Subscribe,
 )
@@ -44,10 +41,9 @@ def cell() -> BusyCell:
     """Return a cell in T1, enabled, with a tool that is not selected."""
     made = BusyCell()
     assert made.user.code(Subscribe(made.user._next(), 100.0)) is V.ACCEPTED
-    mode = SetMode(made.user._next(), OperatingMode.MANUAL_REDUCED)
-    assert made.user.code(mode) is V.ACCEPTED
-    ask(made.user, "tools.add", name="lance", tcp=LONG_TOOL, expected_revision=0)
-    made.user.send(Enabling(1))
+    assert made.user.mode(OperatingMode.MANUAL_REDUCED) is V.ACCEPTED
+    made.user.ask("tools.add", name="lance", tcp=LONG_TOOL, expected_revision=0)
+    made.user.enable(1)
     made.wait(100)
     return made
 
@@ -62,7 +58,7 @@ def jog(cell: BusyCell) -> V | None:
 def hold(cell: BusyCell, milliseconds: int) -> None:
     for beat in range(milliseconds // 50):
         cell.user.send(JogBeat(cell.user.last_request, beat + 1))
-        cell.user.send(Enabling(1))
+        cell.user.enable(1)
         cell.wait(50)
 
 
@@ -71,12 +67,12 @@ def move(cell: BusyCell) -> V | None:
 
 
 def selected(cell: BusyCell) -> str | None:
-    name: str | None = ask(cell.user, "frames.show")["content"]["selected_tool"]
+    name: str | None = cell.user.ask("frames.show")["content"]["selected_tool"]
     return name
 
 
 def why(cell: BusyCell, kind: str = "jog") -> dict[str, Any]:
-    told = ask(cell.user, "why", kind=kind, whose="mine")
+    told = cell.user.ask("why", kind=kind, whose="mine")
     broken: dict[str, Any] = next(
         (each for each in told["conditions"] if not each["holds"]), {"condition": ""}
     )
@@ -100,7 +96,7 @@ def test_no_motion_begins_while_frames_or_tools_are_being_kept(
     cell.catch_up()
     assert answers(cell.user)[-1]["revision"] == change["expected_revision"] + 1
     assert why(cell)["condition"] == ""
-    cell.user.send(Enabling(1))
+    cell.user.enable(1)
     assert motion(cell) is V.ACCEPTED
 
 
@@ -111,7 +107,7 @@ def test_while_it_moves_frames_and_tools_are_not_changed(
     """The other order: the motion was first."""
     assert motion(cell) is V.ACCEPTED
     hold(cell, 100)
-    assert ask(cell.user, **SELECT)["code"] == V.CHANGE_WHILE_MOVING
+    assert cell.user.ask(**SELECT)["code"] == V.CHANGE_WHILE_MOVING
     assert selected(cell) is None
 
 
@@ -121,7 +117,7 @@ def test_a_jog_after_the_change_keeps_the_new_tool_below_250_mm_per_second(cell:
     assert jog(cell) is V.CHANGE_WHILE_MOVING
     cell.catch_up()
     assert selected(cell) == "lance"
-    cell.user.send(Enabling(1))
+    cell.user.enable(1)
     assert jog(cell) is V.ACCEPTED
     hold(cell, 1_000)
     fastest = max(state.tool_speed for state in cell.user.all(State))
@@ -136,7 +132,7 @@ def test_a_change_that_the_disk_refuses_holds_up_nothing(
     cell.begin(cell.user, **change)
     cell.fail(DiskFull("store.db: database or disk is full"))
     assert answers(cell.user)[-1]["code"] == V.DISK_FULL
-    cell.user.send(Enabling(1))
+    cell.user.enable(1)
     assert jog(cell) is V.ACCEPTED
 
 
@@ -152,9 +148,9 @@ def test_a_change_of_frames_and_one_of_tools_at_once_do_not_undo_each_other(cell
     cell.begin(cell.user, **SELECT)
     assert answers(cell.user)[-1]["code"] == V.STORE_BUSY
     cell.catch_up()
-    assert "table" in ask(cell.user, "frames.show")["names"]
-    assert ask(cell.user, **SELECT) == {"revision": 2}
-    assert "table" in ask(cell.user, "frames.show")["names"]
+    assert "table" in cell.user.ask("frames.show")["names"]
+    assert cell.user.ask(**SELECT) == {"revision": 2}
+    assert "table" in cell.user.ask("frames.show")["names"]
 
 
 def test_no_motion_begins_before_frames_tools_and_scene_were_read_at_the_start() -> None:
@@ -173,7 +169,7 @@ def test_nothing_is_changed_before_what_is_kept_was_read() -> None:
     cell = SlowStart()
     box = {"name": "box", "shape": {"type": "box", "size": [0.1, 0.1, 0.1]}, "position": [2, 0, 0]}
     for change in (ADD_FRAME, {"op": "scene.add", "object": box, "expected_revision": 0}):
-        assert ask(cell.user, **change)["code"] == V.STORE_BUSY
+        assert cell.user.ask(**change)["code"] == V.STORE_BUSY
 
 
 def test_documents_that_cannot_be_read_hold_up_nothing_once_that_is_known() -> None:

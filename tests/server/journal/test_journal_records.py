@@ -1,0 +1,215 @@
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from rigs.cells.expectations import expect
+from rigs.cells.server_rig import LIMITS
+from rigs.data.example_counts import examples
+from rigs.data.journal_records import read_back
+from rigs.data.program_samples import programs
+
+from openpendant.motion.trajectory.certificate import certify
+from openpendant.motion.trajectory.ptp import plan_joint_move
+from openpendant.motion.trajectory.trajectory import Trajectory
+from openpendant.server.journal.event_records import (
+    AnswerRecordError,
+    answer_from_json,
+    answer_to_json,
+    plan_from_json,
+    plan_to_json,
+    request_to_bytes,
+)
+from openpendant.server.planning.jobs import DryRunFound, PlanAnswer
+from openpendant.server.programs.editing.program_tasks import BodyPrinted, BodyUnpacked
+from openpendant.server.programs.interpreter.dry_run_results import (
+    DryRunResult,
+    HandOver,
+    MoveFinding,
+    PointFinding,
+    StatementFinding,
+)
+from openpendant.server.programs.language.program import Program
+from openpendant.server.refusal import Refusal
+from openpendant.server.store.documents import Document, DocumentKind, Extent, Heading
+from openpendant.server.store.requests import Answer, AppendChunk, Load, Request, Save
+from openpendant.server.store.store_client import NoStore
+from openpendant.server.store.store_errors import (
+    BadName,
+    Conflict,
+    DiskFull,
+    NotFound,
+    OutOfSequence,
+    StoreError,
+    TooLarge,
+)
+from openpendant.simplemsg.journal import LongValue, json_parts
+from openpendant.simplemsg.pendant.management.statements import Attach, Detach
+from openpendant.simplemsg.verdicts import VerdictCode as V
+
+START = (0.1, -0.2)
+REFUSAL = Refusal(V.OUT_OF_RANGE, "too far", joint=1, value=2.5, limit=2.0)
+
+
+@pytest.fixture
+def planned() -> PlanAnswer:
+    trajectory = plan_joint_move(START, (0.9, 0.3), LIMITS)
+    return PlanAnswer(4, (trajectory, certify(trajectory, LIMITS, start=START)), 0.012345678901)
+
+
+def _through_text(planned: PlanAnswer) -> dict[str, Any]:
+    return read_back(plan_to_json(planned))
+
+
+def test_a_trajectory_comes_back_with_every_bit(planned: PlanAnswer) -> None:
+    again = plan_from_json(4, _through_text(planned), LIMITS, START)
+    assert isinstance(planned.result, tuple)
+    assert isinstance(again.result, tuple)
+    for name in ("times", "position", "velocity", "acceleration", "waypoint_times"):
+        then, now = getattr(planned.result[0], name), getattr(again.result[0], name)
+        assert np.array_equal(then, now)
+    assert again.plan_time == planned.plan_time
+    assert again.result[1].as_dict() == planned.result[1].as_dict()
+
+
+def test_a_refusal_comes_back_with_its_numbers() -> None:
+    again = plan_from_json(7, _through_text(PlanAnswer(7, REFUSAL, 0.5)), LIMITS, START)
+    assert again == PlanAnswer(7, REFUSAL, 0.5)
+
+
+@settings(max_examples=examples(15, in_soak=5_000))
+@given(programs(), st.sampled_from([None, REFUSAL]))
+def test_what_a_dry_run_found_comes_back_with_its_statements(
+    program: Program, refusal: Refusal | None
+) -> None:
+    hands = [each for each in program.statements if isinstance(each, Attach | Detach)]
+    run = DryRunResult(
+        duration=1.5,
+        endless=False,
+        complete=True,
+        path=((0.0, 0.1, 0.2, 0.3),),
+        moves=(MoveFinding("main", 0, "a", refusal, False),),
+        not_walked=(("main", 1),),
+        hand_overs=tuple(HandOver("main", 2, each, refusal) for each in hands),
+        statements=tuple(
+            StatementFinding("main", index, each, refusal)
+            for index, each in enumerate(program.statements)
+        ),
+        unchecked=(("main", 3),),
+    )
+    found = PlanAnswer(9, DryRunFound(run, (PointFinding("a", refusal),), refused=1), 0.5)
+    assert plan_from_json(9, _through_text(found), LIMITS, START) == found
+
+
+def test_a_tampered_trajectory_is_certified_anew_and_refused(planned: PlanAnswer) -> None:
+    record = _through_text(planned)
+    record["samples"]["position"] = record["samples"]["velocity"]
+    with pytest.raises(AnswerRecordError):
+        plan_from_json(4, record, LIMITS, START)
+
+
+@pytest.mark.parametrize(
+    ("change", "words"),
+    [
+        ({"samples": None}, "neither"),
+        ({"samples": {}}, "times"),
+        ({"plan_time": "soon"}, "plan_time"),
+        ({"joints": 0}, "reshape|one row"),
+        ({"samples": {"times": "?"}}, "base64|Only|Non|padding"),
+        ({"refused": {"code": 9999}}, "refused"),
+    ],
+)
+def test_a_damaged_record_is_refused(
+    planned: PlanAnswer, change: dict[str, Any], words: str
+) -> None:
+    with pytest.raises(AnswerRecordError, match=words):
+        plan_from_json(4, _through_text(planned) | change, LIMITS, START)
+
+
+def test_samples_and_programs_are_not_spelled_out_on_the_event_loop(planned: PlanAnswer) -> None:
+    """What is left for the journal's writer is all but a few of the characters."""
+    many = np.zeros((60_001, 2))
+    still = Trajectory(np.arange(60_001) / 100.0, many, many, many, np.array([0.0, 600.0]))
+    pieces = tuple("[1.5]" * 1_000 for _ in range(120))
+    assert isinstance(planned.result, tuple)
+    for result in (
+        (still, planned.result[1]),
+        BodyPrinted("move PTP p1\n" * 80_000),
+        BodyUnpacked("{}", pieces, pieces, 6_000, ()),
+    ):
+        parts = list(json_parts(plan_to_json(PlanAnswer(1, result, 0.5))))
+        at_once = sum(len(part) for part in parts if isinstance(part, str))
+        later = sum(len(part) for part in parts if isinstance(part, LongValue))
+        assert at_once < 4_000
+        assert later > 900_000
+
+
+HEADING = Heading(DocumentKind.PROGRAM, "größe", 3, 20, "teacher", "2026-01-01T00:00:00+00:00")
+
+
+@pytest.mark.parametrize(
+    "answer",
+    [
+        Document(HEADING, '{"a": "ö"}'),
+        Document(HEADING, '{"a": "ö\\n"}' * 100_000),
+        HEADING,
+        Extent(3, 4_000),
+        (HEADING, HEADING),
+        (),
+        (b"\0\xff", b"x"),
+        (b"\0\xff" * 100_000, b"x"),
+    ],
+)
+def test_an_answer_comes_back_as_it_was(answer: Answer) -> None:
+    assert answer_from_json(read_back(answer_to_json(answer))) == answer
+
+
+@pytest.mark.parametrize(
+    "error",
+    [
+        Conflict("program", "x", 1, 2, "me", "now"),
+        NotFound("program", "x"),
+        BadName("a/b", "has a slash"),
+        TooLarge("it", 5, 4, "cut it"),
+        OutOfSequence("r", 2, 1),
+        DiskFull("store.db: database or disk is full"),
+        NoStore("this server was started without a store"),
+    ],
+)
+def test_an_error_comes_back_with_its_kind_words_and_numbers(error: StoreError) -> None:
+    back = expect(StoreError, answer_from_json(read_back(answer_to_json(error))))
+    assert type(back) is type(error)
+    assert (str(back), vars(back), back.refusal()) == (str(error), vars(error), error.refusal())
+
+
+@pytest.mark.parametrize(
+    ("request_", "noted"),
+    [
+        (Load(DocumentKind.PROGRAM, "x"), "Load(kind="),
+        (Save(DocumentKind.PROGRAM, "x", "ö\n", 1, "me"), "body='', expected_revision=1"),
+        (AppendChunk("x", 2, b"\0\xff"), "AppendChunk(name='x', sequence=2, data=b'')"),
+    ],
+)
+def test_a_request_is_noted_with_all_that_is_to_be_kept(request_: Request, noted: str) -> None:
+    """What is long stands behind the words as it is: its spelling would hold up the event loop."""
+    said = request_to_bytes(request_)
+    assert noted.encode() in said
+    kept = {Save: "ö\n".encode(), AppendChunk: b"\0\xff"}
+    assert said.endswith(kept.get(type(request_), b")"))
+
+
+@pytest.mark.parametrize(
+    "record",
+    [
+        {},
+        {"what": "heading", "answer": {"name": "x"}},
+        {"what": "chunks", "answer": ["?"]},
+        {"what": "failed", "answer": {"kind": "OSError", "text": "", "fields": {}}},
+    ],
+)
+def test_a_damaged_record_of_an_errand_is_refused(record: dict[str, object]) -> None:
+    with pytest.raises(AnswerRecordError):
+        answer_from_json(record)

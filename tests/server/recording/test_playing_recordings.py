@@ -1,0 +1,367 @@
+from __future__ import annotations
+
+import json
+import re
+from collections import deque
+from collections.abc import Callable, Iterator
+from math import ceil
+from typing import Any, TypeVar
+
+import numpy as np
+import pytest
+from rigs.cells.emulated_cell import EmulatedCell
+from rigs.cells.expectations import only, refusal_from
+from rigs.peers.server_clients import Pendant
+
+from openpendant.server.events.effects import Ask, Effect
+from openpendant.server.events.pending import Pending, Steps
+from openpendant.server.recording import recording_playback
+from openpendant.server.recording.recording_playback import Pieces, part_samples
+from openpendant.server.recording.recording_service import count_rows
+from openpendant.server.refusal import Refusal
+from openpendant.server.store.documents import MOST_CHUNK_BYTES, DocumentKind, Extent
+from openpendant.server.store.recording_format import chunks_together, pack_rows
+from openpendant.server.store.requests import Answer, LoadChunks, MeasureRecording, Request
+from openpendant.simplemsg import ReplyCode
+from openpendant.simplemsg.pendant import (
+    Activity,
+    Management,
+    MotionControlAction,
+    OperatingMode,
+)
+from openpendant.simplemsg.verdicts import VerdictCode as V
+
+COLUMNS = ["t", *(f"j{number}" for number in range(1, 7))]
+STOP_PROGRAM = MotionControlAction.PROGRAM_STOP
+PLAY = b'{"op": "recordings.play", "name": "arc"}'
+
+at_each_step = pytest.mark.parametrize("answered", range(4))
+"""The description, the extent, the samples, the description again: what has come by then."""
+
+
+class SlowCell(EmulatedCell):
+    def played(self, pendant: Pendant) -> list[dict[str, Any]]:
+        return [
+            {"done": each.reply_code == ReplyCode.SUCCESS} | json.loads(each.body)
+            for each in pendant.all(Management)
+        ]
+
+
+@pytest.fixture
+def cell() -> Iterator[SlowCell]:
+    made = SlowCell(has_surroundings=True)
+    made.wait(100)
+    body = json.dumps({"columns": COLUMNS, "robot": "ur5"})
+    made.store.save(DocumentKind.RECORDING, "arc", body, expected_revision=0, author="ann")
+    first, *others = made.position
+    rows = [(0.01 * n, first + 0.001 * n, *others) for n in range(201)]
+    made.store.append_chunk("arc", 0, pack_rows(rows))
+    yield made
+    made.store.close()
+
+
+def _number(pendant: Pendant) -> int:
+    pendant.last_request += 1
+    return pendant.last_request
+
+
+def _loading(cell: SlowCell, answered: int) -> Pendant:
+    holder = cell.holder()
+    cell.held = deque()
+    holder.send(Management(_number(holder), PLAY))
+    cell.answer(answered)
+    return holder
+
+
+MODES = (OperatingMode.MANUAL_REDUCED, OperatingMode.AUTOMATIC)
+
+STOPS: dict[str, tuple[Callable[[SlowCell, Pendant], list[object]], V]] = {
+    "stop": (lambda _, holder: [holder.stop(), holder.reset()], V.STOPPED),
+    "another's stop": (lambda cell, holder: [cell.pendant().stop(), holder.reset()], V.STOPPED),
+    "mode": (lambda _, holder: [holder.mode(mode) for mode in MODES], V.MODE_CHANGED),
+    "release": (lambda _, holder: [holder.release(), holder.take()], V.AUTHORITY_LOST),
+    "take-over": (lambda cell, it: [it.release(), cell.pendant().take()], V.AUTHORITY_LOST),
+    "program stop": (lambda _, holder: [holder.control(STOP_PROGRAM)], V.PROGRAM_STOPPED),
+    "ROS-I STOP": (lambda cell, _: [cell.ros().point(-4, *cell.position)], V.STOPPED),
+}
+
+
+@at_each_step
+@pytest.mark.parametrize(("stop", "code"), STOPS.values(), ids=STOPS)
+def test_what_is_loaded_is_refused_at_once_and_does_not_begin_afterwards(
+    cell: SlowCell, answered: int, stop: Callable[[SlowCell, Pendant], list[object]], code: V
+) -> None:
+    holder = _loading(cell, answered)
+    stood = cell.position
+    assert set(stop(cell, holder)) <= {V.ACCEPTED, ReplyCode.SUCCESS}
+    (told,) = cell.played(holder)
+    assert (told["done"], told["code"]) == (False, code)
+    cell.answer_all()
+    cell.wait(500)
+    assert cell.played(holder) == [told]
+    assert (cell.core.cell.activity, cell.position) == (Activity.IDLE, stood)
+
+
+def test_a_pendant_that_is_gone_leaves_nothing_that_begins(cell: SlowCell) -> None:
+    holder = _loading(cell, 2)
+    stood = cell.position
+    holder.close()
+    cell.answer_all()
+    cell.wait(500)
+    assert cell.position == stood
+
+
+@at_each_step
+def test_a_speed_override_of_0_ends_what_is_loaded_and_raised_again_begins_nothing(
+    cell: SlowCell, answered: int
+) -> None:
+    holder = _loading(cell, answered)
+    stood = cell.position
+    for override in (0.0, 1.0):
+        assert holder.speed(override, 0.25) is V.ACCEPTED
+        cell.wait(10)
+    (told,) = cell.played(holder)
+    assert not told["done"]
+    cell.answer_all()
+    cell.wait(500)
+    assert cell.position == stood
+
+
+def test_a_program_stop_of_whoever_is_not_in_control_ends_nothing(cell: SlowCell) -> None:
+    holder = _loading(cell, 1)
+    other = cell.pendant("other")
+    assert other.control(STOP_PROGRAM) is V.HELD_BY_OTHER
+    cell.answer_all()
+    assert cell.played(holder)[0]["done"]
+
+
+def test_a_second_recording_is_refused_while_one_is_loaded(cell: SlowCell) -> None:
+    holder = _loading(cell, 1)
+    holder.send(Management(_number(holder), PLAY))
+    (told,) = cell.played(holder)
+    assert (told["code"], told["text"]) == (V.PLANNING, "'arc' is being loaded to be played")
+    cell.answer_all()
+    assert [each["done"] for each in cell.played(holder)] == [False, True]
+
+
+def test_what_was_made_anew_under_its_name_meanwhile_is_not_played(cell: SlowCell) -> None:
+    holder = _loading(cell, 2)
+    kind = DocumentKind.RECORDING
+    body = cell.store.load(kind, "arc").body
+    cell.store.delete(kind, "arc", expected_revision=1, author="bob")
+    cell.store.save(kind, "arc", body, expected_revision=0, author="bob")
+    cell.answer_all()
+    (told,) = cell.played(holder)
+    assert (told["done"], told["code"]) == (False, V.REVISION_CONFLICT)
+
+
+T = TypeVar("T")
+
+WIDTH = 8
+ROW_BYTES = 8 * WIDTH
+
+
+def _chunk(begins: float, rows: int) -> bytes:
+    """Return rows 10 ms apart."""
+    return pack_rows((begins + 0.01 * n, *[0.0] * (WIDTH - 1)) for n in range(rows))
+
+
+def _recording(rows_in_chunk: int, chunks: int) -> list[bytes]:
+    return [_chunk(0.01 * rows_in_chunk * n, rows_in_chunk) for n in range(chunks)]
+
+
+@pytest.fixture(scope="module")
+def too_large() -> list[bytes]:
+    rows = np.zeros((16_384 * 65, WIDTH), "<f8")
+    rows[:, 0] = 0.01 * np.arange(len(rows))
+    return [part.tobytes() for part in np.split(rows, 65)]
+
+
+class Kept:
+    def __init__(self, chunks: list[bytes]) -> None:
+        self.chunks = chunks
+        self.answered: list[int] = []
+
+    def load_chunks(self, name: str, first: int, most: int) -> tuple[bytes, ...]:
+        return tuple(self.chunks[first : first + most])
+
+    def _answer(self, request: Request) -> Answer:
+        if isinstance(request, MeasureRecording):
+            return Extent(len(self.chunks), sum(map(len, self.chunks)))
+        assert isinstance(request, LoadChunks)
+        # Has what is used of it.
+        answer = chunks_together(self, request.name, request.first, request.most)  # type: ignore[arg-type]
+        self.answered.append(sum(map(len, answer)))
+        return answer
+
+    def load(self, begins: float = 0.0, ends: float | None = None) -> Pieces | Refusal:
+        return self.run(part_samples("arc", WIDTH, begins, ends))
+
+    def run(self, steps: Steps[T]) -> T:
+        answer: Answer | None = None
+        while True:
+            try:
+                request = steps.send(answer)
+            except StopIteration as end:
+                told: T = end.value
+                return told
+            assert isinstance(request, MeasureRecording | LoadChunks)
+            answer = self._answer(request)
+
+
+CHUNKINGS = [(51, 700), (16_384, 5), (12_000, 5)]
+"""Rows of a chunk, and chunks: as recorded, as imported, and what does not divide a portion."""
+
+
+@pytest.mark.parametrize(("rows", "chunks"), CHUNKINGS)
+def test_no_answer_and_no_piece_is_larger_than_one_chunk_may_be(rows: int, chunks: int) -> None:
+    kept = Kept(_recording(rows, chunks))
+    pieces = kept.load()
+    assert not isinstance(pieces, Refusal)
+    assert b"".join(pieces) == b"".join(kept.chunks)
+    assert max(map(len, pieces)) <= MOST_CHUNK_BYTES
+    assert max(kept.answered) <= MOST_CHUNK_BYTES
+    assert len(kept.answered) <= 2 * ceil(sum(kept.answered) / MOST_CHUNK_BYTES) + chunks // 128
+
+
+def test_what_is_counted_comes_in_portions_too() -> None:
+    kept = Kept(_recording(16_384, 5))
+    columns = ("t", *(f"j{number}" for number in range(1, WIDTH)))
+    kept.run(count_rows("arc", columns))
+    assert max(kept.answered) <= MOST_CHUNK_BYTES
+
+
+def test_of_a_part_no_more_than_its_chunks_are_kept_and_nothing_behind_it_is_read() -> None:
+    kept = Kept(_recording(100, 1_000))
+    pieces = kept.load(begins=2.5, ends=4.5)
+    assert not isinstance(pieces, Refusal)
+    assert b"".join(pieces) == b"".join(kept.chunks[2:5])
+    assert sum(kept.answered) <= MOST_CHUNK_BYTES
+
+
+def test_a_whole_that_is_too_large_is_refused_before_anything_is_loaded(
+    too_large: list[bytes],
+) -> None:
+    kept = Kept(too_large)
+    refused = refusal_from(kept.load())
+    assert (refused.code, refused.value) == (V.TOO_LARGE, 65 << 20)
+    assert "begins and ends" in refused.text
+    assert kept.answered == []
+
+
+@pytest.mark.parametrize("load", [lambda kept: kept.load(1.0), lambda kept: kept.load(0.0, 1e6)])
+def test_a_part_that_is_too_large_is_refused_as_soon_as_that_is_known(
+    load: Callable[[Kept], Pieces | Refusal],
+    too_large: list[bytes],
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    monkeypatch.setattr(recording_playback, "MOST_PLAYED_BYTES", 3 << 20)
+    kept = Kept(too_large[:20])
+    assert refusal_from(load(kept)).code is V.TOO_LARGE
+    assert sum(kept.answered) == 4 << 20
+
+
+def test_a_part_of_what_is_too_large_as_a_whole_is_played(too_large: list[bytes]) -> None:
+    kept = Kept(too_large)
+    pieces = kept.load(begins=600.0, ends=610.0)
+    assert not isinstance(pieces, Refusal)
+    assert sum(map(len, pieces)) == MOST_CHUNK_BYTES
+
+
+def test_a_chunk_of_half_rows_is_refused_with_its_size() -> None:
+    refused = refusal_from(Kept([_chunk(0.0, 3), bytes(ROW_BYTES + 4)]).load())
+    assert refused.code is V.BAD_DOCUMENT
+    assert f"{ROW_BYTES + 4} bytes" in refused.text
+
+
+def test_nothing_is_told_of_what_was_dropped() -> None:
+    pending, told = Pending(), []
+
+    def take(pieces: Pieces | Refusal, now: int) -> list[Effect]:
+        told.append(pieces)
+        return []
+
+    steps = part_samples("arc", WIDTH, 0.0, None)
+    asked = only(Ask, pending.run(steps, take, 0))
+    pending.drop(steps)
+    assert pending.resume(asked, Extent(1, 3 * ROW_BYTES), 0) == []
+    assert told == []
+
+
+@pytest.fixture
+def played_cell() -> Iterator[EmulatedCell]:
+    made = EmulatedCell(has_surroundings=True)
+    made.wait(100)
+    yield made
+    made.store.close()
+
+
+WITHOUT_J6 = [f"j{number}" for number in range(1, 6)]
+
+
+def _keep_rows(played_cell: EmulatedCell, **about: Any) -> None:
+    columns = about.setdefault("columns", COLUMNS)
+    body = json.dumps(about)
+    played_cell.store.save(DocumentKind.RECORDING, "arc", body, expected_revision=0, author="ann")
+    standing = dict(zip(COLUMNS[1:], played_cell.position, strict=True))
+    rows = []
+    for n in range(201):
+        values = standing | {"t": 0.01 * n, "j1": standing["j1"] + 0.001 * n}
+        rows.append([values.get(column, 0.0) for column in columns])
+    played_cell.store.append_chunk("arc", 0, pack_rows(rows))
+
+
+def test_playing_needs_the_motion_authority(played_cell: EmulatedCell) -> None:
+    _keep_rows(played_cell, robot="ur5")
+    told = played_cell.pendant().ask("recordings.play", name="arc")
+    assert told["code"] == V.NOT_IN_CONTROL
+
+
+def test_a_recording_that_was_cut_off_is_played_as_far_as_it_is_kept(
+    played_cell: EmulatedCell,
+) -> None:
+    _keep_rows(played_cell, robot="ur5", finished=False)
+    told = played_cell.holder().ask("recordings.play", name="arc")
+    assert (told["samples"], told["recorded"]) == (201, pytest.approx(2.0))
+
+
+@pytest.mark.parametrize(
+    ("about", "code", "why"),
+    [
+        ({}, V.RECORDING_WRONG_ROBOT, r"of which robot it is; this robot is 'ur5'.*--robot ur5"),
+        ({"robot": "ur10"}, V.RECORDING_WRONG_ROBOT, r"was made with 'ur10'; this robot is 'ur5'"),
+        ({"columns": ["t", *WITHOUT_J6, "temperature"]}, V.BAD_DOCUMENT, r"columns\[6\]: is 'temp"),
+        ({"columns": ["t", *WITHOUT_J6, "j5"]}, V.BAD_DOCUMENT, r"columns\[6\]: is 'j5' once more"),
+        (
+            {"columns": ["j6", *WITHOUT_J6, "t"]},
+            V.BAD_DOCUMENT,
+            r"\[0\]: is 'j6'; accepted: 't' first",
+        ),
+    ],
+    ids=["of none", "of another", "no joint", "a joint twice", "no time first"],
+)
+def test_a_recording_of_another_robot_or_of_other_columns_is_refused(
+    played_cell: EmulatedCell, about: dict[str, Any], code: V, why: str
+) -> None:
+    if "columns" in about:
+        about = about | {"robot": "ur5"}
+    _keep_rows(played_cell, **about)
+    told = played_cell.holder().ask("recordings.play", name="arc")
+    assert told["code"] == code
+    assert re.search(why, told["text"])
+
+
+def test_joints_in_another_order_are_played_as_they_are_named(played_cell: EmulatedCell) -> None:
+    _keep_rows(played_cell, robot="ur5", columns=["t", "j6", "j2", "gap", "j1", "j4", "j5", "j3"])
+    told = played_cell.holder().ask("recordings.play", name="arc")
+    assert told["approach"] == 0.0  # the robot stands at the first sample
+
+
+def test_a_recording_under_way_is_not_played_and_the_refusal_says_so(
+    played_cell: EmulatedCell,
+) -> None:
+    holder = played_cell.holder()
+    holder.ask("recordings.start", name="arc")
+    told = holder.ask("recordings.play", name="arc")
+    assert told["code"] == V.RECORDING_RUNNING
+    assert told["text"].startswith("'arc' is still being recorded")
