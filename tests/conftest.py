@@ -1,7 +1,5 @@
 """What every test has: a clock to choose, and the same random examples in every run."""
 
-from __future__ import annotations
-
 import asyncio
 import gc
 import os

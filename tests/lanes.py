@@ -4,8 +4,6 @@ Owns which test belongs to which: `pytest --lane=real-time` takes the tests mark
 `--lane=computing` all others, without the option all run. `run_lanes.py` runs one after the other.
 """
 
-from __future__ import annotations
-
 from enum import Enum
 from pathlib import Path
 

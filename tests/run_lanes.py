@@ -4,8 +4,6 @@ Owns what runs beside what, how a run is ended before its time, and what is prin
 Which test belongs to which lane, `lanes.py` knows. Standard library only.
 """
 
-from __future__ import annotations
-
 import argparse
 import ctypes
 import os

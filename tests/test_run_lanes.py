@@ -1,7 +1,5 @@
 """`make test` runs two lanes, one after the other, tells what came of both, and leaves nothing."""
 
-from __future__ import annotations
-
 import json
 import os
 import re

@@ -1,5 +1,3 @@
-from __future__ import annotations
-
 import pytest
 from rigs.motion.loaded_robots import arm, serial_robot
 

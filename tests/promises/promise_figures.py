@@ -5,8 +5,6 @@ more than the table of promises allows. What is void is told and measured again;
 than a share of a run, the whole run is.
 """
 
-from __future__ import annotations
-
 import atexit
 import sys
 from functools import cache

@@ -4,8 +4,6 @@ Owns how a figure is printed. The page's own text stands around the blocks that 
 holds the blocks against the table.
 """
 
-from __future__ import annotations
-
 import re
 import sys
 import tomllib

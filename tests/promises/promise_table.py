@@ -4,8 +4,6 @@ Owns how a figure is looked up. A number that is promised stands in that file on
 it from there (`promise_page.py`), and the tests assert what they read here.
 """
 
-from __future__ import annotations
-
 import tomllib
 from dataclasses import dataclass
 from functools import cache

@@ -1,7 +1,5 @@
 """Promise 3: a peer whose cable was pulled keeps neither authority nor connection for 3 s."""
 
-from __future__ import annotations
-
 import asyncio
 import socket
 from pathlib import Path

@@ -1,7 +1,5 @@
 """Promise 4: who does not read costs little memory, is cut off after 2 s, and slows nobody."""
 
-from __future__ import annotations
-
 import asyncio
 import json
 

@@ -1,7 +1,5 @@
 """Promise 7: a length that no frame has ends its connection at once, and takes no memory."""
 
-from __future__ import annotations
-
 import asyncio
 import struct
 import tracemalloc

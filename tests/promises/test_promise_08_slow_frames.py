@@ -1,7 +1,5 @@
 """Promise 8: a frame that does not end, or never begins, costs its sender the connection."""
 
-from __future__ import annotations
-
 import asyncio
 import socket
 

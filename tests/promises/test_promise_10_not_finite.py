@@ -1,7 +1,5 @@
 """Promise 10: no number that is not finite, or that no joint has, reaches planner or robot."""
 
-from __future__ import annotations
-
 import math
 
 import pytest

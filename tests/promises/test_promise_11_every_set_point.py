@@ -3,8 +3,6 @@
 Judged with arithmetic of its own, and with that of the emulated controller's referee.
 """
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
 from promises.promise_figures import tell

@@ -4,8 +4,6 @@ From the pendant's message to the set-points that leave for the emulated robot; 
 forward kinematics of the set-points, not from what planner or jog say of themselves.
 """
 
-from __future__ import annotations
-
 import itertools
 import math
 

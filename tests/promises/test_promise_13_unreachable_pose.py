@@ -1,7 +1,5 @@
 """Promise 13: a pose out of reach is refused by code before anything moves, and soon."""
 
-from __future__ import annotations
-
 import time
 from collections import Counter
 from collections.abc import Callable

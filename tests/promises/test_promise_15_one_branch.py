@@ -1,7 +1,5 @@
 """Promise 15: a line is looked at in full before it begins, and no joint jumps on it."""
 
-from __future__ import annotations
-
 from collections import Counter
 
 import numpy as np

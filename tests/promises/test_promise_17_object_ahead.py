@@ -1,7 +1,5 @@
 """Promise 17: an object put in the way of a moving robot, at any time, is never touched."""
 
-from __future__ import annotations
-
 import json
 
 import numpy as np

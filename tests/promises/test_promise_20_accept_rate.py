@@ -1,7 +1,5 @@
 """Promise 20: 20 connections at once, then 50 a second, whatever storms in; exact on its clocks."""
 
-from __future__ import annotations
-
 import asyncio
 import errno
 import logging

@@ -1,7 +1,5 @@
 """Promise 21: so many connections and no more; files are counted before the first is taken."""
 
-from __future__ import annotations
-
 import asyncio
 import resource
 import socket

@@ -3,8 +3,6 @@
 Measured from the signal that stops the server to the STOP that reaches the controller.
 """
 
-from __future__ import annotations
-
 import os
 import signal
 import time

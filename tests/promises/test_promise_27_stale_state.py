@@ -1,7 +1,5 @@
 """Promise 27: every state message says how old it is, and old is called stale from 100 ms on."""
 
-from __future__ import annotations
-
 import itertools
 from typing import Any
 

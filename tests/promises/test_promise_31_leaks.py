@@ -1,7 +1,5 @@
 """Promise 31: whoever comes, jogs and goes leaves nothing behind."""
 
-from __future__ import annotations
-
 import asyncio
 import gc
 import os

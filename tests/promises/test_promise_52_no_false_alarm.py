@@ -4,8 +4,6 @@ Over the whole catalogue: joints that lag each by itself, up to the lag that is 
 declared, and reports that are up to 200 ms late in every way that one connection allows.
 """
 
-from __future__ import annotations
-
 from collections import Counter
 from collections.abc import Sequence
 from functools import cache

@@ -1,7 +1,5 @@
 """Promise 52 on real sockets: how many points still reach a controller that reports wrongly."""
 
-from __future__ import annotations
-
 import asyncio
 
 import pytest

@@ -1,5 +1,3 @@
-from __future__ import annotations
-
 import pytest
 from promises.promise_figures import FEW, LATE, REPEATS, SLACK, VOID_SHARE, Figures, trials_of
 from promises.promise_table import COMMON, Figure, figure

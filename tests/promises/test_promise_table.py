@@ -1,7 +1,5 @@
 """Every promise has its tests, they exist and say which; page, table and tests have one number."""
 
-from __future__ import annotations
-
 import ast
 import re
 from collections.abc import Iterator

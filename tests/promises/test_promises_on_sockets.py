@@ -4,8 +4,6 @@ A recording controller stands between server and emulated robot; each trial is m
 beside each an event loop that has nothing to do. Bounds and trials are those of the table.
 """
 
-from __future__ import annotations
-
 import random
 import struct
 import subprocess

@@ -3,8 +3,6 @@
 What each test used of the library is noted, and the last one demands that nothing was left out.
 """
 
-from __future__ import annotations
-
 import asyncio
 import math
 from collections.abc import AsyncIterator, Callable

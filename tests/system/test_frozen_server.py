@@ -1,7 +1,5 @@
 """A server that freezes in the middle of a motion (promise 26)."""
 
-from __future__ import annotations
-
 import asyncio
 import json
 import os

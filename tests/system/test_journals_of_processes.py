@@ -1,7 +1,5 @@
 """Journals of real processes: they run again exactly, and never get in the way."""
 
-from __future__ import annotations
-
 import asyncio
 import json
 import sys

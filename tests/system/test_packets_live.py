@@ -1,7 +1,5 @@
 """The live packet tools as they are used: processes, real sockets, a full disk."""
 
-from __future__ import annotations
-
 import asyncio
 import json
 import signal

@@ -1,7 +1,5 @@
 """A pendant, the server and the emulated controller as they are used: processes on real sockets."""
 
-from __future__ import annotations
-
 import asyncio
 import os
 import signal

@@ -4,8 +4,6 @@ The client's side of the capture is sent packet by packet, waiting for replies a
 A patient replay lets the robot arrive before a further trajectory or the client's closing STOP.
 """
 
-from __future__ import annotations
-
 import asyncio
 import json
 import math

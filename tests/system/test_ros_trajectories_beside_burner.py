@@ -4,8 +4,6 @@ Two hundred of 3 to 1,000 points beside a process that burns one core in bursts;
 What went wrong must be visible, in STATUS and in the log, each time and in one line.
 """
 
-from __future__ import annotations
-
 import asyncio
 import json
 import math

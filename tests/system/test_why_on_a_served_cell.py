@@ -1,7 +1,5 @@
 """`openpendant why` names each condition as it is broken, on a server and an emulator that run."""
 
-from __future__ import annotations
-
 import asyncio
 import os
 import signal

@@ -5,8 +5,6 @@ entered, each with its first function; what that does is the first line of its d
 script it writes the page.
 """
 
-from __future__ import annotations
-
 import ast
 import sys
 from functools import cache

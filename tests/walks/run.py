@@ -1,7 +1,5 @@
 """Go the walks and print what they cost: `make walk`."""
 
-from __future__ import annotations
-
 import sys
 from pathlib import Path
 

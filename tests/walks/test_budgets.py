@@ -1,7 +1,5 @@
 """What an event may cost on its way through the server: bounds that only fall."""
 
-from __future__ import annotations
-
 import json
 
 import pytest

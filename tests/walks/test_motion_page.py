@@ -1,7 +1,5 @@
 """The page docs/command-to-motion.md says what the walks are, on one screen."""
 
-from __future__ import annotations
-
 from walks.motion_page import PAGE, page
 from walks.walk_table import gone
 

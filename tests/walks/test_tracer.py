@@ -1,7 +1,5 @@
 """What the tracer counts, on functions of two small files of a product that is not ours."""
 
-from __future__ import annotations
-
 import sys
 import threading
 from collections.abc import Callable

@@ -6,8 +6,6 @@ not depend on the interpreter. The emulator, the tools, the tests and all librar
 Must not know what an event is: its user names the frames that a walk begins with and leads to.
 """
 
-from __future__ import annotations
-
 import inspect
 import os
 import sys

@@ -1,7 +1,5 @@
 """Bounds of the walks: what each may cost today, and its budget. Read from `bounds.toml`."""
 
-from __future__ import annotations
-
 import tomllib
 from dataclasses import dataclass
 from functools import cache

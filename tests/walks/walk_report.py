@@ -1,7 +1,5 @@
 """The command behind `make walk`: the table of the walks, or one of them file by file."""
 
-from __future__ import annotations
-
 import argparse
 import ast
 import json

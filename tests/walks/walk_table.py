@@ -4,8 +4,6 @@ Owns which event a walk is, what state the cell is in then, and where the walk e
 to end with bytes ends where they are handed to the transport.
 """
 
-from __future__ import annotations
-
 import asyncio
 from collections.abc import Awaitable, Callable
 from dataclasses import dataclass

@@ -4,8 +4,6 @@ Owns the world round the product: sockets, a planner and a store that answer whe
 a pendant's hands, and by which frame a walk knows each of them. A run repeats to the byte.
 """
 
-from __future__ import annotations
-
 import asyncio
 import json
 import socket

@@ -1,7 +1,5 @@
 """The controller's own check of every point, and what the referee writes down."""
 
-from __future__ import annotations
-
 import itertools
 import math
 import struct

@@ -1,7 +1,5 @@
 """The state port: STATUS true to state in all seven fields, joint reports, inputs and outputs."""
 
-from __future__ import annotations
-
 import pytest
 from rigs.cells.controller_rig import FAILURE, LIMITS, MS, SUCCESS, ControllerRig, full_point
 

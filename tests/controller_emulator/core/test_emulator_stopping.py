@@ -1,7 +1,5 @@
 """STOP, emergency stop, under-run, lost link, stall: every way from motion to rest."""
 
-from __future__ import annotations
-
 import asyncio
 
 import pytest

@@ -1,7 +1,5 @@
 """Streaming and downloading: points that are answered once, replies that wait, motion in time."""
 
-from __future__ import annotations
-
 import pytest
 from rigs.cells.controller_rig import (
     FAILURE,

@@ -1,7 +1,5 @@
 """The mathematics between two points, checked against its own definition."""
 
-from __future__ import annotations
-
 import math
 import struct
 

@@ -1,7 +1,5 @@
 """Settings, event loops, scenarios, logs and reports: what the emulator reads and leaves behind."""
 
-from __future__ import annotations
-
 import csv
 import json
 import os

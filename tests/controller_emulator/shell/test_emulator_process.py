@@ -1,7 +1,5 @@
 """`openpendant emulate` as a process: the ready line, signals, summaries, exit codes, imports."""
 
-from __future__ import annotations
-
 import csv
 import json
 import os

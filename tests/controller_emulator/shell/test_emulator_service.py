@@ -1,7 +1,5 @@
 """The emulator on real loopback sockets: links, deadlines and back-pressure."""
 
-from __future__ import annotations
-
 import asyncio
 import socket
 import struct

@@ -1,7 +1,5 @@
 """The emulator alone suits the stock ROS-I client: its placeholders and what it does not know."""
 
-from __future__ import annotations
-
 import pytest
 from rigs.cells.controller_rig import FAILURE, LIMITS, SUCCESS, ControllerRig, ratio_point
 

@@ -1,7 +1,5 @@
 """A login with three accounts, cheap password checks and a list for a log, for tests of access."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass, field
 
 from openpendant.server.access.accounts import Account, AccountBook

@@ -1,7 +1,5 @@
 """What breaks each condition of a motion, for tests of `why`."""
 
-from __future__ import annotations
-
 from rigs.cells.server_rig import ServerRig
 from rigs.motion.jog_pad import JogPad
 

@@ -1,7 +1,5 @@
 """An emulated cell whose disk and planning process take their time where a test says so."""
 
-from __future__ import annotations
-
 import json
 from typing import Any
 

@@ -1,7 +1,5 @@
 """An emulator, a fault proxy in front of both its ports, a server and a pendant on one loop."""
 
-from __future__ import annotations
-
 import asyncio
 from collections.abc import AsyncIterator
 from contextlib import asynccontextmanager

@@ -1,7 +1,5 @@
 """What a controller does in tests that nothing may go on after, without a person's doing at us."""
 
-from __future__ import annotations
-
 import dataclasses
 from collections.abc import Callable
 

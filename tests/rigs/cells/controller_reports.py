@@ -1,7 +1,5 @@
 """What a controller reports, where a test says little of it: joints, and a status."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 
 from openpendant.simplemsg import JointFeedback, Status, ValidField, joint_array

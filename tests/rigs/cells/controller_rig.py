@@ -4,8 +4,6 @@ Owns the double that the emulator's core tests share. Two joints with round limi
 expectation can be worked out by hand: ±2 rad, 2 rad/s, 4 rad/s².
 """
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from dataclasses import dataclass, field
 

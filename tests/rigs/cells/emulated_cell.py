@@ -4,8 +4,6 @@ No sockets and no loop: one virtual clock drives both ends, so that the bytes th
 would see, 4-byte reals included, are the same in every run.
 """
 
-from __future__ import annotations
-
 import dataclasses
 from collections import deque
 from collections.abc import Callable

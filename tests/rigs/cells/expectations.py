@@ -1,7 +1,5 @@
 """What a test expects a value to be before it looks at it: of a kind, there, alone, a refusal."""
 
-from __future__ import annotations
-
 from collections.abc import Iterable
 from typing import TypeVar
 

@@ -1,7 +1,5 @@
 """A pendant server on a hand-driven clock whose pendants have to log in, for tests of access."""
 
-from __future__ import annotations
-
 import random
 
 from rigs.cells.admission_desk import BOOK, LAN, Desk, is_right

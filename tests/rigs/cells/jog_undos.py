@@ -1,7 +1,5 @@
 """Increments and undos as a pendant asks for them in tests, and a planner that refuses."""
 
-from __future__ import annotations
-
 from collections.abc import Callable
 
 from rigs.cells.server_rig import ServerRig

@@ -1,7 +1,5 @@
 """An emulator, a server and a pendant on one virtual loop, both processes keeping a journal."""
 
-from __future__ import annotations
-
 import asyncio
 import socket
 from collections.abc import AsyncIterator

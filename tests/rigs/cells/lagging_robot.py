@@ -5,8 +5,6 @@ that is joined with it on a virtual clock. Nothing of what the server accepts is
 reports are made from lags, noise and delays that a test declares.
 """
 
-from __future__ import annotations
-
 from bisect import bisect_right
 from collections import deque
 from collections.abc import Sequence

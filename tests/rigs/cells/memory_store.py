@@ -1,7 +1,5 @@
 """A store of documents in memory, by the rules of the real one, for tests without a disk."""
 
-from __future__ import annotations
-
 from collections.abc import Iterator
 from contextlib import contextmanager
 

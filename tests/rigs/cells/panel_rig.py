@@ -1,7 +1,5 @@
 """A terminal pendant's core with a cell that a test sets up, and keys that a test strikes."""
 
-from __future__ import annotations
-
 from dataclasses import replace
 from typing import Any
 

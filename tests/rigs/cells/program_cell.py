@@ -1,7 +1,5 @@
 """An emulated cell with programs in its store, and a pendant that runs them."""
 
-from __future__ import annotations
-
 from rigs.cells.emulated_cell import EmulatedCell
 from rigs.peers.server_clients import Pendant
 

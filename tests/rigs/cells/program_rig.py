@@ -1,7 +1,5 @@
 """A run of a program against an imagined robot: events go in, actions come out as short texts."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 

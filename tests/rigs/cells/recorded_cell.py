@@ -1,7 +1,5 @@
 """A recorder on a hand-driven clock with a store whose answers come when asked for."""
 
-from __future__ import annotations
-
 from collections import deque
 from collections.abc import Sequence
 from pathlib import Path

@@ -1,7 +1,5 @@
 """Situations of a server whose pendant asks for motion, and what its tests ask of it."""
 
-from __future__ import annotations
-
 from rigs.cells.server_rig import ServerRig, ready
 from rigs.motion.jog_pad import JogPad
 from rigs.peers.server_clients import Pendant

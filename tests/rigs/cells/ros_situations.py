@@ -1,7 +1,5 @@
 """Situations of a server whose ROS-I client asks for motion, and what its tests ask of it."""
 
-from __future__ import annotations
-
 from rigs.cells.server_rig import ServerRig, jobs_in, ready
 from rigs.peers.server_clients import RosClient
 

@@ -1,7 +1,5 @@
 """A robot on its way whose scene changes, the monitor of that scene, and a pendant's hands."""
 
-from __future__ import annotations
-
 from rigs.cells.server_rig import ServerRig, jobs_in, ready
 from rigs.motion.jog_pad import JogPad
 from rigs.peers.server_clients import Pendant

@@ -4,8 +4,6 @@ Joins the server's core with the scripted controller, the clients that are conne
 planner that answers when asked. Two joints with round limits: ±2 rad, 2 rad/s, 4 rad/s².
 """
 
-from __future__ import annotations
-
 from abc import ABC, abstractmethod
 from collections import deque
 from collections.abc import Iterable, Sequence

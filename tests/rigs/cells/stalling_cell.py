@@ -1,7 +1,5 @@
 """An emulated cell where server or emulator is not run for a time, on one clock."""
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from typing import Any, Literal
 

@@ -1,7 +1,5 @@
 """A cell with a UR5, its surroundings and a store in memory, and requests to them as JSON."""
 
-from __future__ import annotations
-
 import json
 from functools import cache
 from pathlib import Path

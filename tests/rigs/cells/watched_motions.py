@@ -4,8 +4,6 @@ Owns the beginnings of these motions, and an oracle of its own for where the rob
 it knows only the points that reached the controller, and samples them densely.
 """
 
-from __future__ import annotations
-
 from collections.abc import Callable, Sequence
 from typing import Any
 

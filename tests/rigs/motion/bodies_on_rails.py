@@ -5,8 +5,6 @@ stands on the first rail by a metre with each metre of the first joint, and by h
 of the second, as `sweep` says. The distances themselves are functions that a test writes down.
 """
 
-from __future__ import annotations
-
 from collections.abc import Callable, Iterable, Sequence
 from types import SimpleNamespace
 from typing import cast

@@ -3,8 +3,6 @@
 Beats go out every 50 ms while time passes, as a real pendant sends them.
 """
 
-from __future__ import annotations
-
 from typing import Any
 
 from rigs.cells.emulated_cell import EmulatedCell

@@ -4,8 +4,6 @@ Nothing here is shared with `motion.jog`: limits from the robot file, velocities
 positions with forward kinematics of other modules, pose errors against the exact line.
 """
 
-from __future__ import annotations
-
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass, field

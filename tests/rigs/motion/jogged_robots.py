@@ -1,7 +1,5 @@
 """Robots to jog, each built once, and random places and presses for them."""
 
-from __future__ import annotations
-
 from functools import cache
 
 import numpy as np

@@ -3,8 +3,6 @@
 A robot never changes, and to read one from its file takes longer than most tests of it.
 """
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from functools import cache
 

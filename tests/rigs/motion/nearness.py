@@ -1,7 +1,5 @@
 """Comparisons of numbers and of poses within a distance that each test states."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 
 import numpy as np

@@ -1,7 +1,5 @@
 """Scenes for tests of collisions and planning: one with a pillar, and random ones."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Iterator
 from typing import NamedTuple

@@ -1,7 +1,5 @@
 """Tables of calls that are refused: a row for each, with its error and words of its sentence."""
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from typing import NamedTuple
 

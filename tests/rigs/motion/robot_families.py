@@ -1,7 +1,5 @@
 """Which robots stand for all of the project where a test is about mathematics, not about a file."""
 
-from __future__ import annotations
-
 from collections.abc import Iterable
 
 import pytest

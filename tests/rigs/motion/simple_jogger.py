@@ -4,8 +4,6 @@ Joints tend to their asked speeds under the acceleration limits and brake in tim
 their ranges. The tool is that of a flat arm of two links of half a metre; a longer arm has none.
 """
 
-from __future__ import annotations
-
 import math
 from collections.abc import Sequence
 

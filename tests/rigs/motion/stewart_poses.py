@@ -1,7 +1,5 @@
 """The classroom platform, and poses of its workspace by random number and by hypothesis."""
 
-from __future__ import annotations
-
 from typing import Any
 
 import numpy as np

@@ -1,7 +1,5 @@
 """A terminal pendant's core on a connection to a scripted server, without a screen."""
 
-from __future__ import annotations
-
 import asyncio
 from collections.abc import AsyncIterator, Callable
 from contextlib import asynccontextmanager

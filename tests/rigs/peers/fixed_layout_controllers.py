@@ -5,8 +5,6 @@ third controller that clips what it is asked for. All move at once, at their own
 time that they are given; `farthest` is how far any joint ever was from its start.
 """
 
-from __future__ import annotations
-
 import asyncio
 import math
 import struct

@@ -1,7 +1,5 @@
 """Pipes that nobody reads and that take nothing more."""
 
-from __future__ import annotations
-
 import os
 from collections.abc import Iterator
 from contextlib import contextmanager, suppress

@@ -3,8 +3,6 @@
 Owns the doubles that the tests of the packet proxies share.
 """
 
-from __future__ import annotations
-
 import asyncio
 import socket
 import struct

@@ -4,8 +4,6 @@ Run in a network of its own (`unshare --net`), whose loopback it takes down. Pri
 for each of two connections: one as the server keeps pendants, one as it keeps the controller.
 """
 
-from __future__ import annotations
-
 import inspect
 import socket
 import subprocess

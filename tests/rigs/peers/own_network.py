@@ -1,7 +1,5 @@
 """Scripts that take a network down, run in one of their own."""
 
-from __future__ import annotations
-
 import os
 import shutil
 import subprocess

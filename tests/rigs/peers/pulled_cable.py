@@ -4,8 +4,6 @@ Run in a network of its own (`unshare --net`), whose loopback it takes down. Pri
 seconds the server gave up each connection.
 """
 
-from __future__ import annotations
-
 import asyncio
 import socket
 import subprocess

@@ -1,7 +1,5 @@
 """A scripted server of two cells, as the calls of RoboAnalyzer need it."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Iterator
 from contextlib import contextmanager

@@ -5,8 +5,6 @@ a goal succeeds where every joint is near its last point and the robot stands, a
 no position came for 1 s. It looks at neither e_stopped, in_error nor error_code.
 """
 
-from __future__ import annotations
-
 from collections.abc import Callable, Sequence
 from enum import Enum
 

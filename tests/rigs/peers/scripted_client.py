@@ -4,8 +4,6 @@ A `Fault` changes a message or the bytes of a frame, or makes the client neglect
 sockets and no clock: `judged_client` joins it with the scripted controller.
 """
 
-from __future__ import annotations
-
 import struct
 from dataclasses import dataclass, field, replace
 from typing import Protocol

@@ -1,7 +1,5 @@
 """A scripted controller: follows its points exactly and misbehaves as told. Two joints."""
 
-from __future__ import annotations
-
 from bisect import bisect_right
 from dataclasses import dataclass, field
 from enum import Enum

@@ -3,8 +3,6 @@
 Owns the answers of motoman.md's sections 2 and 4, and a few faults to leave them by.
 """
 
-from __future__ import annotations
-
 import asyncio
 from typing import NamedTuple
 

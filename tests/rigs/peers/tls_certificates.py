@@ -1,7 +1,5 @@
 """Certificates that signed themselves, made with openssl for tests of TLS."""
 
-from __future__ import annotations
-
 import shutil
 import subprocess
 from pathlib import Path

@@ -1,7 +1,5 @@
 """A pendant on a real socket that does one thing at a time, so that a test can time its bytes."""
 
-from __future__ import annotations
-
 import select
 import socket
 import struct

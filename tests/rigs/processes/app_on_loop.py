@@ -1,7 +1,5 @@
 """A whole server on the loop of the test, an emulated robot behind it, bare sockets before it."""
 
-from __future__ import annotations
-
 import asyncio
 import socket
 from collections.abc import AsyncIterator, Callable

@@ -1,7 +1,5 @@
 """A server with nothing beside its cells: no store, accounts or watchdog but what is given."""
 
-from __future__ import annotations
-
 import asyncio
 from collections.abc import Callable, Sequence
 

@@ -5,8 +5,6 @@ A sample is void, and told as such, where an idle timer of the same priority was
 of which more than a tenth of the time was void is repeated.
 """
 
-from __future__ import annotations
-
 import subprocess
 import sys
 from collections.abc import Iterator

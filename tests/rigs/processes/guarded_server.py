@@ -1,7 +1,5 @@
 """A pendant server with accounts in a file, an audit log and a journal, on real sockets."""
 
-from __future__ import annotations
-
 import asyncio
 import os
 from collections.abc import AsyncIterator

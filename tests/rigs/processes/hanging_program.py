@@ -1,7 +1,5 @@
 """A program that computes, and so does not serve its event loop for a while; virtual clock."""
 
-from __future__ import annotations
-
 import asyncio
 
 

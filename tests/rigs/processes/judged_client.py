@@ -1,7 +1,5 @@
 """A scripted client joined with the scripted controller, on a hand-driven clock of 5 ms steps."""
 
-from __future__ import annotations
-
 from collections.abc import Iterable, Sequence
 from functools import cache
 

@@ -1,7 +1,5 @@
 """A pendant server on the loop of the test, with an emulator behind it, ready to be judged."""
 
-from __future__ import annotations
-
 import asyncio
 from collections.abc import AsyncIterator
 from contextlib import asynccontextmanager

@@ -1,7 +1,5 @@
 """Shell commands in place of planning processes, without the seconds that a real one takes."""
 
-from __future__ import annotations
-
 import asyncio
 import os
 import signal

@@ -6,8 +6,6 @@ is the idle control: it listens, and what it is told goes on to PORT, on an even
 nothing else to do. Each writes a line with a number when it is ready, and ends when it is killed.
 """
 
-from __future__ import annotations
-
 import asyncio
 import gc
 import json

@@ -5,8 +5,6 @@ bytes reach the controller, and beside each the same instrument measures an even
 nothing to do. What the machine does to that one it does to the server as well.
 """
 
-from __future__ import annotations
-
 import json
 import socket
 import subprocess

@@ -8,8 +8,6 @@ libraries are loaded once for all of them. Such a child says the same into the F
 process id: `i N`.
 """
 
-from __future__ import annotations
-
 import json
 import os
 import signal

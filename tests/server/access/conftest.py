@@ -1,5 +1,3 @@
-from __future__ import annotations
-
 import pytest
 from rigs.cells.guarded_rig import GuardedRig
 from rigs.peers.server_clients import Pendant

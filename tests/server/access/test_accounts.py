@@ -1,7 +1,5 @@
 """Accounts, and passwords: rules, hashing, and the same cost whoever is asked for (promise 29)."""
 
-from __future__ import annotations
-
 import asyncio
 import hashlib
 import pickle

@@ -1,7 +1,5 @@
 """Audit lines and the process log: bounded, and one entry never looks like two (promise 30)."""
 
-from __future__ import annotations
-
 import io
 import json
 import logging

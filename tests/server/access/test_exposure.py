@@ -1,7 +1,5 @@
 """What a server may be exposed to (promise 28): refused before it listens, with exit code 2."""
 
-from __future__ import annotations
-
 from pathlib import Path
 from typing import Any
 

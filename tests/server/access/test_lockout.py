@@ -1,7 +1,5 @@
 """The lock-out, with numbers for time (promise 29)."""
 
-from __future__ import annotations
-
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st

@@ -4,8 +4,6 @@ The table of the server is not looked at there, so that a request that is moved 
 mistake is found here. And which requests a stop overtakes.
 """
 
-from __future__ import annotations
-
 import json
 from typing import Any
 

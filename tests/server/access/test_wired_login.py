@@ -1,7 +1,5 @@
 """Logging in and out at the pendant face: promises 19, 28 and 29, exact on the rig's clock."""
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from pathlib import Path
 

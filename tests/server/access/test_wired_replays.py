@@ -4,8 +4,6 @@ Each is refused with a code of the catalogue, nothing is sent to the robot and n
 changes; exact on the rig's clock. What TLS does about single records is `test_tls`' subject.
 """
 
-from __future__ import annotations
-
 import json
 from collections.abc import Callable
 

@@ -1,7 +1,5 @@
 """Promise 30: canaries in every field for a secret, and no trace of them in anything written."""
 
-from __future__ import annotations
-
 import asyncio
 import base64
 import io

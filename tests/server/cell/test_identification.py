@@ -1,5 +1,3 @@
-from __future__ import annotations
-
 import pytest
 from rigs.cells.emulated_cell import EmulatedCell
 from rigs.cells.server_rig import FAILURE, SUCCESS, ServerRig, ready

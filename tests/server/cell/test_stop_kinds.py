@@ -1,7 +1,5 @@
 """The stops told apart, their reset, and the authority by force (promises 18, 19, 26)."""
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from typing import Any
 

@@ -4,8 +4,6 @@ Conditions are broken at random over a real core, and mended as the catalogue sa
 reset, a joint outside its limits in the recovery mode.
 """
 
-from __future__ import annotations
-
 from collections.abc import Callable
 
 import pytest

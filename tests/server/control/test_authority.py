@@ -1,5 +1,3 @@
-from __future__ import annotations
-
 import pytest
 
 from openpendant.server.control import AuthorityChange, Holder, MotionAuthority

@@ -1,7 +1,5 @@
 """What each mode allows, when the enabling device (training) enables, and the caps (promise 32)."""
 
-from __future__ import annotations
-
 import itertools
 import math
 

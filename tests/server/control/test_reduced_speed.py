@@ -1,7 +1,5 @@
 """Reduced speed: tool and elbow keep to 250 mm/s in what is sent; plans are certified for it."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Callable, Iterator, Sequence
 from typing import Any

@@ -5,8 +5,6 @@ ever meet all that a motion asks for, so some of them do what an operator would 
 how many steps found the robot moving or jogging is counted, and what came amid that.
 """
 
-from __future__ import annotations
-
 from collections import Counter
 from typing import ClassVar
 

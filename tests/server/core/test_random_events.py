@@ -5,8 +5,6 @@ was asked, and time that passes; what follows is not performed, so that the cell
 than a network brings.
 """
 
-from __future__ import annotations
-
 import random
 from collections.abc import Callable, Sequence
 

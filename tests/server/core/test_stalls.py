@@ -1,7 +1,5 @@
 """Server or emulator is not run for a time amid a motion (promise 55), exactly, on one clock."""
 
-from __future__ import annotations
-
 import asyncio
 from collections import deque
 from collections.abc import Callable

@@ -1,7 +1,5 @@
 """Promise 17: an object added while the robot moves is looked for on the rest of its way."""
 
-from __future__ import annotations
-
 from collections.abc import Callable
 
 import pytest

@@ -1,7 +1,5 @@
 """Which late ticks are logged, and what is said of what held the loop (promise 26)."""
 
-from __future__ import annotations
-
 import logging
 import os
 import sys

@@ -3,8 +3,6 @@
 Over real sockets on a virtual clock: what the kernel holds when a connection ends is read.
 """
 
-from __future__ import annotations
-
 import asyncio
 import select
 import socket

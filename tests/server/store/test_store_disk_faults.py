@@ -1,7 +1,5 @@
 """Promise 23: a disk that is full or read-only refuses what is new and keeps what is there."""
 
-from __future__ import annotations
-
 import contextlib
 import os
 import shutil

@@ -5,8 +5,6 @@ to. Those of our own code are noted where they are made; those of SQLite by stra
 that saves and says when it was told so.
 """
 
-from __future__ import annotations
-
 import contextlib
 import os
 import re

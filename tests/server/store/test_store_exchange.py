@@ -1,7 +1,5 @@
 """What goes out of a store and comes in again: documents as JSON, points and recordings as CSV."""
 
-from __future__ import annotations
-
 import io
 import json
 import locale

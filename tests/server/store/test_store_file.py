@@ -1,7 +1,5 @@
 """Opening: sound files open, older ones are upgraded, all others are left as they are."""
 
-from __future__ import annotations
-
 import contextlib
 import errno
 import logging

@@ -1,7 +1,5 @@
 """A store that is no longer the file of its name refuses to save, and says why (promise 23)."""
 
-from __future__ import annotations
-
 import contextlib
 import os
 import shutil

@@ -1,7 +1,5 @@
 """Promise 22: what was acknowledged survives kill -9, and everything stays readable."""
 
-from __future__ import annotations
-
 import os
 import random
 import signal

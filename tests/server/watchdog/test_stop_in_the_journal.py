@@ -1,7 +1,5 @@
 """A stop that the watchdog told of is in the journal, so that a run repeats to the byte."""
 
-from __future__ import annotations
-
 import asyncio
 from collections.abc import Sequence
 from pathlib import Path

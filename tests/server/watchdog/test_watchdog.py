@@ -1,7 +1,5 @@
 """When a silent server is stopped for, as pure rules (promise 26)."""
 
-from __future__ import annotations
-
 import math
 
 import pytest

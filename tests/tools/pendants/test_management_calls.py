@@ -1,7 +1,5 @@
 """The typed calls of both clients, and what the server says a second time of some of them."""
 
-from __future__ import annotations
-
 import inspect
 from collections.abc import Mapping
 from typing import Any, is_typeddict

@@ -3,8 +3,6 @@
 The numbers are worked out by hand from the limits below; nothing here is compared with the code.
 """
 
-from __future__ import annotations
-
 import bisect
 import math
 import random

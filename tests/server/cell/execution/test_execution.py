@@ -3,8 +3,6 @@
 The status that came with them says that the robot stands, so that only the joints decide.
 """
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 
 import pytest

@@ -1,7 +1,5 @@
 """What the controller reported, how old it is, whether the robot stands (promises 5, 10 and 52)."""
 
-from __future__ import annotations
-
 import math
 from random import Random
 

@@ -1,7 +1,5 @@
 """A jog is held while server or emulator stalls again and again, exactly, on one clock."""
 
-from __future__ import annotations
-
 from random import Random
 from typing import cast
 

@@ -3,8 +3,6 @@
 On the virtual clock, through the codec, in each kind of motion (promise 52).
 """
 
-from __future__ import annotations
-
 from collections.abc import Callable, Sequence
 
 import pytest

@@ -1,7 +1,5 @@
 """What of a report ends a motion, with which code and which numbers (promise 52)."""
 
-from __future__ import annotations
-
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
 

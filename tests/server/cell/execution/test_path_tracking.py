@@ -1,7 +1,5 @@
 """Which piece of the commanded path a report is compared with (promise 52)."""
 
-from __future__ import annotations
-
 from random import Random
 
 import pytest

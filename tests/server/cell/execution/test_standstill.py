@@ -1,7 +1,5 @@
 """When a robot counts as standing: by speeds, by places where speeds are noise, and since when."""
 
-from __future__ import annotations
-
 import math
 import random
 from collections.abc import Sequence

@@ -1,7 +1,5 @@
 """A jog lives as long as its press is beaten, and ends for good (promises 1, 2 and 12)."""
 
-from __future__ import annotations
-
 import itertools
 import random
 from collections.abc import Callable, Iterator

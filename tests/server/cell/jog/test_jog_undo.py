@@ -3,8 +3,6 @@
 The model remembers what began last and where that jog began; an undo leads there and nowhere else.
 """
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from typing import NamedTuple
 

@@ -1,7 +1,5 @@
 """Which key leads out of a limit, a singularity or a contact is told by name, and does (J23)."""
 
-from __future__ import annotations
-
 import time
 from collections.abc import Iterator
 from typing import Any

@@ -1,7 +1,5 @@
 """Hold-to-run as pure rules: presses, beats, deadlines (promise 1)."""
 
-from __future__ import annotations
-
 import math
 import random
 import struct

@@ -1,7 +1,5 @@
 """The endpoint of the pendants: hello, silence, the authority, and the state that they are sent."""
 
-from __future__ import annotations
-
 import math
 from types import SimpleNamespace
 from typing import cast

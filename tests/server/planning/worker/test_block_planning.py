@@ -1,7 +1,5 @@
 """Blocks of moves as the planning process plans them, on a UR5."""
 
-from __future__ import annotations
-
 import dataclasses
 import json
 import math

@@ -1,7 +1,5 @@
 """Breakpoints follow their statements; a run is of exactly the revision that was asked for."""
 
-from __future__ import annotations
-
 import json
 from typing import Any
 

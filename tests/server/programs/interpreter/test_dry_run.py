@@ -1,7 +1,5 @@
 """Dry runs: what a run would do and be refused for, walked through without a robot."""
 
-from __future__ import annotations
-
 import math
 from typing import Any
 

@@ -1,5 +1,3 @@
-from __future__ import annotations
-
 import pytest
 from rigs.cells.program_rig import ProgramRig, Scenario
 

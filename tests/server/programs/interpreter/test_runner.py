@@ -1,7 +1,5 @@
 """Which moves are handed over together, so that zones join them."""
 
-from __future__ import annotations
-
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st

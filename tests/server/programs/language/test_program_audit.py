@@ -1,5 +1,3 @@
-from __future__ import annotations
-
 import pytest
 from rigs.cells.admission_desk import account
 from rigs.cells.guarded_rig import GuardedRig

@@ -1,7 +1,5 @@
 """Programs come back from text and JSON exactly as they were; what is no program is refused."""
 
-from __future__ import annotations
-
 import json
 import re
 from collections.abc import Callable
