@@ -22,6 +22,7 @@ from .program import Program, depths
 from .program_errors import ProgramTooLarge, excerpt
 
 _INDENT = "  "
+_LINES_OF_FORMAT_AND_PROGRAM = 2
 
 
 def print_program(program: Program) -> str:
@@ -39,7 +40,9 @@ def print_program(program: Program) -> str:
 
 def statement_lines(program: Program) -> tuple[int, ...]:
     """Return the line of each statement in the canonical text, from 1."""
-    first = len(_header(program)) + 1
+    # Counted, not printed: a run that starts needs the lines, and no text.
+    comment = program.comment.count("\n") + 1 if program.comment else 0
+    first = _LINES_OF_FORMAT_AND_PROGRAM + comment + 1
     if program.points:
         first += 1 + sum(map(count_point_lines, program.points))
     if program.statements:
