@@ -114,6 +114,8 @@ def hold_key(rig: PromiseRig, pendant: WirePendant, chance: random.Random, trial
         pendant.come_to_rest()
         if pendant.state is not None and pendant.state.stop != StopKind.NONE:
             pendant.reset()
+        else:
+            pendant.hold_anew()
     raise AssertionError(f"the robot does not move: {pendant.got[-4:]}")
 
 
@@ -263,11 +265,13 @@ def test_a_press_changes_the_set_point_within_30_ms(
         pendant.listen(0.05)
         moved = rig.controller.first(moves, pressed, 1.0)
         if moved is None:
+            pendant.listen(0.05)
             refused = [each for each in pendant.got[before:] if isinstance(each, Verdict)]
             assert refused, "a press that was neither obeyed nor refused"
             assert refused[0].code != V.ACCEPTED, refused
             void.add()
             pendant.come_to_rest()
+            pendant.hold_anew()
             continue
         figures.take(pressed, (moved.time - pressed) / 1e6)
         figures.idle.append(rig.idle_delay())
