@@ -9,7 +9,9 @@ import pytest
 from frozen.frozen_files import FROZEN
 
 DATA = sorted(
-    file for file in FROZEN.rglob("*") if file.is_file() and file.suffix not in (".py", ".pyc")
+    file
+    for file in FROZEN.rglob("*")
+    if file.is_file() and file.suffix != ".py" and "__pycache__" not in file.parts
 )
 
 OF_MODULES = re.compile(
