@@ -1,4 +1,4 @@
-"""Layout of declared fields in bytes: `struct` codes, texts, and the value that does not fit.
+"""Layout of declared fields in bytes: `struct` codes, and the value that does not fit.
 
 The one place that knows `struct` formats of fields. It knows nothing of streams, and nothing of how
 fast a message must be packed (`packing`). Packing checks nothing beforehand, which would cost more
@@ -60,28 +60,6 @@ class WireForm:
         """
         codes = "".join(self.format_of(field) for field in fields.values())
         return struct.Struct(self.order + prefix + codes)
-
-
-def text_to_wire(value: str, size: int) -> bytes:
-    """Return UTF-8 text for a fixed field of `size` bytes (padding is left to `struct`).
-
-    Raises:
-        ValueError: it is longer than the field, is no Unicode text (a lone surrogate), or holds a
-            zero byte, which ends a text.
-    """
-    raw = value.encode("utf-8")
-    if len(raw) > size or b"\0" in raw:
-        raise ValueError(f"{len(raw)} bytes for a field of {size}, or a zero byte")
-    return raw
-
-
-def text_from_wire(raw: bytes) -> str:
-    """Return the text before the first zero byte.
-
-    Raises:
-        UnicodeDecodeError: it is not UTF-8; also where the field's end cuts a character in two.
-    """
-    return raw.split(b"\0", 1)[0].decode("utf-8")
 
 
 _REAL_WIDTHS = {"f": 4, "d": 8}
@@ -183,7 +161,7 @@ def _is_text(value: object, size: int) -> bool:
     if not isinstance(value, str):
         return False
     try:
-        text_to_wire(value, size)
-    except ValueError:
+        raw = value.encode()
+    except UnicodeEncodeError:  # a lone surrogate
         return False
-    return True
+    return len(raw) <= size and 0 not in raw

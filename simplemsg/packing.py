@@ -17,10 +17,13 @@ from typing import Any
 from .codes import CommType, ReplyCode
 from .declaration import Array, CountPlace, Field, Int, Message, Reals, Record, Tail, Text
 from .framing import HEADER_SIZE, PREFIX_SIZE, Bytes, broken_header_rule
-from .layout import Decode, Encode, Misfit, WireForm, encoding_fault, text_from_wire, text_to_wire
+from .layout import Decode, Encode, Misfit, WireForm, encoding_fault
 
 UNPACKABLE = (struct.error, OverflowError, ValueError, TypeError, AttributeError)
 """Errors that packing raises for a value of the wrong kind or size."""
+
+_ZERO = b"\0"
+"""Ends a text, and fills its field up."""
 
 
 def _compile(name: str, source: list[str], scope: dict[str, Any]) -> FunctionType:
@@ -46,10 +49,10 @@ def _assignments(fields: Mapping[str, Field], scope: dict[str, Any]) -> list[str
 
 
 def _received(field: Field, raw: str) -> str:
-    """Write what makes a field's value of the unpacked `raw`; mostly that is `raw` itself."""
+    """Write what makes a field's value of the unpacked `raw`; a text ends at its first zero."""
     match field:
         case Text():
-            return f"text({raw})"
+            return f"{raw}.split(zero, 1)[0].decode()"
         case Int(mask=int(mask)):
             return f"{raw} & {mask}"
     return raw
@@ -63,23 +66,26 @@ def _arguments(fields: Mapping[str, Field]) -> str:
             case Reals():
                 parts.append(f"*m.{name}")
             case Text():
-                parts.append(f"text(m.{name}, {field.size})")
+                parts.append(f"raw_{name}")
             case _:
                 parts.append(f"m.{name}")
     return ", ".join(parts)
 
 
-def _length_check(fields: Mapping[str, Field], indent: str) -> list[str]:
-    """Write a check of all arrays but the first.
+def _checks(fields: Mapping[str, Field], indent: str) -> list[str]:
+    """Write the checks of what `struct` would pack wrongly, and the texts as bytes (`raw_…`).
 
-    `struct` counts the values of all arrays together, so 9 + 11 would pass for 10 + 10; with every
-    array but one measured, its count settles the last.
+    `struct` cuts a text to its field, and counts the values of all arrays together, so 9 + 11 would
+    pass for 10 + 10; with every array but the first measured, its count settles that.
     """
     arrays = [(name, field.count) for name, field in fields.items() if isinstance(field, Reals)]
-    if len(arrays) < 2:
-        return []
-    wrong = " or ".join(f"len(m.{name}) != {count}" for name, count in arrays[1:])
-    return [f"{indent}if {wrong}:", f"{indent} raise ValueError"]
+    texts = [(name, field.size) for name, field in fields.items() if isinstance(field, Text)]
+    lines = [f"raw_{name} = m.{name}.encode()" for name, _ in texts]
+    wrong = [f"len(m.{name}) != {count}" for name, count in arrays[1:]]
+    wrong += [f"len(raw_{name}) > {size} or zero in raw_{name}" for name, size in texts]
+    if wrong:
+        lines += [f"if {' or '.join(wrong)}:", " raise ValueError"]
+    return [indent + line for line in lines]
 
 
 class FieldGroup:
@@ -93,7 +99,7 @@ class FieldGroup:
 
     def __init__(self, fields: Mapping[str, Field], form: WireForm) -> None:
         self.structure = form.structure(fields)
-        scope: dict[str, Any] = {"text": text_from_wire}
+        scope: dict[str, Any] = {"zero": _ZERO}
         body = _assignments(fields, scope) or [" pass"]
         self.fill: Callable[[Record, tuple[Any, ...]], None] = _compile(
             "fill", ["def fill(m, v):", *body], scope
@@ -102,10 +108,10 @@ class FieldGroup:
             "pack_group",
             [
                 "def pack_group(m):",
-                *_length_check(fields, " "),
+                *_checks(fields, " "),
                 f" return pack({_arguments(fields)})",
             ],
-            {"pack": self.structure.pack, "text": text_to_wire},
+            {"pack": self.structure.pack, "zero": _ZERO},
         )
 
 
@@ -134,7 +140,7 @@ class FixedLayout:
         singles = [name for name in fields if name not in arrays]
         scope: dict[str, Any] = {
             "new": partial(object.__new__, self.cls),
-            "text": text_from_wire,
+            "zero": _ZERO,
             "comm": CommType.INVALID,
             "code": ReplyCode.UNUSED,
             "unpack": self._only(form, singles),
@@ -197,7 +203,7 @@ class FixedLayout:
         usual = {field.name: field.default for field in dataclasses.fields(self.cls)}
         scope: dict[str, Any] = {
             "pack": form.structure(fields, prefix="4i").pack,
-            "text": text_to_wire,
+            "zero": _ZERO,
             "usual_comm": usual["comm_type"],
             "usual_code": usual["reply_code"],
             "breaks_rule": partial(breaks_rule, self.cls),
@@ -213,7 +219,7 @@ class FixedLayout:
             " if (c is not usual_comm or r is not usual_code) and breaks_rule(c, r):",
             "  raise fault(m)",
             " try:",
-            *_length_check(fields, "  "),
+            *_checks(fields, "  "),
             f"  return pack({head}{_arguments(fields)})",
             " except unpackable:",
             "  raise fault(m) from None",
