@@ -1,8 +1,8 @@
 """Motions of one robot cell: requested, planned, started, steered and ended by their owner.
 
 Owns which plan is waited for, at what share of its planned speed a motion runs, and pause, resume
-and program stop. Whether a motion may start is `interlocks`' chain, asked through the cell; how a
-motion is driven is `trajectory_execution`'s.
+and program stop. Whether a motion may start is `interlocks`' chain; how a motion is driven is
+`trajectory_execution`'s.
 
 A motion's life: `ask` or `move_joints` (the conditions hold, the authority is there) → planned
 here, or by the planning process and back as its answer → certified, started → set-points
@@ -133,7 +133,7 @@ class CellMotions:
         back: UndoPlan | None = None,
         begin_by: int | None = None,
     ) -> list[Effect]:
-        """Have a motion planned that `check` permitted; its fate comes as a cell event.
+        """Have a motion planned that `check_interlocks` permits; its fate comes as a cell event.
 
         Args:
             back: how it is taken back once it has begun; None where it cannot be.
@@ -149,7 +149,7 @@ class CellMotions:
         return self._pending.ask(job, self._planned)
 
     def move_joints(self, request: MotionRequest, job: JointPathJob, now: int) -> list[Effect]:
-        """Make a straight joint move that `check` permitted, at once where that can be proved.
+        """Make a straight joint move that is permitted, at once where that can be proved.
 
         It is timed and certified in closed form and begins on this call stack, where no cap of the
         tool speed rules and its way is free beyond doubt: a bound tells that from a few distances.
@@ -179,7 +179,7 @@ class CellMotions:
         return self.is_surely_free is not None and self.is_surely_free(move.start, move.goal)
 
     def jog(self, request: MotionRequest, rows: JogRows, lead: float, now: int) -> list[Effect]:
-        """Start a jog that `check` permitted; its set-points are made as it goes."""
+        """Start a jog that `check_interlocks` permits; its set-points are made as it goes."""
         back = UndoPlan(rows.way_back)
         work = ActiveMotion(request, MotionKind.JOG, self.new_job_id(), back=back)
         return self._driving.drive(work, rows, lead, now)

@@ -2,10 +2,10 @@
 
 Owns the chain and its order: to mend one breaks none before it. A reset and a change of mode
 demand that enabling devices are pressed anew, and a joint outside its limits comes back in a mode
-of its own; so limits, mode, stop and enabling come in that order. `RobotCell` asks for the first
-condition that is broken; the question "why is it not moving?" is answered with all of them. Two of
-them are found elsewhere and handed in for that answer: a role is asked for before a request gets
-here, and a motion is held to the scene by its planner.
+of its own; so limits, mode, stop and enabling come in that order. Whoever begins a motion asks for
+the first condition that is broken; the question "why is it not moving?" is answered with all of
+them. Two of them are found elsewhere and handed in for that answer: a role is asked for before a
+request gets here, and a motion is held to the scene by its planner.
 
 Owns what ends a program from outside, whether it is loaded, runs or waits, and which conditions
 must hold on while no motion of it is under way: a motion has its own watch. Decides nothing else
@@ -126,7 +126,7 @@ class Situation(Protocol):
         """Whether the server is going down."""
 
 
-def check_interlocks(
+def examine_motion(
     cell: Situation,
     kind: MotionKind,
     session: int,
@@ -164,6 +164,20 @@ def check_interlocks(
     if not steered:
         fault = _activity_fault(cell, activity, is_fresh=is_fresh, planned=planned)
         yield Interlock(InterlockKind.STANDING, fault)
+
+
+def check_interlocks(
+    cell: Situation,
+    session: int,
+    now: int,
+    kind: MotionKind = MotionKind.MOVE,
+    *,
+    planned: bool = False,
+    steered: bool = False,
+) -> Refusal | None:
+    """Return why a connection may not start a motion now; None where it may."""
+    chain = examine_motion(cell, kind, session, now, planned=planned, steered=steered)
+    return next((found.refusal for found in chain if found.refusal), None)
 
 
 def _program_fault(program: RunningProgram | None, kind: MotionKind) -> Refusal | None:

@@ -189,27 +189,8 @@ class RobotCell:
         """Return the first condition that keeps any motion from starting, whoever asks."""
         return next((found.refusal for found in examine_cell(self, now) if found.refusal), None)
 
-    def check(
-        self,
-        session: int,
-        now: int,
-        kind: MotionKind = MotionKind.MOVE,
-        *,
-        planned: bool = False,
-        steered: bool = False,
-    ) -> Refusal | None:
-        """Return why a connection may not start a motion now; None where it may."""
-        chain = check_interlocks(self, kind, session, now, planned=planned, steered=steered)
-        return next((found.refusal for found in chain if found.refusal), None)
-
     def _recheck(self, session: int, kind: MotionKind, now: int) -> Refusal | None:
-        return self.check(session, now, kind, planned=True)
-
-    @property
-    def standing_at(self) -> tuple[float, ...]:
-        """Where the robot stands, (n,) controller side; only meaningful when `check` said None."""
-        assert self.feedback.position is not None
-        return self.feedback.position
+        return check_interlocks(self, session, now, kind, planned=True)
 
     def reported(self, message: Message, now: int) -> list[Effect]:
         """Take a report of the controller on the state link.

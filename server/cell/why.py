@@ -14,7 +14,7 @@ from openpendant.simplemsg.verdicts import CATALOGUE, VerdictCode
 from ..control import MotionKind
 from ..events.cell_events import StopLatch
 from ..refusal import JsonBody, Refusal
-from .interlocks import Interlock, InterlockQuery, check_interlocks
+from .interlocks import Interlock, InterlockQuery, examine_motion
 from .robot_cell import RobotCell
 
 
@@ -87,7 +87,7 @@ def why(
         # A jog may always lead away from a contact, so none is in its way.
         contact = None
     asked = InterlockQuery(role=role or (lambda _: None), contact=contact or (lambda: None))
-    chain = check_interlocks(cell, kind, session, now, asked=asked)
+    chain = examine_motion(cell, kind, session, now, asked=asked)
     reports = tuple(_report(finding, cell.stop) for finding in chain)
     broken = next((report.condition for report in reports if not report.holds), "")
     return WhyReply(

@@ -23,7 +23,7 @@ from openpendant.simplemsg.pendant.management.recordings import PlaybackAccount 
 from openpendant.simplemsg.pendant.management.recordings import PlayRecording
 from openpendant.simplemsg.verdicts import VerdictCode
 
-from ..cell.interlocks import ending
+from ..cell.interlocks import check_interlocks, ending
 from ..cell.robot_cell import RobotCell
 from ..control import Holder, MotionKind
 from ..events.cell_events import (
@@ -206,7 +206,7 @@ class RecordingPlayback:
         """Drop a playback that is being loaded once the robot may not move any more."""
         if self._loading is None:
             return []
-        refusal = self._cell.check(self._loading.reply_to.session, now)
+        refusal = check_interlocks(self._cell, self._loading.reply_to.session, now)
         return [] if refusal is None else self.drop(refusal)
 
     def drop(self, refusal: Refusal) -> list[Effect]:
@@ -222,14 +222,16 @@ class RecordingPlayback:
         playback, cell = self._loading, self._cell
         assert playback is not None
         asked, reply_to = playback.asked, playback.reply_to
-        refusal = found if isinstance(found, Refusal) else cell.check(reply_to.session, now)
+        refusal = (
+            found if isinstance(found, Refusal) else check_interlocks(cell, reply_to.session, now)
+        )
         if isinstance(found, Refusal) or refusal is not None:
             assert refusal is not None
             return self.drop(refusal)
         self._loading = None
         job = RecordingJob(
             cell.motions.new_job_id(),
-            cell.standing_at,
+            cell.feedback.standing_at,
             asked.name,
             found.samples,
             found.extract,

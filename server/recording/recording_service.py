@@ -21,6 +21,7 @@ import numpy as np
 from openpendant.simplemsg.pendant.management import recordings as op
 from openpendant.simplemsg.verdicts import VerdictCode
 
+from ..cell.interlocks import check_interlocks
 from ..cell.robot_cell import RobotCell
 from ..events.cell_events import CellEvent, MotionEnded, MotionRequest
 from ..events.effects import Effect, Send
@@ -266,7 +267,7 @@ class RecordingService:
     def _play(
         self, asked: op.PlayRecording, reply: ReplyTo[op.PlaybackAccount], now: int
     ) -> list[Effect]:
-        refusal = self._cell.check(reply.session, now)
+        refusal = check_interlocks(self._cell, reply.session, now)
         if refusal is not None:
             return reply.refuse(refusal)
         self._cell.authority.beat(reply.session, now)

@@ -194,6 +194,12 @@ class Feedback:
         return self.position is None or now - self.received > self._abort_age
 
     @property
+    def standing_at(self) -> tuple[float, ...]:
+        """Where the robot stands, (n,) controller side; only meaningful where motion is allowed."""
+        assert self.position is not None
+        return self.position
+
+    @property
     def is_standing(self) -> bool:
         """Whether the robot stands, as far as the controller and the joints tell."""
         if self._stands is None:

@@ -34,6 +34,7 @@ from openpendant.simplemsg.verdicts import VerdictCode
 
 from ...cell.execution.setpoint_sources import JogRows, PressCounter
 from ...cell.execution.trajectory_execution import UndoPlan, Waypoints
+from ...cell.interlocks import check_interlocks
 from ...cell.joint_slots import JointSlots
 from ...cell.robot_cell import RobotCell
 from ...cell.robot_model import RobotModel
@@ -158,7 +159,9 @@ class JogRequests:
         if isinstance(target, Refusal):
             return target
         running = self._to_take_over(session)
-        refusal = self._cell.check(session, now, MotionKind.JOG, steered=running is not None)
+        refusal = check_interlocks(
+            self._cell, session, now, MotionKind.JOG, steered=running is not None
+        )
         if refusal is not None:
             return refusal
         request = MotionRequest(session, message.request_id)
@@ -166,7 +169,7 @@ class JogRequests:
             self.pressed = message
             return self._cell.motions.take_over_jog(request, running, target, press, now)
         self._cell.authority.beat(session, now)
-        start = self._cell.standing_at
+        start = self._cell.feedback.standing_at
         rows = JogRows(self._model.begin(start, self._caps()), start, target, press)
         out = self._cell.motions.jog(request, rows, self._settings.lead, now)
         if self._cell.driving.driven_jog is rows:
@@ -235,14 +238,14 @@ class JogRequests:
         """Move by one increment."""
         values = message.values[: message.value_count]
         refusal = (
-            self._cell.check(session, now, MotionKind.JOG)
+            check_interlocks(self._cell, session, now, MotionKind.JOG)
             or speed_fault(message.speed)
             or count_fault(self._cell.slots, message.space, message.value_count)
             or increment_fault(message.space, values)
         )
         if refusal is not None:
             return refusal
-        start = self._cell.standing_at
+        start = self._cell.feedback.standing_at
         if message.space == JogSpace.TOOL:
             try:
                 goal = self._model.stepped_pose(start, values, message.frame)
@@ -273,7 +276,9 @@ class JogRequests:
 
         An undo that was ended on its way is gone on with where it is asked for again.
         """
-        refusal = self._cell.check(session, now, MotionKind.JOG) or speed_fault(message.speed)
+        refusal = check_interlocks(self._cell, session, now, MotionKind.JOG) or speed_fault(
+            message.speed
+        )
         if refusal is not None:
             return refusal
         way = self._cell.motions.way_back
@@ -289,7 +294,7 @@ class JogRequests:
     def _joint_job(self, waypoints: Waypoints, speed: float) -> JointPathJob:
         return JointPathJob(
             self._cell.motions.new_job_id(),
-            self._cell.standing_at,
+            self._cell.feedback.standing_at,
             waypoints,
             speed * self._settings.joint_speed,
             tool_speed=self._point_speed(),

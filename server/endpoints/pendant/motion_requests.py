@@ -16,6 +16,7 @@ from openpendant.motion.frames.frame_tree import BASE
 from openpendant.simplemsg.pendant import Home, JointMove, JointPath, Motion, PoseMove, PosePath
 from openpendant.simplemsg.verdicts import VerdictCode
 
+from ...cell.interlocks import check_interlocks
 from ...cell.robot_cell import RobotCell
 from ...cell.robot_model import RobotModel
 from ...control import speed_fault
@@ -80,7 +81,7 @@ class PendantMotions:
     def joint_move(self, session: int, message: JointMove, now: int) -> Refusal | list[Effect]:
         """Examine a joint move, and start it at once where it needs no planning process."""
         refusal = (
-            self._cell.check(session, now)
+            check_interlocks(self._cell, session, now)
             or speed_fault(message.speed)
             or self._cell.slots.count_fault(message.joint_count)
         )
@@ -95,7 +96,7 @@ class PendantMotions:
         cell = self._cell
         job = JointPathJob(
             cell.motions.new_job_id(),
-            cell.standing_at,
+            cell.feedback.standing_at,
             (goal,),
             speed,
             self._tool_speed,
@@ -115,7 +116,7 @@ class PendantMotions:
     def _joint_path(self, session: int, message: JointPath, now: int) -> Refusal | list[Effect]:
         cell = self._cell
         refusal = (
-            cell.check(session, now)
+            check_interlocks(cell, session, now)
             or speed_fault(message.speed)
             or cell.slots.count_fault(message.joint_count)
         )
@@ -129,7 +130,7 @@ class PendantMotions:
             waypoints.append(position)
         job = JointPathJob(
             cell.motions.new_job_id(),
-            cell.standing_at,
+            cell.feedback.standing_at,
             tuple(waypoints),
             message.speed,
             self._tool_speed,
@@ -146,7 +147,7 @@ class PendantMotions:
     ) -> Refusal | list[Effect]:
         cell = self._cell
         refusal = (
-            cell.check(session, now)
+            check_interlocks(cell, session, now)
             or speed_fault(message.speed)
             or motion_fault(message.motion)
             or pose_fault(goals)
@@ -159,7 +160,7 @@ class PendantMotions:
             return refusal_of(error)
         job = PoseJob(
             cell.motions.new_job_id(),
-            cell.standing_at,
+            cell.feedback.standing_at,
             in_base,
             BASE,
             Motion(message.motion),
@@ -170,7 +171,7 @@ class PendantMotions:
         return self._plan(MotionRequest(session, message.request_id), job, now)
 
     def _home(self, session: int, message: Home, now: int) -> Refusal | list[Effect]:
-        refusal = self._cell.check(session, now) or speed_fault(message.speed)
+        refusal = check_interlocks(self._cell, session, now) or speed_fault(message.speed)
         if refusal is not None:
             return refusal
         try:

@@ -23,7 +23,7 @@ from openpendant.simplemsg.stop_walk import holds_stop
 from openpendant.simplemsg.verdicts import VerdictCode
 
 from ...cell.execution.point_stream import START_TOLERANCE
-from ...cell.interlocks import PASSING
+from ...cell.interlocks import PASSING, check_interlocks
 from ...cell.robot_cell import RobotCell
 from ...control import Holder, MotionKind
 from ...events.cell_events import MotionOwner, MotionRequest
@@ -367,8 +367,8 @@ class RosTrajectories:
             return []
         sender, collection = self._waiting.sender, self._waiting.collection
         session, cell = sender.session, self._cell
-        obstacle = self._ineligible(self._links[session]) or cell.check(
-            session, now, MotionKind.ROS
+        obstacle = self._ineligible(self._links[session]) or check_interlocks(
+            cell, session, now, MotionKind.ROS
         )
         is_passing = obstacle is not None and obstacle.code in PASSING
         begin_by = collection.last_byte + LATEST_BEGINNING_NS
@@ -384,7 +384,7 @@ class RosTrajectories:
         self._requests += 1
         job = RosPathJob(
             cell.motions.new_job_id(),
-            cell.standing_at,
+            cell.feedback.standing_at,
             tuple(collection.points),
             self._settings.approach_speed,
             START_TOLERANCE,

@@ -20,7 +20,7 @@ from openpendant.simplemsg.pendant import ProgramRun, ProgramState, RunKind
 from openpendant.simplemsg.pendant.management.statements import MOST_PASSES
 from openpendant.simplemsg.verdicts import VerdictCode
 
-from ...cell.interlocks import broken_condition, ending, permission
+from ...cell.interlocks import broken_condition, check_interlocks, ending, permission
 from ...cell.robot_cell import RobotCell
 from ...cell.robot_model import RobotModel
 from ...control import Holder, MotionKind, speed_fault
@@ -188,7 +188,7 @@ class ProgramExecutor:
                 " or while it is paused between two statements"
             )
             return Refusal(VerdictCode.PROGRAM_NOT_RUNNING, text)
-        refusal = self._cell.check(by.session, now, MotionKind.PROGRAM)
+        refusal = check_interlocks(self._cell, by.session, now, MotionKind.PROGRAM)
         if refusal is not None:
             return refusal
         self._loading = asked = Loading(by, message)
@@ -219,7 +219,7 @@ class ProgramExecutor:
         start = start_index(linked, message.line)
         if isinstance(start, Refusal):
             return [asked.verdict(start)]
-        refusal = self._cell.check(by.session, now, MotionKind.PROGRAM)
+        refusal = check_interlocks(self._cell, by.session, now, MotionKind.PROGRAM)
         if refusal is not None:
             return [asked.verdict(refusal)]
         motion = ProgramMotion(self._cell, self._robot, by, message.request_id, message.speed)

@@ -20,6 +20,7 @@ from typing import Protocol
 from openpendant.simplemsg.pendant import ProgramReport, ProgramRun, ProgramState, RunKind
 from openpendant.simplemsg.verdicts import VerdictCode
 
+from ...cell.interlocks import check_interlocks
 from ...cell.robot_cell import RobotCell
 from ...cell.robot_model import RobotModel
 from ...control import Holder, MotionKind
@@ -250,12 +251,12 @@ class ProgramMotion:
         """Request a block from the cell, to be planned and moved."""
         cell = self._cell
         if not self.is_permitted:
-            refusal = cell.check(self._by.session, now, MotionKind.PROGRAM)
+            refusal = check_interlocks(cell, self._by.session, now, MotionKind.PROGRAM)
             if refusal is not None:
                 return refusal
         job = BlockJob(
             cell.motions.new_job_id(),
-            cell.standing_at,
+            cell.feedback.standing_at,
             block,
             lines,
             self._robot.frames,
@@ -281,7 +282,7 @@ class ProgramMotion:
         """Return the reason why the run may not continue now."""
         cell, session = self._cell, self._by.session
         if self._block is None:
-            return cell.check(session, now, MotionKind.PROGRAM)
+            return check_interlocks(cell, session, now, MotionKind.PROGRAM)
         return cell.modes.unready(MotionKind.PROGRAM, session, cell.feedback.mode, now)
 
     def resume(self, now: int) -> None:

@@ -136,7 +136,7 @@ def test_an_object_that_comes_is_looked_for_ahead_of_a_move_that_began_on_the_sp
 def test_what_cannot_be_timed_is_refused_as_the_planning_process_would(
     cell: PlanningCell, fault: str
 ) -> None:
-    here = cell.core.cell.standing_at
+    here = cell.core.cell.feedback.standing_at
     goal = {"nowhere": here, "beyond": (7.0, *here[1:]), "slow": turned(cell, 0.8)}[fault]
     speed = 1e-5 if fault == "slow" else 1.0
     code = cell.operator.move(*goal, speed=speed)
