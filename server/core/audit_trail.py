@@ -9,8 +9,9 @@ from __future__ import annotations
 from openpendant.simplemsg.pendant import AuthorityReason
 from openpendant.simplemsg.verdicts import VerdictCode
 
-from ..access.admission import Admission, Record, Visitor
+from ..access.admission import Admission
 from ..access.audit import AuditEntry, AuditEvent, Detail
+from ..access.request_gate import Record, Visitor
 from ..cell.robot_cell import RobotCell
 from ..control import Holder
 from ..events.cell_events import (

@@ -19,11 +19,12 @@ from openpendant.simplemsg import __version__
 from openpendant.simplemsg.journal import Journal
 
 from ..access.access_backend import AccessBackend
-from ..access.admission import Admission, Granted
+from ..access.admission import Admission
 from ..access.audit import AuditEntry, AuditEvent
 from ..access.lockout import SECOND_NS
 from ..access.open_access import exposure_of
 from ..access.pairing import PairingCodes
+from ..access.request_gate import Granted
 from ..core.cell_core import CellCore
 from ..core.server_core import ServerCore
 from ..endpoints.pendant.access_requests import CoreAccess, Identity

@@ -35,12 +35,12 @@ from openpendant.simplemsg.pendant.roles import Permission, Role
 from openpendant.simplemsg.verdicts import VerdictCode
 
 from ...access.accounts import AccountAction, AccountBook, AccountChange
-from ...access.admission import Admission, Basis, Granted, Record
+from ...access.admission import Admission
 from ...access.audit import AuditEntry, AuditEvent
 from ...access.lockout import SECOND_NS
 from ...access.pairing import Chooser
 from ...access.passwords import Secret
-from ...access.request_gate import RequestGate
+from ...access.request_gate import Basis, Granted, Record, RequestGate
 from ...control import Holder
 from ...events.effects import Close, Effect, Send
 from ...events.management_requests import ReplyTo, handles
@@ -109,7 +109,7 @@ class AccessRequests:
         self._cell = cell
         self._regranted = regranted
         self._pending = pending
-        self.gate = RequestGate(access.login)
+        self.gate = RequestGate(access.login.visitors)
         self._numbers = access.numbers
 
     # Who is here.

@@ -3,10 +3,11 @@
 from dataclasses import dataclass, field
 
 from openpendant.server.access.accounts import Account, AccountBook
-from openpendant.server.access.admission import Admission, Granted, VerifyJob
+from openpendant.server.access.admission import Admission, VerifyJob
 from openpendant.server.access.audit import AuditEntry
 from openpendant.server.access.pairing import PairingCodes
 from openpendant.server.access.passwords import PasswordHash, Secret
+from openpendant.server.access.request_gate import Granted
 from openpendant.server.refusal import Refusal
 from openpendant.simplemsg.pendant.roles import Role
 

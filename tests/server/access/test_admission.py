@@ -6,7 +6,7 @@ import pytest
 from rigs.cells.admission_desk import BOOK, LAN, LOCAL, START, Desk, account, is_right
 
 from openpendant.server.access.accounts import AccountBook
-from openpendant.server.access.admission import Basis, Granted, GrantEnded, VerifyJob
+from openpendant.server.access.admission import VerifyJob
 from openpendant.server.access.audit import AuditEvent
 from openpendant.server.access.lockout import SECOND_NS
 from openpendant.server.access.pairing import (
@@ -18,6 +18,7 @@ from openpendant.server.access.pairing import (
     PairingCodes,
 )
 from openpendant.server.access.passwords import NOBODYS_HASH, Secret
+from openpendant.server.access.request_gate import Basis, Granted, GrantEnded
 from openpendant.server.refusal import Refusal
 from openpendant.simplemsg.pendant.roles import Permission, Role
 from openpendant.simplemsg.verdicts import VerdictCode as V

@@ -10,7 +10,7 @@ from rigs.clock.busy_machine import PATIENCE
 from rigs.peers.server_clients import Pendant
 from rigs.processes.guarded_server import served_operator
 
-from openpendant.server.access import admission
+from openpendant.server.access import request_gate
 from openpendant.server.access.accounts import Account, AccountBook
 from openpendant.server.access.audit import AuditEvent
 from openpendant.server.access.passwords import PasswordHash
@@ -320,7 +320,7 @@ async def test_a_client_on_another_machine_ends_its_wait_when_its_account_is_dis
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     """Over sockets, whose addresses count as another machine's."""
-    monkeypatch.setattr(admission, "is_loopback", lambda address: False)
+    monkeypatch.setattr(request_gate, "is_loopback", lambda address: False)
     async with served_operator(tmp_path) as (server, otto):
         await otto.next_state()
         await otto.take_control()
