@@ -348,12 +348,6 @@ def point_lines(point: TeachPoint, linear_axes: tuple[int, ...]) -> Iterator[str
         yield f"  config {arm.shoulder} {arm.elbow} {arm.wrist}{turns}"
 
 
-def count_point_lines(point: TeachPoint) -> int:
-    """Return the number of lines of `point_lines`, without writing the numbers."""
-    comment = point.comment.count("\n") + 1 if "\n" in point.comment else 0
-    return comment + 2 + (point.pose is not None) + (point.configuration is not None)
-
-
 def _read_configuration(clauses: Clauses) -> ArmConfiguration:
     # The keywords accepted are exactly the words that the type allows.
     found = ArmConfiguration(

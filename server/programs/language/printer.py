@@ -13,9 +13,10 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import replace
 
+from openpendant.simplemsg.pendant.management.points import TeachPoint
 from openpendant.simplemsg.pendant.management.statements import Comment, Statement
 
-from .grammar import count_point_lines, point_lines, statement_text
+from .grammar import point_lines, statement_text
 from .lexer import MOST_BYTES, named
 from .parser import FORMAT
 from .program import Program, depths
@@ -44,10 +45,16 @@ def statement_lines(program: Program) -> tuple[int, ...]:
     comment = program.comment.count("\n") + 1 if program.comment else 0
     first = _LINES_OF_FORMAT_AND_PROGRAM + comment + 1
     if program.points:
-        first += 1 + sum(map(count_point_lines, program.points))
+        first += 1 + sum(map(_count_lines, program.points))
     if program.statements:
         first += 1
     return tuple(range(first, first + len(program.statements)))
+
+
+def _count_lines(point: TeachPoint) -> int:
+    """Return the number of lines that a point has, without writing its numbers."""
+    comment = point.comment.count("\n") + 1 if "\n" in point.comment else 0
+    return comment + 2 + (point.pose is not None) + (point.configuration is not None)
 
 
 def _head(program: Program) -> list[str]:

@@ -240,9 +240,9 @@ def check_robot(program: Program, robot: str, limits: JointLimits) -> None:
     what = f"program {program.name!r} was taught on {program.robot!r}"
     if program.robot != robot:
         raise WrongRobot(f"{what}; accepted here: programs of {robot!r}")
-    if program.points and len(program.points[0].joints) != limits.dof:
-        count = len(program.points[0].joints)
-        raise WrongRobot(f"{what} with {count} joints; accepted here: {limits.dof} joints")
+    count, dof = len(program.points[0].joints) if program.points else 0, len(limits.prismatic)
+    if program.points and count != dof:
+        raise WrongRobot(f"{what} with {count} joints; accepted here: {dof} joints")
     linear = tuple(index for index, prismatic in enumerate(limits.prismatic) if prismatic)
     if program.linear_axes != linear:
         raise WrongRobot(
