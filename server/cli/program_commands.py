@@ -18,8 +18,7 @@ import typer
 from openpendant.motion.bounded_file import beginning_of
 from openpendant.motion.description.robot import SerialRobot, serial_robot
 from openpendant.motion.errors import MotionError
-from openpendant.simplemsg.pendant.management.points import TeachPoint
-from openpendant.simplemsg.pendant.management.words import ProgramError
+from openpendant.simplemsg.pendant.management.program_values import ProgramError, TeachPoint
 from openpendant.tools.console import ExitCode, command, emit_json, run_alone
 
 from ..programs.interpreter.dry_run import reachability

@@ -20,7 +20,7 @@ from openpendant.simplemsg import CommType, ReplyCode
 from openpendant.simplemsg.pendant import MAX_PENDANT_FRAME, Management
 from openpendant.simplemsg.pendant.management import OPERATIONS
 from openpendant.simplemsg.pendant.management.declaration import Request
-from openpendant.simplemsg.pendant.management.words import ProgramError
+from openpendant.simplemsg.pendant.management.program_values import ProgramError
 from openpendant.simplemsg.verdicts import VerdictCode
 
 from ..programs.editing.program_tasks import ProgramRefused

@@ -17,7 +17,7 @@ from pydantic import ValidationError
 from openpendant.motion.description.robot import SerialRobot, robot_names, serial_robot
 from openpendant.motion.errors import FrameFileError, MotionError, SceneFileError
 from openpendant.motion.frames.frame_tree import FrameTree
-from openpendant.simplemsg.pendant.management.words import BadValue, ProgramError
+from openpendant.simplemsg.pendant.management.program_values import BadValue, ProgramError
 
 from ..access.accounts import read_account
 from ..programs.editing.program_tasks import ReadSource, check_to_be_kept, read_source

@@ -49,7 +49,11 @@ from openpendant.server.store.documents import DocumentKind
 from openpendant.server.store.recording_format import Extract
 from openpendant.simplemsg.pendant import Motion
 from openpendant.simplemsg.pendant.management import statements
-from openpendant.simplemsg.pendant.management.points import ArmConfiguration, PointPose, TeachPoint
+from openpendant.simplemsg.pendant.management.program_values import (
+    ArmConfiguration,
+    PointPose,
+    TeachPoint,
+)
 from openpendant.simplemsg.pendant.management.statements import Move, Speed, SpeedKind, Way
 from openpendant.simplemsg.pendant.roles import Role
 from openpendant.simplemsg.verdicts import VerdictCode

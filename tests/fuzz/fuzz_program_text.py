@@ -8,7 +8,7 @@ from openpendant.server.programs.language.parser import parse, parse_bytes
 from openpendant.server.programs.language.printer import print_program
 from openpendant.server.programs.language.program_errors import program_refusal
 from openpendant.server.programs.language.program_json import program_from_json, program_to_json
-from openpendant.simplemsg.pendant.management.words import ProgramError
+from openpendant.simplemsg.pendant.management.program_values import ProgramError
 from openpendant.simplemsg.verdicts import CATALOGUE
 
 from .choices import Choices

@@ -19,7 +19,7 @@ from openpendant.simplemsg import CommType, ReplyCode
 from openpendant.simplemsg.pendant import Management
 from openpendant.simplemsg.pendant.management import cell as op
 from openpendant.simplemsg.pendant.management.declaration import Request
-from openpendant.simplemsg.pendant.management.words import ProgramError
+from openpendant.simplemsg.pendant.management.program_values import ProgramError
 
 from ...cell.robot_cell import RobotCell
 from ...cell.why import why

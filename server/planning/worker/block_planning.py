@@ -57,7 +57,11 @@ from openpendant.motion.trajectory.certificate import Certificate, certify
 from openpendant.motion.trajectory.joint_curves import Path
 from openpendant.motion.trajectory.point_speed import ToolSpeedLimit, reduced_speed, tool_point
 from openpendant.motion.trajectory.trajectory import Trajectory
-from openpendant.simplemsg.pendant.management.points import ArmConfiguration, PointPose, TeachPoint
+from openpendant.simplemsg.pendant.management.program_values import (
+    ArmConfiguration,
+    PointPose,
+    TeachPoint,
+)
 from openpendant.simplemsg.pendant.management.statements import SpeedKind, Way
 
 from ...programs.interpreter.motion_blocks import BlockMove, MotionBlock

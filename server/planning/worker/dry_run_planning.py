@@ -24,7 +24,7 @@ from openpendant.motion.kinematics.serial import Kinematics
 from openpendant.motion.pose import Pose
 from openpendant.motion.scene.scene import Scene, left, taken
 from openpendant.motion.trajectory.trajectory import Trajectory
-from openpendant.simplemsg.pendant.management.points import TeachPoint
+from openpendant.simplemsg.pendant.management.program_values import TeachPoint
 from openpendant.simplemsg.pendant.management.statements import Attach, Detach
 
 from ...programs.interpreter.dry_run import AbsentSignal, dry_run, reachability

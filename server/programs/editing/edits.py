@@ -9,7 +9,7 @@ from __future__ import annotations
 from dataclasses import replace
 from typing import TypeVar
 
-from openpendant.simplemsg.pendant.management.points import TeachPoint
+from openpendant.simplemsg.pendant.management.program_values import BadValue, TeachPoint
 from openpendant.simplemsg.pendant.management.statements import (
     CommentPoint,
     CommentStatement,
@@ -28,7 +28,6 @@ from openpendant.simplemsg.pendant.management.statements import (
     StatementEdit,
     TouchUp,
 )
-from openpendant.simplemsg.pendant.management.words import BadValue
 
 from ..language.printer import first_line, in_words, last_of, places_of
 from ..language.program import Program

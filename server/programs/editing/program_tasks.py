@@ -18,9 +18,12 @@ from collections import deque
 from dataclasses import dataclass, field, replace
 from typing import ClassVar, Literal, TypeAlias
 
-from openpendant.simplemsg.pendant.management.points import TeachPoint
+from openpendant.simplemsg.pendant.management.program_values import (
+    BadValue,
+    ProgramError,
+    TeachPoint,
+)
 from openpendant.simplemsg.pendant.management.statements import Edit, Statement
-from openpendant.simplemsg.pendant.management.words import BadValue, ProgramError
 
 from ...refusal import Refusal
 from ..language.parser import parse_source

@@ -10,6 +10,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from typing import TypeAlias
 
+from openpendant.simplemsg.pendant.management.program_values import BadValue
 from openpendant.simplemsg.pendant.management.statements import (
     Call,
     Comment,
@@ -19,7 +20,6 @@ from openpendant.simplemsg.pendant.management.statements import (
     Loop,
     Statement,
 )
-from openpendant.simplemsg.pendant.management.words import BadValue
 
 from ..language.linking import Linked
 from ..language.program import Program

@@ -21,7 +21,7 @@ from dataclasses import replace
 from typing import Literal, TypeAlias
 
 from openpendant.motion.scene.scene import Scene
-from openpendant.simplemsg.pendant.management.points import JointVector, TeachPoint
+from openpendant.simplemsg.pendant.management.program_values import JointVector, TeachPoint
 from openpendant.simplemsg.pendant.management.statements import (
     Attach,
     Detach,

@@ -10,7 +10,7 @@ from dataclasses import dataclass
 from typing import TypeAlias
 
 from openpendant.motion.scene.scene import Scene
-from openpendant.simplemsg.pendant.management.points import JointVector
+from openpendant.simplemsg.pendant.management.program_values import JointVector
 from openpendant.simplemsg.pendant.management.statements import Attach, Detach, Statement
 
 from ...refusal import Refusal

@@ -16,7 +16,7 @@ from collections import deque
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 
-from openpendant.simplemsg.pendant.management.points import TeachPoint
+from openpendant.simplemsg.pendant.management.program_values import TeachPoint
 from openpendant.simplemsg.pendant.management.statements import (
     IfFlag,
     Move,

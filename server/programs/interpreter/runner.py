@@ -18,6 +18,7 @@ from collections.abc import Callable, Iterator, Mapping
 from enum import Enum, auto
 from itertools import count
 
+from openpendant.simplemsg.pendant.management.program_values import BadValue
 from openpendant.simplemsg.pendant.management.statements import (
     MOST_PASSES,
     Attach,
@@ -30,7 +31,6 @@ from openpendant.simplemsg.pendant.management.statements import (
     Wait,
     WaitInput,
 )
-from openpendant.simplemsg.pendant.management.words import BadValue
 from openpendant.simplemsg.verdicts import VerdictCode
 
 from ...refusal import Refusal

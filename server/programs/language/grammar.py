@@ -12,9 +12,10 @@ from itertools import groupby
 from typing import TYPE_CHECKING, Literal, cast
 
 from openpendant.motion.pose import Pose
-from openpendant.simplemsg.pendant.management.points import (
+from openpendant.simplemsg.pendant.management.program_values import (
     MOST_TURNS,
     ArmConfiguration,
+    BadValue,
     PointPose,
     TeachPoint,
 )
@@ -39,7 +40,6 @@ from openpendant.simplemsg.pendant.management.statements import (
     WaitInput,
     Way,
 )
-from openpendant.simplemsg.pendant.management.words import BadValue
 
 from .lexer import Clauses, Dimension, Places, TextPlace, from_si, named, plain_number
 

@@ -22,7 +22,7 @@ from enum import Enum
 from functools import cache
 from typing import NamedTuple, TypeAlias
 
-from openpendant.simplemsg.pendant.management.words import BadValue
+from openpendant.simplemsg.pendant.management.program_values import BadValue
 
 from .program_errors import ProgramSyntaxError, ProgramTooLarge, excerpt
 

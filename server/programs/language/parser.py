@@ -13,10 +13,14 @@ from contextlib import contextmanager
 from dataclasses import dataclass, replace
 from typing import Final, NamedTuple, NoReturn
 
-from openpendant.simplemsg.pendant.management.points import TeachPoint
+from openpendant.simplemsg.pendant.management.program_values import (
+    COMMENT,
+    BadValue,
+    ProgramError,
+    TeachPoint,
+)
 from openpendant.simplemsg.pendant.management.programs import MOST_STATEMENTS
 from openpendant.simplemsg.pendant.management.statements import Comment, Statement
-from openpendant.simplemsg.pendant.management.words import COMMENT, BadValue, ProgramError
 
 from .grammar import POINT_CLAUSES, STATEMENTS, PointClauses, read_statement
 from .lexer import Clauses, Line, Places, TextPlace, decoded, lines_of, place_of

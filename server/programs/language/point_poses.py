@@ -9,7 +9,11 @@ from collections.abc import Callable
 from typing import TypeAlias
 
 from openpendant.motion.pose import Pose
-from openpendant.simplemsg.pendant.management.points import JointVector, PointPose, TeachPoint
+from openpendant.simplemsg.pendant.management.program_values import (
+    JointVector,
+    PointPose,
+    TeachPoint,
+)
 
 from .program_errors import PointInconsistent
 

@@ -13,7 +13,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import replace
 
-from openpendant.simplemsg.pendant.management.points import TeachPoint
+from openpendant.simplemsg.pendant.management.program_values import TeachPoint
 from openpendant.simplemsg.pendant.management.statements import Comment, Statement
 
 from .grammar import point_lines, statement_text

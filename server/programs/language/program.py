@@ -17,7 +17,13 @@ from itertools import pairwise
 from typing import NamedTuple
 
 from openpendant.motion.description.limits import JointLimits
-from openpendant.simplemsg.pendant.management.points import MOST_JOINTS, TeachPoint
+from openpendant.simplemsg.pendant.management.program_values import (
+    MOST_JOINTS,
+    BadValue,
+    TeachPoint,
+    check_comment,
+    check_name,
+)
 from openpendant.simplemsg.pendant.management.programs import MOST_STATEMENTS
 from openpendant.simplemsg.pendant.management.statements import (
     Call,
@@ -29,7 +35,6 @@ from openpendant.simplemsg.pendant.management.statements import (
     Move,
     Statement,
 )
-from openpendant.simplemsg.pendant.management.words import BadValue, check_comment, check_name
 
 from .program_errors import BadBlocks, PointExists, PointUnknown, ProgramTooLarge, WrongRobot
 

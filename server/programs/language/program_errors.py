@@ -6,7 +6,7 @@ from 0.
 
 from __future__ import annotations
 
-from openpendant.simplemsg.pendant.management.words import ProgramError
+from openpendant.simplemsg.pendant.management.program_values import ProgramError
 from openpendant.simplemsg.verdicts import VerdictCode
 
 from ...refusal import Refusal

@@ -13,10 +13,9 @@ from typing import Literal
 
 from pydantic import BaseModel, ConfigDict, Field, TypeAdapter, ValidationError
 
-from openpendant.simplemsg.pendant.management.points import TeachPoint
+from openpendant.simplemsg.pendant.management.program_values import ProgramError, TeachPoint
 from openpendant.simplemsg.pendant.management.programs import MOST_STATEMENTS
 from openpendant.simplemsg.pendant.management.statements import AnyStatement, Statement
-from openpendant.simplemsg.pendant.management.words import ProgramError
 
 from ...store.store_errors import BadDocument
 from ...store.strict_json import parse as parse_strictly

@@ -20,7 +20,13 @@ from openpendant.motion.frames.frame_tree import BASE, TOOL, FrameTree
 from openpendant.motion.pose import Pose
 from openpendant.simplemsg.pendant import Activity
 from openpendant.simplemsg.pendant.management import programs as op
-from openpendant.simplemsg.pendant.management.points import ArmConfiguration, PointPose, TeachPoint
+from openpendant.simplemsg.pendant.management.program_values import (
+    ArmConfiguration,
+    BadValue,
+    PointPose,
+    ProgramError,
+    TeachPoint,
+)
 from openpendant.simplemsg.pendant.management.statements import (
     DescribeProgram,
     Edit,
@@ -28,7 +34,6 @@ from openpendant.simplemsg.pendant.management.statements import (
     RecordPoint,
     TouchUp,
 )
-from openpendant.simplemsg.pendant.management.words import BadValue, ProgramError
 from openpendant.simplemsg.verdicts import VerdictCode
 
 from ...cell.robot_cell import RobotCell

@@ -16,8 +16,8 @@ from functools import partial
 from typing import cast
 
 from openpendant.simplemsg.pendant.management import programs as op
+from openpendant.simplemsg.pendant.management.program_values import BadValue
 from openpendant.simplemsg.pendant.management.programs import SaveProgram
-from openpendant.simplemsg.pendant.management.words import BadValue
 
 from ...events.effects import Effect
 from ...events.management_requests import ReplyTo, handles

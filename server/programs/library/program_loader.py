@@ -16,7 +16,7 @@ from dataclasses import dataclass, field
 from typing import Any, TypeAlias, TypeVar
 
 from openpendant.motion.description.limits import JointLimits
-from openpendant.simplemsg.pendant.management.words import ProgramError
+from openpendant.simplemsg.pendant.management.program_values import ProgramError
 from openpendant.simplemsg.verdicts import VerdictCode
 
 from ...events.effects import Effect

@@ -13,8 +13,17 @@ from enum import StrEnum
 from typing import Annotated, Literal, TypeAlias
 
 from .declaration import Length, ToldApart
-from .points import ArmConfiguration, JointVector, PointPose, TeachPoint, Value
-from .words import BadValue, check_comment_line, check_name, check_number
+from .program_values import (
+    ArmConfiguration,
+    BadValue,
+    JointVector,
+    PointPose,
+    TeachPoint,
+    Value,
+    check_comment_line,
+    check_name,
+    check_number,
+)
 
 LONGEST_WAIT = 86_400.0
 """Longest wait, dwell or time limit [s]: a day."""

@@ -18,7 +18,7 @@ from openpendant.server.programs.language.program import MOST_POINTS
 from openpendant.server.programs.language.program_json import program_to_json
 from openpendant.simplemsg.pendant import Management
 from openpendant.simplemsg.pendant.management import statements
-from openpendant.simplemsg.pendant.management.points import TeachPoint
+from openpendant.simplemsg.pendant.management.program_values import TeachPoint
 from openpendant.simplemsg.pendant.management.programs import MOST_STATEMENTS
 
 PIECE = 40_000

@@ -8,7 +8,11 @@ from hypothesis import strategies as st
 from openpendant.server.programs.language.linking import Linked, link
 from openpendant.server.programs.language.parser import parse
 from openpendant.server.programs.language.program import Program
-from openpendant.simplemsg.pendant.management.points import ArmConfiguration, PointPose, TeachPoint
+from openpendant.simplemsg.pendant.management.program_values import (
+    ArmConfiguration,
+    PointPose,
+    TeachPoint,
+)
 from openpendant.simplemsg.pendant.management.statements import (
     Attach,
     Call,

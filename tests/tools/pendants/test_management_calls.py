@@ -11,7 +11,13 @@ from rigs.data.case_table import every
 from openpendant.server.cell.why import WhyReply
 from openpendant.server.endpoints.pendant.jog_requests import RetreatReply
 from openpendant.server.endpoints.pendant.management import ServedCells, Snapshot
-from openpendant.simplemsg.pendant.management import cell, edits, points, programs, statements
+from openpendant.simplemsg.pendant.management import (
+    cell,
+    edits,
+    program_values,
+    programs,
+    statements,
+)
 from openpendant.tools.pendants.client import PendantClient
 from openpendant.tools.pendants.loop_thread import LoopThread
 from openpendant.tools.pendants.management.calls import AsyncCalls, CallGroup, call
@@ -51,7 +57,7 @@ READ_NARROWER = {
 
 @pytest.mark.parametrize("name", GIVEN)
 def test_what_clients_give_has_the_fields_of_the_class_that_it_is_read_as(name: str) -> None:
-    read = getattr(statements if hasattr(statements, name) else points, name)
+    read = getattr(statements if hasattr(statements, name) else program_values, name)
     theirs, ours = (_fields(kind) for kind in (read, model_of(GIVEN[name])))
     for (kind, field), (wide, narrow) in READ_NARROWER.items():
         if kind == name:

@@ -54,7 +54,7 @@ from openpendant.server.programs.language.point_poses import pose_of
 from openpendant.server.programs.language.program import Program
 from openpendant.server.refusal import Refusal
 from openpendant.simplemsg import JointTrajPt, joint_array
-from openpendant.simplemsg.pendant.management.points import (
+from openpendant.simplemsg.pendant.management.program_values import (
     ArmConfiguration,
     JointVector,
     PointPose,

@@ -29,7 +29,7 @@ from openpendant.server.programs.interpreter.run_events import Offer, OfferedSig
 from openpendant.server.programs.language.linking import Linked
 from openpendant.server.programs.language.parser import parse
 from openpendant.server.refusal import Refusal
-from openpendant.simplemsg.pendant.management.points import JointVector, TeachPoint
+from openpendant.simplemsg.pendant.management.program_values import JointVector, TeachPoint
 from openpendant.simplemsg.verdicts import VerdictCode as V
 
 START = (0.0,) * 6

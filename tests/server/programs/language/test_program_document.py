@@ -32,11 +32,13 @@ from openpendant.server.programs.language.program_json import (
     source_of,
 )
 from openpendant.simplemsg.names import LONGEST_NAME
-from openpendant.simplemsg.pendant.management.points import (
+from openpendant.simplemsg.pendant.management.program_values import (
+    LONGEST_COMMENT,
     MOST_JOINTS,
     MOST_TURNS,
     ArmConfiguration,
     PointPose,
+    ProgramError,
     TeachPoint,
 )
 from openpendant.simplemsg.pendant.management.programs import MOST_STATEMENTS
@@ -50,7 +52,6 @@ from openpendant.simplemsg.pendant.management.statements import (
     SpeedKind,
     Way,
 )
-from openpendant.simplemsg.pendant.management.words import LONGEST_COMMENT, ProgramError
 from openpendant.simplemsg.verdicts import VerdictCode as V
 
 

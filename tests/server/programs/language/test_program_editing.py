@@ -23,7 +23,7 @@ from openpendant.server.programs.editing.edits import apply
 from openpendant.server.programs.language.printer import print_program
 from openpendant.server.programs.language.program_errors import NothingToUndo
 from openpendant.server.programs.language.program_json import program_from_json, program_to_json
-from openpendant.simplemsg.pendant.management.points import TeachPoint
+from openpendant.simplemsg.pendant.management.program_values import ProgramError, TeachPoint
 from openpendant.simplemsg.pendant.management.programs import EditProgram
 from openpendant.simplemsg.pendant.management.statements import (
     Call,
@@ -46,7 +46,6 @@ from openpendant.simplemsg.pendant.management.statements import (
     Wait,
     Way,
 )
-from openpendant.simplemsg.pendant.management.words import ProgramError
 from openpendant.simplemsg.verdicts import VerdictCode as V
 
 D = TeachPoint("d", (0.5,) * 6)

@@ -7,7 +7,7 @@ from openpendant.server.programs.language.linking import DEEPEST_CALL, MOST_PROG
 from openpendant.server.programs.language.parser import parse
 from openpendant.server.programs.language.printer import statement_lines
 from openpendant.server.programs.language.program_errors import CallTooDeep
-from openpendant.simplemsg.pendant.management.words import ProgramError
+from openpendant.simplemsg.pendant.management.program_values import ProgramError
 from openpendant.simplemsg.verdicts import VerdictCode as V
 
 

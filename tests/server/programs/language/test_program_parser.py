@@ -21,6 +21,7 @@ from openpendant.server.programs.language.lexer import (
 from openpendant.server.programs.language.parser import Source, parse, parse_bytes, parse_source
 from openpendant.server.programs.language.program import MOST_POINTS
 from openpendant.server.programs.language.program_errors import ProgramSyntaxError, ProgramTooLarge
+from openpendant.simplemsg.pendant.management.program_values import ProgramError
 from openpendant.simplemsg.pendant.management.programs import MOST_STATEMENTS
 from openpendant.simplemsg.pendant.management.statements import (
     Comment,
@@ -32,7 +33,6 @@ from openpendant.simplemsg.pendant.management.statements import (
     WaitInput,
     Way,
 )
-from openpendant.simplemsg.pendant.management.words import ProgramError
 from openpendant.simplemsg.verdicts import VerdictCode as V
 
 

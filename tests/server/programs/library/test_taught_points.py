@@ -14,13 +14,14 @@ from openpendant.server.programs.language.point_poses import check_consistency
 from openpendant.server.programs.language.program import Program, check_robot
 from openpendant.server.programs.language.program_errors import PointInconsistent, WrongRobot
 from openpendant.server.store.documents import DocumentKind
-from openpendant.simplemsg.pendant.management.points import (
+from openpendant.simplemsg.pendant.management.program_values import (
     ArmConfiguration,
+    BadValue,
     JointVector,
     PointPose,
+    ProgramNameRefused,
     TeachPoint,
 )
-from openpendant.simplemsg.pendant.management.words import BadValue, ProgramNameRefused
 from openpendant.simplemsg.verdicts import VerdictCode as V
 
 A = (0.0, -1.5, 1.5, -1.5, -1.5, 0.0)
