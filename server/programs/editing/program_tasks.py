@@ -270,13 +270,11 @@ def _head(program: Program, point: TeachPoint | None) -> str:
     return program_to_json(replace(program, points=points, statements=()))
 
 
-def unpacked(program: Program, *, cut: bool = True) -> BodyUnpacked:
-    """Return a program in pieces; where it is not to be cut, only its fields without pieces."""
+def unpacked(program: Program) -> BodyUnpacked:
+    """Return a program in pieces."""
     points, statements = program.points, program.statements
     parts = len(points) + len(statements)
     calls = tuple(dict.fromkeys(name for _, name in program.calls))
-    if not cut:
-        return BodyUnpacked("", (), (), parts, calls)
     return BodyUnpacked(
         _head(program, None),
         tuple(

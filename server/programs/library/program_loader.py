@@ -28,6 +28,7 @@ from ...store.documents import Document, DocumentKind, Heading
 from ...store.requests import Answer, Load
 from ...store.store_errors import NotFound, StoreError
 from ..editing.program_tasks import (
+    MOST_JSON_AT_ONCE,
     PACK,
     BodyUnpacked,
     Done,
@@ -157,7 +158,7 @@ class ProgramLoader:
                 if called == name and revision not in (0, kept):
                     return not_the_kept_one(revision, found.heading)
                 gathering.sources[called], gathering.revisions[called] = found.body, kept
-                refusal = yield from self._read(gathering, UnpackBody(found.body, called))
+                refusal = yield from self._read(gathering, found.body, called)
                 if refusal is not None:
                     return refusal
             # `link` reports a call of a missing program, because it knows the place of the call.
@@ -166,32 +167,36 @@ class ProgramLoader:
             gathering.wanted.popleft()
         return self._link(gathering)
 
-    def _read(self, gathering: _Gathering, task: UnpackBody) -> Steps[Refusal | None]:
+    def _read(self, gathering: _Gathering, body: str, name: str) -> Steps[Refusal | None]:
         """Read a program into what is gathered; return why that cannot be."""
         whole: Program | None = None
-        try:
-            if task.is_small:
-                whole = program_from_json(task.body, task.file)
-        except ProgramError as error:
-            return program_refusal(error)
-        if whole is None:
-            done = yield from self._work.done(task)
+        pieces: BodyUnpacked | None = None
+        if len(body) <= MOST_JSON_AT_ONCE:
+            try:
+                whole = program_from_json(body, name)
+            except ProgramError as error:
+                return program_refusal(error)
+            parts = len(whole.points) + len(whole.statements)
+            calls = tuple(dict.fromkeys(called for _, called in whole.calls))
+            if parts >= PACK:
+                pieces = unpacked(whole)
+        else:
+            done = yield from self._work.done(UnpackBody(body, name))
             if isinstance(done, ProgramRefused):
                 return done.refusal
             assert isinstance(done, BodyUnpacked)
-            pieces = done
-        else:
-            pieces = unpacked(whole, cut=len(whole.points) + len(whole.statements) >= PACK)
-        gathering.parts += pieces.parts
+            pieces, parts, calls = done, done.parts, done.calls
+        gathering.parts += parts
         if gathering.parts > MOST_PARTS:
             what = "points and statements in the programs of one run"
             return program_refusal(ProgramTooLarge(what, gathering.parts, MOST_PARTS))
         known = {*gathering.programs, *gathering.wanted}
-        gathering.wanted += (called for called in pieces.calls if called not in known)
+        gathering.wanted += (called for called in calls if called not in known)
         yield Turn.FIRST
-        if whole is None or pieces.parts >= PACK:
+        if pieces is not None:
             whole = yield from _put_together(pieces)
-        gathering.programs[task.file] = whole
+        assert whole is not None
+        gathering.programs[name] = whole
         return None
 
     def _link(self, gathering: _Gathering) -> Linked | Refusal:
