@@ -271,6 +271,17 @@ class FrameTree:
         shared = set(up) & set(down)
         return self._below(down, shared, known).inverse().compose(self._below(up, shared, known))
 
+    def in_base(self, pose: Pose, frame: str) -> Pose:
+        """Return in base a pose that is given in a frame that stands still.
+
+        Raises:
+            FrameUnknown: there is no such frame.
+            BadArgument: the frame moves.
+        """
+        if self.moving_between(frame, BASE):
+            raise BadArgument("frame", frame, "base, root or a frame that stands still")
+        return self.transform(frame, BASE).compose(pose)
+
     def _below(self, way: tuple[str, ...], shared: set[str], places: Places) -> Pose:
         """Return the pose of the first frame of an upward path in the first shared frame on it."""
         pose = Pose.identity()

@@ -85,13 +85,6 @@ class RobotModel(Protocol):
             MotionError: nobody knows the frame any more.
         """
 
-    def goal_in_base(self, goal: PoseGoal, frame: str) -> PoseGoal:
-        """Return where the tool is to be in base to be at a pose of a frame.
-
-        Raises:
-            MotionError: nobody knows the frame, or it moves; or the quaternion is none.
-        """
-
     def stepped_pose(self, start: Sequence[float], values: Sequence[float], frame: str) -> PoseGoal:
         """Return the tool in base after a (6,) increment of it [m, rad] from joints `start`.
 

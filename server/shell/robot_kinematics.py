@@ -58,6 +58,7 @@ class RobotKinematics:
 
     Attributes:
         frames: the named frames and tools in force; `apply_scene` changes them.
+        tool_in_flange: the centre point of the selected tool; None for the flange itself.
         lever_arms: for the tool and the elbow, if any, (n,) how fast each joint can make it
             [m/rad or 1].
     """
@@ -94,6 +95,10 @@ class RobotKinematics:
         self._tcp = tcp
         kinematics, elbow = self._kinematics, self._elbow
         self._tool = kinematics.tool_frame(tcp)
+        self.tool_in_flange: PoseGoal | None = None
+        if self._tool.placement is not None:
+            position, quaternion = tcp.position.tolist(), tcp.quaternion.tolist()
+            self.tool_in_flange = PoseGoal(tuple(position), tuple(quaternion))
         self._speed_points = [self._tool.origin]
         offset = math.hypot(*tcp.position.tolist())
         self.lever_arms = [lever_arms(kinematics, self._robot.tool_link, offset)]
@@ -159,32 +164,6 @@ class RobotKinematics:
     def speed_points(self, position: Sequence[float]) -> tuple[tuple[float, ...], ...]:
         """Return where tool and elbow, if any, are in the base frame [m]."""
         return self._kinematics.point_places(position, self._speed_points)
-
-    @property
-    def tool_in_flange(self) -> PoseGoal | None:
-        """The centre point of the selected tool in the flange; None for the flange itself."""
-        if self._tool.placement is None:
-            return None
-        position, quaternion = self._tcp.position.tolist(), self._tcp.quaternion.tolist()
-        return PoseGoal(tuple(position), tuple(quaternion))
-
-    def goal_in_base(self, goal: PoseGoal, frame: str) -> PoseGoal:
-        """Return where the tool is to be in base to be at a pose of a frame.
-
-        Args:
-            frame: the frame that it is given in; one that stands still.
-
-        Raises:
-            FrameUnknown: there is no such frame.
-            BadArgument: the frame moves.
-        """
-        moving = self.frames.moving_between(frame, BASE)
-        if moving:
-            raise BadArgument("frame", frame, "base, root or a frame that stands still")
-        tool = self.frames.transform(frame, BASE).compose(
-            Pose.from_values(goal.position, goal.orientation)
-        )
-        return PoseGoal(tuple(tool.position.tolist()), tuple(tool.quaternion.tolist()))
 
     def configuration(self, position: Sequence[float]) -> Configuration | None:
         """Return in which of the ways the arm stands; None where its family has no such words."""

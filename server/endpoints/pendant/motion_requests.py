@@ -13,6 +13,7 @@ from collections.abc import Sequence
 
 from openpendant.motion.errors import MotionError
 from openpendant.motion.frames.frame_tree import BASE
+from openpendant.motion.pose import Pose
 from openpendant.simplemsg.pendant import Home, JointMove, JointPath, Motion, PoseMove, PosePath
 from openpendant.simplemsg.verdicts import VerdictCode
 
@@ -155,7 +156,7 @@ class PendantMotions:
         if refusal is not None:
             return refusal
         try:
-            in_base = tuple(self._robot.goal_in_base(goal, message.frame) for goal in goals)
+            in_base = tuple(self._in_base(goal, message.frame) for goal in goals)
         except MotionError as error:
             return refusal_of(error)
         job = PoseJob(
@@ -169,6 +170,11 @@ class PendantMotions:
             self._robot.tool_in_flange,
         )
         return self._plan(MotionRequest(session, message.request_id), job, now)
+
+    def _in_base(self, goal: PoseGoal, frame: str) -> PoseGoal:
+        pose = Pose.from_values(goal.position, goal.orientation)
+        tool = self._robot.frames.in_base(pose, frame)
+        return PoseGoal(tuple(tool.position.tolist()), tuple(tool.quaternion.tolist()))
 
     def _home(self, session: int, message: Home, now: int) -> Refusal | list[Effect]:
         refusal = check_interlocks(self._cell, session, now) or speed_fault(message.speed)

@@ -145,11 +145,6 @@ class NoTool:
             raise FrameUnknown(frame, ("base", "tool"))
         return PoseGoal(tuple(values[:3]), (0.0, 0.0, 0.0, 1.0))
 
-    def goal_in_base(self, goal: PoseGoal, frame: str) -> PoseGoal:
-        if frame not in self.frames.frames:
-            raise FrameUnknown(frame, tuple(self.frames.frames))
-        return goal
-
 
 def job_of(asked: Ask) -> Job:
     assert isinstance(asked.question, Job)

@@ -8,8 +8,8 @@ from rigs.cells.expectations import known, refusal_from
 from rigs.cells.surrounded_cell import SurroundedCell, robot
 
 from openpendant.motion.frames.frame_tree import FLANGE
+from openpendant.motion.pose import Pose
 from openpendant.server.events.cell_events import RunningProgram
-from openpendant.server.planning.jobs import PoseGoal
 from openpendant.server.scene.trace import ToolTrace
 from openpendant.server.shell import robot_kinematics
 from openpendant.server.shell.robot_kinematics import MOST_PAIRS
@@ -130,8 +130,8 @@ def test_a_pose_in_a_user_frame_is_where_the_selected_tool_goes(cell: Surrounded
         target="table",
         pose={"position": position, "orientation": orientation},
     )["pose"]
-    goal = PoseGoal(tuple(there["position"]), tuple(there["orientation"]))
-    in_base = cell.mathematics.goal_in_base(goal, "table")
+    pose = Pose.from_values(there["position"], there["orientation"])
+    in_base = cell.mathematics.frames.in_base(pose, "table")
     assert in_base.position == pytest.approx(position)
     assert cell.mathematics.tool_in_flange is not None
     assert math.hypot(*cell.mathematics.tool_in_flange.position) == pytest.approx(0.12)
