@@ -16,7 +16,7 @@ from .codes import ByteOrder, CommType, MsgType, ReplyCode
 from .declaration import Message
 from .errors import BodyFault, HeaderFault, LocalProtocolError, NotEncodable
 from .framing import HEADER_SIZE, PREFIX_SIZE, Bytes, broken_header_rule
-from .layout import Decode, Encode, Misfit, WireForm, header_fault
+from .layout import Decode, Misfit, WireForm, header_fault
 from .motoman import MOTOMAN_MESSAGES
 from .packing import UNPACKABLE, FixedLayout, VariableLayout
 from .pendant import PENDANT_MESSAGES
@@ -53,15 +53,23 @@ _NAMED_OPAQUE = {
 }
 
 
+class _Encoders(dict[type[Message], Callable[[Any], bytes]]):
+    """What encodes the messages of a dialect, by their classes."""
+
+    def __init__(self, dialect: str) -> None:
+        super().__init__()
+        self._dialect = dialect
+
+    def __missing__(self, cls: type[Message]) -> Callable[[Any], bytes]:
+        raise LocalProtocolError(f"{cls.__name__} is no message of the {self._dialect} dialect")
+
+
 class Codec:
     """Encodes and decodes the messages of one dialect in one wire form.
 
     Get one from `codec_for`, which keeps them: building one writes and compiles its functions.
 
     Attributes:
-        encode: `encode(message: Message) -> bytes` gives the whole frame, prefix included. Raises
-            `LocalProtocolError` where the dialect does not know the message or its header breaks
-            a rule, and `NotEncodable` where a value does not fit its field.
         decode: `decode(frame) -> Message` takes one whole frame, prefix included, in any bytes-like
             object. Raises `HeaderFault` or `BodyFault`.
         usual: the sixteen header bytes of every frame of fixed size with a usual header, with the
@@ -69,10 +77,10 @@ class Codec:
             size and `UnicodeDecodeError` for a text that is none.
         of_any_size: the header bytes behind the length of every frame of variable size with a usual
             header, with a decoder for it that raises what `decode` raises.
+        encoders: for each class of messages what `encode` does with it, and raises.
         real_size: bytes of a real, 4 or 8.
     """
 
-    encode: Encode
     decode: Decode
     usual: dict[bytes, tuple[int, Decode]]
     of_any_size: dict[bytes, Decode]
@@ -86,15 +94,13 @@ class Codec:
         form = WireForm(byte_order.value, _REAL_CODES[real_size])
         self._header = struct.Struct(f"{form.order}4i")
         self._layouts: dict[tuple[int, bool], FixedLayout | VariableLayout] = {}
-        self._encoders: dict[type[Message], Callable[[Any], bytes]] = {
-            HeaderOnly: self._encode_header_only,
-            Opaque: self._encode_opaque,
-        }
+        self.encoders = _Encoders(dialect.name)
+        self.encoders[HeaderOnly] = self._encode_header_only
+        self.encoders[Opaque] = self._encode_opaque
         for cls in dialect.messages:
             layout = _layout_of(cls, form)
             self._layouts[cls.PLACE.msg_type, cls.PLACE.is_reply] = layout
-            self._encoders[cls] = layout.encode
-        self.encode = self._fast_encode()
+            self.encoders[cls] = layout.encode
         headers = self._usual_headers()
         self.decode = self._fast_decode(headers)
         self.usual = {
@@ -102,8 +108,8 @@ class Codec:
             for header, decode in headers.items()
         }
         self.of_any_size = {
-            self._header.pack(0, msg_type, comm, code)[PREFIX_SIZE:]: self._any_size(
-                layout, comm, code
+            self._header.pack(0, msg_type, comm, code)[PREFIX_SIZE:]: layout.decoder(
+                comm, code, on_misfit=self._decode_unusual
             )
             for (msg_type, is_reply), layout in self._layouts.items()
             if isinstance(layout, VariableLayout) and not layout.cls.PLACE.any_body
@@ -116,18 +122,6 @@ class Codec:
             return _REPLY_HEADERS
         has_reply = (msg_type, True) in self._layouts
         return _OTHER_HEADERS if has_reply else _OTHER_HEADERS + _REPLY_HEADERS
-
-    def _any_size(self, layout: VariableLayout, comm: CommType, code: ReplyCode) -> Decode:
-        """Return a decoder of frames of variable size with a header that breaks no rule."""
-        unpack, unusual = layout.decode, self._decode_unusual
-
-        def decode(frame: Any) -> Message:
-            try:
-                return unpack(frame, comm, code)
-            except Misfit:
-                return unusual(frame)  # which says what is wrong with it
-
-        return decode
 
     def _usual_headers(self) -> dict[bytes, Decode]:
         """Return a decoder for every header that is usual in this dialect."""
@@ -165,19 +159,14 @@ class Codec:
 
         return decode
 
-    def _fast_encode(self) -> Encode:
-        """Return `encode`: a closure, since attributes of `self` would cost a fifth more."""
-        encoders = self._encoders
-        dialect = self.dialect.name
+    def encode(self, message: Message) -> bytes:
+        """Return the whole frame of a message, prefix included.
 
-        def encode(message: Message) -> bytes:
-            try:
-                return encoders[type(message)](message)
-            except KeyError:
-                name = type(message).__name__
-            raise LocalProtocolError(f"{name} is no message of the {dialect} dialect")
-
-        return encode
+        Raises:
+            LocalProtocolError: the dialect does not know the message, or its header breaks a rule.
+            NotEncodable: a value does not fit its field.
+        """
+        return self.encoders[type(message)](message)
 
     def name_of(self, msg_type: int, comm_type: int) -> str:
         """Return the name of a message type, `unknown` where the dialect has none."""

@@ -382,7 +382,7 @@ class Connection:
                 f"a reply of type {message_type(message)} answers no request: topics are never"
                 " answered, requests once"
             )
-        frame = self._codec.encode(message)
+        frame = self._codec.encoders[type(message)](message)
         if len(frame) > self._max_frame:
             raise LocalProtocolError(
                 f"a frame of {len(frame)} bytes exceeds the {self._max_frame} of this conversation"

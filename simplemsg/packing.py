@@ -302,6 +302,22 @@ class VariableLayout:
         setattr(message, self._name, last)
         return message
 
+    def decoder(self, comm_type: int, reply_code: int, on_misfit: Decode) -> Decode:
+        """Return a decoder for frames whose header is known to be the given one.
+
+        Args:
+            on_misfit: decodes a frame whose body does not have this layout, or says what is wrong.
+        """
+        unpack = self.decode
+
+        def decode(frame: Any) -> Message:
+            try:
+                return unpack(frame, comm_type, reply_code)
+            except Misfit:
+                return on_misfit(frame)
+
+        return decode
+
 
 class _Tail:
     """Bytes up to the end of the body."""
