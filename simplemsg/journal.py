@@ -1,11 +1,12 @@
 """The journal of one process: every byte in and out with its time, so that it can be run again.
 
-Owns the time of an event (one reading of the clock for all that follows from it) and the lines of a
-journal file with the spelling of the values in them. Cores and connections are pure, so the events
-alone decide every byte that leaves: whoever plays them to the same code gets the same bytes. What a
-shell learns from outside by asking (is a listener behind?) is an event, too: an `answer`.
+Owns the lines of a journal file, with the spelling of the values in them. Cores and connections are
+pure, so the events and their times alone decide every byte that leaves: whoever plays them to the
+same code gets the same bytes. What a shell learns from outside by asking (is a listener behind?) is
+an event, too: an `answer`.
 
-Opens no file and reads no clock of its own; both are given.
+Opens no file and reads no clock; a stream and the time of each event are given. Whoever has
+something to note asks before whether a journal is kept (`is_kept`): most runs keep none.
 
 A file is JSON lines: a header first, then for each event `{"t": ns since the header's now, "on":
 what, "link": who, "hex": bytes, …}`. Behind an event stands what it caused, `{"out": link, "hex":
@@ -21,9 +22,9 @@ from __future__ import annotations
 
 import base64
 import json
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass
-from typing import Any, NamedTuple, Protocol, TypeAlias
+from typing import Any, Protocol, TypeAlias
 
 LONG = 4_096
 """Bytes or characters from which a value is spelled out later; less takes some microseconds."""
@@ -130,48 +131,25 @@ class Stream(Protocol):
         """Take a line, or some of it; raises OSError where it cannot."""
 
 
-class Gap(NamedTuple):
-    """A time in which no event started.
-
-    Attributes:
-        lasted: how long it was [ns].
-        event: what happened at its beginning; empty before the first event.
-    """
-
-    lasted: int = 0
-    event: str = ""
-    link: str | int = ""
-    data: bytes = b""
-
-
 class Journal:
-    """Clock of events, and record of them where a stream is given.
+    """Record of events and of what followed from them, kept where a stream is given.
 
     Attributes:
-        now: time of the event that is being handled, monotonic [ns]; 0 before the first.
-        is_kept: whether anything is written, so that what is costly to note need not be made, and
-            what the world outside answers need not be told, in vain.
+        is_kept: whether anything is written.
     """
 
-    def __init__(self, clock: Callable[[], int]) -> None:
-        """Make a journal that only tells the time.
-
-        Args:
-            clock: the monotonic time [ns].
-        """
-        self._clock = clock
+    def __init__(self) -> None:
+        """Make a journal that is not kept yet."""
         self._stream: Stream | None = None
         self._on_failure: Callable[[OSError], None] = _raise
         self._began = 0
-        self._event: tuple[str, str | int, bytes] = ("", "", b"")
-        self._longest = Gap()
-        self.now = 0
         self.is_kept = False
 
     def keep(
         self,
         stream: Stream,
         on_failure: Callable[[OSError], None],
+        now: int,
         *,
         kind: str,
         started: str,
@@ -182,12 +160,13 @@ class Journal:
         Args:
             stream: where to; whoever opened it closes it.
             on_failure: called once if it cannot be written; the journal ends there.
+            now: the monotonic time [ns], from which that of events counts in the file.
             kind: `server` or `emulator`.
             started: wall-clock time, ISO 8601 with its offset from UTC.
         """
         self._stream, self._on_failure, self.is_kept = stream, on_failure, True
-        self._began = self.now = self._clock()
-        header = {"format": JOURNAL_FORMAT, "of": kind, "started": started, "now": self.now}
+        self._began = now
+        header = {"format": JOURNAL_FORMAT, "of": kind, "started": started, "now": now}
         self._write(json.dumps(header | about) + "\n")
 
     def end(self) -> None:
@@ -204,38 +183,34 @@ class Journal:
             self._stream, self.is_kept = None, False
             self._on_failure(error)
 
-    def begin(self, event: str, link: str | int = "", data: bytes = b"", **more: Any) -> int:
-        """Begin to handle an event; return its time [ns].
+    def begin(
+        self,
+        now: int,
+        event: str,
+        link: str | int = "",
+        data: bytes = b"",
+        more: Mapping[str, Any] = {},
+    ) -> None:
+        """Note an event, before anything follows from it.
 
         Args:
+            now: its time [ns].
             more: what else must be known to repeat it, as plain JSON data and long values, which
                 never change.
         """
-        before, self.now = self.now, self._clock()
-        if self.now - before > self._longest.lasted and before:
-            self._longest = Gap(self.now - before, *self._event)
-        self._event = event, link, data
-        if self._stream is not None:
-            head = f'{{"t": {self.now - self._began}, "on": "{event}", "link": "{link}", "hex": '
-            extra = [
-                part for key, each in more.items() for part in (f', "{key}": ', *json_parts(each))
-            ]
-            self._write(head, hexadecimal(data), *extra, "}\n")
-        return self.now
-
-    def longest_gap(self) -> Gap:
-        """Return the longest time between two events since this was asked last."""
-        gap, self._longest = self._longest, Gap()
-        return gap
+        head = f'{{"t": {now - self._began}, "on": "{event}", "link": "{link}", "hex": '
+        extra: list[Part] = []
+        for key, each in more.items():
+            extra += f', "{key}": ', *json_parts(each)
+        self._write(head, hexadecimal(data), *extra, "}\n")
 
     def out(self, link: str | int, data: bytes) -> None:
         """Note bytes that leave because of the event."""
-        if self._stream is not None:
-            self._write(f'{{"out": "{link}", "hex": ', hexadecimal(data), "}\n")
+        self._write(f'{{"out": "{link}", "hex": ', hexadecimal(data), "}\n")
 
     def answer(self, question: str, link: str | int, answer: bool) -> bool:
         """Note what the world outside answered, and return it."""
-        if answer and self._stream is not None:
+        if answer:
             self._write(f'{{"ask": "{question}", "link": "{link}"}}\n')
         return answer
 

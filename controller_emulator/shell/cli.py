@@ -69,12 +69,11 @@ def main(argv: Sequence[str] | None = None) -> int:
 async def _run(wanted: Sequence[EmulatorSettings], options: argparse.Namespace) -> int:
     loop = asyncio.get_running_loop()
     due = _operator(options.scenario, loop)
-    journal = Journal(lambda: loop_time(loop))
-    journal.begin("start")
+    journal, now = Journal(), loop_time(loop)
     with contextlib.ExitStack() as stack:
         if options.journal is not None:
-            stack.enter_context(kept_journal(journal, options.journal, wanted[0]))
-        controllers = [build_controller(each, journal.now) for each in wanted]
+            stack.enter_context(kept_journal(journal, options.journal, wanted[0], now))
+        controllers = [build_controller(each, now) for each in wanted]
         log = MotionLog(options.record, controllers[0].joint_names) if options.record else None
         if log is not None:
             stack.callback(_close, log)
@@ -133,8 +132,14 @@ def _operate(services: Sequence[Service], action: OperatorAction) -> None:
 
 
 @contextlib.contextmanager
-def kept_journal(journal: Journal, file: Path, settings: EmulatorSettings) -> Iterator[None]:
-    """Keep the journal in a file while the context lasts; a full disk ends it, not the run."""
+def kept_journal(
+    journal: Journal, file: Path, settings: EmulatorSettings, now: int
+) -> Iterator[None]:
+    """Keep the journal in a file while the context lasts; a full disk ends it, not the run.
+
+    Args:
+        now: when the controller was built [ns].
+    """
 
     def end(error: OSError) -> None:
         _fail(f"the journal ends here: {_reason(error)}")
@@ -143,8 +148,8 @@ def kept_journal(journal: Journal, file: Path, settings: EmulatorSettings) -> It
 
     stream = JournalWriter(file)
     started = datetime.now().astimezone().isoformat()
-    about = settings.model_dump(mode="json")
-    journal.keep(stream, end, kind="emulator", started=started, version=__version__, settings=about)
+    about = {"version": __version__, "settings": settings.model_dump(mode="json")}
+    journal.keep(stream, end, now, kind="emulator", started=started, **about)
     try:
         yield
     finally:

@@ -35,12 +35,15 @@ class LinkEvents(NamedTuple):
     """Callbacks of a link to the service that made it.
 
     Attributes:
+        wire_bytes: notes bytes that came on a link by its number, before they are decoded; returns
+            the time [ns].
         opened: a new link; False refuses it.
         learned: called when the first bytes of a link show its byte order.
         received: a message, or a frame that is none.
         closed: a link that was opened is gone.
     """
 
+    wire_bytes: Callable[[int, bytes], int]
     opened: Callable[[EmulatorLink], bool]
     learned: Callable[[EmulatorLink, ByteOrder], None]
     received: Callable[[EmulatorLink, Received], None]
@@ -96,7 +99,7 @@ class EmulatorLink(asyncio.Protocol):
         """Hand on the messages that the bytes complete; called by the loop."""
         if not self.is_open or self._transport is None:
             return
-        self._journal.begin("in", self.number, data)
+        now = self._events.wire_bytes(self.number, data)
         known = self._connection.byte_order
         complete = self._connection.receive(data)
         order = self._connection.byte_order
@@ -113,7 +116,7 @@ class EmulatorLink(asyncio.Protocol):
         if not self._connection.partial:
             self._partial_since = None
         elif self._partial_since is None or complete:
-            self._partial_since = self._journal.now
+            self._partial_since = now
 
     def _receive_more(self) -> None:
         if self.is_open and self._transport is not None and not self._transport.is_closing():
@@ -138,16 +141,16 @@ class EmulatorLink(asyncio.Protocol):
             self.close()
             return
         self._write(frame)
-        if self._journal.answer("flooded", self.number, self.backlog > REPLY_BACKLOG):
+        if self._noted("flooded", self.backlog > REPLY_BACKLOG):
             self.abort()
 
-    def send_state(self, frames: bytes) -> None:
+    def send_state(self, frames: bytes, now: int) -> None:
         """Send a round of state, or skip it while the listener is behind: the newest wins."""
         if not self._takes_bytes:
             return
-        if self._journal.answer("clogged", self.number, self.backlog > STATE_BACKLOG):
+        if self._noted("clogged", self.backlog > STATE_BACKLOG):
             if self.stalled_since is None:
-                self.stalled_since = self._journal.now
+                self.stalled_since = now
             return
         self.stalled_since = None
         self._write(frames)
@@ -158,16 +161,20 @@ class EmulatorLink(asyncio.Protocol):
         if transport is None or self._is_ending:
             return False
         # The loop closes a transport by itself when the kernel reports an error.
-        return not self._journal.answer("gone", self.number, transport.is_closing())
+        return not self._noted("gone", transport.is_closing())
+
+    def _noted(self, question: str, answer: bool) -> bool:
+        journal = self._journal
+        return journal.answer(question, self.number, answer) if journal.is_kept else answer
 
     def _write(self, frames: bytes) -> None:
         assert self._transport is not None
-        self._journal.out(self.number, frames)
+        if self._journal.is_kept:
+            self._journal.out(self.number, frames)
         self._transport.write(frames)
 
-    def check_deadlines(self) -> None:
+    def check_deadlines(self, now: int) -> None:
         """Cut the link off if the peer left a frame unfinished or state unread for too long."""
-        now = self._journal.now
         began, stalled = self._partial_since, self.stalled_since
         is_slow = began is not None and now - began > FRAME_DEADLINE
         is_stalled = stalled is not None and now - stalled > STATE_STALL

@@ -1,7 +1,8 @@
 """Emulator service on TCP: two listening ports and one timer round the controller's core.
 
-Owns sockets, the clock and the order in which the core is called; decides nothing about motion. All
-runs on one event loop, so no two calls of the core overlap.
+Owns sockets, the clock, the time of an event (one reading of it for all that follows) and the order
+in which the core is called; decides nothing about motion. All runs on one event loop, so no two
+calls of the core overlap.
 """
 
 from __future__ import annotations
@@ -11,7 +12,8 @@ import logging
 import math
 import os
 from collections.abc import Callable
-from typing import NamedTuple
+from functools import partial
+from typing import Any, NamedTuple
 
 from openpendant.simplemsg import (
     PENDANT,
@@ -77,19 +79,23 @@ class Service:
         on_report: Callable[[float, State], None] | None = None,
         due: Callable[[int], list[OperatorAction]] | None = None,
         journal: Journal | None = None,
+        clock: Callable[[], int] | None = None,
     ) -> None:
         """Make a service that is not listening yet; needs a running loop.
 
         Args:
             on_report: called with the time [s] since `start` and the motion, at the report rate.
             due: asked every tick which operator events are due at a time [ns].
+            clock: the monotonic time of events [ns]; the loop's where left out.
         """
         self.controller = controller
         self._settings = settings
         self._on_report = on_report
         self._due = due
         self._loop = asyncio.get_running_loop()
-        self.journal = journal or Journal(lambda: loop_time(self._loop))
+        self.journal = journal or Journal()
+        self._clock = clock or partial(loop_time, self._loop)
+        self._event_time = 0
         self._servers: list[asyncio.Server] = []
         self._motion_links: dict[int, EmulatorLink] = {}
         self._state_links: dict[int, EmulatorLink] = {}
@@ -109,8 +115,8 @@ class Service:
 
     @property
     def now(self) -> int:
-        """The loop's time [ns]; what follows from one event happens at `journal.now`."""
-        return loop_time(self._loop)
+        """The clock's time [ns]; what follows from one event happens at the time of that event."""
+        return self._clock()
 
     @property
     def state_links(self) -> tuple[EmulatorLink, ...]:
@@ -147,9 +153,16 @@ class Service:
             await server.wait_closed()
         self._servers.clear()
 
+    def begin(self, event: str, link: int | str = "", data: bytes = b"", **more: Any) -> int:
+        """Begin to handle an event, noted with all that repeats it; return its time [ns]."""
+        self._event_time = now = self._clock()
+        if self.journal.is_kept:
+            self.journal.begin(now, event, link, data, more)
+        return now
+
     def close_links(self) -> None:
         """Drop all links; the controller goes off."""
-        self.journal.begin("hang-up")
+        self.begin("hang-up")
         for link in [*self._motion_links.values(), *self._state_links.values()]:
             link.abort()
 
@@ -162,7 +175,7 @@ class Service:
 
     def operate(self, action: OperatorAction) -> None:
         """Carry out an operator's action."""
-        now = self._look(self.journal.begin("operate", int(action)))
+        now = self._look(self.begin("operate", int(action)))
         self._dispatch(self.controller.operate(action, now))
         self._tell_change()
 
@@ -179,14 +192,22 @@ class Service:
     def motion_link(self) -> EmulatorLink:
         """Return a link of the motion port that is about to be connected."""
         events = LinkEvents(
-            self._motion_opened, self._learn_order, self._motion_received, self._motion_closed
+            partial(self.begin, "in"),
+            self._motion_opened,
+            self._learn_order,
+            self._motion_received,
+            self._motion_closed,
         )
         return self._link(events)
 
     def state_link(self) -> EmulatorLink:
         """Return a link of the state port that is about to be connected."""
         events = LinkEvents(
-            self._state_opened, self._learn_order, self._state_received, self._state_closed
+            partial(self.begin, "in"),
+            self._state_opened,
+            self._learn_order,
+            self._state_received,
+            self._state_closed,
         )
         return self._link(events)
 
@@ -199,7 +220,7 @@ class Service:
         return len(links) < self._settings.max_connections
 
     def _motion_opened(self, link: EmulatorLink) -> bool:
-        now = self.journal.begin("opened", link.number, port="motion", address=link.address)
+        now = self.begin("opened", link.number, port="motion", address=link.address)
         if not self._has_room(self._motion_links):
             return False
         self._motion_links[link.number] = link
@@ -207,18 +228,18 @@ class Service:
         return True
 
     def _motion_received(self, link: EmulatorLink, message: Received) -> None:
-        now = self._look(self.journal.now)
+        now = self._look(self._event_time)
         self._dispatch(self.controller.handle(link.number, message, now))
         self._tell_change()
 
     def _motion_closed(self, link: EmulatorLink) -> None:
-        now = self._look(self.journal.begin("closed", link.number))
+        now = self._look(self.begin("closed", link.number))
         del self._motion_links[link.number]
         self._dispatch(self.controller.disconnected(link.number, now))
         self._tell_change()
 
     def _state_opened(self, link: EmulatorLink) -> bool:
-        self.journal.begin("opened", link.number, port="state", address=link.address)
+        self.begin("opened", link.number, port="state", address=link.address)
         if not self._has_room(self._state_links):
             return False
         link.topic_order = self._orders.get(link.address, self._state_order)
@@ -249,12 +270,12 @@ class Service:
             listener.close()
 
     def _state_received(self, link: EmulatorLink, message: Received) -> None:
-        reply = self.controller.answer(message, self.journal.now)
+        reply = self.controller.answer(message, self._event_time)
         if reply is not None:
             link.send(reply)
 
     def _state_closed(self, link: EmulatorLink) -> None:
-        self.journal.begin("closed", link.number)
+        self.begin("closed", link.number)
         del self._state_links[link.number]
 
     def _dispatch(self, outgoing: Outgoing) -> None:
@@ -265,7 +286,7 @@ class Service:
 
     def _tell_change(self) -> None:
         """Send a changed STATUS at once, not with the next round."""
-        status = self.controller.status_change(self.journal.now)
+        status = self.controller.status_change(self._event_time)
         if status is not None:
             self._broadcast([status])
 
@@ -277,7 +298,7 @@ class Service:
             order = link.topic_order
             if order not in frames:
                 frames[order] = b"".join(map(self._codecs[order].encode, messages))
-            link.send_state(frames[order])
+            link.send_state(frames[order], self._event_time)
 
     def _schedule(self) -> None:
         """Set the timer to the next absolute deadline; a missed one is skipped, not run late."""
@@ -315,7 +336,7 @@ class Service:
         Args:
             number: of this tick since the start, missed ones counted.
         """
-        now = self._look(self.journal.begin("tick", number))
+        now = self._look(self.begin("tick", number))
         self._ticks = number
         self._dispatch(self.controller.advance(now))
         rounds = self._ticks // self._ticks_per_report
@@ -325,7 +346,7 @@ class Service:
         else:
             self._tell_change()
         for link in [*self._motion_links.values(), *self._state_links.values()]:
-            link.check_deadlines()
+            link.check_deadlines(now)
 
     def _report(self, now: int) -> None:
         self._broadcast(self.controller.state_messages(now))

@@ -204,13 +204,13 @@ def kept_journal(journal: Journal, file: Path | None, settings: ServerSettings) 
         return
     from openpendant.simplemsg.journal_writer import JournalWriter  # most runs keep no journal
 
+    from ..shell.inbox import loop_time  # here for the same reason as in `serve`
+
     stream = JournalWriter(file)
     started = datetime.now().astimezone().isoformat()
     cells = [settings_as_data(cell) for cell in settings.cells]
-    about = cells[0] if len(cells) == 1 else {"cells": cells}
-    journal.keep(
-        stream, _journal_failed, kind="server", started=started, version=__version__, settings=about
-    )
+    about = {"version": __version__, "settings": cells[0] if len(cells) == 1 else {"cells": cells}}
+    journal.keep(stream, _journal_failed, loop_time(), kind="server", started=started, **about)
     try:
         yield
     finally:
@@ -244,7 +244,6 @@ async def _run(
     made: ServerParts, json_output: bool, plans: Path | None, journal_file: Path | None
 ) -> None:
     from ..shell.app import App  # here for the same reason as in `serve`
-    from ..shell.inbox import loop_time
     from ..shell.server_process import asked_niceness
     from ..store.store_client import opened_store
     from ..watchdog.watchdog_process import watchdog_of
@@ -256,7 +255,7 @@ async def _run(
         loop.add_signal_handler(number, interrupted.set)
     settings, access = made.settings, made.access
     served = _served(settings, made.robots, plans)
-    journal = Journal(loop_time)
+    journal = Journal()
     async with opened_store(settings.cells[0].store) as store:
         watchdog = watchdog_of([each.settings for each in served])
         parts = (served, journal, store, access.backend, watchdog, access.tls, made.planners)

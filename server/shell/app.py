@@ -11,7 +11,7 @@ import asyncio
 import logging
 import ssl
 import time
-from collections.abc import AsyncIterator, Sequence
+from collections.abc import AsyncIterator, Callable, Sequence
 from contextlib import AsyncExitStack, asynccontextmanager, suppress
 from functools import partial
 
@@ -66,6 +66,7 @@ class App:
         watchdog: Watchdog | None = None,
         tls: ssl.SSLContext | None = None,
         planners: Sequence[ForkedChild] = (),
+        clock: Callable[[], int] = loop_time,
     ) -> None:
         """Join the parts.
 
@@ -74,6 +75,7 @@ class App:
             watchdog: stops the robots where this process freezes; nobody does where left out.
             tls: encrypts the pendant port; nothing does where left out.
             planners: planning processes that run already.
+            clock: the monotonic time of events [ns]; the running loop's where left out.
         """
         self._store = store
         self._watchdog = watchdog
@@ -93,7 +95,7 @@ class App:
         self._settings = [each.settings for each in served]
         self.clients = Clients(self._settings, self.login)
         self.cells: list[CellShell] = []
-        self.inbox = Inbox(journal, self._router, self.cells, self.clients)
+        self.inbox = Inbox(journal, self._router, self.cells, self.clients, clock)
         self.connect = partial(ClientConnection, self.inbox, self._observations)
         self.cells += [self._shell(number) for number in range(len(served))]
         self._next_tick = 0.0

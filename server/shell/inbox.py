@@ -1,8 +1,9 @@
-"""Inbox of a server: every event goes through it into the journal, and on to its cell's core.
+"""Inbox of a server: every event comes in by it, gets its time, and goes on to its cell's core.
 
-Owns the time of an event, one reading of the clock for all that follows from it, and in which cell
-it happens. Bytes are noted before they are decoded, so that a rerun covers their decoding as well.
-Decides nothing about what an event means.
+Owns the time of an event, one reading of the clock for all that follows from it, the longest time
+between two events, and in which cell one happens. Notes each where a journal is kept: bytes before
+they are decoded, so that a rerun covers their decoding as well. Decides nothing about what an event
+means.
 
 Owns what the shell asks of the operating system (`Observations`), with each answer that counts
 noted. A rerun asks nobody: it finds in the journal what the world answered then.
@@ -16,7 +17,7 @@ from functools import partial
 from typing import Any, Protocol
 
 from openpendant.simplemsg import Arrival, Message
-from openpendant.simplemsg.journal import Gap, Journal
+from openpendant.simplemsg.journal import Journal
 
 from ..access.accounts import AccountBook
 from ..core.server_core import ServerCore
@@ -34,6 +35,7 @@ from ..events.events import (
 )
 from ..journal.event_records import ANSWERED, PasswordNumbers, answer_to_record
 from .clients import Client, Clients
+from .loop_timing import Gap
 
 
 class Observations:
@@ -45,27 +47,31 @@ class Observations:
 
     def is_gone(self, link: str | int, transport: asyncio.BaseTransport) -> bool:
         """Return True if the loop has closed a transport by itself, on an error of the kernel."""
-        return self._journal.answer("gone", link, transport.is_closing())
+        return self._noted("gone", link, transport.is_closing())
 
     def is_clogged(self, session: int, is_behind: bool) -> bool:
         """Return whether a client is behind with what was written to it."""
-        return self._journal.answer("clogged", session, is_behind)
+        return self._noted("clogged", session, is_behind)
 
     def is_flooded(self, session: int, is_behind: bool) -> bool:
         """Return whether a client is so far behind that it is cut off."""
-        return self._journal.answer("flooded", session, is_behind)
+        return self._noted("flooded", session, is_behind)
 
     def is_paired(self, cell: str, is_typed: bool) -> bool:
         """Return whether the code that was typed is the one of a cell, which no journal holds."""
-        return self._journal.answer("paired", cell, is_typed)
+        return self._noted("paired", cell, is_typed)
 
     def has_stopped(self, link: str, has_stopped: bool) -> bool:
         """Return whether the watchdog has sent a STOP to a robot."""
-        return self._journal.answer("stopped", link, has_stopped)
+        return self._noted("stopped", link, has_stopped)
+
+    def _noted(self, question: str, link: str | int, answer: bool) -> bool:
+        return self._journal.answer(question, link, answer) if self._journal.is_kept else answer
 
     def sent(self, link: str | int, frame: bytes) -> None:
         """Note a frame that leaves on a connection, without its secrets."""
-        self._journal.out(link, frame)
+        if self._journal.is_kept:
+            self._journal.out(link, frame)
 
 
 def loop_time() -> int:
@@ -97,16 +103,26 @@ class Inbox:
     """
 
     def __init__(
-        self, journal: Journal, server: ServerCore, cells: Sequence[EventTaker], clients: Clients
+        self,
+        journal: Journal,
+        server: ServerCore,
+        cells: Sequence[EventTaker],
+        clients: Clients,
+        clock: Callable[[], int],
     ) -> None:
         """Join the parts.
 
         Args:
             cells: the shell of each cell; they may come later, but before any event.
+            clock: the monotonic time [ns].
         """
         self.clients = clients
-        # Each byte comes by here, so no function of ours stands between it and the journal.
-        self.wire_bytes: Callable[[str | int, bytes], int] = partial(journal.begin, "in")
+        # Each byte comes by here, so no other function of ours is called for it.
+        self.wire_bytes: Callable[[str | int, bytes], int] = partial(self._begin, "in")
+        self._clock = clock
+        self._event_time = 0
+        self._event: tuple[str, str | int, bytes] = ("", "", b"")
+        self._longest = Gap()
         self._journal = journal
         self._server = server
         self._cells = cells
@@ -120,7 +136,18 @@ class Inbox:
 
     def longest_gap(self) -> Gap:
         """Return the longest time between two events since this was asked last."""
-        return self._journal.longest_gap()
+        gap, self._longest = self._longest, Gap()
+        return gap
+
+    def _begin(self, event: str, link: str | int = "", data: bytes = b"", **more: Any) -> int:
+        """Begin to handle an event, noted with all that repeats it; return its time [ns]."""
+        before, now = self._event_time, self._clock()
+        if now - before > self._longest.lasted and before:
+            self._longest = Gap(now - before, *self._event)
+        self._event_time, self._event = now, (event, link, data)
+        if self._journal.is_kept:
+            self._journal.begin(now, event, link, data, more)
+        return now
 
     # Clients.
 
@@ -128,7 +155,7 @@ class Inbox:
         """Number a new connection and tell its cell; turn it away where it may not be here."""
         client.session = self.clients.next_session()
         more: dict[str, Any] = {} if client.cell is None else {"cell": client.cell}
-        now = self._journal.begin(
+        now = self._begin(
             "opened", client.session, port=client.port.name, address=client.address, **more
         )
         try:
@@ -164,7 +191,7 @@ class Inbox:
     def closed(self, client: Client) -> None:
         """Tell its cell that a connection ended."""
         if self.clients.forget(client.session):
-            now = self._journal.begin("closed", client.session)
+            now = self._begin("closed", client.session)
             self._settled.pop(client.session, None)
             self._route(Closed(client.session), now)
 
@@ -197,7 +224,7 @@ class Inbox:
 
     def path_changed(self, cell: int, link: str, event: PathChanged) -> None:
         """Tell a cell that a connection to its controller came or went."""
-        now = self._journal.begin("up" if event.up else "down", link)
+        now = self._begin("up" if event.up else "down", link)
         self._cells[cell].deliver(event, now)
 
     # The server's own parts.
@@ -207,7 +234,7 @@ class Inbox:
         taker = self._cells[cell]
         record = answer_to_record(asked, answer) if self._journal.is_kept else {}
         event = ANSWERED[BACKENDS[type(asked.question)]]
-        now = self._journal.begin(event, f"{taker.label}{asked.id}", **record)
+        now = self._begin(event, f"{taker.label}{asked.id}", **record)
         taker.deliver(Answered(asked, answer), now)
 
     def accounts_read(self, book: AccountBook, *, single_user: bool) -> int:
@@ -215,7 +242,7 @@ class Inbox:
         record: dict[str, Any] = {}
         if self._journal.is_kept:
             record = self._password_numbers.book_to_json(book, single_user=single_user)
-        return self._journal.begin("accounts", **record)
+        return self._begin("accounts", **record)
 
     def regranted(self, session: int, now: int) -> None:
         """Tell its cell that a connection may do other things from now on."""
@@ -224,12 +251,12 @@ class Inbox:
 
     def tick(self) -> int:
         """Begin a control tick; return its time [ns]."""
-        return self._journal.begin("tick")
+        return self._begin("tick")
 
     def shut_down(self) -> int:
         """Begin the end of the server; return the time [ns]."""
-        return self._journal.begin("shut-down")
+        return self._begin("shut-down")
 
     def hang_up(self) -> None:
         """Note that every connection is closed because the server goes down."""
-        self._journal.begin("hang-up")
+        self._begin("hang-up")

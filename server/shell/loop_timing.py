@@ -6,17 +6,31 @@ made up for, because set-points of the past are of no use to a robot.
 
 Owns the rule from when a late tick is worth a line (promise 26), and that the line tells a machine
 that was busy elsewhere from a server that computed. Ticks come every few milliseconds, so that a
-long time between two events of the journal was taken by the former, by what the loop did behind
-it, or by a machine that let this process wait. How much processor time went by meanwhile tells
-these apart. No clock in here.
+long time between two events, a `Gap` that the inbox measured, was taken by the former, by what the
+loop did behind it, or by a machine that let this process wait. How much processor time went by
+meanwhile tells these apart. No clock in here.
 """
 
 from __future__ import annotations
 
 import struct
+from typing import NamedTuple
 
 from openpendant.simplemsg.framing import detect_byte_order
-from openpendant.simplemsg.journal import Gap
+
+
+class Gap(NamedTuple):
+    """A time in which no event started.
+
+    Attributes:
+        lasted: how long it was [ns].
+        event: what happened at its beginning; empty before the first event.
+    """
+
+    lasted: int = 0
+    event: str = ""
+    link: str | int = ""
+    data: bytes = b""
 
 
 def next_deadline(last: float, now: float, period: float) -> tuple[float, int]:

@@ -233,13 +233,14 @@ async def recorded_cell(
         stack.callback(store.close)
         access = ProcessAccess(file, AccountBook(), single_user=True, audit=None)
         stack.callback(access.close)
-        watchdog, journal = WatchdogOnTheLoop(), Journal(server_inbox.loop_time)
+        watchdog, journal = WatchdogOnTheLoop(), Journal()
         served = [
             CellParts(each, serial_robot(ROBOT), PlannerOnTheLoop(answers)) for each in settings
         ]
         app = App(served, journal, store, access, cast(Watchdog, watchdog))
         about = [settings_as_data(each) for each in noted]
-        _keep(journal, journals["server"], "server", about[0] if cells == 1 else {"cells": about})
+        now, told = server_inbox.loop_time(), about[0] if cells == 1 else {"cells": about}
+        _keep(journal, journals["server"], "server", now, told)
         stack.callback(journal.end)
         listening = await stack.enter_async_context(app.running())
         ros = listening.ros[settings[0].name]
@@ -254,13 +255,12 @@ async def recorded_cell(
 
 
 def _emulator(journal: Lines | None, stack: AsyncExitStack) -> Service:
-    loop = asyncio.get_running_loop()
     settings = EmulatorSettings.model_validate({"motion_port": 0, "state_port": 0, "rate": 50})
-    kept = Journal(lambda: loop_time(loop))
+    kept, now = Journal(), loop_time(asyncio.get_running_loop())
     if journal is not None:
-        _keep(kept, journal, "emulator", settings.model_dump(mode="json"))
+        _keep(kept, journal, "emulator", now, settings.model_dump(mode="json"))
         stack.callback(kept.end)
-    return Service(build_controller(settings, loop_time(loop)), settings, journal=kept)
+    return Service(build_controller(settings, now), settings, journal=kept)
 
 
 def _resume(transports: Sequence[asyncio.Transport | None]) -> None:
@@ -280,8 +280,9 @@ def _settings(ports: EmulatorPorts, **tables: Any) -> CellSettings:
     return make_settings(values, "a conversation")
 
 
-def _keep(journal: Journal, lines: Lines, kind: str, settings: dict[str, Any]) -> None:
-    journal.keep(lines, _fail, kind=kind, started=STARTED, version=__version__, settings=settings)
+def _keep(journal: Journal, lines: Lines, kind: str, now: int, settings: dict[str, Any]) -> None:
+    about = {"version": __version__, "settings": settings}
+    journal.keep(lines, _fail, now, kind=kind, started=STARTED, **about)
 
 
 def _fail(error: OSError) -> None:

@@ -36,22 +36,11 @@ class Lines(io.StringIO):
         return super().write("".join(map(spelled, parts)))
 
 
-class Clock:
-    def __init__(self) -> None:
-        self.now = START
-
-    def __call__(self) -> int:
-        return self.now
-
-
-@pytest.fixture
-def clock() -> Clock:
-    return Clock()
-
-
-def _kept(clock: Clock, stream: Lines) -> Journal:
-    journal = Journal(clock)
-    journal.keep(stream, _fail, kind="server", started="then", version="1", settings={"a": 1})
+def _kept(stream: Lines) -> Journal:
+    journal = Journal()
+    journal.keep(
+        stream, _fail, START, kind="server", started="then", version="1", settings={"a": 1}
+    )
     return journal
 
 
@@ -59,27 +48,10 @@ def _fail(error: OSError) -> None:
     raise AssertionError(error)
 
 
-def test_an_event_has_one_time_however_long_it_is_handled(clock: Clock) -> None:
-    journal = Journal(clock)
-    assert journal.begin("tick") == START
-    clock.now += 10
-    assert journal.now == START
-
-
-def test_a_journal_that_is_not_kept_tells_the_time_and_passes_answers_on(clock: Clock) -> None:
-    journal = Journal(clock)
-    journal.begin("in", 1, b"\x01")
-    journal.out(1, b"\x02")
-    assert journal.answer("clogged", 1, True) is True
-    assert journal.answer("clogged", 1, False) is False
-    assert not journal.is_kept
-
-
-def test_lines_say_what_happened_and_what_followed(clock: Clock) -> None:
+def test_lines_say_what_happened_and_what_followed() -> None:
     stream = Lines()
-    journal = _kept(clock, stream)
-    clock.now += 7
-    journal.begin("opened", 3, b"\xab", port="motion")
+    journal = _kept(stream)
+    journal.begin(START + 7, "opened", 3, b"\xab", {"port": "motion"})
     journal.out(3, b"\xcd")
     journal.answer("clogged", 3, True)
     assert [json.loads(line) for line in stream.getvalue().splitlines()] == [
@@ -97,7 +69,7 @@ def test_lines_say_what_happened_and_what_followed(clock: Clock) -> None:
     ]
 
 
-def test_what_is_long_reaches_the_stream_as_it_is(clock: Clock) -> None:
+def test_what_is_long_reaches_the_stream_as_it_is() -> None:
     """To spell it out is the stream's business, which has the time."""
     taken: list[Part] = []
 
@@ -107,8 +79,8 @@ def test_what_is_long_reaches_the_stream_as_it_is(clock: Clock) -> None:
             return super().write(*parts)
 
     stream = Taking()
-    journal = _kept(clock, stream)
-    journal.begin("in", 1, b"\xab" * LONG, body=with_long_texts("x" * LONG))
+    journal = _kept(stream)
+    journal.begin(START, "in", 1, b"\xab" * LONG, {"body": with_long_texts("x" * LONG)})
     journal.out(1, b"\xcd" * LONG)
     assert [part.content for part in taken if isinstance(part, LongValue)] == [
         b"\xab" * LONG,
@@ -120,19 +92,19 @@ def test_what_is_long_reaches_the_stream_as_it_is(clock: Clock) -> None:
     assert effect == {"out": "1", "hex": "cd" * LONG}
 
 
-def test_only_answers_of_yes_are_noted(clock: Clock) -> None:
+def test_only_answers_of_yes_are_noted() -> None:
     stream = Lines()
-    assert not _kept(clock, stream).answer("gone", 1, False)
+    assert not _kept(stream).answer("gone", 1, False)
     assert "gone" not in stream.getvalue()
 
 
-def test_nothing_is_written_after_the_end(clock: Clock) -> None:
+def test_nothing_is_written_after_the_end() -> None:
     stream = Lines()
-    journal = _kept(clock, stream)
+    journal = _kept(stream)
     before = stream.getvalue()
     journal.end()
     stream.close()
-    journal.begin("tick")
+    journal.begin(START, "tick")
     journal.out(1, b"\x01")
     assert before
     assert not journal.is_kept
@@ -143,11 +115,11 @@ class FullDisk(Lines):
         raise OSError(errno.ENOSPC, "No space left on device")
 
 
-def test_a_full_disk_ends_the_journal_once_and_nothing_else(clock: Clock) -> None:
+def test_a_full_disk_ends_the_journal_once_and_nothing_else() -> None:
     told: list[OSError] = []
-    journal = Journal(clock)
-    journal.keep(FullDisk(), told.append, kind="emulator", started="")
-    assert journal.begin("tick") == START
+    journal = Journal()
+    journal.keep(FullDisk(), told.append, START, kind="emulator", started="")
+    journal.begin(START, "tick")
     journal.out(1, b"\x01")
     assert [error.errno for error in told] == [errno.ENOSPC]
     assert not journal.is_kept

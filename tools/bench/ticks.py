@@ -100,9 +100,10 @@ def _app(listeners: int) -> App:
     # Its clock stands: ticks are called by the benchmark.
     app = App(
         [CellParts(settings, serial_robot(ROBOT), _NoPlanner())],
-        Journal(lambda: 0),
+        Journal(),
         AbsentStore(),
         ProcessAccess(None, AccountBook(), single_user=True),
+        clock=lambda: 0,
     )
     (cell,) = app.cells
     for path in ControllerPath:

@@ -321,8 +321,7 @@ def test_only_a_time_that_no_timer_explains_is_a_stall(milliseconds: int) -> Non
     async def counted() -> int:
         settings = EmulatorSettings()
         now = 1_000 * MS
-        service = Service(build_controller(settings, now), settings)
-        service.journal._clock = lambda: now
+        service = Service(build_controller(settings, now), settings, clock=lambda: now)
         service.tick(1)
         now += milliseconds * MS
         service.tick(2)

@@ -118,10 +118,11 @@ class ByteRig(ServerRig):
         super().__init__(**settings)
         access = CoreAccess() if login is None else CoreAccess(login)
         self.core = CellCore(self.settings, LIMITS, IDENTITY, NoTool(), access=access)
-        journal = Journal(lambda: self.now)
+        journal = Journal()
         self.label = ""
         self.clients = Clients([self.settings], access.login)
-        inbox = Inbox(journal, ServerCore([self.core]), [self], self.clients)
+        server = ServerCore([self.core])
+        inbox = Inbox(journal, server, [self], self.clients, lambda: self.now)
         self.connect = partial(ClientConnection, inbox, Observations(journal))
         self.connect_controller()
 

@@ -19,7 +19,6 @@ from openpendant.server.planning.jobs import Deliver, Job
 from openpendant.server.planning.worker.job_planner import answer
 from openpendant.server.settings.cell_settings import make_settings
 from openpendant.server.settings.server_settings import ServerSettings
-from openpendant.server.shell import inbox as server_inbox
 from openpendant.server.shell.app import App
 from openpendant.server.shell.cell_shell import CellParts
 from openpendant.simplemsg import Ping, codec_for
@@ -65,16 +64,15 @@ class JournalledCell:
 @asynccontextmanager
 async def journalled_cell(emulator_file: Path, server_file: Path) -> AsyncIterator[JournalledCell]:
     """Run a cell and keep both journals until the context is left."""
-    loop = asyncio.get_running_loop()
     emulator = EmulatorSettings.model_validate({"motion_port": 0, "state_port": 0})
-    first = Journal(lambda: loop_time(loop))
-    with emulator_cli.kept_journal(first, emulator_file, emulator):
-        service = Service(build_controller(emulator, first.now), emulator, journal=first)
+    first, now = Journal(), loop_time(asyncio.get_running_loop())
+    with emulator_cli.kept_journal(first, emulator_file, emulator, now):
+        service = Service(build_controller(emulator, now), emulator, journal=first)
         ports = await service.start()
         link = {"host": "127.0.0.1", "motion_port": ports.motion, "state_port": ports.state}
         listen = {"pendant_port": 0, "ros_motion_port": 0, "ros_state_port": 0}
         settings = make_settings({"robot": ROBOT, "controller": link, "listen": listen}, "test")
-        second = Journal(server_inbox.loop_time)
+        second = Journal()
         app = bare_app([CellParts(settings, serial_robot(ROBOT), PlannerInLine())], second)
         with server_cli.kept_journal(second, server_file, ServerSettings((settings,))):
             async with app.running() as listening:

@@ -193,7 +193,7 @@ class FaultyService(Service):
     def obey(self, link: EmulatorLink, message: Received) -> None:
         """Take a message that the fault held back."""
         if link.is_open:
-            self.journal.begin("held-back", link.number)
+            self.begin("held-back", link.number)
             Service._motion_received(self, link, message)
 
     def _broadcast(self, messages: list[Message]) -> None:
@@ -205,7 +205,7 @@ class FaultyService(Service):
             part if isinstance(part, bytes) else self._codec.encode(part) for part in parts
         )
         for link in list(self._state_links.values()):
-            link.send_state(frames)
+            link.send_state(frames, self._event_time)
 
     def stop_listening(self) -> None:
         for server in self._servers:

@@ -101,9 +101,9 @@ def noise(service: FaultyService, messages: list[Message]) -> list[Message | byt
 
 
 class FirstListenersOnly(FaultyLink):
-    def send_state(self, frames: bytes) -> None:
+    def send_state(self, frames: bytes, now: int) -> None:
         if self.number < 5:
-            super().send_state(frames)
+            super().send_state(frames, now)
 
 
 def jumping(service: FaultyService, messages: list[Message]) -> list[Message | bytes]:

@@ -128,23 +128,23 @@ class _AgeingLink(FaultyLink):
 
 
 class LateLink(_AgeingLink):
-    def send_state(self, frames: bytes) -> None:
+    def send_state(self, frames: bytes, now: int) -> None:
         if self.age > 2.0:
-            super().send_state(frames)
+            super().send_state(frames, now)
 
 
 class TiringLink(_AgeingLink):
-    def send_state(self, frames: bytes) -> None:
+    def send_state(self, frames: bytes, now: int) -> None:
         if self.age < 6.0:
-            super().send_state(frames)
+            super().send_state(frames, now)
 
 
 class ImpatientLink(_AgeingLink):
-    def check_deadlines(self) -> None:
+    def check_deadlines(self, now: int) -> None:
         if self.is_motion and self.idle > 3.0:
             self.abort()
             return
-        super().check_deadlines()
+        super().check_deadlines(now)
 
 
 # What is answered.

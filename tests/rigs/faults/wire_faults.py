@@ -75,7 +75,7 @@ def answers_http(link: FaultyLink, data: bytes) -> bytes:
 
 
 class PatientLink(FaultyLink):
-    def check_deadlines(self) -> None:
+    def check_deadlines(self, now: int) -> None:
         return
 
 
@@ -188,9 +188,9 @@ class StateDeafLink(FaultyLink):
         else:
             self.memory["asked"] = True
 
-    def send_state(self, frames: bytes) -> None:
+    def send_state(self, frames: bytes, now: int) -> None:
         if "asked" not in self.memory:
-            super().send_state(frames)
+            super().send_state(frames, now)
 
 
 def refuses_idle_stop(link: FaultyLink, received: Received) -> Iterable[Received]:

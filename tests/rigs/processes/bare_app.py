@@ -44,6 +44,8 @@ def bare_app(
     journal: Journal | None = None,
     store: StoreClient | None = None,
     watchdog: Watchdog | None = None,
+    clock: Callable[[], int] = loop_time,
 ) -> App:
     """Return a server without what is left out."""
-    return App(served, journal or Journal(loop_time), store or AbsentStore(), NoAccess(), watchdog)
+    parts = journal or Journal(), store or AbsentStore(), NoAccess(), watchdog
+    return App(served, *parts, clock=clock)

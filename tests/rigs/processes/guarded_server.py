@@ -24,7 +24,6 @@ from openpendant.server.cli import serve
 from openpendant.server.settings.server_settings import make_server_settings
 from openpendant.server.shell.app import App
 from openpendant.server.shell.cell_shell import CellParts
-from openpendant.server.shell.inbox import loop_time
 from openpendant.server.store.sqlite_store import open_store
 from openpendant.server.store.store_client import opened_store
 from openpendant.simplemsg.journal import Journal
@@ -80,7 +79,7 @@ async def guarded_server(
             **tables,
         }
         settings = make_server_settings(values, "test")
-        kept = Journal(loop_time)
+        kept = Journal()
         with opened_access(settings, "test") as access:
             served = [CellParts(settings.cells[0], serial_robot(ROBOT), LoopPlanner())]
             async with opened_store(settings.cells[0].store) as door:

@@ -27,7 +27,6 @@ from openpendant.server.settings.cell_settings import make_settings
 from openpendant.server.settings.config_file import ConfigurationError
 from openpendant.server.settings.server_settings import ServerSettings, make_server_settings
 from openpendant.server.shell.cell_shell import CellParts
-from openpendant.simplemsg.journal import Journal
 from openpendant.simplemsg.pendant.roles import Role
 from openpendant.simplemsg.verdicts import VerdictCode as V
 from openpendant.tools.console import ExitCode
@@ -190,7 +189,7 @@ def test_a_clear_text_port_outside_serves_only_named_addresses(
 ) -> None:
     values = {"listen": {"host": OUTSIDE}, "ros_i": {"allow": ["192.0.2.9"]}}
     settings = make_settings(values, "test")
-    app = bare_app([CellParts(settings, serial_robot("ur5"), LoopPlanner())], Journal(lambda: 0))
+    app = bare_app([CellParts(settings, serial_robot("ur5"), LoopPlanner())], clock=lambda: 0)
     transport = Peer(address)
     app.connect(Port.ROS_STATE, 0).connection_made(transport)
     assert transport.is_aborted != is_served

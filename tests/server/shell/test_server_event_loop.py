@@ -13,10 +13,9 @@ from rigs.cells.server_rig import MS
 
 from openpendant.server.cli.serve import main
 from openpendant.server.settings.cell_settings import make_settings
-from openpendant.server.shell.loop_timing import LoopLog, event_text, next_deadline
+from openpendant.server.shell.loop_timing import Gap, LoopLog, event_text, next_deadline
 from openpendant.server.shell.server_process import asked_niceness, loop_factory
 from openpendant.simplemsg import PENDANT, ByteOrder, codec_for
-from openpendant.simplemsg.journal import Gap, Journal
 from openpendant.simplemsg.pendant import JogBeat
 from openpendant.tools.console import ExitCode
 
@@ -127,20 +126,6 @@ def test_of_bytes_the_type_of_the_first_frame_is_named(order: ByteOrder) -> None
 @pytest.mark.parametrize(("event", "words"), [("stored", "an answer of the store"), ("up", "'up'")])
 def test_other_events_have_their_names(event: str, words: str) -> None:
     assert event_text(Gap(1, event)) == words
-
-
-def test_the_journal_knows_what_the_longest_time_began_with() -> None:
-    clock = iter([5, 6, 16, 19, 20, 100])
-    journal = Journal(lambda: next(clock))
-    journal.begin("tick")
-    journal.begin("in", 4, b"first")
-    journal.begin("in", 5, b"second")
-    journal.begin("tick")
-    assert journal.longest_gap() == Gap(10, "in", 4, b"first")
-    journal.begin("planned", "9")
-    assert journal.longest_gap() == Gap(1, "tick")
-    journal.begin("tick")
-    assert journal.longest_gap() == Gap(80, "planned", "9")
 
 
 class Scheduler:

@@ -22,7 +22,6 @@ from openpendant.server.settings.cell_settings import ControllerPath, make_setti
 from openpendant.server.settings.server_settings import ServerSettings, make_server_settings
 from openpendant.server.shell.app import App
 from openpendant.server.shell.cell_shell import CellParts
-from openpendant.server.shell.inbox import loop_time
 from openpendant.simplemsg.journal import Journal
 from openpendant.simplemsg.pendant import Activity, Motion, PoseMove, StopKind
 from openpendant.simplemsg.verdicts import VerdictCode as V
@@ -59,7 +58,7 @@ async def running_room(file: Path | None = None) -> AsyncIterator[Room]:
             link = {"motion_port": emulator.motion_port, "state_port": emulator.state_port}
             tables.append({"name": name, "robot": ROBOT, "controller": link})
         settings = make_server_settings({"listen": {"pendant_port": 0}, "cells": tables}, "test")
-        journal = Journal(loop_time)
+        journal = Journal()
         stack.enter_context(serve.kept_journal(journal, file, settings))
         app = bare_app(_served(settings), journal)
         ports = await stack.enter_async_context(app.running())

@@ -28,7 +28,7 @@ def played(
 
 
 def tick(replayed: ReplayedJournal) -> None:
-    replayed.begin("tick", 1)
+    replayed.begin(replayed.now, "tick", 1)
 
 
 def write(replayed: ReplayedJournal, link: str = "motion", data: bytes = POINT) -> None:
@@ -59,18 +59,18 @@ def write_twice(replayed: ReplayedJournal) -> None:
 
 
 def another_event(replayed: ReplayedJournal) -> None:
-    replayed.begin("in", 1)
+    replayed.begin(replayed.now, "in", 1)
     replayed.out("motion", POINT)
 
 
 def the_event_of_another_link(replayed: ReplayedJournal) -> None:
-    replayed.begin("tick", 2)
+    replayed.begin(replayed.now, "tick", 2)
     replayed.out("motion", POINT)
 
 
 def the_event_twice(replayed: ReplayedJournal) -> None:
     write(replayed)
-    replayed.begin("tick", 1)
+    replayed.begin(replayed.now, "tick", 1)
 
 
 @pytest.mark.parametrize(

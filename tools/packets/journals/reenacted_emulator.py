@@ -30,7 +30,9 @@ class ReenactedEmulator:
         except MotionError as error:
             raise JournalError(f"its robot: {error}") from None
         self._journal = replayed
-        self._service = Service(self._controller, settings, journal=replayed)
+        self._service = Service(
+            self._controller, settings, journal=replayed, clock=lambda: replayed.now
+        )
         self._links: dict[str, EmulatorLink] = {}
 
     def play(self, happening: JournalEvent) -> None:

@@ -95,7 +95,7 @@ class ReenactedServer:
         parts = zip(self._settings, robots, self._planners, strict=True)
         self._access = _NotedAccess()
         served = [CellParts(*each) for each in parts]
-        self._app = App(served, replayed, _NotedStore(), self._access)
+        self._app = App(served, replayed, _NotedStore(), self._access, clock=lambda: replayed.now)
         self._clients: dict[str, ClientConnection] = {}
         self._links = {link.link: link for cell in self._app.cells for link in cell.links.values()}
 

@@ -12,7 +12,7 @@ import asyncio
 import socket
 import time
 from collections import deque
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Mapping
 from contextlib import contextmanager
 from contextvars import Context
 from dataclasses import dataclass, field
@@ -68,12 +68,17 @@ class Difference(BaseException):
 
 
 class ReplayedJournal(Journal):
-    """A journal that tells the recorded time and answers, and compares instead of writing."""
+    """A journal that tells the recorded time and answers, and compares instead of writing.
+
+    Attributes:
+        now: recorded time of the event that is to happen, of the start before the first [ns]; the
+            process that is played has no other clock.
+    """
 
     def __init__(self, header: Header) -> None:
-        super().__init__(clock=lambda: self._time)
+        super().__init__()
         self.is_kept = True  # what was noted then must be compared now
-        self._start = self._time = self.now = header.now
+        self._start = self.now = header.now
         self._happening: JournalEvent | None = None
         self._awaits_event = False
         self._effects: deque[Effect] = deque()
@@ -84,7 +89,7 @@ class ReplayedJournal(Journal):
     def expecting(self, happening: JournalEvent) -> Iterator[None]:
         """Compare all that follows from an event while the context lasts; raise Difference."""
         self._happening = happening
-        self._time = self._start + happening.time
+        self.now = self._start + happening.time
         self._effects.extend(happening.effects)
         self._awaits_event = True
         yield
@@ -93,14 +98,20 @@ class ReplayedJournal(Journal):
         if self._effects:
             raise Difference(happening, self._effects[0], None)
 
-    def begin(self, event: str, link: str | int = "", data: bytes = b"", **more: Any) -> int:
-        """Tell the recorded time of the event; raise Difference where another event starts."""
+    def begin(
+        self,
+        now: int,
+        event: str,
+        link: str | int = "",
+        data: bytes = b"",
+        more: Mapping[str, Any] = {},
+    ) -> None:
+        """Compare an event with the one that happened; raise Difference where it is another."""
         expected = self._current
         if not self._awaits_event or (event, str(link)) != (expected.event, expected.link):
             what = f"the event {expected.event!r} of link {expected.link!r}"
             raise Difference(expected, what, f"the event {event!r} of link {str(link)!r}")
         self._awaits_event = False
-        return super().begin(event, link, data)
 
     def out(self, link: str | int, data: bytes) -> None:
         """Compare bytes that leave with those that left; raise Difference where they differ."""
