@@ -42,6 +42,7 @@ from openpendant.server.programs.language.linking import link
 from openpendant.server.programs.language.parser import parse
 from openpendant.server.programs.language.program import Program
 from openpendant.server.programs.language.program_json import MOST_JSON_BYTES, program_to_json
+from openpendant.server.programs.library.program_library import CHUNK
 from openpendant.server.programs.library.program_loader import MOST_WAITING
 from openpendant.server.refusal import Refusal
 from openpendant.server.store.documents import DocumentKind
@@ -96,6 +97,7 @@ def test_the_largest_program_is_printed_elsewhere_and_once_for_all_its_parts(
     offset: int | None = 0
     while offset is not None:
         answer = cell.ask(cell.user, "programs.load", name="main", offset=offset)
+        assert len(answer["body"]) <= CHUNK
         came, offset = came + answer["body"], answer["next"]
     assert count.taken() == (0, 0)
     assert cell.done == 1

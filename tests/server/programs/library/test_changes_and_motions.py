@@ -6,40 +6,24 @@ from rigs.cells.busy_cell import BusyCell, answers
 
 from openpendant.server.store.store_errors import DiskFull
 from openpendant.simplemsg import joint_array
-from openpendant.simplemsg.pendant import (
-    JogBeat,
-    JogSpace,
-    JogStart,
-    OperatingMode,
-    State,
-    Subscribe,
-)
+from openpendant.simplemsg import pendant as messages
 from openpendant.simplemsg.verdicts import VerdictCode as V
 
-GRIPPER = {"position": [0.0, 0.0, 0.12]}
+Change = dict[str, Any]
+
+PLACE = {"position": [0.5, 0.0, 0.0]}
 LONG_TOOL = {"position": [0.0, 0.0, 1.0]}
-TABLE = {"position": [0.5, 0.0, 0.0]}
-SELECT: dict[str, Any] = {"op": "tools.select", "name": "lance", "expected_revision": 1}
-ADD_FRAME: dict[str, Any] = {
-    "op": "frames.add",
-    "name": "table",
-    "pose": TABLE,
-    "expected_revision": 0,
-}
-ADD_TOOL: dict[str, Any] = {
-    "op": "tools.add",
-    "name": "gripper",
-    "tcp": GRIPPER,
-    "expected_revision": 1,
-}
+SELECT: Change = {"op": "tools.select", "name": "lance", "expected_revision": 1}
+ADD_FRAME: Change = {"op": "frames.add", "name": "table", "pose": PLACE, "expected_revision": 0}
+ADD_TOOL: Change = {"op": "tools.add", "name": "gripper", "tcp": PLACE, "expected_revision": 1}
 
 
 @pytest.fixture
 def cell() -> BusyCell:
     """Return a cell in T1, enabled, with a tool that is not selected."""
     made = BusyCell()
-    assert made.user.code(Subscribe(made.user._next(), 100.0)) is V.ACCEPTED
-    assert made.user.mode(OperatingMode.MANUAL_REDUCED) is V.ACCEPTED
+    assert made.user.code(messages.Subscribe(made.user._next(), 100.0)) is V.ACCEPTED
+    assert made.user.mode(messages.OperatingMode.MANUAL_REDUCED) is V.ACCEPTED
     made.user.ask("tools.add", name="lance", tcp=LONG_TOOL, expected_revision=0)
     made.user.enable(1)
     made.wait(100)
@@ -47,15 +31,15 @@ def cell() -> BusyCell:
 
 
 def jog(cell: BusyCell) -> V | None:
-    newest = cell.user.all(State)[-1].sequence
+    newest = cell.user.all(messages.State)[-1].sequence
     rates = joint_array((1.0, 0.0, 0.0, 0.0, 0.0, 0.0))
-    press = cell.user._next()
-    return cell.user.code(JogStart(press, press, newest, 0.15, JogSpace.JOINTS, "", 6, rates))
+    press, space = cell.user._next(), messages.JogSpace.JOINTS
+    return cell.user.code(messages.JogStart(press, press, newest, 0.15, space, "", 6, rates))
 
 
 def hold(cell: BusyCell, milliseconds: int) -> None:
     for beat in range(milliseconds // 50):
-        cell.user.send(JogBeat(cell.user.last_request, beat + 1))
+        cell.user.send(messages.JogBeat(cell.user.last_request, beat + 1))
         cell.user.enable(1)
         cell.wait(50)
 
@@ -64,17 +48,13 @@ def move(cell: BusyCell) -> V | None:
     return cell.user.move(*(value + 0.2 for value in cell.position), speed=0.3)
 
 
-def selected(cell: BusyCell) -> str | None:
-    name: str | None = cell.user.ask("frames.show")["content"]["selected_tool"]
-    return name
+def selected(cell: BusyCell) -> object:
+    return cell.user.ask("frames.show")["content"]["selected_tool"]
 
 
 def why(cell: BusyCell, kind: str = "jog") -> dict[str, Any]:
-    told = cell.user.ask("why", kind=kind, whose="mine")
-    broken: dict[str, Any] = next(
-        (each for each in told["conditions"] if not each["holds"]), {"condition": ""}
-    )
-    return broken
+    told = cell.user.ask("why", kind=kind, whose="mine")["conditions"]
+    return next((each for each in told if not each["holds"]), {"condition": ""})
 
 
 MOTIONS = pytest.mark.parametrize("motion", [jog, move])
@@ -118,7 +98,7 @@ def test_a_jog_after_the_change_keeps_the_new_tool_below_250_mm_per_second(cell:
     cell.user.enable(1)
     assert jog(cell) is V.ACCEPTED
     hold(cell, 1_000)
-    fastest = max(state.tool_speed for state in cell.user.all(State))
+    fastest = max(state.tool_speed for state in cell.user.all(messages.State))
     assert 0.1 < fastest <= 0.2501
 
 
@@ -166,8 +146,8 @@ def test_nothing_is_changed_before_what_is_kept_was_read() -> None:
     """What was read would come into force in its place."""
     cell = SlowStart()
     box = {"name": "box", "shape": {"type": "box", "size": [0.1, 0.1, 0.1]}, "position": [2, 0, 0]}
-    for change in (ADD_FRAME, {"op": "scene.add", "object": box, "expected_revision": 0}):
-        assert cell.user.ask(**change)["code"] == V.STORE_BUSY
+    assert cell.user.ask(**ADD_FRAME)["code"] == V.STORE_BUSY
+    assert cell.user.ask("scene.add", object=box, expected_revision=0)["code"] == V.STORE_BUSY
 
 
 def test_documents_that_cannot_be_read_hold_up_nothing_once_that_is_known() -> None:

@@ -3,6 +3,7 @@ from typing import Any, get_args, get_type_hints
 
 import pytest
 from rigs.cells.busy_cell import BusyCell, answers
+from rigs.cells.program_cell import A
 from rigs.data.large_programs import large_body
 
 from openpendant.motion.description.limits import JointLimits
@@ -14,16 +15,11 @@ from openpendant.server.programs.language.point_poses import check_consistency
 from openpendant.server.programs.language.program import Program, check_robot
 from openpendant.server.programs.language.program_errors import PointInconsistent, WrongRobot
 from openpendant.server.store.documents import DocumentKind
-from openpendant.simplemsg.pendant.management.points import (
-    ArmConfiguration,
-    JointVector,
-    PointPose,
-    TeachPoint,
-)
+from openpendant.simplemsg.pendant.management import points
+from openpendant.simplemsg.pendant.management.points import JointVector, TeachPoint
 from openpendant.simplemsg.pendant.management.words import BadValue, ProgramNameRefused
 from openpendant.simplemsg.verdicts import VerdictCode as V
 
-A = (0.0, -1.5, 1.5, -1.5, -1.5, 0.0)
 B = (0.4, -1.3, 1.3, -1.4, -1.6, 0.2)
 GRIPPER = {"position": [0.0, 0.0, 0.12]}
 LONGER = {"position": [0.0, 0.0, 0.30]}
@@ -48,9 +44,8 @@ def teach(cell: BusyCell, asked: dict[str, Any], revision: int = 1, name: str = 
 def cell() -> BusyCell:
     made = BusyCell()
     go(made, A)
-    made.store.save(
-        DocumentKind.PROGRAM, "main", large_body(1_000, 1_000), expected_revision=0, author="test"
-    )
+    body, kind = large_body(1_000, 1_000), DocumentKind.PROGRAM
+    made.store.save(kind, "main", body, expected_revision=0, author="test")
     return made
 
 
@@ -128,7 +123,7 @@ def test_the_pose_of_a_point_is_the_same_whichever_tool_is_selected(cell: BusyCe
     assert torch["position"] == pytest.approx(bare["position"], abs=1e-9)
 
 
-SQUARE = PointPose((0.4, 0.0, 0.3), (0.0, 0.0, 0.0, 1.0), "base", "gripper")
+SQUARE = points.PointPose((0.4, 0.0, 0.3), (0.0, 0.0, 0.0, 1.0), "base", "gripper")
 POINT = TeachPoint("home", (0.0, 1.0), SQUARE)
 
 
@@ -163,7 +158,7 @@ def test_a_point_without_a_pose_agrees_with_everything() -> None:
 
 
 def test_the_words_of_a_configuration_are_those_of_motion() -> None:
-    hints = get_type_hints(ArmConfiguration)
+    hints = get_type_hints(points.ArmConfiguration)
     for name, words in (("shoulder", Shoulder), ("elbow", Elbow), ("wrist", Wrist)):
         assert set(get_args(hints[name])) == {word.value for word in words}
 
@@ -182,7 +177,7 @@ def test_joints_that_are_none_are_refused(joints: JointVector) -> None:
 
 
 def test_turns_are_one_for_each_joint() -> None:
-    arm = ArmConfiguration("front", "up", "flip", (0, 0, 0))
+    arm = points.ArmConfiguration("front", "up", "flip", (0, 0, 0))
     with pytest.raises(BadValue, match="turns are 3; accepted: 2, as joints"):
         TeachPoint("a", (0.0, 0.0), configuration=arm)
 
