@@ -3,7 +3,7 @@ from collections.abc import Callable
 from typing import Any
 
 import pytest
-from rigs.cells.controller_interruptions import fall_silent, lose, press_emergency_stop, report
+from rigs.cells.controller_interruptions import fall_silent, lose, press_emergency_stop, reporting
 from rigs.cells.expectations import expect
 from rigs.cells.program_cell import BODY_LINE, ProgramCell
 from rigs.data.large_programs import WorkingCell, large_text
@@ -38,38 +38,22 @@ WAITS = {"a wait": "wait 2 s\nmove PTP b\n", "a dwell": "move PTP a dwell 2 s\nm
 def waiting(statements: str) -> ProgramCell:
     cell = ProgramCell(main=statements)
     assert cell.run() is V.ACCEPTED
-    for _ in range(1_000):
+    while cell.core.cell.driving.activity is not Activity.IDLE:
         cell.pass_time(10)
-        if cell.core.cell.driving.activity is Activity.IDLE:
-            break
     cell.pass_time(300)
     assert cell.core.cell.driving.activity is Activity.IDLE
     assert cell.reports()[-1].state == ProgramState.RUNNING
     return cell
 
 
+TRUE, FALSE = TriState.TRUE, TriState.FALSE
+HALTED = V.CONTROLLER_STOPPED
 INTERRUPTIONS: dict[str, tuple[Callable[[ProgramCell], object], V, str]] = {
-    "emergency stop": (press_emergency_stop, V.CONTROLLER_STOPPED, "emergency stop"),
-    "an emergency stop between two ticks": (
-        lambda cell: report(cell, e_stopped=TriState.TRUE),
-        V.CONTROLLER_STOPPED,
-        "emergency stop",
-    ),
-    "no drive power between two ticks": (
-        lambda cell: report(cell, drives_powered=TriState.FALSE),
-        V.CONTROLLER_STOPPED,
-        "drives lost their power",
-    ),
-    "an error between two ticks": (
-        lambda cell: report(cell, in_error=TriState.TRUE, error_code=103),
-        V.CONTROLLER_STOPPED,
-        "error 103",
-    ),
-    "another mode of the controller": (
-        lambda cell: report(cell, mode=1),
-        V.CONTROLLER_STOPPED,
-        "mode changed",
-    ),
+    "emergency stop": (press_emergency_stop, HALTED, "emergency stop"),
+    "one between two ticks": (reporting(e_stopped=TRUE), HALTED, "emergency stop"),
+    "no drive power": (reporting(drives_powered=FALSE), HALTED, "drives lost their power"),
+    "an error": (reporting(in_error=TRUE, error_code=103), HALTED, "error 103"),
+    "another mode of the controller": (reporting(mode=1), HALTED, "mode changed"),
     "motion link": (lose(ControllerPath.MOTION), V.CONTROLLER_LOST, "motion link"),
     "state link": (lose(ControllerPath.STATE), V.CONTROLLER_LOST, "state link"),
     "reports": (fall_silent, V.FEEDBACK_STALE, "ms ago"),
@@ -119,7 +103,7 @@ def test_an_emergency_stop_between_two_ticks_ends_a_motion_that_is_planned() -> 
     cell = ProgramCell(main="move PTP a\nmove PTP b\n")
     cell.run()
     cell.pass_time(200)
-    report(cell, e_stopped=TriState.TRUE)
+    reporting(e_stopped=TRUE)(cell)
     assert cell.until_outcomes() == [V.CONTROLLER_STOPPED]
 
 
@@ -127,7 +111,7 @@ def test_a_status_that_says_nothing_new_ends_nothing() -> None:
     """An error that is shown all the time is old, and one that goes is none."""
     cell = ProgramCell(main="wait 1 s\nmove PTP b\n")
     own = cell.controller.status(cell.now)
-    shown = expect(Status, dataclasses.replace(own, in_error=TriState.TRUE, error_code=103))
+    shown = expect(Status, dataclasses.replace(own, in_error=TRUE, error_code=103))
     cell._hear(ControllerPath.STATE, shown)
     assert cell.run() is V.ACCEPTED
     cell._hear(ControllerPath.STATE, shown)
@@ -153,38 +137,18 @@ def loading(cell: WorkingCell) -> WorkingCell:
     return cell
 
 
-def stop_and_reset(cell: WorkingCell) -> list[V | None]:
-    cell.pendant("passer-by").stop("a hand in the way")
-    cell.pass_time(100)
-    return [cell.user.reset()]
-
-
 MODES = (OperatingMode.MANUAL_REDUCED, OperatingMode.AUTOMATIC)
-
-
 ENDS: dict[str, tuple[Callable[[WorkingCell], Any], V]] = {
-    "software stop and its reset": (stop_and_reset, V.STOPPED),
-    "mode there and back": (
-        lambda cell: [cell.user.mode(mode) for mode in MODES],
-        V.MODE_CHANGED,
-    ),
-    "authority released and taken": (
-        lambda cell: [cell.user.release(), cell.user.take()],
-        V.AUTHORITY_LOST,
-    ),
+    "stop and its reset": (lambda it: [it.pendant("other").stop(), it.user.reset()], V.STOPPED),
+    "mode there and back": (lambda cell: map(cell.user.mode, MODES), V.MODE_CHANGED),
+    "authority lost": (lambda cell: [cell.user.release(), cell.user.take()], V.AUTHORITY_LOST),
     "program stop": (lambda cell: [cell.control(STOP)], V.PROGRAM_STOPPED),
     "ROS-I STOP": (lambda cell: [cell.ros().stop()], V.STOPPED),
     "motion link": (lose(ControllerPath.MOTION), V.CONTROLLER_LOST),
-    "emergency stop": (press_emergency_stop, V.CONTROLLER_STOPPED),
-    "an emergency stop between two ticks": (
-        lambda cell: report(cell, e_stopped=TriState.TRUE),
-        V.CONTROLLER_STOPPED,
-    ),
+    "emergency stop": (press_emergency_stop, HALTED),
+    "one between two ticks": (reporting(e_stopped=TRUE), HALTED),
     "reports": (fall_silent, V.FEEDBACK_STALE),
-    "an override of 0": (
-        lambda cell: [cell.user.speed(override) for override in (0.0, 1.0)],
-        V.OVERRIDE_ZERO,
-    ),
+    "an override of 0": (lambda cell: map(cell.user.speed, (0.0, 1.0)), V.OVERRIDE_ZERO),
 }
 
 
