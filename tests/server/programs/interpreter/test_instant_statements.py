@@ -1,18 +1,12 @@
 import pytest
 from rigs.cells.program_rig import ProgramRig, Scenario
 
+from openpendant.server.programs.interpreter import run_events as run
 from openpendant.server.programs.interpreter.control_flow import ControlFlow, Flags, Position
 from openpendant.server.programs.interpreter.motion_blocks import (
     MOST_INSTANT_AT_ONCE,
     MOST_INSTANT_STATEMENTS,
     MOST_MOVES_IN_BLOCK,
-)
-from openpendant.server.programs.interpreter.run_events import (
-    Pause,
-    PauseReason,
-    Resume,
-    RunState,
-    StepForward,
 )
 
 MOST_WORK = 2 * MOST_INSTANT_AT_ONCE + 2 * MOST_MOVES_IN_BLOCK
@@ -23,25 +17,17 @@ FIRST = "move PTP a\n"
 ZONE = "move PTP b zone 1 deg\n"
 
 
-class Work:
-    def __init__(self) -> None:
-        self.count = 0
-
-    def taken(self) -> int:
-        count, self.count = self.count, 0
-        return count
-
-
 @pytest.fixture
-def work(monkeypatch: pytest.MonkeyPatch) -> Work:
-    counter, real = Work(), ControlFlow.after
+def looked_behind(monkeypatch: pytest.MonkeyPatch) -> list[Position]:
+    places: list[Position] = []
+    real = ControlFlow.after
 
-    def counted(flow: ControlFlow, position: Position, flags: Flags) -> Position | None:
-        counter.count += 1
+    def noted(flow: ControlFlow, position: Position, flags: Flags) -> Position | None:
+        places.append(position)
         return real(flow, position, flags)
 
-    monkeypatch.setattr(ControlFlow, "after", counted)
-    return counter
+    monkeypatch.setattr(ControlFlow, "after", noted)
+    return places
 
 
 @pytest.mark.parametrize(
@@ -56,17 +42,16 @@ def work(monkeypatch: pytest.MonkeyPatch) -> Work:
     ],
 )
 def test_no_event_looks_behind_more_than_a_few_hundred_statements(
-    statements: str, work: Work
+    statements: str, looked_behind: list[Position]
 ) -> None:
     rig = ProgramRig(FIRST + statements, {"x": COUNTED})
     rig.start()
     most = 0
     for _ in range(100):
-        work.taken()
-        rig.done()
-        most = max(most, work.taken())
-        rig.after(0.01)
-        most = max(most, work.taken())
+        for event in ("done", "0.01 s"):
+            looked_behind.clear()
+            rig.told(event)
+            most = max(most, len(looked_behind))
     assert 0 < most <= MOST_WORK
 
 
@@ -74,7 +59,7 @@ def test_a_run_goes_on_where_it_was_at_the_next_tick() -> None:
     passes = MOST_INSTANT_AT_ONCE
     rig = ProgramRig(f"loop {passes}\n# nothing\nend\nset output 1 on")
     assert rig.start() == []
-    assert rig.runner.status.state == RunState.RUNNING
+    assert rig.runner.status.state == run.RunState.RUNNING
     assert rig.here[0][1] in (1, 2)
     assert [rig.after(0.01), rig.after(0.01)] == [[], ["output 1 on"]]
 
@@ -144,11 +129,11 @@ def test_the_look_ahead_passes_exactly_so_many_statements(between: int, moves: s
 def test_a_pause_between_two_such_ticks_holds_the_run_there() -> None:
     rig = ProgramRig(COUNTED + "set output 1 on")
     rig.start()
-    rig.do(Pause())
+    rig.do(run.Pause())
     here = rig.here
     assert [rig.after(0.01) for _ in range(100)] == [[]] * 100
-    assert (rig.runner.status.state, rig.here) == (RunState.PAUSED, here)
-    assert rig.do(Resume()) == []
+    assert (rig.runner.status.state, rig.here) == (run.RunState.PAUSED, here)
+    assert rig.do(run.Resume()) == []
     assert rig.ticks() == ["output 1 on"]
 
 
@@ -160,11 +145,11 @@ def test_a_breakpoint_holds_wherever_the_ticks_fall() -> None:
         rig.start()
         rig.after(0.01)
         rig.after(0.01)
-        assert rig.runner.status.pause is PauseReason.BREAKPOINT
+        assert rig.runner.status.pause is run.PauseReason.BREAKPOINT
         assert rig.here == [("main", breakpoint_at)]
         rig.break_at()
-        rig.do(Resume())
-        while rig.runner.status.state is RunState.RUNNING:
+        rig.do(run.Resume())
+        while rig.runner.status.state is run.RunState.RUNNING:
             rig.after(0.01)
             rig.done()
 
@@ -172,14 +157,14 @@ def test_a_breakpoint_holds_wherever_the_ticks_fall() -> None:
 def test_a_step_that_was_held_between_two_such_ticks_passes_no_breakpoint() -> None:
     rig = ProgramRig("# nothing\n" * 700 + "set output 1 on\nset output 2 on")
     rig.start(step=True)
-    rig.do(Pause())
+    rig.do(run.Pause())
     rig.break_at(("main", rig.here[0][1]))
-    assert rig.do(StepForward()) == []
+    assert rig.do(run.StepForward()) == []
     pauses = [rig.runner.status.pause]
-    rig.do(StepForward())
+    rig.do(run.StepForward())
     assert (rig.ticks(), rig.done()) == (["output 1 on"], [])
     pauses.append(rig.runner.status.pause)
-    assert pauses == [PauseReason.BREAKPOINT, PauseReason.STEP]
+    assert pauses == [run.PauseReason.BREAKPOINT, run.PauseReason.STEP]
 
 
 @pytest.mark.parametrize("limit", [0, 0.02])

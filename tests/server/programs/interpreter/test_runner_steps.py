@@ -4,17 +4,7 @@ from hypothesis import strategies as st
 from rigs.cells.expectations import expect
 from rigs.cells.program_rig import ProgramRig, Scenario
 
-from openpendant.server.programs.interpreter.run_events import (
-    EventRefused,
-    Passed,
-    Pause,
-    PauseReason,
-    QueryInput,
-    Resume,
-    RunState,
-    StepBack,
-    StepForward,
-)
+from openpendant.server.programs.interpreter import run_events as run
 from openpendant.simplemsg.verdicts import VerdictCode as V
 
 MOVES = "move PTP a\nmove LIN b zone 5 mm\nmove CIRC c via a\nmove SPLINE a via b c speed 20 mm/s"
@@ -63,6 +53,25 @@ STEPS_AND_PAUSES: dict[str, Scenario] = {
     "a step passes what takes no time": Scenario(
         "loop 2\n# first\nset output 1 on\nend\nset output 2 on",
         "step -> output 1 on; done; forward -> output 1 on; done; forward -> output 2 on",
+    ),
+    "only what is paused goes on": Scenario(
+        MOVES,
+        "resume -> refused PROGRAM_NOT_RUNNING; forward -> refused PROGRAM_NOT_RUNNING; "
+        "back -> refused PROGRAM_NOT_RUNNING; start -> approach a; "
+        "resume -> refused PROGRAM_NOT_RUNNING; forward -> refused PROGRAM_NOT_RUNNING; "
+        "back -> refused PROGRAM_NOT_RUNNING",
+    ),
+    "only what runs is paused": Scenario(
+        MOVES,
+        "pause -> refused PROGRAM_NOT_RUNNING; start -> approach a; pause -> pause motion; "
+        "pause -> refused PROGRAM_NOT_RUNNING",
+    ),
+    "a run steps from the request to the end of the step": Scenario(
+        FOUR_MOVES,
+        "where -> idle; step -> approach a; done; forward -> move b; "
+        "where -> running main:1 stepping; done; where -> paused step main:2; forward -> move c; "
+        "where -> running main:2 stepping; done; back -> move b; "
+        "where -> running main:2 stepping; done; resume -> move c; where -> running main:2",
     ),
     "a run goes on from a step": Scenario(
         MOVES, "step -> approach a; done; resume -> move b:LIN~ c:CIRC<a; done -> move a:SPLINE<b<c"
@@ -151,37 +160,20 @@ def test_steps_and_pauses_go_as_their_scenario_says(scenario: Scenario) -> None:
     assert scenario.as_it_happens() == scenario.events
 
 
-@pytest.mark.parametrize("event", [Resume(), StepForward(), StepBack()])
-def test_only_what_is_paused_goes_on(event: Resume | StepForward | StepBack) -> None:
-    rig = ProgramRig(MOVES)
-    assert rig.do(event) == ["refused PROGRAM_NOT_RUNNING"]
-    rig.start()
-    assert rig.do(event) == ["refused PROGRAM_NOT_RUNNING"]
-
-
-@pytest.mark.parametrize("pauses", [0, 1])
-def test_only_what_runs_is_paused(pauses: int) -> None:
-    rig = ProgramRig(MOVES)
-    if pauses:
-        rig.start()
-        rig.do(Pause())
-    assert rig.do(Pause()) == ["refused PROGRAM_NOT_RUNNING"]
-
-
 def test_a_way_back_has_no_zone_no_dwell_and_the_speed_of_the_way() -> None:
     rig = ProgramRig("move PTP a\nmove LIN b speed 20 mm/s dwell 1 s\nwait 1 s")
     rig.start(step=True)
     rig.done()
-    rig.do(StepForward())
+    rig.do(run.StepForward())
     rig.done()
     rig.after(1.0)
-    assert rig.do(StepBack()) == ["move a:LIN"]
+    assert rig.do(run.StepBack()) == ["move a:LIN"]
     move = rig.block.moves[0].move
     assert (move.speed.value, move.zone, move.dwell) == (0.02, 0.0, 0.0)
 
 
-def answer(rig: ProgramRig) -> list[str]:
-    return rig.value(True) if isinstance(rig.actions[-1], QueryInput) else rig.done()
+def answered(rig: ProgramRig) -> list[str]:
+    return rig.value(True) if isinstance(rig.actions[-1], run.QueryInput) else rig.done()
 
 
 @pytest.mark.parametrize(
@@ -199,28 +191,12 @@ def test_a_step_that_ends_in_a_pause_is_a_step_that_is_done(statement: str) -> N
     rig = ProgramRig(f"wait 0 s\n{statement}\nset output 9 on")
     rig.start(step=True)
     rig.after(0.0)
-    rig.do(StepForward())
-    rig.do(Pause())
-    assert answer(rig) == []
-    assert (rig.runner.status.state, rig.runner.status.pause) == (RunState.PAUSED, PauseReason.STEP)
+    rig.do(run.StepForward())
+    rig.do(run.Pause())
+    assert answered(rig) == []
+    state, pause = rig.runner.status.state, rig.runner.status.pause
+    assert (state, pause) == (run.RunState.PAUSED, run.PauseReason.STEP)
     assert not rig.runner.is_stepping
-
-
-@pytest.mark.parametrize("event", [Resume(), StepForward(), StepBack()])
-def test_a_run_steps_from_the_request_to_the_end_of_the_step(
-    event: Resume | StepForward | StepBack,
-) -> None:
-    rig = ProgramRig(FOUR_MOVES)
-    seen = [rig.runner.is_stepping]
-    rig.start(step=True)
-    rig.done()
-    for each in (StepForward(), event):
-        rig.do(each)
-        seen.append(rig.runner.is_stepping)
-        if each is not event:
-            rig.done()
-            seen.append(rig.runner.is_stepping)
-    assert seen == [False, True, False, not isinstance(event, Resume)]
 
 
 @pytest.mark.parametrize(("passed", "left"), [(0, 3), (1, 2)])
@@ -231,15 +207,15 @@ def test_a_step_out_of_the_middle_of_joined_moves_is_refused_and_changes_nothing
     rig.start()
     assert rig.done() == ["move b~ c~ a"]
     for place in range(passed):
-        rig.do(Passed(rig.request, place))
-    rig.do(Pause())
+        rig.do(run.Passed(rig.request, place))
+    rig.do(run.Pause())
     before = rig.runner.status
-    assert rig.do(StepForward()) == ["refused STEP_FORWARD_REFUSED"]
-    refused = expect(EventRefused, rig.actions[-1])
+    assert rig.do(run.StepForward()) == ["refused STEP_FORWARD_REFUSED"]
+    refused = expect(run.EventRefused, rig.actions[-1])
     assert (refused.refusal.value, refused.refusal.limit) == (left, 1)
     assert "accepted: resume, or a program stop" in refused.refusal.text
     assert (rig.runner.status, rig.runner.is_stepping) == (before, False)
-    assert rig.do(Resume()) == ["resume motion"]
+    assert rig.do(run.Resume()) == ["resume motion"]
     assert rig.done() == ["move b"]
 
 
@@ -253,10 +229,10 @@ def test_a_step_back_inside_of_joined_moves_is_refused_with_what_is_accepted_the
     rig.start()
     rig.done()
     for place in passed:
-        rig.do(Passed(rig.request, place))
-    rig.do(Pause())
-    rig.do(StepBack())
-    refused = expect(EventRefused, rig.actions[-1])
+        rig.do(run.Passed(rig.request, place))
+    rig.do(run.Pause())
+    rig.do(run.StepBack())
+    refused = expect(run.EventRefused, rig.actions[-1])
     assert refused.refusal.code is V.STEP_BACK_REFUSED
     assert accepted in refused.refusal.text
 
@@ -270,23 +246,16 @@ def stepped(statements: str) -> ProgramRig:
     rig = ProgramRig(statements + "\nwait 1 s\nwait 1 s")
     rig.start(step=True)
     for _ in statements.splitlines()[1:]:
-        answer_it(rig)
-        rig.do(StepForward())
-    answer_it(rig)
+        answered(rig)
+        rig.do(run.StepForward())
+    answered(rig)
     return rig
-
-
-def answer_it(rig: ProgramRig) -> None:
-    if isinstance(rig.actions[-1], QueryInput):
-        rig.value(True)
-    else:
-        rig.done()
 
 
 def stepped_back(rig: ProgramRig) -> list[str]:
     log: list[str] = []
     while not log or log[-1] != REFUSED[0]:
-        log += rig.do(StepBack())
+        log += rig.do(run.StepBack())
         rig.done()
     return log
 
@@ -311,7 +280,7 @@ def test_steps_back_lead_as_far_as_the_last_effect(statements: str, log: list[st
 def test_the_refusal_names_what_is_not_undone() -> None:
     rig = stepped("move PTP a\nmove PTP b\nset output 2 on\nmove PTP a")
     stepped_back(rig)
-    refused = expect(EventRefused, rig.actions[-1])
+    refused = expect(run.EventRefused, rig.actions[-1])
     assert "'set output 2 on'" in refused.refusal.text
 
 
@@ -326,14 +295,14 @@ def test_a_step_back_is_refused_exactly_where_an_effect_lies_on_it(
     for _ in range(data.draw(st.integers(0, 30))):
         forward = data.draw(st.booleans())
         if forward and len(behind) < len(statements):
-            rig.do(StepForward())
+            rig.do(run.StepForward())
             rig.done()
             behind.append(statements[len(behind)])
         elif not forward:
             before_last = [each for each in behind[:-1] if each in KINDS_OF_MOVE]
             possible = behind[-1] in KINDS_OF_MOVE and bool(before_last)
-            assert (rig.do(StepBack()) != REFUSED) == possible
+            assert (rig.do(run.StepBack()) != REFUSED) == possible
             if possible:
                 rig.done()
                 behind.pop()
-        assert rig.runner.status.state is RunState.PAUSED
+        assert rig.runner.status.state is run.RunState.PAUSED
