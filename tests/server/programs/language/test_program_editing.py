@@ -1,4 +1,5 @@
 import json
+from collections.abc import Sequence
 from typing import cast
 
 import pytest
@@ -50,23 +51,13 @@ from openpendant.simplemsg.pendant.management.words import ProgramError
 from openpendant.simplemsg.verdicts import VerdictCode as V
 
 D = TeachPoint("d", (0.5,) * 6)
-BEFORE = program("move PTP a\nloop 2\nmove CIRC b via a\nend\nwait 1 s")
-
-
-def statements_after(edit: Edit) -> list[str]:
-    text = print_program(apply(BEFORE, edit))
-    return [line.strip() for line in text.rpartition("\n\n")[2].splitlines()]
+FIRST, *LOOP, LAST = ("move PTP a", "loop 2", "move CIRC b via a", "end", "wait 1 s")
+BEFORE = program("\n".join([FIRST, *LOOP, LAST]))
 
 
 def test_recording_adds_a_point_and_appends_its_move() -> None:
     after = apply(BEFORE, RecordPoint(D, Move(Way.LIN, "d")))
     assert (after.points[-1], after.statements) == (D, (*BEFORE.statements, Move(Way.LIN, "d")))
-
-
-def test_a_recorded_point_is_inserted_where_asked() -> None:
-    after = apply(BEFORE, RecordPoint(D, Move(Way.LIN, "d"), at=1))
-    assert after.statements[1] == Move(Way.LIN, "d")
-    assert len(after.statements) == len(BEFORE.statements) + 1
 
 
 @pytest.mark.parametrize(
@@ -109,38 +100,22 @@ def test_a_used_point_is_not_deleted_and_its_statements_are_named() -> None:
 @pytest.mark.parametrize(
     ("edit", "expected"),
     [
-        (
-            InsertStatements((Wait(2.0),), at=0),
-            ["wait 2 s", "move PTP a", "loop 2", "move CIRC b via a", "end", "wait 1 s"],
-        ),
+        (InsertStatements((Wait(2.0),), at=0), ["wait 2 s", FIRST, *LOOP, LAST]),
         (
             InsertStatements((Loop(), Wait(2.0), End())),
-            [
-                *("move PTP a", "loop 2", "move CIRC b via a", "end", "wait 1 s"),
-                *("loop", "wait 2 s", "end"),
-            ],
+            [FIRST, *LOOP, LAST, "loop", "wait 2 s", "end"],
         ),
-        (DeleteStatements(1, 3), ["move PTP a", "wait 1 s"]),
-        (
-            ReorderStatements(4, 1, 0),
-            ["wait 1 s", "move PTP a", "loop 2", "move CIRC b via a", "end"],
-        ),
-        (
-            ReorderStatements(1, 3, 2),
-            ["move PTP a", "wait 1 s", "loop 2", "move CIRC b via a", "end"],
-        ),
-        (
-            ReplaceStatement(4, Call("other")),
-            ["move PTP a", "loop 2", "move CIRC b via a", "end", "call other"],
-        ),
-        (
-            CommentStatement(0, "go"),
-            ["move PTP a  # go", "loop 2", "move CIRC b via a", "end", "wait 1 s"],
-        ),
+        (RecordPoint(D, Move(Way.LIN, "d"), at=1), [FIRST, "move LIN d", *LOOP, LAST]),
+        (DeleteStatements(1, 3), [FIRST, LAST]),
+        (ReorderStatements(4, 1, 0), [LAST, FIRST, *LOOP]),
+        (ReorderStatements(1, 3, 2), [FIRST, LAST, *LOOP]),
+        (ReplaceStatement(4, Call("other")), [FIRST, *LOOP, "call other"]),
+        (CommentStatement(0, "go"), ["move PTP a  # go", *LOOP, LAST]),
     ],
 )
 def test_statements_are_edited(edit: Edit, expected: list[str]) -> None:
-    assert statements_after(edit) == expected
+    text = print_program(apply(BEFORE, edit))
+    assert [line.strip() for line in text.rpartition("\n\n")[2].splitlines()] == expected
 
 
 def test_the_whole_program_is_described() -> None:
@@ -148,36 +123,39 @@ def test_the_whole_program_is_described() -> None:
     assert (after.name, after.comment, after.tool) == ("other", "for class 7", "flange")
 
 
+INVALID = V.PROGRAM_INVALID
+
+
 @pytest.mark.parametrize(
     ("edit", "code", "message"),
     [
         (RecordPoint(TeachPoint("a", (0.0,) * 6)), V.POINT_EXISTS, "'a' already"),
-        (RecordPoint(D, Move(Way.LIN, "a")), V.PROGRAM_INVALID, "accepted: a move to d"),
-        (RecordPoint(TeachPoint("d", (0.0,))), V.PROGRAM_INVALID, "d has 1 joints"),
+        (RecordPoint(D, Move(Way.LIN, "a")), INVALID, "accepted: a move to d"),
+        (RecordPoint(TeachPoint("d", (0.0,))), INVALID, "d has 1 joints"),
         (TouchUp("x", (0.0,) * 6), V.POINT_UNKNOWN, "points: 'a', 'b', 'c'"),
         (RenamePoint("a", "b"), V.POINT_EXISTS, "'b' already"),
         (RenamePoint("a", "x/y"), V.BAD_NAME, "accepted: a name without"),
         (
             DeleteStatements(3),
-            V.PROGRAM_INVALID,
+            INVALID,
             "line 12 of the edited text, 'loop 2': the block is not closed",
         ),
-        (DeleteStatements(4, 2), V.PROGRAM_INVALID, "there are 5; 4 is line 15, 'wait 1 s'"),
-        (ReorderStatements(3, 1, 0), V.PROGRAM_INVALID, "end closes nothing"),
+        (DeleteStatements(4, 2), INVALID, "there are 5; 4 is line 15, 'wait 1 s'"),
+        (ReorderStatements(3, 1, 0), INVALID, "end closes nothing"),
         (InsertStatements((Move(Way.PTP, "x"),)), V.POINT_UNKNOWN, "named 'x'"),
         (
             InsertStatements((), at=6),
-            V.PROGRAM_INVALID,
+            INVALID,
             "is 6, counted from 0; accepted: 0 to 5; 4 is line 15, 'wait 1 s'",
         ),
-        (InsertStatements((), at=-1), V.PROGRAM_INVALID, "is -1, counted from 0"),
-        (DeleteStatements(0, 0), V.PROGRAM_INVALID, "the count is 0; accepted: 1"),
+        (InsertStatements((), at=-1), INVALID, "is -1, counted from 0"),
+        (DeleteStatements(0, 0), INVALID, "the count is 0; accepted: 1"),
         (
             InsertStatements((Move(Way.PTP, "x"),), at=1),
             V.POINT_UNKNOWN,
             "line 12 of the edited text, 'move PTP x': no point is named 'x'",
         ),
-        (CommentStatement(0, "a\nb"), V.PROGRAM_INVALID, "U+000A"),
+        (CommentStatement(0, "a\nb"), INVALID, "U+000A"),
         (DescribeProgram(name=""), V.BAD_NAME, "has 0 characters"),
     ],
 )
@@ -206,7 +184,7 @@ def test_an_edit_comes_back_from_the_json_of_its_request(edit: Edit) -> None:
     assert cast(Edit, asked.edit) == edit
 
 
-BODY = program_to_json(program("move PTP a\nloop 2\nmove CIRC b via a\nend\nwait 1 s"))
+BODY = program_to_json(BEFORE)
 EDITS: list[Edit] = [
     RecordPoint(TeachPoint("d", (0.5,) * 6), Move(Way.LIN, "d")),
     RenamePoint("a", "start"),
@@ -306,7 +284,9 @@ texts = st.lists(st.sampled_from("abc"), max_size=8)
 
 
 @given(edits)
-def test_each_statement_that_an_edit_leaves_is_where_the_edit_put_it(edit: Edit) -> None:
+def test_each_statement_that_an_edit_leaves_is_where_the_edit_put_it_and_leads_back(
+    edit: Edit,
+) -> None:
     try:
         after = apply(ALL_DIFFERENT, edit).statements
     except ProgramError:
@@ -319,18 +299,12 @@ def test_each_statement_that_an_edit_leaves_is_where_the_edit_put_it(edit: Edit)
             assert place == number
         else:
             assert place == (after.index(statement) if statement in after else None)
-
-
-@given(edits)
-def test_the_way_back_leads_each_statement_back_where_it_was(edit: Edit) -> None:
-    try:
-        apply(ALL_DIFFERENT, edit)
-    except ProgramError:
-        assume(False)
-    renumbering = by_edit(edit, COUNT)
-    for number in range(COUNT):
-        place = renumbering.place(number)
         assert place is None or renumbering.reversed.place(place) == number
+
+
+def places(before: Sequence[str], after: Sequence[str]) -> list[int | None]:
+    renumbering = between(before, after)
+    return [renumbering.place(number) for number in range(len(before))]
 
 
 @given(texts, texts, texts, texts)
@@ -338,10 +312,7 @@ def test_a_statement_found_again_is_never_one_of_those_beside_it(
     head: list[str], gone: list[str], come: list[str], tail: list[str]
 ) -> None:
     """One stretch in the middle became another; the places of head and tail are known."""
-    before, after = head + gone + tail, head + come + tail
-    renumbering = between(before, after)
-    for number in range(len(before)):
-        place = renumbering.place(number)
+    for number, place in enumerate(places(head + gone + tail, head + come + tail)):
         if number < len(head):
             assert place in (number, None)
         elif number >= len(head) + len(gone):
@@ -352,30 +323,26 @@ def test_a_statement_found_again_is_never_one_of_those_beside_it(
 def test_what_is_found_again_is_the_same_and_found_once(
     before: list[str], after: list[str]
 ) -> None:
-    renumbering = between(before, after)
-    pairs = [(number, renumbering.place(number)) for number in range(len(before))]
-    places = [place for _, place in pairs if place is not None]
-    assert len(set(places)) == len(places)
-    assert all(place is None or before[number] == after[place] for number, place in pairs)
+    pairs = list(zip(before, places(before, after), strict=True))
+    found = [place for _, place in pairs if place is not None]
+    assert len(set(found)) == len(found)
+    assert all(place is None or line == after[place] for line, place in pairs)
 
 
 @given(texts)
 def test_a_text_that_did_not_change_keeps_every_place(text: list[str]) -> None:
-    renumbering = between(text, text)
-    assert [renumbering.place(number) for number in range(len(text))] == [*range(len(text))]
+    assert places(text, text) == [*range(len(text))]
 
 
 @given(st.permutations("abcdef"), st.permutations("abcdef"))
 def test_a_statement_like_no_other_is_found_wherever_it_went(
     before: list[str], after: list[str]
 ) -> None:
-    renumbering = between(before, after)
-    places = [renumbering.place(number) for number in range(len(before))]
-    assert places == [after.index(each) for each in before]
+    assert places(before, after) == [after.index(each) for each in before]
 
 
 @pytest.mark.parametrize(
-    ("before", "after", "places"),
+    ("before", "after", "found"),
     [
         ("aba", "xaba", [1, 2, 3]),
         ("aba", "aba" + "x", [0, 1, 2]),
@@ -388,10 +355,9 @@ def test_a_statement_like_no_other_is_found_wherever_it_went(
     ],
 )
 def test_what_may_have_gone_or_stayed_is_not_found(
-    before: str, after: str, places: list[int | None]
+    before: str, after: str, found: list[int | None]
 ) -> None:
-    renumbering = between(before, after)
-    assert [renumbering.place(number) for number in range(len(before))] == places
+    assert places(before, after) == found
 
 
 def test_places_that_are_gone_are_left_out() -> None:

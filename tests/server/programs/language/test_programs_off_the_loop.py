@@ -24,19 +24,7 @@ from openpendant.motion.description.robot import serial_robot
 from openpendant.server.journal.event_records import plan_from_json, plan_to_json
 from openpendant.server.planning.jobs import JointPathJob, PlanAnswer, ProgramJob
 from openpendant.server.planning.pool.planning_pool import CellPlanner, PlanningPool
-from openpendant.server.programs.editing.program_tasks import (
-    PACK,
-    BodyUnpacked,
-    CompareBodies,
-    EditBody,
-    PrintBody,
-    ReadSource,
-    TakeHead,
-    Task,
-    UnpackBody,
-    Unpacking,
-    perform,
-)
+from openpendant.server.programs.editing import program_tasks as tasks
 from openpendant.server.programs.language.lexer import MOST_BYTES
 from openpendant.server.programs.language.linking import link
 from openpendant.server.programs.language.parser import parse
@@ -75,9 +63,8 @@ def keep(cell: WorkingCell, name: str = "main", body: str = BODY) -> None:
 
 
 def edit(cell: WorkingCell, revision: int = 1, **change: object) -> dict[str, Any]:
-    return cell.ask(
-        cell.user, "programs.edit", name="main", expected_revision=revision, edit=change
-    )
+    about = {"name": "main", "expected_revision": revision, "edit": change}
+    return cell.ask(cell.user, "programs.edit", **about)
 
 
 @pytest.mark.parametrize(("form", "body"), [("text", LARGEST), ("json", BODY)])
@@ -153,14 +140,8 @@ def test_a_point_taught_in_a_long_program_is_read_alone(
 ) -> None:
     keep(cell, body=large_body(1_000, 1_000))
     count.taken()
-    taught = cell.ask(
-        cell.user,
-        "programs.record",
-        name="main",
-        expected_revision=1,
-        point="here",
-        move=A_MOVE | {"point": "here"},
-    )
+    about = {"name": "main", "point": "here", "move": A_MOVE | {"point": "here"}}
+    taught = cell.ask(cell.user, "programs.record", **about, expected_revision=1)
     touched = cell.ask(cell.user, "programs.touch_up", name="main", expected_revision=2, point="p7")
     assert (taught["revision"], touched["revision"]) == (2, 3)
     assert count.taken()[0] <= 10
@@ -177,8 +158,8 @@ def test_a_long_program_that_is_to_run_is_read_some_at_each_tick(
         cell.pass_time(10)
         most, ticks = max(most, count.taken()[0]), ticks + 1
     assert cell.user.verdicts()[-1][1] is V.ACCEPTED
-    assert most < 2 * PACK
-    assert ticks == pytest.approx(len(LARGEST.splitlines()) / PACK, abs=5)
+    assert most < 2 * tasks.PACK
+    assert ticks == pytest.approx(len(LARGEST.splitlines()) / tasks.PACK, abs=5)
 
 
 def test_a_long_program_is_put_together_a_step_before_it_is_handed_over(
@@ -187,9 +168,9 @@ def test_a_long_program_is_put_together_a_step_before_it_is_handed_over(
     """Both take as long as a step that reads, so each has a tick of its own."""
     made: list[Program] = []
     whole = parse(SHORT_TEXT)
-    unpacked = expect(BodyUnpacked, perform(UnpackBody(SHORT, "main")))
+    unpacked = expect(tasks.BodyUnpacked, tasks.perform(tasks.UnpackBody(SHORT, "main")))
     monkeypatch.setattr(Program, "__post_init__", lambda program: made.append(program))
-    unpacking = Unpacking(unpacked)
+    unpacking = tasks.Unpacking(unpacked)
     counts = []
     while (found := unpacking.step()) is None:
         counts.append(len(made))
@@ -240,16 +221,10 @@ def test_of_two_edits_of_a_long_program_at_once_the_later_is_refused_and_nothing
 
 def test_a_planning_process_that_dies_is_told_and_changes_nothing(cell: WorkingCell) -> None:
     keep(cell)
-    cell.begin(
-        cell.user,
-        "programs.edit",
-        name="main",
-        expected_revision=1,
-        edit={"edit": "delete", "first": 0},
-    )
+    change = {"edit": "delete", "first": 0}
+    cell.begin(cell.user, "programs.edit", name="main", expected_revision=1, edit=change)
     job = cell.jobs.pop()
-    failed = PlanAnswer(job.job_id, Refusal(V.PLANNER_FAILED), 0.0)
-    cell.planned(job, failed)
+    cell.planned(job, PlanAnswer(job.job_id, Refusal(V.PLANNER_FAILED), 0.0))
     assert answers(cell.user)[-1]["code"] == V.PLANNER_FAILED
     assert edit(cell, edit="delete", first=0)["revision"] == 2
 
@@ -275,29 +250,29 @@ def test_a_task_of_a_short_program_is_done_at_once(cell: WorkingCell) -> None:
     assert cell.jobs == []
 
 
-@pytest.mark.parametrize("kind", [PrintBody, TakeHead, UnpackBody])
+@pytest.mark.parametrize("kind", [tasks.PrintBody, tasks.TakeHead, tasks.UnpackBody])
 def test_the_program_does_not_go_into_the_journal_with_the_job(
-    kind: type[PrintBody | TakeHead | UnpackBody],
+    kind: type[tasks.PrintBody | tasks.TakeHead | tasks.UnpackBody],
 ) -> None:
     assert "p7" not in repr(ProgramJob(1, kind(BODY, "main")))
-    assert "p7" not in repr(ProgramJob(1, ReadSource(LARGEST, "text", "main")))
+    assert "p7" not in repr(ProgramJob(1, tasks.ReadSource(LARGEST, "text", "main")))
 
 
 @pytest.mark.parametrize(
     "task",
     [
-        ReadSource(large_text(60, 60), "text", "main"),
-        ReadSource("no program", "text", "main"),
-        PrintBody(SHORT, "main"),
-        EditBody(SHORT, "main", DeleteStatements(0)),
-        EditBody(SHORT, "main", DeleteStatements(900)),
-        CompareBodies(SHORT, "main", SHORT),
-        TakeHead(SHORT, "main", "p7"),
-        UnpackBody(SHORT, "main"),
+        tasks.ReadSource(large_text(60, 60), "text", "main"),
+        tasks.ReadSource("no program", "text", "main"),
+        tasks.PrintBody(SHORT, "main"),
+        tasks.EditBody(SHORT, "main", DeleteStatements(0)),
+        tasks.EditBody(SHORT, "main", DeleteStatements(900)),
+        tasks.CompareBodies(SHORT, "main", SHORT),
+        tasks.TakeHead(SHORT, "main", "p7"),
+        tasks.UnpackBody(SHORT, "main"),
     ],
 )
-def test_what_was_done_to_a_program_comes_back_from_a_journal(task: Task) -> None:
-    planned = PlanAnswer(3, perform(task), 0.5)
+def test_what_was_done_to_a_program_comes_back_from_a_journal(task: tasks.Task) -> None:
+    planned = PlanAnswer(3, tasks.perform(task), 0.5)
     record = read_back(plan_to_json(planned))
     assert plan_from_json(3, record, serial_robot("ur5").limits, ()) == planned
 
@@ -351,10 +326,10 @@ MOST_CPU_AT_FIRST = 0.020
 ROUNDS = 3
 """What else the machine does makes one or another dearer, and not most of them."""
 
-TASKS: list[Task] = [
-    ReadSource(LARGEST, "text", "main"),
-    PrintBody(BODY, "main"),
-    UnpackBody(BODY, "main"),
+TASKS: list[tasks.Task] = [
+    tasks.ReadSource(LARGEST, "text", "main"),
+    tasks.PrintBody(BODY, "main"),
+    tasks.UnpackBody(BODY, "main"),
 ]
 
 
@@ -378,7 +353,7 @@ def watched() -> Watched:
 
 @pytest.mark.realtime
 def test_no_turn_of_the_loop_is_spent_on_the_largest_program(watched: Watched) -> None:
-    expected = [perform(task) for task in TASKS]
+    expected = [tasks.perform(task) for task in TASKS]
     assert [results for results, _ in watched.rounds] == [expected] * ROUNDS
     dearest = [longest for _, longest in watched.rounds]
     assert dearest[0] < MOST_CPU_AT_FIRST, dearest
