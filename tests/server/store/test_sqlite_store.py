@@ -8,7 +8,7 @@ from hypothesis import settings
 from hypothesis import strategies as st
 from hypothesis.stateful import RuleBasedStateMachine, invariant, precondition, rule
 from rigs.data.example_counts import examples
-from rigs.data.stored_documents import ANN, BOB, NOON, noon, opened, save
+from rigs.data.stored_documents import ANN, BOB, NOON, begin_recording, noon, opened, save
 
 from openpendant.server.store import store_errors
 from openpendant.server.store.documents import (
@@ -23,10 +23,6 @@ from openpendant.server.store.sqlite_file import MIGRATIONS, OpenFile, open_file
 from openpendant.server.store.sqlite_store import SqliteStore
 
 PROGRAM, RECORDING = DocumentKind.PROGRAM, DocumentKind.RECORDING
-
-
-def begin_recording(store: SqliteStore, name: str = "r") -> None:
-    store.save(RECORDING, name, '{"columns": ["t"]}', expected_revision=0, author=ANN)
 
 
 def test_a_saved_document_is_loaded_as_it_was_saved(store: SqliteStore) -> None:

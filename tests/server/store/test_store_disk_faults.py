@@ -9,7 +9,7 @@ from collections.abc import Callable, Iterator
 from pathlib import Path
 
 import pytest
-from rigs.data.stored_documents import opened, save
+from rigs.data.stored_documents import begin_recording, opened, save
 
 from openpendant.server.store.database_file import RESERVE_BYTES
 from openpendant.server.store.documents import DocumentKind
@@ -116,13 +116,12 @@ def test_on_a_disk_full_to_the_last_byte_all_can_be_deleted(mount: Mount, docume
 
 def test_a_recording_far_larger_than_the_reserve_is_deleted_on_a_full_disk(mount: Mount) -> None:
     disk = mount(12 << 10)
-    kind = DocumentKind.RECORDING
     with opened(disk / "store.db") as store:
-        store.save(kind, "r", '{"columns": ["t", "j1"]}', expected_revision=0, author="ann")
+        begin_recording(store)
         for number in range(8):
             store.append_chunk("r", number, bytes(1 << 20))
         take_the_rest(disk)
-        store.delete(kind, "r", expected_revision=1, author="ann")
+        store.delete(DocumentKind.RECORDING, "r", expected_revision=1, author="ann")
         assert store.headings() == ()
 
 

@@ -9,7 +9,7 @@ from collections.abc import Iterator
 from pathlib import Path
 
 import pytest
-from rigs.data.stored_documents import opened, save
+from rigs.data.stored_documents import begin_recording, opened, save
 
 from openpendant.server.cli import store_commands
 from openpendant.server.store import sqlite_file
@@ -136,9 +136,9 @@ def test_an_older_copy_that_is_written_over_the_file_is_noticed_before_the_next_
 
 
 def test_an_older_copy_that_lacks_only_chunks_is_noticed(path: Path) -> None:
-    kind, older = DocumentKind.RECORDING, path.with_name("before.db")
+    older = path.with_name("before.db")
     with opened(path) as store:
-        store.save(kind, "r", '{"columns": ["t", "j1"]}', expected_revision=0, author="ann")
+        begin_recording(store)
         store.append_chunk("r", 0, bytes(16))
         sqlite_file.copy(store.connection, older)
         store.append_chunk("r", 1, bytes(16))
@@ -170,16 +170,15 @@ def test_a_file_that_was_moved_back_is_saved_in_again(store: SqliteStore, path: 
 
 
 def test_what_the_store_does_itself_alarms_nobody(path: Path) -> None:
-    kind = DocumentKind.RECORDING
     with opened(path) as store:
         for number in range(30):
             save(store, f"p{number}", LARGE)
         for revision in range(1, 40):
             save(store, "p0", LARGE, revision)
-        store.save(kind, "r", '{"columns": ["t", "j1"]}', expected_revision=0, author="ann")
+        begin_recording(store)
         for number in range(20):
             store.append_chunk("r", number, bytes(60_000))
-        store.delete(kind, "r", expected_revision=1, author="ann")
+        store.delete(DocumentKind.RECORDING, "r", expected_revision=1, author="ann")
         log_merged(store)
         store.connection.execute("VACUUM")
         assert save(store, "after") == 1
