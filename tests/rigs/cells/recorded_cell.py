@@ -26,9 +26,9 @@ JOINTS = ("shoulder", "elbow")
 class RecordedCell:
     """A recorder, the reports of a controller with two joints, and a store in a file."""
 
-    def __init__(self, folder: Path, *, answers_at_once: bool = True) -> None:
+    def __init__(self, folder: Path) -> None:
         self.store = open_store(folder / "store.db", wall_clock=noon)
-        self.answers_at_once = answers_at_once
+        self.answers_at_once = True
         self.pending = Pending()
         self.asked: deque[Ask] = deque()
         self.refuse_with: StoreError | None = None

@@ -1,7 +1,6 @@
 import json
 from collections.abc import Iterator
 from pathlib import Path
-from typing import Any
 
 import pytest
 from rigs.cells.expectations import expect, known, only, refusal_from
@@ -28,8 +27,7 @@ def cell(tmp_path: Path) -> Iterator[RecordedCell]:
 
 
 def _ended(cell: RecordedCell) -> RecordingDocument:
-    ended = expect(RecordingDocument, cell.told[-1])
-    return ended
+    return expect(RecordingDocument, cell.told[-1])
 
 
 def _code(result: object) -> V | None:
@@ -145,8 +143,8 @@ def test_why_it_ended_is_kept_where_there_is_room_again(cell: RecordedCell) -> N
     cell.answer()
     cell.refuse_with = None
     cell.answer()
-    document = read_document("arc", cell.store.load(DocumentKind.RECORDING, "arc").body)
-    assert isinstance(document, RecordingDocument)
+    kept = read_document("arc", cell.store.load(DocumentKind.RECORDING, "arc").body)
+    document = expect(RecordingDocument, kept)
     assert not document.finished
     assert "input/output error" in document.problem
 
@@ -159,34 +157,23 @@ def small_chunks(monkeypatch: pytest.MonkeyPatch) -> None:
 
 
 @pytest.mark.usefixtures("small_chunks")
-def test_rows_that_waited_for_a_busy_disk_are_kept_however_many_chunks_they_take(
-    cell: RecordedCell,
+@pytest.mark.parametrize("is_busy", [True, False], ids=["busy", "slow"])
+def test_rows_that_waited_for_a_disk_are_kept_however_many_chunks_they_take(
+    cell: RecordedCell, is_busy: bool
 ) -> None:
     cell.start()
-    cell.refuse_with = StoreBusy("busy")
+    cell.refuse_with = StoreBusy("busy") if is_busy else None
+    cell.answers_at_once = is_busy
     for step in range(500):
         cell.report((step / 500, 0.0))
-    cell.refuse_with = None
+    cell.refuse_with, cell.answers_at_once = None, True
+    if not is_busy:
+        cell.answer()
+        assert known(cell.recorder.status).kept >= 450
     cell.report((1.0, 0.0))
     cell.stop()
     assert cell.lost == []
     assert [row[1] for row in cell.rows()] == pytest.approx([n / 500 for n in range(501)])
-
-
-@pytest.mark.usefixtures("small_chunks")
-def test_rows_that_waited_for_a_slow_disk_are_kept_however_many_chunks_they_take(
-    cell: RecordedCell,
-) -> None:
-    cell.start()
-    cell.answers_at_once = False
-    for step in range(500):
-        cell.report((step / 500, 0.0))
-    cell.answers_at_once = True
-    cell.answer()
-    status = known(cell.recorder.status)
-    assert status.kept >= 450
-    cell.stop()
-    assert len(cell.rows()) == 500
 
 
 @pytest.mark.usefixtures("small_chunks")
@@ -255,28 +242,24 @@ def test_a_busy_disk_is_asked_one_thing_at_a_time(cell: RecordedCell) -> None:
 
 
 def test_a_disk_that_never_answers_ends_the_recording(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+    cell: RecordedCell, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.setattr(recorder, "MOST_WAITING_ROWS", 100)
-    cell = RecordedCell(tmp_path, answers_at_once=False)
     cell.start()
-    cell.answer()
+    cell.answers_at_once = False
     cell.reports(200)
     assert cell.recorder.status is None
     assert _code(cell.lost[0]) is V.RECORDING_FELL_BEHIND
-    cell.store.close()
 
 
-def test_a_stop_while_a_chunk_is_under_way_keeps_every_row(tmp_path: Path) -> None:
-    cell = RecordedCell(tmp_path, answers_at_once=False)
+def test_a_stop_while_a_chunk_is_under_way_keeps_every_row(cell: RecordedCell) -> None:
     cell.start()
-    cell.answer()
+    cell.answers_at_once = False
     cell.reports(70)
     cell.stop()
     assert cell.told[1:] == []
     cell.answer_all()
     assert _ended(cell).samples == len(cell.rows()) == 70
-    cell.store.close()
 
 
 @pytest.mark.usefixtures("small_chunks")
@@ -304,21 +287,11 @@ def desk_cell(tmp_path: Path) -> Iterator[SurroundedCell]:
     made.store.close()
 
 
-def _record(desk_cell: SurroundedCell, name: str = "arc", reports: int = 100) -> dict[str, Any]:
-    desk_cell.ask("recordings.start", name=name)
+def _record(desk_cell: SurroundedCell, reports: int = 100) -> None:
+    desk_cell.ask("recordings.start", name="arc")
     home = robot().home_position
     for step in range(reports):
         desk_cell.report((home[0] + 0.001 * step, *home[1:]))
-    return desk_cell.ask("recordings.stop")
-
-
-def _import(
-    desk_cell: SurroundedCell, about: dict[str, Any], rows: list[tuple[float, ...]]
-) -> None:
-    columns = ["t", *(f"j{number}" for number in range(1, 7))]
-    body = json.dumps({"columns": columns} | about)
-    desk_cell.store.save(DocumentKind.RECORDING, "csv", body, expected_revision=0, author="ann")
-    desk_cell.store.append_chunk("csv", 0, pack_rows(rows))
 
 
 def _problem_in_snapshot(desk_cell: SurroundedCell) -> str:
@@ -327,7 +300,8 @@ def _problem_in_snapshot(desk_cell: SurroundedCell) -> str:
 
 
 def test_a_recording_is_begun_ended_and_described(desk_cell: SurroundedCell) -> None:
-    assert _record(desk_cell)["samples"] == 100
+    _record(desk_cell)
+    assert desk_cell.ask("recordings.stop")["samples"] == 100
     about = desk_cell.ask("recordings.describe", name="arc")
     assert (about["robot"], about["samples"], about["revision"]) == ("ur5", 100, 2)
     assert about["joints"] == list(robot().limits.names)
@@ -336,6 +310,7 @@ def test_a_recording_is_begun_ended_and_described(desk_cell: SurroundedCell) -> 
 
 def test_the_list_shows_the_recording_under_way(desk_cell: SurroundedCell) -> None:
     _record(desk_cell)
+    desk_cell.ask("recordings.stop")
     desk_cell.ask("recordings.start", name="bow")
     desk_cell.report()
     listed = desk_cell.ask("recordings.list")
@@ -345,6 +320,7 @@ def test_the_list_shows_the_recording_under_way(desk_cell: SurroundedCell) -> No
 
 def test_a_recording_is_cut_renamed_and_deleted(desk_cell: SurroundedCell) -> None:
     _record(desk_cell)
+    desk_cell.ask("recordings.stop")
     desk_cell.ask("recordings.trim", name="arc", new_name="part", begins=0.2, ends=0.4)
     assert desk_cell.ask("recordings.describe", name="part")["samples"] == 21
     desk_cell.ask("recordings.rename", name="part", new_name="bit", expected_revision=2)
@@ -371,18 +347,11 @@ def test_a_store_that_fails_is_told(desk_cell: SurroundedCell) -> None:
     assert desk_cell.refused("recordings.start", name="arc")[0] is V.STORE_FAILED
 
 
-def _crashed(desk_cell: SurroundedCell, folder: Path, reports: int) -> SurroundedCell:
-    desk_cell.ask("recordings.start", name="arc")
-    home = robot().home_position
-    for step in range(reports):
-        desk_cell.report((home[0] + 0.001 * step, *home[1:]))
-    return SurroundedCell(folder)
-
-
 def test_of_a_recording_that_a_crash_cut_off_the_rows_are_counted(
     desk_cell: SurroundedCell, tmp_path: Path
 ) -> None:
-    after = _crashed(desk_cell, tmp_path, 154)
+    _record(desk_cell, 154)
+    after = SurroundedCell(tmp_path)
     about = after.ask("recordings.describe", name="arc")
     assert not about["finished"]
     assert about["samples"] == 153
@@ -424,6 +393,7 @@ def test_who_records_hears_of_a_full_disk_by_an_outcome_and_at_the_stop(
 
 def test_a_damaged_recording_hides_no_other_in_the_list(desk_cell: SurroundedCell) -> None:
     _record(desk_cell)
+    desk_cell.ask("recordings.stop")
     desk_cell.store.save(DocumentKind.RECORDING, "bad", "{}", expected_revision=0, author="ann")
     arc, bad = desk_cell.ask("recordings.list")["recordings"]
     assert (arc["samples"], arc["problem"]) == (100, "")
@@ -431,7 +401,10 @@ def test_a_damaged_recording_hides_no_other_in_the_list(desk_cell: SurroundedCel
 
 
 def test_an_imported_recording_is_counted(desk_cell: SurroundedCell) -> None:
-    _import(desk_cell, {"robot": "ur5"}, [(0.1 * n, *robot().home_position) for n in range(11)])
+    body = json.dumps({"columns": ["t", "j1", "j2", "j3", "j4", "j5", "j6"], "robot": "ur5"})
+    desk_cell.store.save(DocumentKind.RECORDING, "csv", body, expected_revision=0, author="ann")
+    rows = [(0.1 * n, *robot().home_position) for n in range(11)]
+    desk_cell.store.append_chunk("csv", 0, pack_rows(rows))
     about = desk_cell.ask("recordings.describe", name="csv")
     assert (about["samples"], about["finished"], about["problem"]) == (11, True, "")
     assert about["duration"] == pytest.approx(1.0)
