@@ -23,27 +23,14 @@ from openpendant.server.journal.event_records import (
 )
 from openpendant.server.planning.jobs import DryRunFound, PlanAnswer
 from openpendant.server.programs.editing.program_tasks import BodyPrinted, BodyUnpacked
-from openpendant.server.programs.interpreter.dry_run_results import (
-    DryRunResult,
-    HandOver,
-    MoveFinding,
-    PointFinding,
-    StatementFinding,
-)
+from openpendant.server.programs.interpreter import dry_run_results
 from openpendant.server.programs.language.program import Program
 from openpendant.server.refusal import Refusal
+from openpendant.server.store import store_errors
 from openpendant.server.store.documents import Document, DocumentKind, Extent, Heading
 from openpendant.server.store.requests import Answer, AppendChunk, Load, Request, Save
 from openpendant.server.store.store_client import NoStore
-from openpendant.server.store.store_errors import (
-    BadName,
-    Conflict,
-    DiskFull,
-    NotFound,
-    OutOfSequence,
-    StoreError,
-    TooLarge,
-)
+from openpendant.server.store.store_errors import StoreError
 from openpendant.simplemsg.journal import LongValue, json_parts
 from openpendant.simplemsg.pendant.management.statements import Attach, Detach
 from openpendant.simplemsg.verdicts import VerdictCode as V
@@ -84,21 +71,22 @@ def test_what_a_dry_run_found_comes_back_with_its_statements(
     program: Program, refusal: Refusal | None
 ) -> None:
     hands = [each for each in program.statements if isinstance(each, Attach | Detach)]
-    run = DryRunResult(
+    run = dry_run_results.DryRunResult(
         duration=1.5,
         endless=False,
         complete=True,
         path=((0.0, 0.1, 0.2, 0.3),),
-        moves=(MoveFinding("main", 0, "a", refusal, False),),
+        moves=(dry_run_results.MoveFinding("main", 0, "a", refusal, False),),
         not_walked=(("main", 1),),
-        hand_overs=tuple(HandOver("main", 2, each, refusal) for each in hands),
+        hand_overs=tuple(dry_run_results.HandOver("main", 2, each, refusal) for each in hands),
         statements=tuple(
-            StatementFinding("main", index, each, refusal)
+            dry_run_results.StatementFinding("main", index, each, refusal)
             for index, each in enumerate(program.statements)
         ),
         unchecked=(("main", 3),),
     )
-    found = PlanAnswer(9, DryRunFound(run, (PointFinding("a", refusal),), refused=1), 0.5)
+    points = (dry_run_results.PointFinding("a", refusal),)
+    found = PlanAnswer(9, DryRunFound(run, points, refused=1), 0.5)
     assert plan_from_json(9, _through_text(found), LIMITS, START) == found
 
 
@@ -168,12 +156,12 @@ def test_an_answer_comes_back_as_it_was(answer: Answer) -> None:
 @pytest.mark.parametrize(
     "error",
     [
-        Conflict("program", "x", 1, 2, "me", "now"),
-        NotFound("program", "x"),
-        BadName("a/b", "has a slash"),
-        TooLarge("it", 5, 4, "cut it"),
-        OutOfSequence("r", 2, 1),
-        DiskFull("store.db: database or disk is full"),
+        store_errors.Conflict("program", "x", 1, 2, "me", "now"),
+        store_errors.NotFound("program", "x"),
+        store_errors.BadName("a/b", "has a slash"),
+        store_errors.TooLarge("it", 5, 4, "cut it"),
+        store_errors.OutOfSequence("r", 2, 1),
+        store_errors.DiskFull("store.db: database or disk is full"),
         NoStore("this server was started without a store"),
     ],
 )

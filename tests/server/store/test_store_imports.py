@@ -382,12 +382,9 @@ def test_a_name_that_is_taken_is_told_before_a_table_is_read(path: Path, capsys:
 @pytest.mark.parametrize("suffix", ["json", "csv", "program"])
 def test_a_pipe_is_refused_instead_of_waited_for(path: Path, capsys: Capture, suffix: str) -> None:
     os.mkfifo(f"pipe.{suffix}")
-    assert main(["import", f"pipe.{suffix}", "--name", "x", *_robot_for(suffix)]) == 3
+    robot = UR5 if suffix == "csv" else []
+    assert main(["import", f"pipe.{suffix}", "--name", "x", *robot]) == 3
     assert "is not a regular file" in capsys.readouterr().err
-
-
-def _robot_for(suffix: str) -> list[str]:
-    return ["--robot", "ur5"] if suffix == "csv" else []
 
 
 def test_a_name_of_an_older_program_may_be_longer_than_a_new_one(path: Path) -> None:
