@@ -13,14 +13,8 @@ from rigs.data.program_samples import programs
 from openpendant.motion.trajectory.certificate import certify
 from openpendant.motion.trajectory.ptp import plan_joint_move
 from openpendant.motion.trajectory.trajectory import Trajectory
-from openpendant.server.journal.event_records import (
-    AnswerRecordError,
-    answer_from_json,
-    answer_to_json,
-    plan_from_json,
-    plan_to_json,
-    request_to_bytes,
-)
+from openpendant.server.journal import event_records
+from openpendant.server.journal.event_records import plan_from_json, plan_to_json
 from openpendant.server.planning.jobs import DryRunFound, PlanAnswer
 from openpendant.server.programs.editing.program_tasks import BodyPrinted, BodyUnpacked
 from openpendant.server.programs.interpreter import dry_run_results
@@ -93,7 +87,7 @@ def test_what_a_dry_run_found_comes_back_with_its_statements(
 def test_a_tampered_trajectory_is_certified_anew_and_refused(planned: PlanAnswer) -> None:
     record = _through_text(planned)
     record["samples"]["position"] = record["samples"]["velocity"]
-    with pytest.raises(AnswerRecordError):
+    with pytest.raises(event_records.AnswerRecordError):
         plan_from_json(4, record, LIMITS, START)
 
 
@@ -111,7 +105,7 @@ def test_a_tampered_trajectory_is_certified_anew_and_refused(planned: PlanAnswer
 def test_a_damaged_record_is_refused(
     planned: PlanAnswer, change: dict[str, Any], words: str
 ) -> None:
-    with pytest.raises(AnswerRecordError, match=words):
+    with pytest.raises(event_records.AnswerRecordError, match=words):
         plan_from_json(4, _through_text(planned) | change, LIMITS, START)
 
 
@@ -150,7 +144,7 @@ HEADING = Heading(DocumentKind.PROGRAM, "größe", 3, 20, "teacher", "2026-01-01
     ],
 )
 def test_an_answer_comes_back_as_it_was(answer: Answer) -> None:
-    assert answer_from_json(read_back(answer_to_json(answer))) == answer
+    assert event_records.answer_from_json(read_back(event_records.answer_to_json(answer))) == answer
 
 
 @pytest.mark.parametrize(
@@ -166,7 +160,8 @@ def test_an_answer_comes_back_as_it_was(answer: Answer) -> None:
     ],
 )
 def test_an_error_comes_back_with_its_kind_words_and_numbers(error: StoreError) -> None:
-    back = expect(StoreError, answer_from_json(read_back(answer_to_json(error))))
+    record = read_back(event_records.answer_to_json(error))
+    back = expect(StoreError, event_records.answer_from_json(record))
     assert type(back) is type(error)
     assert (str(back), vars(back), back.refusal()) == (str(error), vars(error), error.refusal())
 
@@ -181,7 +176,7 @@ def test_an_error_comes_back_with_its_kind_words_and_numbers(error: StoreError) 
 )
 def test_a_request_is_noted_with_all_that_is_to_be_kept(request_: Request, noted: str) -> None:
     """What is long stands behind the words as it is: its spelling would hold up the event loop."""
-    said = request_to_bytes(request_)
+    said = event_records.request_to_bytes(request_)
     assert noted.encode() in said
     kept = {Save: "ö\n".encode(), AppendChunk: b"\0\xff"}
     assert said.endswith(kept.get(type(request_), b")"))
@@ -197,5 +192,5 @@ def test_a_request_is_noted_with_all_that_is_to_be_kept(request_: Request, noted
     ],
 )
 def test_a_damaged_record_of_an_errand_is_refused(record: dict[str, object]) -> None:
-    with pytest.raises(AnswerRecordError):
-        answer_from_json(record)
+    with pytest.raises(event_records.AnswerRecordError):
+        event_records.answer_from_json(record)

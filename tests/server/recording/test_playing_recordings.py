@@ -24,16 +24,12 @@ from openpendant.server.store.recording_format import RowCount, chunks_together,
 from openpendant.server.store.requests import Answer, LoadChunks, MeasureRecording, Request
 from openpendant.server.store.store_errors import NotFound, StoreError
 from openpendant.simplemsg import ReplyCode
-from openpendant.simplemsg.pendant import (
-    Activity,
-    Management,
-    MotionControlAction,
-    OperatingMode,
-)
+from openpendant.simplemsg import pendant as messages
+from openpendant.simplemsg.pendant import Management, OperatingMode
 from openpendant.simplemsg.verdicts import VerdictCode as V
 
 COLUMNS = ("t", *(f"j{number}" for number in range(1, 7)))
-STOP_PROGRAM = MotionControlAction.PROGRAM_STOP
+STOP_PROGRAM = messages.MotionControlAction.PROGRAM_STOP
 PLAY = b'{"op": "recordings.play", "name": "arc"}'
 
 at_each_step = pytest.mark.parametrize("answered", range(4))
@@ -108,7 +104,7 @@ def test_what_is_loaded_is_refused_at_once_and_does_not_begin_afterwards(
     cell.answer_all()
     cell.wait(500)
     assert _played(holder) == [told]
-    assert (cell.core.cell.activity, cell.position) == (Activity.IDLE, stood)
+    assert (cell.core.cell.activity, cell.position) == (messages.Activity.IDLE, stood)
 
 
 def test_a_pendant_that_is_gone_leaves_nothing_that_begins(cell: EmulatedCell) -> None:

@@ -10,15 +10,8 @@ from hypothesis.stateful import RuleBasedStateMachine, invariant, precondition, 
 from rigs.data.example_counts import examples
 from rigs.data.stored_documents import ANN, BOB, NOON, begin_recording, noon, opened, save
 
-from openpendant.server.store import store_errors
-from openpendant.server.store.documents import (
-    KEPT_REVISIONS,
-    MOST_BODY_BYTES,
-    MOST_CHUNK_BYTES,
-    DocumentKind,
-    Extent,
-    Heading,
-)
+from openpendant.server.store import documents, store_errors
+from openpendant.server.store.documents import DocumentKind, Extent
 from openpendant.server.store.sqlite_file import MIGRATIONS, OpenFile, open_file
 from openpendant.server.store.sqlite_store import SqliteStore
 
@@ -28,7 +21,7 @@ PROGRAM, RECORDING = DocumentKind.PROGRAM, DocumentKind.RECORDING
 def test_a_saved_document_is_loaded_as_it_was_saved(store: SqliteStore) -> None:
     body = '{"text": "Größe \\ud83d\\ude00 \U0001f600", "speed": 0.1}'
     heading = store.save(PROGRAM, "weld", body, expected_revision=0, author=ANN)
-    assert heading == Heading(PROGRAM, "weld", 1, len(body.encode()), ANN, NOON)
+    assert heading == documents.Heading(PROGRAM, "weld", 1, len(body.encode()), ANN, NOON)
     document = store.load(PROGRAM, "weld")
     assert (document.heading, document.body) == (heading, body)
 
@@ -90,7 +83,7 @@ def test_a_change_of_a_program_that_never_was_is_refused(store: SqliteStore) -> 
 
 
 def test_only_the_latest_revisions_are_kept(store: SqliteStore) -> None:
-    kept = KEPT_REVISIONS[PROGRAM]
+    kept = documents.KEPT_REVISIONS[PROGRAM]
     for revision in range(kept + 5):
         save(store, "weld", f'{{"n": {revision + 1}}}', revision)
     assert [heading.revision for heading in store.history(PROGRAM, "weld")] == [*range(6, kept + 6)]
@@ -206,7 +199,7 @@ def test_half_a_surrogate_pair_is_no_text(store: SqliteStore) -> None:
 
 @pytest.mark.parametrize("kind", DocumentKind)
 def test_a_body_may_be_as_large_as_its_cap(store: SqliteStore, kind: DocumentKind) -> None:
-    limit = MOST_BODY_BYTES[kind]
+    limit = documents.MOST_BODY_BYTES[kind]
     body = '{"a": "' + "x" * (limit - 9) + '"}'
     assert store.save(kind, "a", body, expected_revision=0, author=ANN).size == limit
     for larger in (body + " ", body[:-2] + 'é"}'):
@@ -251,8 +244,8 @@ def test_a_chunk_is_neither_empty_nor_larger_than_its_cap(store: SqliteStore) ->
     with pytest.raises(store_errors.BadDocument, match="empty"):
         store.append_chunk("r", 0, b"")
     with pytest.raises(store_errors.TooLarge):
-        store.append_chunk("r", 0, bytes(MOST_CHUNK_BYTES + 1))
-    store.append_chunk("r", 0, bytes(MOST_CHUNK_BYTES))
+        store.append_chunk("r", 0, bytes(documents.MOST_CHUNK_BYTES + 1))
+    store.append_chunk("r", 0, bytes(documents.MOST_CHUNK_BYTES))
 
 
 def test_chunks_need_a_recording(store: SqliteStore) -> None:

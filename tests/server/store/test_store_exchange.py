@@ -18,14 +18,7 @@ from rigs.data.stored_documents import ANN, begin_recording, opened, save
 
 from openpendant.server.exchange import csv_format, text_format
 from openpendant.server.exchange.csv_format import read_points, save_recording
-from openpendant.server.exchange.text_format import (
-    FORMAT,
-    MOST_FILE_BYTES,
-    documents_from_json,
-    documents_to_json,
-    read_file,
-    save_entries,
-)
+from openpendant.server.exchange.text_format import FORMAT, documents_from_json, save_entries
 from openpendant.server.store import store_errors
 from openpendant.server.store.documents import DocumentKind
 from openpendant.server.store.recording_format import pack_rows, recording_rows
@@ -35,7 +28,7 @@ from openpendant.server.store.strict_json import DEEPEST
 
 
 def text_of(store: SqliteStore) -> str:
-    return "".join(documents_to_json(store, store.headings()))
+    return "".join(text_format.documents_to_json(store, store.headings()))
 
 
 def file_of(*documents: Any, **more: Any) -> str:
@@ -195,30 +188,30 @@ def test_a_file_of_200_megabytes_is_refused_unread(tmp_path: Path) -> None:
     with path.open("wb") as file:
         file.truncate(200_000_000)
     tracemalloc.start()
-    with pytest.raises(TooLarge, match=f"at most {MOST_FILE_BYTES}"):
-        read_file(path)
+    with pytest.raises(TooLarge, match=f"at most {text_format.MOST_FILE_BYTES}"):
+        text_format.read_file(path)
     _, peak = tracemalloc.get_traced_memory()
     tracemalloc.stop()
-    assert peak < 3 * MOST_FILE_BYTES
+    assert peak < 3 * text_format.MOST_FILE_BYTES
 
 
 def test_a_file_that_is_no_text_is_told_with_its_line(tmp_path: Path) -> None:
     path = tmp_path / "x.json"
     path.write_bytes(b"{\n\n\xff")
     with pytest.raises(BadDocument, match="line 3: is not UTF-8"):
-        read_file(path)
+        text_format.read_file(path)
 
 
 def test_a_file_that_cannot_be_read_is_told_with_the_system_s_words(tmp_path: Path) -> None:
     for name, says in (("nothing", "No such file"), (".", "directory"), ("a\0b", "null")):
         with pytest.raises(store_errors.StoreFailed, match=says):
-            read_file(tmp_path / name)
+            text_format.read_file(tmp_path / name)
 
 
 def test_a_mark_of_byte_order_is_taken(tmp_path: Path) -> None:
     path = tmp_path / "x.json"
     path.write_text(program(), encoding="utf-8-sig")
-    assert len(documents_from_json(read_file(path), "x.json")) == 1
+    assert len(documents_from_json(text_format.read_file(path), "x.json")) == 1
 
 
 POINTS: list[dict[str, Any]] = [

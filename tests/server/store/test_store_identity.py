@@ -12,15 +12,10 @@ import pytest
 from rigs.data.stored_documents import begin_recording, opened, save
 
 from openpendant.server.cli import store_commands
-from openpendant.server.store import sqlite_file
+from openpendant.server.store import sqlite_file, sqlite_store
 from openpendant.server.store.database_file import NotOurFile
 from openpendant.server.store.documents import DocumentKind
-from openpendant.server.store.sqlite_store import (
-    SqliteStore,
-    check_store,
-    open_for_reading,
-    open_store,
-)
+from openpendant.server.store.sqlite_store import SqliteStore, open_store
 from openpendant.server.store.store_errors import StoreError, StoreFailed
 from openpendant.simplemsg.verdicts import VerdictCode as V
 
@@ -31,7 +26,7 @@ LARGE = '{"text": "' + "x" * 9_000 + '"}'
 @pytest.fixture
 def store(path: Path) -> Iterator[SqliteStore]:
     with opened(path) as store:
-        with contextlib.closing(open_for_reading(path)) as reader:
+        with contextlib.closing(sqlite_store.open_for_reading(path)) as reader:
             sqlite_file.copy(reader.connection, path.with_name("older.db"))
         save(store, "weld")
         yield store
@@ -229,7 +224,7 @@ def test_a_start_names_what_is_no_file_and_leaves_it_alone(
         save(store, "weld")
     change(path, how)
     kind = path.lstat().st_mode
-    for open_it in (open_store, open_for_reading):
+    for open_it in (open_store, sqlite_store.open_for_reading):
         with pytest.raises(StoreFailed, match=words):
             open_it(path)
     assert store_commands.main(["list", "--store", str(path)]) == 3
@@ -288,7 +283,7 @@ def test_a_start_without_the_file_is_the_first_and_takes_no_log_of_a_killed_serv
         assert store.headings() == ()
         assert save(store, "weld") == 1
     assert len(list(path.parent.glob("store.db.lost-*-wal"))) == int(is_killed)
-    assert check_store(path).problems == ()
+    assert sqlite_store.check_store(path).problems == ()
 
 
 def test_an_older_copy_beside_a_killed_servers_log_is_served_or_set_aside_whole(
@@ -300,7 +295,7 @@ def test_an_older_copy_beside_a_killed_servers_log_is_served_or_set_aside_whole(
         names = [heading.name for heading in store.headings()]
         assert names == [] if store.set_aside else "kept" in names
         assert save(store, "weld") == 1
-    assert check_store(path).problems == ()
+    assert sqlite_store.check_store(path).problems == ()
 
 
 @pytest.mark.parametrize("how", ["an older copy written over it", "an older copy put there"])
@@ -320,7 +315,7 @@ def test_a_start_serves_an_older_copy_whole(path: Path, how: str) -> None:
     with opened(path) as store:
         assert [heading.name for heading in store.headings()] == ["kept"]
         assert save(store, "more") == 1
-    assert check_store(path).problems == ()
+    assert sqlite_store.check_store(path).problems == ()
 
 
 def test_the_saves_in_the_log_of_a_lost_file_are_kept_beside(path: Path) -> None:

@@ -15,15 +15,8 @@ from openpendant.server.cli.store_commands import main
 from openpendant.server.exchange import csv_format
 from openpendant.server.exchange.text_format import FORMAT
 from openpendant.server.programs.language.program_json import program_from_json
+from openpendant.server.store import recording_format
 from openpendant.server.store.documents import DocumentKind
-from openpendant.server.store.recording_format import (
-    Extract,
-    RecordingDocument,
-    extract_for,
-    read_document,
-    recording_rows,
-    time_fault,
-)
 from openpendant.simplemsg.pendant.roles import Role
 from openpendant.tools.cli import main as openpendant
 
@@ -275,10 +268,11 @@ def test_samples_make_a_recording_that_the_robot_that_is_named_can_play(path: Pa
     Path("samples.csv").write_text(f"t,{JOINTS},gap\n0,{ZEROS},0\n0.01,{ZEROS},0\n")
     assert main([*SAMPLES, *UR5]) == 0
     with opened(path) as store:
-        document = read_document("r", store.load(DocumentKind.RECORDING, "r").body)
-    assert isinstance(document, RecordingDocument)
+        document = recording_format.read_document("r", store.load(DocumentKind.RECORDING, "r").body)
+    assert isinstance(document, recording_format.RecordingDocument)
     assert document.joints == serial_robot("ur5").limits.names
-    assert extract_for("r", document, "ur5", 6) == Extract(8, (1, 2, 3, 4, 5, 6))
+    extract = recording_format.extract_for("r", document, "ur5", 6)
+    assert extract == recording_format.Extract(8, (1, 2, 3, 4, 5, 6))
 
 
 OF_UR5 = "recording 'r' of 'ur5': "
@@ -327,11 +321,11 @@ def test_samples_that_the_robot_could_not_play_stay_out(
 def _joints_of_rows(path: Path) -> list[tuple[float, ...]]:
     """Return the positions of the kept recording as a UR5 would play them."""
     with opened(path) as store:
-        document = read_document("r", store.load(DocumentKind.RECORDING, "r").body)
-        assert isinstance(document, RecordingDocument)
-        extract = extract_for("r", document, "ur5", 6)
-        assert isinstance(extract, Extract)
-        rows = list(recording_rows(store, "r", extract.width))
+        document = recording_format.read_document("r", store.load(DocumentKind.RECORDING, "r").body)
+        assert isinstance(document, recording_format.RecordingDocument)
+        extract = recording_format.extract_for("r", document, "ur5", 6)
+        assert isinstance(extract, recording_format.Extract)
+        rows = list(recording_format.recording_rows(store, "r", extract.width))
     assert [row[0] for row in rows] == [0.0, 0.5]
     return [tuple(row[place] for place in extract.joints) for row in rows]
 
@@ -362,7 +356,7 @@ def test_a_server_saves_while_a_table_is_read(path: Path, monkeypatch: pytest.Mo
 
         def saved_between(before: float | None, time: float) -> str:
             save(server, f"p{next(numbers)}")
-            return time_fault(before, time)
+            return recording_format.time_fault(before, time)
 
         monkeypatch.setattr(csv_format, "time_fault", saved_between)
         assert main([*SAMPLES, *UR5]) == 0

@@ -8,16 +8,11 @@ from rigs.cells.program_cell import BODY_LINE, HEAD, A, ProgramCell
 from openpendant.server.programs.language.parser import parse
 from openpendant.server.programs.language.program_json import program_to_json
 from openpendant.server.store.documents import DocumentKind
-from openpendant.simplemsg.pendant import (
-    Activity,
-    MotionControlAction,
-    ProgramState,
-    RunKind,
-    Verdict,
-)
+from openpendant.simplemsg import pendant as messages
+from openpendant.simplemsg.pendant import ProgramState, RunKind, Verdict
 from openpendant.simplemsg.verdicts import VerdictCode as V
 
-PAUSE, RESUME, STOP = MotionControlAction
+PAUSE, RESUME, STOP = messages.MotionControlAction
 B = (0.1, *A[1:])
 THREE = "move PTP a\nmove PTP b\nmove PTP c\n"
 NEW = [{"statement": "comment", "comment": "new"}, {"statement": "wait", "duration": 0.1}]
@@ -311,7 +306,7 @@ def test_no_other_revision_runs_and_both_are_named(
     assert told.text.startswith(f"revision {asked} was asked for, revision 2 is kept: ")
     edited.pass_time(1_000)
     assert (edited.position, edited.motions) == (before, [])
-    assert edited.core.cell.activity is Activity.IDLE
+    assert edited.core.cell.activity is messages.Activity.IDLE
     assert edited.run(revision=2) is V.ACCEPTED
 
 

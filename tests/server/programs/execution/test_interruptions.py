@@ -15,21 +15,11 @@ from openpendant.server.programs.language.program_json import program_to_json
 from openpendant.server.settings.cell_settings import ControllerPath
 from openpendant.server.store.documents import DocumentKind
 from openpendant.simplemsg import ReplyCode, Status, TriState
-from openpendant.simplemsg.pendant import (
-    Activity,
-    Home,
-    JogStep,
-    MotionControlAction,
-    OperatingMode,
-    OperatorAction,
-    Outcome,
-    ProgramState,
-    State,
-    Verdict,
-)
+from openpendant.simplemsg import pendant as messages
+from openpendant.simplemsg.pendant import Activity, OperatingMode, ProgramState
 from openpendant.simplemsg.verdicts import VerdictCode as V
 
-PAUSE, RESUME, STOP = MotionControlAction
+PAUSE, RESUME, STOP = messages.MotionControlAction
 
 
 WAITS = {"a wait": "wait 2 s\nmove PTP b\n", "a dwell": "move PTP a dwell 2 s\nmove PTP b\n"}
@@ -68,7 +58,7 @@ def test_what_ends_a_motion_ends_a_program_that_waits_for_good(what: str, where:
     interrupt, code, words = INTERRUPTIONS[what]
     interrupt(cell)
     assert cell.until_outcomes(most=500) == [code]
-    assert words in cell.user.all(Outcome)[-1].text
+    assert words in cell.user.all(messages.Outcome)[-1].text
     assert (cell.reports()[-1].state, cell.core.cell.program) == (ProgramState.NONE, None)
     stood, motions = cell.position, len(cell.motions)
     cell.pass_time(3_000)
@@ -94,7 +84,7 @@ def test_a_program_that_is_paused_in_a_wait_stays_paused_and_moves_when_it_is_re
 def test_a_program_that_is_paused_in_a_wait_is_not_resumed_under_an_emergency_stop() -> None:
     cell = waiting(WAITS["a wait"])
     cell.control(PAUSE)
-    cell.controller.operate(OperatorAction.EMERGENCY_STOP, cell.now)
+    cell.controller.operate(messages.OperatorAction.EMERGENCY_STOP, cell.now)
     cell.pass_time(300)
     assert cell.control(RESUME) is V.CONTROLLER_NOT_READY
 
@@ -196,13 +186,13 @@ def test_a_start_ends_when_the_enabling_device_is_let_go(cell: WorkingCell) -> N
 
 
 def step(user: Pendant) -> V | None:
-    return user.code(JogStep(user._next(), 0.5, 1, "", 6, (0.01,) + (0.0,) * 9))
+    return user.code(messages.JogStep(user._next(), 0.5, 1, "", 6, (0.01,) + (0.0,) * 9))
 
 
 OTHERS: dict[str, Callable[[Pendant], V | None]] = {
     "joint move": lambda user: user.move(*GOAL),
     "path": lambda user: user.path(GOAL),
-    "home": lambda user: user.code(Home(user._next(), 0.5, "zero")),
+    "home": lambda user: user.code(messages.Home(user._next(), 0.5, "zero")),
 }
 
 
@@ -211,7 +201,7 @@ def test_no_other_motion_begins_beside_a_program_that_is_loaded(
     loading: WorkingCell, kind: str
 ) -> None:
     assert OTHERS[kind](loading.user) is V.PROGRAM_RUNNING
-    told = loading.user.all(Verdict)[-1].text
+    told = loading.user.all(messages.Verdict)[-1].text
     assert "program 'main' is being loaded; accepted: another motion after a program stop" in told
     assert loading.control(STOP) is V.ACCEPTED
     assert OTHERS[kind](loading.user) is V.ACCEPTED
@@ -228,10 +218,10 @@ def test_no_jog_begins_beside_a_program_that_is_loaded(cell: WorkingCell) -> Non
 
 @pytest.mark.parametrize("action", [PAUSE, RESUME])
 def test_nothing_is_paused_or_resumed_while_a_program_is_loaded_and_what_helps_is_told(
-    loading: WorkingCell, action: MotionControlAction
+    loading: WorkingCell, action: messages.MotionControlAction
 ) -> None:
     assert loading.control(action) is V.NOTHING_TO_CONTROL
-    assert "accepted: program stop" in loading.user.all(Verdict)[-1].text
+    assert "accepted: program stop" in loading.user.all(messages.Verdict)[-1].text
 
 
 def test_a_program_that_is_loaded_is_shown_as_planned_and_why_names_it(
@@ -239,7 +229,7 @@ def test_a_program_that_is_loaded_is_shown_as_planned_and_why_names_it(
 ) -> None:
     watcher = loading.pendant("watcher", state_rate=100.0)
     loading.wait(20)
-    state = watcher.all(State)[-1]
+    state = watcher.all(messages.State)[-1]
     assert (state.activity, state.program_state) == (Activity.PLANNING, ProgramState.NONE)
     (why,) = loading.send(loading.user, "why", kind="move")
     assert why["broken"] == "program"
@@ -247,7 +237,7 @@ def test_a_program_that_is_loaded_is_shown_as_planned_and_why_names_it(
     assert (shown["activity"], shown["program"]) == ("planning", None)
     loading.control(STOP)
     loading.wait(20)
-    assert watcher.all(State)[-1].activity == Activity.IDLE
+    assert watcher.all(messages.State)[-1].activity == Activity.IDLE
 
 
 def test_a_program_that_cannot_be_loaded_leaves_the_cell_free(loading: WorkingCell) -> None:

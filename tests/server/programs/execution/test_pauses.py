@@ -9,16 +9,8 @@ from rigs.motion.jog_pad import JogPad
 from openpendant.server.events.effects import Ask, Effect, SendToController
 from openpendant.server.planning.jobs import BlockJob
 from openpendant.simplemsg import JointTrajPtFull, joint_array
-from openpendant.simplemsg.pendant import (
-    Activity,
-    JogSpace,
-    JogStep,
-    MotionControlAction,
-    ProgramRun,
-    ProgramState,
-    RunKind,
-    Verdict,
-)
+from openpendant.simplemsg import pendant as messages
+from openpendant.simplemsg.pendant import Activity, MotionControlAction, ProgramState, RunKind
 from openpendant.simplemsg.verdicts import VerdictCode as V
 
 PAUSE, RESUME, STOP = MotionControlAction
@@ -105,14 +97,14 @@ def test_a_resume_goes_on_at_the_override_that_was_set_meanwhile() -> None:
     assert 0.0 < abs(executed(rig)[-1].velocities[0]) <= 0.1 * LIMITS.velocity[0] * (1 + 1e-6)
 
 
-STEP = joint_array((0.1, 0.0))
+STEP = messages.JogStep(7, 0.5, messages.JogSpace.JOINTS, "", 2, joint_array((0.1, 0.0)))
 ASKED: dict[str, Callable[[JogPad], V | None]] = {
     "move": lambda pad: pad.pendant.move(0.5, 0.5),
     "path": lambda pad: pad.pendant.path((0.5, 0.5)),
     "home": lambda pad: pad.home(),
-    "step": lambda pad: pad.pendant.code(JogStep(7, 0.5, JogSpace.JOINTS, "", 2, STEP)),
+    "step": lambda pad: pad.pendant.code(STEP),
     "press": lambda pad: pad.press(1.0, 0.0),
-    "run": lambda pad: pad.pendant.code(ProgramRun(7, 1, 0, 1, 0, 1.0, "main")),
+    "run": lambda pad: pad.pendant.code(messages.ProgramRun(7, 1, 0, 1, 0, 1.0, "main")),
 }
 
 
@@ -147,7 +139,9 @@ def test_a_lower_cap_slows_what_moves_and_a_higher_one_makes_nothing_faster_than
 
 
 @pytest.mark.parametrize("action", [PAUSE, RESUME, STOP])
-def test_with_nothing_under_way_there_is_nothing_to_control(action: MotionControlAction) -> None:
+def test_with_nothing_under_way_there_is_nothing_to_control(
+    action: MotionControlAction,
+) -> None:
     assert JogPad(ready()).control(action) is V.NOTHING_TO_CONTROL
 
 
@@ -285,7 +279,7 @@ def test_a_point_is_taught_while_a_motion_of_a_program_is_paused() -> None:
 def test_a_step_back_inside_a_statement_says_what_is_accepted() -> None:
     cell = ProgramCell(main=THERE_AND_BACK)
     assert cell.run(kind=BACKWARD) is V.PROGRAM_NOT_RUNNING
-    assert "paused between two statements" in cell.user.all(Verdict)[-1].text
+    assert "paused between two statements" in cell.user.all(messages.Verdict)[-1].text
     cell.run(kind=FORWARD)
     cell.until_outcomes(1)
     cell.run(kind=FORWARD, speed=0.05)
@@ -293,7 +287,7 @@ def test_a_step_back_inside_a_statement_says_what_is_accepted() -> None:
     cell.control(PAUSE)
     cell.pass_time(500)
     assert cell.run(kind=BACKWARD) is V.STEP_BACK_REFUSED
-    assert "accepted: step forward, then back" in cell.user.all(Verdict)[-1].text
+    assert "accepted: step forward, then back" in cell.user.all(messages.Verdict)[-1].text
     assert cell.run(kind=FORWARD) is V.ACCEPTED
     cell.until_outcomes(2)
     assert cell.run(kind=BACKWARD) is V.ACCEPTED

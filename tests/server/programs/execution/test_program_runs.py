@@ -6,19 +6,12 @@ from rigs.cells.program_cell import BODY_LINE, A, ProgramCell
 from openpendant.server.events.effects import Effect
 from openpendant.server.programs.execution.program_run import BareEnvironment
 from openpendant.server.programs.interpreter.motion_blocks import MOST_INSTANT_AT_ONCE
-from openpendant.simplemsg.pendant import (
-    Activity,
-    JogStep,
-    MotionControlAction,
-    OperatingMode,
-    ProgramState,
-    RunKind,
-    Verdict,
-)
+from openpendant.simplemsg import pendant as messages
+from openpendant.simplemsg.pendant import ProgramState, RunKind
 from openpendant.simplemsg.verdicts import CATALOGUE
 from openpendant.simplemsg.verdicts import VerdictCode as V
 
-PAUSE, RESUME, STOP = MotionControlAction
+PAUSE, RESUME, STOP = messages.MotionControlAction
 ALL, FORWARD, BACKWARD = RunKind
 THERE_AND_BACK = "move PTP a\nmove PTP b\nmove PTP c\nmove PTP a\n"
 B = (0.1, *A[1:])
@@ -91,7 +84,7 @@ def test_steps_go_forward_and_back_to_the_same_places() -> None:
         assert cell.run(kind=FORWARD) is V.ACCEPTED
         assert cell.until_outcomes(number)[-1] is V.ACCEPTED
         assert cell.reports()[-1].state == ProgramState.STEPPED
-        assert cell.core.cell.activity is Activity.PAUSED
+        assert cell.core.cell.activity is messages.Activity.PAUSED
         places.append(cell.position)
     for number in (4, 5):
         assert cell.run(kind=BACKWARD) is V.ACCEPTED
@@ -119,7 +112,7 @@ ENDINGS: list[tuple[Callable[[ProgramCell], object], set[V]]] = [
     (lambda cell: cell.pendant("passer-by").stop(), {V.STOPPED, V.STOP_LATCHED}),
     (lambda cell: cell.user.release(), {V.AUTHORITY_LOST}),
     (lambda cell: cell.user.close(), {V.AUTHORITY_LOST}),
-    (lambda cell: cell.user.mode(OperatingMode.MANUAL_REDUCED), {V.MODE_CHANGED}),
+    (lambda cell: cell.user.mode(messages.OperatingMode.MANUAL_REDUCED), {V.MODE_CHANGED}),
     (lambda cell: cell.control(STOP), {V.PROGRAM_STOPPED}),
 ]
 
@@ -147,12 +140,12 @@ def test_what_ends_a_run_ends_it_for_good(
 
 def test_jogging_and_single_motions_are_refused_while_a_program_is_under_way() -> None:
     cell = ProgramCell(main="wait 20 s\nmove PTP a\n")
-    cell.user.mode(OperatingMode.MANUAL_REDUCED)
+    cell.user.mode(messages.OperatingMode.MANUAL_REDUCED)
     cell.user.enable(0, 1)
     cell.run()
     cell.pass_time(100)
     assert cell.user.move(*A) is V.PROGRAM_RUNNING
-    step = JogStep(cell.user._next(), 0.5, 1, "", 6, (0.01,) + (0.0,) * 9)
+    step = messages.JogStep(cell.user._next(), 0.5, 1, "", 6, (0.01,) + (0.0,) * 9)
     assert cell.user.code(step) is V.PROGRAM_RUNNING
     assert cell.run() is V.PROGRAM_RUNNING
     assert cell.control(STOP) is V.ACCEPTED
@@ -168,7 +161,7 @@ def test_jogging_and_single_motions_are_refused_while_a_program_is_under_way() -
     ],
 )
 def test_a_motion_beside_a_program_is_refused_with_what_the_program_does_and_what_helps(
-    statements: str, kind: RunKind, action: MotionControlAction | None, doing: str
+    statements: str, kind: RunKind, action: messages.MotionControlAction | None, doing: str
 ) -> None:
     """That a pause would help is not said of one that is paused."""
     cell = ProgramCell(main="wait 0.1 s\n" + statements)
@@ -177,7 +170,7 @@ def test_a_motion_beside_a_program_is_refused_with_what_the_program_does_and_wha
     if action is not None:
         cell.control(action)
     assert cell.user.move(*A) is V.PROGRAM_RUNNING
-    text = cell.user.all(Verdict)[-1].text
+    text = cell.user.all(messages.Verdict)[-1].text
     assert f"{doing} at line" in text
     assert "program stop" in text
     assert "rogram stop" in CATALOGUE[V.PROGRAM_RUNNING].remedy
@@ -199,7 +192,7 @@ def test_the_override_acts_on_the_running_program() -> None:
 
 def test_a_program_in_reduced_speed_needs_enabling_and_ends_without_it() -> None:
     cell = ProgramCell(main="move PTP a\nwait 20 s\nmove PTP b\n")
-    cell.user.mode(OperatingMode.MANUAL_REDUCED)
+    cell.user.mode(messages.OperatingMode.MANUAL_REDUCED)
     assert cell.run() is V.NOT_ENABLED
 
     def hold(milliseconds: int) -> None:
@@ -266,7 +259,7 @@ def test_a_step_out_of_joined_moves_is_refused_and_the_pause_holds() -> None:
     cell.pass_time(500)
     stood, line = cell.position, cell.reports()[-1].line
     assert cell.run(kind=FORWARD) is V.STEP_FORWARD_REFUSED
-    assert "accepted: resume" in cell.user.all(Verdict)[-1].text
+    assert "accepted: resume" in cell.user.all(messages.Verdict)[-1].text
     cell.pass_time(1_000)
     assert cell.position == stood
     assert (cell.reports()[-1].state, cell.reports()[-1].line) == (ProgramState.PAUSED, line)

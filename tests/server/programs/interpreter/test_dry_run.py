@@ -17,13 +17,8 @@ from openpendant.motion.scene.scene import Scene, SceneObject, Sphere
 from openpendant.server.planning.jobs import DryRunFound, DryRunJob
 from openpendant.server.planning.worker.dry_run_planning import DryRuns
 from openpendant.server.programs.execution.program_run import BareEnvironment
+from openpendant.server.programs.interpreter import dry_run_results as results
 from openpendant.server.programs.interpreter.dry_run import dry_run, reachability
-from openpendant.server.programs.interpreter.dry_run_results import (
-    BlockPlan,
-    BlockRefused,
-    DryRunResult,
-    PointFinding,
-)
 from openpendant.server.programs.interpreter.motion_blocks import MotionBlock
 from openpendant.server.programs.interpreter.run_events import Offer, OfferedSignals
 from openpendant.server.programs.language.linking import Linked
@@ -42,12 +37,12 @@ def walked(
     *beyond: str,
     others: dict[str, str] | None = None,
     signals: OfferedSignals | None = SIGNALS,
-) -> DryRunResult:
+) -> results.DryRunResult:
     absent = None if signals is None else signals.absent
     return dry_run(linked(statements, others), START, Planner(*beyond), absent=absent)
 
 
-def refusals(found: DryRunResult) -> list[tuple[str, int, V]]:
+def refusals(found: results.DryRunResult) -> list[tuple[str, int, V]]:
     return [
         (each.program, each.index, each.refusal.code)
         for each in found.refusals
@@ -207,14 +202,14 @@ class Planner:
 
     def __call__(
         self, start: JointVector, block: MotionBlock, scene: Scene | None = None
-    ) -> BlockPlan | BlockRefused:
+    ) -> results.BlockPlan | results.BlockRefused:
         names = [each.target.name for each in block.moves]
         self.asked.append((start, " ".join(names)))
         for place, name in enumerate(names):
             if name in self._beyond:
-                return BlockRefused(place, BEYOND)
+                return results.BlockRefused(place, BEYOND)
         path = tuple((float(n), 0.1 * n, 0.0, 0.5) for n in range(len(names) + 1))
-        return BlockPlan(float(len(names)), block.moves[-1].target.joints, path)
+        return results.BlockPlan(float(len(names)), block.moves[-1].target.joints, path)
 
 
 def test_duration_counts_motions_waits_and_dwells() -> None:
@@ -292,9 +287,9 @@ def test_a_move_that_fails_in_one_pass_only_fails() -> None:
     class Picky(Planner):
         def __call__(
             self, start: JointVector, block: MotionBlock, scene: Scene | None = None
-        ) -> BlockPlan | BlockRefused:
+        ) -> results.BlockPlan | results.BlockRefused:
             if start == program("").point("b").joints and block.moves[0].target.name == "a":
-                return BlockRefused(0, BEYOND)
+                return results.BlockRefused(0, BEYOND)
             return super().__call__(start, block)
 
     found = dry_run(linked("loop 2\nmove PTP a\nmove PTP b\nend"), START, Picky())
@@ -307,12 +302,13 @@ def test_a_zone_that_joins_nothing_is_said() -> None:
 
 
 def test_a_dry_run_of_nothing_is_complete() -> None:
-    assert walked("") == DryRunResult(0.0, False, True, (), (), ())
+    assert walked("") == results.DryRunResult(0.0, False, True, (), (), ())
 
 
 def test_every_point_has_a_verdict_used_or_not() -> None:
     found = reachability(program("move PTP a"), lambda point: BEYOND if point.name == "b" else None)
-    assert found == (PointFinding("a", None), PointFinding("b", BEYOND), PointFinding("c", None))
+    expected = {"a": None, "b": BEYOND, "c": None}
+    assert found == tuple(results.PointFinding(*each) for each in expected.items())
 
 
 class OfferingCell(BareEnvironment):
