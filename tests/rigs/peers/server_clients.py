@@ -123,6 +123,10 @@ class Pendant(Peer):
         assert ("code" in answer) == (reply.reply_code == ReplyCode.FAILURE)
         return answer
 
+    def answers(self) -> list[dict[str, Any]]:
+        """Return what management requests were answered so far."""
+        return [json.loads(reply.body) for reply in self.all(Management)]
+
     def verdicts(self) -> list[tuple[int, VerdictCode]]:
         return [(item.request_id, VerdictCode(item.code)) for item in self.all(Verdict)]
 

@@ -48,6 +48,8 @@ def test_a_minute_at_250_reports_a_second_loses_none(cell: RecordedCell) -> None
         cell.report((step / 15_000, 0.0), after_ms=4)
     cell.stop()
     document = _ended(cell)
+    assert (document.robot, document.joints) == ("two-joints", ("shoulder", "elbow"))
+    assert (document.columns, document.finished) == (("t", "j1", "j2", "gap"), True)
     assert document.samples == 15_000
     assert document.rate == pytest.approx(250.0)
     assert len(cell.rows()) == 15_000
@@ -81,16 +83,6 @@ def test_a_lost_state_link_is_a_gap(cell: RecordedCell) -> None:
     cell.report((0.5, 0.0), 900)
     cell.stop()
     assert [row[3] for row in cell.rows()] == [0.0, 1.0]
-
-
-def test_the_document_names_robot_joints_and_rate(cell: RecordedCell) -> None:
-    cell.start()
-    cell.report((0.0, 0.0))
-    cell.stop()
-    document = _ended(cell)
-    assert (document.robot, document.joints) == ("two-joints", ("shoulder", "elbow"))
-    assert document.columns == ("t", "j1", "j2", "gap")
-    assert document.finished
 
 
 def test_a_second_recording_is_refused_and_names_the_first(cell: RecordedCell) -> None:

@@ -311,19 +311,11 @@ def test_every_point_has_a_verdict_used_or_not() -> None:
     assert found == tuple(results.PointFinding(*each) for each in expected.items())
 
 
-class OfferingCell(BareEnvironment):
-    def __init__(self, offer: Offer) -> None:
-        self._offer = offer
-
-    @property
-    def offered_signals(self) -> Offer:
-        return self._offer
-
-
 def asked_for(offer: Offer) -> dict[str, Any]:
     cell = ProgramCell(main="wait input 999 on\nset output 1 on\nif flag F on\nend\nloop\nend\n")
-    cell.core.pendants.programs.executor.environment = OfferingCell(offer)
-    return cell.user.ask("programs.dry_run", name="main")
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(BareEnvironment, "offered_signals", offer)
+        return cell.user.ask("programs.dry_run", name="main")
 
 
 def test_statements_that_a_run_would_end_at_are_told_with_line_code_and_text() -> None:

@@ -13,7 +13,6 @@ from rigs.data.journal_records import read_back
 from rigs.data.large_programs import (
     WorkCount,
     WorkingCell,
-    answers,
     count_work,
     large_body,
     large_text,
@@ -133,6 +132,8 @@ def test_undo_and_redo_of_the_largest_program_need_no_reading_at_all(
         cell.ask(cell.user, f"programs.{op}", name="main", expected_revision=revision)
         assert cell.store.load(DocumentKind.PROGRAM, "main").body == body
     assert count.taken() == (0, 0)
+    nothing = cell.ask(cell.user, "programs.redo", name="main", expected_revision=4)
+    assert nothing["code"] == V.NOTHING_TO_UNDO
 
 
 def test_a_point_taught_in_a_long_program_is_read_alone(
@@ -213,8 +214,8 @@ def test_of_two_edits_of_a_long_program_at_once_the_later_is_refused_and_nothing
         change = {"edit": "describe", "comment": word}
         cell.begin(pendant, "programs.edit", name="main", expected_revision=1, edit=change)
     cell.work()
-    assert answers(cell.user)[-1]["revision"] == 2
-    refused = answers(other)[-1]
+    assert cell.user.answers()[-1]["revision"] == 2
+    refused = other.answers()[-1]
     assert (refused["code"], refused["value"], refused["limit"]) == (V.REVISION_CONFLICT, 2, 1)
     assert '"comment":"mine"' in cell.store.load(DocumentKind.PROGRAM, "main").body[:200]
 
@@ -225,7 +226,7 @@ def test_a_planning_process_that_dies_is_told_and_changes_nothing(cell: WorkingC
     cell.begin(cell.user, "programs.edit", name="main", expected_revision=1, edit=change)
     job = cell.jobs.pop()
     cell.planned(job, PlanAnswer(job.job_id, Refusal(V.PLANNER_FAILED), 0.0))
-    assert answers(cell.user)[-1]["code"] == V.PLANNER_FAILED
+    assert cell.user.answers()[-1]["code"] == V.PLANNER_FAILED
     assert edit(cell, edit="delete", first=0)["revision"] == 2
 
 
@@ -236,7 +237,7 @@ def test_only_so_many_tasks_wait_for_the_planning_process(cell: WorkingCell) -> 
     refused = cell.send(cell.user, "programs.load", name="main")
     assert [each["limit"] for each in refused] == [MOST_WAITING]
     cell.work()
-    assert len(answers(cell.user)) == MOST_WAITING + 1
+    assert len(cell.user.answers()) == MOST_WAITING + 1
 
 
 def test_a_long_text_with_a_fault_is_refused_with_line_and_column(cell: WorkingCell) -> None:
@@ -287,7 +288,7 @@ def test_breakpoints_of_a_long_program_are_found_again_elsewhere(
     cell.begin(cell.user, "programs.load", name="main", format="json")
     assert count.taken() == (0, 0)
     cell.work()
-    assert answers(cell.user)[-1]["breakpoints"] == [0, 7]
+    assert cell.user.answers()[-1]["breakpoints"] == [0, 7]
 
 
 def test_programs_of_a_dry_run_travel_as_json_and_are_read_once(count: WorkCount) -> None:

@@ -65,20 +65,6 @@ def test_of_two_pendants_the_later_write_is_refused_with_both_revisions(cell: Pr
     assert "theirs" in body_of(other)
 
 
-def test_edits_are_undone_and_redone_as_new_revisions(cell: ProgramCell) -> None:
-    revision = save(cell.user)
-    before = body_of(cell.user)
-    edit(cell.user, revision, edit="delete", first=1)
-    after = body_of(cell.user)
-    undone = cell.user.ask("programs.undo", name="main", expected_revision=2)
-    assert body_of(cell.user) == before
-    redone = cell.user.ask("programs.redo", name="main", expected_revision=undone["revision"])
-    assert body_of(cell.user) == after
-    assert redone["revision"] == 4
-    nothing = cell.user.ask("programs.redo", name="main", expected_revision=4)
-    assert nothing["code"] == V.NOTHING_TO_UNDO
-
-
 def test_what_another_app_saved_in_between_is_not_undone_over(cell: ProgramCell) -> None:
     revision = save(cell.user)
     edit(cell.user, revision, edit="comment", at=0, comment="mine")

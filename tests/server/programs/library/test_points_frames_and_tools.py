@@ -1,8 +1,9 @@
 import math
+from collections.abc import Callable
 from typing import Any, get_args, get_type_hints
 
 import pytest
-from rigs.cells.busy_cell import BusyCell, answers
+from rigs.cells.busy_cell import BusyCell
 from rigs.cells.program_cell import A
 from rigs.data.large_programs import large_body
 
@@ -15,6 +16,9 @@ from openpendant.server.programs.language.point_poses import check_consistency
 from openpendant.server.programs.language.program import Program, check_robot
 from openpendant.server.programs.language.program_errors import PointInconsistent, WrongRobot
 from openpendant.server.store.documents import DocumentKind
+from openpendant.server.store.store_errors import DiskFull
+from openpendant.simplemsg import joint_array
+from openpendant.simplemsg import pendant as messages
 from openpendant.simplemsg.pendant.management import points
 from openpendant.simplemsg.pendant.management.points import JointVector, TeachPoint
 from openpendant.simplemsg.pendant.management.words import BadValue, ProgramNameRefused
@@ -57,7 +61,7 @@ def test_a_robot_that_went_on_before_the_point_was_kept_has_it_where_it_stood(
     teach(cell, asked)
     go(cell, B)
     cell.catch_up()
-    assert answers(cell.user)[-1]["revision"] == 2
+    assert cell.user.answers()[-1]["revision"] == 2
     taught = cell.points()[asked["point"]]
     assert taught["joints"] == pytest.approx(A, abs=1e-6)
     standing = cell.points()[asked["point"]]["pose"]["position"]
@@ -74,7 +78,7 @@ def test_a_robot_that_moves_is_refused_at_once_though_it_would_stand_later(
     cell.wait(200)
     cell.is_busy = True
     teach(cell, asked)
-    assert answers(cell.user)[-1]["code"] == V.MOVING
+    assert cell.user.answers()[-1]["code"] == V.MOVING
     assert cell.waiting == []
 
 
@@ -82,7 +86,7 @@ def test_without_a_fresh_report_no_point_is_taught(cell: BusyCell) -> None:
     cell.now += 1_000_000_000
     cell.is_busy = True
     teach(cell, RECORD)
-    assert answers(cell.user)[-1]["code"] == V.FEEDBACK_STALE
+    assert cell.user.answers()[-1]["code"] == V.FEEDBACK_STALE
 
 
 @pytest.mark.parametrize(
@@ -215,3 +219,160 @@ def test_a_program_of_another_robot_is_refused(
     with pytest.raises(WrongRobot, match=message) as caught:
         check_robot(program, robot, limits)
     assert caught.value.code is V.PROGRAM_WRONG_ROBOT
+
+
+Change = dict[str, Any]
+
+LONG_TOOL = {"position": [0.0, 0.0, 1.0]}
+SELECT: Change = {"op": "tools.select", "name": "lance", "expected_revision": 1}
+ADD_FRAME: Change = {"op": "frames.add", "name": "table", "pose": TABLE, "expected_revision": 0}
+ADD_TOOL: Change = {"op": "tools.add", "name": "gripper", "tcp": TABLE, "expected_revision": 1}
+
+
+@pytest.fixture
+def t1() -> BusyCell:
+    """Return a cell in T1, enabled, with a tool that is not selected."""
+    made = BusyCell()
+    assert made.user.code(messages.Subscribe(made.user._next(), 100.0)) is V.ACCEPTED
+    assert made.user.mode(messages.OperatingMode.MANUAL_REDUCED) is V.ACCEPTED
+    made.user.ask("tools.add", name="lance", tcp=LONG_TOOL, expected_revision=0)
+    made.user.enable(1)
+    made.wait(100)
+    return made
+
+
+def jog(cell: BusyCell) -> V | None:
+    newest = cell.user.all(messages.State)[-1].sequence
+    rates = joint_array((1.0, 0.0, 0.0, 0.0, 0.0, 0.0))
+    press, space = cell.user._next(), messages.JogSpace.JOINTS
+    return cell.user.code(messages.JogStart(press, press, newest, 0.15, space, "", 6, rates))
+
+
+def hold(cell: BusyCell, milliseconds: int) -> None:
+    for beat in range(milliseconds // 50):
+        cell.user.send(messages.JogBeat(cell.user.last_request, beat + 1))
+        cell.user.enable(1)
+        cell.wait(50)
+
+
+def move(cell: BusyCell) -> V | None:
+    return cell.user.move(*(value + 0.2 for value in cell.position), speed=0.3)
+
+
+def selected(cell: BusyCell) -> object:
+    return cell.user.ask("frames.show")["content"]["selected_tool"]
+
+
+def why(cell: BusyCell, kind: str = "jog") -> dict[str, Any]:
+    told = cell.user.ask("why", kind=kind, whose="mine")["conditions"]
+    return next((each for each in told if not each["holds"]), {"condition": ""})
+
+
+MOTIONS = pytest.mark.parametrize("motion", [jog, move])
+
+
+@MOTIONS
+@pytest.mark.parametrize("change", [SELECT, ADD_FRAME, ADD_TOOL], ids=lambda each: each["op"])
+def test_no_motion_begins_while_frames_or_tools_are_being_kept(
+    t1: BusyCell, change: dict[str, Any], motion: Callable[[BusyCell], V | None]
+) -> None:
+    t1.is_busy = True
+    t1.begin(t1.user, **change)
+    assert motion(t1) is V.CHANGE_WHILE_MOVING
+    broken = why(t1)
+    assert (broken["condition"], broken["name"]) == ("standing", "CHANGE_WHILE_MOVING")
+    assert "being saved" in broken["text"]
+    t1.catch_up()
+    assert t1.user.answers()[-1]["revision"] == change["expected_revision"] + 1
+    assert why(t1)["condition"] == ""
+    t1.user.enable(1)
+    assert motion(t1) is V.ACCEPTED
+
+
+@MOTIONS
+def test_while_it_moves_frames_and_tools_are_not_changed(
+    t1: BusyCell, motion: Callable[[BusyCell], V | None]
+) -> None:
+    """The other order: the motion was first."""
+    assert motion(t1) is V.ACCEPTED
+    hold(t1, 100)
+    assert t1.user.ask(**SELECT)["code"] == V.CHANGE_WHILE_MOVING
+    assert selected(t1) is None
+
+
+def test_a_jog_after_the_change_keeps_the_new_tool_below_250_mm_per_second(
+    t1: BusyCell,
+) -> None:
+    t1.is_busy = True
+    t1.begin(t1.user, **SELECT)
+    assert jog(t1) is V.CHANGE_WHILE_MOVING
+    t1.catch_up()
+    assert selected(t1) == "lance"
+    t1.user.enable(1)
+    assert jog(t1) is V.ACCEPTED
+    hold(t1, 1_000)
+    fastest = max(state.tool_speed for state in t1.user.all(messages.State))
+    assert 0.1 < fastest <= 0.2501
+
+
+@pytest.mark.parametrize("change", [SELECT, ADD_FRAME], ids=lambda each: each["op"])
+def test_a_change_that_the_disk_refuses_holds_up_nothing(
+    t1: BusyCell, change: dict[str, Any]
+) -> None:
+    t1.is_busy = True
+    t1.begin(t1.user, **change)
+    t1.fail(DiskFull("store.db: database or disk is full"))
+    assert t1.user.answers()[-1]["code"] == V.DISK_FULL
+    t1.user.enable(1)
+    assert jog(t1) is V.ACCEPTED
+
+
+def test_a_change_that_is_refused_at_once_holds_up_nothing(t1: BusyCell) -> None:
+    t1.is_busy = True
+    t1.begin(t1.user, **(SELECT | {"name": "unknown"}))
+    assert jog(t1) is V.ACCEPTED
+
+
+def test_a_change_of_frames_and_one_of_tools_at_once_do_not_undo_each_other(
+    t1: BusyCell,
+) -> None:
+    t1.is_busy = True
+    t1.begin(t1.user, **ADD_FRAME)
+    t1.begin(t1.user, **SELECT)
+    assert t1.user.answers()[-1]["code"] == V.STORE_BUSY
+    t1.catch_up()
+    assert "table" in t1.user.ask("frames.show")["names"]
+    assert t1.user.ask(**SELECT) == {"revision": 2}
+    assert "table" in t1.user.ask("frames.show")["names"]
+
+
+def test_no_motion_begins_before_frames_tools_and_scene_were_read_at_the_start() -> None:
+    cell = SlowStart()
+    assert move(cell) is V.CHANGE_WHILE_MOVING
+    assert "being read" in why(cell, "move")["text"]
+    while cell.waiting:
+        assert move(cell) is V.CHANGE_WHILE_MOVING
+        cell.catch_up()
+        cell.is_busy = bool(cell.waiting)
+    assert move(cell) is V.ACCEPTED
+
+
+def test_nothing_is_changed_before_what_is_kept_was_read() -> None:
+    """What was read would come into force in its place."""
+    cell = SlowStart()
+    box = {"name": "box", "shape": {"type": "box", "size": [0.1, 0.1, 0.1]}, "position": [2, 0, 0]}
+    assert cell.user.ask(**ADD_FRAME)["code"] == V.STORE_BUSY
+    assert cell.user.ask("scene.add", object=box, expected_revision=0)["code"] == V.STORE_BUSY
+
+
+def test_documents_that_cannot_be_read_hold_up_nothing_once_that_is_known() -> None:
+    cell = SlowStart()
+    while cell.waiting:
+        cell.fail(DiskFull("store.db: disk I/O error"))
+    assert move(cell) is V.ACCEPTED
+
+
+class SlowStart(BusyCell):
+    def perform(self, outgoing: list[Any]) -> list[Any]:
+        self.is_busy = self.is_busy or not hasattr(self, "user")
+        return super().perform(outgoing)
