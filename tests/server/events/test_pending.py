@@ -130,9 +130,7 @@ def withdrawn_of(rig: ServerRig) -> list[int]:
 
 
 @pytest.mark.parametrize("end", [Pendant.release, Pendant.stop], ids=["release", "software stop"])
-def test_a_motion_that_ends_while_it_is_planned_withdraws_its_job(
-    end: Callable[[Pendant], object],
-) -> None:
+def test_a_motion_that_ends_in_planning_withdraws_its_job(end: Callable[[Pendant], object]) -> None:
     rig, pendant = planning()
     end(pendant)
     assert withdrawn_of(rig) == [rig.jobs[0].job_id]

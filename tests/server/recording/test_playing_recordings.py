@@ -37,7 +37,7 @@ at_each_step = pytest.mark.parametrize("answered", range(4))
 
 
 @pytest.fixture
-def bare_cell() -> EmulatedCell:
+def bare() -> EmulatedCell:
     made = EmulatedCell(has_surroundings=True)
     made.wait(100)
     return made
@@ -56,9 +56,9 @@ def _keep(cell: EmulatedCell, **about: Any) -> None:
 
 
 @pytest.fixture
-def cell(bare_cell: EmulatedCell) -> EmulatedCell:
-    _keep(bare_cell, robot="ur5")
-    return bare_cell
+def cell(bare: EmulatedCell) -> EmulatedCell:
+    _keep(bare, robot="ur5")
+    return bare
 
 
 def _loading(cell: EmulatedCell, answered: int) -> Pendant:
@@ -247,9 +247,7 @@ def test_of_a_part_no_more_than_its_chunks_are_kept_and_nothing_behind_it_is_rea
     assert sum(kept.answered) <= MOST_CHUNK_BYTES
 
 
-def test_a_whole_that_is_too_large_is_refused_before_anything_is_loaded(
-    too_large: list[bytes],
-) -> None:
+def test_a_whole_that_is_too_large_is_refused_before_any_is_loaded(too_large: list[bytes]) -> None:
     kept = Kept(too_large)
     refused = refusal_from(kept.load())
     assert (refused.code, refused.value) == (V.TOO_LARGE, 65 << 20)
@@ -343,7 +341,7 @@ def test_nothing_is_told_of_what_was_dropped() -> None:
     assert told == []
 
 
-WITHOUT_J6 = [f"j{number}" for number in range(1, 6)]
+TO_J5 = COLUMNS[1:6]
 
 
 def test_playing_needs_the_motion_authority(cell: EmulatedCell) -> None:
@@ -351,11 +349,9 @@ def test_playing_needs_the_motion_authority(cell: EmulatedCell) -> None:
     assert told["code"] == V.NOT_IN_CONTROL
 
 
-def test_a_recording_that_was_cut_off_is_played_as_far_as_it_is_kept(
-    bare_cell: EmulatedCell,
-) -> None:
-    _keep(bare_cell, robot="ur5", finished=False)
-    told = bare_cell.holder().ask("recordings.play", name="arc")
+def test_a_recording_that_was_cut_off_is_played_as_far_as_it_goes(bare: EmulatedCell) -> None:
+    _keep(bare, robot="ur5", finished=False)
+    told = bare.holder().ask("recordings.play", name="arc")
     assert (told["samples"], told["recorded"]) == (201, pytest.approx(2.0))
 
 
@@ -364,37 +360,31 @@ def test_a_recording_that_was_cut_off_is_played_as_far_as_it_is_kept(
     [
         ({}, V.RECORDING_WRONG_ROBOT, r"of which robot it is; this robot is 'ur5'.*--robot ur5"),
         ({"robot": "ur10"}, V.RECORDING_WRONG_ROBOT, r"was made with 'ur10'; this robot is 'ur5'"),
-        ({"columns": ["t", *WITHOUT_J6, "temperature"]}, V.BAD_DOCUMENT, r"columns\[6\]: is 'temp"),
-        ({"columns": ["t", *WITHOUT_J6, "j5"]}, V.BAD_DOCUMENT, r"columns\[6\]: is 'j5' once more"),
-        (
-            {"columns": ["j6", *WITHOUT_J6, "t"]},
-            V.BAD_DOCUMENT,
-            r"\[0\]: is 'j6'; accepted: 't' first",
-        ),
+        ({"columns": ["t", *TO_J5, "temperature"]}, V.BAD_DOCUMENT, r"columns\[6\]: is 'temp"),
+        ({"columns": ["t", *TO_J5, "j5"]}, V.BAD_DOCUMENT, r"columns\[6\]: is 'j5' once more"),
+        ({"columns": ["j6", *TO_J5, "t"]}, V.BAD_DOCUMENT, r"\[0\]: is 'j6'; accepted: 't' first"),
     ],
     ids=["of none", "of another", "no joint", "a joint twice", "no time first"],
 )
 def test_a_recording_of_another_robot_or_of_other_columns_is_refused(
-    bare_cell: EmulatedCell, about: dict[str, Any], code: V, why: str
+    bare: EmulatedCell, about: dict[str, Any], code: V, why: str
 ) -> None:
     if "columns" in about:
         about = about | {"robot": "ur5"}
-    _keep(bare_cell, **about)
-    told = bare_cell.holder().ask("recordings.play", name="arc")
+    _keep(bare, **about)
+    told = bare.holder().ask("recordings.play", name="arc")
     assert told["code"] == code
     assert re.search(why, told["text"])
 
 
-def test_joints_in_another_order_are_played_as_they_are_named(bare_cell: EmulatedCell) -> None:
-    _keep(bare_cell, robot="ur5", columns=["t", "j6", "j2", "gap", "j1", "j4", "j5", "j3"])
-    told = bare_cell.holder().ask("recordings.play", name="arc")
+def test_joints_in_another_order_are_played_as_they_are_named(bare: EmulatedCell) -> None:
+    _keep(bare, robot="ur5", columns=["t", "j6", "j2", "gap", "j1", "j4", "j5", "j3"])
+    told = bare.holder().ask("recordings.play", name="arc")
     assert told["approach"] == 0.0  # the robot stands at the first sample
 
 
-def test_a_recording_under_way_is_not_played_and_the_refusal_says_so(
-    bare_cell: EmulatedCell,
-) -> None:
-    holder = bare_cell.holder()
+def test_a_recording_under_way_is_not_played_and_that_is_said(bare: EmulatedCell) -> None:
+    holder = bare.holder()
     holder.ask("recordings.start", name="arc")
     told = holder.ask("recordings.play", name="arc")
     assert told["code"] == V.RECORDING_RUNNING

@@ -115,9 +115,7 @@ def test_a_stop_after_the_end_is_told_why_it_ended(cell: RecordedCell) -> None:
     assert _code(cell.stop()) is V.NOT_RECORDING
 
 
-def test_a_disk_that_fills_while_the_last_rows_are_written_is_told_to_all(
-    cell: RecordedCell,
-) -> None:
+def test_a_disk_that_fills_as_the_last_rows_are_written_is_told_to_all(cell: RecordedCell) -> None:
     cell.start()
     cell.report((0.0, 0.0))
     cell.refuse_with = DiskFull("no room")
@@ -170,9 +168,7 @@ def test_rows_that_waited_for_a_disk_are_kept_however_many_chunks_they_take(
 
 @pytest.mark.usefixtures("small_chunks")
 @pytest.mark.parametrize("answered", [True, False])
-def test_all_that_waits_is_written_when_the_server_goes_down(
-    cell: RecordedCell, answered: bool
-) -> None:
+def test_all_that_waits_is_written_as_the_server_ends(cell: RecordedCell, answered: bool) -> None:
     cell.start()
     cell.answers_at_once = False
     cell.reports(500)
@@ -273,76 +269,74 @@ def test_all_of_a_recording_that_waits_for_a_busy_disk_is_written_when_the_serve
 
 
 @pytest.fixture
-def desk_cell(tmp_path: Path) -> Iterator[SurroundedCell]:
+def desk(tmp_path: Path) -> Iterator[SurroundedCell]:
     made = SurroundedCell(tmp_path)
     yield made
     made.store.close()
 
 
-def _record(desk_cell: SurroundedCell, reports: int = 100) -> None:
-    desk_cell.ask("recordings.start", name="arc")
+def _record(desk: SurroundedCell, reports: int = 100) -> None:
+    desk.ask("recordings.start", name="arc")
     home = robot().home_position
     for step in range(reports):
-        desk_cell.report((home[0] + 0.001 * step, *home[1:]))
+        desk.report((home[0] + 0.001 * step, *home[1:]))
 
 
-def _problem_in_snapshot(desk_cell: SurroundedCell) -> str:
+def _problem_in_snapshot(desk: SurroundedCell) -> str:
     settings = make_settings({}, "test")
-    return snapshot(desk_cell.cell, settings, desk_cell.now, desk_cell.around).recording_problem
+    return snapshot(desk.cell, settings, desk.now, desk.around).recording_problem
 
 
-def test_a_recording_is_begun_ended_and_described(desk_cell: SurroundedCell) -> None:
-    _record(desk_cell)
-    assert desk_cell.ask("recordings.stop")["samples"] == 100
-    about = desk_cell.ask("recordings.describe", name="arc")
+def test_a_recording_is_begun_ended_and_described(desk: SurroundedCell) -> None:
+    _record(desk)
+    assert desk.ask("recordings.stop")["samples"] == 100
+    about = desk.ask("recordings.describe", name="arc")
     assert (about["robot"], about["samples"], about["revision"]) == ("ur5", 100, 2)
     assert about["joints"] == list(robot().limits.names)
     assert about["rate"] == pytest.approx(100.0)
 
 
-def test_the_list_shows_the_recording_under_way(desk_cell: SurroundedCell) -> None:
-    _record(desk_cell)
-    desk_cell.ask("recordings.stop")
-    desk_cell.ask("recordings.start", name="bow")
-    desk_cell.report()
-    listed = desk_cell.ask("recordings.list")
+def test_the_list_shows_the_recording_under_way(desk: SurroundedCell) -> None:
+    _record(desk)
+    desk.ask("recordings.stop")
+    desk.ask("recordings.start", name="bow")
+    desk.report()
+    listed = desk.ask("recordings.list")
     assert [each["name"] for each in listed["recordings"]] == ["arc", "bow"]
     assert listed["recording"]["name"] == "bow"
 
 
-def test_a_recording_is_cut_renamed_and_deleted(desk_cell: SurroundedCell) -> None:
-    _record(desk_cell)
-    desk_cell.ask("recordings.stop")
-    desk_cell.ask("recordings.trim", name="arc", new_name="part", begins=0.2, ends=0.4)
-    assert desk_cell.ask("recordings.describe", name="part")["samples"] == 21
-    desk_cell.ask("recordings.rename", name="part", new_name="bit", expected_revision=2)
-    desk_cell.ask("recordings.delete", name="arc", expected_revision=2)
-    left = [each["name"] for each in desk_cell.ask("recordings.list")["recordings"]]
+def test_a_recording_is_cut_renamed_and_deleted(desk: SurroundedCell) -> None:
+    _record(desk)
+    desk.ask("recordings.stop")
+    desk.ask("recordings.trim", name="arc", new_name="part", begins=0.2, ends=0.4)
+    assert desk.ask("recordings.describe", name="part")["samples"] == 21
+    desk.ask("recordings.rename", name="part", new_name="bit", expected_revision=2)
+    desk.ask("recordings.delete", name="arc", expected_revision=2)
+    left = [each["name"] for each in desk.ask("recordings.list")["recordings"]]
     assert left == ["bit"]
 
 
-def test_what_is_being_recorded_is_neither_deleted_nor_renamed(desk_cell: SurroundedCell) -> None:
-    desk_cell.ask("recordings.start", name="arc")
-    refused = desk_cell.refused("recordings.delete", name="arc", expected_revision=1)
+def test_what_is_being_recorded_is_neither_deleted_nor_renamed(desk: SurroundedCell) -> None:
+    desk.ask("recordings.start", name="arc")
+    refused = desk.refused("recordings.delete", name="arc", expected_revision=1)
     assert refused[0] is V.RECORDING_RUNNING
 
 
 @pytest.mark.parametrize("factor", [0.05, 4.5, float("inf")])
-def test_a_factor_out_of_bounds_is_refused(desk_cell: SurroundedCell, factor: float) -> None:
-    code, text = desk_cell.refused("recordings.play", name="arc", factor=factor)
+def test_a_factor_out_of_bounds_is_refused(desk: SurroundedCell, factor: float) -> None:
+    code, text = desk.refused("recordings.play", name="arc", factor=factor)
     assert code is V.BAD_ARGUMENT
     assert "factor" in text
 
 
-def test_a_store_that_fails_is_told(desk_cell: SurroundedCell) -> None:
-    desk_cell.refuse_with = StoreFailed("no disk")
-    assert desk_cell.refused("recordings.start", name="arc")[0] is V.STORE_FAILED
+def test_a_store_that_fails_is_told(desk: SurroundedCell) -> None:
+    desk.refuse_with = StoreFailed("no disk")
+    assert desk.refused("recordings.start", name="arc")[0] is V.STORE_FAILED
 
 
-def test_of_a_recording_that_a_crash_cut_off_the_rows_are_counted(
-    desk_cell: SurroundedCell, tmp_path: Path
-) -> None:
-    _record(desk_cell, 154)
+def test_the_rows_of_what_a_crash_cut_off_are_counted(desk: SurroundedCell, tmp_path: Path) -> None:
+    _record(desk, 154)
     after = SurroundedCell(tmp_path)
     about = after.ask("recordings.describe", name="arc")
     assert not about["finished"]
@@ -355,49 +349,49 @@ def test_of_a_recording_that_a_crash_cut_off_the_rows_are_counted(
     after.store.close()
 
 
-def test_a_recording_under_way_has_no_problem(desk_cell: SurroundedCell) -> None:
-    desk_cell.ask("recordings.start", name="arc")
-    desk_cell.reports(60)
-    about = desk_cell.ask("recordings.describe", name="arc")
+def test_a_recording_under_way_has_no_problem(desk: SurroundedCell) -> None:
+    desk.ask("recordings.start", name="arc")
+    desk.reports(60)
+    about = desk.ask("recordings.describe", name="arc")
     assert (about["finished"], about["samples"], about["problem"]) == (False, 60, "")
-    assert _problem_in_snapshot(desk_cell) == ""
+    assert _problem_in_snapshot(desk) == ""
     assert about["duration"] == pytest.approx(0.59)
 
 
 def test_who_records_hears_of_a_full_disk_by_an_outcome_and_at_the_stop(
-    desk_cell: SurroundedCell,
+    desk: SurroundedCell,
 ) -> None:
-    desk_cell.ask("recordings.start", name="arc")
-    desk_cell.reports(60)
-    desk_cell.refuse_with = DiskFull("no room")
-    desk_cell.reports(60)
-    (told,) = desk_cell.outcomes
+    desk.ask("recordings.start", name="arc")
+    desk.reports(60)
+    desk.refuse_with = DiskFull("no room")
+    desk.reports(60)
+    (told,) = desk.outcomes
     assert (told.request_id, told.outcome) == (7, OutcomeKind.ABORTED)
     assert told.code == V.DISK_FULL
     assert told.text == "recording 'arc' ended by itself, 51 samples kept: no room"
-    assert desk_cell.refused("recordings.stop") == (V.DISK_FULL, told.text)
-    desk_cell.refuse_with = None
-    assert desk_cell.ask("recordings.list")["problem"] == told.text
-    assert _problem_in_snapshot(desk_cell) == told.text
-    about = desk_cell.ask("recordings.describe", name="arc")
+    assert desk.refused("recordings.stop") == (V.DISK_FULL, told.text)
+    desk.refuse_with = None
+    assert desk.ask("recordings.list")["problem"] == told.text
+    assert _problem_in_snapshot(desk) == told.text
+    about = desk.ask("recordings.describe", name="arc")
     assert (about["samples"], about["problem"]) == (51, told.text)
 
 
-def test_a_damaged_recording_hides_no_other_in_the_list(desk_cell: SurroundedCell) -> None:
-    _record(desk_cell)
-    desk_cell.ask("recordings.stop")
-    desk_cell.store.save(DocumentKind.RECORDING, "bad", "{}", expected_revision=0, author="ann")
-    arc, bad = desk_cell.ask("recordings.list")["recordings"]
+def test_a_damaged_recording_hides_no_other_in_the_list(desk: SurroundedCell) -> None:
+    _record(desk)
+    desk.ask("recordings.stop")
+    desk.store.save(DocumentKind.RECORDING, "bad", "{}", expected_revision=0, author="ann")
+    arc, bad = desk.ask("recordings.list")["recordings"]
     assert (arc["samples"], arc["problem"]) == (100, "")
     assert "columns" in bad["problem"]
 
 
-def test_an_imported_recording_is_counted(desk_cell: SurroundedCell) -> None:
+def test_an_imported_recording_is_counted(desk: SurroundedCell) -> None:
     body = json.dumps({"columns": ["t", "j1", "j2", "j3", "j4", "j5", "j6"], "robot": "ur5"})
-    desk_cell.store.save(DocumentKind.RECORDING, "csv", body, expected_revision=0, author="ann")
+    desk.store.save(DocumentKind.RECORDING, "csv", body, expected_revision=0, author="ann")
     rows = [(0.1 * n, *robot().home_position) for n in range(11)]
-    desk_cell.store.append_chunk("csv", 0, pack_rows(rows))
-    about = desk_cell.ask("recordings.describe", name="csv")
+    desk.store.append_chunk("csv", 0, pack_rows(rows))
+    about = desk.ask("recordings.describe", name="csv")
     assert (about["samples"], about["finished"], about["problem"]) == (11, True, "")
     assert about["duration"] == pytest.approx(1.0)
     assert about["rate"] == pytest.approx(10.0)

@@ -193,7 +193,7 @@ def test_a_late_answer_holds_the_robot_within_fifty_milliseconds(moving: Monitor
 
 
 @pytest.mark.parametrize("refusal", [HIT, Refusal(V.PLANNER_FAILED)], ids=["a hit", "no answer"])
-def test_what_would_touch_or_nobody_can_look_at_is_stopped_at_once(
+def test_what_would_touch_or_is_not_looked_at_is_stopped(
     moving: MonitoredRig, refusal: Refusal
 ) -> None:
     job = moving.change()

@@ -17,10 +17,8 @@ from openpendant.server.store.store_errors import DiskFull
 from openpendant.simplemsg.pendant import ProgramState
 from openpendant.simplemsg.verdicts import VerdictCode as V
 
-TABLE: dict[str, Any] = {
-    "position": [0.5, 0.0, 0.0],
-    "orientation": [0, 0, math.sin(0.5), math.cos(0.5)],
-}
+TURNED = [0, 0, math.sin(0.5), math.cos(0.5)]
+TABLE: dict[str, Any] = {"position": [0.5, 0.0, 0.0], "orientation": TURNED}
 GRIPPER = {"position": [0.0, 0.0, 0.12]}
 BOX = {"name": "box", "shape": {"type": "box", "size": [0.1, 0.1, 0.1]}, "position": [2, 0, 0]}
 
@@ -105,9 +103,7 @@ def test_the_selected_tool_moves_where_the_tool_is(cell: SurroundedCell) -> None
     assert math.dist(flange, tool) == pytest.approx(0.12)
 
 
-def test_a_robot_that_stands_still_shows_the_tool_that_was_just_selected(
-    cell: SurroundedCell,
-) -> None:
+def test_a_robot_that_stands_still_shows_the_tool_just_selected(cell: SurroundedCell) -> None:
     home, rest = robot().home_position, (0.0,) * len(robot().home_position)
     before = cell.mathematics.tool_motion(home, rest)
     assert cell.mathematics.tool_motion(home, rest) == before
@@ -259,9 +255,7 @@ def balls(count: int) -> dict[str, Any]:
     return {"schema": "openpendant-scene/1", "objects": [ball(number) for number in range(count)]}
 
 
-def test_a_scene_of_too_many_pairs_is_refused_and_the_one_in_force_stays(
-    cell: SurroundedCell,
-) -> None:
+def test_a_scene_of_too_many_pairs_is_refused_and_the_old_one_stays(cell: SurroundedCell) -> None:
     cell.ask("scene.import", content=balls(MOST_BALLS), expected_revision=0)
     code, text = cell.refused("scene.add", object=ball(MOST_BALLS), expected_revision=1)
     assert code is V.TOO_LARGE

@@ -200,9 +200,8 @@ def refusal_of_server(data: dict[str, Any]) -> str:
 
 
 def test_a_cell_file_is_a_server_of_one_cell() -> None:
-    assert make_server_settings({"robot": "kr6"}, "cell.toml") == ServerSettings(
-        (CellSettings(robot="kr6"),)
-    )
+    settings = make_server_settings({"robot": "kr6"}, "cell.toml")
+    assert settings == ServerSettings((CellSettings(robot="kr6"),))
 
 
 def test_each_cell_has_its_own_tables_and_all_share_the_rest() -> None:
@@ -337,16 +336,14 @@ def test_no_name_is_asked_for_where_no_port_is_the_same(monkeypatch: pytest.Monk
 
 @pytest.mark.parametrize("key", ["name", "robot", "controller", "ros_i", "modes", "jog"])
 def test_what_belongs_to_a_cell_is_refused_beside_the_cells(key: str) -> None:
-    assert refusal_of_server({**room(), key: "ur5"}).startswith(
-        f"room.toml: {key}: belongs to one cell"
-    )
+    said = refusal_of_server({**room(), key: "ur5"})
+    assert said.startswith(f"room.toml: {key}: belongs to one cell")
 
 
 @pytest.mark.parametrize("cells", [[], 3, "left", [3], [{"name": "x"}] * 65])
 def test_cells_that_are_no_tables_or_too_many_are_refused(cells: object) -> None:
-    assert refusal_of_server({"cells": cells}).startswith(
-        "room.toml: cells: expected 1 to 64 tables"
-    )
+    said = refusal_of_server({"cells": cells})
+    assert said.startswith("room.toml: cells: expected 1 to 64 tables")
 
 
 PAGE = Path(__file__).parents[3] / "docs" / "configuration.md"

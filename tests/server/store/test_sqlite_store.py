@@ -44,9 +44,7 @@ def test_everything_is_there_after_the_file_was_closed_and_opened(path: Path) ->
         assert store.load_chunks("r", 0, 10) == (b"12345678",)
 
 
-def test_of_two_edits_of_one_program_the_later_is_refused_with_both_revisions(
-    path: Path,
-) -> None:
+def test_of_two_edits_of_one_program_the_later_is_refused_with_both_revisions(path: Path) -> None:
     """Promise 22: nobody overwrites what he has not seen, not even from another process."""
     with opened(path) as first, opened(path) as second:
         save(first, "weld", '{"speed": 1}')
@@ -109,9 +107,7 @@ def test_a_deleted_document_is_gone_but_for_its_history(store: SqliteStore) -> N
     assert [heading.deleted for heading in store.history(PROGRAM, "weld")] == [False, True]
 
 
-def test_revisions_go_on_after_a_deletion_so_that_none_fits_twice(
-    store: SqliteStore,
-) -> None:
+def test_revisions_go_on_after_a_deletion_so_that_none_fits_twice(store: SqliteStore) -> None:
     save(store, "weld")
     store.delete(PROGRAM, "weld", expected_revision=1, author=BOB)
     for late in (1, 2):
@@ -212,10 +208,8 @@ def test_a_body_may_be_as_large_as_its_cap(store: SqliteStore, kind: DocumentKin
 def test_a_recording_grows_by_chunks_without_a_cap(store: SqliteStore) -> None:
     begin_recording(store)
     assert store.extent("r") == Extent(0, 0)
-    for number in range(100):
-        assert store.append_chunk("r", number, b"%08d" % number) == Extent(
-            number + 1, 8 * (number + 1)
-        )
+    for n in range(100):
+        assert store.append_chunk("r", n, b"%08d" % n) == Extent(n + 1, 8 * (n + 1))
     assert store.extent("r") == Extent(100, 800)
     assert store.load_chunks("r", 98, 10) == (b"00000098", b"00000099")
     assert store.load_chunks("r", 0, 2) == (b"00000000", b"00000001")
@@ -289,9 +283,8 @@ def test_a_clock_that_jumps_changes_stamps_and_nothing_else(path: Path) -> None:
             for revision in range(9):
                 save(store, "weld", f'{{"n": {revision}}}', revision)
             assert store.load(PROGRAM, "weld").body == '{"n": 8}'
-            histories.append(
-                [(heading.revision, heading.size) for heading in store.history(PROGRAM, "weld")]
-            )
+            history = store.history(PROGRAM, "weld")
+            histories.append([(heading.revision, heading.size) for heading in history])
     assert histories[0] == histories[1]
 
 

@@ -181,9 +181,7 @@ def test_a_write_that_fails_halfway_is_undone(tmp_path: Path) -> None:
         check_all_there(store, count + 1)
 
 
-def test_a_read_only_disk_refuses_every_change(
-    mount: Mount, caplog: pytest.LogCaptureFixture
-) -> None:
+def test_a_read_only_disk_refuses_changes(mount: Mount, caplog: pytest.LogCaptureFixture) -> None:
     path = mount(512) / "store.db"
     with opened(path) as store:
         save(store, "p00000", BODY)

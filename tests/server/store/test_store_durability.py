@@ -57,9 +57,7 @@ def test_a_file_has_its_content_on_the_disk_before_its_name_and_then_the_name(
 
 
 @linux_only
-def test_a_new_store_has_its_name_on_the_disk_before_a_save(
-    tmp_path: Path, told: list[str]
-) -> None:
+def test_a_new_store_has_its_name_on_disk_before_a_save(tmp_path: Path, told: list[str]) -> None:
     with opened(tmp_path / "store.db"):
         made = told.index("link store.db")
         assert re.fullmatch(r"sync store\.db\.partial-\w+", told[made - 1])

@@ -148,9 +148,7 @@ def test_every_broken_file_is_kept(path: Path) -> None:
 @pytest.mark.parametrize(
     ("content", "words"), [(b"broken", "not a database"), (b"", "0 bytes"), (None, "no such file")]
 )
-def test_what_cannot_be_read_is_left_as_it_is(
-    path: Path, content: bytes | None, words: str
-) -> None:
+def test_what_is_unreadable_is_left_as_it_is(path: Path, content: bytes | None, words: str) -> None:
     if content is not None:
         path.write_bytes(content)
     with pytest.raises(store_errors.StoreFailed, match=words):
@@ -167,9 +165,8 @@ def test_a_log_cut_anywhere_loses_no_earlier_change(path: Path) -> None:
             save(store, f"p{number}")
         main, log = path.read_bytes(), path.with_name("store.db-wal").read_bytes()
         rng = random.Random(3)
-        for number, size in enumerate(
-            [0, 31, len(log), *(rng.randrange(len(log)) for _ in "12345")]
-        ):
+        sizes = [0, 31, len(log), *(rng.randrange(len(log)) for _ in range(5))]
+        for number, size in enumerate(sizes):
             copy = path.with_name(f"copy{number}.db")
             copy.write_bytes(main)
             copy.with_name(f"{copy.name}-wal").write_bytes(log[:size])

@@ -286,9 +286,7 @@ def test_a_start_without_the_file_is_the_first_and_takes_no_log_of_a_killed_serv
     assert sqlite_store.check_store(path).problems == ()
 
 
-def test_an_older_copy_beside_a_killed_servers_log_is_served_or_set_aside_whole(
-    path: Path,
-) -> None:
+def test_an_older_copy_beside_a_killed_servers_log_is_served_or_set_aside_whole(path: Path) -> None:
     killed(path)
     change(path, "an older copy put there")
     with opened(path) as store:

@@ -82,9 +82,7 @@ def test_a_breakpoint_follows_an_edit_and_its_undo_and_redo(cell: ProgramCell, w
     assert again["breakpoints"] == expected
 
 
-def test_a_run_pauses_at_the_statement_after_statements_were_put_before_it(
-    cell: ProgramCell,
-) -> None:
+def test_a_run_pauses_at_the_statement_that_others_were_put_before(cell: ProgramCell) -> None:
     edit(cell, 1, "insert", at=0, statements=NEW)
     assert pauses_at(cell) == ["move PTP c"]
 
@@ -122,9 +120,7 @@ def test_a_save_from_elsewhere_is_followed_at_the_next_run(cell: ProgramCell) ->
     assert shown(cell) == [3]
 
 
-def test_everybody_hears_at_the_run_of_breakpoints_that_went_with_their_statements(
-    cell: ProgramCell,
-) -> None:
+def test_everybody_hears_of_breakpoints_that_went_with_their_statements(cell: ProgramCell) -> None:
     cell.keep("main", "move PTP b\nwait 0.1 s\n", expected_revision=1)
     assert pauses_at(cell) == []
     assert LOST in [report.text for report in cell.reports()]
@@ -140,9 +136,7 @@ def test_breakpoints_of_a_revision_that_is_kept_no_more_are_dropped(cell: Progra
     assert cell.user.ask("programs.load", name="main")["dropped_breakpoints"] == 1
 
 
-def test_an_edit_during_a_run_leaves_the_breakpoints_of_the_run_where_they_are(
-    cell: ProgramCell,
-) -> None:
+def test_an_edit_during_a_run_leaves_its_breakpoints_where_they_are(cell: ProgramCell) -> None:
     assert cell.run() is V.ACCEPTED
     edit(cell, 1, "insert", at=0, statements=NEW)
     cell.until_state(ProgramState.AT_BREAKPOINT)
@@ -196,7 +190,7 @@ def test_a_program_of_another_robot_is_neither_edited_nor_given_breakpoints() ->
         assert "'ur5'" in refused["text"]
 
 
-LOOPS = "move PTP a\nmove PTP b\n"
+LOOPS, SECOND_AT = "move PTP a\nmove PTP b\n", BODY_LINE + 1
 
 
 @pytest.mark.parametrize(
@@ -204,10 +198,7 @@ LOOPS = "move PTP a\nmove PTP b\n"
     [
         ({"loops": 3}, "is under way once; accepted: loops 1 to go on, or 3 after a program stop"),
         ({"loops": 0}, "is under way once; accepted: loops 1 to go on, or 0 after a program stop"),
-        (
-            {"line": BODY_LINE + 1},
-            f"line 0 to go on there, or line {BODY_LINE + 1} after a program stop",
-        ),
+        ({"line": SECOND_AT}, f"line 0 to go on there, or line {SECOND_AT} after a program stop"),
         ({"program": "other"}, "accepted: that, or another after a program stop"),
     ],
 )
@@ -238,9 +229,7 @@ def test_a_step_is_taken_whatever_the_loops_of_the_run() -> None:
 
 
 @pytest.mark.parametrize("statement", [4, 999])
-def test_a_breakpoint_at_a_statement_that_is_not_there_is_refused_with_their_number(
-    statement: int,
-) -> None:
+def test_a_breakpoint_at_no_statement_is_refused_with_their_number(statement: int) -> None:
     cell = ProgramCell(main="move PTP a\nmove PTP b\nmove PTP c\nmove PTP a\n")
     refused = cell.user.ask("programs.breakpoints", name="main", statements=[0, statement])
     assert refused["code"] == V.BAD_ARGUMENT
@@ -283,9 +272,7 @@ def verdict(cell: ProgramCell) -> Verdict:
 
 
 @pytest.mark.parametrize("revision", [2, 0], ids=["the one that is kept", "the newest"])
-def test_the_revision_that_is_kept_runs_and_is_told_to_the_end(
-    edited: ProgramCell, revision: int
-) -> None:
+def test_the_revision_that_is_kept_runs_and_is_told(edited: ProgramCell, revision: int) -> None:
     assert edited.run(revision=revision) is V.ACCEPTED
     assert edited.reports()[-1].revision == 2
     assert edited.until_outcomes() == [V.ACCEPTED]

@@ -68,9 +68,7 @@ def test_what_ends_a_motion_ends_a_program_that_waits_for_good(what: str, where:
 
 
 @pytest.mark.parametrize("what", ["emergency stop", "motion link", "reports", "ROS-I STOP"])
-def test_a_program_that_is_paused_in_a_wait_stays_paused_and_moves_when_it_is_resumed(
-    what: str,
-) -> None:
+def test_a_program_paused_in_a_wait_stays_paused_and_moves_when_it_is_resumed(what: str) -> None:
     cell = waiting(WAITS["a wait"])
     assert cell.control(PAUSE) is V.ACCEPTED
     INTERRUPTIONS[what][0](cell)
@@ -197,7 +195,7 @@ OTHERS: dict[str, Callable[[Pendant], V | None]] = {
 
 
 @pytest.mark.parametrize("kind", OTHERS)
-def test_no_other_motion_begins_beside_a_program_that_is_loaded(
+def test_no_other_motion_begins_beside_a_program_being_loaded(
     loading: WorkingCell, kind: str
 ) -> None:
     assert OTHERS[kind](loading.user) is V.PROGRAM_RUNNING
@@ -207,7 +205,7 @@ def test_no_other_motion_begins_beside_a_program_that_is_loaded(
     assert OTHERS[kind](loading.user) is V.ACCEPTED
 
 
-def test_no_jog_begins_beside_a_program_that_is_loaded(cell: WorkingCell) -> None:
+def test_no_jog_begins_beside_a_program_being_loaded(cell: WorkingCell) -> None:
     cell.user.mode(OperatingMode.MANUAL_REDUCED)
     cell.user.enable(0, 1)
     cell.run()
@@ -224,9 +222,7 @@ def test_nothing_is_paused_or_resumed_while_a_program_is_loaded_and_what_helps_i
     assert "accepted: program stop" in loading.user.all(messages.Verdict)[-1].text
 
 
-def test_a_program_that_is_loaded_is_shown_as_planned_and_why_names_it(
-    loading: WorkingCell,
-) -> None:
+def test_a_program_being_loaded_is_shown_as_planned_and_why_names_it(loading: WorkingCell) -> None:
     watcher = loading.pendant("watcher", state_rate=100.0)
     loading.wait(20)
     state = watcher.all(messages.State)[-1]

@@ -139,9 +139,7 @@ def test_a_lower_cap_slows_what_moves_and_a_higher_one_makes_nothing_faster_than
 
 
 @pytest.mark.parametrize("action", [PAUSE, RESUME, STOP])
-def test_with_nothing_under_way_there_is_nothing_to_control(
-    action: MotionControlAction,
-) -> None:
+def test_with_nothing_under_way_there_is_nothing_to_control(action: MotionControlAction) -> None:
     assert JogPad(ready()).control(action) is V.NOTHING_TO_CONTROL
 
 

@@ -34,9 +34,7 @@ JOINED_LINES = "move PTP a\nmove LIN b zone 5 mm\nmove LIN c zone 5 mm\nmove LIN
 
 
 @pytest.mark.parametrize("statements", [THERE_AND_BACK, JOINED_LINES])
-def test_the_slow_way_to_the_first_point_is_announced_and_every_line_is_reported(
-    statements: str,
-) -> None:
+def test_the_slow_way_to_the_first_point_is_announced_and_every_line_told(statements: str) -> None:
     """Moves joined by zones are one motion, whose lines are told on the way."""
     cell = ProgramCell(main=statements)
     watcher = cell.pendant("watcher")

@@ -51,9 +51,7 @@ def noted(rig: GuardedRig) -> list[tuple[AuditEvent, str, object, object]]:
     ]
 
 
-def test_a_program_is_noted_with_its_revision_from_its_begin_to_its_end(
-    rig: GuardedRig, otto: Pendant
-) -> None:
+def test_a_program_is_noted_with_its_revision_begin_and_end(rig: GuardedRig, otto: Pendant) -> None:
     keep(rig, "pick", "wait 0.1 s\n", revisions=7)
     assert run(otto, "pick") is V.ACCEPTED
     assert noted(rig) == [(BEGAN, "otto", "pick", 7)]
@@ -104,9 +102,7 @@ def test_the_end_of_a_program_is_noted_with_why(rig: GuardedRig, otto: Pendant) 
     assert "a hand in the way" in str(ended.detail["text"])
 
 
-def test_a_program_that_ends_with_a_login_is_noted_as_of_that_login(
-    rig: GuardedRig, otto: Pendant
-) -> None:
+def test_a_program_that_ends_with_a_login_is_noted_for_it(rig: GuardedRig, otto: Pendant) -> None:
     keep(rig, "pick", "wait 9 s\n")
     run(otto, "pick")
     rig.wait(50)

@@ -51,8 +51,9 @@ from openpendant.simplemsg.pendant.management.words import ProgramError
 from openpendant.simplemsg.verdicts import VerdictCode as V
 
 D = TeachPoint("d", (0.5,) * 6)
-FIRST, *LOOP, LAST = ("move PTP a", "loop 2", "move CIRC b via a", "end", "wait 1 s")
-BEFORE = program("\n".join([FIRST, *LOOP, LAST]))
+LINES = ["move PTP a", "loop 2", "move CIRC b via a", "end", "wait 1 s"]
+FIRST, *LOOP, LAST = LINES
+BEFORE = program("\n".join(LINES))
 
 
 def test_recording_adds_a_point_and_appends_its_move() -> None:
@@ -100,11 +101,8 @@ def test_a_used_point_is_not_deleted_and_its_statements_are_named() -> None:
 @pytest.mark.parametrize(
     ("edit", "expected"),
     [
-        (InsertStatements((Wait(2.0),), at=0), ["wait 2 s", FIRST, *LOOP, LAST]),
-        (
-            InsertStatements((Loop(), Wait(2.0), End())),
-            [FIRST, *LOOP, LAST, "loop", "wait 2 s", "end"],
-        ),
+        (InsertStatements((Wait(2.0),), at=0), ["wait 2 s", *LINES]),
+        (InsertStatements((Loop(), Wait(2.0), End())), [*LINES, "loop", "wait 2 s", "end"]),
         (RecordPoint(D, Move(Way.LIN, "d"), at=1), [FIRST, "move LIN d", *LOOP, LAST]),
         (DeleteStatements(1, 3), [FIRST, LAST]),
         (ReorderStatements(4, 1, 0), [LAST, FIRST, *LOOP]),
@@ -284,9 +282,7 @@ texts = st.lists(st.sampled_from("abc"), max_size=8)
 
 
 @given(edits)
-def test_each_statement_that_an_edit_leaves_is_where_the_edit_put_it_and_leads_back(
-    edit: Edit,
-) -> None:
+def test_each_statement_that_an_edit_leaves_is_where_it_was_put_and_leads_back(edit: Edit) -> None:
     try:
         after = apply(ALL_DIFFERENT, edit).statements
     except ProgramError:
@@ -320,9 +316,7 @@ def test_a_statement_found_again_is_never_one_of_those_beside_it(
 
 
 @given(texts, texts)
-def test_what_is_found_again_is_the_same_and_found_once(
-    before: list[str], after: list[str]
-) -> None:
+def test_what_is_found_again_is_the_same_and_once_only(before: list[str], after: list[str]) -> None:
     pairs = list(zip(before, places(before, after), strict=True))
     found = [place for _, place in pairs if place is not None]
     assert len(set(found)) == len(found)
@@ -335,9 +329,7 @@ def test_a_text_that_did_not_change_keeps_every_place(text: list[str]) -> None:
 
 
 @given(st.permutations("abcdef"), st.permutations("abcdef"))
-def test_a_statement_like_no_other_is_found_wherever_it_went(
-    before: list[str], after: list[str]
-) -> None:
+def test_a_unique_statement_is_found_wherever_it_went(before: list[str], after: list[str]) -> None:
     assert places(before, after) == [after.index(each) for each in before]
 
 
@@ -354,9 +346,7 @@ def test_a_statement_like_no_other_is_found_wherever_it_went(
         ("", "a", []),
     ],
 )
-def test_what_may_have_gone_or_stayed_is_not_found(
-    before: str, after: str, found: list[int | None]
-) -> None:
+def test_what_may_have_gone_is_not_found(before: str, after: str, found: list[int | None]) -> None:
     assert places(before, after) == found
 
 

@@ -10,13 +10,7 @@ from typing import Any
 import pytest
 from rigs.cells.expectations import expect
 from rigs.data.journal_records import read_back
-from rigs.data.large_programs import (
-    WorkCount,
-    WorkingCell,
-    count_work,
-    large_body,
-    large_text,
-)
+from rigs.data.large_programs import WorkCount, WorkingCell, count_work, large_body, large_text
 from rigs.processes.planning_children import running_pool
 
 from openpendant.motion.description.robot import serial_robot
@@ -121,7 +115,7 @@ def test_an_edit_of_the_largest_program_reads_what_it_brings_and_no_more(
     assert parses == 0
 
 
-def test_undo_and_redo_of_the_largest_program_need_no_reading_at_all(
+def test_undo_and_redo_of_the_largest_program_read_nothing(
     cell: WorkingCell, count: WorkCount
 ) -> None:
     keep(cell)
@@ -148,7 +142,7 @@ def test_a_point_taught_in_a_long_program_is_read_alone(
     assert count.taken()[0] <= 10
 
 
-def test_a_long_program_that_is_to_run_is_read_some_at_each_tick(
+def test_a_long_program_to_run_is_read_some_at_each_tick(
     cell: WorkingCell, count: WorkCount
 ) -> None:
     keep(cell)
@@ -192,9 +186,7 @@ def test_a_program_stop_while_a_long_program_is_loaded_ends_it(cell: WorkingCell
     assert cell.motions == []
 
 
-def test_programs_that_are_too_long_together_are_refused_with_number_and_limit(
-    cell: WorkingCell,
-) -> None:
+def test_programs_that_are_too_long_together_are_refused(cell: WorkingCell) -> None:
     keep(cell, body=program_to_json(parse(large_text(10, 10) + "call second\ncall third\n")))
     for name in ("second", "third"):
         keep(cell, name, BODY.replace('"main"', f'"{name}"', 1))
@@ -205,9 +197,7 @@ def test_programs_that_are_too_long_together_are_refused_with_number_and_limit(
     assert cell.user.verdicts()[-1][1] is V.PROGRAM_TOO_LARGE
 
 
-def test_of_two_edits_of_a_long_program_at_once_the_later_is_refused_and_nothing_lost(
-    cell: WorkingCell,
-) -> None:
+def test_of_two_edits_of_a_long_program_at_once_the_later_is_refused(cell: WorkingCell) -> None:
     keep(cell)
     other = cell.pendant("other")
     for pendant, word in ((cell.user, "mine"), (other, "theirs")):
@@ -278,7 +268,7 @@ def test_what_was_done_to_a_program_comes_back_from_a_journal(task: tasks.Task) 
     assert plan_from_json(3, record, serial_robot("ur5").limits, ()) == planned
 
 
-def test_breakpoints_of_a_long_program_are_found_again_elsewhere(
+def test_breakpoints_of_a_long_program_are_found_elsewhere(
     cell: WorkingCell, count: WorkCount
 ) -> None:
     keep(cell)
@@ -310,7 +300,7 @@ def test_an_edit_that_brings_too_many_statements_is_refused(cell: WorkingCell) -
 
 
 @pytest.mark.parametrize(("form", "most"), [("text", MOST_BYTES), ("json", MOST_JSON_BYTES)])
-def test_an_upload_of_200_mb_is_refused_as_soon_as_it_is_too_long(
+def test_an_upload_is_refused_as_soon_as_it_is_too_long(
     cell: WorkingCell, form: str, most: int
 ) -> None:
     refused = cell.upload(" " * (most + 1), form=form)

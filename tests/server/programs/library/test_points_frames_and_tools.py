@@ -147,9 +147,7 @@ def test_joints_that_put_the_tool_at_the_pose_agree_with_it() -> None:
 
 
 @pytest.mark.parametrize(("distance", "angle"), [(2e-4, 0.0), (0.0, 2e-3)])
-def test_joints_that_put_it_elsewhere_are_refused_with_numbers(
-    distance: float, angle: float
-) -> None:
+def test_joints_that_put_it_elsewhere_are_refused_by_how_far(distance: float, angle: float) -> None:
     with pytest.raises(PointInconsistent) as caught:
         check_consistency(POINT, lambda *_: reaching(distance, angle))
     assert caught.value.distance == pytest.approx(distance)
@@ -300,9 +298,7 @@ def test_while_it_moves_frames_and_tools_are_not_changed(
     assert selected(t1) is None
 
 
-def test_a_jog_after_the_change_keeps_the_new_tool_below_250_mm_per_second(
-    t1: BusyCell,
-) -> None:
+def test_a_jog_after_the_change_keeps_the_new_tool_below_250_mm_per_second(t1: BusyCell) -> None:
     t1.is_busy = True
     t1.begin(t1.user, **SELECT)
     assert jog(t1) is V.CHANGE_WHILE_MOVING
@@ -316,7 +312,7 @@ def test_a_jog_after_the_change_keeps_the_new_tool_below_250_mm_per_second(
 
 
 @pytest.mark.parametrize("change", [SELECT, ADD_FRAME], ids=lambda each: each["op"])
-def test_a_change_that_the_disk_refuses_holds_up_nothing(
+def test_a_change_refused_by_the_disk_holds_up_nothing(
     t1: BusyCell, change: dict[str, Any]
 ) -> None:
     t1.is_busy = True
@@ -333,9 +329,7 @@ def test_a_change_that_is_refused_at_once_holds_up_nothing(t1: BusyCell) -> None
     assert jog(t1) is V.ACCEPTED
 
 
-def test_a_change_of_frames_and_one_of_tools_at_once_do_not_undo_each_other(
-    t1: BusyCell,
-) -> None:
+def test_a_change_of_frames_and_one_of_tools_at_once_do_not_undo_each_other(t1: BusyCell) -> None:
     t1.is_busy = True
     t1.begin(t1.user, **ADD_FRAME)
     t1.begin(t1.user, **SELECT)

@@ -204,37 +204,37 @@ def with_point(**fields: object) -> str:
     return changed(lambda program: program["points"][0].update(fields))  # type: ignore[index]
 
 
-BAD: list[tuple[str, str, str, V]] = [
-    ("nothing", "text", " ", V.PROGRAM_SYNTAX),
-    ("a text that ends early", "text", ONE_MOVE[:60], V.PROGRAM_SYNTAX),
-    ("a header alone that ends early", "text", ONE_MOVE[:40], V.PROGRAM_SYNTAX),
-    ("JSON that ends early", "json", JSON[:-1], V.PROGRAM_SYNTAX),
-    ("long JSON that ends early", "json", LONG[: len(LONG) // 2], V.PROGRAM_SYNTAX),
-    ("JSON lists 10^6 deep", "json", "[" * 10**6, V.PROGRAM_SYNTAX),
-    ("JSON objects deep", "json", '{"format":' * 10**5, V.PROGRAM_SYNTAX),
-    ("loops 10^6 deep", "text", ONE_MOVE + "loop\n" * 10**6, V.PROGRAM_TOO_LARGE),
-    ("loops 10^5 deep", "text", ONE_MOVE + "loop\n" * 10**5, V.PROGRAM_TOO_LARGE),
-    ("loops 33 deep", "text", ONE_MOVE + "loop\n" * 33 + "end\n" * 33, V.PROGRAM_INVALID),
-    ("NUL in a name", "text", ONE_MOVE.replace("point b", "point b\0"), V.BAD_NAME),
-    ("a path as a name", "text", ONE_MOVE.replace("point b", "point ../b"), V.BAD_NAME),
-    ("a path as a program", "text", ONE_MOVE + "call ../../etc/passwd\n", V.BAD_NAME),
-    ("NUL as a program", "text", ONE_MOVE + "call a\0b\n", V.BAD_NAME),
-    ("a path in JSON", "json", with_point(name="/etc/passwd"), V.BAD_NAME),
-    ("NUL in JSON", "json", with_point(name="a\0"), V.BAD_NAME),
-    ("half a character", "json", with_point(name="\ud800"), V.PROGRAM_SYNTAX),
-    ("no joints", "json", with_point(joints=[]), V.PROGRAM_INVALID),
-    ("17 joints", "json", with_point(joints=[0.0] * 17), V.PROGRAM_INVALID),
-    ("one point of another robot", "json", with_point(joints=[0.0] * 5), V.PROGRAM_INVALID),
-    ("a joint that is no number", "json", with_point(joints=["0"] * 6), V.PROGRAM_SYNTAX),
-    ("an endless joint", "text", ONE_MOVE.replace("0.1", "1e999"), V.PROGRAM_SYNTAX),
-    ("another robot", "text", ONE_MOVE.replace("ur5", "puma560"), V.PROGRAM_WRONG_ROBOT),
-    ("fewer joints", "text", ONE_MOVE.replace(" 0 rad", " rad"), V.PROGRAM_WRONG_ROBOT),
-    ("a linear axis", "text", ONE_MOVE.replace("ur5", "ur5 linear 1"), V.PROGRAM_INVALID),
-    ("another's linear axis", "json", JSON.replace('axes":[', 'axes":[0'), V.PROGRAM_WRONG_ROBOT),
-    ("a key twice", "json", JSON.replace('"name":', '"name":"a","name":', 1), V.PROGRAM_SYNTAX),
-    ("another format", "text", ONE_MOVE.replace("/1", "/2"), V.PROGRAM_SYNTAX),
-    ("an unknown field", "json", changed(lambda program: program.update(x=1)), V.PROGRAM_SYNTAX),
-]
+BAD: dict[str, tuple[str, str, V]] = {
+    "nothing": ("text", " ", V.PROGRAM_SYNTAX),
+    "a text that ends early": ("text", ONE_MOVE[:60], V.PROGRAM_SYNTAX),
+    "a header alone that ends early": ("text", ONE_MOVE[:40], V.PROGRAM_SYNTAX),
+    "JSON that ends early": ("json", JSON[:-1], V.PROGRAM_SYNTAX),
+    "long JSON that ends early": ("json", LONG[: len(LONG) // 2], V.PROGRAM_SYNTAX),
+    "JSON lists 10^6 deep": ("json", "[" * 10**6, V.PROGRAM_SYNTAX),
+    "JSON objects deep": ("json", '{"format":' * 10**5, V.PROGRAM_SYNTAX),
+    "loops 10^6 deep": ("text", ONE_MOVE + "loop\n" * 10**6, V.PROGRAM_TOO_LARGE),
+    "loops 10^5 deep": ("text", ONE_MOVE + "loop\n" * 10**5, V.PROGRAM_TOO_LARGE),
+    "loops 33 deep": ("text", ONE_MOVE + "loop\n" * 33 + "end\n" * 33, V.PROGRAM_INVALID),
+    "NUL in a name": ("text", ONE_MOVE.replace("point b", "point b\0"), V.BAD_NAME),
+    "a path as a name": ("text", ONE_MOVE.replace("point b", "point ../b"), V.BAD_NAME),
+    "a path as a program": ("text", ONE_MOVE + "call ../../etc/passwd\n", V.BAD_NAME),
+    "NUL as a program": ("text", ONE_MOVE + "call a\0b\n", V.BAD_NAME),
+    "a path in JSON": ("json", with_point(name="/etc/passwd"), V.BAD_NAME),
+    "NUL in JSON": ("json", with_point(name="a\0"), V.BAD_NAME),
+    "half a character": ("json", with_point(name="\ud800"), V.PROGRAM_SYNTAX),
+    "no joints": ("json", with_point(joints=[]), V.PROGRAM_INVALID),
+    "17 joints": ("json", with_point(joints=[0.0] * 17), V.PROGRAM_INVALID),
+    "one point of another robot": ("json", with_point(joints=[0.0] * 5), V.PROGRAM_INVALID),
+    "a joint that is no number": ("json", with_point(joints=["0"] * 6), V.PROGRAM_SYNTAX),
+    "an endless joint": ("text", ONE_MOVE.replace("0.1", "1e999"), V.PROGRAM_SYNTAX),
+    "another robot": ("text", ONE_MOVE.replace("ur5", "puma560"), V.PROGRAM_WRONG_ROBOT),
+    "fewer joints": ("text", ONE_MOVE.replace(" 0 rad", " rad"), V.PROGRAM_WRONG_ROBOT),
+    "a linear axis": ("text", ONE_MOVE.replace("ur5", "ur5 linear 1"), V.PROGRAM_INVALID),
+    "another's linear axis": ("json", JSON.replace('axes":[', 'axes":[0'), V.PROGRAM_WRONG_ROBOT),
+    "a key twice": ("json", JSON.replace('"name":', '"name":"a","name":', 1), V.PROGRAM_SYNTAX),
+    "another format": ("text", ONE_MOVE.replace("/1", "/2"), V.PROGRAM_SYNTAX),
+    "an unknown field": ("json", changed(lambda program: program.update(x=1)), V.PROGRAM_SYNTAX),
+}
 
 
 @pytest.fixture(scope="module")
@@ -242,9 +242,7 @@ def working() -> WorkingCell:
     return WorkingCell()
 
 
-@pytest.mark.parametrize(
-    ("form", "body", "code"), [each[1:] for each in BAD], ids=[e[0] for e in BAD]
-)
+@pytest.mark.parametrize(("form", "body", "code"), BAD.values(), ids=BAD)
 def test_a_bad_program_is_refused_by_code_and_not_kept(
     working: WorkingCell, form: str, body: str, code: V
 ) -> None:
@@ -258,7 +256,7 @@ def test_a_bad_program_is_refused_by_code_and_not_kept(
     assert working.ask(working.user, "programs.list")["programs"] == []
 
 
-IN_FILES = [each for each in BAD if each[0] != "another robot"]
+IN_FILES = {name: body for name, (_, body, _) in BAD.items() if name != "another robot"}
 """All but what a cell refuses because of what it is."""
 
 
@@ -267,7 +265,7 @@ def brought_in(body: str) -> ImportedDocument:
     return entry
 
 
-@pytest.mark.parametrize("body", [each[2] for each in IN_FILES], ids=[each[0] for each in IN_FILES])
+@pytest.mark.parametrize("body", IN_FILES.values(), ids=IN_FILES)
 def test_a_file_with_a_bad_program_is_refused_as_well(body: str) -> None:
     with pytest.raises((BadDocument, UnicodeEncodeError)):
         brought_in(body)
