@@ -199,9 +199,7 @@ at_rows_and_description = pytest.mark.parametrize("is_description", [False, True
 
 
 @at_rows_and_description
-def test_the_end_of_a_recording_waits_for_a_busy_disk(
-    cell: RecordedCell, is_description: bool
-) -> None:
+def test_the_end_of_a_recording_waits_for_a_disk(cell: RecordedCell, is_description: bool) -> None:
     _stopped_at_a_busy_disk(cell, is_description)
     cell.ticks(2_900)
     assert cell.told[1:] == cell.lost == []
@@ -358,9 +356,7 @@ def test_a_recording_under_way_has_no_problem(desk: SurroundedCell) -> None:
     assert about["duration"] == pytest.approx(0.59)
 
 
-def test_who_records_hears_of_a_full_disk_by_an_outcome_and_at_the_stop(
-    desk: SurroundedCell,
-) -> None:
+def test_who_records_hears_of_a_full_disk_by_an_outcome_and_at_a_stop(desk: SurroundedCell) -> None:
     desk.ask("recordings.start", name="arc")
     desk.reports(60)
     desk.refuse_with = DiskFull("no room")

@@ -193,9 +193,7 @@ def test_a_late_answer_holds_the_robot_within_fifty_milliseconds(moving: Monitor
 
 
 @pytest.mark.parametrize("refusal", [HIT, Refusal(V.PLANNER_FAILED)], ids=["a hit", "no answer"])
-def test_what_would_touch_or_is_not_looked_at_is_stopped(
-    moving: MonitoredRig, refusal: Refusal
-) -> None:
+def test_a_hit_or_a_failed_planner_stops_the_robot(moving: MonitoredRig, refusal: Refusal) -> None:
     job = moving.change()
     moving.wait(40)
     assert isinstance(moving.answer(job, refusal)[0], SendStop)

@@ -34,9 +34,7 @@ def _rows(store: SqliteStore, name: str) -> list[Row]:
     return [row for chunk in store.load_chunks(name, 0, 99) for row in unpack_rows(chunk, 3)]
 
 
-def test_a_part_counts_time_from_its_first_row_and_its_rate_without_gaps(
-    store: SqliteStore,
-) -> None:
+def test_a_part_counts_time_from_its_first_row_and_rate_without_gaps(store: SqliteStore) -> None:
     trim_recording(store, "arc", "part", 0.35, 0.75, ANN)
     times, values, gaps = zip(*_rows(store, "part"), strict=True)
     assert times == pytest.approx([0.0, 0.1, 0.2, 0.3])

@@ -114,9 +114,7 @@ def test_a_program_is_kept_as_a_server_would_keep_it(path: Path) -> None:
     assert (kept["points"], kept["statements"]) == ([], [])
 
 
-def test_a_program_of_an_unknown_robot_is_taken_and_that_is_said(
-    path: Path, capsys: Capture
-) -> None:
+def test_a_program_of_an_unknown_robot_is_taken_and_it_is_said(path: Path, capsys: Capture) -> None:
     body = A | {"robot": "our own arm"}
     assert main(["import", str(documents(document("program", "a", body)))]) == 0
     assert "'our own arm', which is no robot of the catalogue" in capsys.readouterr().err

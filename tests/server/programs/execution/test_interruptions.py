@@ -195,9 +195,7 @@ OTHERS: dict[str, Callable[[Pendant], V | None]] = {
 
 
 @pytest.mark.parametrize("kind", OTHERS)
-def test_no_other_motion_begins_beside_a_program_being_loaded(
-    loading: WorkingCell, kind: str
-) -> None:
+def test_no_other_motion_begins_beside_a_program_loading(loading: WorkingCell, kind: str) -> None:
     assert OTHERS[kind](loading.user) is V.PROGRAM_RUNNING
     told = loading.user.all(messages.Verdict)[-1].text
     assert "program 'main' is being loaded; accepted: another motion after a program stop" in told

@@ -95,9 +95,7 @@ def test_where_nobody_knows_the_signals_it_is_said_and_nothing_is_refused() -> N
         ),
     ],
 )
-def test_a_flag_that_may_be_unread_is_refused_where_asked(
-    statements: str, refused: list[int]
-) -> None:
+def test_a_flag_perhaps_unread_is_refused_where_asked(statements: str, refused: list[int]) -> None:
     assert refusals(walked(statements)) == [("main", index, V.FLAG_NOT_READ) for index in refused]
 
 

@@ -237,9 +237,7 @@ def point(letter: str) -> Program:
 
 @pytest.mark.parametrize("letter", ["x", "ß", "点", "𝄞"])
 @pytest.mark.parametrize("longest", [spline, point])
-def test_the_longest_lines_of_a_program_read_back(
-    longest: Callable[[str], Program], letter: str
-) -> None:
+def test_the_longest_lines_can_be_read_back(longest: Callable[[str], Program], letter: str) -> None:
     found = longest(letter)
     assert parse(print_program(found)) == found
 

@@ -234,9 +234,7 @@ def test_what_is_wrong_with_a_value_is_placed_at_the_value(
         ("program p robot r  # a\x07", 20, "the comment holds U+0007"),
     ],
 )
-def test_what_is_wrong_in_the_header_is_placed_there(
-    header: str, column: int, message: str
-) -> None:
+def test_what_is_wrong_in_a_header_is_placed_there(header: str, column: int, message: str) -> None:
     error = error_of(f"openpendant-program/1\n{header}\n")
     assert str(error).startswith(f"pick.program:2:{column}: {message}")
 

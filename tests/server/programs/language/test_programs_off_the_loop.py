@@ -40,15 +40,16 @@ SHORT = program_to_json(parse(SHORT_TEXT))
 A_MOVE = {"statement": "move", "way": "PTP", "point": "p0"}
 
 
-@pytest.fixture
-def cell() -> WorkingCell:
-    return WorkingCell()
+class CountingCell(WorkingCell):
+    count: WorkCount
 
 
 @pytest.fixture
-def count(cell: WorkingCell) -> Iterator[WorkCount]:
+def cell() -> Iterator[CountingCell]:
+    made = CountingCell()
     with pytest.MonkeyPatch.context() as patch:
-        yield count_work(patch)
+        made.count = count_work(patch)
+        yield made
 
 
 def keep(cell: WorkingCell, name: str = "main", body: str = BODY) -> None:
@@ -62,15 +63,15 @@ def edit(cell: WorkingCell, revision: int = 1, **change: object) -> dict[str, An
 
 @pytest.mark.parametrize(("form", "body"), [("text", LARGEST), ("json", BODY)])
 def test_an_upload_of_the_largest_program_is_read_elsewhere(
-    cell: WorkingCell, count: WorkCount, form: str, body: str
+    cell: CountingCell, form: str, body: str
 ) -> None:
     assert cell.upload(body, form=form) == {"name": "main", "revision": 1}
-    assert count.taken() == (1, 0)
+    assert cell.count.taken() == (1, 0)
     assert cell.store.load(DocumentKind.PROGRAM, "main").body == BODY
 
 
 def test_the_largest_program_is_printed_elsewhere_and_once_for_all_its_parts(
-    cell: WorkingCell, count: WorkCount
+    cell: CountingCell,
 ) -> None:
     keep(cell)
     came = ""
@@ -79,7 +80,7 @@ def test_the_largest_program_is_printed_elsewhere_and_once_for_all_its_parts(
         answer = cell.ask(cell.user, "programs.load", name="main", offset=offset)
         assert len(answer["body"]) <= CHUNK
         came, offset = came + answer["body"], answer["next"]
-    assert count.taken() == (0, 0)
+    assert cell.count.taken() == (0, 0)
     assert cell.done == 1
     assert parse(came) == WHOLE
 
@@ -102,7 +103,7 @@ def test_a_text_is_printed_again_after_a_change(cell: WorkingCell) -> None:
     ],
 )
 def test_an_edit_of_the_largest_program_reads_what_it_brings_and_no_more(
-    cell: WorkingCell, count: WorkCount, change: dict[str, Any]
+    cell: CountingCell, change: dict[str, Any]
 ) -> None:
     keep(cell)
     answer = edit(cell, **change)
@@ -110,48 +111,42 @@ def test_an_edit_of_the_largest_program_reads_what_it_brings_and_no_more(
         assert (answer["code"], answer["limit"]) == (V.PROGRAM_TOO_LARGE, MOST_STATEMENTS)
     else:
         assert answer["revision"] == 2
-    parts, parses = count.taken()
+    parts, parses = cell.count.taken()
     assert parts <= 1
     assert parses == 0
 
 
-def test_undo_and_redo_of_the_largest_program_read_nothing(
-    cell: WorkingCell, count: WorkCount
-) -> None:
+def test_undo_and_redo_of_the_largest_program_read_nothing(cell: CountingCell) -> None:
     keep(cell)
     edit(cell, edit="delete", first=7)
     after = cell.store.load(DocumentKind.PROGRAM, "main").body
-    count.taken()
+    cell.count.taken()
     for revision, op, body in ((2, "undo", BODY), (3, "redo", after)):
         cell.ask(cell.user, f"programs.{op}", name="main", expected_revision=revision)
         assert cell.store.load(DocumentKind.PROGRAM, "main").body == body
-    assert count.taken() == (0, 0)
+    assert cell.count.taken() == (0, 0)
     nothing = cell.ask(cell.user, "programs.redo", name="main", expected_revision=4)
     assert nothing["code"] == V.NOTHING_TO_UNDO
 
 
-def test_a_point_taught_in_a_long_program_is_read_alone(
-    cell: WorkingCell, count: WorkCount
-) -> None:
+def test_a_point_taught_in_a_long_program_is_read_alone(cell: CountingCell) -> None:
     keep(cell, body=large_body(1_000, 1_000))
-    count.taken()
+    cell.count.taken()
     about = {"name": "main", "point": "here", "move": A_MOVE | {"point": "here"}}
     taught = cell.ask(cell.user, "programs.record", **about, expected_revision=1)
     touched = cell.ask(cell.user, "programs.touch_up", name="main", expected_revision=2, point="p7")
     assert (taught["revision"], touched["revision"]) == (2, 3)
-    assert count.taken()[0] <= 10
+    assert cell.count.taken()[0] <= 10
 
 
-def test_a_long_program_to_run_is_read_some_at_each_tick(
-    cell: WorkingCell, count: WorkCount
-) -> None:
+def test_a_long_program_to_run_is_read_some_at_each_tick(cell: CountingCell) -> None:
     keep(cell)
     assert cell.run() is None
     cell.work()
-    most, ticks = count.taken()[0], 0
+    most, ticks = cell.count.taken()[0], 0
     while not cell.user.verdicts() or cell.user.verdicts()[-1][0] != cell.user.last_request:
         cell.pass_time(10)
-        most, ticks = max(most, count.taken()[0]), ticks + 1
+        most, ticks = max(most, cell.count.taken()[0]), ticks + 1
     assert cell.user.verdicts()[-1][1] is V.ACCEPTED
     assert most < 2 * tasks.PACK
     assert ticks == pytest.approx(len(LARGEST.splitlines()) / tasks.PACK, abs=5)
@@ -268,25 +263,23 @@ def test_what_was_done_to_a_program_comes_back_from_a_journal(task: tasks.Task) 
     assert plan_from_json(3, record, serial_robot("ur5").limits, ()) == planned
 
 
-def test_breakpoints_of_a_long_program_are_found_elsewhere(
-    cell: WorkingCell, count: WorkCount
-) -> None:
+def test_breakpoints_of_a_long_program_are_found_elsewhere(cell: CountingCell) -> None:
     keep(cell)
     cell.ask(cell.user, "programs.breakpoints", name="main", statements=[0, 7])
     cell.store.save(DocumentKind.PROGRAM, "main", BODY, expected_revision=1, author="test")
-    count.taken()
+    cell.count.taken()
     cell.begin(cell.user, "programs.load", name="main", format="json")
-    assert count.taken() == (0, 0)
+    assert cell.count.taken() == (0, 0)
     cell.work()
     assert cell.user.answers()[-1]["breakpoints"] == [0, 7]
 
 
-def test_programs_of_a_dry_run_travel_as_json_and_are_read_once(count: WorkCount) -> None:
+def test_programs_of_a_dry_run_travel_as_json_and_are_read_once(cell: CountingCell) -> None:
     main = parse(SHORT_TEXT)
     linked = link(main, lambda name: None, {"main": program_to_json(main)})
-    count.taken()
+    cell.count.taken()
     sent = pickle.dumps(linked)
-    assert count.taken() == (0, 0)
+    assert cell.count.taken() == (0, 0)
     again = pickle.loads(sent)
     assert again == linked
     assert pickle.loads(sent) is again
@@ -300,9 +293,7 @@ def test_an_edit_that_brings_too_many_statements_is_refused(cell: WorkingCell) -
 
 
 @pytest.mark.parametrize(("form", "most"), [("text", MOST_BYTES), ("json", MOST_JSON_BYTES)])
-def test_an_upload_is_refused_as_soon_as_it_is_too_long(
-    cell: WorkingCell, form: str, most: int
-) -> None:
+def test_an_upload_is_refused_once_it_is_too_long(cell: WorkingCell, form: str, most: int) -> None:
     refused = cell.upload(" " * (most + 1), form=form)
     assert (refused["code"], refused["limit"]) == (V.PROGRAM_TOO_LARGE, most)
     assert cell.jobs == []

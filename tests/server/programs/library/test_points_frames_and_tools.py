@@ -312,9 +312,7 @@ def test_a_jog_after_the_change_keeps_the_new_tool_below_250_mm_per_second(t1: B
 
 
 @pytest.mark.parametrize("change", [SELECT, ADD_FRAME], ids=lambda each: each["op"])
-def test_a_change_refused_by_the_disk_holds_up_nothing(
-    t1: BusyCell, change: dict[str, Any]
-) -> None:
+def test_a_change_the_disk_refuses_holds_up_nothing(t1: BusyCell, change: dict[str, Any]) -> None:
     t1.is_busy = True
     t1.begin(t1.user, **change)
     t1.fail(DiskFull("store.db: database or disk is full"))
