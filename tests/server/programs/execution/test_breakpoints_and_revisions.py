@@ -190,6 +190,7 @@ def test_a_program_of_another_robot_is_neither_edited_nor_given_breakpoints() ->
         assert "'ur5'" in refused["text"]
 
 
+ANOTHER = "accepted: that, or another after a program stop"
 LOOPS, SECOND_AT = "move PTP a\nmove PTP b\n", BODY_LINE + 1
 
 
@@ -199,7 +200,7 @@ LOOPS, SECOND_AT = "move PTP a\nmove PTP b\n", BODY_LINE + 1
         ({"loops": 3}, "is under way once; accepted: loops 1 to go on, or 3 after a program stop"),
         ({"loops": 0}, "is under way once; accepted: loops 1 to go on, or 0 after a program stop"),
         ({"line": SECOND_AT}, f"line 0 to go on there, or line {SECOND_AT} after a program stop"),
-        ({"program": "other"}, "accepted: that, or another after a program stop"),
+        *(({"program": "other", "kind": kind}, ANOTHER) for kind in RunKind),
     ],
 )
 def test_a_paused_program_goes_on_as_it_was_begun_or_the_request_is_refused(
@@ -210,8 +211,11 @@ def test_a_paused_program_goes_on_as_it_was_begun_or_the_request_is_refused(
     cell.pass_time(200)
     cell.control(PAUSE)
     cell.pass_time(1_000)
+    stood = cell.position
     assert cell.run(**fields) is V.PROGRAM_RUNNING
     assert said in cell.user.all(Verdict)[-1].text
+    cell.pass_time(1_000)
+    assert cell.position == stood
     assert (cell.user.outcomes(), cell.run()) == ([], V.ACCEPTED)
     assert cell.until_outcomes(2) == [V.ACCEPTED, V.ACCEPTED]
     assert cell.reports()[-1].loop == 1

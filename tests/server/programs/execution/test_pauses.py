@@ -312,16 +312,3 @@ def test_a_program_that_is_paused_while_its_block_is_planned_does_not_leave_the_
     assert cell.control(RESUME) is V.ACCEPTED
     cell.pass_time(1_000)
     assert cell.position != pytest.approx(start, abs=1e-3)
-
-
-def test_a_request_for_another_program_does_not_go_on_with_the_one_that_is_paused() -> None:
-    cell = ProgramCell(main=THERE_AND_BACK, other=THERE_AND_BACK)
-    cell.run()
-    cell.pass_time(300)
-    assert cell.control(PAUSE) is V.ACCEPTED
-    cell.pass_time(1_000)
-    stood = cell.position
-    for kind in (ALL, FORWARD, BACKWARD):
-        assert cell.run("other", kind) is V.PROGRAM_RUNNING
-    cell.pass_time(1_000)
-    assert cell.position == stood

@@ -139,10 +139,6 @@ STEPS_AND_PAUSES: dict[str, Scenario] = {
         "step -> approach a; done; forward -> move b; done; back -> move a; "
         "pause -> pause motion; done; where -> paused step main:1",
     ),
-    "a pause of a whole run that ends its move stays a pause": Scenario(
-        FOUR_MOVES,
-        "start -> approach a; pause -> pause motion; done; where -> paused request main:1",
-    ),
     "a step to the end that was paused ends the run when it goes on": Scenario(
         "set output 1 on",
         "step -> output 1 on; pause; done; where -> paused request stepping; forward -> finished",
