@@ -223,43 +223,6 @@ def test_what_is_wrong_with_a_value_is_placed_at_the_value(
 
 
 @pytest.mark.parametrize(
-    ("header", "column", "message"),
-    [
-        ("program a/b robot r", 9, "the name of the program has '/'"),
-        ("program p robot a/b", 17, "the name of the robot has '/'"),
-        ("program p robot r tool a/b", 24, "the name of the tool has '/'"),
-        ("program p robot r frame a/b", 25, "the name of the frame has '/'"),
-        ("program p robot r linear 1 3 2", 30, "the linear axes are [0, 2, 1]"),
-        ("program p robot r linear 0", 26, "the linear axes are [-1]"),
-        ("program p robot r  # a\x07", 20, "the comment holds U+0007"),
-    ],
-)
-def test_what_is_wrong_in_a_header_is_placed_there(header: str, column: int, message: str) -> None:
-    error = error_of(f"openpendant-program/1\n{header}\n")
-    assert str(error).startswith(f"pick.program:2:{column}: {message}")
-
-
-@pytest.mark.parametrize(
-    ("lines", "place", "message"),
-    [
-        ("point d\n  joints 0 0 deg", "7:12", "point 'd' has 2 joints"),
-        ("point d\n  joints 0 0 0 0 0 9e9 deg", "7:20", "joint 6 of point d"),
-        (
-            "point d joints 0 0 0 0 0 0 deg\nconfig front up flip turns 0 0 0 0 0 0 0",
-            "7:40",
-            "turns are 7; accepted: 6, as joints",
-        ),
-        ("point d joints 0 0 0 0 0 0 deg  # x\n  # y\x07\nwait 1 s", "7:3", "the comment holds"),
-        ("# x\n# y\x07\npoint d joints 0 0 0 0 0 0 deg", "7:1", "the comment holds"),
-    ],
-)
-def test_what_is_wrong_with_a_point_of_several_lines_is_placed_on_its_line(
-    lines: str, place: str, message: str
-) -> None:
-    assert str(error_of(HEAD + lines)).startswith(f"pick.program:{place}: {message}")
-
-
-@pytest.mark.parametrize(
     ("line", "column"),
     [
         ("\t\tmove PTP nowhere", 12),
@@ -282,27 +245,47 @@ def test_a_byte_order_mark_is_no_character_of_the_first_line() -> None:
         parse("\ufeff\ufeff" + HEAD, "x")
 
 
+def of_program(words: str) -> str:
+    return f"openpendant-program/1\nprogram {words}\n"
+
+
+D = "point d joints 0 0 0 0 0 0 deg"
+TURNS = "config front up flip turns 0 0 0 0 0 0 0"
+
+
 @pytest.mark.parametrize(
     ("text", "place", "message"),
     [
+        (of_program("a/b robot r"), "2:9", "the name of the program has '/'"),
+        (of_program("p robot a/b"), "2:17", "the name of the robot has '/'"),
+        (of_program("p robot r tool a/b"), "2:24", "the name of the tool has '/'"),
+        (of_program("p robot r frame a/b"), "2:25", "the name of the frame has '/'"),
+        (of_program("p robot r linear 1 3 2"), "2:30", "the linear axes are [0, 2, 1]"),
+        (of_program("p robot r linear 0"), "2:26", "the linear axes are [-1]"),
+        (of_program("p robot r  # a\x07"), "2:20", "the comment holds U+0007"),
+        (HEAD + "point d\n  joints 0 0 deg", "7:12", "point 'd' has 2 joints"),
+        (HEAD + "point d\n  joints 0 0 0 0 0 9e9 deg", "7:20", "joint 6 of point d"),
+        (f"{HEAD}{D}\n{TURNS}", "7:40", "turns are 7; accepted: 6, as joints"),
+        (f"{HEAD}{D}  # x\n  # y\x07\nwait 1 s", "7:3", "the comment holds"),
+        (f"{HEAD}# x\n# y\x07\n{D}", "7:1", "the comment holds"),
         ("", "1:1", "the text ends here; accepted: openpendant-program/1"),
         ("hello", "1:1", "found 'hello'; accepted: openpendant-program/1, as the first word"),
         ("openpendant-program/2", "1:1", "found 'openpendant-program/2'"),
         ("openpendant-program/1\n\n", "3:1", 'the text ends here; accepted: program "NAME"'),
         ("openpendant-program/1\npoint a", "2:1", "found 'point'; accepted: program"),
-        ('openpendant-program/1\nprogram "p"', "2:12", "accepted: robot NAME"),
+        (of_program('"p"'), "2:12", "the line ends here; accepted: robot NAME"),
         (
-            'openpendant-program/1\nprogram "p" robot r\njoints 1 deg',
+            of_program('"p" robot r') + "joints 1 deg",
             "3:1",
             "found 'joints'; accepted: point NAME before its clauses",
         ),
         (HEAD + "move PTP a\npoint d joints 1 deg", "7:1", "a point stands behind a statement"),
     ],
 )
-def test_a_text_that_is_no_program_is_refused(text: str, place: str, message: str) -> None:
-    error = error_of(text)
-    assert str(error).startswith(f"pick.program:{place}: ")
-    assert message in str(error)
+def test_what_is_wrong_on_any_other_line_is_placed_there(
+    text: str, place: str, message: str
+) -> None:
+    assert str(error_of(text)).startswith(f"pick.program:{place}: {message}")
 
 
 def test_bytes_that_are_no_text_are_refused_with_their_place() -> None:
