@@ -204,9 +204,8 @@ def test_the_nearest_bodies_are_told_with_their_points(cell: SurroundedCell) -> 
     near = BOX | {"position": [x, y, z - 0.3]}
     cell.ask("scene.add", object=near, expected_revision=0)
     answer = cell.ask("scene.nearest")
-    assert math.dist(answer["first_point"], answer["second_point"]) == pytest.approx(
-        answer["distance"], abs=1e-6
-    )
+    between = math.dist(answer["first_point"], answer["second_point"])
+    assert between == pytest.approx(answer["distance"], abs=1e-6)
 
 
 def test_another_robot_is_not_loaded_into_a_cell(cell: SurroundedCell) -> None:

@@ -319,9 +319,8 @@ def test_a_store_in_memory_takes_no_disk(tmp_path: Path, monkeypatch: pytest.Mon
 class Revisions(RuleBasedStateMachine):
     def __init__(self) -> None:
         super().__init__()
-        self.store = SqliteStore(
-            Path(":memory:"), OpenFile(_memory()), noon
-        )  # no disk: 5,000 examples in the soak run
+        # No disk: 5,000 examples in the soak run.
+        self.store = SqliteStore(Path(":memory:"), OpenFile(_memory()), noon)
         self.bodies: dict[str, str] = {}
         self.revisions: dict[str, int] = {}
 

@@ -167,13 +167,9 @@ with opened(Path(sys.argv[1])) as store:
 
 def test_a_write_that_fails_halfway_is_undone(tmp_path: Path) -> None:
     path = tmp_path / "store.db"
-    ran = subprocess.run(
-        [sys.executable, "-c", LIMITED, str(path)],
-        capture_output=True,
-        text=True,
-        env=os.environ | {"PYTHONPATH": str(Path(__file__).parents[2])},
-        check=False,
-    )
+    command = [sys.executable, "-c", LIMITED, str(path)]
+    tests = os.environ | {"PYTHONPATH": str(Path(__file__).parents[2])}
+    ran = subprocess.run(command, capture_output=True, text=True, env=tests, check=False)
     assert ran.returncode == 0, ran.stderr
     count = int(ran.stdout.split()[0])
     assert "I/O" in ran.stdout

@@ -155,9 +155,8 @@ def test_a_body_as_deep_as_allowed_is_taken(store: SqliteStore) -> None:
 
 def test_all_is_imported_or_nothing(store: SqliteStore) -> None:
     save(store, "b", '{"mine": 1}')
-    entries = documents_from_json(
-        file_of(*({"kind": "program", "name": name, "body": {}} for name in "abc")), "x.json"
-    )
+    three = ({"kind": "program", "name": name, "body": {}} for name in "abc")
+    entries = documents_from_json(file_of(*three), "x.json")
     with pytest.raises(Conflict, match="program 'b'"):
         save_entries(store, entries, ANN, replace=False)
     assert [heading.name for heading in store.headings()] == ["b"]

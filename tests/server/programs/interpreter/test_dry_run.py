@@ -5,7 +5,7 @@ from typing import Any
 
 import numpy as np
 import pytest
-from rigs.cells.expectations import expect
+from rigs.cells.expectations import expect, known
 from rigs.cells.program_cell import BODY_LINE, HEAD, ProgramCell
 from rigs.cells.program_rig import ProgramRig
 from rigs.data.program_samples import linked, program
@@ -43,11 +43,7 @@ def walked(
 
 
 def refusals(found: results.DryRunResult) -> list[tuple[str, int, V]]:
-    return [
-        (each.program, each.index, each.refusal.code)
-        for each in found.refusals
-        if each.refusal is not None
-    ]
+    return [(each.program, each.index, known(each.refusal).code) for each in found.refusals]
 
 
 @pytest.mark.parametrize(

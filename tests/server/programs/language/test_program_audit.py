@@ -29,14 +29,9 @@ def otto(rig: GuardedRig) -> Pendant:
 
 def keep(rig: GuardedRig, name: str, statements: str, revisions: int = 1) -> None:
     text = f'openpendant-program/1\nprogram "{name}" robot two-joints\n{statements}'
+    kind, body = DocumentKind.PROGRAM, program_to_json(parse(text))
     for before in range(revisions):
-        rig.store.save(
-            DocumentKind.PROGRAM,
-            name,
-            program_to_json(parse(text)),
-            expected_revision=before,
-            author="test",
-        )
+        rig.store.save(kind, name, body, expected_revision=before, author="test")
 
 
 def run(otto: Pendant, name: str) -> V | None:
@@ -84,12 +79,8 @@ def test_of_two_programs_between_two_ticks_each_is_noted(rig: GuardedRig, otto: 
         if name == "second":
             rig.wait(50)
         assert otto.control(MotionControlAction.PROGRAM_STOP) is V.ACCEPTED
-    assert noted(rig) == [
-        (BEGAN, "otto", "first", 1),
-        (ENDED, "otto", "first", 1),
-        (BEGAN, "otto", "second", 2),
-        (ENDED, "otto", "second", 2),
-    ]
+    first, second = ("otto", "first", 1), ("otto", "second", 2)
+    assert noted(rig) == [(BEGAN, *first), (ENDED, *first), (BEGAN, *second), (ENDED, *second)]
 
 
 def test_the_end_of_a_program_is_noted_with_why(rig: GuardedRig, otto: Pendant) -> None:

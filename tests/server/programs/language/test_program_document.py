@@ -271,9 +271,8 @@ def test_the_program_on_the_page_is_in_its_canonical_layout() -> None:
 
 def test_the_json_on_the_page_is_a_program() -> None:
     program = program_from_json(shown("json"))
-    assert [type(statement).__name__ for statement in program.statements] == [
-        *("Loop", "Move", "WaitInput", "End")
-    ]
+    kinds = [type(statement).__name__ for statement in program.statements]
+    assert kinds == ["Loop", "Move", "WaitInput", "End"]
 
 
 def test_every_statement_in_the_table_is_taken() -> None:

@@ -211,9 +211,8 @@ def test_a_splice_leads_from_one_text_to_the_other_and_back(first: str, second: 
 
 
 def test_a_splice_holds_what_changed_and_no_more() -> None:
-    assert splice_between("x" * 1_000 + "old" + "y" * 1_000, "x" * 1_000 + "y" * 1_000) == Splice(
-        1_000, "old", ""
-    )
+    head, tail = "x" * 1_000, "y" * 1_000
+    assert splice_between(head + "old" + tail, head + tail) == Splice(1_000, "old", "")
 
 
 def test_every_edit_is_undone_and_redone() -> None:

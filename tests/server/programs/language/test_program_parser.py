@@ -101,9 +101,8 @@ end
 """
     )
     assert (found.comment, found.points[0].comment) == ("first\nhead", "above a\nbeside a")
-    assert [statement.comment for statement in found.statements] == [
-        *("a line of its own", "beside loop", "inside", "", "last")
-    ]
+    comments = [statement.comment for statement in found.statements]
+    assert comments == ["a line of its own", "beside loop", "inside", "", "last"]
     assert isinstance(found.statements[0], Comment)
 
 
