@@ -39,39 +39,25 @@ def log_merged(store: SqliteStore) -> None:
 # What becomes of it, and the words for that.
 
 
+COMMANDS = {
+    "deleted": "rm store.db",
+    "moved away": "mv store.db elsewhere.db",
+    "folder moved away": 'mv "$PWD" "$PWD-elsewhere"',
+    "a directory now": "rm store.db && mkdir store.db",
+    "a link now": "mv store.db elsewhere.db && ln -s elsewhere.db store.db",
+    "a link to nothing now": "rm store.db && ln -s nowhere.db store.db",
+    "a pipe now": "rm store.db && mkfifo store.db",
+    "an older copy put there": "mv older.db store.db",
+    "an older copy written over it": "cat older.db > store.db",
+    "log deleted": "rm store.db-wal",
+    "log replaced": "cp store.db-wal copy-wal && mv copy-wal store.db-wal",
+    "index deleted": "rm store.db-shm",
+}
+
+
 def change(path: Path, how: str) -> None:
     """Do to a store's file, its folder, its log or its index what is told in words."""
-    log, away = path.with_name("store.db-wal"), path.with_name("elsewhere.db")
-    match how:
-        case "deleted":
-            path.unlink()
-        case "moved away":
-            path.rename(away)
-        case "folder moved away":
-            path.parent.rename(path.parent.with_name(f"{path.parent.name}-elsewhere"))
-        case "a directory now":
-            path.unlink()
-            path.mkdir()
-        case "a link now":
-            path.rename(away)
-            path.symlink_to(away.name)
-        case "a link to nothing now":
-            path.unlink()
-            path.symlink_to("nowhere.db")
-        case "a pipe now":
-            path.unlink()
-            os.mkfifo(path)
-        case "an older copy put there":
-            os.replace(path.with_name("older.db"), path)
-        case "an older copy written over it":
-            shutil.copyfile(path.with_name("older.db"), path)
-        case "log deleted":
-            log.unlink()
-        case "log replaced":
-            shutil.copy(log, log.with_name("copy-wal"))
-            os.replace(log.with_name("copy-wal"), log)
-        case "index deleted":
-            path.with_name("store.db-shm").unlink()
+    subprocess.run(COMMANDS[how], shell=True, check=True, cwd=path.parent)
 
 
 CHANGES = {

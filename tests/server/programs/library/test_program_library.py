@@ -68,7 +68,8 @@ def test_of_two_pendants_the_later_write_is_refused_with_both_revisions(cell: Pr
 def test_what_another_app_saved_in_between_is_not_undone_over(cell: ProgramCell) -> None:
     revision = save(cell.user)
     edit(cell.user, revision, edit="comment", at=0, comment="mine")
-    cell.keep("main", "move PTP b\n", expected_revision=2)
+    body = cell.store.load(DocumentKind.PROGRAM, "main").body
+    cell.store.save(DocumentKind.PROGRAM, "main", body, expected_revision=2, author="another")
     refused = cell.user.ask("programs.undo", name="main", expected_revision=3)
     assert refused["code"] == V.NOTHING_TO_UNDO
 
