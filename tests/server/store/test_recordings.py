@@ -5,14 +5,9 @@ from pathlib import Path
 import pytest
 from rigs.data.stored_documents import ANN, opened
 
+from openpendant.server.store import recording_format
 from openpendant.server.store.documents import DocumentKind
-from openpendant.server.store.recording_format import (
-    Row,
-    pack_rows,
-    rename_recording,
-    trim_recording,
-    unpack_rows,
-)
+from openpendant.server.store.recording_format import rename_recording, trim_recording
 from openpendant.server.store.sqlite_store import SqliteStore
 from openpendant.server.store.store_errors import BadDocument, Conflict, NotFound
 
@@ -25,13 +20,14 @@ def store(tmp_path: Path) -> Iterator[SqliteStore]:
     with opened(tmp_path / "store.db") as made:
         body = json.dumps({"columns": ["t", "j1", "gap"], "robot": "r"})
         made.save(KIND, "arc", body, expected_revision=0, author=ANN)
-        for number in range(5):
-            made.append_chunk("arc", number, pack_rows(ROWS[2 * number : 2 * number + 2]))
+        for n in range(5):
+            made.append_chunk("arc", n, recording_format.pack_rows(ROWS[2 * n : 2 * n + 2]))
         yield made
 
 
-def _rows(store: SqliteStore, name: str) -> list[Row]:
-    return [row for chunk in store.load_chunks(name, 0, 99) for row in unpack_rows(chunk, 3)]
+def _rows(store: SqliteStore, name: str) -> list[recording_format.Row]:
+    chunks = store.load_chunks(name, 0, 99)
+    return [row for chunk in chunks for row in recording_format.unpack_rows(chunk, 3)]
 
 
 def test_a_part_counts_time_from_its_first_row_and_rate_without_gaps(store: SqliteStore) -> None:

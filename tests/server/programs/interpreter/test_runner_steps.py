@@ -4,11 +4,11 @@ from hypothesis import strategies as st
 from rigs.cells.expectations import expect
 from rigs.cells.program_rig import ProgramRig, Scenario
 
+from openpendant.server.programs.interpreter import motion_blocks
 from openpendant.server.programs.interpreter import run_events as run
 from openpendant.server.programs.interpreter.control_flow import ControlFlow, Flags, Position
 from openpendant.server.programs.interpreter.motion_blocks import (
     MOST_INSTANT_AT_ONCE,
-    MOST_INSTANT_STATEMENTS,
     MOST_MOVES_IN_BLOCK,
 )
 from openpendant.simplemsg.verdicts import VerdictCode as V
@@ -391,11 +391,11 @@ def test_all_that_takes_no_time_is_passed_at_once_where_it_is_little(passes: int
 @pytest.mark.parametrize(("passed", "stuck"), [(-1, False), (0, True)])
 def test_going_round_is_counted_over_all_ticks(passed: int, stuck: bool) -> None:
     """One statement enters the loop; each pass is its end."""
-    passes = MOST_INSTANT_STATEMENTS - 1 + passed
+    passes = motion_blocks.MOST_INSTANT_STATEMENTS - 1 + passed
     rig = ProgramRig(f"loop {passes}\nend\nset output 1 on")
     assert rig.start() == []
     assert rig.ticks() == (["failed PROGRAM_STUCK"] if stuck else ["output 1 on"])
-    at_once = MOST_INSTANT_STATEMENTS / MOST_INSTANT_AT_ONCE
+    at_once = motion_blocks.MOST_INSTANT_STATEMENTS / MOST_INSTANT_AT_ONCE
     assert rig.now / 10_000_000 == pytest.approx(at_once, abs=1)
 
 

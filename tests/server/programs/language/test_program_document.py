@@ -13,33 +13,18 @@ from hypothesis import given, settings
 from rigs.data.example_counts import examples
 from rigs.data.program_samples import HEAD, program, programs
 
-from openpendant.server.programs.language import lexer, linking
+from openpendant.server.programs.language import lexer, linking, program_json
 from openpendant.server.programs.language.grammar import STATEMENTS
 from openpendant.server.programs.language.parser import parse, parse_source
 from openpendant.server.programs.language.printer import print_program, statement_lines
 from openpendant.server.programs.language.program import DEEPEST_NESTING, MOST_POINTS, Program
 from openpendant.server.programs.language.program_errors import ProgramSyntaxError, ProgramTooLarge
-from openpendant.server.programs.language.program_json import (
-    MOST_JSON_BYTES,
-    program_from_json,
-    program_from_source,
-    program_to_json,
-    source_of,
-)
+from openpendant.server.programs.language.program_json import program_from_json, program_to_json
 from openpendant.simplemsg.names import LONGEST_NAME
-from openpendant.simplemsg.pendant.management import points
+from openpendant.simplemsg.pendant.management import points, statements
 from openpendant.simplemsg.pendant.management.points import MOST_JOINTS, MOST_TURNS, TeachPoint
 from openpendant.simplemsg.pendant.management.programs import MOST_STATEMENTS
-from openpendant.simplemsg.pendant.management.statements import (
-    MOST_VIAS,
-    Comment,
-    End,
-    Loop,
-    Move,
-    Speed,
-    SpeedKind,
-    Way,
-)
+from openpendant.simplemsg.pendant.management.statements import Move, Speed, SpeedKind, Way
 from openpendant.simplemsg.pendant.management.words import LONGEST_COMMENT, ProgramError
 from openpendant.simplemsg.verdicts import VerdictCode as V
 
@@ -104,13 +89,15 @@ def test_what_is_no_program_is_refused(body: str) -> None:
 
 
 def test_a_body_that_is_too_large_is_refused_unread() -> None:
-    with pytest.raises(ProgramTooLarge, match=str(MOST_JSON_BYTES)):
-        program_from_json(" " * (MOST_JSON_BYTES + 1))
+    with pytest.raises(ProgramTooLarge, match=str(program_json.MOST_JSON_BYTES)):
+        program_from_json(" " * (program_json.MOST_JSON_BYTES + 1))
 
 
-by_each_reader = pytest.mark.parametrize(
-    "read", [program_from_source, lambda text, file: source_of(text.encode(), file).program]
-)
+def from_bytes(text: str, file: str) -> Program:
+    return program_json.source_of(text.encode(), file).program
+
+
+by_each_reader = pytest.mark.parametrize("read", [program_json.program_from_source, from_bytes])
 
 
 @pytest.mark.parametrize(
@@ -145,7 +132,7 @@ def test_a_byte_order_mark_is_taken_before_json_as_before_text(
 @pytest.mark.parametrize("body", ["\udc00", "[" * 100_000, "{", b"\xff{}"])
 def test_what_is_no_json_is_refused_as_what_is_no_program(body: str | bytes) -> None:
     with pytest.raises(ProgramError) as caught:
-        program_from_source(body)
+        program_json.program_from_source(body)
     assert caught.value.code is V.PROGRAM_SYNTAX
 
 
@@ -199,7 +186,7 @@ end
 
 
 def test_a_text_that_could_not_be_read_back_is_not_printed() -> None:
-    comment = Comment(comment="ß" * 200)
+    comment = statements.Comment(comment="ß" * 200)
     with pytest.raises(ProgramTooLarge, match="bytes in the text of long; accepted: up to 1048576"):
         print_program(Program("long", "ur5", statements=(comment,) * 3_000))
 
@@ -215,11 +202,11 @@ def name(letter: str, number: int = 0) -> str:
 
 def spline(letter: str) -> Program:
     """The longest move, as far inside as it may be."""
-    goal, *vias = (name(letter, n) for n in range(MOST_VIAS + 1))
+    goal, *vias = (name(letter, n) for n in range(statements.MOST_VIAS + 1))
     speed = Speed(SpeedKind.TOOL, LONG_DIGITS)
     comment = letter * LONGEST_COMMENT
     move = Move(Way.SPLINE, goal, tuple(vias), speed, dwell=LONG_DIGITS, comment=comment)
-    opened, closed = (Loop(),) * DEEPEST_NESTING, (End(),) * DEEPEST_NESTING
+    opened, closed = (statements.Loop(),) * DEEPEST_NESTING, (statements.End(),) * DEEPEST_NESTING
     taught = tuple(TeachPoint(each, (0.0,) * 6) for each in (goal, *vias))
     return replace(program(""), points=taught, statements=(*opened, move, *closed))
 
@@ -244,7 +231,7 @@ def test_the_longest_lines_can_be_read_back(longest: Callable[[str], Program], l
 
 def test_no_statement_has_a_line_that_the_parser_refuses() -> None:
     """The move through the most points, were all its numbers as long as any may be."""
-    names = (MOST_VIAS + 1) * (LONGEST_NAME + 3)
+    names = (statements.MOST_VIAS + 1) * (LONGEST_NAME + 3)
     numbers = 3 * (lexer.LONGEST_NUMBER + len(" speed  mm/s"))
     words = len("move SPLINE via ") + 2 * DEEPEST_NESTING + LONGEST_COMMENT + len("  # ")
     printed = max(map(len, print_program(spline("x")).split("\n")))

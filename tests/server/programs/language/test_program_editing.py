@@ -9,17 +9,8 @@ from pydantic import TypeAdapter
 from rigs.data.program_samples import program
 
 from openpendant.server.events.management_requests import parse
-from openpendant.server.programs.editing.edit_history import (
-    MOST_UNDO,
-    MOST_UNDO_CHARACTERS,
-    EditStep,
-    History,
-    Renumbering,
-    Splice,
-    between,
-    by_edit,
-    splice_between,
-)
+from openpendant.server.programs.editing import edit_history
+from openpendant.server.programs.editing.edit_history import EditStep, History, Splice, by_edit
 from openpendant.server.programs.editing.edits import apply
 from openpendant.server.programs.language.printer import print_program
 from openpendant.server.programs.language.program_errors import NothingToUndo
@@ -191,7 +182,7 @@ EDITS: list[Edit] = [
 
 
 def edit_made(body: str, edit: Edit) -> Splice:
-    return splice_between(body, program_to_json(apply(program_from_json(body), edit)))
+    return edit_history.splice_between(body, program_to_json(apply(program_from_json(body), edit)))
 
 
 def edited() -> tuple[History, list[str]]:
@@ -205,14 +196,14 @@ def edited() -> tuple[History, list[str]]:
 
 @given(st.text("ab"), st.text("ab"))
 def test_a_splice_leads_from_one_text_to_the_other_and_back(first: str, second: str) -> None:
-    splice = splice_between(first, second)
+    splice = edit_history.splice_between(first, second)
     assert splice.applied(first) == second
     assert splice.reversed.applied(second) == first
 
 
 def test_a_splice_holds_what_changed_and_no_more() -> None:
     head, tail = "x" * 1_000, "y" * 1_000
-    assert splice_between(head + "old" + tail, head + tail) == Splice(1_000, "old", "")
+    assert edit_history.splice_between(head + "old" + tail, head + tail) == Splice(1_000, "old", "")
 
 
 def test_every_edit_is_undone_and_redone() -> None:
@@ -242,10 +233,10 @@ def test_there_is_nothing_before_the_first_edit() -> None:
 
 def test_a_history_is_bounded_in_edits() -> None:
     history, body = History(), BODY
-    for number in range(MOST_UNDO + 20):
+    for number in range(edit_history.MOST_UNDO + 20):
         splice = edit_made(body, DescribeProgram(comment=str(number)))
         history, body = history.edited(EditStep(splice)), splice.applied(body)
-    for _ in range(MOST_UNDO):
+    for _ in range(edit_history.MOST_UNDO):
         history, step = history.undone()
         body = step.splice.applied(body)
     assert program_from_json(body).comment == "19"
@@ -254,9 +245,10 @@ def test_a_history_is_bounded_in_edits() -> None:
 
 
 def test_a_history_is_bounded_in_characters_but_for_the_last_edit() -> None:
-    half = EditStep(Splice(0, "", "x" * (MOST_UNDO_CHARACTERS // 2)))
+    most = edit_history.MOST_UNDO_CHARACTERS
+    half = EditStep(Splice(0, "", "x" * (most // 2)))
     assert len(History().edited(half).edited(half).edited(half).past) == 2
-    whole = EditStep(Splice(0, "x" * MOST_UNDO_CHARACTERS, "y" * MOST_UNDO_CHARACTERS))
+    whole = EditStep(Splice(0, "x" * most, "y" * most))
     assert History().edited(half).edited(whole).past == (whole,)
 
 
@@ -298,7 +290,7 @@ def test_each_statement_that_an_edit_leaves_is_where_it_was_put_and_leads_back(e
 
 
 def places(before: Sequence[str], after: Sequence[str]) -> list[int | None]:
-    renumbering = between(before, after)
+    renumbering = edit_history.between(before, after)
     return [renumbering.place(number) for number in range(len(before))]
 
 
@@ -351,4 +343,4 @@ def test_what_may_have_gone_is_not_found(before: str, after: str, found: list[in
 
 def test_places_that_are_gone_are_left_out() -> None:
     assert by_edit(DeleteStatements(1, 2), 5).places({0, 1, 2, 4}) == {0, 2}
-    assert Renumbering(()).places({0, 1}) == frozenset()
+    assert edit_history.Renumbering(()).places({0, 1}) == frozenset()

@@ -11,17 +11,9 @@ from openpendant.server.programs.language import lexer
 from openpendant.server.programs.language.parser import parse, parse_bytes, parse_source
 from openpendant.server.programs.language.program import MOST_POINTS
 from openpendant.server.programs.language.program_errors import ProgramSyntaxError, ProgramTooLarge
+from openpendant.simplemsg.pendant.management import statements
 from openpendant.simplemsg.pendant.management.programs import MOST_STATEMENTS
-from openpendant.simplemsg.pendant.management.statements import (
-    Comment,
-    IfInput,
-    Loop,
-    Move,
-    Speed,
-    SpeedKind,
-    WaitInput,
-    Way,
-)
+from openpendant.simplemsg.pendant.management.statements import Move, Speed, SpeedKind, Way
 from openpendant.simplemsg.pendant.management.words import ProgramError
 from openpendant.simplemsg.verdicts import VerdictCode as V
 
@@ -82,8 +74,9 @@ def test_a_move_has_way_speed_zone_and_dwell() -> None:
 
 
 def test_other_statements() -> None:
-    statements = program("loop 3\nif input 7 off\nwait input 2 on timeout 5 s\nend\nend").statements
-    assert statements[:3] == (Loop(3), IfInput(7, False), WaitInput(2, True, 5.0))
+    found = program("loop 3\nif input 7 off\nwait input 2 on timeout 5 s\nend\nend").statements
+    expected = (statements.Loop(3), statements.IfInput(7, False))
+    assert found[:3] == (*expected, statements.WaitInput(2, True, 5.0))
 
 
 def test_comments_go_to_what_they_stand_at() -> None:
@@ -103,7 +96,7 @@ end
     assert (found.comment, found.points[0].comment) == ("first\nhead", "above a\nbeside a")
     comments = [statement.comment for statement in found.statements]
     assert comments == ["a line of its own", "beside loop", "inside", "", "last"]
-    assert isinstance(found.statements[0], Comment)
+    assert isinstance(found.statements[0], statements.Comment)
 
 
 def test_line_ends_and_byte_order_marks_of_other_systems_are_taken() -> None:
