@@ -73,7 +73,3 @@ class BusyCell(EmulatedCell):
         """Return the points of a program that is kept, by name."""
         body = json.loads(self.store.load(DocumentKind.PROGRAM, program).body)
         return {point["name"]: point for point in body["points"]}
-
-
-def answers(pendant: Pendant) -> list[dict[str, Any]]:
-    return [json.loads(reply.body) for reply in pendant.all(Management)]

@@ -17,11 +17,15 @@ def press_emergency_stop(cell: ProgramCell) -> None:
     cell.controller.operate(OperatorAction.RESET, cell.now)
 
 
-def report(cell: ProgramCell, **fields: int) -> None:
+def reporting(**fields: int) -> Callable[[ProgramCell], None]:
     """Have the controller report another status than it has, and at once its own again."""
-    own = cell.controller.status(cell.now)
-    for message in (dataclasses.replace(own, **fields), own):
-        cell._hear(ControllerPath.STATE, message)
+
+    def reported(cell: ProgramCell) -> None:
+        own = cell.controller.status(cell.now)
+        for message in (dataclasses.replace(own, **fields), own):
+            cell._hear(ControllerPath.STATE, message)
+
+    return reported
 
 
 def lose(path: ControllerPath) -> Callable[[ProgramCell], None]:

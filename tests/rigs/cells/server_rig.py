@@ -58,6 +58,7 @@ from openpendant.server.settings.cell_settings import (
     JogSettings,
     make_settings,
 )
+from openpendant.server.store.documents import Store
 from openpendant.server.store.requests import Answer, Request, perform
 from openpendant.server.store.store_errors import StoreError
 from openpendant.simplemsg import (
@@ -159,10 +160,13 @@ def jobs_in(outgoing: Iterable[Effect]) -> list[Job]:
     ]
 
 
-def request_of(asked: Ask) -> Request:
-    """Return what the store is asked for."""
+def answer_of(store: Store, asked: Ask) -> Answer:
+    """Have the store do what the core asked for."""
     assert isinstance(asked.question, Request)
-    return asked.question
+    try:
+        return perform(store, asked.question)
+    except StoreError as error:
+        return error
 
 
 def worked_out(outgoing: Iterable[Effect]) -> list[Effect]:
@@ -184,12 +188,7 @@ class Shell(ABC):
         self._peers: dict[int, Peer] = {}
 
     def _run(self, asked: Ask) -> None:
-        """Have the store do what the core asked for, at once."""
-        try:
-            answer: Answer = perform(self.store, request_of(asked))
-        except StoreError as error:
-            answer = error
-        self.answered(asked, answer)
+        self.answered(asked, answer_of(self.store, asked))
 
     def answered(self, asked: Ask, answer: object) -> list[Effect]:
         return self.perform(self.core.handle(Answered(asked, answer), self.now))

@@ -130,10 +130,10 @@ class WorkingCell(ProgramCell):
 
     def ask(self, pendant: Pendant, op: str, **fields: object) -> dict[str, Any]:
         """Send a request, have its tasks done, and return its one answer."""
-        before = len(answers(pendant))
+        before = len(pendant.answers())
         self.send(pendant, op, **fields)
         self.work()
-        (answer,) = answers(pendant)[before:]
+        (answer,) = pendant.answers()[before:]
         return answer
 
     def upload(self, text: str, revision: int = 0, *, form: str = "text") -> dict[str, Any]:
@@ -154,7 +154,3 @@ class WorkingCell(ProgramCell):
             if "code" in answer:
                 break
         return answer
-
-
-def answers(pendant: Pendant) -> list[dict[str, Any]]:
-    return [json.loads(reply.body) for reply in pendant.all(Management)]

@@ -25,3 +25,9 @@ def save(store: SqliteStore, name: str, body: str = "{}", revision: int = 0) -> 
     """Save a program as Ann; return its new revision."""
     kind = DocumentKind.PROGRAM
     return store.save(kind, name, body, expected_revision=revision, author=ANN).revision
+
+
+def begin_recording(store: SqliteStore, *, columns: str = '["t", "j1"]') -> None:
+    """Save the description of a recording `r` as Ann."""
+    body = f'{{"columns": {columns}, "robot": "ur5"}}'
+    store.save(DocumentKind.RECORDING, "r", body, expected_revision=0, author=ANN)

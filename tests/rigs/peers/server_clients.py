@@ -119,15 +119,23 @@ class Pendant(Peer):
         """Make a management request that is answered on this call stack; return the answer."""
         request = Management(77, json.dumps({"op": op, **fields}).encode())
         (reply,) = [each for each in self.send(request) if isinstance(each, Management)]
-        answer: dict[str, Any] = json.loads(reply.body)
-        assert ("code" in answer) == (reply.reply_code == ReplyCode.FAILURE)
-        return answer
+        return _answer_in(reply)
+
+    def answers(self) -> list[dict[str, Any]]:
+        """Return what management requests were answered so far."""
+        return [_answer_in(reply) for reply in self.all(Management)]
 
     def verdicts(self) -> list[tuple[int, VerdictCode]]:
         return [(item.request_id, VerdictCode(item.code)) for item in self.all(Verdict)]
 
     def outcomes(self) -> list[tuple[int, VerdictCode]]:
         return [(item.request_id, VerdictCode(item.code)) for item in self.all(Outcome)]
+
+
+def _answer_in(reply: Management) -> dict[str, Any]:
+    answer: dict[str, Any] = json.loads(reply.body)
+    assert ("code" in answer) == (reply.reply_code == ReplyCode.FAILURE)
+    return answer
 
 
 class RosClient(Peer):

@@ -12,8 +12,8 @@ import json
 import os
 import signal
 import sys
-import threading
 from pathlib import Path
+from queue import SimpleQueue
 
 from openpendant.server.store.documents import Document, DocumentKind, Extent, Heading
 from openpendant.server.store.recording_format import pack_rows
@@ -47,16 +47,9 @@ def main(path: Path) -> None:
     writer = StoreWriter(lambda: open_store(path), lambda call: call())
 
     def ask(request: Request) -> Answer:
-        told = threading.Event()
-        answers: list[Answer] = []
-
-        def take(answer: Answer) -> None:
-            answers.append(answer)
-            told.set()
-
-        writer.submit(request, take)
-        told.wait()
-        return answers[0]
+        answers: SimpleQueue[Answer] = SimpleQueue()
+        writer.submit(request, answers.put)
+        return answers.get()
 
     loaded = ask(Load(DocumentKind.PROGRAM, PROGRAM))
     revision = loaded.heading.revision if isinstance(loaded, Document) else 0

@@ -1,6 +1,6 @@
 import asyncio
 import json
-from collections.abc import Callable
+from collections.abc import Callable, Iterable
 from contextlib import closing
 from pathlib import Path
 
@@ -15,11 +15,11 @@ from rigs.peers.server_clients import Pendant
 
 from openpendant.server.events.effects import Ask, Backend, Cancel, Effect
 from openpendant.server.events.pending import Pending, Steps, Turn
-from openpendant.server.planning.jobs import PathFree, PlanAnswer, ProgramJob
+from openpendant.server.planning.jobs import Job, PathFree, PlanAnswer, ProgramJob
 from openpendant.server.programs.editing.program_tasks import PrintBody
 from openpendant.server.refusal import Refusal
 from openpendant.server.store.documents import DocumentKind
-from openpendant.server.store.requests import Answer, ListHeadings, Load
+from openpendant.server.store.requests import Answer, ListHeadings, Load, Request
 from openpendant.server.store.store_errors import NotFound
 from openpendant.simplemsg.verdicts import VerdictCode as V
 from openpendant.tools.packets.rerun import main
@@ -38,20 +38,17 @@ class Book:
         self.told.append((answer, now))
         return []
 
+    def ask(self, question: Request | Job) -> Ask:
+        return only(Ask, self.pending.ask(question, self.take))
+
 
 @pytest.fixture
 def book() -> Book:
     return Book()
 
 
-def asked(outgoing: list[Effect]) -> Ask:
-    ask = only(Ask, outgoing)
-    return ask
-
-
 def test_each_answer_goes_to_who_waits_for_it_and_only_once(book: Book) -> None:
-    first = asked(book.pending.ask(LOAD, book.take))
-    second = asked(book.pending.ask(ListHeadings(), book.take))
+    first, second = book.ask(LOAD), book.ask(ListHeadings())
     assert (first.id, second.id) == (1, 2)
     book.pending.resume(second, (), 7)
     assert book.told == [((), 7)]
@@ -62,11 +59,7 @@ def test_each_answer_goes_to_who_waits_for_it_and_only_once(book: Book) -> None:
 
 
 def test_a_job_and_a_request_of_one_number_are_two_questions(book: Book) -> None:
-    job = ProgramJob(1, PrintBody("{}", "a"))
-    planner, store = (
-        asked(book.pending.ask(job, book.take)),
-        asked(book.pending.ask(LOAD, book.take)),
-    )
+    planner, store = book.ask(ProgramJob(1, PrintBody("{}", "a"))), book.ask(LOAD)
     assert (planner.backend, store.backend) == (Backend.PLANNER, Backend.STORE)
     book.pending.resume(store, MISSING, 1)
     assert book.told == [(MISSING, 1)]
@@ -74,8 +67,7 @@ def test_a_job_and_a_request_of_one_number_are_two_questions(book: Book) -> None
 
 
 def test_a_job_is_cancelled_once_and_its_answer_ignored(book: Book) -> None:
-    job = ProgramJob(5, PrintBody("{}", "a"))
-    ask = asked(book.pending.ask(job, book.take))
+    ask = book.ask(ProgramJob(5, PrintBody("{}", "a")))
     assert book.pending.cancel(5) == [Cancel(5)]
     assert book.pending.cancel(5) == []
     planned = PlanAnswer(5, Refusal(V.PLANNER_FAILED), 0.0)
@@ -90,8 +82,8 @@ def two_answers() -> Steps[tuple[Answer, Answer]]:
 
 
 def test_work_of_several_steps_is_sent_each_answer_and_ends_once(book: Book) -> None:
-    first = asked(book.pending.run(two_answers(), book.take, 1))
-    second = asked(book.pending.resume(first, MISSING, 2))
+    first = only(Ask, book.pending.run(two_answers(), book.take, 1))
+    second = only(Ask, book.pending.resume(first, MISSING, 2))
     assert (first.question, second.question) == (LOAD, ListHeadings())
     assert book.pending.resume(second, (), 3) == []
     assert book.told == [((MISSING, ()), 3)]
@@ -99,7 +91,7 @@ def test_work_of_several_steps_is_sent_each_answer_and_ends_once(book: Book) -> 
 
 def test_work_that_was_dropped_asks_for_no_more_and_tells_nobody(book: Book) -> None:
     steps = two_answers()
-    first = asked(book.pending.run(steps, book.take, 1))
+    first = only(Ask, book.pending.run(steps, book.take, 1))
     book.pending.drop(steps)
     assert book.pending.resume(first, MISSING, 2) == []
     assert book.told == []
@@ -129,18 +121,16 @@ def test_one_task_has_a_turn_in_each_tick_and_keeps_it_to_its_end(book: Book) ->
     assert book.told == [("a", 2), ("b", 4)]
 
 
-def withdrawn(out: list[Effect]) -> list[int]:
+def withdrawn(out: Iterable[Effect]) -> list[int]:
     return [each.id for each in out if isinstance(each, Cancel)]
 
 
 def withdrawn_of(rig: ServerRig) -> list[int]:
-    return withdrawn([item for _, item in rig.log])
+    return withdrawn(item for _, item in rig.log)
 
 
 @pytest.mark.parametrize("end", [Pendant.release, Pendant.stop], ids=["release", "software stop"])
-def test_a_motion_that_ends_while_it_is_planned_withdraws_its_job(
-    end: Callable[[Pendant], object],
-) -> None:
+def test_a_motion_that_ends_in_planning_withdraws_its_job(end: Callable[[Pendant], object]) -> None:
     rig, pendant = planning()
     end(pendant)
     assert withdrawn_of(rig) == [rig.jobs[0].job_id]

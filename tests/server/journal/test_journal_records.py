@@ -13,37 +13,18 @@ from rigs.data.program_samples import programs
 from openpendant.motion.trajectory.certificate import certify
 from openpendant.motion.trajectory.ptp import plan_joint_move
 from openpendant.motion.trajectory.trajectory import Trajectory
-from openpendant.server.journal.event_records import (
-    AnswerRecordError,
-    answer_from_json,
-    answer_to_json,
-    plan_from_json,
-    plan_to_json,
-    request_to_bytes,
-)
+from openpendant.server.journal import event_records
+from openpendant.server.journal.event_records import plan_from_json, plan_to_json
 from openpendant.server.planning.jobs import DryRunFound, PlanAnswer
 from openpendant.server.programs.editing.program_tasks import BodyPrinted, BodyUnpacked
-from openpendant.server.programs.interpreter.dry_run_results import (
-    DryRunResult,
-    HandOver,
-    MoveFinding,
-    PointFinding,
-    StatementFinding,
-)
+from openpendant.server.programs.interpreter import dry_run_results
 from openpendant.server.programs.language.program import Program
 from openpendant.server.refusal import Refusal
+from openpendant.server.store import store_errors
 from openpendant.server.store.documents import Document, DocumentKind, Extent, Heading
 from openpendant.server.store.requests import Answer, AppendChunk, Load, Request, Save
 from openpendant.server.store.store_client import NoStore
-from openpendant.server.store.store_errors import (
-    BadName,
-    Conflict,
-    DiskFull,
-    NotFound,
-    OutOfSequence,
-    StoreError,
-    TooLarge,
-)
+from openpendant.server.store.store_errors import StoreError
 from openpendant.simplemsg.journal import LongValue, json_parts
 from openpendant.simplemsg.pendant.management.statements import Attach, Detach
 from openpendant.simplemsg.verdicts import VerdictCode as V
@@ -84,28 +65,29 @@ def test_what_a_dry_run_found_comes_back_with_its_statements(
     program: Program, refusal: Refusal | None
 ) -> None:
     hands = [each for each in program.statements if isinstance(each, Attach | Detach)]
-    run = DryRunResult(
+    run = dry_run_results.DryRunResult(
         duration=1.5,
         endless=False,
         complete=True,
         path=((0.0, 0.1, 0.2, 0.3),),
-        moves=(MoveFinding("main", 0, "a", refusal, False),),
+        moves=(dry_run_results.MoveFinding("main", 0, "a", refusal, False),),
         not_walked=(("main", 1),),
-        hand_overs=tuple(HandOver("main", 2, each, refusal) for each in hands),
+        hand_overs=tuple(dry_run_results.HandOver("main", 2, each, refusal) for each in hands),
         statements=tuple(
-            StatementFinding("main", index, each, refusal)
+            dry_run_results.StatementFinding("main", index, each, refusal)
             for index, each in enumerate(program.statements)
         ),
         unchecked=(("main", 3),),
     )
-    found = PlanAnswer(9, DryRunFound(run, (PointFinding("a", refusal),), refused=1), 0.5)
+    points = (dry_run_results.PointFinding("a", refusal),)
+    found = PlanAnswer(9, DryRunFound(run, points, refused=1), 0.5)
     assert plan_from_json(9, _through_text(found), LIMITS, START) == found
 
 
 def test_a_tampered_trajectory_is_certified_anew_and_refused(planned: PlanAnswer) -> None:
     record = _through_text(planned)
     record["samples"]["position"] = record["samples"]["velocity"]
-    with pytest.raises(AnswerRecordError):
+    with pytest.raises(event_records.AnswerRecordError):
         plan_from_json(4, record, LIMITS, START)
 
 
@@ -123,7 +105,7 @@ def test_a_tampered_trajectory_is_certified_anew_and_refused(planned: PlanAnswer
 def test_a_damaged_record_is_refused(
     planned: PlanAnswer, change: dict[str, Any], words: str
 ) -> None:
-    with pytest.raises(AnswerRecordError, match=words):
+    with pytest.raises(event_records.AnswerRecordError, match=words):
         plan_from_json(4, _through_text(planned) | change, LIMITS, START)
 
 
@@ -162,23 +144,24 @@ HEADING = Heading(DocumentKind.PROGRAM, "größe", 3, 20, "teacher", "2026-01-01
     ],
 )
 def test_an_answer_comes_back_as_it_was(answer: Answer) -> None:
-    assert answer_from_json(read_back(answer_to_json(answer))) == answer
+    assert event_records.answer_from_json(read_back(event_records.answer_to_json(answer))) == answer
 
 
 @pytest.mark.parametrize(
     "error",
     [
-        Conflict("program", "x", 1, 2, "me", "now"),
-        NotFound("program", "x"),
-        BadName("a/b", "has a slash"),
-        TooLarge("it", 5, 4, "cut it"),
-        OutOfSequence("r", 2, 1),
-        DiskFull("store.db: database or disk is full"),
+        store_errors.Conflict("program", "x", 1, 2, "me", "now"),
+        store_errors.NotFound("program", "x"),
+        store_errors.BadName("a/b", "has a slash"),
+        store_errors.TooLarge("it", 5, 4, "cut it"),
+        store_errors.OutOfSequence("r", 2, 1),
+        store_errors.DiskFull("store.db: database or disk is full"),
         NoStore("this server was started without a store"),
     ],
 )
 def test_an_error_comes_back_with_its_kind_words_and_numbers(error: StoreError) -> None:
-    back = expect(StoreError, answer_from_json(read_back(answer_to_json(error))))
+    record = read_back(event_records.answer_to_json(error))
+    back = expect(StoreError, event_records.answer_from_json(record))
     assert type(back) is type(error)
     assert (str(back), vars(back), back.refusal()) == (str(error), vars(error), error.refusal())
 
@@ -193,7 +176,7 @@ def test_an_error_comes_back_with_its_kind_words_and_numbers(error: StoreError) 
 )
 def test_a_request_is_noted_with_all_that_is_to_be_kept(request_: Request, noted: str) -> None:
     """What is long stands behind the words as it is: its spelling would hold up the event loop."""
-    said = request_to_bytes(request_)
+    said = event_records.request_to_bytes(request_)
     assert noted.encode() in said
     kept = {Save: "ö\n".encode(), AppendChunk: b"\0\xff"}
     assert said.endswith(kept.get(type(request_), b")"))
@@ -209,5 +192,5 @@ def test_a_request_is_noted_with_all_that_is_to_be_kept(request_: Request, noted
     ],
 )
 def test_a_damaged_record_of_an_errand_is_refused(record: dict[str, object]) -> None:
-    with pytest.raises(AnswerRecordError):
-        answer_from_json(record)
+    with pytest.raises(event_records.AnswerRecordError):
+        event_records.answer_from_json(record)

@@ -1,12 +1,14 @@
 import json
 import re
 from collections import deque
-from collections.abc import Callable, Iterator
+from collections.abc import Callable
 from math import ceil
 from typing import Any, TypeVar
 
 import numpy as np
 import pytest
+from hypothesis import given
+from hypothesis import strategies as st
 from rigs.cells.emulated_cell import EmulatedCell
 from rigs.cells.expectations import only, refusal_from
 from rigs.peers.server_clients import Pendant
@@ -18,62 +20,60 @@ from openpendant.server.recording.recording_playback import Pieces, part_samples
 from openpendant.server.recording.recording_service import count_rows
 from openpendant.server.refusal import Refusal
 from openpendant.server.store.documents import MOST_CHUNK_BYTES, DocumentKind, Extent
-from openpendant.server.store.recording_format import chunks_together, pack_rows
+from openpendant.server.store.recording_format import RowCount, chunks_together, pack_rows
 from openpendant.server.store.requests import Answer, LoadChunks, MeasureRecording, Request
+from openpendant.server.store.store_errors import NotFound, StoreError
 from openpendant.simplemsg import ReplyCode
-from openpendant.simplemsg.pendant import (
-    Activity,
-    Management,
-    MotionControlAction,
-    OperatingMode,
-)
+from openpendant.simplemsg import pendant as messages
+from openpendant.simplemsg.pendant import Management, OperatingMode
 from openpendant.simplemsg.verdicts import VerdictCode as V
 
-COLUMNS = ["t", *(f"j{number}" for number in range(1, 7))]
-STOP_PROGRAM = MotionControlAction.PROGRAM_STOP
+COLUMNS = ("t", *(f"j{number}" for number in range(1, 7)))
+STOP_PROGRAM = messages.MotionControlAction.PROGRAM_STOP
 PLAY = b'{"op": "recordings.play", "name": "arc"}'
 
 at_each_step = pytest.mark.parametrize("answered", range(4))
 """The description, the extent, the samples, the description again: what has come by then."""
 
 
-class SlowCell(EmulatedCell):
-    def played(self, pendant: Pendant) -> list[dict[str, Any]]:
-        return [
-            {"done": each.reply_code == ReplyCode.SUCCESS} | json.loads(each.body)
-            for each in pendant.all(Management)
-        ]
+@pytest.fixture
+def bare() -> EmulatedCell:
+    made = EmulatedCell(has_surroundings=True)
+    made.wait(100)
+    return made
+
+
+def _keep(cell: EmulatedCell, **about: Any) -> None:
+    columns = about.setdefault("columns", COLUMNS)
+    body = json.dumps(about)
+    cell.store.save(DocumentKind.RECORDING, "arc", body, expected_revision=0, author="ann")
+    standing = dict(zip(COLUMNS[1:], cell.position, strict=True))
+    rows = []
+    for n in range(201):
+        values = standing | {"t": 0.01 * n, "j1": standing["j1"] + 0.001 * n}
+        rows.append([values.get(column, 0.0) for column in columns])
+    cell.store.append_chunk("arc", 0, pack_rows(rows))
 
 
 @pytest.fixture
-def cell() -> Iterator[SlowCell]:
-    made = SlowCell(has_surroundings=True)
-    made.wait(100)
-    body = json.dumps({"columns": COLUMNS, "robot": "ur5"})
-    made.store.save(DocumentKind.RECORDING, "arc", body, expected_revision=0, author="ann")
-    first, *others = made.position
-    rows = [(0.01 * n, first + 0.001 * n, *others) for n in range(201)]
-    made.store.append_chunk("arc", 0, pack_rows(rows))
-    yield made
-    made.store.close()
+def cell(bare: EmulatedCell) -> EmulatedCell:
+    _keep(bare, robot="ur5")
+    return bare
 
 
-def _number(pendant: Pendant) -> int:
-    pendant.last_request += 1
-    return pendant.last_request
-
-
-def _loading(cell: SlowCell, answered: int) -> Pendant:
+def _loading(cell: EmulatedCell, answered: int) -> Pendant:
     holder = cell.holder()
     cell.held = deque()
-    holder.send(Management(_number(holder), PLAY))
+    holder.send(Management(holder._next(), PLAY))
     cell.answer(answered)
     return holder
 
 
 MODES = (OperatingMode.MANUAL_REDUCED, OperatingMode.AUTOMATIC)
 
-STOPS: dict[str, tuple[Callable[[SlowCell, Pendant], list[object]], V]] = {
+Stop = Callable[[EmulatedCell, Pendant], list[object]]
+
+STOPS: dict[str, tuple[Stop, V]] = {
     "stop": (lambda _, holder: [holder.stop(), holder.reset()], V.STOPPED),
     "another's stop": (lambda cell, holder: [cell.pendant().stop(), holder.reset()], V.STOPPED),
     "mode": (lambda _, holder: [holder.mode(mode) for mode in MODES], V.MODE_CHANGED),
@@ -87,20 +87,20 @@ STOPS: dict[str, tuple[Callable[[SlowCell, Pendant], list[object]], V]] = {
 @at_each_step
 @pytest.mark.parametrize(("stop", "code"), STOPS.values(), ids=STOPS)
 def test_what_is_loaded_is_refused_at_once_and_does_not_begin_afterwards(
-    cell: SlowCell, answered: int, stop: Callable[[SlowCell, Pendant], list[object]], code: V
+    cell: EmulatedCell, answered: int, stop: Stop, code: V
 ) -> None:
     holder = _loading(cell, answered)
     stood = cell.position
     assert set(stop(cell, holder)) <= {V.ACCEPTED, ReplyCode.SUCCESS}
-    (told,) = cell.played(holder)
-    assert (told["done"], told["code"]) == (False, code)
+    (told,) = holder.answers()
+    assert told["code"] == code
     cell.answer_all()
     cell.wait(500)
-    assert cell.played(holder) == [told]
-    assert (cell.core.cell.activity, cell.position) == (Activity.IDLE, stood)
+    assert holder.answers() == [told]
+    assert (cell.core.cell.activity, cell.position) == (messages.Activity.IDLE, stood)
 
 
-def test_a_pendant_that_is_gone_leaves_nothing_that_begins(cell: SlowCell) -> None:
+def test_a_pendant_that_is_gone_leaves_nothing_that_begins(cell: EmulatedCell) -> None:
     holder = _loading(cell, 2)
     stood = cell.position
     holder.close()
@@ -111,51 +111,52 @@ def test_a_pendant_that_is_gone_leaves_nothing_that_begins(cell: SlowCell) -> No
 
 @at_each_step
 def test_a_speed_override_of_0_ends_what_is_loaded_and_raised_again_begins_nothing(
-    cell: SlowCell, answered: int
+    cell: EmulatedCell, answered: int
 ) -> None:
     holder = _loading(cell, answered)
     stood = cell.position
     for override in (0.0, 1.0):
         assert holder.speed(override, 0.25) is V.ACCEPTED
         cell.wait(10)
-    (told,) = cell.played(holder)
-    assert not told["done"]
+    (told,) = holder.answers()
+    assert "code" in told
     cell.answer_all()
     cell.wait(500)
     assert cell.position == stood
 
 
-def test_a_program_stop_of_whoever_is_not_in_control_ends_nothing(cell: SlowCell) -> None:
+def test_a_program_stop_of_whoever_is_not_in_control_ends_nothing(cell: EmulatedCell) -> None:
     holder = _loading(cell, 1)
     other = cell.pendant("other")
     assert other.control(STOP_PROGRAM) is V.HELD_BY_OTHER
     cell.answer_all()
-    assert cell.played(holder)[0]["done"]
+    assert "code" not in holder.answers()[0]
 
 
-def test_a_second_recording_is_refused_while_one_is_loaded(cell: SlowCell) -> None:
+def test_a_second_recording_is_refused_while_one_is_loaded(cell: EmulatedCell) -> None:
     holder = _loading(cell, 1)
-    holder.send(Management(_number(holder), PLAY))
-    (told,) = cell.played(holder)
+    holder.send(Management(holder._next(), PLAY))
+    (told,) = holder.answers()
     assert (told["code"], told["text"]) == (V.PLANNING, "'arc' is being loaded to be played")
     cell.answer_all()
-    assert [each["done"] for each in cell.played(holder)] == [False, True]
+    assert ["code" in each for each in holder.answers()] == [True, False]
 
 
-def test_what_was_made_anew_under_its_name_meanwhile_is_not_played(cell: SlowCell) -> None:
+def test_what_was_made_anew_under_its_name_meanwhile_is_not_played(cell: EmulatedCell) -> None:
     holder = _loading(cell, 2)
     kind = DocumentKind.RECORDING
     body = cell.store.load(kind, "arc").body
     cell.store.delete(kind, "arc", expected_revision=1, author="bob")
     cell.store.save(kind, "arc", body, expected_revision=0, author="bob")
     cell.answer_all()
-    (told,) = cell.played(holder)
-    assert (told["done"], told["code"]) == (False, V.REVISION_CONFLICT)
+    (told,) = holder.answers()
+    assert told["code"] == V.REVISION_CONFLICT
 
 
 T = TypeVar("T")
 
-WIDTH = 8
+EIGHT = (*COLUMNS, "j7")
+WIDTH = len(EIGHT)
 ROW_BYTES = 8 * WIDTH
 
 
@@ -176,14 +177,17 @@ def too_large() -> list[bytes]:
 
 
 class Kept:
-    def __init__(self, chunks: list[bytes]) -> None:
+    def __init__(self, chunks: list[bytes], error: StoreError | None = None) -> None:
         self.chunks = chunks
+        self.error = error
         self.answered: list[int] = []
 
     def load_chunks(self, name: str, first: int, most: int) -> tuple[bytes, ...]:
         return tuple(self.chunks[first : first + most])
 
     def _answer(self, request: Request) -> Answer:
+        if self.error is not None:
+            return self.error
         if isinstance(request, MeasureRecording):
             return Extent(len(self.chunks), sum(map(len, self.chunks)))
         assert isinstance(request, LoadChunks)
@@ -224,8 +228,7 @@ def test_no_answer_and_no_piece_is_larger_than_one_chunk_may_be(rows: int, chunk
 
 def test_what_is_counted_comes_in_portions_too() -> None:
     kept = Kept(_recording(16_384, 5))
-    columns = ("t", *(f"j{number}" for number in range(1, WIDTH)))
-    kept.run(count_rows("arc", columns))
+    kept.run(count_rows("arc", EIGHT))
     assert max(kept.answered) <= MOST_CHUNK_BYTES
 
 
@@ -237,9 +240,7 @@ def test_of_a_part_no_more_than_its_chunks_are_kept_and_nothing_behind_it_is_rea
     assert sum(kept.answered) <= MOST_CHUNK_BYTES
 
 
-def test_a_whole_that_is_too_large_is_refused_before_anything_is_loaded(
-    too_large: list[bytes],
-) -> None:
+def test_a_whole_that_is_too_large_is_refused_before_any_is_loaded(too_large: list[bytes]) -> None:
     kept = Kept(too_large)
     refused = refusal_from(kept.load())
     assert (refused.code, refused.value) == (V.TOO_LARGE, 65 << 20)
@@ -266,10 +267,57 @@ def test_a_part_of_what_is_too_large_as_a_whole_is_played(too_large: list[bytes]
     assert sum(map(len, pieces)) == MOST_CHUNK_BYTES
 
 
-def test_a_chunk_of_half_rows_is_refused_with_its_size() -> None:
-    refused = refusal_from(Kept([_chunk(0.0, 3), bytes(ROW_BYTES + 4)]).load())
+@pytest.mark.parametrize("read", [Kept.load, lambda kept: kept.run(count_rows("arc", EIGHT))])
+def test_a_chunk_of_half_rows_is_refused_with_its_size(read: Callable[[Kept], object]) -> None:
+    refused = refusal_from(read(Kept([bytes(3 * ROW_BYTES), bytes(ROW_BYTES + 4)])))
     assert refused.code is V.BAD_DOCUMENT
     assert f"{ROW_BYTES + 4} bytes" in refused.text
+
+
+MARKED = ("t", "j1", "gap")
+rows = st.lists(st.tuples(st.floats(0.001, 1.0), st.booleans()), max_size=60).map(
+    lambda steps: [
+        (sum(step for step, _ in steps[: n + 1]), 0.0, float(marked))
+        for n, (_, marked) in enumerate(steps)
+    ]
+)
+
+
+def test_rate_and_longest_gap_leave_the_time_in_gaps_out() -> None:
+    count = RowCount()
+    for time, after_gap in ((1.0, True), (1.1, False), (1.9, True), (2.0, False), (2.4, True)):
+        count.take(time, after_gap=after_gap)
+    assert (count.rows, count.gaps) == (5, 2)
+    assert count.duration == pytest.approx(1.4)
+    assert count.longest_gap == pytest.approx(0.8)
+    assert count.rate == pytest.approx(10.0)
+
+
+@pytest.mark.parametrize("times", [(), (0.0,), (0.0, 0.0)])
+def test_too_few_rows_have_no_rate(times: tuple[float, ...]) -> None:
+    count = RowCount()
+    for time in times:
+        count.take(time)
+    assert count.rate == 0.0
+
+
+@given(rows, st.integers(1, 7))
+def test_chunks_are_counted_as_rows_are(kept: list[tuple[float, float, float]], most: int) -> None:
+    wanted = RowCount()
+    for time, _, mark in kept:
+        wanted.take(time, after_gap=mark != 0.0)
+    chunks = [pack_rows(kept[n : n + most]) for n in range(0, len(kept), most)]
+    assert Kept(chunks).run(count_rows("arc", MARKED)) == wanted
+
+
+def test_a_recording_without_marks_has_no_gaps() -> None:
+    kept = Kept([pack_rows([(0.0, 1.0), (9.0, 1.0)])])
+    assert kept.run(count_rows("arc", ("t", "j1"))) == RowCount(rows=2, last=9.0)
+
+
+def test_what_the_store_cannot_is_told() -> None:
+    kept = Kept([], NotFound("recording", "arc"))
+    assert refusal_from(kept.run(count_rows("arc", MARKED))).code is V.NOT_FOUND
 
 
 def test_nothing_is_told_of_what_was_dropped() -> None:
@@ -286,40 +334,17 @@ def test_nothing_is_told_of_what_was_dropped() -> None:
     assert told == []
 
 
-@pytest.fixture
-def played_cell() -> Iterator[EmulatedCell]:
-    made = EmulatedCell(has_surroundings=True)
-    made.wait(100)
-    yield made
-    made.store.close()
+TO_J5 = COLUMNS[1:6]
 
 
-WITHOUT_J6 = [f"j{number}" for number in range(1, 6)]
-
-
-def _keep_rows(played_cell: EmulatedCell, **about: Any) -> None:
-    columns = about.setdefault("columns", COLUMNS)
-    body = json.dumps(about)
-    played_cell.store.save(DocumentKind.RECORDING, "arc", body, expected_revision=0, author="ann")
-    standing = dict(zip(COLUMNS[1:], played_cell.position, strict=True))
-    rows = []
-    for n in range(201):
-        values = standing | {"t": 0.01 * n, "j1": standing["j1"] + 0.001 * n}
-        rows.append([values.get(column, 0.0) for column in columns])
-    played_cell.store.append_chunk("arc", 0, pack_rows(rows))
-
-
-def test_playing_needs_the_motion_authority(played_cell: EmulatedCell) -> None:
-    _keep_rows(played_cell, robot="ur5")
-    told = played_cell.pendant().ask("recordings.play", name="arc")
+def test_playing_needs_the_motion_authority(cell: EmulatedCell) -> None:
+    told = cell.pendant().ask("recordings.play", name="arc")
     assert told["code"] == V.NOT_IN_CONTROL
 
 
-def test_a_recording_that_was_cut_off_is_played_as_far_as_it_is_kept(
-    played_cell: EmulatedCell,
-) -> None:
-    _keep_rows(played_cell, robot="ur5", finished=False)
-    told = played_cell.holder().ask("recordings.play", name="arc")
+def test_a_recording_that_was_cut_off_is_played_as_far_as_it_goes(bare: EmulatedCell) -> None:
+    _keep(bare, robot="ur5", finished=False)
+    told = bare.holder().ask("recordings.play", name="arc")
     assert (told["samples"], told["recorded"]) == (201, pytest.approx(2.0))
 
 
@@ -328,37 +353,31 @@ def test_a_recording_that_was_cut_off_is_played_as_far_as_it_is_kept(
     [
         ({}, V.RECORDING_WRONG_ROBOT, r"of which robot it is; this robot is 'ur5'.*--robot ur5"),
         ({"robot": "ur10"}, V.RECORDING_WRONG_ROBOT, r"was made with 'ur10'; this robot is 'ur5'"),
-        ({"columns": ["t", *WITHOUT_J6, "temperature"]}, V.BAD_DOCUMENT, r"columns\[6\]: is 'temp"),
-        ({"columns": ["t", *WITHOUT_J6, "j5"]}, V.BAD_DOCUMENT, r"columns\[6\]: is 'j5' once more"),
-        (
-            {"columns": ["j6", *WITHOUT_J6, "t"]},
-            V.BAD_DOCUMENT,
-            r"\[0\]: is 'j6'; accepted: 't' first",
-        ),
+        ({"columns": ["t", *TO_J5, "temperature"]}, V.BAD_DOCUMENT, r"columns\[6\]: is 'temp"),
+        ({"columns": ["t", *TO_J5, "j5"]}, V.BAD_DOCUMENT, r"columns\[6\]: is 'j5' once more"),
+        ({"columns": ["j6", *TO_J5, "t"]}, V.BAD_DOCUMENT, r"\[0\]: is 'j6'; accepted: 't' first"),
     ],
     ids=["of none", "of another", "no joint", "a joint twice", "no time first"],
 )
 def test_a_recording_of_another_robot_or_of_other_columns_is_refused(
-    played_cell: EmulatedCell, about: dict[str, Any], code: V, why: str
+    bare: EmulatedCell, about: dict[str, Any], code: V, why: str
 ) -> None:
     if "columns" in about:
         about = about | {"robot": "ur5"}
-    _keep_rows(played_cell, **about)
-    told = played_cell.holder().ask("recordings.play", name="arc")
+    _keep(bare, **about)
+    told = bare.holder().ask("recordings.play", name="arc")
     assert told["code"] == code
     assert re.search(why, told["text"])
 
 
-def test_joints_in_another_order_are_played_as_they_are_named(played_cell: EmulatedCell) -> None:
-    _keep_rows(played_cell, robot="ur5", columns=["t", "j6", "j2", "gap", "j1", "j4", "j5", "j3"])
-    told = played_cell.holder().ask("recordings.play", name="arc")
+def test_joints_in_another_order_are_played_as_they_are_named(bare: EmulatedCell) -> None:
+    _keep(bare, robot="ur5", columns=["t", "j6", "j2", "gap", "j1", "j4", "j5", "j3"])
+    told = bare.holder().ask("recordings.play", name="arc")
     assert told["approach"] == 0.0  # the robot stands at the first sample
 
 
-def test_a_recording_under_way_is_not_played_and_the_refusal_says_so(
-    played_cell: EmulatedCell,
-) -> None:
-    holder = played_cell.holder()
+def test_a_recording_under_way_is_not_played_and_that_is_said(bare: EmulatedCell) -> None:
+    holder = bare.holder()
     holder.ask("recordings.start", name="arc")
     told = holder.ask("recordings.play", name="arc")
     assert told["code"] == V.RECORDING_RUNNING

@@ -1,7 +1,6 @@
 import json
 from collections.abc import Iterator
 from pathlib import Path
-from typing import Any
 
 import pytest
 from rigs.cells.expectations import expect, known, only, refusal_from
@@ -28,8 +27,7 @@ def cell(tmp_path: Path) -> Iterator[RecordedCell]:
 
 
 def _ended(cell: RecordedCell) -> RecordingDocument:
-    ended = expect(RecordingDocument, cell.told[-1])
-    return ended
+    return expect(RecordingDocument, cell.told[-1])
 
 
 def _code(result: object) -> V | None:
@@ -50,6 +48,8 @@ def test_a_minute_at_250_reports_a_second_loses_none(cell: RecordedCell) -> None
         cell.report((step / 15_000, 0.0), after_ms=4)
     cell.stop()
     document = _ended(cell)
+    assert (document.robot, document.joints) == ("two-joints", ("shoulder", "elbow"))
+    assert (document.columns, document.finished) == (("t", "j1", "j2", "gap"), True)
     assert document.samples == 15_000
     assert document.rate == pytest.approx(250.0)
     assert len(cell.rows()) == 15_000
@@ -85,16 +85,6 @@ def test_a_lost_state_link_is_a_gap(cell: RecordedCell) -> None:
     assert [row[3] for row in cell.rows()] == [0.0, 1.0]
 
 
-def test_the_document_names_robot_joints_and_rate(cell: RecordedCell) -> None:
-    cell.start()
-    cell.report((0.0, 0.0))
-    cell.stop()
-    document = _ended(cell)
-    assert (document.robot, document.joints) == ("two-joints", ("shoulder", "elbow"))
-    assert document.columns == ("t", "j1", "j2", "gap")
-    assert document.finished
-
-
 def test_a_second_recording_is_refused_and_names_the_first(cell: RecordedCell) -> None:
     cell.start("first")
     refused = refusal_from(cell.start("second"))
@@ -125,9 +115,7 @@ def test_a_stop_after_the_end_is_told_why_it_ended(cell: RecordedCell) -> None:
     assert _code(cell.stop()) is V.NOT_RECORDING
 
 
-def test_a_disk_that_fills_while_the_last_rows_are_written_is_told_to_all(
-    cell: RecordedCell,
-) -> None:
+def test_a_disk_that_fills_as_the_last_rows_are_written_is_told_to_all(cell: RecordedCell) -> None:
     cell.start()
     cell.report((0.0, 0.0))
     cell.refuse_with = DiskFull("no room")
@@ -145,8 +133,8 @@ def test_why_it_ended_is_kept_where_there_is_room_again(cell: RecordedCell) -> N
     cell.answer()
     cell.refuse_with = None
     cell.answer()
-    document = read_document("arc", cell.store.load(DocumentKind.RECORDING, "arc").body)
-    assert isinstance(document, RecordingDocument)
+    kept = read_document("arc", cell.store.load(DocumentKind.RECORDING, "arc").body)
+    document = expect(RecordingDocument, kept)
     assert not document.finished
     assert "input/output error" in document.problem
 
@@ -159,14 +147,19 @@ def small_chunks(monkeypatch: pytest.MonkeyPatch) -> None:
 
 
 @pytest.mark.usefixtures("small_chunks")
-def test_rows_that_waited_for_a_busy_disk_are_kept_however_many_chunks_they_take(
-    cell: RecordedCell,
+@pytest.mark.parametrize("is_busy", [True, False], ids=["busy", "slow"])
+def test_rows_that_waited_for_a_disk_are_kept_however_many_chunks_they_take(
+    cell: RecordedCell, is_busy: bool
 ) -> None:
     cell.start()
-    cell.refuse_with = StoreBusy("busy")
+    cell.refuse_with = StoreBusy("busy") if is_busy else None
+    cell.answers_at_once = is_busy
     for step in range(500):
         cell.report((step / 500, 0.0))
-    cell.refuse_with = None
+    cell.refuse_with, cell.answers_at_once = None, True
+    if not is_busy:
+        cell.answer()
+        assert known(cell.recorder.status).kept >= 450
     cell.report((1.0, 0.0))
     cell.stop()
     assert cell.lost == []
@@ -174,26 +167,8 @@ def test_rows_that_waited_for_a_busy_disk_are_kept_however_many_chunks_they_take
 
 
 @pytest.mark.usefixtures("small_chunks")
-def test_rows_that_waited_for_a_slow_disk_are_kept_however_many_chunks_they_take(
-    cell: RecordedCell,
-) -> None:
-    cell.start()
-    cell.answers_at_once = False
-    for step in range(500):
-        cell.report((step / 500, 0.0))
-    cell.answers_at_once = True
-    cell.answer()
-    status = known(cell.recorder.status)
-    assert status.kept >= 450
-    cell.stop()
-    assert len(cell.rows()) == 500
-
-
-@pytest.mark.usefixtures("small_chunks")
 @pytest.mark.parametrize("answered", [True, False])
-def test_all_that_waits_is_written_when_the_server_goes_down(
-    cell: RecordedCell, answered: bool
-) -> None:
+def test_all_that_waits_is_written_as_the_server_ends(cell: RecordedCell, answered: bool) -> None:
     cell.start()
     cell.answers_at_once = False
     cell.reports(500)
@@ -224,9 +199,7 @@ at_rows_and_description = pytest.mark.parametrize("is_description", [False, True
 
 
 @at_rows_and_description
-def test_the_end_of_a_recording_waits_for_a_busy_disk(
-    cell: RecordedCell, is_description: bool
-) -> None:
+def test_the_end_of_a_recording_waits_for_a_disk(cell: RecordedCell, is_description: bool) -> None:
     _stopped_at_a_busy_disk(cell, is_description)
     cell.ticks(2_900)
     assert cell.told[1:] == cell.lost == []
@@ -255,28 +228,24 @@ def test_a_busy_disk_is_asked_one_thing_at_a_time(cell: RecordedCell) -> None:
 
 
 def test_a_disk_that_never_answers_ends_the_recording(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+    cell: RecordedCell, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.setattr(recorder, "MOST_WAITING_ROWS", 100)
-    cell = RecordedCell(tmp_path, answers_at_once=False)
     cell.start()
-    cell.answer()
+    cell.answers_at_once = False
     cell.reports(200)
     assert cell.recorder.status is None
     assert _code(cell.lost[0]) is V.RECORDING_FELL_BEHIND
-    cell.store.close()
 
 
-def test_a_stop_while_a_chunk_is_under_way_keeps_every_row(tmp_path: Path) -> None:
-    cell = RecordedCell(tmp_path, answers_at_once=False)
+def test_a_stop_while_a_chunk_is_under_way_keeps_every_row(cell: RecordedCell) -> None:
     cell.start()
-    cell.answer()
+    cell.answers_at_once = False
     cell.reports(70)
     cell.stop()
     assert cell.told[1:] == []
     cell.answer_all()
     assert _ended(cell).samples == len(cell.rows()) == 70
-    cell.store.close()
 
 
 @pytest.mark.usefixtures("small_chunks")
@@ -298,91 +267,75 @@ def test_all_of_a_recording_that_waits_for_a_busy_disk_is_written_when_the_serve
 
 
 @pytest.fixture
-def desk_cell(tmp_path: Path) -> Iterator[SurroundedCell]:
+def desk(tmp_path: Path) -> Iterator[SurroundedCell]:
     made = SurroundedCell(tmp_path)
     yield made
     made.store.close()
 
 
-def _record(desk_cell: SurroundedCell, name: str = "arc", reports: int = 100) -> dict[str, Any]:
-    desk_cell.ask("recordings.start", name=name)
+def _record(desk: SurroundedCell, reports: int = 100) -> None:
+    desk.ask("recordings.start", name="arc")
     home = robot().home_position
     for step in range(reports):
-        desk_cell.report((home[0] + 0.001 * step, *home[1:]))
-    return desk_cell.ask("recordings.stop")
+        desk.report((home[0] + 0.001 * step, *home[1:]))
 
 
-def _import(
-    desk_cell: SurroundedCell, about: dict[str, Any], rows: list[tuple[float, ...]]
-) -> None:
-    columns = ["t", *(f"j{number}" for number in range(1, 7))]
-    body = json.dumps({"columns": columns} | about)
-    desk_cell.store.save(DocumentKind.RECORDING, "csv", body, expected_revision=0, author="ann")
-    desk_cell.store.append_chunk("csv", 0, pack_rows(rows))
-
-
-def _problem_in_snapshot(desk_cell: SurroundedCell) -> str:
+def _problem_in_snapshot(desk: SurroundedCell) -> str:
     settings = make_settings({}, "test")
-    return snapshot(desk_cell.cell, settings, desk_cell.now, desk_cell.around).recording_problem
+    return snapshot(desk.cell, settings, desk.now, desk.around).recording_problem
 
 
-def test_a_recording_is_begun_ended_and_described(desk_cell: SurroundedCell) -> None:
-    assert _record(desk_cell)["samples"] == 100
-    about = desk_cell.ask("recordings.describe", name="arc")
+def test_a_recording_is_begun_ended_and_described(desk: SurroundedCell) -> None:
+    _record(desk)
+    assert desk.ask("recordings.stop")["samples"] == 100
+    about = desk.ask("recordings.describe", name="arc")
     assert (about["robot"], about["samples"], about["revision"]) == ("ur5", 100, 2)
     assert about["joints"] == list(robot().limits.names)
     assert about["rate"] == pytest.approx(100.0)
 
 
-def test_the_list_shows_the_recording_under_way(desk_cell: SurroundedCell) -> None:
-    _record(desk_cell)
-    desk_cell.ask("recordings.start", name="bow")
-    desk_cell.report()
-    listed = desk_cell.ask("recordings.list")
+def test_the_list_shows_the_recording_under_way(desk: SurroundedCell) -> None:
+    _record(desk)
+    desk.ask("recordings.stop")
+    desk.ask("recordings.start", name="bow")
+    desk.report()
+    listed = desk.ask("recordings.list")
     assert [each["name"] for each in listed["recordings"]] == ["arc", "bow"]
     assert listed["recording"]["name"] == "bow"
 
 
-def test_a_recording_is_cut_renamed_and_deleted(desk_cell: SurroundedCell) -> None:
-    _record(desk_cell)
-    desk_cell.ask("recordings.trim", name="arc", new_name="part", begins=0.2, ends=0.4)
-    assert desk_cell.ask("recordings.describe", name="part")["samples"] == 21
-    desk_cell.ask("recordings.rename", name="part", new_name="bit", expected_revision=2)
-    desk_cell.ask("recordings.delete", name="arc", expected_revision=2)
-    left = [each["name"] for each in desk_cell.ask("recordings.list")["recordings"]]
+def test_a_recording_is_cut_renamed_and_deleted(desk: SurroundedCell) -> None:
+    _record(desk)
+    desk.ask("recordings.stop")
+    desk.ask("recordings.trim", name="arc", new_name="part", begins=0.2, ends=0.4)
+    assert desk.ask("recordings.describe", name="part")["samples"] == 21
+    desk.ask("recordings.rename", name="part", new_name="bit", expected_revision=2)
+    desk.ask("recordings.delete", name="arc", expected_revision=2)
+    left = [each["name"] for each in desk.ask("recordings.list")["recordings"]]
     assert left == ["bit"]
 
 
-def test_what_is_being_recorded_is_neither_deleted_nor_renamed(desk_cell: SurroundedCell) -> None:
-    desk_cell.ask("recordings.start", name="arc")
-    refused = desk_cell.refused("recordings.delete", name="arc", expected_revision=1)
+def test_what_is_being_recorded_is_neither_deleted_nor_renamed(desk: SurroundedCell) -> None:
+    desk.ask("recordings.start", name="arc")
+    refused = desk.refused("recordings.delete", name="arc", expected_revision=1)
     assert refused[0] is V.RECORDING_RUNNING
 
 
 @pytest.mark.parametrize("factor", [0.05, 4.5, float("inf")])
-def test_a_factor_out_of_bounds_is_refused(desk_cell: SurroundedCell, factor: float) -> None:
-    code, text = desk_cell.refused("recordings.play", name="arc", factor=factor)
+def test_a_factor_out_of_bounds_is_refused(desk: SurroundedCell, factor: float) -> None:
+    code, text = desk.refused("recordings.play", name="arc", factor=factor)
     assert code is V.BAD_ARGUMENT
     assert "factor" in text
 
 
-def test_a_store_that_fails_is_told(desk_cell: SurroundedCell) -> None:
-    desk_cell.refuse_with = StoreFailed("no disk")
-    assert desk_cell.refused("recordings.start", name="arc")[0] is V.STORE_FAILED
+def test_a_store_that_fails_is_told(desk: SurroundedCell) -> None:
+    desk.refuse_with = StoreFailed("no disk")
+    assert desk.refused("recordings.start", name="arc")[0] is V.STORE_FAILED
 
 
-def _crashed(desk_cell: SurroundedCell, folder: Path, reports: int) -> SurroundedCell:
-    desk_cell.ask("recordings.start", name="arc")
-    home = robot().home_position
-    for step in range(reports):
-        desk_cell.report((home[0] + 0.001 * step, *home[1:]))
-    return SurroundedCell(folder)
-
-
-def test_of_a_recording_that_a_crash_cut_off_the_rows_are_counted(
-    desk_cell: SurroundedCell, tmp_path: Path
-) -> None:
-    after = _crashed(desk_cell, tmp_path, 154)
+def test_the_rows_of_what_a_crash_cut_off_are_counted(desk: SurroundedCell, tmp_path: Path) -> None:
+    _record(desk, 154)
+    after = SurroundedCell(tmp_path)
     about = after.ask("recordings.describe", name="arc")
     assert not about["finished"]
     assert about["samples"] == 153
@@ -394,45 +347,47 @@ def test_of_a_recording_that_a_crash_cut_off_the_rows_are_counted(
     after.store.close()
 
 
-def test_a_recording_under_way_has_no_problem(desk_cell: SurroundedCell) -> None:
-    desk_cell.ask("recordings.start", name="arc")
-    desk_cell.reports(60)
-    about = desk_cell.ask("recordings.describe", name="arc")
+def test_a_recording_under_way_has_no_problem(desk: SurroundedCell) -> None:
+    desk.ask("recordings.start", name="arc")
+    desk.reports(60)
+    about = desk.ask("recordings.describe", name="arc")
     assert (about["finished"], about["samples"], about["problem"]) == (False, 60, "")
-    assert _problem_in_snapshot(desk_cell) == ""
+    assert _problem_in_snapshot(desk) == ""
     assert about["duration"] == pytest.approx(0.59)
 
 
-def test_who_records_hears_of_a_full_disk_by_an_outcome_and_at_the_stop(
-    desk_cell: SurroundedCell,
-) -> None:
-    desk_cell.ask("recordings.start", name="arc")
-    desk_cell.reports(60)
-    desk_cell.refuse_with = DiskFull("no room")
-    desk_cell.reports(60)
-    (told,) = desk_cell.outcomes
+def test_who_records_hears_of_a_full_disk_by_an_outcome_and_at_a_stop(desk: SurroundedCell) -> None:
+    desk.ask("recordings.start", name="arc")
+    desk.reports(60)
+    desk.refuse_with = DiskFull("no room")
+    desk.reports(60)
+    (told,) = desk.outcomes
     assert (told.request_id, told.outcome) == (7, OutcomeKind.ABORTED)
     assert told.code == V.DISK_FULL
     assert told.text == "recording 'arc' ended by itself, 51 samples kept: no room"
-    assert desk_cell.refused("recordings.stop") == (V.DISK_FULL, told.text)
-    desk_cell.refuse_with = None
-    assert desk_cell.ask("recordings.list")["problem"] == told.text
-    assert _problem_in_snapshot(desk_cell) == told.text
-    about = desk_cell.ask("recordings.describe", name="arc")
+    assert desk.refused("recordings.stop") == (V.DISK_FULL, told.text)
+    desk.refuse_with = None
+    assert desk.ask("recordings.list")["problem"] == told.text
+    assert _problem_in_snapshot(desk) == told.text
+    about = desk.ask("recordings.describe", name="arc")
     assert (about["samples"], about["problem"]) == (51, told.text)
 
 
-def test_a_damaged_recording_hides_no_other_in_the_list(desk_cell: SurroundedCell) -> None:
-    _record(desk_cell)
-    desk_cell.store.save(DocumentKind.RECORDING, "bad", "{}", expected_revision=0, author="ann")
-    arc, bad = desk_cell.ask("recordings.list")["recordings"]
+def test_a_damaged_recording_hides_no_other_in_the_list(desk: SurroundedCell) -> None:
+    _record(desk)
+    desk.ask("recordings.stop")
+    desk.store.save(DocumentKind.RECORDING, "bad", "{}", expected_revision=0, author="ann")
+    arc, bad = desk.ask("recordings.list")["recordings"]
     assert (arc["samples"], arc["problem"]) == (100, "")
     assert "columns" in bad["problem"]
 
 
-def test_an_imported_recording_is_counted(desk_cell: SurroundedCell) -> None:
-    _import(desk_cell, {"robot": "ur5"}, [(0.1 * n, *robot().home_position) for n in range(11)])
-    about = desk_cell.ask("recordings.describe", name="csv")
+def test_an_imported_recording_is_counted(desk: SurroundedCell) -> None:
+    body = json.dumps({"columns": ["t", "j1", "j2", "j3", "j4", "j5", "j6"], "robot": "ur5"})
+    desk.store.save(DocumentKind.RECORDING, "csv", body, expected_revision=0, author="ann")
+    rows = [(0.1 * n, *robot().home_position) for n in range(11)]
+    desk.store.append_chunk("csv", 0, pack_rows(rows))
+    about = desk.ask("recordings.describe", name="csv")
     assert (about["samples"], about["finished"], about["problem"]) == (11, True, "")
     assert about["duration"] == pytest.approx(1.0)
     assert about["rate"] == pytest.approx(10.0)

@@ -76,9 +76,7 @@ def test_whoever_writes_is_told_when_it_was_done(rig: SignalRig) -> None:
 
 
 @pytest.mark.parametrize("signal", [-1, 20, 512])
-def test_an_input_that_is_not_there_is_refused_with_those_that_are(
-    rig: SignalRig, signal: int
-) -> None:
+def test_an_input_that_is_not_there_is_refused_with_what_is(rig: SignalRig, signal: int) -> None:
     result = refusal_from(rig.signals.input(signal, rig.now))
     assert result.code is V.NO_SIGNAL
     assert "0 to 19" in result.text

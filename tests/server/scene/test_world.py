@@ -4,7 +4,7 @@ from pathlib import Path
 from typing import Any
 
 import pytest
-from rigs.cells.expectations import known, refusal_from
+from rigs.cells.expectations import expect, known, refusal_from
 from rigs.cells.surrounded_cell import SurroundedCell, robot
 
 from openpendant.motion.frames.frame_tree import FLANGE
@@ -17,10 +17,8 @@ from openpendant.server.store.store_errors import DiskFull
 from openpendant.simplemsg.pendant import ProgramState
 from openpendant.simplemsg.verdicts import VerdictCode as V
 
-TABLE: dict[str, Any] = {
-    "position": [0.5, 0.0, 0.0],
-    "orientation": [0, 0, math.sin(0.5), math.cos(0.5)],
-}
+TURNED = [0, 0, math.sin(0.5), math.cos(0.5)]
+TABLE: dict[str, Any] = {"position": [0.5, 0.0, 0.0], "orientation": TURNED}
 GRIPPER = {"position": [0.0, 0.0, 0.12]}
 BOX = {"name": "box", "shape": {"type": "box", "size": [0.1, 0.1, 0.1]}, "position": [2, 0, 0]}
 
@@ -105,9 +103,7 @@ def test_the_selected_tool_moves_where_the_tool_is(cell: SurroundedCell) -> None
     assert math.dist(flange, tool) == pytest.approx(0.12)
 
 
-def test_a_robot_that_stands_still_shows_the_tool_that_was_just_selected(
-    cell: SurroundedCell,
-) -> None:
+def test_a_robot_that_stands_still_shows_the_tool_just_selected(cell: SurroundedCell) -> None:
     home, rest = robot().home_position, (0.0,) * len(robot().home_position)
     before = cell.mathematics.tool_motion(home, rest)
     assert cell.mathematics.tool_motion(home, rest) == before
@@ -124,14 +120,10 @@ def test_a_pose_in_a_user_frame_is_where_the_selected_tool_goes(cell: Surrounded
     cell.ask("tools.select", name="gripper", expected_revision=1)
     cell.ask("frames.add", name="table", pose=TABLE, expected_revision=0)
     position, orientation = cell.mathematics.tool_pose(robot().home_position)
-    there = cell.ask(
-        "frames.transform",
-        source="base",
-        target="table",
-        pose={"position": position, "orientation": orientation},
-    )["pose"]
-    pose = Pose.from_values(there["position"], there["orientation"])
-    in_base = cell.mathematics.frames.in_base(pose, "table")
+    pose = {"position": position, "orientation": orientation}
+    there = cell.ask("frames.transform", source="base", target="table", pose=pose)["pose"]
+    back = Pose.from_values(there["position"], there["orientation"])
+    in_base = cell.mathematics.frames.in_base(back, "table")
     assert in_base.position == pytest.approx(position)
     assert cell.mathematics.tool_in_flange is not None
     assert math.hypot(*cell.mathematics.tool_in_flange.position) == pytest.approx(0.12)
@@ -143,16 +135,11 @@ def test_where_the_tool_was_is_still_known(cell: SurroundedCell) -> None:
     for step in range(100):
         cell.report((home[0] + 0.01 * step, *home[1:]))
 
-    def flange_at(ago: float) -> list[float]:
-        answer = cell.ask("frames.transform", source=FLANGE, target="base", seconds_ago=ago)
-        found: list[float] = answer["pose"]["position"]
-        return found
-
     then = cell.mathematics.tool_pose((home[0] + 0.01 * 49, *home[1:]))[0]
-    assert flange_at(0.5) == pytest.approx(then, abs=1e-6)
-    assert cell.refused("frames.transform", source=FLANGE, target="base", seconds_ago=9)[0] is (
-        V.NOT_IN_HISTORY
-    )
+    told = cell.ask("frames.transform", source=FLANGE, target="base", seconds_ago=0.5)
+    assert told["pose"]["position"] == pytest.approx(then, abs=1e-6)
+    code, _ = cell.refused("frames.transform", source=FLANGE, target="base", seconds_ago=9)
+    assert code is V.NOT_IN_HISTORY
 
 
 def test_a_frame_can_be_used_before_the_controller_reports_again(cell: SurroundedCell) -> None:
@@ -205,16 +192,11 @@ def test_an_object_named_like_a_link_changes_nothing(cell: SurroundedCell) -> No
 
 def test_a_carried_object_moves_with_the_flange(cell: SurroundedCell) -> None:
     cell.ask("scene.add", object=BOX, expected_revision=0)
-    cell.perform(_taken(cell.around.attach("box", cell.now)))
+    cell.perform(expect(list, cell.around.attach("box", cell.now)))
     held = cell.mathematics.scene.get("box")
     assert held.link == robot().tool_link
-    cell.perform(_taken(cell.around.detach("box", cell.now)))
+    cell.perform(expect(list, cell.around.detach("box", cell.now)))
     assert cell.mathematics.scene.get("box").position == pytest.approx((2.0, 0.0, 0.0))
-
-
-def _taken(result: object) -> list[Any]:
-    assert isinstance(result, list)
-    return result
 
 
 def test_the_nearest_bodies_are_told_with_their_points(cell: SurroundedCell) -> None:
@@ -222,9 +204,8 @@ def test_the_nearest_bodies_are_told_with_their_points(cell: SurroundedCell) -> 
     near = BOX | {"position": [x, y, z - 0.3]}
     cell.ask("scene.add", object=near, expected_revision=0)
     answer = cell.ask("scene.nearest")
-    assert math.dist(answer["first_point"], answer["second_point"]) == pytest.approx(
-        answer["distance"], abs=1e-6
-    )
+    between = math.dist(answer["first_point"], answer["second_point"])
+    assert between == pytest.approx(answer["distance"], abs=1e-6)
 
 
 def test_another_robot_is_not_loaded_into_a_cell(cell: SurroundedCell) -> None:
@@ -273,9 +254,7 @@ def balls(count: int) -> dict[str, Any]:
     return {"schema": "openpendant-scene/1", "objects": [ball(number) for number in range(count)]}
 
 
-def test_a_scene_of_too_many_pairs_is_refused_and_the_one_in_force_stays(
-    cell: SurroundedCell,
-) -> None:
+def test_a_scene_of_too_many_pairs_is_refused_and_the_old_one_stays(cell: SurroundedCell) -> None:
     cell.ask("scene.import", content=balls(MOST_BALLS), expected_revision=0)
     code, text = cell.refused("scene.add", object=ball(MOST_BALLS), expected_revision=1)
     assert code is V.TOO_LARGE
@@ -287,42 +266,29 @@ def test_a_scene_of_too_many_pairs_is_refused_and_the_one_in_force_stays(
 
 def test_a_program_takes_no_object_that_makes_too_many_pairs(cell: SurroundedCell) -> None:
     cell.ask("scene.import", content=balls(MOST_BALLS), expected_revision=0)
-    assert (
-        refusal_from(cell.around.world.carry("b0", robot().home_position, cell.now)).code
-        is V.TOO_LARGE
-    )
+    refused = cell.around.world.carry("b0", robot().home_position, cell.now)
+    assert refusal_from(refused).code is V.TOO_LARGE
     assert cell.mathematics.scene.get("b0").link is None
 
 
-@pytest.fixture
-def again(
+def test_a_stored_scene_that_is_too_large_is_not_in_force_after_a_start_until_another_is_saved(
     cell: SurroundedCell, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> Iterator[SurroundedCell]:
+) -> None:
+    """That is told, and nothing moves until then."""
     cell.ask("scene.import", content=balls(20), expected_revision=0)
     cell.store.close()
     monkeypatch.setattr(robot_kinematics, "MOST_PAIRS", 100)
     again = SurroundedCell(tmp_path)
     again.report()
-    yield again
-    again.store.close()
-
-
-def test_a_stored_scene_that_is_too_large_is_not_in_force_after_a_start_and_that_is_told(
-    again: SurroundedCell,
-) -> None:
     problems = again.ask("frames.show")["problems"]
     assert "160 pairs" in problems["scene"]
     assert "100 at most" in problems["scene"]
     assert again.mathematics.scene.objects == ()
-
-
-def test_nothing_moves_by_a_stored_scene_that_is_not_in_force_until_another_is_saved(
-    again: SurroundedCell,
-) -> None:
     assert "160 pairs" in again.cell.unread
     again.ask("scene.import", content=balls(3), expected_revision=1)
     assert again.cell.unread == ""
     assert again.ask("frames.show")["problems"] == {}
+    again.store.close()
 
 
 def test_another_tool_needs_no_new_model_of_the_same_scene(

@@ -8,31 +8,20 @@ from hypothesis import settings
 from hypothesis import strategies as st
 from hypothesis.stateful import RuleBasedStateMachine, invariant, precondition, rule
 from rigs.data.example_counts import examples
-from rigs.data.stored_documents import ANN, BOB, NOON, noon, opened, save
+from rigs.data.stored_documents import ANN, BOB, NOON, begin_recording, noon, opened, save
 
-from openpendant.server.store import store_errors
-from openpendant.server.store.documents import (
-    KEPT_REVISIONS,
-    MOST_BODY_BYTES,
-    MOST_CHUNK_BYTES,
-    DocumentKind,
-    Extent,
-    Heading,
-)
+from openpendant.server.store import documents, store_errors
+from openpendant.server.store.documents import DocumentKind, Extent
 from openpendant.server.store.sqlite_file import MIGRATIONS, OpenFile, open_file
 from openpendant.server.store.sqlite_store import SqliteStore
 
 PROGRAM, RECORDING = DocumentKind.PROGRAM, DocumentKind.RECORDING
 
 
-def begin_recording(store: SqliteStore, name: str = "r") -> None:
-    store.save(RECORDING, name, '{"columns": ["t"]}', expected_revision=0, author=ANN)
-
-
 def test_a_saved_document_is_loaded_as_it_was_saved(store: SqliteStore) -> None:
     body = '{"text": "Größe \\ud83d\\ude00 \U0001f600", "speed": 0.1}'
     heading = store.save(PROGRAM, "weld", body, expected_revision=0, author=ANN)
-    assert heading == Heading(PROGRAM, "weld", 1, len(body.encode()), ANN, NOON)
+    assert heading == documents.Heading(PROGRAM, "weld", 1, len(body.encode()), ANN, NOON)
     document = store.load(PROGRAM, "weld")
     assert (document.heading, document.body) == (heading, body)
 
@@ -55,9 +44,7 @@ def test_everything_is_there_after_the_file_was_closed_and_opened(path: Path) ->
         assert store.load_chunks("r", 0, 10) == (b"12345678",)
 
 
-def test_of_two_edits_of_one_program_the_later_is_refused_with_both_revisions(
-    path: Path,
-) -> None:
+def test_of_two_edits_of_one_program_the_later_is_refused_with_both_revisions(path: Path) -> None:
     """Promise 22: nobody overwrites what he has not seen, not even from another process."""
     with opened(path) as first, opened(path) as second:
         save(first, "weld", '{"speed": 1}')
@@ -94,7 +81,7 @@ def test_a_change_of_a_program_that_never_was_is_refused(store: SqliteStore) -> 
 
 
 def test_only_the_latest_revisions_are_kept(store: SqliteStore) -> None:
-    kept = KEPT_REVISIONS[PROGRAM]
+    kept = documents.KEPT_REVISIONS[PROGRAM]
     for revision in range(kept + 5):
         save(store, "weld", f'{{"n": {revision + 1}}}', revision)
     assert [heading.revision for heading in store.history(PROGRAM, "weld")] == [*range(6, kept + 6)]
@@ -120,9 +107,7 @@ def test_a_deleted_document_is_gone_but_for_its_history(store: SqliteStore) -> N
     assert [heading.deleted for heading in store.history(PROGRAM, "weld")] == [False, True]
 
 
-def test_revisions_go_on_after_a_deletion_so_that_none_fits_twice(
-    store: SqliteStore,
-) -> None:
+def test_revisions_go_on_after_a_deletion_so_that_none_fits_twice(store: SqliteStore) -> None:
     save(store, "weld")
     store.delete(PROGRAM, "weld", expected_revision=1, author=BOB)
     for late in (1, 2):
@@ -210,7 +195,7 @@ def test_half_a_surrogate_pair_is_no_text(store: SqliteStore) -> None:
 
 @pytest.mark.parametrize("kind", DocumentKind)
 def test_a_body_may_be_as_large_as_its_cap(store: SqliteStore, kind: DocumentKind) -> None:
-    limit = MOST_BODY_BYTES[kind]
+    limit = documents.MOST_BODY_BYTES[kind]
     body = '{"a": "' + "x" * (limit - 9) + '"}'
     assert store.save(kind, "a", body, expected_revision=0, author=ANN).size == limit
     for larger in (body + " ", body[:-2] + 'é"}'):
@@ -223,10 +208,8 @@ def test_a_body_may_be_as_large_as_its_cap(store: SqliteStore, kind: DocumentKin
 def test_a_recording_grows_by_chunks_without_a_cap(store: SqliteStore) -> None:
     begin_recording(store)
     assert store.extent("r") == Extent(0, 0)
-    for number in range(100):
-        assert store.append_chunk("r", number, b"%08d" % number) == Extent(
-            number + 1, 8 * (number + 1)
-        )
+    for n in range(100):
+        assert store.append_chunk("r", n, b"%08d" % n) == Extent(n + 1, 8 * (n + 1))
     assert store.extent("r") == Extent(100, 800)
     assert store.load_chunks("r", 98, 10) == (b"00000098", b"00000099")
     assert store.load_chunks("r", 0, 2) == (b"00000000", b"00000001")
@@ -255,8 +238,8 @@ def test_a_chunk_is_neither_empty_nor_larger_than_its_cap(store: SqliteStore) ->
     with pytest.raises(store_errors.BadDocument, match="empty"):
         store.append_chunk("r", 0, b"")
     with pytest.raises(store_errors.TooLarge):
-        store.append_chunk("r", 0, bytes(MOST_CHUNK_BYTES + 1))
-    store.append_chunk("r", 0, bytes(MOST_CHUNK_BYTES))
+        store.append_chunk("r", 0, bytes(documents.MOST_CHUNK_BYTES + 1))
+    store.append_chunk("r", 0, bytes(documents.MOST_CHUNK_BYTES))
 
 
 def test_chunks_need_a_recording(store: SqliteStore) -> None:
@@ -300,9 +283,8 @@ def test_a_clock_that_jumps_changes_stamps_and_nothing_else(path: Path) -> None:
             for revision in range(9):
                 save(store, "weld", f'{{"n": {revision}}}', revision)
             assert store.load(PROGRAM, "weld").body == '{"n": 8}'
-            histories.append(
-                [(heading.revision, heading.size) for heading in store.history(PROGRAM, "weld")]
-            )
+            history = store.history(PROGRAM, "weld")
+            histories.append([(heading.revision, heading.size) for heading in history])
     assert histories[0] == histories[1]
 
 
@@ -337,9 +319,8 @@ def test_a_store_in_memory_takes_no_disk(tmp_path: Path, monkeypatch: pytest.Mon
 class Revisions(RuleBasedStateMachine):
     def __init__(self) -> None:
         super().__init__()
-        self.store = SqliteStore(
-            Path(":memory:"), OpenFile(_memory()), noon
-        )  # no disk: 5,000 examples in the soak run
+        # No disk: 5,000 examples in the soak run.
+        self.store = SqliteStore(Path(":memory:"), OpenFile(_memory()), noon)
         self.bodies: dict[str, str] = {}
         self.revisions: dict[str, int] = {}
 

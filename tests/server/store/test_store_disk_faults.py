@@ -9,7 +9,7 @@ from collections.abc import Callable, Iterator
 from pathlib import Path
 
 import pytest
-from rigs.data.stored_documents import opened, save
+from rigs.data.stored_documents import begin_recording, opened, save
 
 from openpendant.server.store.database_file import RESERVE_BYTES
 from openpendant.server.store.documents import DocumentKind
@@ -116,13 +116,12 @@ def test_on_a_disk_full_to_the_last_byte_all_can_be_deleted(mount: Mount, docume
 
 def test_a_recording_far_larger_than_the_reserve_is_deleted_on_a_full_disk(mount: Mount) -> None:
     disk = mount(12 << 10)
-    kind = DocumentKind.RECORDING
     with opened(disk / "store.db") as store:
-        store.save(kind, "r", '{"columns": ["t", "j1"]}', expected_revision=0, author="ann")
+        begin_recording(store)
         for number in range(8):
             store.append_chunk("r", number, bytes(1 << 20))
         take_the_rest(disk)
-        store.delete(kind, "r", expected_revision=1, author="ann")
+        store.delete(DocumentKind.RECORDING, "r", expected_revision=1, author="ann")
         assert store.headings() == ()
 
 
@@ -168,13 +167,9 @@ with opened(Path(sys.argv[1])) as store:
 
 def test_a_write_that_fails_halfway_is_undone(tmp_path: Path) -> None:
     path = tmp_path / "store.db"
-    ran = subprocess.run(
-        [sys.executable, "-c", LIMITED, str(path)],
-        capture_output=True,
-        text=True,
-        env=os.environ | {"PYTHONPATH": str(Path(__file__).parents[2])},
-        check=False,
-    )
+    command = [sys.executable, "-c", LIMITED, str(path)]
+    tests = os.environ | {"PYTHONPATH": str(Path(__file__).parents[2])}
+    ran = subprocess.run(command, capture_output=True, text=True, env=tests, check=False)
     assert ran.returncode == 0, ran.stderr
     count = int(ran.stdout.split()[0])
     assert "I/O" in ran.stdout
@@ -182,9 +177,7 @@ def test_a_write_that_fails_halfway_is_undone(tmp_path: Path) -> None:
         check_all_there(store, count + 1)
 
 
-def test_a_read_only_disk_refuses_every_change(
-    mount: Mount, caplog: pytest.LogCaptureFixture
-) -> None:
+def test_a_read_only_disk_refuses_changes(mount: Mount, caplog: pytest.LogCaptureFixture) -> None:
     path = mount(512) / "store.db"
     with opened(path) as store:
         save(store, "p00000", BODY)

@@ -5,13 +5,12 @@ to. Those of our own code are noted where they are made; those of SQLite by stra
 that saves and says when it was told so.
 """
 
-import contextlib
 import os
 import re
 import shutil
 import subprocess
 import sys
-from collections.abc import Callable, Iterator
+from collections.abc import Callable
 from functools import partial
 from itertools import pairwise
 from pathlib import Path
@@ -58,9 +57,7 @@ def test_a_file_has_its_content_on_the_disk_before_its_name_and_then_the_name(
 
 
 @linux_only
-def test_a_new_store_has_its_name_on_the_disk_before_a_save(
-    tmp_path: Path, told: list[str]
-) -> None:
+def test_a_new_store_has_its_name_on_disk_before_a_save(tmp_path: Path, told: list[str]) -> None:
     with opened(tmp_path / "store.db"):
         made = told.index("link store.db")
         assert re.fullmatch(r"sync store\.db\.partial-\w+", told[made - 1])
@@ -89,15 +86,13 @@ def test_a_store_set_aside_has_its_new_name_on_the_disk(tmp_path: Path, told: li
 SAVES = """
 import os, sys
 from pathlib import Path
-from rigs.data.stored_documents import opened, save
-from openpendant.server.store.documents import DocumentKind
+from rigs.data.stored_documents import begin_recording, opened, save
 
 with opened(Path(sys.argv[1])) as store:
     for number in range(5):
         save(store, f"p{number}")
         os.write(1, b"acknowledged\\n")
-    kind = DocumentKind.RECORDING
-    store.save(kind, "r", '{"columns": ["t", "j1"]}', expected_revision=0, author="ann")
+    begin_recording(store)
     os.write(1, b"acknowledged\\n")
     for number in range(5):
         store.append_chunk("r", number, bytes(4_000))
@@ -108,30 +103,23 @@ _SYNC = re.compile(r"\bf(?:data)?sync\(\d+<(?P<file>[^>]+)>\)\s*=\s*0")
 _WRITE = re.compile(r"\bp?write(?:64)?\(\d+<(?P<file>[^>]+)>")
 
 
-@contextlib.contextmanager
-def traced(folder: Path) -> Iterator[list[str]]:
+def calls_while_saving(folder: Path) -> list[str]:
     if shutil.which("strace") is None:
         pytest.skip("strace is not here: what SQLite tells the disk is not looked at")
     log = folder / "calls"
     calls = "trace=fsync,fdatasync,write,pwrite64,rename,renameat,renameat2,link,linkat"
-    command = ["strace", "-f", "-y", "-e", calls, "-o", str(log)]
+    trace = ["strace", "-f", "-y", "-e", calls, "-o", str(log)]
+    command = [*trace, sys.executable, "-c", SAVES, str(folder / "store.db")]
     tests = os.environ | {"PYTHONPATH": str(Path(__file__).parents[2])}
-    ran = subprocess.run(
-        [*command, sys.executable, "-c", SAVES, str(folder / "store.db")],
-        capture_output=True,
-        env=tests,
-        timeout=PATIENCE,
-        check=False,
-    )
+    ran = subprocess.run(command, capture_output=True, env=tests, timeout=PATIENCE, check=False)
     if b"ptrace" in ran.stderr or not log.exists():
         pytest.skip("strace may not look at processes here")
     assert ran.returncode == 0, ran.stderr
-    yield log.read_text(encoding="utf-8").splitlines()
+    return log.read_text(encoding="utf-8").splitlines()
 
 
 def test_each_acknowledgement_follows_a_sync_of_the_log_that_has_it(tmp_path: Path) -> None:
-    with traced(tmp_path) as calls:
-        pass
+    calls = calls_while_saving(tmp_path)
     log = str(tmp_path / "store.db-wal")
     told = [number for number, call in enumerate(calls) if '"acknowledged\\n"' in call]
     assert len(told) == 11
@@ -147,8 +135,7 @@ def test_each_acknowledgement_follows_a_sync_of_the_log_that_has_it(tmp_path: Pa
 
 def test_the_file_is_told_to_the_disk_before_its_log_begins_anew(tmp_path: Path) -> None:
     """When the store is closed its log is moved into the file, and then deleted."""
-    with traced(tmp_path) as calls:
-        pass
+    calls = calls_while_saving(tmp_path)
     file = str(tmp_path / "store.db")
     written = [n for n, call in enumerate(calls) if _is(_WRITE, call, file)]
     synced = [n for n, call in enumerate(calls) if _is(_SYNC, call, file)]

@@ -12,7 +12,9 @@ import subprocess
 import sys
 import threading
 from collections.abc import Callable
+from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
+from unittest.mock import Mock
 
 import pytest
 from rigs.clock.busy_machine import PATIENCE
@@ -102,39 +104,35 @@ def test_a_database_of_another_program_is_refused_and_left_alone(path: Path) -> 
     assert names(path) == ["store.db"]
 
 
-def cut(content: bytes) -> bytes:
-    return content[: len(content) // 2]
-
-
-def garbage_in_the_middle(content: bytes) -> bytes:
+DAMAGES: dict[str, Callable[[bytes], bytes]] = {
+    "cut": lambda content: content[: len(content) // 2],
     # From the second page on: that is where the tables begin.
-    return content[:4096] + random.Random(1).randbytes(8192) + content[12288:]
+    "garbage in the middle": lambda content: (
+        content[:4096] + random.Random(1).randbytes(8192) + content[12288:]
+    ),
+    "zeros": lambda content: bytes(len(content)),
+    "garbage at the begin": lambda content: random.Random(2).randbytes(100) + content[100:],
+    "a begin alone": lambda content: content[:100],
+    "another file": lambda content: b"no database at all\n",
+    "0 bytes": lambda content: b"",
+}
 
 
-DAMAGES: list[Callable[[bytes], bytes]] = [
-    cut,
-    garbage_in_the_middle,
-    lambda content: bytes(len(content)),
-    lambda content: random.Random(2).randbytes(100) + content[100:],
-    lambda content: content[:100],
-    lambda content: b"no database at all\n",
-]
-
-
-@pytest.mark.parametrize("damage", DAMAGES)
+@pytest.mark.parametrize("damage", DAMAGES.values(), ids=DAMAGES)
 def test_a_broken_file_is_set_aside_aloud_and_an_empty_store_begins(
     path: Path, damage: Callable[[bytes], bytes], caplog: pytest.LogCaptureFixture
 ) -> None:
-    """Promise 22: nothing is ever overwritten."""
+    """Promise 22: nothing is ever overwritten; of an empty one nobody knows who had an account."""
     fill(path)
     broken = damage(path.read_bytes())
     path.write_bytes(broken)
     with caplog.at_level(logging.ERROR), opened(path) as store:
         assert store.set_aside == path.with_name("store.db.broken-1")
         assert store.headings() == ()
-        save(store, "after")
+        assert save(store, "after") == 1
     assert path.with_name("store.db.broken-1").read_bytes() == broken
     assert "store.db.broken-1" in caplog.text
+    assert broken or "0 bytes" in caplog.text
     assert len(caplog.records) == 1
 
 
@@ -150,9 +148,7 @@ def test_every_broken_file_is_kept(path: Path) -> None:
 @pytest.mark.parametrize(
     ("content", "words"), [(b"broken", "not a database"), (b"", "0 bytes"), (None, "no such file")]
 )
-def test_what_cannot_be_read_is_left_as_it_is(
-    path: Path, content: bytes | None, words: str
-) -> None:
+def test_what_is_unreadable_is_left_as_it_is(path: Path, content: bytes | None, words: str) -> None:
     if content is not None:
         path.write_bytes(content)
     with pytest.raises(store_errors.StoreFailed, match=words):
@@ -169,9 +165,8 @@ def test_a_log_cut_anywhere_loses_no_earlier_change(path: Path) -> None:
             save(store, f"p{number}")
         main, log = path.read_bytes(), path.with_name("store.db-wal").read_bytes()
         rng = random.Random(3)
-        for number, size in enumerate(
-            [0, 31, len(log), *(rng.randrange(len(log)) for _ in "12345")]
-        ):
+        sizes = [0, 31, len(log), *(rng.randrange(len(log)) for _ in range(5))]
+        for number, size in enumerate(sizes):
             copy = path.with_name(f"copy{number}.db")
             copy.write_bytes(main)
             copy.with_name(f"{copy.name}-wal").write_bytes(log[:size])
@@ -196,22 +191,14 @@ def test_what_cannot_be_opened_is_told_with_the_system_s_words(path: Path, targe
 
 
 def test_two_processes_may_make_the_file_at_once(path: Path) -> None:
-    failures: list[BaseException] = []
     ready = threading.Barrier(4)
 
-    def run() -> None:
-        try:
-            ready.wait()
-            open_store(path).close()
-        except BaseException as error:
-            failures.append(error)
+    def run(_: int) -> None:
+        ready.wait()
+        open_store(path).close()
 
-    threads = [threading.Thread(target=run) for _ in range(4)]
-    for thread in threads:
-        thread.start()
-    for thread in threads:
-        thread.join()
-    assert failures == []
+    with ThreadPoolExecutor(4) as threads:
+        list(threads.map(run, range(4)))
     assert names(path) == ["store.db", "store.db-reserve"]
 
 
@@ -237,16 +224,17 @@ def test_a_copy_overwrites_nothing(path: Path) -> None:
     assert names(path) == ["copy.db", "store.db", "store.db-reserve"]
 
 
-def no_links(source: Path, target: Path) -> None:
-    raise PermissionError(errno.EPERM, "Operation not permitted", str(source), str(target))
+@pytest.fixture(params=["links", "no links, as on a USB stick"])
+def has_links(request: pytest.FixtureRequest, monkeypatch: pytest.MonkeyPatch) -> None:
+    if request.param != "links":
+        not_permitted = PermissionError(errno.EPERM, "Operation not permitted")
+        monkeypatch.setattr(os, "link", Mock(side_effect=not_permitted))
 
 
-@pytest.mark.parametrize("has_links", [True, False], ids=["links", "no links, as on a USB stick"])
+@pytest.mark.usefixtures("has_links")
 def test_of_two_copies_of_one_name_the_later_is_refused_and_the_first_is_whole(
-    path: Path, monkeypatch: pytest.MonkeyPatch, has_links: bool
+    path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    if not has_links:
-        monkeypatch.setattr(os, "link", no_links)
     copy = path.with_name("copy.db")
     fill(path)
     look = sqlite_file.integrity
@@ -267,12 +255,8 @@ def test_of_two_copies_of_one_name_the_later_is_refused_and_the_first_is_whole(
         assert len(store.headings()) == 20
 
 
-@pytest.mark.parametrize("has_links", [True, False], ids=["links", "no links, as on a USB stick"])
-def test_a_failed_copy_leaves_nothing(
-    path: Path, monkeypatch: pytest.MonkeyPatch, has_links: bool
-) -> None:
-    if not has_links:
-        monkeypatch.setattr(os, "link", no_links)
+@pytest.mark.usefixtures("has_links")
+def test_a_failed_copy_leaves_nothing(path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     fill(path)
     monkeypatch.setattr(sqlite_file, "integrity", lambda connection, thorough: ["page 7 is torn"])
     with contextlib.closing(open_for_reading(path)) as store:
@@ -281,27 +265,36 @@ def test_a_failed_copy_leaves_nothing(
     assert names(path) == ["store.db", "store.db-reserve"]
 
 
-BACKUP = """
+KILLS = """
 import os, signal, sys
+from pathlib import Path
 from openpendant.server.cli import store_commands
-from openpendant.server.store import sqlite_file
+from openpendant.server.store import sqlite_file, sqlite_store
 
 def kill(*arguments, **named):
     os.kill(os.getpid(), signal.SIGKILL)
 
-where, store, copy = sys.argv[1:]
-setattr(sqlite_file if where == "integrity" else os, where, kill)
-store_commands.main(["backup", copy, "--store", store])
+where, store, *copy = sys.argv[1:]
+setattr(os if where == "link" else sqlite_file, where, kill)
+if copy:
+    store_commands.main(["backup", *copy, "--store", store])
+else:
+    sqlite_store.open_store(Path(store))
 """
+
+
+def kill_at(where: str, *paths: Path) -> None:
+    """Kill a backup of a store into a copy, or the start of a store alone."""
+    command = [sys.executable, "-c", KILLS, where, *map(str, paths)]
+    killed = subprocess.run(command, capture_output=True, timeout=PATIENCE, check=False)
+    assert killed.returncode == -signal.SIGKILL, killed.stderr
 
 
 @pytest.mark.parametrize("where", ["integrity", "link"])
 def test_a_killed_backup_takes_no_name_and_the_next_succeeds(path: Path, where: str) -> None:
     fill(path)
     copy = path.with_name("monday.db")
-    command = [sys.executable, "-c", BACKUP, where, str(path), str(copy)]
-    killed = subprocess.run(command, capture_output=True, timeout=PATIENCE, check=False)
-    assert killed.returncode == -signal.SIGKILL, killed.stderr
+    kill_at(where, path, copy)
     assert not copy.exists()
     assert store_commands.main(["backup", str(copy), "--store", str(path)]) == 0
     with opened(copy) as store:
@@ -318,33 +311,8 @@ def test_what_is_opened_for_reading_cannot_be_changed(path: Path) -> None:
     assert path.read_bytes() == before
 
 
-def test_an_empty_file_is_set_aside_aloud(path: Path, caplog: pytest.LogCaptureFixture) -> None:
-    """Such as a copy that was cut short and put back: nobody knows who had an account in it."""
-    os.close(os.open(path, os.O_CREAT))
-    with caplog.at_level(logging.ERROR), opened(path) as store:
-        assert store.set_aside == path.with_name("store.db.broken-1")
-        assert save(store, "weld") == 1
-    assert "0 bytes" in caplog.text
-
-
-START = """
-import os, signal, sys
-from pathlib import Path
-from openpendant.server.store import sqlite_file
-from openpendant.server.store.sqlite_store import open_store
-
-def kill(*arguments, **named):
-    os.kill(os.getpid(), signal.SIGKILL)
-
-sqlite_file._upgrade = kill
-open_store(Path(sys.argv[1]))
-"""
-
-
 def test_a_first_start_that_is_killed_is_a_first_start_again(path: Path) -> None:
-    command = [sys.executable, "-c", START, str(path)]
-    killed = subprocess.run(command, capture_output=True, timeout=PATIENCE, check=False)
-    assert killed.returncode == -signal.SIGKILL, killed.stderr
+    kill_at("_upgrade", path)
     with opened(path) as store:
         assert store.set_aside is None
         assert save(store, "weld") == 1

@@ -9,18 +9,13 @@ from collections.abc import Iterator
 from pathlib import Path
 
 import pytest
-from rigs.data.stored_documents import opened, save
+from rigs.data.stored_documents import begin_recording, opened, save
 
 from openpendant.server.cli import store_commands
-from openpendant.server.store import sqlite_file
+from openpendant.server.store import sqlite_file, sqlite_store
 from openpendant.server.store.database_file import NotOurFile
 from openpendant.server.store.documents import DocumentKind
-from openpendant.server.store.sqlite_store import (
-    SqliteStore,
-    check_store,
-    open_for_reading,
-    open_store,
-)
+from openpendant.server.store.sqlite_store import SqliteStore, open_store
 from openpendant.server.store.store_errors import StoreError, StoreFailed
 from openpendant.simplemsg.verdicts import VerdictCode as V
 
@@ -31,7 +26,7 @@ LARGE = '{"text": "' + "x" * 9_000 + '"}'
 @pytest.fixture
 def store(path: Path) -> Iterator[SqliteStore]:
     with opened(path) as store:
-        with contextlib.closing(open_for_reading(path)) as reader:
+        with contextlib.closing(sqlite_store.open_for_reading(path)) as reader:
             sqlite_file.copy(reader.connection, path.with_name("older.db"))
         save(store, "weld")
         yield store
@@ -44,39 +39,25 @@ def log_merged(store: SqliteStore) -> None:
 # What becomes of it, and the words for that.
 
 
+COMMANDS = {
+    "deleted": "rm store.db",
+    "moved away": "mv store.db elsewhere.db",
+    "folder moved away": 'mv "$PWD" "$PWD-elsewhere"',
+    "a directory now": "rm store.db && mkdir store.db",
+    "a link now": "mv store.db elsewhere.db && ln -s elsewhere.db store.db",
+    "a link to nothing now": "rm store.db && ln -s nowhere.db store.db",
+    "a pipe now": "rm store.db && mkfifo store.db",
+    "an older copy put there": "mv older.db store.db",
+    "an older copy written over it": "cat older.db > store.db",
+    "log deleted": "rm store.db-wal",
+    "log replaced": "cp store.db-wal copy-wal && mv copy-wal store.db-wal",
+    "index deleted": "rm store.db-shm",
+}
+
+
 def change(path: Path, how: str) -> None:
     """Do to a store's file, its folder, its log or its index what is told in words."""
-    log, away = path.with_name("store.db-wal"), path.with_name("elsewhere.db")
-    match how:
-        case "deleted":
-            path.unlink()
-        case "moved away":
-            path.rename(away)
-        case "folder moved away":
-            path.parent.rename(path.parent.with_name(f"{path.parent.name}-elsewhere"))
-        case "a directory now":
-            path.unlink()
-            path.mkdir()
-        case "a link now":
-            path.rename(away)
-            path.symlink_to(away.name)
-        case "a link to nothing now":
-            path.unlink()
-            path.symlink_to("nowhere.db")
-        case "a pipe now":
-            path.unlink()
-            os.mkfifo(path)
-        case "an older copy put there":
-            os.replace(path.with_name("older.db"), path)
-        case "an older copy written over it":
-            shutil.copyfile(path.with_name("older.db"), path)
-        case "log deleted":
-            log.unlink()
-        case "log replaced":
-            shutil.copy(log, log.with_name("copy-wal"))
-            os.replace(log.with_name("copy-wal"), log)
-        case "index deleted":
-            path.with_name("store.db-shm").unlink()
+    subprocess.run(COMMANDS[how], shell=True, check=True, cwd=path.parent)
 
 
 CHANGES = {
@@ -136,9 +117,9 @@ def test_an_older_copy_that_is_written_over_the_file_is_noticed_before_the_next_
 
 
 def test_an_older_copy_that_lacks_only_chunks_is_noticed(path: Path) -> None:
-    kind, older = DocumentKind.RECORDING, path.with_name("before.db")
+    older = path.with_name("before.db")
     with opened(path) as store:
-        store.save(kind, "r", '{"columns": ["t", "j1"]}', expected_revision=0, author="ann")
+        begin_recording(store)
         store.append_chunk("r", 0, bytes(16))
         sqlite_file.copy(store.connection, older)
         store.append_chunk("r", 1, bytes(16))
@@ -170,16 +151,15 @@ def test_a_file_that_was_moved_back_is_saved_in_again(store: SqliteStore, path: 
 
 
 def test_what_the_store_does_itself_alarms_nobody(path: Path) -> None:
-    kind = DocumentKind.RECORDING
     with opened(path) as store:
         for number in range(30):
             save(store, f"p{number}", LARGE)
         for revision in range(1, 40):
             save(store, "p0", LARGE, revision)
-        store.save(kind, "r", '{"columns": ["t", "j1"]}', expected_revision=0, author="ann")
+        begin_recording(store)
         for number in range(20):
             store.append_chunk("r", number, bytes(60_000))
-        store.delete(kind, "r", expected_revision=1, author="ann")
+        store.delete(DocumentKind.RECORDING, "r", expected_revision=1, author="ann")
         log_merged(store)
         store.connection.execute("VACUUM")
         assert save(store, "after") == 1
@@ -230,7 +210,7 @@ def test_a_start_names_what_is_no_file_and_leaves_it_alone(
         save(store, "weld")
     change(path, how)
     kind = path.lstat().st_mode
-    for open_it in (open_store, open_for_reading):
+    for open_it in (open_store, sqlite_store.open_for_reading):
         with pytest.raises(StoreFailed, match=words):
             open_it(path)
     assert store_commands.main(["list", "--store", str(path)]) == 3
@@ -274,37 +254,32 @@ def killed(path: Path) -> None:
     assert path.with_name("store.db-wal").stat().st_size
 
 
+@pytest.mark.parametrize("is_killed", [False, True], ids=["closed", "killed"])
 @pytest.mark.parametrize("how", ["deleted", "moved away"])
-def test_a_killed_servers_log_is_in_no_new_file(path: Path, how: str) -> None:
-    killed(path)
+def test_a_start_without_the_file_is_the_first_and_takes_no_log_of_a_killed_server(
+    path: Path, how: str, is_killed: bool
+) -> None:
+    if is_killed:
+        killed(path)
+    else:
+        with opened(path) as store:
+            save(store, "weld")
     change(path, how)
     with opened(path) as store:
         assert store.headings() == ()
         assert save(store, "weld") == 1
-    assert len(list(path.parent.glob("store.db.lost-1-wal"))) == 1
-    assert check_store(path).problems == ()
+    assert len(list(path.parent.glob("store.db.lost-*-wal"))) == int(is_killed)
+    assert sqlite_store.check_store(path).problems == ()
 
 
-def test_an_older_copy_beside_a_killed_servers_log_is_served_or_set_aside_whole(
-    path: Path,
-) -> None:
+def test_an_older_copy_beside_a_killed_servers_log_is_served_or_set_aside_whole(path: Path) -> None:
     killed(path)
     change(path, "an older copy put there")
     with opened(path) as store:
         names = [heading.name for heading in store.headings()]
         assert names == [] if store.set_aside else "kept" in names
         assert save(store, "weld") == 1
-    assert check_store(path).problems == ()
-
-
-@pytest.mark.parametrize("how", ["deleted", "moved away"])
-def test_a_start_without_the_file_is_the_first(path: Path, how: str) -> None:
-    with opened(path) as store:
-        save(store, "weld")
-    change(path, how)
-    with opened(path) as store:
-        assert store.headings() == ()
-        assert save(store, "weld") == 1
+    assert sqlite_store.check_store(path).problems == ()
 
 
 @pytest.mark.parametrize("how", ["an older copy written over it", "an older copy put there"])
@@ -324,7 +299,7 @@ def test_a_start_serves_an_older_copy_whole(path: Path, how: str) -> None:
     with opened(path) as store:
         assert [heading.name for heading in store.headings()] == ["kept"]
         assert save(store, "more") == 1
-    assert check_store(path).problems == ()
+    assert sqlite_store.check_store(path).problems == ()
 
 
 def test_the_saves_in_the_log_of_a_lost_file_are_kept_beside(path: Path) -> None:

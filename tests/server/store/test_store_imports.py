@@ -15,15 +15,8 @@ from openpendant.server.cli.store_commands import main
 from openpendant.server.exchange import csv_format
 from openpendant.server.exchange.text_format import FORMAT
 from openpendant.server.programs.language.program_json import program_from_json
+from openpendant.server.store import recording_format
 from openpendant.server.store.documents import DocumentKind
-from openpendant.server.store.recording_format import (
-    Extract,
-    RecordingDocument,
-    extract_for,
-    read_document,
-    recording_rows,
-    time_fault,
-)
 from openpendant.simplemsg.pendant.roles import Role
 from openpendant.tools.cli import main as openpendant
 
@@ -35,6 +28,9 @@ JOINTS, ZEROS = "j1,j2,j3,j4,j5,j6", "0,0,0,0,0,0"
 UR5 = ["--robot", "ur5"]
 SAMPLES = ["import", "samples.csv", "--kind", "recording", "--name", "r"]
 HERE = {"xyz": [0.0, 0.0, 0.5], "quat": [0.0, 0.0, 0.0, 1.0]}
+HANGING = FRAMES | {"frames": [HERE | {"name": "f", "parent": "g"}]}
+A = {"robot": "ur5", "name": "a", "format": "openpendant-program/1"}
+"""A program whose fields are in another order than they are kept in."""
 
 
 @pytest.fixture
@@ -77,21 +73,13 @@ GOOD = document("setting", "good", {})
     [
         (document("account", "eve", {"role": "admin"}), "body.name: account 'eve': Field required"),
         (
-            document("account", "eve", json.loads(account("Ann").model_dump_json())),
+            document("account", "eve", account("Ann").model_dump(mode="json")),
             "body.name: account 'eve': is 'Ann', which is kept as 'ann'",
         ),
         (document("program", "junk", {}), "body.format: program 'junk': Field required"),
-        (
-            document(
-                "program", "a", {"format": "openpendant-program/1", "name": "b", "robot": "ur5"}
-            ),
-            "body.name: program 'a': is 'b'; accepted: 'a'",
-        ),
+        (document("program", "b", A), "body.name: program 'b': is 'a'; accepted: 'b'"),
         (document("frames", "left", {"x": 1}), "body.schema: frames 'left': is not"),
-        (
-            document("frames", "left", FRAMES | {"frames": [HERE | {"name": "f", "parent": "g"}]}),
-            "body.frames[0]: frames 'left'",
-        ),
+        (document("frames", "left", HANGING), "body.frames[0]: frames 'left'"),
         (document("tools", "left", FRAMES | {"selected_tool": "g"}), "body.selected_tool: tools"),
         (document("scene", "left", {}), "body.schema: scene 'left'"),
         (document("recording", "r", {"columns": ["x", "j1"]}), "body.columns[0]: recording 'r'"),
@@ -119,18 +107,15 @@ def test_one_bad_document_keeps_the_whole_file_out_and_is_named(
 
 
 def test_a_program_is_kept_as_a_server_would_keep_it(path: Path) -> None:
-    body = {"robot": "ur5", "name": "a", "format": "openpendant-program/1"}
-    assert main(["import", str(documents(document("program", "a", body)))]) == 0
+    assert main(["import", str(documents(document("program", "a", A)))]) == 0
     with opened(path) as store:
         kept = json.loads(store.load(DocumentKind.PROGRAM, "a").body)
     assert list(kept)[:3] == ["format", "name", "robot"]
     assert (kept["points"], kept["statements"]) == ([], [])
 
 
-def test_a_program_of_a_robot_that_is_not_known_here_is_taken_and_that_is_said(
-    path: Path, capsys: Capture
-) -> None:
-    body = {"format": "openpendant-program/1", "name": "a", "robot": "our own arm"}
+def test_a_program_of_an_unknown_robot_is_taken_and_it_is_said(path: Path, capsys: Capture) -> None:
+    body = A | {"robot": "our own arm"}
     assert main(["import", str(documents(document("program", "a", body)))]) == 0
     assert "'our own arm', which is no robot of the catalogue" in capsys.readouterr().err
     assert names(path) == [("program", "a")]
@@ -138,22 +123,18 @@ def test_a_program_of_a_robot_that_is_not_known_here_is_taken_and_that_is_said(
 
 def test_frames_may_hang_from_tools_of_the_same_file_or_of_the_store(path: Path) -> None:
     tools = document("tools", "left", FRAMES | {"tools": [HERE | {"name": "g"}]})
-    frames = document("frames", "left", FRAMES | {"frames": [HERE | {"name": "f", "parent": "g"}]})
+    frames = document("frames", "left", HANGING)
     assert main(["import", str(documents(frames, tools))]) == 0
     assert main(["import", str(documents(frames)), "--replace"]) == 0
 
 
-def test_tools_that_frames_of_the_store_hang_from_are_not_taken_away(
-    path: Path, capsys: Capture
-) -> None:
+def test_tools_that_frames_of_the_store_hang_from_are_not_lost(path: Path, capsys: Capture) -> None:
     test_frames_may_hang_from_tools_of_the_same_file_or_of_the_store(path)
     assert main(["import", str(documents(document("tools", "left", FRAMES))), "--replace"]) == 2
     assert "does not go with the document frames 'left'" in capsys.readouterr().err
 
 
-def test_accounts_come_in_when_asked_for_and_whole(
-    path: Path, tmp_path: Path, capsys: Capture
-) -> None:
+def test_accounts_come_in_when_asked_for_whole(path: Path, tmp_path: Path, capsys: Capture) -> None:
     add(path, account("Ann"), account("otto", Role.OPERATOR))
     assert main(["export", "all.json", "--accounts"]) == 0
     other = ["--store", "other.db"]
@@ -162,15 +143,12 @@ def test_accounts_come_in_when_asked_for_and_whole(
     assert main(["import", "all.json", "--accounts", *other]) == 0
     with opened(tmp_path / "other.db") as store:
         book = StoredAccounts(store, ANN).book()
-    assert {(each.name, each.role) for each in book} == {
-        ("Ann", Role.ADMIN),
-        ("otto", Role.OPERATOR),
-    }
+    assert {each.name: each.role for each in book} == {"Ann": Role.ADMIN, "otto": Role.OPERATOR}
 
 
 def test_an_import_leaves_somebody_who_can_manage_the_accounts(path: Path, capsys: Capture) -> None:
     add(path, account("ann"))
-    body = json.loads(account("ann", Role.VIEWER).model_dump_json())
+    body = account("ann", Role.VIEWER).model_dump(mode="json")
     file = documents(GOOD, document("account", "ann", body))
     assert main(["import", str(file), "--accounts", "--replace"]) == 3
     assert "nobody could log in as admin afterwards" in capsys.readouterr().err
@@ -181,8 +159,7 @@ def test_a_whole_account_replaces_one_that_cannot_be_read(path: Path) -> None:
     with opened(path) as store:
         kind = DocumentKind.ACCOUNT
         store.save(kind, "eve", '{"role":"admin"}', expected_revision=0, author=ANN)
-    body = json.loads(account("eve").model_dump_json())
-    file = documents(document("account", "eve", body))
+    file = documents(document("account", "eve", account("eve").model_dump(mode="json")))
     assert main(["import", str(file), "--accounts", "--replace"]) == 0
     with opened(path) as store:
         assert StoredAccounts(store, ANN).book().unreadable == {}
@@ -257,9 +234,7 @@ def test_points_make_a_program_of_the_robot_that_is_named(path: Path, capsys: Ca
     assert "points[0].joints: program 'new'" in capsys.readouterr().err
 
 
-def test_a_program_without_points_goes_out_and_comes_in_again_as_a_table(
-    path: Path, capsys: Capture
-) -> None:
+def test_a_program_without_points_goes_out_and_in_as_a_table(path: Path, capsys: Capture) -> None:
     Path("none.csv").write_text("name\n")
     assert main(["import", "none.csv", "--name", "empty", "--robot", "ur5"]) == 0
     capsys.readouterr()
@@ -275,10 +250,11 @@ def test_samples_make_a_recording_that_the_robot_that_is_named_can_play(path: Pa
     Path("samples.csv").write_text(f"t,{JOINTS},gap\n0,{ZEROS},0\n0.01,{ZEROS},0\n")
     assert main([*SAMPLES, *UR5]) == 0
     with opened(path) as store:
-        document = read_document("r", store.load(DocumentKind.RECORDING, "r").body)
-    assert isinstance(document, RecordingDocument)
+        document = recording_format.read_document("r", store.load(DocumentKind.RECORDING, "r").body)
+    assert isinstance(document, recording_format.RecordingDocument)
     assert document.joints == serial_robot("ur5").limits.names
-    assert extract_for("r", document, "ur5", 6) == Extract(8, (1, 2, 3, 4, 5, 6))
+    extract = recording_format.extract_for("r", document, "ur5", 6)
+    assert extract == recording_format.Extract(8, (1, 2, 3, 4, 5, 6))
 
 
 OF_UR5 = "recording 'r' of 'ur5': "
@@ -327,11 +303,11 @@ def test_samples_that_the_robot_could_not_play_stay_out(
 def _joints_of_rows(path: Path) -> list[tuple[float, ...]]:
     """Return the positions of the kept recording as a UR5 would play them."""
     with opened(path) as store:
-        document = read_document("r", store.load(DocumentKind.RECORDING, "r").body)
-        assert isinstance(document, RecordingDocument)
-        extract = extract_for("r", document, "ur5", 6)
-        assert isinstance(extract, Extract)
-        rows = list(recording_rows(store, "r", extract.width))
+        document = recording_format.read_document("r", store.load(DocumentKind.RECORDING, "r").body)
+        assert isinstance(document, recording_format.RecordingDocument)
+        extract = recording_format.extract_for("r", document, "ur5", 6)
+        assert isinstance(extract, recording_format.Extract)
+        rows = list(recording_format.recording_rows(store, "r", extract.width))
     assert [row[0] for row in rows] == [0.0, 0.5]
     return [tuple(row[place] for place in extract.joints) for row in rows]
 
@@ -362,7 +338,7 @@ def test_a_server_saves_while_a_table_is_read(path: Path, monkeypatch: pytest.Mo
 
         def saved_between(before: float | None, time: float) -> str:
             save(server, f"p{next(numbers)}")
-            return time_fault(before, time)
+            return recording_format.time_fault(before, time)
 
         monkeypatch.setattr(csv_format, "time_fault", saved_between)
         assert main([*SAMPLES, *UR5]) == 0
@@ -382,12 +358,9 @@ def test_a_name_that_is_taken_is_told_before_a_table_is_read(path: Path, capsys:
 @pytest.mark.parametrize("suffix", ["json", "csv", "program"])
 def test_a_pipe_is_refused_instead_of_waited_for(path: Path, capsys: Capture, suffix: str) -> None:
     os.mkfifo(f"pipe.{suffix}")
-    assert main(["import", f"pipe.{suffix}", "--name", "x", *_robot_for(suffix)]) == 3
+    robot = UR5 if suffix == "csv" else []
+    assert main(["import", f"pipe.{suffix}", "--name", "x", *robot]) == 3
     assert "is not a regular file" in capsys.readouterr().err
-
-
-def _robot_for(suffix: str) -> list[str]:
-    return ["--robot", "ur5"] if suffix == "csv" else []
 
 
 def test_a_name_of_an_older_program_may_be_longer_than_a_new_one(path: Path) -> None:
@@ -421,7 +394,7 @@ def test_points_for_a_name_that_is_taken_are_taken_with_replace_only(
 
 
 @pytest.mark.parametrize("time", [0.1, 0.2])
-def test_samples_in_json_whose_times_do_not_advance_stay_out(
+def test_samples_in_json_that_do_not_advance_stay_out(
     path: Path, capsys: Capture, time: float
 ) -> None:
     recording = document("recording", "r", {"columns": ["t", "j1"]})

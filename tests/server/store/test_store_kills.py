@@ -6,12 +6,13 @@ import signal
 import subprocess
 import sys
 import time
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Self
 
 import pytest
 from promises.promise_table import figure
+from rigs.cells.expectations import known
 from rigs.clock.busy_machine import PATIENCE
 from rigs.processes import store_child
 
@@ -40,44 +41,38 @@ class Acknowledged:
 
 
 def killed_early(path: Path, delay: float) -> bytes:
-    child = subprocess.Popen(
-        [sys.executable, store_child.__file__, str(path)], stdout=subprocess.PIPE
-    )
-    assert child.stdout is not None
-    with child.stdout as output:
+    command = [sys.executable, store_child.__file__, str(path)]
+    with subprocess.Popen(command, stdout=subprocess.PIPE) as child:
         time.sleep(delay)
         assert child.poll() is None
         child.kill()
-        told = output.read()
-    child.wait()
-    return told
+        return known(child.stdout).read()
 
 
-class Forks:
-    def __init__(self, folder: Path) -> None:
-        self._fifo = folder / "told"
-        os.mkfifo(self._fifo)
+KilledLate = Callable[[Path, float], bytes]
 
-    def __enter__(self) -> Self:
-        self._parent = subprocess.Popen(
-            [sys.executable, store_child.__file__], stdin=subprocess.PIPE, text=True, bufsize=1
-        )
-        return self
 
-    def __exit__(self, *_: object) -> None:
-        self._parent.communicate(timeout=PATIENCE)
-        assert self._parent.returncode == 0
+@pytest.fixture
+def killed_late(tmp_path: Path) -> Iterator[KilledLate]:
+    fifo = tmp_path / "told"
+    os.mkfifo(fifo)
+    command = [sys.executable, store_child.__file__]
+    with subprocess.Popen(command, stdin=subprocess.PIPE, text=True, bufsize=1) as forks:
+        paths = known(forks.stdin)
 
-    def killed_late(self, path: Path, delay: float) -> bytes:
-        assert self._parent.stdin is not None
-        self._parent.stdin.write(f"{path} {self._fifo}\n")
-        with self._fifo.open("rb") as output:
-            word, pid = output.readline().split()
-            assert word == b"i"
-            told = output.readline()
-            time.sleep(delay)
-            os.kill(int(pid), signal.SIGKILL)
-            return told + output.read()
+        def killed(path: Path, delay: float) -> bytes:
+            paths.write(f"{path} {fifo}\n")
+            with fifo.open("rb") as output:
+                word, pid = output.readline().split()
+                assert word == b"i"
+                told = output.readline()
+                time.sleep(delay)
+                os.kill(int(pid), signal.SIGKILL)
+                return told + output.read()
+
+        yield killed
+        forks.communicate(timeout=PATIENCE)
+    assert forks.returncode == 0
 
 
 def check_everything(path: Path, acknowledged: Acknowledged) -> None:
@@ -99,13 +94,8 @@ def check_everything(path: Path, acknowledged: Acknowledged) -> None:
     assert check_store(path).problems == ()
 
 
-def kill(times: int, folder: Path, seed: int) -> int:
-    with Forks(folder) as forks:
-        return _kill(times, folder, random.Random(seed), forks)
-
-
-def _kill(times: int, folder: Path, rng: random.Random, forks: Forks) -> int:
-    total = 0
+def kill(times: int, folder: Path, seed: int, killed_late: KilledLate) -> int:
+    rng, total = random.Random(seed), 0
     for number in range(times):
         if number % KILLS_OF_ONE_FILE == 0:
             path = folder / f"{number}.db"
@@ -114,7 +104,7 @@ def _kill(times: int, folder: Path, rng: random.Random, forks: Forks) -> int:
         if rng.random() < 0.2:
             told = killed_early(path, rng.uniform(0.05, 0.2))
         else:
-            told = forks.killed_late(path, rng.uniform(0.0, 0.02))
+            told = killed_late(path, rng.uniform(0.0, 0.02))
         acknowledged.read(told)
         if path.exists():
             check_everything(path, acknowledged)
@@ -122,10 +112,14 @@ def _kill(times: int, folder: Path, rng: random.Random, forks: Forks) -> int:
     return total
 
 
-def test_twenty_kills_lose_nothing_that_was_acknowledged(tmp_path: Path) -> None:
-    assert kill(20, tmp_path, seed=22) > 20
+def test_twenty_kills_lose_nothing_that_was_acknowledged(
+    tmp_path: Path, killed_late: KilledLate
+) -> None:
+    assert kill(20, tmp_path, 22, killed_late) > 20
 
 
 @pytest.mark.soak
-def test_a_thousand_kills_lose_nothing_that_was_acknowledged(tmp_path: Path) -> None:
-    assert kill(KILLS, tmp_path, seed=int(time.time())) > KILLS
+def test_a_thousand_kills_lose_nothing_that_was_acknowledged(
+    tmp_path: Path, killed_late: KilledLate
+) -> None:
+    assert kill(KILLS, tmp_path, int(time.time()), killed_late) > KILLS

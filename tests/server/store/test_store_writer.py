@@ -6,6 +6,7 @@ import threading
 import time
 from collections.abc import Callable
 from pathlib import Path
+from queue import SimpleQueue
 from typing import cast
 
 import pytest
@@ -48,16 +49,9 @@ class Stuck:
 
 
 def ask(writer: StoreWriter, request: requests.Request) -> requests.Answer:
-    told = threading.Event()
-    answers: list[requests.Answer] = []
-
-    def take(answer: requests.Answer) -> None:
-        answers.append(answer)
-        told.set()
-
-    writer.submit(request, take)
-    assert told.wait(10)
-    return answers[0]
+    answers: SimpleQueue[requests.Answer] = SimpleQueue()
+    writer.submit(request, answers.put)
+    return answers.get(timeout=10)
 
 
 def test_every_request_has_its_answer(writer: StoreWriter) -> None:
@@ -193,35 +187,27 @@ def test_a_full_disk_is_logged_once_a_time(path: Path, caplog: pytest.LogCapture
         return kept[0]
 
     writer = StoreWriter(open_and_keep, at_once)
-    large = '{"text": "' + "x" * 100_000 + '"}'
+    large = requests.Save(PROGRAM, "a", '{"text": "' + "x" * 100_000 + '"}', 0, ANN)
 
     def limit(pages: int) -> None:
-        on_thread(writer, lambda: kept[0].connection.execute(f"PRAGMA max_page_count = {pages}"))
+        """On the writer's thread, whose connection it is."""
+        told: SimpleQueue[object] = SimpleQueue()
+        say = f"PRAGMA max_page_count = {pages}"
+        nothing = requests.ListHistory(PROGRAM, "nothing")
+        writer.submit(nothing, lambda _: told.put(kept[0].connection.execute(say)))
+        told.get(timeout=10)
 
     with caplog.at_level(logging.ERROR):
         for _ in range(2):
             limit(10)
             for _ in range(5):
-                assert isinstance(
-                    ask(writer, requests.Save(PROGRAM, "a", large, 0, ANN)), StoreFailed
-                )
+                assert isinstance(ask(writer, large), StoreFailed)
             assert writer.is_failing
             limit(10_000)
             ask(writer, requests.Save(PROGRAM, "b", "{}", 0, ANN))
             assert not isinstance(ask(writer, requests.ListHeadings()), StoreFailed)
     assert len(caplog.records) == 2
     assert writer.close()
-
-
-def on_thread(writer: StoreWriter, call: Callable[[], object]) -> None:
-    told = threading.Event()
-
-    def take(_: requests.Answer) -> None:
-        call()
-        told.set()
-
-    writer.submit(requests.ListHistory(PROGRAM, "nothing"), take)
-    assert told.wait(10)
 
 
 def test_a_fault_of_ours_is_told_and_the_next_request_is_served(

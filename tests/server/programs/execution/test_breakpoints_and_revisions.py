@@ -1,24 +1,19 @@
 """Breakpoints follow their statements; a run is of exactly the revision that was asked for."""
 
-import json
 from typing import Any
 
 import pytest
-from rigs.cells.program_cell import BODY_LINE, HEAD, ProgramCell
+from rigs.cells.program_cell import BODY_LINE, HEAD, A, ProgramCell
 
 from openpendant.server.programs.language.parser import parse
 from openpendant.server.programs.language.program_json import program_to_json
 from openpendant.server.store.documents import DocumentKind
-from openpendant.simplemsg.pendant import (
-    Activity,
-    MotionControlAction,
-    ProgramState,
-    RunKind,
-    Verdict,
-)
+from openpendant.simplemsg import pendant as messages
+from openpendant.simplemsg.pendant import ProgramState, RunKind, Verdict
 from openpendant.simplemsg.verdicts import VerdictCode as V
 
-PAUSE, RESUME, STOP = MotionControlAction
+PAUSE, RESUME, STOP = messages.MotionControlAction
+B = (0.1, *A[1:])
 THREE = "move PTP a\nmove PTP b\nmove PTP c\n"
 NEW = [{"statement": "comment", "comment": "new"}, {"statement": "wait", "duration": 0.1}]
 LOST = "breakpoints dropped, their statements are gone: 1 of 'main'"
@@ -45,12 +40,6 @@ def shown(cell: ProgramCell, name: str = "main") -> list[int]:
     return found
 
 
-def save(cell: ProgramCell, statements: str, revision: int = 1) -> dict[str, Any]:
-    body = HEAD.format(name="main") + statements
-    about = {"name": "main", "body": body, "expected_revision": revision}
-    return cell.user.ask("programs.save", **about)
-
-
 def pauses_at(cell: ProgramCell, name: str = "main") -> list[str]:
     lines = cell.user.ask("programs.load", name=name)["body"].splitlines()
     assert cell.run(name) is V.ACCEPTED
@@ -65,6 +54,7 @@ def pauses_at(cell: ProgramCell, name: str = "main") -> list[str]:
             break
         paused.append(lines[last.line - 1])
         assert cell.control(RESUME) is V.ACCEPTED
+    assert cell.until_outcomes()[-1] is V.ACCEPTED
     return paused
 
 
@@ -92,9 +82,7 @@ def test_a_breakpoint_follows_an_edit_and_its_undo_and_redo(cell: ProgramCell, w
     assert again["breakpoints"] == expected
 
 
-def test_a_run_pauses_at_the_statement_after_statements_were_put_before_it(
-    cell: ProgramCell,
-) -> None:
+def test_a_run_pauses_at_the_statement_that_others_were_put_before(cell: ProgramCell) -> None:
     edit(cell, 1, "insert", at=0, statements=NEW)
     assert pauses_at(cell) == ["move PTP c"]
 
@@ -120,7 +108,8 @@ def test_a_program_of_the_same_name_has_none_of_one_that_was_deleted(cell: Progr
 
 def test_a_text_that_is_saved_keeps_breakpoints_it_still_has(cell: ProgramCell) -> None:
     breakpoints(cell, 0, 1, 2)
-    answer = save(cell, "wait 0.1 s\nmove PTP a\nmove PTP c\n")
+    body = HEAD.format(name="main") + "wait 0.1 s\nmove PTP a\nmove PTP c\n"
+    answer = cell.user.ask("programs.save", name="main", body=body, expected_revision=1)
     assert (answer["breakpoints"], answer["dropped_breakpoints"]) == ([1, 2], 1)
     assert pauses_at(cell) == ["move PTP a", "move PTP c"]
 
@@ -131,9 +120,7 @@ def test_a_save_from_elsewhere_is_followed_at_the_next_run(cell: ProgramCell) ->
     assert shown(cell) == [3]
 
 
-def test_everybody_hears_at_the_run_of_breakpoints_that_went_with_their_statements(
-    cell: ProgramCell,
-) -> None:
+def test_everybody_hears_of_breakpoints_that_went_with_their_statements(cell: ProgramCell) -> None:
     cell.keep("main", "move PTP b\nwait 0.1 s\n", expected_revision=1)
     assert pauses_at(cell) == []
     assert LOST in [report.text for report in cell.reports()]
@@ -149,13 +136,12 @@ def test_breakpoints_of_a_revision_that_is_kept_no_more_are_dropped(cell: Progra
     assert cell.user.ask("programs.load", name="main")["dropped_breakpoints"] == 1
 
 
-def test_an_edit_during_a_run_leaves_the_breakpoints_of_the_run_where_they_are(
-    cell: ProgramCell,
-) -> None:
+def test_an_edit_during_a_run_leaves_its_breakpoints_where_they_are(cell: ProgramCell) -> None:
     assert cell.run() is V.ACCEPTED
     edit(cell, 1, "insert", at=0, statements=NEW)
     cell.until_state(ProgramState.AT_BREAKPOINT)
     assert cell.reports()[-1].line == BODY_LINE + 2
+    assert cell.position == pytest.approx(B, abs=1e-5)
 
 
 def test_breakpoints_set_during_a_run_are_found_in_the_revision_that_runs() -> None:
@@ -192,30 +178,20 @@ def test_anybody_may_set_breakpoints_of_a_program_that_is_not_under_way() -> Non
     assert pauses_at(cell) == ["move PTP c"]
 
 
-@pytest.fixture
-def foreign() -> ProgramCell:
+def test_a_program_of_another_robot_is_neither_edited_nor_given_breakpoints() -> None:
     cell = ProgramCell()
     program = parse(HEAD.format(name="main").replace("ur5", "puma560") + THREE)
     kind, body = DocumentKind.PROGRAM, program_to_json(program)
     cell.store.save(kind, "main", body, expected_revision=0, author="test")
-    return cell
-
-
-def test_a_program_of_another_robot_is_neither_edited_nor_given_breakpoints(
-    foreign: ProgramCell,
-) -> None:
-    refusals = [
-        edit(foreign, 1, "describe", comment="z"),
-        edit(foreign, 1, "delete", first=99),
-        breakpoints(foreign, 1),
-    ]
-    for refused in refusals:
+    described, cut = edit(cell, 1, "describe", comment="z"), edit(cell, 1, "delete", first=99)
+    for refused in (described, cut, breakpoints(cell, 1)):
         assert refused["code"] == V.PROGRAM_WRONG_ROBOT
         assert "'puma560'" in refused["text"]
         assert "'ur5'" in refused["text"]
 
 
-LOOPS = "move PTP a\nmove PTP b\n"
+ANOTHER = "accepted: that, or another after a program stop"
+LOOPS, SECOND_AT = "move PTP a\nmove PTP b\n", BODY_LINE + 1
 
 
 @pytest.mark.parametrize(
@@ -223,11 +199,8 @@ LOOPS = "move PTP a\nmove PTP b\n"
     [
         ({"loops": 3}, "is under way once; accepted: loops 1 to go on, or 3 after a program stop"),
         ({"loops": 0}, "is under way once; accepted: loops 1 to go on, or 0 after a program stop"),
-        (
-            {"line": BODY_LINE + 1},
-            f"line 0 to go on there, or line {BODY_LINE + 1} after a program stop",
-        ),
-        ({"program": "other"}, "accepted: that, or another after a program stop"),
+        ({"line": SECOND_AT}, f"line 0 to go on there, or line {SECOND_AT} after a program stop"),
+        *(({"program": "other", "kind": kind}, ANOTHER) for kind in RunKind),
     ],
 )
 def test_a_paused_program_goes_on_as_it_was_begun_or_the_request_is_refused(
@@ -238,8 +211,11 @@ def test_a_paused_program_goes_on_as_it_was_begun_or_the_request_is_refused(
     cell.pass_time(200)
     cell.control(PAUSE)
     cell.pass_time(1_000)
+    stood = cell.position
     assert cell.run(**fields) is V.PROGRAM_RUNNING
     assert said in cell.user.all(Verdict)[-1].text
+    cell.pass_time(1_000)
+    assert cell.position == stood
     assert (cell.user.outcomes(), cell.run()) == ([], V.ACCEPTED)
     assert cell.until_outcomes(2) == [V.ACCEPTED, V.ACCEPTED]
     assert cell.reports()[-1].loop == 1
@@ -257,9 +233,7 @@ def test_a_step_is_taken_whatever_the_loops_of_the_run() -> None:
 
 
 @pytest.mark.parametrize("statement", [4, 999])
-def test_a_breakpoint_at_a_statement_that_is_not_there_is_refused_with_their_number(
-    statement: int,
-) -> None:
+def test_a_breakpoint_at_no_statement_is_refused_with_their_number(statement: int) -> None:
     cell = ProgramCell(main="move PTP a\nmove PTP b\nmove PTP c\nmove PTP a\n")
     refused = cell.user.ask("programs.breakpoints", name="main", statements=[0, statement])
     assert refused["code"] == V.BAD_ARGUMENT
@@ -270,10 +244,8 @@ def test_a_breakpoint_at_a_statement_that_is_not_there_is_refused_with_their_num
 
 def test_breakpoints_of_a_program_that_is_gone_can_be_taken_away_but_not_set() -> None:
     cell = ProgramCell()
-    assert cell.user.ask("programs.breakpoints", name="main", statements=[0])["code"] == (
-        V.NOT_FOUND
-    )
-    assert cell.user.ask("programs.breakpoints", name="main", statements=[])["statements"] == []
+    assert breakpoints(cell, 0)["code"] == V.NOT_FOUND
+    assert breakpoints(cell)["statements"] == []
 
 
 ALL, FORWARD, BACKWARD = RunKind
@@ -303,15 +275,8 @@ def verdict(cell: ProgramCell) -> Verdict:
     return cell.user.all(Verdict)[-1]
 
 
-def under_way(cell: ProgramCell) -> dict[str, Any]:
-    told: dict[str, Any] = cell.user.ask("snapshot")["program"]
-    return told
-
-
 @pytest.mark.parametrize("revision", [2, 0], ids=["the one that is kept", "the newest"])
-def test_the_revision_that_is_kept_runs_and_is_told_to_the_end(
-    edited: ProgramCell, revision: int
-) -> None:
+def test_the_revision_that_is_kept_runs_and_is_told(edited: ProgramCell, revision: int) -> None:
     assert edited.run(revision=revision) is V.ACCEPTED
     assert edited.reports()[-1].revision == 2
     assert edited.until_outcomes() == [V.ACCEPTED]
@@ -332,7 +297,7 @@ def test_no_other_revision_runs_and_both_are_named(
     assert told.text.startswith(f"revision {asked} was asked for, revision 2 is kept: ")
     edited.pass_time(1_000)
     assert (edited.position, edited.motions) == (before, [])
-    assert edited.core.cell.activity is Activity.IDLE
+    assert edited.core.cell.activity is messages.Activity.IDLE
     assert edited.run(revision=2) is V.ACCEPTED
 
 
@@ -366,16 +331,18 @@ def test_a_recording_is_no_program_whatever_the_revision(edited: ProgramCell) ->
     assert edited.run("swing", revision=1) is V.NOT_FOUND
 
 
-@pytest.mark.parametrize("kind", [ALL, FORWARD, BACKWARD])
+@pytest.mark.parametrize("kind", [ALL, FORWARD, BACKWARD, None], ids=str)
 @pytest.mark.parametrize("revision", [0, 1])
 def test_a_paused_run_goes_on_as_the_revision_that_it_began_with(
-    stepped: ProgramCell, kind: RunKind, revision: int
+    stepped: ProgramCell, kind: RunKind | None, revision: int
 ) -> None:
+    """By another run of it, or by a resume."""
     if kind is BACKWARD:  # which takes two points to go between
         stepped.run(kind=FORWARD, revision=1)
         stepped.until_outcomes(2)
     before = len(stepped.user.outcomes())
-    assert stepped.run(kind=kind, revision=revision) is V.ACCEPTED
+    goes_on = stepped.run(kind=kind, revision=revision) if kind else stepped.control(RESUME)
+    assert goes_on is V.ACCEPTED
     assert stepped.until_outcomes(before + 1)[-1] is V.ACCEPTED
     assert {report.revision for report in stepped.reports()} == {1}
 
@@ -405,23 +372,14 @@ def test_after_a_program_stop_the_revision_saved_since_runs(stepped: ProgramCell
     assert stepped.reports()[-1].revision == 2
 
 
-def test_a_resume_goes_on_with_the_revision_that_runs() -> None:
-    cell = ProgramCell(main="wait 1 s\nmove PTP b\n")
-    cell.run(revision=1)
-    cell.control(PAUSE)
-    cell.keep("main", SECOND, expected_revision=1)
-    assert cell.control(RESUME) is V.ACCEPTED
-    assert cell.until_outcomes() == [V.ACCEPTED]
-    assert {report.revision for report in cell.reports()} == {1}
-
-
 def test_the_revision_asked_for_is_of_the_named_program_alone() -> None:
     """What it calls is the newest; each place is told with the revision of its own program."""
     cell = ProgramCell(main="call inner\nwait 1 s\n", inner="wait 1 s\n")
     for before in (1, 2):
-        cell.keep("inner", "wait 1 s\n", expected_revision=before)
+        cell.keep("inner", "move PTP b\n", expected_revision=before)
     assert cell.run(revision=1) is V.ACCEPTED
     assert cell.until_outcomes() == [V.ACCEPTED]
+    assert cell.position == pytest.approx(B, abs=1e-5)
     told = {(report.program, report.revision) for report in cell.reports()}
     assert told == {("main", 1), ("inner", 3)}
 
@@ -430,7 +388,7 @@ def test_who_comes_later_sees_which_revision_runs(edited: ProgramCell) -> None:
     edited.run(kind=FORWARD)
     edited.until_outcomes()
     edited.keep("main", FIRST, expected_revision=2)
-    shown = under_way(edited)
+    shown = edited.user.ask("snapshot")["program"]
     assert (shown["name"], shown["state"], shown["revision"]) == ("main", "stepped", 2)
 
 
@@ -440,11 +398,9 @@ def test_a_dry_run_tells_the_revision_that_it_walked_through(edited: ProgramCell
 
 def test_a_program_kept_under_another_name_has_the_revision_it_is_kept_as() -> None:
     cell = ProgramCell()
-    body = json.loads(program_to_json(parse(HEAD.format(name="main") + FIRST)))
+    kind, body = DocumentKind.PROGRAM, program_to_json(parse(HEAD.format(name="main") + FIRST))
     for before in (0, 1):
-        cell.store.save(
-            DocumentKind.PROGRAM, "copy", json.dumps(body), expected_revision=before, author="test"
-        )
+        cell.store.save(kind, "copy", body, expected_revision=before, author="test")
     assert cell.run("copy", revision=1) is V.REVISION_CONFLICT
     assert cell.run("copy", revision=2) is V.ACCEPTED
     assert cell.until_outcomes() == [V.ACCEPTED]

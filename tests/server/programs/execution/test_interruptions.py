@@ -3,7 +3,7 @@ from collections.abc import Callable
 from typing import Any
 
 import pytest
-from rigs.cells.controller_interruptions import fall_silent, lose, press_emergency_stop, report
+from rigs.cells.controller_interruptions import fall_silent, lose, press_emergency_stop, reporting
 from rigs.cells.expectations import expect
 from rigs.cells.program_cell import BODY_LINE, ProgramCell
 from rigs.data.large_programs import WorkingCell, large_text
@@ -15,21 +15,11 @@ from openpendant.server.programs.language.program_json import program_to_json
 from openpendant.server.settings.cell_settings import ControllerPath
 from openpendant.server.store.documents import DocumentKind
 from openpendant.simplemsg import ReplyCode, Status, TriState
-from openpendant.simplemsg.pendant import (
-    Activity,
-    Home,
-    JogStep,
-    MotionControlAction,
-    OperatingMode,
-    OperatorAction,
-    Outcome,
-    ProgramState,
-    State,
-    Verdict,
-)
+from openpendant.simplemsg import pendant as messages
+from openpendant.simplemsg.pendant import Activity, OperatingMode, ProgramState
 from openpendant.simplemsg.verdicts import VerdictCode as V
 
-PAUSE, RESUME, STOP = MotionControlAction
+PAUSE, RESUME, STOP = messages.MotionControlAction
 
 
 WAITS = {"a wait": "wait 2 s\nmove PTP b\n", "a dwell": "move PTP a dwell 2 s\nmove PTP b\n"}
@@ -38,38 +28,22 @@ WAITS = {"a wait": "wait 2 s\nmove PTP b\n", "a dwell": "move PTP a dwell 2 s\nm
 def waiting(statements: str) -> ProgramCell:
     cell = ProgramCell(main=statements)
     assert cell.run() is V.ACCEPTED
-    for _ in range(1_000):
+    while cell.core.cell.driving.activity is not Activity.IDLE:
         cell.pass_time(10)
-        if cell.core.cell.driving.activity is Activity.IDLE:
-            break
     cell.pass_time(300)
     assert cell.core.cell.driving.activity is Activity.IDLE
     assert cell.reports()[-1].state == ProgramState.RUNNING
     return cell
 
 
+TRUE, FALSE = TriState.TRUE, TriState.FALSE
+HALTED = V.CONTROLLER_STOPPED
 INTERRUPTIONS: dict[str, tuple[Callable[[ProgramCell], object], V, str]] = {
-    "emergency stop": (press_emergency_stop, V.CONTROLLER_STOPPED, "emergency stop"),
-    "an emergency stop between two ticks": (
-        lambda cell: report(cell, e_stopped=TriState.TRUE),
-        V.CONTROLLER_STOPPED,
-        "emergency stop",
-    ),
-    "no drive power between two ticks": (
-        lambda cell: report(cell, drives_powered=TriState.FALSE),
-        V.CONTROLLER_STOPPED,
-        "drives lost their power",
-    ),
-    "an error between two ticks": (
-        lambda cell: report(cell, in_error=TriState.TRUE, error_code=103),
-        V.CONTROLLER_STOPPED,
-        "error 103",
-    ),
-    "another mode of the controller": (
-        lambda cell: report(cell, mode=1),
-        V.CONTROLLER_STOPPED,
-        "mode changed",
-    ),
+    "emergency stop": (press_emergency_stop, HALTED, "emergency stop"),
+    "one between two ticks": (reporting(e_stopped=TRUE), HALTED, "emergency stop"),
+    "no drive power": (reporting(drives_powered=FALSE), HALTED, "drives lost their power"),
+    "an error": (reporting(in_error=TRUE, error_code=103), HALTED, "error 103"),
+    "another mode of the controller": (reporting(mode=1), HALTED, "mode changed"),
     "motion link": (lose(ControllerPath.MOTION), V.CONTROLLER_LOST, "motion link"),
     "state link": (lose(ControllerPath.STATE), V.CONTROLLER_LOST, "state link"),
     "reports": (fall_silent, V.FEEDBACK_STALE, "ms ago"),
@@ -84,7 +58,7 @@ def test_what_ends_a_motion_ends_a_program_that_waits_for_good(what: str, where:
     interrupt, code, words = INTERRUPTIONS[what]
     interrupt(cell)
     assert cell.until_outcomes(most=500) == [code]
-    assert words in cell.user.all(Outcome)[-1].text
+    assert words in cell.user.all(messages.Outcome)[-1].text
     assert (cell.reports()[-1].state, cell.core.cell.program) == (ProgramState.NONE, None)
     stood, motions = cell.position, len(cell.motions)
     cell.pass_time(3_000)
@@ -94,9 +68,7 @@ def test_what_ends_a_motion_ends_a_program_that_waits_for_good(what: str, where:
 
 
 @pytest.mark.parametrize("what", ["emergency stop", "motion link", "reports", "ROS-I STOP"])
-def test_a_program_that_is_paused_in_a_wait_stays_paused_and_moves_when_it_is_resumed(
-    what: str,
-) -> None:
+def test_a_program_paused_in_a_wait_stays_paused_and_moves_when_it_is_resumed(what: str) -> None:
     cell = waiting(WAITS["a wait"])
     assert cell.control(PAUSE) is V.ACCEPTED
     INTERRUPTIONS[what][0](cell)
@@ -110,7 +82,7 @@ def test_a_program_that_is_paused_in_a_wait_stays_paused_and_moves_when_it_is_re
 def test_a_program_that_is_paused_in_a_wait_is_not_resumed_under_an_emergency_stop() -> None:
     cell = waiting(WAITS["a wait"])
     cell.control(PAUSE)
-    cell.controller.operate(OperatorAction.EMERGENCY_STOP, cell.now)
+    cell.controller.operate(messages.OperatorAction.EMERGENCY_STOP, cell.now)
     cell.pass_time(300)
     assert cell.control(RESUME) is V.CONTROLLER_NOT_READY
 
@@ -119,7 +91,7 @@ def test_an_emergency_stop_between_two_ticks_ends_a_motion_that_is_planned() -> 
     cell = ProgramCell(main="move PTP a\nmove PTP b\n")
     cell.run()
     cell.pass_time(200)
-    report(cell, e_stopped=TriState.TRUE)
+    reporting(e_stopped=TRUE)(cell)
     assert cell.until_outcomes() == [V.CONTROLLER_STOPPED]
 
 
@@ -127,7 +99,7 @@ def test_a_status_that_says_nothing_new_ends_nothing() -> None:
     """An error that is shown all the time is old, and one that goes is none."""
     cell = ProgramCell(main="wait 1 s\nmove PTP b\n")
     own = cell.controller.status(cell.now)
-    shown = expect(Status, dataclasses.replace(own, in_error=TriState.TRUE, error_code=103))
+    shown = expect(Status, dataclasses.replace(own, in_error=TRUE, error_code=103))
     cell._hear(ControllerPath.STATE, shown)
     assert cell.run() is V.ACCEPTED
     cell._hear(ControllerPath.STATE, shown)
@@ -153,38 +125,18 @@ def loading(cell: WorkingCell) -> WorkingCell:
     return cell
 
 
-def stop_and_reset(cell: WorkingCell) -> list[V | None]:
-    cell.pendant("passer-by").stop("a hand in the way")
-    cell.pass_time(100)
-    return [cell.user.reset()]
-
-
 MODES = (OperatingMode.MANUAL_REDUCED, OperatingMode.AUTOMATIC)
-
-
 ENDS: dict[str, tuple[Callable[[WorkingCell], Any], V]] = {
-    "software stop and its reset": (stop_and_reset, V.STOPPED),
-    "mode there and back": (
-        lambda cell: [cell.user.mode(mode) for mode in MODES],
-        V.MODE_CHANGED,
-    ),
-    "authority released and taken": (
-        lambda cell: [cell.user.release(), cell.user.take()],
-        V.AUTHORITY_LOST,
-    ),
+    "stop and its reset": (lambda it: [it.pendant("other").stop(), it.user.reset()], V.STOPPED),
+    "mode there and back": (lambda cell: map(cell.user.mode, MODES), V.MODE_CHANGED),
+    "authority lost": (lambda cell: [cell.user.release(), cell.user.take()], V.AUTHORITY_LOST),
     "program stop": (lambda cell: [cell.control(STOP)], V.PROGRAM_STOPPED),
     "ROS-I STOP": (lambda cell: [cell.ros().stop()], V.STOPPED),
     "motion link": (lose(ControllerPath.MOTION), V.CONTROLLER_LOST),
-    "emergency stop": (press_emergency_stop, V.CONTROLLER_STOPPED),
-    "an emergency stop between two ticks": (
-        lambda cell: report(cell, e_stopped=TriState.TRUE),
-        V.CONTROLLER_STOPPED,
-    ),
+    "emergency stop": (press_emergency_stop, HALTED),
+    "one between two ticks": (reporting(e_stopped=TRUE), HALTED),
     "reports": (fall_silent, V.FEEDBACK_STALE),
-    "an override of 0": (
-        lambda cell: [cell.user.speed(override) for override in (0.0, 1.0)],
-        V.OVERRIDE_ZERO,
-    ),
+    "an override of 0": (lambda cell: map(cell.user.speed, (0.0, 1.0)), V.OVERRIDE_ZERO),
 }
 
 
@@ -232,28 +184,26 @@ def test_a_start_ends_when_the_enabling_device_is_let_go(cell: WorkingCell) -> N
 
 
 def step(user: Pendant) -> V | None:
-    return user.code(JogStep(user._next(), 0.5, 1, "", 6, (0.01,) + (0.0,) * 9))
+    return user.code(messages.JogStep(user._next(), 0.5, 1, "", 6, (0.01,) + (0.0,) * 9))
 
 
 OTHERS: dict[str, Callable[[Pendant], V | None]] = {
     "joint move": lambda user: user.move(*GOAL),
     "path": lambda user: user.path(GOAL),
-    "home": lambda user: user.code(Home(user._next(), 0.5, "zero")),
+    "home": lambda user: user.code(messages.Home(user._next(), 0.5, "zero")),
 }
 
 
 @pytest.mark.parametrize("kind", OTHERS)
-def test_no_other_motion_begins_beside_a_program_that_is_loaded(
-    loading: WorkingCell, kind: str
-) -> None:
+def test_no_other_motion_begins_beside_a_program_loading(loading: WorkingCell, kind: str) -> None:
     assert OTHERS[kind](loading.user) is V.PROGRAM_RUNNING
-    told = loading.user.all(Verdict)[-1].text
+    told = loading.user.all(messages.Verdict)[-1].text
     assert "program 'main' is being loaded; accepted: another motion after a program stop" in told
     assert loading.control(STOP) is V.ACCEPTED
     assert OTHERS[kind](loading.user) is V.ACCEPTED
 
 
-def test_no_jog_begins_beside_a_program_that_is_loaded(cell: WorkingCell) -> None:
+def test_no_jog_begins_beside_a_program_being_loaded(cell: WorkingCell) -> None:
     cell.user.mode(OperatingMode.MANUAL_REDUCED)
     cell.user.enable(0, 1)
     cell.run()
@@ -264,18 +214,16 @@ def test_no_jog_begins_beside_a_program_that_is_loaded(cell: WorkingCell) -> Non
 
 @pytest.mark.parametrize("action", [PAUSE, RESUME])
 def test_nothing_is_paused_or_resumed_while_a_program_is_loaded_and_what_helps_is_told(
-    loading: WorkingCell, action: MotionControlAction
+    loading: WorkingCell, action: messages.MotionControlAction
 ) -> None:
     assert loading.control(action) is V.NOTHING_TO_CONTROL
-    assert "accepted: program stop" in loading.user.all(Verdict)[-1].text
+    assert "accepted: program stop" in loading.user.all(messages.Verdict)[-1].text
 
 
-def test_a_program_that_is_loaded_is_shown_as_planned_and_why_names_it(
-    loading: WorkingCell,
-) -> None:
+def test_a_program_being_loaded_is_shown_as_planned_and_why_names_it(loading: WorkingCell) -> None:
     watcher = loading.pendant("watcher", state_rate=100.0)
     loading.wait(20)
-    state = watcher.all(State)[-1]
+    state = watcher.all(messages.State)[-1]
     assert (state.activity, state.program_state) == (Activity.PLANNING, ProgramState.NONE)
     (why,) = loading.send(loading.user, "why", kind="move")
     assert why["broken"] == "program"
@@ -283,7 +231,7 @@ def test_a_program_that_is_loaded_is_shown_as_planned_and_why_names_it(
     assert (shown["activity"], shown["program"]) == ("planning", None)
     loading.control(STOP)
     loading.wait(20)
-    assert watcher.all(State)[-1].activity == Activity.IDLE
+    assert watcher.all(messages.State)[-1].activity == Activity.IDLE
 
 
 def test_a_program_that_cannot_be_loaded_leaves_the_cell_free(loading: WorkingCell) -> None:

@@ -6,19 +6,12 @@ from rigs.cells.program_cell import BODY_LINE, A, ProgramCell
 from openpendant.server.events.effects import Effect
 from openpendant.server.programs.execution.program_run import BareEnvironment
 from openpendant.server.programs.interpreter.motion_blocks import MOST_INSTANT_AT_ONCE
-from openpendant.simplemsg.pendant import (
-    Activity,
-    JogStep,
-    MotionControlAction,
-    OperatingMode,
-    ProgramState,
-    RunKind,
-    Verdict,
-)
+from openpendant.simplemsg import pendant as messages
+from openpendant.simplemsg.pendant import ProgramState, RunKind
 from openpendant.simplemsg.verdicts import CATALOGUE
 from openpendant.simplemsg.verdicts import VerdictCode as V
 
-PAUSE, RESUME, STOP = MotionControlAction
+PAUSE, RESUME, STOP = messages.MotionControlAction
 ALL, FORWARD, BACKWARD = RunKind
 THERE_AND_BACK = "move PTP a\nmove PTP b\nmove PTP c\nmove PTP a\n"
 B = (0.1, *A[1:])
@@ -28,39 +21,31 @@ def near(position: Sequence[float]) -> object:
     return pytest.approx(position, abs=1e-5)
 
 
-def violations(cell: ProgramCell) -> dict[str, int]:
-    return {kind.name: n for kind, n in cell.controller.referee.counts.items() if n}
-
-
 def test_a_program_runs_to_its_end_with_one_verdict_and_one_outcome() -> None:
     cell = ProgramCell(main=THERE_AND_BACK)
     assert (cell.run(), cell.until_outcomes(), cell.position) == (V.ACCEPTED, [V.ACCEPTED], near(A))
     cell.pass_time(500)
     assert len(cell.user.verdicts()) == 2, "of the authority and of the run"
     assert len(cell.user.outcomes()) == 1
-    assert violations(cell) == {}
+    assert not any(cell.controller.referee.counts.values())
 
 
-def test_the_slow_way_to_the_first_point_is_announced_and_every_line_is_reported() -> None:
-    cell = ProgramCell(main=THERE_AND_BACK)
+JOINED_LINES = "move PTP a\nmove LIN b zone 5 mm\nmove LIN c zone 5 mm\nmove LIN a\n"
+
+
+@pytest.mark.parametrize("statements", [THERE_AND_BACK, JOINED_LINES])
+def test_the_slow_way_to_the_first_point_is_announced_and_every_line_told(statements: str) -> None:
+    """Moves joined by zones are one motion, whose lines are told on the way."""
+    cell = ProgramCell(main=statements)
     watcher = cell.pendant("watcher")
     cell.run()
     assert "slow way" in cell.reports()[0].text
     cell.until_outcomes()
+    assert not any(cell.controller.referee.counts.values())
     lines = [report.line for report in cell.reports() if report.state == ProgramState.RUNNING]
     assert list(dict.fromkeys(lines)) == [BODY_LINE + number for number in range(4)]
     assert (cell.reports()[-1].state, cell.reports()[-1].text) == (ProgramState.NONE, "finished")
     assert len(watcher.all(type(cell.reports()[0]))) == len(cell.reports())
-
-
-def test_moves_joined_by_zones_are_one_motion_whose_lines_are_told_on_the_way() -> None:
-    text = "move PTP a\nmove LIN b zone 5 mm\nmove LIN c zone 5 mm\nmove LIN a\n"
-    cell = ProgramCell(main=text)
-    cell.run()
-    cell.until_outcomes()
-    lines = [report.line for report in cell.reports() if report.line]
-    assert list(dict.fromkeys(lines)) == [BODY_LINE + number for number in range(4)]
-    assert violations(cell) == {}
 
 
 def test_a_run_may_begin_at_a_line_and_repeat() -> None:
@@ -90,25 +75,6 @@ def test_a_program_that_cannot_be_linked_is_refused(name: str, statements: str, 
     assert cell.user.outcomes() == []
 
 
-def test_a_called_program_runs_inside_its_caller() -> None:
-    cell = ProgramCell(main="move PTP a\ncall inner\n", inner="move PTP b\n")
-    cell.run()
-    assert (cell.until_outcomes(), cell.position) == ([V.ACCEPTED], near(B))
-    assert "inner" in {report.program for report in cell.reports()}
-
-
-def test_a_pause_while_a_block_is_planned_holds_the_robot_until_the_resume() -> None:
-    cell = ProgramCell(main=THERE_AND_BACK)
-    cell.run()
-    cell.control(PAUSE)
-    cell.pass_time(1_000)
-    before = cell.position
-    cell.pass_time(1_000)
-    assert (cell.position, cell.reports()[-1].state) == (before, ProgramState.PAUSED)
-    assert cell.control(RESUME) is V.ACCEPTED
-    assert cell.until_outcomes() == [V.ACCEPTED]
-
-
 def test_steps_go_forward_and_back_to_the_same_places() -> None:
     cell = ProgramCell(main=THERE_AND_BACK)
     places = []
@@ -116,7 +82,7 @@ def test_steps_go_forward_and_back_to_the_same_places() -> None:
         assert cell.run(kind=FORWARD) is V.ACCEPTED
         assert cell.until_outcomes(number)[-1] is V.ACCEPTED
         assert cell.reports()[-1].state == ProgramState.STEPPED
-        assert cell.core.cell.activity is Activity.PAUSED
+        assert cell.core.cell.activity is messages.Activity.PAUSED
         places.append(cell.position)
     for number in (4, 5):
         assert cell.run(kind=BACKWARD) is V.ACCEPTED
@@ -140,27 +106,12 @@ def test_a_step_that_is_paused_stays_a_step() -> None:
     assert cell.reports()[-1].state == ProgramState.STEPPED
 
 
-def test_a_breakpoint_holds_the_run_before_its_statement() -> None:
-    cell = ProgramCell(main=THERE_AND_BACK)
-    cell.user.ask("programs.breakpoints", name="main", statements=[2])
-    cell.run()
-    cell.pass_time(2_000)
-    assert cell.reports()[-1].state == ProgramState.AT_BREAKPOINT
-    assert (cell.reports()[-1].line, cell.position) == (BODY_LINE + 2, near(B))
-    assert cell.control(RESUME) is V.ACCEPTED
-    assert cell.until_outcomes() == [V.ACCEPTED]
-
-
-def stop_program(cell: ProgramCell) -> None:
-    assert cell.control(STOP) is V.ACCEPTED
-
-
 ENDINGS: list[tuple[Callable[[ProgramCell], object], set[V]]] = [
     (lambda cell: cell.pendant("passer-by").stop(), {V.STOPPED, V.STOP_LATCHED}),
     (lambda cell: cell.user.release(), {V.AUTHORITY_LOST}),
     (lambda cell: cell.user.close(), {V.AUTHORITY_LOST}),
-    (lambda cell: cell.user.mode(OperatingMode.MANUAL_REDUCED), {V.MODE_CHANGED}),
-    (stop_program, {V.PROGRAM_STOPPED}),
+    (lambda cell: cell.user.mode(messages.OperatingMode.MANUAL_REDUCED), {V.MODE_CHANGED}),
+    (lambda cell: cell.control(STOP), {V.PROGRAM_STOPPED}),
 ]
 
 
@@ -182,20 +133,20 @@ def test_what_ends_a_run_ends_it_for_good(
     assert cell.position == rest
     assert len(cell.user.outcomes()) == 1
     assert cell.core.cell.program is None
-    assert violations(cell) == {}
+    assert not any(cell.controller.referee.counts.values())
 
 
 def test_jogging_and_single_motions_are_refused_while_a_program_is_under_way() -> None:
     cell = ProgramCell(main="wait 20 s\nmove PTP a\n")
-    cell.user.mode(OperatingMode.MANUAL_REDUCED)
+    cell.user.mode(messages.OperatingMode.MANUAL_REDUCED)
     cell.user.enable(0, 1)
     cell.run()
     cell.pass_time(100)
     assert cell.user.move(*A) is V.PROGRAM_RUNNING
-    step = JogStep(cell.user._next(), 0.5, 1, "", 6, (0.01,) + (0.0,) * 9)
+    step = messages.JogStep(cell.user._next(), 0.5, 1, "", 6, (0.01,) + (0.0,) * 9)
     assert cell.user.code(step) is V.PROGRAM_RUNNING
     assert cell.run() is V.PROGRAM_RUNNING
-    stop_program(cell)
+    assert cell.control(STOP) is V.ACCEPTED
     assert cell.user.move(*A) is V.ACCEPTED
 
 
@@ -208,7 +159,7 @@ def test_jogging_and_single_motions_are_refused_while_a_program_is_under_way() -
     ],
 )
 def test_a_motion_beside_a_program_is_refused_with_what_the_program_does_and_what_helps(
-    statements: str, kind: RunKind, action: MotionControlAction | None, doing: str
+    statements: str, kind: RunKind, action: messages.MotionControlAction | None, doing: str
 ) -> None:
     """That a pause would help is not said of one that is paused."""
     cell = ProgramCell(main="wait 0.1 s\n" + statements)
@@ -217,11 +168,11 @@ def test_a_motion_beside_a_program_is_refused_with_what_the_program_does_and_wha
     if action is not None:
         cell.control(action)
     assert cell.user.move(*A) is V.PROGRAM_RUNNING
-    text = cell.user.all(Verdict)[-1].text
+    text = cell.user.all(messages.Verdict)[-1].text
     assert f"{doing} at line" in text
     assert "program stop" in text
     assert "rogram stop" in CATALOGUE[V.PROGRAM_RUNNING].remedy
-    stop_program(cell)
+    assert cell.control(STOP) is V.ACCEPTED
     assert cell.user.move(*B) is V.ACCEPTED
 
 
@@ -239,7 +190,7 @@ def test_the_override_acts_on_the_running_program() -> None:
 
 def test_a_program_in_reduced_speed_needs_enabling_and_ends_without_it() -> None:
     cell = ProgramCell(main="move PTP a\nwait 20 s\nmove PTP b\n")
-    cell.user.mode(OperatingMode.MANUAL_REDUCED)
+    cell.user.mode(messages.OperatingMode.MANUAL_REDUCED)
     assert cell.run() is V.NOT_ENABLED
 
     def hold(milliseconds: int) -> None:
@@ -277,6 +228,9 @@ JOINED = "move PTP a\nmove PTP b zone 1 deg\nmove PTP c zone 1 deg\nmove PTP a\n
 
 
 class AllOff(BareEnvironment):
+    def __init__(self, cell: ProgramCell) -> None:
+        cell.core.pendants.programs.executor.environment = self
+
     def input(self, signal: int, now: int) -> bool:
         return False
 
@@ -284,25 +238,9 @@ class AllOff(BareEnvironment):
         return []
 
 
-def with_signals(statements: str) -> ProgramCell:
-    cell = ProgramCell(main=statements)
-    cell.core.pendants.programs.executor.environment = AllOff()
-    return cell
-
-
-def in_the_middle_of_joined_moves() -> ProgramCell:
-    cell = ProgramCell(main=JOINED)
-    cell.run(speed=0.1)
-    while cell.reports()[-1].line == BODY_LINE:
-        cell.pass_time(10)
-    cell.pass_time(200)
-    assert cell.control(PAUSE) is V.ACCEPTED
-    cell.pass_time(500)
-    return cell
-
-
 def test_a_step_that_ends_in_its_pause_has_its_outcome_then() -> None:
-    cell = with_signals("set output 1 on\nmove PTP a\nwait 9 s\n")
+    cell = ProgramCell(main="set output 1 on\nmove PTP a\nwait 9 s\n")
+    AllOff(cell)
     cell.run(kind=FORWARD)
     cell.control(PAUSE)
     assert cell.until_outcomes(1, most=100) == [V.ACCEPTED]
@@ -310,10 +248,16 @@ def test_a_step_that_ends_in_its_pause_has_its_outcome_then() -> None:
 
 
 def test_a_step_out_of_joined_moves_is_refused_and_the_pause_holds() -> None:
-    cell = in_the_middle_of_joined_moves()
+    cell = ProgramCell(main=JOINED)
+    cell.run(speed=0.1)
+    while cell.reports()[-1].line == BODY_LINE:
+        cell.pass_time(10)
+    cell.pass_time(200)
+    assert cell.control(PAUSE) is V.ACCEPTED
+    cell.pass_time(500)
     stood, line = cell.position, cell.reports()[-1].line
     assert cell.run(kind=FORWARD) is V.STEP_FORWARD_REFUSED
-    assert "accepted: resume" in cell.user.all(Verdict)[-1].text
+    assert "accepted: resume" in cell.user.all(messages.Verdict)[-1].text
     cell.pass_time(1_000)
     assert cell.position == stood
     assert (cell.reports()[-1].state, cell.reports()[-1].line) == (ProgramState.PAUSED, line)
@@ -340,7 +284,8 @@ def test_a_run_that_was_begun_by_a_step_and_goes_on_is_resumed_as_a_run() -> Non
 @pytest.mark.parametrize("before", ["", "set output 1 on\n", "read input 2 into x\n", "wait 0 s\n"])
 @pytest.mark.parametrize(("wanted", "code"), [("off", V.ACCEPTED), ("on", V.INPUT_TIMEOUT)])
 def test_an_input_is_looked_at_before_a_limit_of_nothing(before: str, wanted: str, code: V) -> None:
-    cell = with_signals(f"{before}wait input 1 {wanted} timeout 0 s\n")
+    cell = ProgramCell(main=f"{before}wait input 1 {wanted} timeout 0 s\n")
+    AllOff(cell)
     cell.run()
     assert cell.until_outcomes(1, most=1_000) == [code]
 

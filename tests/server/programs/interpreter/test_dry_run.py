@@ -5,7 +5,7 @@ from typing import Any
 
 import numpy as np
 import pytest
-from rigs.cells.expectations import expect
+from rigs.cells.expectations import expect, known
 from rigs.cells.program_cell import BODY_LINE, HEAD, ProgramCell
 from rigs.cells.program_rig import ProgramRig
 from rigs.data.program_samples import linked, program
@@ -17,19 +17,14 @@ from openpendant.motion.scene.scene import Scene, SceneObject, Sphere
 from openpendant.server.planning.jobs import DryRunFound, DryRunJob
 from openpendant.server.planning.worker.dry_run_planning import DryRuns
 from openpendant.server.programs.execution.program_run import BareEnvironment
+from openpendant.server.programs.interpreter import dry_run_results as results
 from openpendant.server.programs.interpreter.dry_run import dry_run, reachability
-from openpendant.server.programs.interpreter.dry_run_results import (
-    BlockPlan,
-    BlockRefused,
-    DryRunResult,
-    PointFinding,
-)
 from openpendant.server.programs.interpreter.motion_blocks import MotionBlock
 from openpendant.server.programs.interpreter.run_events import Offer, OfferedSignals
 from openpendant.server.programs.language.linking import Linked
 from openpendant.server.programs.language.parser import parse
 from openpendant.server.refusal import Refusal
-from openpendant.simplemsg.pendant.management.program_values import JointVector, TeachPoint
+from openpendant.simplemsg.pendant.management.program_values import JointVector
 from openpendant.simplemsg.verdicts import VerdictCode as V
 
 START = (0.0,) * 6
@@ -37,23 +32,18 @@ SIGNALS = OfferedSignals(inputs=16, outputs=8)
 LOOP = "loop\n{}end"
 
 
-def planned(start: JointVector, block: MotionBlock, scene: object) -> BlockPlan:
-    return BlockPlan(1.0, block.moves[-1].target.joints)
-
-
-def walked_with(
-    statements: str, others: dict[str, str] | None = None, signals: OfferedSignals | None = SIGNALS
-) -> DryRunResult:
+def walked(
+    statements: str,
+    *beyond: str,
+    others: dict[str, str] | None = None,
+    signals: OfferedSignals | None = SIGNALS,
+) -> results.DryRunResult:
     absent = None if signals is None else signals.absent
-    return dry_run(linked(statements, others), START, planned, absent=absent)
+    return dry_run(linked(statements, others), START, Planner(*beyond), absent=absent)
 
 
-def refusals(found: DryRunResult) -> list[tuple[str, int, V]]:
-    return [
-        (each.program, each.index, each.refusal.code)
-        for each in found.statements
-        if each.refusal is not None
-    ]
+def refusals(found: results.DryRunResult) -> list[tuple[str, int, V]]:
+    return [(each.program, each.index, known(each.refusal).code) for each in found.refusals]
 
 
 @pytest.mark.parametrize(
@@ -69,20 +59,20 @@ def refusals(found: DryRunResult) -> list[tuple[str, int, V]]:
 def test_a_signal_that_the_controller_does_not_have_is_refused_at_its_statement(
     statement: str, text: str
 ) -> None:
-    found = walked_with(f"move PTP a\n{statement}\nmove PTP b")
+    found = walked(f"move PTP a\n{statement}\nmove PTP b")
     assert refusals(found) == [("main", 1, V.NO_SIGNAL)]
     assert [each.refusal.text for each in found.refusals if each.refusal] == [text]
     assert found.unchecked == ()
 
 
 def test_signals_that_are_there_are_good() -> None:
-    found = walked_with("wait input 15 on\nset output 7 on\nread input 0 into x\nif flag x on\nend")
+    found = walked("wait input 15 on\nset output 7 on\nread input 0 into x\nif flag x on\nend")
     assert [each.index for each in found.statements] == [0, 1, 2, 3]
     assert found.refusals == ()
 
 
 def test_where_nobody_knows_the_signals_it_is_said_and_nothing_is_refused() -> None:
-    found = walked_with("wait input 999 on\nmove PTP a\nset output 999 on", signals=None)
+    found = walked("wait input 999 on\nmove PTP a\nset output 999 on", signals=None)
     assert (found.refusals, found.unchecked) == ((), (("main", 0), ("main", 2)))
 
 
@@ -101,12 +91,8 @@ def test_where_nobody_knows_the_signals_it_is_said_and_nothing_is_refused() -> N
         ),
     ],
 )
-def test_a_flag_that_may_be_unread_is_refused_where_it_is_asked_for(
-    statements: str, refused: list[int]
-) -> None:
-    assert refusals(walked_with(statements)) == [
-        ("main", index, V.FLAG_NOT_READ) for index in refused
-    ]
+def test_a_flag_perhaps_unread_is_refused_where_asked(statements: str, refused: list[int]) -> None:
+    assert refusals(walked(statements)) == [("main", index, V.FLAG_NOT_READ) for index in refused]
 
 
 @pytest.mark.parametrize("branch", ["if flag G off\nelse\n", "if flag G on\n"])
@@ -115,13 +101,13 @@ def test_flags_that_go_together_are_walked_together(branch: str) -> None:
         "read input 1 into G\nif flag G on\nread input 2 into F\nend\n"
         f"{branch}if flag F on\nmove PTP a\nend\nend"
     )
-    found = walked_with(statements)
+    found = walked(statements)
     assert found.refusals == ()
     assert found.complete
 
 
 def test_branches_that_no_flag_leads_to_are_walked_all_the_same() -> None:
-    found = walked_with("read input 1 into G\nif flag G on\nif flag G off\nmove PTP b\nend\nend")
+    found = walked("read input 1 into G\nif flag G on\nif flag G off\nmove PTP b\nend\nend")
     assert [each.point for each in found.moves] == ["b"]
     assert found.complete
 
@@ -151,21 +137,22 @@ def test_branches_that_no_flag_leads_to_are_walked_all_the_same() -> None:
     ],
 )
 def test_a_loop_that_goes_round_in_no_time_is_refused(statements: str, refused: list[int]) -> None:
-    assert refusals(walked_with(statements)) == [
-        ("main", index, V.PROGRAM_STUCK) for index in refused
-    ]
+    assert refusals(walked(statements)) == [("main", index, V.PROGRAM_STUCK) for index in refused]
 
 
-def test_a_loop_round_a_call_of_nothing_is_refused_where_the_loop_is() -> None:
-    found = walked_with("loop\ncall x\nend", {"x": "# nothing"})
-    assert refusals(found) == [("main", 0, V.PROGRAM_STUCK)]
-    found = walked_with("loop 9999\ncall x\nend", {"x": "# nothing"})
-    assert refusals(found) == [("main", 0, V.PROGRAM_STUCK)]
-
-
-def test_a_statement_of_a_called_program_is_refused_there() -> None:
-    found = walked_with("call x", {"x": "move PTP a\nset output 99 on"})
-    assert refusals(found) == [("x", 1, V.NO_SIGNAL)]
+@pytest.mark.parametrize(
+    ("statements", "called", "refused"),
+    [
+        ("loop\ncall x\nend", "# nothing", ("main", 0, V.PROGRAM_STUCK)),
+        ("loop 9999\ncall x\nend", "# nothing", ("main", 0, V.PROGRAM_STUCK)),
+        ("call x", "move PTP a\nset output 99 on", ("x", 1, V.NO_SIGNAL)),
+        ("call x", "if input 1 on\nelse\nmove PTP c\nend", ("x", 2, V.UNREACHABLE)),
+    ],
+)
+def test_what_is_called_is_walked_too_and_refused_where_it_is_at_fault(
+    statements: str, called: str, refused: tuple[str, int, V]
+) -> None:
+    assert refusals(walked(statements, "c", others={"x": called})) == [refused]
 
 
 @pytest.mark.parametrize(
@@ -183,13 +170,13 @@ def test_a_dry_run_refuses_what_a_run_ends_at(statements: str) -> None:
     rig = ProgramRig(statements)
     came = [*rig.start(), *(each for _ in range(50) for each in rig.after(0.01))]
     ended = came[0] if came else "goes on"
-    said = [f"failed {code.name}" for _, _, code in refusals(walked_with(statements))]
+    said = [f"failed {code.name}" for _, _, code in refusals(walked(statements))]
     assert said == ([ended] if ended.startswith("failed") else [])
 
 
 def test_a_controller_without_signals_refuses_all() -> None:
     none = Refusal(V.SIGNALS_UNAVAILABLE, "none")
-    found = dry_run(linked("wait input 1 on"), START, planned, absent=lambda kind, signal: none)
+    found = dry_run(linked("wait input 1 on"), START, Planner(), absent=lambda kind, signal: none)
     assert refusals(found) == [("main", 0, V.SIGNALS_UNAVAILABLE)]
 
 
@@ -209,18 +196,14 @@ class Planner:
 
     def __call__(
         self, start: JointVector, block: MotionBlock, scene: Scene | None = None
-    ) -> BlockPlan | BlockRefused:
+    ) -> results.BlockPlan | results.BlockRefused:
         names = [each.target.name for each in block.moves]
         self.asked.append((start, " ".join(names)))
         for place, name in enumerate(names):
             if name in self._beyond:
-                return BlockRefused(place, BEYOND)
+                return results.BlockRefused(place, BEYOND)
         path = tuple((float(n), 0.1 * n, 0.0, 0.5) for n in range(len(names) + 1))
-        return BlockPlan(float(len(names)), block.moves[-1].target.joints, path)
-
-
-def walked(statements: str, *beyond: str, others: dict[str, str] | None = None) -> DryRunResult:
-    return dry_run(linked(statements, others), START, Planner(*beyond))
+        return results.BlockPlan(float(len(names)), block.moves[-1].target.joints, path)
 
 
 def test_duration_counts_motions_waits_and_dwells() -> None:
@@ -241,17 +224,16 @@ def test_the_path_goes_on_in_time() -> None:
     assert path[1] == (1.0, 0.1, 0.0, 0.5)
 
 
-def test_counted_loops_are_counted_and_planned_once_for_each_start() -> None:
+@pytest.mark.parametrize(
+    ("loop", "endless", "duration"), [("loop 1000", False, 2_001.0), ("loop", True, 5.0)]
+)
+def test_a_loop_is_counted_or_endless_and_planned_once_for_each_start(
+    loop: str, endless: bool, duration: float
+) -> None:
+    """An endless one is walked twice."""
     planner = Planner()
-    found = dry_run(linked("loop 1000\nmove PTP a\nmove PTP b\nend"), START, planner)
-    assert found.duration == 2_000.0
-    assert len(planner.asked) == 3
-
-
-def test_an_endless_loop_is_walked_twice_and_said_to_be_endless() -> None:
-    planner = Planner()
-    found = dry_run(linked("loop\nmove PTP a\nmove PTP b\nend\nmove PTP c"), START, planner)
-    assert (found.endless, found.duration, found.complete) == (True, 5.0, True)
+    found = dry_run(linked(f"{loop}\nmove PTP a\nmove PTP b\nend\nmove PTP c"), START, planner)
+    assert (found.endless, found.duration, found.complete) == (endless, duration, True)
     assert [names for _, names in planner.asked] == ["a", "b", "a", "c"]
 
 
@@ -280,18 +262,12 @@ def test_every_branch_is_checked(statements: str) -> None:
     assert [getattr(verdict, "point", None) for verdict in found.refusals] == ["c"]
 
 
-def test_the_branches_of_a_called_program_are_checked() -> None:
-    found = walked("call x", "c", others={"x": "if input 1 on\nelse\nmove PTP c\nend"})
-    assert [(v.program, v.index, v.refusal) for v in found.refusals] == [("x", 2, BEYOND)]
-
-
 def test_every_move_has_a_verdict_also_behind_one_that_is_refused() -> None:
     planner = Planner("b")
     statements = "move PTP a\nmove LIN b zone 5 mm\nmove LIN c zone 5 mm\nmove LIN a"
     found = dry_run(linked(statements), START, planner)
-    assert [(v.point, v.refusal) for v in found.moves] == [
-        *(("a", None), ("b", BEYOND), ("c", None), ("a", None))
-    ]
+    assert [v.point for v in found.moves] == ["a", "b", "c", "a"]
+    assert [v.refusal for v in found.moves] == [None, BEYOND, None, None]
     b = program("").point("b").joints
     assert planner.asked[-1] == (b, "c a")
 
@@ -305,9 +281,9 @@ def test_a_move_that_fails_in_one_pass_only_fails() -> None:
     class Picky(Planner):
         def __call__(
             self, start: JointVector, block: MotionBlock, scene: Scene | None = None
-        ) -> BlockPlan | BlockRefused:
+        ) -> results.BlockPlan | results.BlockRefused:
             if start == program("").point("b").joints and block.moves[0].target.name == "a":
-                return BlockRefused(0, BEYOND)
+                return results.BlockRefused(0, BEYOND)
             return super().__call__(start, block)
 
     found = dry_run(linked("loop 2\nmove PTP a\nmove PTP b\nend"), START, Picky())
@@ -320,50 +296,29 @@ def test_a_zone_that_joins_nothing_is_said() -> None:
 
 
 def test_a_dry_run_of_nothing_is_complete() -> None:
-    assert walked("") == DryRunResult(0.0, False, True, (), (), ())
+    assert walked("") == results.DryRunResult(0.0, False, True, (), (), ())
 
 
 def test_every_point_has_a_verdict_used_or_not() -> None:
-    def check(point: TeachPoint) -> Refusal | None:
-        return BEYOND if point.name == "b" else None
-
-    assert reachability(program("move PTP a"), check) == (
-        *(PointFinding("a", None), PointFinding("b", BEYOND), PointFinding("c", None)),
-    )
+    found = reachability(program("move PTP a"), lambda point: BEYOND if point.name == "b" else None)
+    expected = {"a": None, "b": BEYOND, "c": None}
+    assert found == tuple(results.PointFinding(*each) for each in expected.items())
 
 
-STATEMENTS = "wait input 999 on\nset output 1 on\nif flag F on\nend\nloop\nend\n"
-
-
-NAME = "a-point-with-a-name-that-says-where-it-is"
-
-
-class OfferingCell(BareEnvironment):
-    def __init__(self, offer: Offer) -> None:
-        self._offer = offer
-
-    @property
-    def offered_signals(self) -> Offer:
-        return self._offer
-
-
-def asked_for(offer: Offer, statements: str = STATEMENTS) -> dict[str, Any]:
-    cell = ProgramCell(main=statements)
-    cell.core.pendants.programs.executor.environment = OfferingCell(offer)
-    return cell.user.ask("programs.dry_run", name="main")
+def asked_for(offer: Offer) -> dict[str, Any]:
+    cell = ProgramCell(main="wait input 999 on\nset output 1 on\nif flag F on\nend\nloop\nend\n")
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(BareEnvironment, "offered_signals", offer)
+        return cell.user.ask("programs.dry_run", name="main")
 
 
 def test_statements_that_a_run_would_end_at_are_told_with_line_code_and_text() -> None:
     found = asked_for(OfferedSignals(inputs=16, outputs=16))
-    told = [
-        (each["line"] - BODY_LINE, each["does"], each.get("code")) for each in found["statements"]
-    ]
-    assert told == [
-        (0, "wait-input", V.NO_SIGNAL),
-        (2, "if-flag", V.FLAG_NOT_READ),
-        (4, "loop", V.PROGRAM_STUCK),
-        (1, "set-output", None),
-    ]
+    told = found["statements"]
+    assert [each["line"] - BODY_LINE for each in told] == [0, 2, 4, 1]
+    assert [each["does"] for each in told] == ["wait-input", "if-flag", "loop", "set-output"]
+    codes = [V.NO_SIGNAL, V.FLAG_NOT_READ, V.PROGRAM_STUCK, None]
+    assert [each.get("code") for each in told] == codes
     assert (found["refused"], found["unchecked"]) == (3, [])
     assert found["statements"][0]["text"] == "input 999; accepted: 0 to 15"
 
@@ -375,9 +330,9 @@ def test_while_the_controller_has_not_said_its_signals_none_is_refused() -> None
 
 
 def test_the_text_of_a_refusal_is_told_to_its_end() -> None:
-    cell = ProgramCell()
-    far = HEAD.format(name="main").replace("c joints 0.2", f"{NAME} joints 9")
-    text = f"{far}move PTP a\nmove PTP {NAME}\n"
+    cell, name = ProgramCell(), "a-point-with-a-name-that-says-where-it-is"
+    far = HEAD.format(name="main").replace("c joints 0.2", f"{name} joints 9")
+    text = f"{far}move PTP a\nmove PTP {name}\n"
     cell.user.ask("programs.save", name="main", body=text, expected_revision=0)
     found = cell.user.ask("programs.dry_run", name="main")
     (worst, *_) = found["moves"]

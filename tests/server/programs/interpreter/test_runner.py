@@ -7,33 +7,8 @@ from rigs.cells.expectations import known, only
 from rigs.cells.program_rig import ProgramRig, Scenario
 from rigs.data.program_samples import linked
 
+from openpendant.server.programs.interpreter import run_events as run
 from openpendant.server.programs.interpreter.motion_blocks import MOST_MOVES_IN_BLOCK
-from openpendant.server.programs.interpreter.run_events import (
-    Action,
-    Event,
-    EventRefused,
-    Failed,
-    Finished,
-    InputValue,
-    Passed,
-    Pause,
-    QueryInput,
-    ReplaceBreakpoints,
-    RequestAborted,
-    RequestDone,
-    RequestMotion,
-    Resume,
-    ResumeMotion,
-    RunReport,
-    RunState,
-    Start,
-    StepBack,
-    StepForward,
-    Stop,
-    StopMotion,
-    TimePassed,
-    WriteOutput,
-)
 from openpendant.server.programs.interpreter.runner import Runner
 from openpendant.server.refusal import Refusal
 from openpendant.simplemsg.pendant.management.statements import MOST_PASSES, SpeedKind
@@ -80,6 +55,7 @@ def test_statements_run_in_order(statements: str, expected: list[str]) -> None:
 
 
 START = "move PTP a\n"
+B, C = "move LIN b zone 5 mm\n", "move LIN c zone 5 mm\n"
 RUNS: dict[str, Scenario] = {
     "a call runs the other program and comes back": Scenario(
         "loop 2\ncall x\nend\nset output 9 on",
@@ -94,6 +70,12 @@ RUNS: dict[str, Scenario] = {
     "a start inside of a branch runs that branch": Scenario(
         "if input 1 on\nset output 1 on\nelse\nset output 2 on\nend\nset output 3 on",
         "start at 3 -> output 2 on; done -> output 3 on",
+    ),
+    "a start beside the program is refused": Scenario(
+        "wait 1 s", "start at -1 -> refused BAD_ARGUMENT; start at 1 -> refused BAD_ARGUMENT"
+    ),
+    "events before the start change nothing": Scenario(
+        "wait 1 s", "stop; answer 0; answer 7; passed 0; where -> idle"
     ),
     "a wait takes its time": Scenario(
         "wait 1.5 s\nset output 1 on", "start; 1.499 s; 0.001 s -> output 1 on"
@@ -142,15 +124,14 @@ RUNS: dict[str, Scenario] = {
         {"x": "move LIN b zone 5 mm\nmove LIN c zone 5 mm"},
     ),
     "a block ends before a breakpoint": Scenario(
-        START + "move LIN b zone 5 mm\nmove LIN c zone 5 mm\nmove LIN a",
-        "break main:3; start -> approach a; done -> move b:LIN~ c:LIN",
+        f"{START}{B}{C}move LIN a", "break main:3; start -> approach a; done -> move b:LIN~ c:LIN"
     ),
     "a block may end before a breakpoint at something that takes no time": Scenario(
-        START + "move LIN b zone 5 mm\n# here\nmove LIN c",
+        f"{START}{B}# here\nmove LIN c",
         "break main:2; start -> approach a; done -> move b:LIN",
     ),
     "the current line goes on within a block": Scenario(
-        START + "move LIN b zone 5 mm\nmove LIN c zone 5 mm\nmove LIN a",
+        f"{START}{B}{C}move LIN a",
         "start -> approach a; done -> move b:LIN~ c:LIN~ a:LIN; where -> running main:1; "
         "passed 0; where -> running main:2; passed 1; where -> running main:3; passed 0; "
         "where -> running main:3; passed 2; where -> running main:3",
@@ -181,7 +162,7 @@ def test_a_program_is_run_for_ever() -> None:
 def test_a_number_of_passes_that_cannot_be_is_refused(passes: int) -> None:
     rig = ProgramRig("wait 1 s")
     assert rig.start(passes=passes) == ["refused BAD_ARGUMENT"]
-    assert rig.runner.status.state is RunState.IDLE
+    assert rig.runner.status.state is run.RunState.IDLE
 
 
 def test_the_first_motion_is_a_slow_joint_motion_and_announced() -> None:
@@ -200,18 +181,6 @@ def test_a_first_motion_that_is_slower_still_keeps_its_speed() -> None:
     rig = ProgramRig("move PTP a speed 2 %")
     rig.start()
     assert rig.block.moves[0].move.speed.value == 0.02
-
-
-@pytest.mark.parametrize("index", [0, 1, 2])
-def test_a_run_starts_from_any_statement(index: int) -> None:
-    rig = ProgramRig("set output 0 on\nset output 1 on\nset output 2 on")
-    assert rig.start(index) == [f"output {index} on"]
-
-
-@pytest.mark.parametrize("index", [-1, 3])
-def test_a_start_beside_the_program_is_refused(index: int) -> None:
-    rig = ProgramRig("wait 1 s\nwait 1 s\nwait 1 s")
-    assert rig.start(index) == ["refused BAD_ARGUMENT"]
 
 
 def test_an_input_that_comes_too_late_fails_the_run_with_both_times() -> None:
@@ -251,69 +220,53 @@ def test_a_request_that_is_aborted_fails_the_run_with_its_reason(statements: str
     assert (rig.runner.status.failure, rig.here) == (FAULT, [("main", 0)])
 
 
-@pytest.mark.parametrize("event", [Stop(), RequestDone(7), Passed(7, 0)])
-def test_events_before_the_start_change_nothing(event: Stop | RequestDone | Passed) -> None:
-    rig = ProgramRig("wait 1 s")
-    assert rig.do(event) == []
-    assert rig.runner.status.state is RunState.IDLE
-
-
 def test_every_change_is_reported_once_with_its_line() -> None:
     rig = ProgramRig("wait 1 s\nwait 1 s")
-    report = only(RunReport, rig.runner.handle(Start(), 0))
+    report = only(run.RunReport, rig.runner.handle(run.Start(), 0))
     (place,) = report.status.stack
     assert (place.program, place.index, place.line) == ("main", 0, 11)
-    assert rig.runner.handle(Pause(), 0)
-    assert rig.runner.handle(Resume(), 0)
+    assert rig.runner.handle(run.Pause(), 0)
+    assert rig.runner.handle(run.Resume(), 0)
     assert rig.after(0.5) == []
-    actions = rig.runner.handle(Stop(), rig.now)
-    assert [type(action) for action in actions] == [RunReport]
+    actions = rig.runner.handle(run.Stop(), rig.now)
+    assert [type(action) for action in actions] == [run.RunReport]
 
 
 def test_the_end_is_an_action_and_a_report() -> None:
-    finished, report = ProgramRig("").runner.handle(Start(), 0)
-    assert isinstance(finished, Finished)
-    assert isinstance(report, RunReport)
-    assert report.status.state is RunState.FINISHED
-
-
-def first_block(statements: str, others: dict[str, str] | None = None) -> str:
-    rig = ProgramRig(START + statements, others)
-    rig.start()
-    return rig.done()[0]
+    finished, report = ProgramRig("").runner.handle(run.Start(), 0)
+    assert isinstance(finished, run.Finished)
+    assert isinstance(report, run.RunReport)
+    assert report.status.state is run.RunState.FINISHED
 
 
 @pytest.mark.parametrize(
     ("statements", "expected"),
     [
-        ("move LIN b zone 5 mm\nmove LIN c", "move b:LIN~ c:LIN"),
-        ("move LIN b zone 5 mm\nmove CIRC c via a zone 5 mm\nmove LIN a", None),
+        (B + "move LIN c", "move b:LIN~ c:LIN"),
+        (B + "move CIRC c via a zone 5 mm\nmove LIN a", "move b:LIN~ c:CIRC<a~ a:LIN"),
         ("move PTP b zone 5 deg\nmove PTP c zone 5 deg\nmove PTP a", "move b~ c~ a"),
         ("move LIN b\nmove LIN c", "move b:LIN"),
-        ("move LIN b zone 5 mm\n# to c\nmove LIN c", "move b:LIN~ c:LIN"),
-        ("move LIN b zone 5 mm\nset output 1 on\nmove LIN c", "move b:LIN"),
-        ("move LIN b zone 5 mm\nwait 0 s\nmove LIN c", "move b:LIN"),
-        ("move LIN b zone 5 mm\nif input 1 on\nmove LIN c\nend", "move b:LIN"),
-        ("move LIN b zone 5 mm\nmove PTP c", "move b:LIN"),
+        (B + "# to c\nmove LIN c", "move b:LIN~ c:LIN"),
+        (B + "set output 1 on\nmove LIN c", "move b:LIN"),
+        (B + "wait 0 s\nmove LIN c", "move b:LIN"),
+        (B + "if input 1 on\nmove LIN c\nend", "move b:LIN"),
+        (B + "move PTP c", "move b:LIN"),
         ("move PTP b zone 5 deg\nmove LIN c", "move b"),
-        ("move LIN b zone 5 mm\nmove SPLINE c", "move b:LIN"),
-        ("move LIN b zone 5 mm", "move b:LIN"),
+        (B + "move SPLINE c", "move b:LIN"),
+        (B, "move b:LIN"),
         ("move LIN b dwell 1 s\nmove LIN c", "move b:LIN"),
-        ("move LIN b zone 5 mm\nmove LIN c dwell 1 s\nmove LIN a", "move b:LIN~ c:LIN"),
-        ("loop 2\nmove LIN b zone 5 mm\nmove LIN c zone 5 mm\nend\nmove LIN a", None),
+        (B + "move LIN c dwell 1 s\nmove LIN a", "move b:LIN~ c:LIN"),
+        (f"loop 2\n{B}{C}end\nmove LIN a", "move b:LIN~ c:LIN~ b:LIN~ c:LIN~ a:LIN"),
     ],
 )
-def test_zones_join_moves_of_one_space(statements: str, expected: str | None) -> None:
-    whole = {
-        "CIRC": "move b:LIN~ c:CIRC<a~ a:LIN",
-        "loop": "move b:LIN~ c:LIN~ b:LIN~ c:LIN~ a:LIN",
-    }
-    expected = expected or next(text for word, text in whole.items() if word in statements)
-    assert first_block(statements) == expected
+def test_zones_join_moves_of_one_space(statements: str, expected: str) -> None:
+    rig = ProgramRig(START + statements)
+    rig.start()
+    assert rig.done() == [expected]
 
 
 def test_an_endless_loop_is_handed_over_in_blocks() -> None:
-    rig = ProgramRig(START + "loop\nmove LIN b zone 5 mm\nmove LIN c zone 5 mm\nend")
+    rig = ProgramRig(f"{START}loop\n{B}{C}end")
     rig.start()
     for _ in range(3):
         rig.done()
@@ -344,37 +297,35 @@ end
 """
 LINKED = linked(PROGRAM, {"x": "move LIN b\nread input 4 into ok\nif flag ok on\nmove PTP c\nend"})
 REQUESTS = st.integers(1, 12)
-LOST = Refusal(V.CONTROLLER_LOST)
-EVENTS: st.SearchStrategy[Event] = st.one_of(
-    st.builds(Start, st.integers(0, 13), st.one_of(st.none(), st.integers(1, 2)), st.booleans()),
-    st.sampled_from(
-        [Pause(), Resume(), StepForward(), StepBack(), Stop(), TimePassed(), TimePassed()]
-    ),
-    st.builds(RequestDone, REQUESTS),
-    st.builds(RequestDone, REQUESTS),
-    st.builds(InputValue, REQUESTS, st.booleans()),
-    st.builds(Passed, REQUESTS, st.integers(-1, 3)),
-    st.builds(RequestAborted, REQUESTS, st.just(LOST)),
-    st.just(ReplaceBreakpoints(frozenset({("main", 5), ("x", 0)}))),
+EVENTS: st.SearchStrategy[run.Event] = st.one_of(
+    st.builds(run.Start, st.integers(0, 13), st.none() | st.integers(1, 2), st.booleans()),
+    st.sampled_from([run.Pause(), run.Resume(), run.StepForward(), run.StepBack(), run.Stop()]),
+    st.just(run.TimePassed()),
+    st.builds(run.RequestDone, REQUESTS),
+    st.builds(run.RequestDone, REQUESTS),
+    st.builds(run.InputValue, REQUESTS, st.booleans()),
+    st.builds(run.Passed, REQUESTS, st.integers(-1, 3)),
+    st.builds(run.RequestAborted, REQUESTS, st.just(FAULT)),
+    st.just(run.ReplaceBreakpoints(frozenset({("main", 5), ("x", 0)}))),
 )
-UNDER_WAY = (RunState.RUNNING, RunState.PAUSED)
-WORK = (RequestMotion, ResumeMotion, WriteOutput, QueryInput)
+UNDER_WAY = (run.RunState.RUNNING, run.RunState.PAUSED)
+WORK = (run.RequestMotion, run.ResumeMotion, run.WriteOutput, run.QueryInput)
 
 
-def requests_of(actions: list[Action]) -> list[int]:
-    kinds = (RequestMotion, WriteOutput, QueryInput)
+def requests_of(actions: list[run.Action]) -> list[int]:
+    kinds = (run.RequestMotion, run.WriteOutput, run.QueryInput)
     return [action.request for action in actions if isinstance(action, kinds)]
 
 
 @given(st.lists(st.one_of(EVENTS, st.none()), max_size=60))
 def test_nothing_moves_but_by_a_start_or_the_answer_to_an_open_request(
-    events: list[Event | None],
+    events: list[run.Event | None],
 ) -> None:
     runner, now, open_request, highest = Runner(LINKED), 0, 0, 0
     for event in events:
         now += 50_000_000
         # None stands for what a good robot answers.
-        event = event or RequestDone(open_request)
+        event = event or run.RequestDone(open_request)
         before = runner.status
         actions = runner.handle(event, now)
         fresh = requests_of(actions)
@@ -383,17 +334,16 @@ def test_nothing_moves_but_by_a_start_or_the_answer_to_an_open_request(
             assert request == highest + 1
             open_request = highest = request
         if any(isinstance(action, WORK) for action in actions):
-            assert isinstance(event, Start) or before.state in UNDER_WAY
-            assert runner.status.state is RunState.RUNNING
-        if before.state is RunState.PAUSED and fresh:
-            assert isinstance(event, Resume | StepForward | StepBack)
-        if isinstance(event, Stop):
+            assert isinstance(event, run.Start) or before.state in UNDER_WAY
+            assert runner.status.state is run.RunState.RUNNING
+        if before.state is run.RunState.PAUSED and fresh:
+            assert isinstance(event, run.Resume | run.StepForward | run.StepBack)
+        if isinstance(event, run.Stop):
             assert runner.status.state not in UNDER_WAY
-            assert all(isinstance(action, StopMotion | RunReport) for action in actions)
-        if any(isinstance(action, Finished | Failed) for action in actions):
-            assert runner.status.state in (RunState.FINISHED, RunState.FAILED)
-        if any(isinstance(action, EventRefused) for action in actions):
+            assert all(isinstance(action, run.StopMotion | run.RunReport) for action in actions)
+        if any(isinstance(action, run.Finished | run.Failed) for action in actions):
+            assert runner.status.state in (run.RunState.FINISHED, run.RunState.FAILED)
+        if any(isinstance(action, run.EventRefused) for action in actions):
             assert runner.status == before
-        assert (actions[-1:] != [] and isinstance(actions[-1], RunReport)) == (
-            runner.status != before
-        )
+        is_told = bool(actions) and isinstance(actions[-1], run.RunReport)
+        assert is_told == (runner.status != before)

@@ -4,24 +4,25 @@ from hypothesis import strategies as st
 from rigs.cells.expectations import expect
 from rigs.cells.program_rig import ProgramRig, Scenario
 
-from openpendant.server.programs.interpreter.run_events import (
-    EventRefused,
-    Passed,
-    Pause,
-    PauseReason,
-    QueryInput,
-    Resume,
-    RunState,
-    StepBack,
-    StepForward,
+from openpendant.server.programs.interpreter import motion_blocks
+from openpendant.server.programs.interpreter import run_events as run
+from openpendant.server.programs.interpreter.control_flow import ControlFlow, Flags, Position
+from openpendant.server.programs.interpreter.motion_blocks import (
+    MOST_INSTANT_AT_ONCE,
+    MOST_MOVES_IN_BLOCK,
 )
 from openpendant.simplemsg.verdicts import VerdictCode as V
 
 MOVES = "move PTP a\nmove LIN b zone 5 mm\nmove CIRC c via a\nmove SPLINE a via b c speed 20 mm/s"
-
-
 FOUR_MOVES = "move PTP a\nmove PTP b\nmove PTP c\nmove PTP a"
 JOINED = "move PTP a\nmove PTP b zone 1 deg\nmove PTP c zone 1 deg\nmove PTP a\nmove PTP b"
+MOST_WORK = 2 * MOST_INSTANT_AT_ONCE + 2 * MOST_MOVES_IN_BLOCK
+"""Statements looked behind in one event: passed, then looked ahead over with the moves."""
+
+COUNTED = "loop 9990\nend\n"
+FIRST = "move PTP a\n"
+ZONE = "move PTP b zone 1 deg\n"
+LIMITED = "wait input 3 on timeout {limit} s\nset output 1 on"
 STEPS_AND_PAUSES: dict[str, Scenario] = {
     "a motion pauses on its path and goes on there": Scenario(
         MOVES,
@@ -63,6 +64,25 @@ STEPS_AND_PAUSES: dict[str, Scenario] = {
     "a step passes what takes no time": Scenario(
         "loop 2\n# first\nset output 1 on\nend\nset output 2 on",
         "step -> output 1 on; done; forward -> output 1 on; done; forward -> output 2 on",
+    ),
+    "only what is paused goes on": Scenario(
+        MOVES,
+        "resume -> refused PROGRAM_NOT_RUNNING; forward -> refused PROGRAM_NOT_RUNNING; "
+        "back -> refused PROGRAM_NOT_RUNNING; start -> approach a; "
+        "resume -> refused PROGRAM_NOT_RUNNING; forward -> refused PROGRAM_NOT_RUNNING; "
+        "back -> refused PROGRAM_NOT_RUNNING",
+    ),
+    "only what runs is paused": Scenario(
+        MOVES,
+        "pause -> refused PROGRAM_NOT_RUNNING; start -> approach a; pause -> pause motion; "
+        "pause -> refused PROGRAM_NOT_RUNNING",
+    ),
+    "a run steps from the request to the end of the step": Scenario(
+        FOUR_MOVES,
+        "where -> idle; step -> approach a; done; forward -> move b; "
+        "where -> running main:1 stepping; done; where -> paused step main:2; forward -> move c; "
+        "where -> running main:2 stepping; done; back -> move b; "
+        "where -> running main:2 stepping; done; resume -> move c; where -> running main:2",
     ),
     "a run goes on from a step": Scenario(
         MOVES, "step -> approach a; done; resume -> move b:LIN~ c:CIRC<a; done -> move a:SPLINE<b<c"
@@ -119,10 +139,6 @@ STEPS_AND_PAUSES: dict[str, Scenario] = {
         "step -> approach a; done; forward -> move b; done; back -> move a; "
         "pause -> pause motion; done; where -> paused step main:1",
     ),
-    "a pause of a whole run that ends its move stays a pause": Scenario(
-        FOUR_MOVES,
-        "start -> approach a; pause -> pause motion; done; where -> paused request main:1",
-    ),
     "a step to the end that was paused ends the run when it goes on": Scenario(
         "set output 1 on",
         "step -> output 1 on; pause; done; where -> paused request stepping; forward -> finished",
@@ -143,6 +159,27 @@ STEPS_AND_PAUSES: dict[str, Scenario] = {
         "done; forward -> move a; done; back -> move b; done; "
         "back -> refused STEP_BACK_REFUSED; done",
     ),
+    "a limit of nothing fails at the first tick behind a wrong answer": Scenario(
+        LIMITED.format(limit=0), "start -> ask 3; off; 0 s -> failed INPUT_TIMEOUT"
+    ),
+    "a limit waits for the answer to every question": Scenario(
+        LIMITED.format(limit=1), "start -> ask 3; off; 0.99 s -> ask 3; 0.01 s; on -> output 1 on"
+    ),
+    "a question that nobody answers does not hold a run for ever": Scenario(
+        LIMITED.format(limit=0), "start -> ask 3; 0.049 s; 0.001 s -> failed INPUT_TIMEOUT"
+    ),
+    "a pause holds the time that an answer may take": Scenario(
+        LIMITED.format(limit=0), "start -> ask 3; pause; 10 s; resume; 0.01 s; on -> output 1 on"
+    ),
+    "the count of going round begins anew behind what takes time": Scenario(
+        f"{COUNTED}set output 1 on\n{COUNTED}set output 2 on",
+        "start; ticks -> output 1 on; done; ticks -> output 2 on",
+    ),
+    "a step back from between two such ticks goes along the last move": Scenario(
+        FIRST + "move PTP b\n" + COUNTED + "move PTP c",
+        "start -> approach a; done -> move b; done; 0.01 s; pause; back -> move a; done; "
+        "where -> paused step main:1; resume -> move b",
+    ),
 }
 
 
@@ -151,37 +188,20 @@ def test_steps_and_pauses_go_as_their_scenario_says(scenario: Scenario) -> None:
     assert scenario.as_it_happens() == scenario.events
 
 
-@pytest.mark.parametrize("event", [Resume(), StepForward(), StepBack()])
-def test_only_what_is_paused_goes_on(event: Resume | StepForward | StepBack) -> None:
-    rig = ProgramRig(MOVES)
-    assert rig.do(event) == ["refused PROGRAM_NOT_RUNNING"]
-    rig.start()
-    assert rig.do(event) == ["refused PROGRAM_NOT_RUNNING"]
-
-
-@pytest.mark.parametrize("pauses", [0, 1])
-def test_only_what_runs_is_paused(pauses: int) -> None:
-    rig = ProgramRig(MOVES)
-    if pauses:
-        rig.start()
-        rig.do(Pause())
-    assert rig.do(Pause()) == ["refused PROGRAM_NOT_RUNNING"]
-
-
 def test_a_way_back_has_no_zone_no_dwell_and_the_speed_of_the_way() -> None:
     rig = ProgramRig("move PTP a\nmove LIN b speed 20 mm/s dwell 1 s\nwait 1 s")
     rig.start(step=True)
     rig.done()
-    rig.do(StepForward())
+    rig.do(run.StepForward())
     rig.done()
     rig.after(1.0)
-    assert rig.do(StepBack()) == ["move a:LIN"]
+    assert rig.do(run.StepBack()) == ["move a:LIN"]
     move = rig.block.moves[0].move
     assert (move.speed.value, move.zone, move.dwell) == (0.02, 0.0, 0.0)
 
 
-def answer(rig: ProgramRig) -> list[str]:
-    return rig.value(True) if isinstance(rig.actions[-1], QueryInput) else rig.done()
+def answered(rig: ProgramRig) -> list[str]:
+    return rig.value(True) if isinstance(rig.actions[-1], run.QueryInput) else rig.done()
 
 
 @pytest.mark.parametrize(
@@ -199,28 +219,12 @@ def test_a_step_that_ends_in_a_pause_is_a_step_that_is_done(statement: str) -> N
     rig = ProgramRig(f"wait 0 s\n{statement}\nset output 9 on")
     rig.start(step=True)
     rig.after(0.0)
-    rig.do(StepForward())
-    rig.do(Pause())
-    assert answer(rig) == []
-    assert (rig.runner.status.state, rig.runner.status.pause) == (RunState.PAUSED, PauseReason.STEP)
+    rig.do(run.StepForward())
+    rig.do(run.Pause())
+    assert answered(rig) == []
+    state, pause = rig.runner.status.state, rig.runner.status.pause
+    assert (state, pause) == (run.RunState.PAUSED, run.PauseReason.STEP)
     assert not rig.runner.is_stepping
-
-
-@pytest.mark.parametrize("event", [Resume(), StepForward(), StepBack()])
-def test_a_run_steps_from_the_request_to_the_end_of_the_step(
-    event: Resume | StepForward | StepBack,
-) -> None:
-    rig = ProgramRig(FOUR_MOVES)
-    seen = [rig.runner.is_stepping]
-    rig.start(step=True)
-    rig.done()
-    for each in (StepForward(), event):
-        rig.do(each)
-        seen.append(rig.runner.is_stepping)
-        if each is not event:
-            rig.done()
-            seen.append(rig.runner.is_stepping)
-    assert seen == [False, True, False, not isinstance(event, Resume)]
 
 
 @pytest.mark.parametrize(("passed", "left"), [(0, 3), (1, 2)])
@@ -231,15 +235,15 @@ def test_a_step_out_of_the_middle_of_joined_moves_is_refused_and_changes_nothing
     rig.start()
     assert rig.done() == ["move b~ c~ a"]
     for place in range(passed):
-        rig.do(Passed(rig.request, place))
-    rig.do(Pause())
+        rig.do(run.Passed(rig.request, place))
+    rig.do(run.Pause())
     before = rig.runner.status
-    assert rig.do(StepForward()) == ["refused STEP_FORWARD_REFUSED"]
-    refused = expect(EventRefused, rig.actions[-1])
+    assert rig.do(run.StepForward()) == ["refused STEP_FORWARD_REFUSED"]
+    refused = expect(run.EventRefused, rig.actions[-1])
     assert (refused.refusal.value, refused.refusal.limit) == (left, 1)
     assert "accepted: resume, or a program stop" in refused.refusal.text
     assert (rig.runner.status, rig.runner.is_stepping) == (before, False)
-    assert rig.do(Resume()) == ["resume motion"]
+    assert rig.do(run.Resume()) == ["resume motion"]
     assert rig.done() == ["move b"]
 
 
@@ -253,10 +257,10 @@ def test_a_step_back_inside_of_joined_moves_is_refused_with_what_is_accepted_the
     rig.start()
     rig.done()
     for place in passed:
-        rig.do(Passed(rig.request, place))
-    rig.do(Pause())
-    rig.do(StepBack())
-    refused = expect(EventRefused, rig.actions[-1])
+        rig.do(run.Passed(rig.request, place))
+    rig.do(run.Pause())
+    rig.do(run.StepBack())
+    refused = expect(run.EventRefused, rig.actions[-1])
     assert refused.refusal.code is V.STEP_BACK_REFUSED
     assert accepted in refused.refusal.text
 
@@ -270,23 +274,16 @@ def stepped(statements: str) -> ProgramRig:
     rig = ProgramRig(statements + "\nwait 1 s\nwait 1 s")
     rig.start(step=True)
     for _ in statements.splitlines()[1:]:
-        answer_it(rig)
-        rig.do(StepForward())
-    answer_it(rig)
+        answered(rig)
+        rig.do(run.StepForward())
+    answered(rig)
     return rig
-
-
-def answer_it(rig: ProgramRig) -> None:
-    if isinstance(rig.actions[-1], QueryInput):
-        rig.value(True)
-    else:
-        rig.done()
 
 
 def stepped_back(rig: ProgramRig) -> list[str]:
     log: list[str] = []
     while not log or log[-1] != REFUSED[0]:
-        log += rig.do(StepBack())
+        log += rig.do(run.StepBack())
         rig.done()
     return log
 
@@ -311,7 +308,7 @@ def test_steps_back_lead_as_far_as_the_last_effect(statements: str, log: list[st
 def test_the_refusal_names_what_is_not_undone() -> None:
     rig = stepped("move PTP a\nmove PTP b\nset output 2 on\nmove PTP a")
     stepped_back(rig)
-    refused = expect(EventRefused, rig.actions[-1])
+    refused = expect(run.EventRefused, rig.actions[-1])
     assert "'set output 2 on'" in refused.refusal.text
 
 
@@ -326,14 +323,141 @@ def test_a_step_back_is_refused_exactly_where_an_effect_lies_on_it(
     for _ in range(data.draw(st.integers(0, 30))):
         forward = data.draw(st.booleans())
         if forward and len(behind) < len(statements):
-            rig.do(StepForward())
+            rig.do(run.StepForward())
             rig.done()
             behind.append(statements[len(behind)])
         elif not forward:
             before_last = [each for each in behind[:-1] if each in KINDS_OF_MOVE]
             possible = behind[-1] in KINDS_OF_MOVE and bool(before_last)
-            assert (rig.do(StepBack()) != REFUSED) == possible
+            assert (rig.do(run.StepBack()) != REFUSED) == possible
             if possible:
                 rig.done()
                 behind.pop()
-        assert rig.runner.status.state is RunState.PAUSED
+        assert rig.runner.status.state is run.RunState.PAUSED
+
+
+@pytest.fixture
+def looked_behind(monkeypatch: pytest.MonkeyPatch) -> list[Position]:
+    places: list[Position] = []
+    real = ControlFlow.after
+
+    def noted(flow: ControlFlow, position: Position, flags: Flags) -> Position | None:
+        places.append(position)
+        return real(flow, position, flags)
+
+    monkeypatch.setattr(ControlFlow, "after", noted)
+    return places
+
+
+@pytest.mark.parametrize(
+    "statements",
+    [
+        (ZONE + COUNTED) * 99,
+        COUNTED,
+        COUNTED + ZONE * MOST_MOVES_IN_BLOCK,
+        "loop\n" + COUNTED + "wait 0 s\nend\n",
+        "call x\n" * 3,
+        "loop\n" + "# nothing\n" * 900 + "end\n",
+    ],
+)
+def test_no_event_looks_behind_more_than_a_few_hundred_statements(
+    statements: str, looked_behind: list[Position]
+) -> None:
+    rig = ProgramRig(FIRST + statements, {"x": COUNTED})
+    rig.start()
+    most = 0
+    for _ in range(100):
+        for event in ("done", "0.01 s"):
+            looked_behind.clear()
+            rig.told(event)
+            most = max(most, len(looked_behind))
+    assert 0 < most <= MOST_WORK
+
+
+def test_a_run_goes_on_where_it_was_at_the_next_tick() -> None:
+    passes = MOST_INSTANT_AT_ONCE
+    rig = ProgramRig(f"loop {passes}\n# nothing\nend\nset output 1 on")
+    assert rig.start() == []
+    assert rig.runner.status.state == run.RunState.RUNNING
+    assert rig.here[0][1] in (1, 2)
+    assert [rig.after(0.01), rig.after(0.01)] == [[], ["output 1 on"]]
+
+
+@pytest.mark.parametrize("passes", [1, 50])
+def test_all_that_takes_no_time_is_passed_at_once_where_it_is_little(passes: int) -> None:
+    assert ProgramRig(f"loop {passes}\nend\nset output 1 on").start() == ["output 1 on"]
+
+
+@pytest.mark.parametrize(("passed", "stuck"), [(-1, False), (0, True)])
+def test_going_round_is_counted_over_all_ticks(passed: int, stuck: bool) -> None:
+    """One statement enters the loop; each pass is its end."""
+    passes = motion_blocks.MOST_INSTANT_STATEMENTS - 1 + passed
+    rig = ProgramRig(f"loop {passes}\nend\nset output 1 on")
+    assert rig.start() == []
+    assert rig.ticks() == (["failed PROGRAM_STUCK"] if stuck else ["output 1 on"])
+    at_once = motion_blocks.MOST_INSTANT_STATEMENTS / MOST_INSTANT_AT_ONCE
+    assert rig.now / 10_000_000 == pytest.approx(at_once, abs=1)
+
+
+def test_a_look_ahead_that_is_used_up_ends_the_block_at_a_stop_point() -> None:
+    comments = "# nothing\n" * (MOST_INSTANT_AT_ONCE // 2)
+    rig = ProgramRig(FIRST + (ZONE + comments) * 4)
+    rig.start()
+    assert (rig.done(), rig.done()) == (["move b~ b~ b"], ["move b"])
+
+
+@pytest.mark.parametrize(("between", "moves"), [(0, "move b~ b"), (1, "move b")])
+def test_the_look_ahead_passes_exactly_so_many_statements(between: int, moves: str) -> None:
+    comments = "# nothing\n" * (MOST_INSTANT_AT_ONCE + between)
+    rig = ProgramRig(FIRST + ZONE + comments + ZONE)
+    rig.start()
+    assert rig.done() == [moves]
+
+
+def test_a_pause_between_two_such_ticks_holds_the_run_there() -> None:
+    rig = ProgramRig(COUNTED + "set output 1 on")
+    rig.start()
+    rig.do(run.Pause())
+    here = rig.here
+    assert [rig.after(0.01) for _ in range(100)] == [[]] * 100
+    assert (rig.runner.status.state, rig.here) == (run.RunState.PAUSED, here)
+    assert rig.do(run.Resume()) == []
+    assert rig.ticks() == ["output 1 on"]
+
+
+def test_a_breakpoint_holds_wherever_the_ticks_fall() -> None:
+    rig = ProgramRig("# nothing\n" * (2 * MOST_INSTANT_AT_ONCE) + "set output 1 on")
+    index = 2 * MOST_INSTANT_AT_ONCE
+    for breakpoint_at in (MOST_INSTANT_AT_ONCE, MOST_INSTANT_AT_ONCE + 7, index):
+        rig.break_at(("main", breakpoint_at))
+        rig.start()
+        rig.after(0.01)
+        rig.after(0.01)
+        assert rig.runner.status.pause is run.PauseReason.BREAKPOINT
+        assert rig.here == [("main", breakpoint_at)]
+        rig.break_at()
+        rig.do(run.Resume())
+        while rig.runner.status.state is run.RunState.RUNNING:
+            rig.after(0.01)
+            rig.done()
+
+
+def test_a_step_that_was_held_between_two_such_ticks_passes_no_breakpoint() -> None:
+    rig = ProgramRig("# nothing\n" * 700 + "set output 1 on\nset output 2 on")
+    rig.start(step=True)
+    rig.do(run.Pause())
+    rig.break_at(("main", rig.here[0][1]))
+    assert rig.do(run.StepForward()) == []
+    pauses = [rig.runner.status.pause]
+    rig.do(run.StepForward())
+    assert (rig.ticks(), rig.done()) == (["output 1 on"], [])
+    pauses.append(rig.runner.status.pause)
+    assert pauses == [run.PauseReason.BREAKPOINT, run.PauseReason.STEP]
+
+
+@pytest.mark.parametrize("limit", [0, 0.02])
+def test_a_limit_waits_for_the_answer_to_a_question_that_was_just_asked(limit: float) -> None:
+    rig = ProgramRig(LIMITED.format(limit=limit))
+    assert rig.start() == ["ask 3"]
+    assert rig.after(limit) == []
+    assert rig.value(True) == ["output 1 on"]

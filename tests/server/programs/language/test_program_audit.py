@@ -29,14 +29,9 @@ def otto(rig: GuardedRig) -> Pendant:
 
 def keep(rig: GuardedRig, name: str, statements: str, revisions: int = 1) -> None:
     text = f'openpendant-program/1\nprogram "{name}" robot two-joints\n{statements}'
+    kind, body = DocumentKind.PROGRAM, program_to_json(parse(text))
     for before in range(revisions):
-        rig.store.save(
-            DocumentKind.PROGRAM,
-            name,
-            program_to_json(parse(text)),
-            expected_revision=before,
-            author="test",
-        )
+        rig.store.save(kind, name, body, expected_revision=before, author="test")
 
 
 def run(otto: Pendant, name: str) -> V | None:
@@ -51,9 +46,7 @@ def noted(rig: GuardedRig) -> list[tuple[AuditEvent, str, object, object]]:
     ]
 
 
-def test_a_program_is_noted_with_its_revision_from_its_begin_to_its_end(
-    rig: GuardedRig, otto: Pendant
-) -> None:
+def test_a_program_is_noted_with_its_revision_begin_and_end(rig: GuardedRig, otto: Pendant) -> None:
     keep(rig, "pick", "wait 0.1 s\n", revisions=7)
     assert run(otto, "pick") is V.ACCEPTED
     assert noted(rig) == [(BEGAN, "otto", "pick", 7)]
@@ -86,12 +79,8 @@ def test_of_two_programs_between_two_ticks_each_is_noted(rig: GuardedRig, otto: 
         if name == "second":
             rig.wait(50)
         assert otto.control(MotionControlAction.PROGRAM_STOP) is V.ACCEPTED
-    assert noted(rig) == [
-        (BEGAN, "otto", "first", 1),
-        (ENDED, "otto", "first", 1),
-        (BEGAN, "otto", "second", 2),
-        (ENDED, "otto", "second", 2),
-    ]
+    first, second = ("otto", "first", 1), ("otto", "second", 2)
+    assert noted(rig) == [(BEGAN, *first), (ENDED, *first), (BEGAN, *second), (ENDED, *second)]
 
 
 def test_the_end_of_a_program_is_noted_with_why(rig: GuardedRig, otto: Pendant) -> None:
@@ -104,9 +93,7 @@ def test_the_end_of_a_program_is_noted_with_why(rig: GuardedRig, otto: Pendant) 
     assert "a hand in the way" in str(ended.detail["text"])
 
 
-def test_a_program_that_ends_with_a_login_is_noted_as_of_that_login(
-    rig: GuardedRig, otto: Pendant
-) -> None:
+def test_a_program_that_ends_with_a_login_is_noted_for_it(rig: GuardedRig, otto: Pendant) -> None:
     keep(rig, "pick", "wait 9 s\n")
     run(otto, "pick")
     rig.wait(50)

@@ -1,6 +1,7 @@
 """Programs come back from text and JSON exactly as they were; what is no program is refused."""
 
 import json
+import math
 import re
 from collections.abc import Callable
 from dataclasses import replace
@@ -12,46 +13,24 @@ from hypothesis import given, settings
 from rigs.data.example_counts import examples
 from rigs.data.program_samples import HEAD, program, programs
 
+from openpendant.server.programs.language import lexer, linking, program_json
 from openpendant.server.programs.language.grammar import STATEMENTS
-from openpendant.server.programs.language.lexer import (
-    LONGEST_LINE,
-    LONGEST_NUMBER,
-    MOST_BYTES,
-    UNITS,
-)
-from openpendant.server.programs.language.linking import DEEPEST_CALL, MOST_PARTS, MOST_PROGRAMS
 from openpendant.server.programs.language.parser import parse, parse_source
 from openpendant.server.programs.language.printer import print_program, statement_lines
 from openpendant.server.programs.language.program import DEEPEST_NESTING, MOST_POINTS, Program
 from openpendant.server.programs.language.program_errors import ProgramSyntaxError, ProgramTooLarge
-from openpendant.server.programs.language.program_json import (
-    MOST_JSON_BYTES,
-    program_from_json,
-    program_from_source,
-    program_to_json,
-    source_of,
-)
+from openpendant.server.programs.language.program_json import program_from_json, program_to_json
 from openpendant.simplemsg.names import LONGEST_NAME
+from openpendant.simplemsg.pendant.management import program_values, statements
 from openpendant.simplemsg.pendant.management.program_values import (
     LONGEST_COMMENT,
     MOST_JOINTS,
     MOST_TURNS,
-    ArmConfiguration,
-    PointPose,
     ProgramError,
     TeachPoint,
 )
 from openpendant.simplemsg.pendant.management.programs import MOST_STATEMENTS
-from openpendant.simplemsg.pendant.management.statements import (
-    MOST_VIAS,
-    Comment,
-    End,
-    Loop,
-    Move,
-    Speed,
-    SpeedKind,
-    Way,
-)
+from openpendant.simplemsg.pendant.management.statements import Move, Speed, SpeedKind, Way
 from openpendant.simplemsg.verdicts import VerdictCode as V
 
 
@@ -82,6 +61,7 @@ def test_the_format_is_named(document: dict[str, Any]) -> None:
         (["extra"], 7, "body: extra: ", V.PROGRAM_SYNTAX),
         (["points", 0, "joints", 2], "1", "body: points[0].joints[2]: ", V.PROGRAM_SYNTAX),
         (["points", 0, "joints", 2], 1e9, "body: points[0]: joint 3 of ", V.PROGRAM_INVALID),
+        (["points", 0, "joints", 0], math.nan, "joint 1 of point a is nan", V.PROGRAM_INVALID),
         (["points", 1, "name"], "a", "there is a point 'a' already", V.POINT_EXISTS),
         (["statements", 0, "point"], "x", "no point is named 'x'", V.POINT_UNKNOWN),
         (["statements", 0, "statement"], "fly", "body: statements[0]: ", V.PROGRAM_SYNTAX),
@@ -113,14 +93,16 @@ def test_what_is_no_program_is_refused(body: str) -> None:
     assert refused(body).code is V.PROGRAM_SYNTAX
 
 
-def test_numbers_that_are_none_are_refused(document: dict[str, Any]) -> None:
-    document["points"][0]["joints"][0] = float("nan")
-    assert "joint 1 of point a is nan" in str(refused(document))
-
-
 def test_a_body_that_is_too_large_is_refused_unread() -> None:
-    with pytest.raises(ProgramTooLarge, match=str(MOST_JSON_BYTES)):
-        program_from_json(" " * (MOST_JSON_BYTES + 1))
+    with pytest.raises(ProgramTooLarge, match=str(program_json.MOST_JSON_BYTES)):
+        program_from_json(" " * (program_json.MOST_JSON_BYTES + 1))
+
+
+def from_bytes(text: str, file: str) -> Program:
+    return program_json.source_of(text.encode(), file).program
+
+
+by_each_reader = pytest.mark.parametrize("read", [program_json.program_from_source, from_bytes])
 
 
 @pytest.mark.parametrize(
@@ -131,9 +113,7 @@ def test_a_body_that_is_too_large_is_refused_unread() -> None:
         ('"duration":1.0', '"duration":1.0,"duration":1.0', "duration"),
     ],
 )
-@pytest.mark.parametrize(
-    "read", [program_from_source, lambda text, file: source_of(text.encode(), file).program]
-)
+@by_each_reader
 def test_a_key_that_stands_twice_in_what_somebody_wrote_is_refused(
     document: dict[str, Any], read: Callable[[str, str], Program], once: str, twice: str, key: str
 ) -> None:
@@ -144,9 +124,7 @@ def test_a_key_that_stands_twice_in_what_somebody_wrote_is_refused(
     assert caught.value.code is V.PROGRAM_SYNTAX
 
 
-@pytest.mark.parametrize(
-    "read", [program_from_source, lambda text, file: source_of(text.encode(), file).program]
-)
+@by_each_reader
 def test_a_byte_order_mark_is_taken_before_json_as_before_text(
     document: dict[str, Any], read: Callable[[str, str], Program]
 ) -> None:
@@ -159,7 +137,7 @@ def test_a_byte_order_mark_is_taken_before_json_as_before_text(
 @pytest.mark.parametrize("body", ["\udc00", "[" * 100_000, "{", b"\xff{}"])
 def test_what_is_no_json_is_refused_as_what_is_no_program(body: str | bytes) -> None:
     with pytest.raises(ProgramError) as caught:
-        program_from_source(body)
+        program_json.program_from_source(body)
     assert caught.value.code is V.PROGRAM_SYNTAX
 
 
@@ -213,7 +191,7 @@ end
 
 
 def test_a_text_that_could_not_be_read_back_is_not_printed() -> None:
-    comment = Comment(comment="ß" * 200)
+    comment = statements.Comment(comment="ß" * 200)
     with pytest.raises(ProgramTooLarge, match="bytes in the text of long; accepted: up to 1048576"):
         print_program(Program("long", "ur5", statements=(comment,) * 3_000))
 
@@ -227,26 +205,21 @@ def name(letter: str, number: int = 0) -> str:
     return f"{number:3d}".replace(" ", "x") + " " + letter * (LONGEST_NAME - 4)
 
 
-def deep(statement: Move, *points: TeachPoint) -> Program:
-    """A program with a statement as far inside as it may be."""
-    opened, closed = (Loop(),) * DEEPEST_NESTING, (End(),) * DEEPEST_NESTING
-    return replace(program(""), points=points, statements=(*opened, statement, *closed))
-
-
 def spline(letter: str) -> Program:
-    points = [TeachPoint(name(letter, n), (0.0,) * 6) for n in range(MOST_VIAS + 1)]
-    names = [point.name for point in points]
+    """The longest move, as far inside as it may be."""
+    goal, *vias = (name(letter, n) for n in range(statements.MOST_VIAS + 1))
     speed = Speed(SpeedKind.TOOL, LONG_DIGITS)
     comment = letter * LONGEST_COMMENT
-    vias = tuple(names[1:])
-    move = Move(Way.SPLINE, names[0], vias, speed, dwell=LONG_DIGITS, comment=comment)
-    return deep(move, *points)
+    move = Move(Way.SPLINE, goal, tuple(vias), speed, dwell=LONG_DIGITS, comment=comment)
+    opened, closed = (statements.Loop(),) * DEEPEST_NESTING, (statements.End(),) * DEEPEST_NESTING
+    taught = tuple(TeachPoint(each, (0.0,) * 6) for each in (goal, *vias))
+    return replace(program(""), points=taught, statements=(*opened, move, *closed))
 
 
 def point(letter: str) -> Program:
     rotation = (0.5000000000000001, 0.49999999999999994, 0.5000000000000001, 0.4999999999999999)
-    pose = PointPose((LONG_NUMBER,) * 3, rotation, name(letter, 1), name(letter, 2))
-    arm = ArmConfiguration("front", "down", "no-flip", (-MOST_TURNS,) * MOST_JOINTS)
+    pose = program_values.PointPose((LONG_NUMBER,) * 3, rotation, name(letter, 1), name(letter, 2))
+    arm = program_values.ArmConfiguration("front", "down", "no-flip", (-MOST_TURNS,) * MOST_JOINTS)
     axes = tuple(range(0, MOST_JOINTS, 2))
     numbers = (LONG_DIGITS, LONG_NUMBER) * (MOST_JOINTS // 2)
     found = TeachPoint(name(letter), numbers, pose, arm, letter * LONGEST_COMMENT)
@@ -254,25 +227,20 @@ def point(letter: str) -> Program:
     return replace(whole, tool=name(letter, 3), frame=name(letter, 4))
 
 
-def characters(found: Program) -> int:
-    return max(map(len, print_program(found).split("\n")))
-
-
 @pytest.mark.parametrize("letter", ["x", "ß", "点", "𝄞"])
 @pytest.mark.parametrize("longest", [spline, point])
-def test_the_longest_lines_of_a_program_read_back(
-    longest: Callable[[str], Program], letter: str
-) -> None:
+def test_the_longest_lines_can_be_read_back(longest: Callable[[str], Program], letter: str) -> None:
     found = longest(letter)
     assert parse(print_program(found)) == found
 
 
 def test_no_statement_has_a_line_that_the_parser_refuses() -> None:
     """The move through the most points, were all its numbers as long as any may be."""
-    names = (MOST_VIAS + 1) * (LONGEST_NAME + 3)
-    numbers = 3 * (LONGEST_NUMBER + len(" speed  mm/s"))
+    names = (statements.MOST_VIAS + 1) * (LONGEST_NAME + 3)
+    numbers = 3 * (lexer.LONGEST_NUMBER + len(" speed  mm/s"))
     words = len("move SPLINE via ") + 2 * DEEPEST_NESTING + LONGEST_COMMENT + len("  # ")
-    assert characters(spline("x")) <= names + numbers + words <= LONGEST_LINE
+    printed = max(map(len, print_program(spline("x")).split("\n")))
+    assert printed <= names + numbers + words <= lexer.LONGEST_LINE
 
 
 ROOT = Path(__file__).parents[4]
@@ -295,9 +263,8 @@ def test_the_program_on_the_page_is_in_its_canonical_layout() -> None:
 
 def test_the_json_on_the_page_is_a_program() -> None:
     program = program_from_json(shown("json"))
-    assert [type(statement).__name__ for statement in program.statements] == [
-        *("Loop", "Move", "WaitInput", "End")
-    ]
+    kinds = [type(statement).__name__ for statement in program.statements]
+    assert kinds == ["Loop", "Move", "WaitInput", "End"]
 
 
 def test_every_statement_in_the_table_is_taken() -> None:
@@ -321,7 +288,7 @@ def test_the_grammar_has_every_keyword(word: str) -> None:
     assert f'"{word}"' in shown("ebnf")
 
 
-@pytest.mark.parametrize("unit", UNITS)
+@pytest.mark.parametrize("unit", lexer.UNITS)
 def test_the_page_has_every_unit(unit: str) -> None:
     assert f"`{unit}`" in PAGE.partition("### Header")[0]
 
@@ -333,8 +300,9 @@ def test_the_error_on_the_page_is_the_parsers() -> None:
 
 
 def test_the_limits_on_the_page_are_those_of_the_code() -> None:
-    assert MOST_BYTES == 1 << 20
-    for limit in (LONGEST_LINE, MOST_POINTS, MOST_STATEMENTS, MOST_PARTS, DEEPEST_NESTING):
+    assert lexer.MOST_BYTES == 1 << 20
+    most = (MOST_POINTS, MOST_STATEMENTS, linking.MOST_PARTS)
+    for limit in (lexer.LONGEST_LINE, DEEPEST_NESTING, *most):
         assert f"{limit:,}" in section("Errors")
-    for limit in (DEEPEST_CALL, MOST_PROGRAMS, LONGEST_COMMENT):
+    for limit in (linking.DEEPEST_CALL, linking.MOST_PROGRAMS, LONGEST_COMMENT):
         assert f"{limit} " in section("Errors")

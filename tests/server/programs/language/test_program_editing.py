@@ -1,4 +1,5 @@
 import json
+from collections.abc import Sequence
 from typing import cast
 
 import pytest
@@ -8,17 +9,8 @@ from pydantic import TypeAdapter
 from rigs.data.program_samples import program
 
 from openpendant.server.events.management_requests import parse
-from openpendant.server.programs.editing.edit_history import (
-    MOST_UNDO,
-    MOST_UNDO_CHARACTERS,
-    EditStep,
-    History,
-    Renumbering,
-    Splice,
-    between,
-    by_edit,
-    splice_between,
-)
+from openpendant.server.programs.editing import edit_history
+from openpendant.server.programs.editing.edit_history import EditStep, History, Splice, by_edit
 from openpendant.server.programs.editing.edits import apply
 from openpendant.server.programs.language.printer import print_program
 from openpendant.server.programs.language.program_errors import NothingToUndo
@@ -49,23 +41,14 @@ from openpendant.simplemsg.pendant.management.statements import (
 from openpendant.simplemsg.verdicts import VerdictCode as V
 
 D = TeachPoint("d", (0.5,) * 6)
-BEFORE = program("move PTP a\nloop 2\nmove CIRC b via a\nend\nwait 1 s")
-
-
-def statements_after(edit: Edit) -> list[str]:
-    text = print_program(apply(BEFORE, edit))
-    return [line.strip() for line in text.rpartition("\n\n")[2].splitlines()]
+LINES = ["move PTP a", "loop 2", "move CIRC b via a", "end", "wait 1 s"]
+FIRST, *LOOP, LAST = LINES
+BEFORE = program("\n".join(LINES))
 
 
 def test_recording_adds_a_point_and_appends_its_move() -> None:
     after = apply(BEFORE, RecordPoint(D, Move(Way.LIN, "d")))
     assert (after.points[-1], after.statements) == (D, (*BEFORE.statements, Move(Way.LIN, "d")))
-
-
-def test_a_recorded_point_is_inserted_where_asked() -> None:
-    after = apply(BEFORE, RecordPoint(D, Move(Way.LIN, "d"), at=1))
-    assert after.statements[1] == Move(Way.LIN, "d")
-    assert len(after.statements) == len(BEFORE.statements) + 1
 
 
 @pytest.mark.parametrize(
@@ -108,38 +91,19 @@ def test_a_used_point_is_not_deleted_and_its_statements_are_named() -> None:
 @pytest.mark.parametrize(
     ("edit", "expected"),
     [
-        (
-            InsertStatements((Wait(2.0),), at=0),
-            ["wait 2 s", "move PTP a", "loop 2", "move CIRC b via a", "end", "wait 1 s"],
-        ),
-        (
-            InsertStatements((Loop(), Wait(2.0), End())),
-            [
-                *("move PTP a", "loop 2", "move CIRC b via a", "end", "wait 1 s"),
-                *("loop", "wait 2 s", "end"),
-            ],
-        ),
-        (DeleteStatements(1, 3), ["move PTP a", "wait 1 s"]),
-        (
-            ReorderStatements(4, 1, 0),
-            ["wait 1 s", "move PTP a", "loop 2", "move CIRC b via a", "end"],
-        ),
-        (
-            ReorderStatements(1, 3, 2),
-            ["move PTP a", "wait 1 s", "loop 2", "move CIRC b via a", "end"],
-        ),
-        (
-            ReplaceStatement(4, Call("other")),
-            ["move PTP a", "loop 2", "move CIRC b via a", "end", "call other"],
-        ),
-        (
-            CommentStatement(0, "go"),
-            ["move PTP a  # go", "loop 2", "move CIRC b via a", "end", "wait 1 s"],
-        ),
+        (InsertStatements((Wait(2.0),), at=0), ["wait 2 s", *LINES]),
+        (InsertStatements((Loop(), Wait(2.0), End())), [*LINES, "loop", "wait 2 s", "end"]),
+        (RecordPoint(D, Move(Way.LIN, "d"), at=1), [FIRST, "move LIN d", *LOOP, LAST]),
+        (DeleteStatements(1, 3), [FIRST, LAST]),
+        (ReorderStatements(4, 1, 0), [LAST, FIRST, *LOOP]),
+        (ReorderStatements(1, 3, 2), [FIRST, LAST, *LOOP]),
+        (ReplaceStatement(4, Call("other")), [FIRST, *LOOP, "call other"]),
+        (CommentStatement(0, "go"), ["move PTP a  # go", *LOOP, LAST]),
     ],
 )
 def test_statements_are_edited(edit: Edit, expected: list[str]) -> None:
-    assert statements_after(edit) == expected
+    text = print_program(apply(BEFORE, edit))
+    assert [line.strip() for line in text.rpartition("\n\n")[2].splitlines()] == expected
 
 
 def test_the_whole_program_is_described() -> None:
@@ -147,36 +111,39 @@ def test_the_whole_program_is_described() -> None:
     assert (after.name, after.comment, after.tool) == ("other", "for class 7", "flange")
 
 
+INVALID = V.PROGRAM_INVALID
+
+
 @pytest.mark.parametrize(
     ("edit", "code", "message"),
     [
         (RecordPoint(TeachPoint("a", (0.0,) * 6)), V.POINT_EXISTS, "'a' already"),
-        (RecordPoint(D, Move(Way.LIN, "a")), V.PROGRAM_INVALID, "accepted: a move to d"),
-        (RecordPoint(TeachPoint("d", (0.0,))), V.PROGRAM_INVALID, "d has 1 joints"),
+        (RecordPoint(D, Move(Way.LIN, "a")), INVALID, "accepted: a move to d"),
+        (RecordPoint(TeachPoint("d", (0.0,))), INVALID, "d has 1 joints"),
         (TouchUp("x", (0.0,) * 6), V.POINT_UNKNOWN, "points: 'a', 'b', 'c'"),
         (RenamePoint("a", "b"), V.POINT_EXISTS, "'b' already"),
         (RenamePoint("a", "x/y"), V.BAD_NAME, "accepted: a name without"),
         (
             DeleteStatements(3),
-            V.PROGRAM_INVALID,
+            INVALID,
             "line 12 of the edited text, 'loop 2': the block is not closed",
         ),
-        (DeleteStatements(4, 2), V.PROGRAM_INVALID, "there are 5; 4 is line 15, 'wait 1 s'"),
-        (ReorderStatements(3, 1, 0), V.PROGRAM_INVALID, "end closes nothing"),
+        (DeleteStatements(4, 2), INVALID, "there are 5; 4 is line 15, 'wait 1 s'"),
+        (ReorderStatements(3, 1, 0), INVALID, "end closes nothing"),
         (InsertStatements((Move(Way.PTP, "x"),)), V.POINT_UNKNOWN, "named 'x'"),
         (
             InsertStatements((), at=6),
-            V.PROGRAM_INVALID,
+            INVALID,
             "is 6, counted from 0; accepted: 0 to 5; 4 is line 15, 'wait 1 s'",
         ),
-        (InsertStatements((), at=-1), V.PROGRAM_INVALID, "is -1, counted from 0"),
-        (DeleteStatements(0, 0), V.PROGRAM_INVALID, "the count is 0; accepted: 1"),
+        (InsertStatements((), at=-1), INVALID, "is -1, counted from 0"),
+        (DeleteStatements(0, 0), INVALID, "the count is 0; accepted: 1"),
         (
             InsertStatements((Move(Way.PTP, "x"),), at=1),
             V.POINT_UNKNOWN,
             "line 12 of the edited text, 'move PTP x': no point is named 'x'",
         ),
-        (CommentStatement(0, "a\nb"), V.PROGRAM_INVALID, "U+000A"),
+        (CommentStatement(0, "a\nb"), INVALID, "U+000A"),
         (DescribeProgram(name=""), V.BAD_NAME, "has 0 characters"),
     ],
 )
@@ -205,7 +172,7 @@ def test_an_edit_comes_back_from_the_json_of_its_request(edit: Edit) -> None:
     assert cast(Edit, asked.edit) == edit
 
 
-BODY = program_to_json(program("move PTP a\nloop 2\nmove CIRC b via a\nend\nwait 1 s"))
+BODY = program_to_json(BEFORE)
 EDITS: list[Edit] = [
     RecordPoint(TeachPoint("d", (0.5,) * 6), Move(Way.LIN, "d")),
     RenamePoint("a", "start"),
@@ -214,7 +181,7 @@ EDITS: list[Edit] = [
 
 
 def edit_made(body: str, edit: Edit) -> Splice:
-    return splice_between(body, program_to_json(apply(program_from_json(body), edit)))
+    return edit_history.splice_between(body, program_to_json(apply(program_from_json(body), edit)))
 
 
 def edited() -> tuple[History, list[str]]:
@@ -228,15 +195,14 @@ def edited() -> tuple[History, list[str]]:
 
 @given(st.text("ab"), st.text("ab"))
 def test_a_splice_leads_from_one_text_to_the_other_and_back(first: str, second: str) -> None:
-    splice = splice_between(first, second)
+    splice = edit_history.splice_between(first, second)
     assert splice.applied(first) == second
     assert splice.reversed.applied(second) == first
 
 
 def test_a_splice_holds_what_changed_and_no_more() -> None:
-    assert splice_between("x" * 1_000 + "old" + "y" * 1_000, "x" * 1_000 + "y" * 1_000) == Splice(
-        1_000, "old", ""
-    )
+    head, tail = "x" * 1_000, "y" * 1_000
+    assert edit_history.splice_between(head + "old" + tail, head + tail) == Splice(1_000, "old", "")
 
 
 def test_every_edit_is_undone_and_redone() -> None:
@@ -266,10 +232,10 @@ def test_there_is_nothing_before_the_first_edit() -> None:
 
 def test_a_history_is_bounded_in_edits() -> None:
     history, body = History(), BODY
-    for number in range(MOST_UNDO + 20):
+    for number in range(edit_history.MOST_UNDO + 20):
         splice = edit_made(body, DescribeProgram(comment=str(number)))
         history, body = history.edited(EditStep(splice)), splice.applied(body)
-    for _ in range(MOST_UNDO):
+    for _ in range(edit_history.MOST_UNDO):
         history, step = history.undone()
         body = step.splice.applied(body)
     assert program_from_json(body).comment == "19"
@@ -278,9 +244,10 @@ def test_a_history_is_bounded_in_edits() -> None:
 
 
 def test_a_history_is_bounded_in_characters_but_for_the_last_edit() -> None:
-    half = EditStep(Splice(0, "", "x" * (MOST_UNDO_CHARACTERS // 2)))
+    most = edit_history.MOST_UNDO_CHARACTERS
+    half = EditStep(Splice(0, "", "x" * (most // 2)))
     assert len(History().edited(half).edited(half).edited(half).past) == 2
-    whole = EditStep(Splice(0, "x" * MOST_UNDO_CHARACTERS, "y" * MOST_UNDO_CHARACTERS))
+    whole = EditStep(Splice(0, "x" * most, "y" * most))
     assert History().edited(half).edited(whole).past == (whole,)
 
 
@@ -305,7 +272,7 @@ texts = st.lists(st.sampled_from("abc"), max_size=8)
 
 
 @given(edits)
-def test_each_statement_that_an_edit_leaves_is_where_the_edit_put_it(edit: Edit) -> None:
+def test_each_statement_that_an_edit_leaves_is_where_it_was_put_and_leads_back(edit: Edit) -> None:
     try:
         after = apply(ALL_DIFFERENT, edit).statements
     except ProgramError:
@@ -318,18 +285,12 @@ def test_each_statement_that_an_edit_leaves_is_where_the_edit_put_it(edit: Edit)
             assert place == number
         else:
             assert place == (after.index(statement) if statement in after else None)
-
-
-@given(edits)
-def test_the_way_back_leads_each_statement_back_where_it_was(edit: Edit) -> None:
-    try:
-        apply(ALL_DIFFERENT, edit)
-    except ProgramError:
-        assume(False)
-    renumbering = by_edit(edit, COUNT)
-    for number in range(COUNT):
-        place = renumbering.place(number)
         assert place is None or renumbering.reversed.place(place) == number
+
+
+def places(before: Sequence[str], after: Sequence[str]) -> list[int | None]:
+    renumbering = edit_history.between(before, after)
+    return [renumbering.place(number) for number in range(len(before))]
 
 
 @given(texts, texts, texts, texts)
@@ -337,10 +298,7 @@ def test_a_statement_found_again_is_never_one_of_those_beside_it(
     head: list[str], gone: list[str], come: list[str], tail: list[str]
 ) -> None:
     """One stretch in the middle became another; the places of head and tail are known."""
-    before, after = head + gone + tail, head + come + tail
-    renumbering = between(before, after)
-    for number in range(len(before)):
-        place = renumbering.place(number)
+    for number, place in enumerate(places(head + gone + tail, head + come + tail)):
         if number < len(head):
             assert place in (number, None)
         elif number >= len(head) + len(gone):
@@ -348,33 +306,25 @@ def test_a_statement_found_again_is_never_one_of_those_beside_it(
 
 
 @given(texts, texts)
-def test_what_is_found_again_is_the_same_and_found_once(
-    before: list[str], after: list[str]
-) -> None:
-    renumbering = between(before, after)
-    pairs = [(number, renumbering.place(number)) for number in range(len(before))]
-    places = [place for _, place in pairs if place is not None]
-    assert len(set(places)) == len(places)
-    assert all(place is None or before[number] == after[place] for number, place in pairs)
+def test_what_is_found_again_is_the_same_and_once_only(before: list[str], after: list[str]) -> None:
+    pairs = list(zip(before, places(before, after), strict=True))
+    found = [place for _, place in pairs if place is not None]
+    assert len(set(found)) == len(found)
+    assert all(place is None or line == after[place] for line, place in pairs)
 
 
 @given(texts)
 def test_a_text_that_did_not_change_keeps_every_place(text: list[str]) -> None:
-    renumbering = between(text, text)
-    assert [renumbering.place(number) for number in range(len(text))] == [*range(len(text))]
+    assert places(text, text) == [*range(len(text))]
 
 
 @given(st.permutations("abcdef"), st.permutations("abcdef"))
-def test_a_statement_like_no_other_is_found_wherever_it_went(
-    before: list[str], after: list[str]
-) -> None:
-    renumbering = between(before, after)
-    places = [renumbering.place(number) for number in range(len(before))]
-    assert places == [after.index(each) for each in before]
+def test_a_unique_statement_is_found_wherever_it_went(before: list[str], after: list[str]) -> None:
+    assert places(before, after) == [after.index(each) for each in before]
 
 
 @pytest.mark.parametrize(
-    ("before", "after", "places"),
+    ("before", "after", "found"),
     [
         ("aba", "xaba", [1, 2, 3]),
         ("aba", "aba" + "x", [0, 1, 2]),
@@ -386,13 +336,10 @@ def test_a_statement_like_no_other_is_found_wherever_it_went(
         ("", "a", []),
     ],
 )
-def test_what_may_have_gone_or_stayed_is_not_found(
-    before: str, after: str, places: list[int | None]
-) -> None:
-    renumbering = between(before, after)
-    assert [renumbering.place(number) for number in range(len(before))] == places
+def test_what_may_have_gone_is_not_found(before: str, after: str, found: list[int | None]) -> None:
+    assert places(before, after) == found
 
 
 def test_places_that_are_gone_are_left_out() -> None:
     assert by_edit(DeleteStatements(1, 2), 5).places({0, 1, 2, 4}) == {0, 2}
-    assert Renumbering(()).places({0, 1}) == frozenset()
+    assert edit_history.Renumbering(()).places({0, 1}) == frozenset()

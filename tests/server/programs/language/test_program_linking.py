@@ -13,10 +13,7 @@ from openpendant.simplemsg.verdicts import VerdictCode as V
 
 def chain(length: int) -> dict[str, str]:
     """Programs p1 to p<length>, each of which calls the next."""
-    return {
-        f"p{number}": f"call p{number + 1}" if number < length else ""
-        for number in range(1, length + 1)
-    }
+    return {f"p{n}": f"call p{n + 1}" if n < length else "" for n in range(1, length + 1)}
 
 
 def test_all_that_is_called_is_found_once() -> None:
@@ -43,15 +40,13 @@ def test_a_chain_is_too_deep_whichever_call_is_followed_first(through: str) -> N
         linked(through, chain(DEEPEST_CALL + 4))
 
 
-def test_a_circle_is_refused_and_named() -> None:
-    with pytest.raises(CallTooDeep, match="'x' calls 'y' calls 'x': that never ends") as caught:
-        linked("call x", {"x": "call y", "y": "call x"})
+@pytest.mark.parametrize(
+    ("called", "circle"), [("x", "'x' calls 'y' calls 'x'"), ("main", "'main' calls 'main'")]
+)
+def test_a_circle_is_refused_and_named(called: str, circle: str) -> None:
+    with pytest.raises(CallTooDeep, match=f"{circle}: that never ends") as caught:
+        linked(f"call {called}", {"x": "call y", "y": "call x"})
     assert caught.value.code is V.CALL_TOO_DEEP
-
-
-def test_a_program_that_calls_itself_is_refused() -> None:
-    with pytest.raises(CallTooDeep, match="'main' calls 'main'"):
-        linked("call main")
 
 
 def test_many_calls_of_few_programs_are_followed_once_each() -> None:

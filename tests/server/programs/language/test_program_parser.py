@@ -1,5 +1,4 @@
 import math
-from collections.abc import Callable
 from contextlib import suppress
 
 import pytest
@@ -8,31 +7,14 @@ from hypothesis import strategies as st
 from rigs.cells.expectations import known
 from rigs.data.program_samples import HEAD, program
 
-from openpendant.server.programs.language.lexer import (
-    LONGEST_NUMBER,
-    MOST_BYTES,
-    UNITS,
-    from_si,
-    is_number,
-    plain_number,
-    read_number,
-    to_si,
-)
-from openpendant.server.programs.language.parser import Source, parse, parse_bytes, parse_source
+from openpendant.server.programs.language import lexer
+from openpendant.server.programs.language.parser import parse, parse_bytes, parse_source
 from openpendant.server.programs.language.program import MOST_POINTS
 from openpendant.server.programs.language.program_errors import ProgramSyntaxError, ProgramTooLarge
+from openpendant.simplemsg.pendant.management import statements
 from openpendant.simplemsg.pendant.management.program_values import ProgramError
 from openpendant.simplemsg.pendant.management.programs import MOST_STATEMENTS
-from openpendant.simplemsg.pendant.management.statements import (
-    Comment,
-    IfInput,
-    Loop,
-    Move,
-    Speed,
-    SpeedKind,
-    WaitInput,
-    Way,
-)
+from openpendant.simplemsg.pendant.management.statements import Move, Speed, SpeedKind, Way
 from openpendant.simplemsg.verdicts import VerdictCode as V
 
 
@@ -92,8 +74,9 @@ def test_a_move_has_way_speed_zone_and_dwell() -> None:
 
 
 def test_other_statements() -> None:
-    statements = program("loop 3\nif input 7 off\nwait input 2 on timeout 5 s\nend\nend").statements
-    assert statements[:3] == (Loop(3), IfInput(7, False), WaitInput(2, True, 5.0))
+    found = program("loop 3\nif input 7 off\nwait input 2 on timeout 5 s\nend\nend").statements
+    expected = (statements.Loop(3), statements.IfInput(7, False))
+    assert found[:3] == (*expected, statements.WaitInput(2, True, 5.0))
 
 
 def test_comments_go_to_what_they_stand_at() -> None:
@@ -111,16 +94,15 @@ end
 """
     )
     assert (found.comment, found.points[0].comment) == ("first\nhead", "above a\nbeside a")
-    assert [statement.comment for statement in found.statements] == [
-        *("a line of its own", "beside loop", "inside", "", "last")
-    ]
-    assert isinstance(found.statements[0], Comment)
+    comments = [statement.comment for statement in found.statements]
+    assert comments == ["a line of its own", "beside loop", "inside", "", "last"]
+    assert isinstance(found.statements[0], statements.Comment)
 
 
 def test_line_ends_and_byte_order_marks_of_other_systems_are_taken() -> None:
     text = HEAD + "move PTP a\n"
     raw = b"\xef\xbb\xbf" + text.replace("\n", "\r\n").encode()
-    assert parse_bytes(raw).program == parse(text)
+    assert parse_bytes(raw).program == parse(text) == parse("\ufeff" + text)
 
 
 def test_every_statement_knows_its_line() -> None:
@@ -233,45 +215,6 @@ def test_what_is_wrong_with_a_value_is_placed_at_the_value(
 
 
 @pytest.mark.parametrize(
-    ("header", "column", "message"),
-    [
-        ("program a/b robot r", 9, "the name of the program has '/'"),
-        ("program p robot a/b", 17, "the name of the robot has '/'"),
-        ("program p robot r tool a/b", 24, "the name of the tool has '/'"),
-        ("program p robot r frame a/b", 25, "the name of the frame has '/'"),
-        ("program p robot r linear 1 3 2", 30, "the linear axes are [0, 2, 1]"),
-        ("program p robot r linear 0", 26, "the linear axes are [-1]"),
-        ("program p robot r  # a\x07", 20, "the comment holds U+0007"),
-    ],
-)
-def test_what_is_wrong_in_the_header_is_placed_at_the_value(
-    header: str, column: int, message: str
-) -> None:
-    error = error_of(f"openpendant-program/1\n{header}\n")
-    assert str(error).startswith(f"pick.program:2:{column}: {message}")
-
-
-@pytest.mark.parametrize(
-    ("lines", "place", "message"),
-    [
-        ("point d\n  joints 0 0 deg", "7:12", "point 'd' has 2 joints"),
-        ("point d\n  joints 0 0 0 0 0 9e9 deg", "7:20", "joint 6 of point d"),
-        (
-            "point d joints 0 0 0 0 0 0 deg\nconfig front up flip turns 0 0 0 0 0 0 0",
-            "7:40",
-            "turns are 7; accepted: 6, as joints",
-        ),
-        ("point d joints 0 0 0 0 0 0 deg  # x\n  # y\x07\nwait 1 s", "7:3", "the comment holds"),
-        ("# x\n# y\x07\npoint d joints 0 0 0 0 0 0 deg", "7:1", "the comment holds"),
-    ],
-)
-def test_what_is_wrong_with_a_point_of_several_lines_is_placed_on_its_line(
-    lines: str, place: str, message: str
-) -> None:
-    assert str(error_of(HEAD + lines)).startswith(f"pick.program:{place}: {message}")
-
-
-@pytest.mark.parametrize(
     ("line", "column"),
     [
         ("\t\tmove PTP nowhere", 12),
@@ -294,32 +237,47 @@ def test_a_byte_order_mark_is_no_character_of_the_first_line() -> None:
         parse("\ufeff\ufeff" + HEAD, "x")
 
 
-@pytest.mark.parametrize("read", [parse_source, lambda text: parse_bytes(text.encode())])
-def test_a_byte_order_mark_is_taken_from_text_as_from_bytes(read: Callable[[str], Source]) -> None:
-    assert read("\ufeff" + HEAD).program == parse(HEAD)
+def of_program(words: str) -> str:
+    return f"openpendant-program/1\nprogram {words}\n"
+
+
+D = "point d joints 0 0 0 0 0 0 deg"
+TURNS = "config front up flip turns 0 0 0 0 0 0 0"
 
 
 @pytest.mark.parametrize(
     ("text", "place", "message"),
     [
+        (of_program("a/b robot r"), "2:9", "the name of the program has '/'"),
+        (of_program("p robot a/b"), "2:17", "the name of the robot has '/'"),
+        (of_program("p robot r tool a/b"), "2:24", "the name of the tool has '/'"),
+        (of_program("p robot r frame a/b"), "2:25", "the name of the frame has '/'"),
+        (of_program("p robot r linear 1 3 2"), "2:30", "the linear axes are [0, 2, 1]"),
+        (of_program("p robot r linear 0"), "2:26", "the linear axes are [-1]"),
+        (of_program("p robot r  # a\x07"), "2:20", "the comment holds U+0007"),
+        (HEAD + "point d\n  joints 0 0 deg", "7:12", "point 'd' has 2 joints"),
+        (HEAD + "point d\n  joints 0 0 0 0 0 9e9 deg", "7:20", "joint 6 of point d"),
+        (f"{HEAD}{D}\n{TURNS}", "7:40", "turns are 7; accepted: 6, as joints"),
+        (f"{HEAD}{D}  # x\n  # y\x07\nwait 1 s", "7:3", "the comment holds"),
+        (f"{HEAD}# x\n# y\x07\n{D}", "7:1", "the comment holds"),
         ("", "1:1", "the text ends here; accepted: openpendant-program/1"),
         ("hello", "1:1", "found 'hello'; accepted: openpendant-program/1, as the first word"),
         ("openpendant-program/2", "1:1", "found 'openpendant-program/2'"),
         ("openpendant-program/1\n\n", "3:1", 'the text ends here; accepted: program "NAME"'),
         ("openpendant-program/1\npoint a", "2:1", "found 'point'; accepted: program"),
-        ('openpendant-program/1\nprogram "p"', "2:12", "accepted: robot NAME"),
+        (of_program('"p"'), "2:12", "the line ends here; accepted: robot NAME"),
         (
-            'openpendant-program/1\nprogram "p" robot r\njoints 1 deg',
+            of_program('"p" robot r') + "joints 1 deg",
             "3:1",
             "found 'joints'; accepted: point NAME before its clauses",
         ),
         (HEAD + "move PTP a\npoint d joints 1 deg", "7:1", "a point stands behind a statement"),
     ],
 )
-def test_a_text_that_is_no_program_is_refused(text: str, place: str, message: str) -> None:
-    error = error_of(text)
-    assert str(error).startswith(f"pick.program:{place}: ")
-    assert message in str(error)
+def test_what_is_wrong_on_any_other_line_is_placed_there(
+    text: str, place: str, message: str
+) -> None:
+    assert str(error_of(text)).startswith(f"pick.program:{place}: {message}")
 
 
 def test_bytes_that_are_no_text_are_refused_with_their_place() -> None:
@@ -358,7 +316,7 @@ def test_a_program_nested_too_deep_is_refused() -> None:
 @pytest.mark.parametrize(
     ("text", "limit"),
     [
-        ("x" * (MOST_BYTES + 1), MOST_BYTES),
+        ("x" * (lexer.MOST_BYTES + 1), lexer.MOST_BYTES),
         (HEAD + "loop\n" * 100_000, MOST_STATEMENTS),
         (HEAD + "".join(f"point p{i} joints 0 0 0 0 0 0 deg\n" for i in range(2_000)), MOST_POINTS),
     ],
@@ -372,19 +330,19 @@ def test_a_program_that_is_too_large_is_refused_with_the_limit(text: str, limit:
 REALS = st.floats(allow_nan=False, allow_infinity=False)
 
 
-@pytest.mark.parametrize("unit", UNITS)
+@pytest.mark.parametrize("unit", lexer.UNITS)
 @given(value=REALS)
 def test_every_real_reads_back_as_itself_in_every_unit(unit: str, value: float) -> None:
-    text = from_si(value, unit)
-    assert is_number(text)
-    assert to_si(text, unit) == value
+    text = lexer.from_si(value, unit)
+    assert lexer.is_number(text)
+    assert lexer.to_si(text, unit) == value
 
 
 @given(REALS)
 def test_every_real_without_a_unit_reads_back_as_itself(value: float) -> None:
-    text = plain_number(value)
-    assert is_number(text)
-    assert read_number(text) == value
+    text = lexer.plain_number(value)
+    assert lexer.is_number(text)
+    assert lexer.read_number(text) == value
 
 
 @pytest.mark.parametrize(
@@ -400,30 +358,30 @@ def test_every_real_without_a_unit_reads_back_as_itself(value: float) -> None:
     ],
 )
 def test_a_number_with_a_unit_is_the_nearest_real(number: str, unit: str, expected: float) -> None:
-    assert to_si(number, unit) == expected
+    assert lexer.to_si(number, unit) == expected
 
 
 @pytest.mark.parametrize("typed", ["30", "-12.5", "0.001", "359.999", "0", "100000"])
 def test_what_was_typed_is_printed_as_it_was(typed: str) -> None:
-    assert from_si(to_si(typed, "deg"), "deg") == typed
-    assert from_si(to_si(typed, "mm"), "mm") == typed
+    assert lexer.from_si(lexer.to_si(typed, "deg"), "deg") == typed
+    assert lexer.from_si(lexer.to_si(typed, "mm"), "mm") == typed
 
 
 def test_minus_zero_is_zero() -> None:
-    assert math.copysign(1.0, to_si("-0", "deg")) == 1.0
+    assert math.copysign(1.0, lexer.to_si("-0", "deg")) == 1.0
 
 
 @pytest.mark.parametrize(
     "word", ["", ".", "1,5", "1.5.", "0x10", "1_000", "nan", "inf", "١", "1e", "--1", "e5"]
 )
 def test_what_is_no_number_is_not_taken_for_one(word: str) -> None:
-    assert not is_number(word)
+    assert not lexer.is_number(word)
 
 
 def test_a_number_may_not_be_endless() -> None:
-    assert is_number("1" * LONGEST_NUMBER)
-    assert not is_number("1" * (LONGEST_NUMBER + 1))
+    assert lexer.is_number("1" * lexer.LONGEST_NUMBER)
+    assert not lexer.is_number("1" * (lexer.LONGEST_NUMBER + 1))
 
 
 def test_a_number_beyond_all_reals_is_infinite() -> None:
-    assert to_si("1e999", "m") == math.inf
+    assert lexer.to_si("1e999", "m") == math.inf

@@ -10,38 +10,20 @@ from typing import Any
 import pytest
 from rigs.cells.expectations import expect
 from rigs.data.journal_records import read_back
-from rigs.data.large_programs import (
-    WorkCount,
-    WorkingCell,
-    answers,
-    count_work,
-    large_body,
-    large_text,
-)
+from rigs.data.large_programs import WorkCount, WorkingCell, count_work, large_body, large_text
 from rigs.processes.planning_children import running_pool
 
 from openpendant.motion.description.robot import serial_robot
 from openpendant.server.journal.event_records import plan_from_json, plan_to_json
 from openpendant.server.planning.jobs import JointPathJob, PlanAnswer, ProgramJob
 from openpendant.server.planning.pool.planning_pool import CellPlanner, PlanningPool
-from openpendant.server.programs.editing.program_tasks import (
-    PACK,
-    BodyUnpacked,
-    CompareBodies,
-    EditBody,
-    PrintBody,
-    ReadSource,
-    TakeHead,
-    Task,
-    UnpackBody,
-    Unpacking,
-    perform,
-)
+from openpendant.server.programs.editing import program_tasks as tasks
 from openpendant.server.programs.language.lexer import MOST_BYTES
 from openpendant.server.programs.language.linking import link
 from openpendant.server.programs.language.parser import parse
 from openpendant.server.programs.language.program import Program
 from openpendant.server.programs.language.program_json import MOST_JSON_BYTES, program_to_json
+from openpendant.server.programs.library.program_library import CHUNK
 from openpendant.server.programs.library.program_loader import MOST_WAITING
 from openpendant.server.refusal import Refusal
 from openpendant.server.store.documents import DocumentKind
@@ -58,15 +40,16 @@ SHORT = program_to_json(parse(SHORT_TEXT))
 A_MOVE = {"statement": "move", "way": "PTP", "point": "p0"}
 
 
-@pytest.fixture
-def cell() -> WorkingCell:
-    return WorkingCell()
+class CountingCell(WorkingCell):
+    count: WorkCount
 
 
 @pytest.fixture
-def count(cell: WorkingCell) -> Iterator[WorkCount]:
+def cell() -> Iterator[CountingCell]:
+    made = CountingCell()
     with pytest.MonkeyPatch.context() as patch:
-        yield count_work(patch)
+        made.count = count_work(patch)
+        yield made
 
 
 def keep(cell: WorkingCell, name: str = "main", body: str = BODY) -> None:
@@ -74,30 +57,30 @@ def keep(cell: WorkingCell, name: str = "main", body: str = BODY) -> None:
 
 
 def edit(cell: WorkingCell, revision: int = 1, **change: object) -> dict[str, Any]:
-    return cell.ask(
-        cell.user, "programs.edit", name="main", expected_revision=revision, edit=change
-    )
+    about = {"name": "main", "expected_revision": revision, "edit": change}
+    return cell.ask(cell.user, "programs.edit", **about)
 
 
 @pytest.mark.parametrize(("form", "body"), [("text", LARGEST), ("json", BODY)])
 def test_an_upload_of_the_largest_program_is_read_elsewhere(
-    cell: WorkingCell, count: WorkCount, form: str, body: str
+    cell: CountingCell, form: str, body: str
 ) -> None:
     assert cell.upload(body, form=form) == {"name": "main", "revision": 1}
-    assert count.taken() == (1, 0)
+    assert cell.count.taken() == (1, 0)
     assert cell.store.load(DocumentKind.PROGRAM, "main").body == BODY
 
 
 def test_the_largest_program_is_printed_elsewhere_and_once_for_all_its_parts(
-    cell: WorkingCell, count: WorkCount
+    cell: CountingCell,
 ) -> None:
     keep(cell)
     came = ""
     offset: int | None = 0
     while offset is not None:
         answer = cell.ask(cell.user, "programs.load", name="main", offset=offset)
+        assert len(answer["body"]) <= CHUNK
         came, offset = came + answer["body"], answer["next"]
-    assert count.taken() == (0, 0)
+    assert cell.count.taken() == (0, 0)
     assert cell.done == 1
     assert parse(came) == WHOLE
 
@@ -120,7 +103,7 @@ def test_a_text_is_printed_again_after_a_change(cell: WorkingCell) -> None:
     ],
 )
 def test_an_edit_of_the_largest_program_reads_what_it_brings_and_no_more(
-    cell: WorkingCell, count: WorkCount, change: dict[str, Any]
+    cell: CountingCell, change: dict[str, Any]
 ) -> None:
     keep(cell)
     answer = edit(cell, **change)
@@ -128,55 +111,45 @@ def test_an_edit_of_the_largest_program_reads_what_it_brings_and_no_more(
         assert (answer["code"], answer["limit"]) == (V.PROGRAM_TOO_LARGE, MOST_STATEMENTS)
     else:
         assert answer["revision"] == 2
-    parts, parses = count.taken()
+    parts, parses = cell.count.taken()
     assert parts <= 1
     assert parses == 0
 
 
-def test_undo_and_redo_of_the_largest_program_need_no_reading_at_all(
-    cell: WorkingCell, count: WorkCount
-) -> None:
+def test_undo_and_redo_of_the_largest_program_read_nothing(cell: CountingCell) -> None:
     keep(cell)
     edit(cell, edit="delete", first=7)
     after = cell.store.load(DocumentKind.PROGRAM, "main").body
-    count.taken()
+    cell.count.taken()
     for revision, op, body in ((2, "undo", BODY), (3, "redo", after)):
         cell.ask(cell.user, f"programs.{op}", name="main", expected_revision=revision)
         assert cell.store.load(DocumentKind.PROGRAM, "main").body == body
-    assert count.taken() == (0, 0)
+    assert cell.count.taken() == (0, 0)
+    nothing = cell.ask(cell.user, "programs.redo", name="main", expected_revision=4)
+    assert nothing["code"] == V.NOTHING_TO_UNDO
 
 
-def test_a_point_taught_in_a_long_program_is_read_alone(
-    cell: WorkingCell, count: WorkCount
-) -> None:
+def test_a_point_taught_in_a_long_program_is_read_alone(cell: CountingCell) -> None:
     keep(cell, body=large_body(1_000, 1_000))
-    count.taken()
-    taught = cell.ask(
-        cell.user,
-        "programs.record",
-        name="main",
-        expected_revision=1,
-        point="here",
-        move=A_MOVE | {"point": "here"},
-    )
+    cell.count.taken()
+    about = {"name": "main", "point": "here", "move": A_MOVE | {"point": "here"}}
+    taught = cell.ask(cell.user, "programs.record", **about, expected_revision=1)
     touched = cell.ask(cell.user, "programs.touch_up", name="main", expected_revision=2, point="p7")
     assert (taught["revision"], touched["revision"]) == (2, 3)
-    assert count.taken()[0] <= 10
+    assert cell.count.taken()[0] <= 10
 
 
-def test_a_long_program_that_is_to_run_is_read_some_at_each_tick(
-    cell: WorkingCell, count: WorkCount
-) -> None:
+def test_a_long_program_to_run_is_read_some_at_each_tick(cell: CountingCell) -> None:
     keep(cell)
     assert cell.run() is None
     cell.work()
-    most, ticks = count.taken()[0], 0
+    most, ticks = cell.count.taken()[0], 0
     while not cell.user.verdicts() or cell.user.verdicts()[-1][0] != cell.user.last_request:
         cell.pass_time(10)
-        most, ticks = max(most, count.taken()[0]), ticks + 1
+        most, ticks = max(most, cell.count.taken()[0]), ticks + 1
     assert cell.user.verdicts()[-1][1] is V.ACCEPTED
-    assert most < 2 * PACK
-    assert ticks == pytest.approx(len(LARGEST.splitlines()) / PACK, abs=5)
+    assert most < 2 * tasks.PACK
+    assert ticks == pytest.approx(len(LARGEST.splitlines()) / tasks.PACK, abs=5)
 
 
 def test_a_long_program_is_put_together_a_step_before_it_is_handed_over(
@@ -185,9 +158,9 @@ def test_a_long_program_is_put_together_a_step_before_it_is_handed_over(
     """Both take as long as a step that reads, so each has a tick of its own."""
     made: list[Program] = []
     whole = parse(SHORT_TEXT)
-    unpacked = expect(BodyUnpacked, perform(UnpackBody(SHORT, "main")))
+    unpacked = expect(tasks.BodyUnpacked, tasks.perform(tasks.UnpackBody(SHORT, "main")))
     monkeypatch.setattr(Program, "__post_init__", lambda program: made.append(program))
-    unpacking = Unpacking(unpacked)
+    unpacking = tasks.Unpacking(unpacked)
     counts = []
     while (found := unpacking.step()) is None:
         counts.append(len(made))
@@ -208,9 +181,7 @@ def test_a_program_stop_while_a_long_program_is_loaded_ends_it(cell: WorkingCell
     assert cell.motions == []
 
 
-def test_programs_that_are_too_long_together_are_refused_with_number_and_limit(
-    cell: WorkingCell,
-) -> None:
+def test_programs_that_are_too_long_together_are_refused(cell: WorkingCell) -> None:
     keep(cell, body=program_to_json(parse(large_text(10, 10) + "call second\ncall third\n")))
     for name in ("second", "third"):
         keep(cell, name, BODY.replace('"main"', f'"{name}"', 1))
@@ -221,34 +192,26 @@ def test_programs_that_are_too_long_together_are_refused_with_number_and_limit(
     assert cell.user.verdicts()[-1][1] is V.PROGRAM_TOO_LARGE
 
 
-def test_of_two_edits_of_a_long_program_at_once_the_later_is_refused_and_nothing_lost(
-    cell: WorkingCell,
-) -> None:
+def test_of_two_edits_of_a_long_program_at_once_the_later_is_refused(cell: WorkingCell) -> None:
     keep(cell)
     other = cell.pendant("other")
     for pendant, word in ((cell.user, "mine"), (other, "theirs")):
         change = {"edit": "describe", "comment": word}
         cell.begin(pendant, "programs.edit", name="main", expected_revision=1, edit=change)
     cell.work()
-    assert answers(cell.user)[-1]["revision"] == 2
-    refused = answers(other)[-1]
+    assert cell.user.answers()[-1]["revision"] == 2
+    refused = other.answers()[-1]
     assert (refused["code"], refused["value"], refused["limit"]) == (V.REVISION_CONFLICT, 2, 1)
     assert '"comment":"mine"' in cell.store.load(DocumentKind.PROGRAM, "main").body[:200]
 
 
 def test_a_planning_process_that_dies_is_told_and_changes_nothing(cell: WorkingCell) -> None:
     keep(cell)
-    cell.begin(
-        cell.user,
-        "programs.edit",
-        name="main",
-        expected_revision=1,
-        edit={"edit": "delete", "first": 0},
-    )
+    change = {"edit": "delete", "first": 0}
+    cell.begin(cell.user, "programs.edit", name="main", expected_revision=1, edit=change)
     job = cell.jobs.pop()
-    failed = PlanAnswer(job.job_id, Refusal(V.PLANNER_FAILED), 0.0)
-    cell.planned(job, failed)
-    assert answers(cell.user)[-1]["code"] == V.PLANNER_FAILED
+    cell.planned(job, PlanAnswer(job.job_id, Refusal(V.PLANNER_FAILED), 0.0))
+    assert cell.user.answers()[-1]["code"] == V.PLANNER_FAILED
     assert edit(cell, edit="delete", first=0)["revision"] == 2
 
 
@@ -259,7 +222,7 @@ def test_only_so_many_tasks_wait_for_the_planning_process(cell: WorkingCell) -> 
     refused = cell.send(cell.user, "programs.load", name="main")
     assert [each["limit"] for each in refused] == [MOST_WAITING]
     cell.work()
-    assert len(answers(cell.user)) == MOST_WAITING + 1
+    assert len(cell.user.answers()) == MOST_WAITING + 1
 
 
 def test_a_long_text_with_a_fault_is_refused_with_line_and_column(cell: WorkingCell) -> None:
@@ -273,52 +236,50 @@ def test_a_task_of_a_short_program_is_done_at_once(cell: WorkingCell) -> None:
     assert cell.jobs == []
 
 
-@pytest.mark.parametrize("kind", [PrintBody, TakeHead, UnpackBody])
+@pytest.mark.parametrize("kind", [tasks.PrintBody, tasks.TakeHead, tasks.UnpackBody])
 def test_the_program_does_not_go_into_the_journal_with_the_job(
-    kind: type[PrintBody | TakeHead | UnpackBody],
+    kind: type[tasks.PrintBody | tasks.TakeHead | tasks.UnpackBody],
 ) -> None:
     assert "p7" not in repr(ProgramJob(1, kind(BODY, "main")))
-    assert "p7" not in repr(ProgramJob(1, ReadSource(LARGEST, "text", "main")))
+    assert "p7" not in repr(ProgramJob(1, tasks.ReadSource(LARGEST, "text", "main")))
 
 
 @pytest.mark.parametrize(
     "task",
     [
-        ReadSource(large_text(60, 60), "text", "main"),
-        ReadSource("no program", "text", "main"),
-        PrintBody(SHORT, "main"),
-        EditBody(SHORT, "main", DeleteStatements(0)),
-        EditBody(SHORT, "main", DeleteStatements(900)),
-        CompareBodies(SHORT, "main", SHORT),
-        TakeHead(SHORT, "main", "p7"),
-        UnpackBody(SHORT, "main"),
+        tasks.ReadSource(large_text(60, 60), "text", "main"),
+        tasks.ReadSource("no program", "text", "main"),
+        tasks.PrintBody(SHORT, "main"),
+        tasks.EditBody(SHORT, "main", DeleteStatements(0)),
+        tasks.EditBody(SHORT, "main", DeleteStatements(900)),
+        tasks.CompareBodies(SHORT, "main", SHORT),
+        tasks.TakeHead(SHORT, "main", "p7"),
+        tasks.UnpackBody(SHORT, "main"),
     ],
 )
-def test_what_was_done_to_a_program_comes_back_from_a_journal(task: Task) -> None:
-    planned = PlanAnswer(3, perform(task), 0.5)
+def test_what_was_done_to_a_program_comes_back_from_a_journal(task: tasks.Task) -> None:
+    planned = PlanAnswer(3, tasks.perform(task), 0.5)
     record = read_back(plan_to_json(planned))
     assert plan_from_json(3, record, serial_robot("ur5").limits, ()) == planned
 
 
-def test_breakpoints_of_a_long_program_are_found_again_elsewhere(
-    cell: WorkingCell, count: WorkCount
-) -> None:
+def test_breakpoints_of_a_long_program_are_found_elsewhere(cell: CountingCell) -> None:
     keep(cell)
     cell.ask(cell.user, "programs.breakpoints", name="main", statements=[0, 7])
     cell.store.save(DocumentKind.PROGRAM, "main", BODY, expected_revision=1, author="test")
-    count.taken()
+    cell.count.taken()
     cell.begin(cell.user, "programs.load", name="main", format="json")
-    assert count.taken() == (0, 0)
+    assert cell.count.taken() == (0, 0)
     cell.work()
-    assert answers(cell.user)[-1]["breakpoints"] == [0, 7]
+    assert cell.user.answers()[-1]["breakpoints"] == [0, 7]
 
 
-def test_programs_of_a_dry_run_travel_as_json_and_are_read_once(count: WorkCount) -> None:
+def test_programs_of_a_dry_run_travel_as_json_and_are_read_once(cell: CountingCell) -> None:
     main = parse(SHORT_TEXT)
     linked = link(main, lambda name: None, {"main": program_to_json(main)})
-    count.taken()
+    cell.count.taken()
     sent = pickle.dumps(linked)
-    assert count.taken() == (0, 0)
+    assert cell.count.taken() == (0, 0)
     again = pickle.loads(sent)
     assert again == linked
     assert pickle.loads(sent) is again
@@ -332,9 +293,7 @@ def test_an_edit_that_brings_too_many_statements_is_refused(cell: WorkingCell) -
 
 
 @pytest.mark.parametrize(("form", "most"), [("text", MOST_BYTES), ("json", MOST_JSON_BYTES)])
-def test_an_upload_of_200_mb_is_refused_as_soon_as_it_is_too_long(
-    cell: WorkingCell, form: str, most: int
-) -> None:
+def test_an_upload_is_refused_once_it_is_too_long(cell: WorkingCell, form: str, most: int) -> None:
     refused = cell.upload(" " * (most + 1), form=form)
     assert (refused["code"], refused["limit"]) == (V.PROGRAM_TOO_LARGE, most)
     assert cell.jobs == []
@@ -349,10 +308,10 @@ MOST_CPU_AT_FIRST = 0.020
 ROUNDS = 3
 """What else the machine does makes one or another dearer, and not most of them."""
 
-TASKS: list[Task] = [
-    ReadSource(LARGEST, "text", "main"),
-    PrintBody(BODY, "main"),
-    UnpackBody(BODY, "main"),
+TASKS: list[tasks.Task] = [
+    tasks.ReadSource(LARGEST, "text", "main"),
+    tasks.PrintBody(BODY, "main"),
+    tasks.UnpackBody(BODY, "main"),
 ]
 
 
@@ -376,7 +335,7 @@ def watched() -> Watched:
 
 @pytest.mark.realtime
 def test_no_turn_of_the_loop_is_spent_on_the_largest_program(watched: Watched) -> None:
-    expected = [perform(task) for task in TASKS]
+    expected = [tasks.perform(task) for task in TASKS]
     assert [results for results, _ in watched.rounds] == [expected] * ROUNDS
     dearest = [longest for _, longest in watched.rounds]
     assert dearest[0] < MOST_CPU_AT_FIRST, dearest
