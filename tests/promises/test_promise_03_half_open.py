@@ -32,7 +32,6 @@ def test_promise_3_the_authority_of_a_silent_peer_is_free_after_three_seconds() 
     assert change.reason == AuthorityReason.EXPIRED
 
 
-@pytest.mark.asyncio
 @pytest.mark.virtual_clock
 async def test_promise_3_the_kernel_is_told_to_look_for_dead_peers() -> None:
     async with app_on_loop() as served:

@@ -10,7 +10,7 @@ from rigs.processes.app_on_loop import app_on_loop, clients_of, said, until
 from openpendant.server.shell.client_connection import ClientConnection
 from openpendant.simplemsg.pendant import Management, Subscribe
 
-pytestmark = [pytest.mark.asyncio, pytest.mark.virtual_clock]
+pytestmark = pytest.mark.virtual_clock
 
 WINDOW = 4_096
 """What the kernel takes for a client that does not read [byte]."""

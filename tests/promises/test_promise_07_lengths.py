@@ -7,7 +7,7 @@ import tracemalloc
 import pytest
 from rigs.processes.app_on_loop import AppOnLoop, app_on_loop, said, until
 
-pytestmark = [pytest.mark.asyncio, pytest.mark.virtual_clock]
+pytestmark = pytest.mark.virtual_clock
 
 IMPOSSIBLE = (-(2**31) + 1, -1, 0, 11, 0x01010101, 2**31 - 1)
 """Lengths that neither face takes, whichever end their bytes begin with."""

@@ -9,7 +9,7 @@ from rigs.processes.app_on_loop import app_on_loop, said, until
 
 from openpendant.simplemsg.pendant import Subscribe
 
-pytestmark = [pytest.mark.asyncio, pytest.mark.virtual_clock]
+pytestmark = pytest.mark.virtual_clock
 
 FRAME = figure(8, "frame").seconds
 HELLO = figure(8, "hello").seconds

@@ -16,6 +16,8 @@ from rigs.processes.app_on_loop import app_on_loop, said, until
 
 from openpendant.server.shell.listening import AcceptRate, Listening
 
+pytestmark = pytest.mark.virtual_clock
+
 MS = 1_000_000
 BURST, PER_SECOND = figure(20, "burst").count, figure(20, "rate").count
 INTERVAL = figure(20, "interval").ns
@@ -66,8 +68,6 @@ def knock(port: int, count: int) -> list[socket.socket]:
     return sockets
 
 
-@pytest.mark.asyncio
-@pytest.mark.virtual_clock
 async def test_promise_20_a_storm_is_taken_at_its_rate_and_no_port_starves_another() -> None:
     taken: list[tuple[str, float]] = []
     listening = Listening()
@@ -101,8 +101,6 @@ def few_files() -> Iterator[None]:
     resource.setrlimit(resource.RLIMIT_NOFILE, limits)
 
 
-@pytest.mark.asyncio
-@pytest.mark.virtual_clock
 @pytest.mark.usefixtures("few_files")
 async def test_promise_21_without_descriptors_nobody_is_taken_for_a_second_and_that_is_said_once(
     caplog: pytest.LogCaptureFixture,
@@ -136,8 +134,6 @@ def callback_of(timer: asyncio.TimerHandle) -> object:
     return getattr(timer, "_callback", None)
 
 
-@pytest.mark.asyncio
-@pytest.mark.virtual_clock
 @pytest.mark.parametrize("ports", [1, 3])
 async def test_promise_21_without_descriptors_one_is_tried_a_second_by_one_timer(
     monkeypatch: pytest.MonkeyPatch, ports: int
@@ -166,8 +162,6 @@ async def test_promise_21_without_descriptors_one_is_tried_a_second_by_one_timer
     assert timers_of(listening) == 0
 
 
-@pytest.mark.asyncio
-@pytest.mark.virtual_clock
 async def test_promise_20_ticks_go_on_through_a_storm() -> None:
     async with app_on_loop() as served:
         before = served.app.overruns

@@ -20,6 +20,8 @@ from openpendant.simplemsg.pendant import Verdict
 from openpendant.simplemsg.verdicts import VerdictCode as V
 from openpendant.tools.pendants.client import PendantClient, Refused
 
+pytestmark = pytest.mark.virtual_clock
+
 PLACES = 16
 MOST = figure(21, "most").count
 MOST_STRANGERS, STOP_PLACES = figure(21, "strangers").count, figure(21, "kept").count
@@ -53,8 +55,6 @@ def test_promise_21_no_file_may_ask_for_more_than_1024_connections() -> None:
     make_settings({"listen": {"max_connections": MOST}}, "cell.toml")
 
 
-@pytest.mark.asyncio
-@pytest.mark.virtual_clock
 async def test_promise_21_who_has_no_place_is_closed_at_once_and_the_others_stay() -> None:
     async with app_on_loop(max_connections=PLACES) as served:
         for _ in range(PLACES):
@@ -76,8 +76,6 @@ async def answers(sock: socket.socket, wire: Connection, within: float) -> list[
     return heard
 
 
-@pytest.mark.asyncio
-@pytest.mark.virtual_clock
 @pytest.mark.parametrize("order", list(ByteOrder))
 @pytest.mark.parametrize("piece", [1, 1_000])
 async def test_promise_20_who_has_no_place_is_told_when_to_come_again(
@@ -99,8 +97,6 @@ async def test_promise_20_who_has_no_place_is_told_when_to_come_again(
         assert served.connections == PLACES
 
 
-@pytest.mark.asyncio
-@pytest.mark.virtual_clock
 async def test_promise_20_who_does_as_told_finds_a_place_that_strangers_took() -> None:
     async with app_on_loop() as served:
         for crowd in (BURST, BACKLOG, MOST_STRANGERS - BURST - BACKLOG):
@@ -116,8 +112,6 @@ async def test_promise_20_who_does_as_told_finds_a_place_that_strangers_took() -
             assert served.connections == 1
 
 
-@pytest.mark.asyncio
-@pytest.mark.virtual_clock
 async def test_promise_19_ros_clients_leave_places_for_whoever_wants_to_stop() -> None:
     async with app_on_loop(max_connections=PLACES) as served:
         for _ in range(PLACES):
@@ -129,8 +123,6 @@ async def test_promise_19_ros_clients_leave_places_for_whoever_wants_to_stop() -
         await until(lambda: served.connections == PLACES, 1.0)
 
 
-@pytest.mark.asyncio
-@pytest.mark.virtual_clock
 async def test_promise_21_strangers_take_64_places_and_are_gone_after_their_deadline() -> None:
     async with app_on_loop() as served:
         # In crowds that the system's queue holds; else its own second try takes a second.

@@ -94,7 +94,6 @@ def test_promise_31_a_core_keeps_its_size_over_a_million_who_came_and_went() -> 
     assert sizes[-1] - sizes[0] < GROWTH.bound
 
 
-@pytest.mark.asyncio
 @pytest.mark.virtual_clock
 async def test_promise_31_sockets_and_tasks_are_back_to_where_they_were() -> None:
     async with app_on_loop() as served:

@@ -15,7 +15,7 @@ from openpendant.simplemsg.pendant import StopKind
 from openpendant.simplemsg.verdicts import VerdictCode as V
 from openpendant.tools.pendants.client import Aborted
 
-pytestmark = [pytest.mark.realtime, pytest.mark.asyncio]
+pytestmark = pytest.mark.realtime
 
 ALERT = "controller.lead = 0.1\nwatchdog.deadline = 0.05\n"
 """The controller has points for twice as long as the watchdog waits."""

@@ -10,7 +10,7 @@ import pytest
 
 from openpendant.tools.packets.rerun import main
 
-pytestmark = [pytest.mark.realtime, pytest.mark.asyncio]
+pytestmark = pytest.mark.realtime
 
 
 async def _swing(cell: Any) -> None:

@@ -10,11 +10,10 @@ from pathlib import Path
 from typing import Any
 
 import pytest
-import pytest_asyncio
 
 from openpendant.tools.packets.reading.trace_files import read_trace
 
-pytestmark = [pytest.mark.realtime, pytest.mark.asyncio]
+pytestmark = pytest.mark.realtime
 
 PATIENCE_S = 30
 
@@ -22,7 +21,7 @@ Started = tuple[asyncio.subprocess.Process, dict[str, Any]]
 Start = Callable[..., Awaitable[Started]]
 
 
-@pytest_asyncio.fixture
+@pytest.fixture
 async def start() -> AsyncIterator[Start]:
     processes: list[asyncio.subprocess.Process] = []
 

@@ -281,7 +281,6 @@ async def drive(
 
 
 @pytest.mark.realtime
-@pytest.mark.asyncio
 async def test_a_few_trajectories_arrive_and_a_spoiled_one_is_seen(
     start_cell: Any, tmp_path: Path
 ) -> None:
@@ -297,7 +296,6 @@ async def test_a_few_trajectories_arrive_and_a_spoiled_one_is_seen(
 
 @pytest.mark.soak
 @pytest.mark.realtime
-@pytest.mark.asyncio
 @pytest.mark.timeout(3_600)
 async def test_200_trajectories_beside_a_burner_are_broken_off_by_the_machine_alone(
     start_cell: Any, tmp_path: Path

@@ -28,7 +28,6 @@ JOG_LEAD = 0.1
 """The most that a jog may have ahead [s]: a machine that is so busy needs it."""
 
 
-@pytest.mark.asyncio
 async def test_promise_55_fifty_stalls_of_200_ms_end_no_planned_motion(start_cell: Any) -> None:
     cell = await start_cell(settings="")
     pendant = await cell.ready_pendant()

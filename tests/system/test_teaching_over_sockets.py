@@ -17,7 +17,7 @@ from openpendant.tools.pendants.client import (
     RunKind,
 )
 
-pytestmark = [pytest.mark.realtime, pytest.mark.asyncio]
+pytestmark = pytest.mark.realtime
 
 CONFIG = f'{PATIENT}controller.signals = "openpendant"\n'
 

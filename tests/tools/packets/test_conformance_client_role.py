@@ -52,7 +52,6 @@ def number_of(judgement: Judgement, number: str) -> Result:
     return next(result for result in judgement.results if result.check.number == number)
 
 
-@pytest.mark.asyncio
 async def test_a_recording_gives_one_result_for_each_check() -> None:
     judgement = await judged("--capture", GENERIC, "--joints", "6")
     assert tuple(result.check for result in judgement.results) == CHECKS
@@ -63,7 +62,6 @@ async def test_a_recording_gives_one_result_for_each_check() -> None:
     assert detail.startswith("[stream_failure_reply] at 1.024 s on port 11000, connection 1: ")
 
 
-@pytest.mark.asyncio
 async def test_a_motoman_recording_needs_its_dialect() -> None:
     judgement = await judged("--capture", DRIVER, "--dialect", "motoman")
     assert judgement.count(CheckVerdict.FAILED) == 0
@@ -73,7 +71,6 @@ async def test_a_motoman_recording_needs_its_dialect() -> None:
     assert other.count(CheckVerdict.FAILED) > 0
 
 
-@pytest.mark.asyncio
 async def test_limits_of_a_robot_are_looked_at() -> None:
     judgement = await judged("--capture", GENERIC, "--robot", "ur5")
     for number in ("LC02", "LC05", "MC07"):
@@ -128,7 +125,6 @@ def test_wrong_usage_is_one_line_and_exit_code_2(
     assert captured.err.strip()
 
 
-@pytest.mark.asyncio
 @pytest.mark.virtual_clock
 async def test_a_client_that_comes_and_goes_was_there() -> None:
     core = ScriptedController(Setup(), now=LiveController.now())
@@ -149,7 +145,6 @@ async def test_a_client_that_comes_and_goes_was_there() -> None:
     assert set(found) == {"none"}
 
 
-@pytest.mark.asyncio
 @pytest.mark.virtual_clock
 async def test_nobody_connecting_is_the_peers_fault() -> None:
     with pytest.raises(PeerError, match="no client connected; 3 s were waited"):
@@ -159,7 +154,6 @@ async def test_nobody_connecting_is_the_peers_fault() -> None:
         )
 
 
-@pytest.mark.asyncio
 @pytest.mark.virtual_clock
 async def test_a_port_that_is_taken_is_said_so() -> None:
     setup = Setup()

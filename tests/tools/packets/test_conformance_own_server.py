@@ -103,7 +103,6 @@ def test_every_scenario_says_what_it_is_for() -> None:
     assert set(LOOKED_AT) == {scenario.mutation for scenario in STANDARD}
 
 
-@pytest.mark.asyncio
 @pytest.mark.virtual_clock
 @pytest.mark.parametrize("points", ["full", "simple"])
 @pytest.mark.parametrize("scenario", STANDARD, ids=lambda scenario: scenario.name)
@@ -118,7 +117,6 @@ async def test_our_server_is_a_good_client_whatever_the_controller_does(
 
 
 @pytest.mark.conformance
-@pytest.mark.asyncio
 @pytest.mark.virtual_clock
 async def test_one_session_of_all_scenarios_ends_with_a_robot_that_still_moves() -> None:
     found = await judged(STANDARD)

@@ -29,7 +29,7 @@ from openpendant.tools.packets.conformance.server.pendant import (
 from openpendant.tools.packets.conformance.server.runner import judge
 from openpendant.tools.packets.conformance.server.target import Options, Target
 
-pytestmark = [pytest.mark.asyncio, pytest.mark.virtual_clock]
+pytestmark = pytest.mark.virtual_clock
 
 STATE = State.PLACE.msg_type
 

@@ -27,7 +27,7 @@ from openpendant.tools.packets.conformance.server.runner import applicable, judg
 from openpendant.tools.packets.conformance.server.target import Target
 from openpendant.tools.packets.conformance.server.wire import Wire
 
-pytestmark = [pytest.mark.asyncio, pytest.mark.virtual_clock]
+pytestmark = pytest.mark.virtual_clock
 
 CONTROLLERS = pytest.mark.parametrize("receive", [fanuc, staubli, clipping])
 

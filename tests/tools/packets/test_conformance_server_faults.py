@@ -7,7 +7,7 @@ from rigs.peers.scripted_motoman import MOTOMAN_FAULTS, judged_motoman
 
 from openpendant.tools.packets.conformance.check import CheckVerdict
 
-pytestmark = [pytest.mark.asyncio, pytest.mark.virtual_clock]
+pytestmark = pytest.mark.virtual_clock
 
 
 @pytest.mark.parametrize("fault", SERVER_FAULTS, ids=lambda fault: fault.name.replace(" ", "-"))

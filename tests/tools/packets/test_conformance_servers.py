@@ -46,7 +46,7 @@ from openpendant.tools.packets.conformance.server.runner import applicable, judg
 from openpendant.tools.packets.conformance.server.target import Options, Target
 from openpendant.tools.packets.conformance.server.wire import TargetUnreachable
 
-pytestmark = [pytest.mark.asyncio, pytest.mark.virtual_clock]
+pytestmark = pytest.mark.virtual_clock
 
 PASSES = CheckVerdict.PASSED
 

@@ -28,7 +28,7 @@ ENDS: dict[str, tuple[VerdictCode, str] | None] = {
 PASSING = ("cable_pulled", "lost_reply", "reset_in_motion")
 """Scripts that do something once; the next motion arrives."""
 
-pytestmark = [pytest.mark.asyncio, pytest.mark.virtual_clock]
+pytestmark = pytest.mark.virtual_clock
 
 
 def _script(name: str) -> Path:

@@ -7,18 +7,17 @@ from pathlib import Path
 from typing import Any
 
 import pytest
-import pytest_asyncio
 from rigs.peers.loopback_peers import PING, PONG, Server, Stream, connect
 
 from openpendant.tools.packets.faults import FaultProxy
 from openpendant.tools.packets.faulty.fault_script import make_script
 
-pytestmark = [pytest.mark.asyncio, pytest.mark.virtual_clock]
+pytestmark = pytest.mark.virtual_clock
 
 Start = Callable[..., Awaitable[tuple[FaultProxy, Stream, Stream]]]
 
 
-@pytest_asyncio.fixture
+@pytest.fixture
 async def start(tmp_path: Path) -> AsyncIterator[Start]:
     closing: list[Callable[[], Awaitable[None]]] = []
 

@@ -7,7 +7,6 @@ from pathlib import Path
 from typing import Any, cast
 
 import pytest
-import pytest_asyncio
 from rigs.peers.loopback_peers import LOOPBACK, PING, PONG, Server, Stream, connect
 
 from openpendant.tools.packets.console import PeerError
@@ -21,7 +20,7 @@ FLOOD = 300
 LARGEST_READ = 256 * 1024
 """What asyncio reads at once, bytes."""
 
-pytestmark = [pytest.mark.asyncio, pytest.mark.virtual_clock]
+pytestmark = pytest.mark.virtual_clock
 
 
 class Recording:
@@ -60,7 +59,7 @@ class Recording:
 Start = Callable[..., Awaitable[Recording]]
 
 
-@pytest_asyncio.fixture
+@pytest.fixture
 async def start(tmp_path: Path) -> AsyncIterator[Start]:
     made: list[Recording] = []
 

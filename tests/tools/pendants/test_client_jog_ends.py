@@ -14,7 +14,7 @@ from openpendant.simplemsg.pendant import JogBeat, JogEnd, JogRelease, JogStart
 from openpendant.simplemsg.verdicts import VerdictCode
 from openpendant.tools.pendants.client import Aborted, ConnectionLost, Jog, PendantClient, Refused
 
-pytestmark = [pytest.mark.virtual_clock, pytest.mark.asyncio]
+pytestmark = pytest.mark.virtual_clock
 
 HANG = 0.3
 """A program whose loop hangs so long has missed every deadline [s]."""

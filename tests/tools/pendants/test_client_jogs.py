@@ -18,7 +18,7 @@ from openpendant.simplemsg.pendant import (
 from openpendant.simplemsg.verdicts import VerdictCode
 from openpendant.tools.pendants.client import Aborted, PendantClient, Refused, WrongArgument
 
-pytestmark = [pytest.mark.virtual_clock, pytest.mark.asyncio]
+pytestmark = pytest.mark.virtual_clock
 
 
 async def test_a_press_quotes_the_newest_state_and_declares_its_deadline(

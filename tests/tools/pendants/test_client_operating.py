@@ -27,7 +27,7 @@ from openpendant.simplemsg.pendant import (
 from openpendant.simplemsg.verdicts import VerdictCode
 from openpendant.tools.pendants.client import Aborted, PendantClient, Refused
 
-pytestmark = [pytest.mark.virtual_clock, pytest.mark.asyncio]
+pytestmark = pytest.mark.virtual_clock
 
 RELEASED, HELD, PANIC = EnablingPosition
 

@@ -39,7 +39,7 @@ from openpendant.tools.pendants.client import (
     WrongArgument,
 )
 
-pytestmark = [pytest.mark.virtual_clock, pytest.mark.asyncio]
+pytestmark = pytest.mark.virtual_clock
 
 
 async def test_hello_says_cell_name_and_rate(server: ScriptedPendantServer) -> None:

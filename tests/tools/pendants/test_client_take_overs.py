@@ -11,7 +11,7 @@ from openpendant.simplemsg.pendant import JogBeat, JogEnd, JogRelease, JogStart
 from openpendant.simplemsg.verdicts import VerdictCode
 from openpendant.tools.pendants.client import Aborted, PendantClient, Refused, Unanswered
 
-pytestmark = [pytest.mark.virtual_clock, pytest.mark.asyncio]
+pytestmark = pytest.mark.virtual_clock
 
 NEVER = 1e6
 VERDICT_WITHIN = 5.0

@@ -12,7 +12,6 @@ from openpendant.tools.pendants.terminal.connection import LONGEST_PAUSE, RETRY,
 from openpendant.tools.pendants.terminal.panel import Panel
 
 
-@pytest.mark.asyncio
 @pytest.mark.virtual_clock
 @pytest.mark.parametrize(
     ("failure", "pause"),

@@ -159,7 +159,6 @@ class Emptied:
         raise Refused(VerdictCode.NOT_FOUND, f"no {request['name']}", -1, 0.0, 0.0)
 
 
-@pytest.mark.asyncio
 async def test_a_program_that_somebody_deleted_is_shown_no_more(rig: PanelRig) -> None:
     rig.open()
     programs = OpenPrograms(cast(PendantClient, Emptied()), rig.panel)
@@ -169,7 +168,6 @@ async def test_a_program_that_somebody_deleted_is_shown_no_more(rig: PanelRig) -
     assert rig.strike("6") == []
 
 
-@pytest.mark.asyncio
 async def test_a_program_that_is_not_there_is_asked_about_and_not_made(rig: PanelRig) -> None:
     await OpenPrograms(cast(PendantClient, Emptied()), rig.panel).open("pcik")
     assert isinstance(rig.panel.question, Choice)

@@ -9,7 +9,6 @@ from contextlib import asynccontextmanager
 from typing import Any
 
 import pytest
-import pytest_asyncio
 from rigs.cells.panel_rig import DRY_RUN
 from rigs.peers.scripted_pendant_server import ScriptedPendantServer, scripted_server
 from textual import events
@@ -37,7 +36,7 @@ from openpendant.tools.pendants.client import PendantClient, PendantError, Refus
 from openpendant.tools.pendants.terminal.app import PendantApp
 from openpendant.tools.pendants.terminal.panel import Panel
 
-pytestmark = [pytest.mark.realtime, pytest.mark.asyncio]
+pytestmark = pytest.mark.realtime
 
 SCALE = float(os.environ.get("OPENPENDANT_TIME_SCALE", "1"))
 
@@ -114,7 +113,7 @@ async def screen(size: tuple[int, int] = (120, 40)) -> AsyncIterator[Screen]:
             yield shown
 
 
-@pytest_asyncio.fixture
+@pytest.fixture
 async def shown() -> AsyncIterator[Screen]:
     async with screen() as shown:
         yield shown

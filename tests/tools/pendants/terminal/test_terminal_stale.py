@@ -141,7 +141,6 @@ def test_what_moves_nothing_is_asked_for_on_stale_values_too(key: str) -> None:
     assert len(struck(rig, key)) == 1
 
 
-@pytest.mark.asyncio
 @pytest.mark.virtual_clock
 @pytest.mark.parametrize(("age", "presses"), [(0.24, 1), (0.26, 0), (0.29, 0)])
 async def test_a_held_key_waits_for_no_state_and_moves_on_none_that_comes_later(
@@ -165,7 +164,6 @@ async def test_a_held_key_waits_for_no_state_and_moves_on_none_that_comes_later(
         await performer.close()
 
 
-@pytest.mark.asyncio
 @pytest.mark.virtual_clock
 async def test_a_press_that_nobody_beats_is_not_taken_back_where_its_verdict_is_late() -> None:
     async with (

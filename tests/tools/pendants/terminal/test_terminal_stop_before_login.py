@@ -14,7 +14,7 @@ from openpendant.tools.pendants.terminal.connection import LogIn, TerminalConnec
 from openpendant.tools.pendants.terminal.keyboard import STOP_KEY
 from openpendant.tools.pendants.terminal.panel import Panel
 
-pytestmark = [pytest.mark.asyncio, pytest.mark.virtual_clock]
+pytestmark = pytest.mark.virtual_clock
 
 STOP_AGAIN = "space bar, sent again"
 

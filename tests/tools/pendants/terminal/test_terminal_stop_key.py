@@ -15,6 +15,8 @@ from openpendant.tools.pendants.terminal.connection import TerminalConnection
 from openpendant.tools.pendants.terminal.keyboard import STOP_KEY, Page
 from openpendant.tools.pendants.terminal.panel import Panel
 
+pytestmark = pytest.mark.virtual_clock
+
 DOUBT = "STOP NOT CONFIRMED, use the robot's own hardware stop button: "
 
 
@@ -144,8 +146,6 @@ def test_the_answer_to_an_earlier_press_does_not_confirm_the_last(rig: PanelRig)
 # With a server.
 
 
-@pytest.mark.asyncio
-@pytest.mark.virtual_clock
 async def test_a_server_that_swallows_the_stop_gets_it_again_on_the_next_connection() -> None:
     async with driven() as pendant:
         pendant.server.mutes = True
@@ -174,8 +174,6 @@ async def test_a_server_that_swallows_the_stop_gets_it_again_on_the_next_connect
         assert len(pendant.reasons) == told
 
 
-@pytest.mark.asyncio
-@pytest.mark.virtual_clock
 async def test_a_server_that_wakes_before_it_is_given_up_gets_it_again_too() -> None:
     async with driven() as pendant:
         pendant.server.mutes = True
@@ -188,8 +186,6 @@ async def test_a_server_that_wakes_before_it_is_given_up_gets_it_again_too() -> 
         assert pendant.panel.cell.is_connected
 
 
-@pytest.mark.asyncio
-@pytest.mark.virtual_clock
 async def test_a_stop_that_a_server_refuses_is_told_as_not_confirmed() -> None:
     async with driven() as pendant:
         pendant.server.refusals[SoftwareStop] = (VerdictCode.BAD_ARGUMENT, "no such reason")
@@ -200,8 +196,6 @@ async def test_a_stop_that_a_server_refuses_is_told_as_not_confirmed() -> None:
         await pendant.until(lambda: not pendant.banner.startswith("STOP"), 1.0)
 
 
-@pytest.mark.asyncio
-@pytest.mark.virtual_clock
 async def test_an_attempt_to_connect_that_hangs_is_made_anew() -> None:
     came: list[float] = []
 
