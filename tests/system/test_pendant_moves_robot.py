@@ -17,14 +17,7 @@ from openpendant.simplemsg.pendant import (
     StateField,
 )
 from openpendant.simplemsg.verdicts import VerdictCode as V
-from openpendant.tools.pendants.client import (
-    Aborted,
-    ConnectionLost,
-    PendantClient,
-    Pose,
-    Refused,
-    WrongArgument,
-)
+from openpendant.tools.pendants import client
 
 pytestmark = [pytest.mark.realtime, pytest.mark.asyncio(loop_scope="module")]
 
@@ -35,15 +28,15 @@ FAR = 0.8
 """A joint move of this size at low speed takes long enough to be interrupted [rad]."""
 
 
-def moved(pendant: PendantClient, joint: int, by: float) -> list[float]:
+def moved(pendant: client.PendantClient, joint: int, by: float) -> list[float]:
     target = list(pendant.joints())
     target[joint] += by
     return target
 
 
-def lowered(pose: Pose, by: float) -> Pose:
+def lowered(pose: client.Pose, by: float) -> client.Pose:
     x, y, z = pose.position
-    return Pose((x, y, z - by), pose.orientation)
+    return client.Pose((x, y, z - by), pose.orientation)
 
 
 async def test_joints_poses_and_paths_arrive_without_a_violation(shared_cell: Any) -> None:
@@ -83,7 +76,7 @@ async def test_a_wrong_target_is_refused_with_its_joint_and_moves_nothing(shared
             target = [*before, *([0.0] * max(joint + 1 - len(before), 0))]
             if value is not None:
                 target[joint] = value
-            with pytest.raises(Refused) as refused:
+            with pytest.raises(client.Refused) as refused:
                 await pendant.move_joints(target)
             assert refused.value.code == code
             if code is V.OUT_OF_RANGE:
@@ -101,7 +94,7 @@ async def test_a_target_with_too_few_joints_is_refused_and_moves_nothing(shared_
             pendant.move_joints([0.3, *before[1:5]]),
             pendant.follow_joints([[0.3, *before[1:5]]]),
         ):
-            with pytest.raises(Refused) as refused:
+            with pytest.raises(client.Refused) as refused:
                 await ask
             assert refused.value.code == V.WRONG_JOINT_COUNT
             assert (refused.value.value, refused.value.limit) == (5, 6)
@@ -111,7 +104,7 @@ async def test_a_target_with_too_few_joints_is_refused_and_moves_nothing(shared_
             pendant.follow_joints([before, before[:3]]),
             pendant.follow_poses([]),
         ):
-            with pytest.raises(WrongArgument):
+            with pytest.raises(client.WrongArgument):
                 await wrong
     await pendant.next_state()
     assert pendant.joints() == before
@@ -144,7 +137,7 @@ async def test_an_emergency_stop_at_the_controller_aborts_and_its_reset_moves_no
     await pendant.wait_until(lambda state: state.in_motion == 1)
 
     assert await shared_cell.tell_controller(OperatorEvent(OperatorAction.EMERGENCY_STOP)) == 1
-    with pytest.raises(Aborted) as aborted:
+    with pytest.raises(client.Aborted) as aborted:
         await asyncio.wait_for(move.done(), PATIENCE)
     assert aborted.value.code == V.CONTROLLER_STOPPED
     state = await pendant.wait_until(
@@ -152,7 +145,7 @@ async def test_an_emergency_stop_at_the_controller_aborts_and_its_reset_moves_no
             state.e_stopped == 1 and state.activity == Activity.IDLE and state.in_motion == 0
         )
     )
-    with pytest.raises(Refused) as refused:
+    with pytest.raises(client.Refused) as refused:
         await pendant.move_joints(moved(pendant, 0, 0.1))
     assert refused.value.code == V.CONTROLLER_NOT_READY
 
@@ -170,7 +163,7 @@ async def test_a_frozen_controller_is_noticed_by_its_silence(shared_cell: Any) -
 
     os.kill(shared_cell.emulator.pid, signal.SIGSTOP)
     try:
-        with pytest.raises(Aborted) as aborted:
+        with pytest.raises(client.Aborted) as aborted:
             await asyncio.wait_for(move.done(), PATIENCE)
     finally:
         os.kill(shared_cell.emulator.pid, signal.SIGCONT)
@@ -190,7 +183,7 @@ async def test_a_server_that_dies_in_motion_leaves_a_robot_at_rest(start_cell: A
     await pendant.wait_until(lambda state: state.in_motion == 1)
 
     os.kill(cell.server.pid, signal.SIGKILL)
-    with pytest.raises(ConnectionLost):
+    with pytest.raises(client.ConnectionLost):
         await asyncio.wait_for(move.done(), PATIENCE)
 
     reader, writer = await asyncio.open_connection("127.0.0.1", cell.controller["state"])
@@ -217,11 +210,11 @@ async def test_a_dead_planner_refuses_and_comes_back(shared_cell: Any) -> None:
         os.kill(child, signal.SIGSTOP)
         waiting = asyncio.ensure_future(pendant.move_to_pose(here))
         await pendant.wait_until(lambda state: state.activity == Activity.PLANNING)
-        with pytest.raises(Refused) as busy:
+        with pytest.raises(client.Refused) as busy:
             await pendant.move_joints(moved(pendant, 0, 0.1))
         assert busy.value.code == V.PLANNING
         os.kill(child, signal.SIGKILL)
-        with pytest.raises(Refused) as refused:
+        with pytest.raises(client.Refused) as refused:
             await waiting
         assert refused.value.code == V.PLANNER_FAILED
 
