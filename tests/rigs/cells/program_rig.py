@@ -5,47 +5,19 @@ from dataclasses import dataclass, field
 
 from rigs.data.program_samples import linked
 
+from openpendant.server.programs.interpreter import run_events as run
 from openpendant.server.programs.interpreter.motion_blocks import BlockMove, MotionBlock
-from openpendant.server.programs.interpreter.run_events import (
-    Action,
-    AttachToTool,
-    DetachFromTool,
-    Event,
-    EventRefused,
-    Failed,
-    Finished,
-    InputValue,
-    Passed,
-    Pause,
-    PauseMotion,
-    QueryInput,
-    ReplaceBreakpoints,
-    RequestAborted,
-    RequestDone,
-    RequestMotion,
-    Resume,
-    ResumeMotion,
-    RunReport,
-    RunState,
-    Start,
-    StepBack,
-    StepForward,
-    Stop,
-    StopMotion,
-    TimePassed,
-    WriteOutput,
-)
 from openpendant.server.programs.interpreter.runner import Runner
 from openpendant.server.refusal import Refusal
 from openpendant.simplemsg.pendant.management.statements import Way
 from openpendant.simplemsg.verdicts import VerdictCode
 
-_ASKED: dict[str, Event] = {
-    "pause": Pause(),
-    "resume": Resume(),
-    "stop": Stop(),
-    "forward": StepForward(),
-    "back": StepBack(),
+_ASKED: dict[str, run.Event] = {
+    "pause": run.Pause(),
+    "resume": run.Resume(),
+    "stop": run.Stop(),
+    "forward": run.StepForward(),
+    "back": run.StepBack(),
 }
 
 
@@ -81,10 +53,10 @@ class ProgramRig:
     def __init__(self, statements: str, others: Mapping[str, str] | None = None) -> None:
         self.runner = Runner(linked(statements, others))
         self.now = 0
-        self.actions: list[Action] = []
+        self.actions: list[run.Action] = []
         self.request = 0
 
-    def do(self, event: Event) -> list[str]:
+    def do(self, event: run.Event) -> list[str]:
         found = [each for each in self.runner.handle(event, self.now) if not _is_report(each)]
         self.actions += found
         for action in found:
@@ -92,21 +64,21 @@ class ProgramRig:
         return [text_of(action) for action in found]
 
     def start(self, index: int = 0, passes: int | None = 1, *, step: bool = False) -> list[str]:
-        return self.do(Start(index, passes, step))
+        return self.do(run.Start(index, passes, step))
 
     def done(self) -> list[str]:
-        return self.do(RequestDone(self.request))
+        return self.do(run.RequestDone(self.request))
 
     def value(self, value: bool) -> list[str]:
-        return self.do(InputValue(self.request, value))
+        return self.do(run.InputValue(self.request, value))
 
     def abort(self, refusal: Refusal) -> list[str]:
-        return self.do(RequestAborted(self.request, refusal))
+        return self.do(run.RequestAborted(self.request, refusal))
 
     def after(self, seconds: float) -> list[str]:
         """Let time go on, with one tick at its end."""
         self.now += round(seconds * 1e9)
-        return self.do(TimePassed())
+        return self.do(run.TimePassed())
 
     def ticks(self, most: int = 100) -> list[str]:
         """Let ticks of 10 ms go by until something comes out; return that."""
@@ -116,11 +88,11 @@ class ProgramRig:
         raise AssertionError(f"nothing came out in {most} ticks")
 
     def break_at(self, *places: tuple[str, int]) -> None:
-        self.do(ReplaceBreakpoints(frozenset(places)))
+        self.do(run.ReplaceBreakpoints(frozenset(places)))
 
     @property
     def block(self) -> MotionBlock:
-        return next(a.block for a in reversed(self.actions) if isinstance(a, RequestMotion))
+        return next(a.block for a in reversed(self.actions) if isinstance(a, run.RequestMotion))
 
     @property
     def here(self) -> list[tuple[str, int]]:
@@ -141,9 +113,9 @@ class ProgramRig:
             case (("on" | "off"), ()):
                 return self.value(what == "on")
             case "passed", (place,):
-                return self.do(Passed(self.request, int(place)))
+                return self.do(run.Passed(self.request, int(place)))
             case "answer", (request,):
-                return self.do(RequestDone(int(request)))
+                return self.do(run.RequestDone(int(request)))
             case "abort", (code,):
                 return self.abort(Refusal(VerdictCode[code]))
             case "break", places:
@@ -163,7 +135,7 @@ class ProgramRig:
     def _place(self) -> str:
         status = self.runner.status
         words = [status.state.name.lower()]
-        if status.state is RunState.PAUSED:
+        if status.state is run.RunState.PAUSED:
             words.append(status.pause.name.lower())
         words += [f"{program}:{index}" for program, index in self.here]
         return " ".join([*words, *["stepping"] * self.runner.is_stepping])
@@ -176,37 +148,37 @@ class ProgramRig:
             log += found
             if not found or found[-1] == "finished" or found[-1].startswith("failed"):
                 return log
-            if isinstance(self.actions[-1], QueryInput):
+            if isinstance(self.actions[-1], run.QueryInput):
                 found = self.value(True)
             else:
                 found = self.done()
         raise AssertionError(f"not at its end after {limit} actions")
 
 
-def text_of(action: Action) -> str:
+def text_of(action: run.Action) -> str:
     match action:
-        case RequestMotion(_, block):
+        case run.RequestMotion(_, block):
             moves = " ".join(_move_text(each) for each in block.moves)
             return f"approach {moves}" if block.approach else f"move {moves}"
-        case PauseMotion():
+        case run.PauseMotion():
             return "pause motion"
-        case ResumeMotion():
+        case run.ResumeMotion():
             return "resume motion"
-        case StopMotion():
+        case run.StopMotion():
             return "stop motion"
-        case WriteOutput(_, signal, value):
+        case run.WriteOutput(_, signal, value):
             return f"output {signal} {'on' if value else 'off'}"
-        case QueryInput(_, signal):
+        case run.QueryInput(_, signal):
             return f"ask {signal}"
-        case AttachToTool(_, name):
+        case run.AttachToTool(_, name):
             return f"attach {name}"
-        case DetachFromTool(_, name):
+        case run.DetachFromTool(_, name):
             return f"detach {name}"
-        case Finished():
+        case run.Finished():
             return "finished"
-        case Failed(refusal):
+        case run.Failed(refusal):
             return f"failed {refusal.code.name}"
-        case EventRefused(refusal):
+        case run.EventRefused(refusal):
             return f"refused {refusal.code.name}"
     raise AssertionError(action)
 
@@ -218,5 +190,5 @@ def _move_text(each: BlockMove) -> str:
     return f"{each.target.name}{way}{via}{zone}"
 
 
-def _is_report(action: Action) -> bool:
-    return isinstance(action, RunReport)
+def _is_report(action: run.Action) -> bool:
+    return isinstance(action, run.RunReport)

@@ -7,14 +7,7 @@ import pytest
 from rigs.cells.panel_rig import MS, PanelRig
 from rigs.peers.scripted_pendant_server import scripted_server
 
-from openpendant.simplemsg.pendant import (
-    Activity,
-    JogBeat,
-    JogRelease,
-    JogStart,
-    LinkState,
-    RunKind,
-)
+from openpendant.simplemsg import pendant as messages
 from openpendant.tools.pendants.client import PendantClient
 from openpendant.tools.pendants.terminal import commands as do
 from openpendant.tools.pendants.terminal.commands import Command
@@ -48,7 +41,9 @@ def ready(kind: type[Command], *, walked: bool = True) -> PanelRig:
     rig.open()
     if walked:
         rig.walk()
-    rig.state(activity=Activity.PAUSED if kind is do.ResumeRobot else Activity.IDLE)
+    rig.state(
+        activity=messages.Activity.PAUSED if kind is do.ResumeRobot else messages.Activity.IDLE
+    )
     return rig
 
 
@@ -79,7 +74,7 @@ def test_the_same_keys_move_nothing_on_values_of_0_3_s(
     assert rig.said.startswith("STALE")
 
 
-@pytest.mark.parametrize("changes", [{"link": LinkState.STALE}, {"age": 0.4}])
+@pytest.mark.parametrize("changes", [{"link": messages.LinkState.STALE}, {"age": 0.4}])
 @pytest.mark.parametrize(("kind", "keys"), MOVING)
 def test_nor_on_fresh_messages_about_an_old_report(
     kind: type[Command], keys: tuple[str, ...], changes: dict[str, Any]
@@ -109,7 +104,7 @@ def test_nor_does_the_second_yes_that_a_run_without_a_dry_run_wants() -> None:
     rig.now += 301 * MS
     assert struck(rig, "5") == []
     rig.state()
-    assert struck(rig, "5", "1", "5") == [do.RunProgram("pick", 3, RunKind.ALL)]
+    assert struck(rig, "5", "1", "5") == [do.RunProgram("pick", 3, messages.RunKind.ALL)]
 
 
 def test_the_table_has_every_command_that_moves_and_all_others_are_known_to_move_nothing() -> None:
@@ -159,7 +154,7 @@ async def test_a_held_key_waits_for_no_state_and_moves_on_none_that_comes_later(
         await asyncio.sleep(0.005)
         server.mutes = False
         await asyncio.sleep(0.2)
-        assert len(server.all(JogStart)) == presses
+        assert len(server.all(messages.JogStart)) == presses
         assert panel.messages.newest.startswith("STALE") == (not presses)
         await performer.close()
 
@@ -177,8 +172,8 @@ async def test_a_press_that_nobody_beats_is_not_taken_back_where_its_verdict_is_
         performer.perform([do.PulseJog(do.JOINTS, ((0, 1),), 0.25)])
         await asyncio.sleep(0.02)
         server.mutes = False
-        server.take(server.lines[-1], server.one(JogStart))
+        server.take(server.lines[-1], server.one(messages.JogStart))
         await asyncio.sleep(0.02)
-        assert server.all(JogRelease) == server.all(JogBeat) == []
+        assert server.all(messages.JogRelease) == server.all(messages.JogBeat) == []
         assert panel.messages.lines == ()
         await performer.close()

@@ -1,5 +1,9 @@
+"""`openpendant packets`: packets to JSON and back, the dissector, and what a user is told."""
+
 import io
 import json
+import os
+import re
 import subprocess
 import sys
 from pathlib import Path
@@ -8,8 +12,10 @@ from typing import Any
 import pytest
 from rigs.data.golden_vectors import FILES, GOLDEN, exact
 
+from openpendant.tools.packets import decode, record, rerun, show
 from openpendant.tools.packets.cli import main
 from openpendant.tools.packets.console import MAX_LINE
+from openpendant.tools.reference.dissector import lua_dissector
 
 PING = "0c000000010000000200000000000000"
 PING_PACKET = {"msg_type": 1, "comm_type": 2, "reply_code": 0, "name": "ping", "fields": {}}
@@ -253,3 +259,87 @@ def test_a_reader_that_goes_away_ends_the_command_quietly() -> None:
         process.stdin.close()
         assert process.stderr.read() == b""
         assert process.wait(20) == 1
+
+
+TRACE = str(Path(__file__).parents[2] / "vectors" / "capture-motoman-driver.json")
+
+
+@pytest.mark.parametrize(
+    ("main", "arguments"),
+    [
+        (decode.main, [TRACE]),
+        (show.main, [TRACE]),
+        (rerun.main, [TRACE, "--json"]),
+        (record.main, ["--listen", "0", "--to", "1", "-o", "-"]),
+    ],
+    ids=["decode", "show", "rerun", "record"],
+)
+def test_a_closed_output_is_one_line_and_exit_code_1(
+    main: object,
+    arguments: list[str],
+    monkeypatch: pytest.MonkeyPatch,
+    capsys: pytest.CaptureFixture[str],
+) -> None:
+    assert callable(main)
+    with monkeypatch.context() as patched:
+        patched.setattr(sys, "stdout", None)
+        code = main(arguments)
+    assert code == 1
+    assert capsys.readouterr().err == "standard output is closed\n"
+
+
+def test_the_dissector_is_written_to_standard_output(capsys: pytest.CaptureFixture[str]) -> None:
+    assert main(["dissector"]) == 0
+    assert capsys.readouterr().out == lua_dissector()
+
+
+def test_the_dissector_is_written_to_a_file(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    assert main(["dissector", "-o", str(tmp_path / "openpendant.lua")]) == 0
+    assert (tmp_path / "openpendant.lua").read_text(encoding="utf-8") == lua_dissector()
+    assert capsys.readouterr().out == ""
+
+
+def test_a_file_that_cannot_be_written_is_named(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    assert main(["dissector", "-o", str(tmp_path)]) == 2
+    (line,) = capsys.readouterr().err.splitlines()
+    assert str(tmp_path) in line
+
+
+def test_writing_it_loads_neither_server_nor_pydantic() -> None:
+    script = (
+        "import sys; from openpendant.tools.packets.dissector import main; main([]);"
+        "sys.exit(bool({'pydantic', 'numpy', 'openpendant.server'} & set(sys.modules)))"
+    )
+    ran = subprocess.run([sys.executable, "-c", script], capture_output=True, check=False)
+    assert ran.returncode == 0, ran.stderr
+
+
+ROOT = Path(__file__).parents[3]
+PACKETS_PAGE = ROOT / "docs" / "packets.md"
+
+
+def _examples() -> list[tuple[str, str]]:
+    """Commands of the page, each with the output that follows it there."""
+    blocks = re.findall(r"```console\n(.*?)```", PACKETS_PAGE.read_text("utf-8"), re.DOTALL)
+    parts = [part for block in blocks for part in re.split(r"(?m)^\$ ", block) if part]
+    return [(command, output) for command, _, output in (part.partition("\n") for part in parts)]
+
+
+@pytest.mark.parametrize(("command", "output"), _examples(), ids=lambda text: text[:40])
+def test_the_examples_of_the_page_print_what_it_says(command: str, output: str) -> None:
+    folder = Path(sys.executable).parent
+    path = f"{folder}{os.pathsep}{os.environ['PATH']}"
+    done = subprocess.run(
+        ["sh", "-c", command],
+        cwd=ROOT,
+        env={**os.environ, "PATH": path},
+        capture_output=True,
+        text=True,
+        timeout=60,
+        check=True,
+    )
+    assert done.stdout == output

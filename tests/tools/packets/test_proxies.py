@@ -1,4 +1,7 @@
-"""The recording proxy on loopback sockets, under virtual time."""
+"""The proxies on loopback sockets, under virtual time: one records, the other does faults.
+
+Between them the recording relay without sockets: whatever comes goes on, and is noted once.
+"""
 
 import asyncio
 import json
@@ -7,20 +10,26 @@ from pathlib import Path
 from typing import Any, cast
 
 import pytest
+from hypothesis import given
+from hypothesis import strategies as st
 from rigs.peers.loopback_peers import LOOPBACK, PING, PONG, Server, Stream, connect
 
 from openpendant.tools.packets.console import PeerError
+from openpendant.tools.packets.faults import FaultProxy
+from openpendant.tools.packets.faulty.fault_script import make_script
 from openpendant.tools.packets.live.endpoints import Endpoint
 from openpendant.tools.packets.live.proxy import WRITE_HIGH, Pair
+from openpendant.tools.packets.live.relay import ProxyLinkId, RecordingRelay, ResetBoth, SendBytes
 from openpendant.tools.packets.record import PacketRecorder
+from openpendant.tools.packets.trace import Entry, Event, Packet, TraceDirection
+
+pytestmark = pytest.mark.virtual_clock
 
 FLOOD = 300
 """Frames, more than the buffers of the kernel take."""
 
 LARGEST_READ = 256 * 1024
 """What asyncio reads at once, bytes."""
-
-pytestmark = pytest.mark.virtual_clock
 
 
 class Recording:
@@ -235,3 +244,173 @@ async def test_any_bytes_in_any_portions_arrive_as_they_were(start: Start) -> No
     total = b"".join(chunks)
     assert await server.read(len(total)) == total
     assert await client.read(len(total)) == total
+
+
+LINK = ProxyLinkId(1, 11000, 1)
+UP, DOWN = TraceDirection.TO_SERVER, TraceDirection.TO_CLIENT
+
+chunks = st.lists(
+    st.tuples(
+        st.sampled_from(TraceDirection), st.binary(max_size=50) | st.sampled_from([PING, PONG])
+    ),
+    max_size=30,
+)
+
+
+def _relay() -> tuple[RecordingRelay, list[Entry]]:
+    entries: list[Entry] = []
+    relay = RecordingRelay(entries.append, 0)
+    relay.opened(LINK, 0)
+    return relay, entries
+
+
+@given(chunks)
+def test_every_portion_goes_on_at_once_as_it_came(
+    portions: list[tuple[TraceDirection, bytes]],
+) -> None:
+    relay, entries = _relay()
+    for now, (direction, data) in enumerate(portions):
+        assert list(relay.received(LINK, direction, data, now)) == [
+            SendBytes(LINK, direction, data)
+        ]
+        assert relay.held(LINK, direction) == 0
+    relay.finish(len(portions))
+    for direction in TraceDirection:
+        recorded = [
+            entry.data
+            for entry in entries
+            if isinstance(entry, Packet) and entry.direction is direction
+        ]
+        assert b"".join(recorded) == b"".join(data for way, data in portions if way is direction)
+
+
+def test_bytes_are_sent_before_they_are_written_down() -> None:
+    relay, entries = _relay()
+    actions = iter(relay.received(LINK, UP, PING, 5))
+    assert next(actions) == SendBytes(LINK, UP, PING)
+    assert not any(isinstance(entry, Packet) for entry in entries)
+    assert list(actions) == []
+    assert entries[-1] == Packet(5, UP, PING, 11000)
+
+
+def test_a_stream_out_of_step_is_noted_once() -> None:
+    relay, entries = _relay()
+    for _ in range(3):
+        list(relay.received(LINK, DOWN, bytes(8), 0))
+    notes = [entry.text for entry in entries if isinstance(entry, Event)]
+    assert notes == ["client-connected", "out-of-step server"]
+
+
+def test_a_reset_passes_on_and_leaves_no_half_frame_behind() -> None:
+    relay, entries = _relay()
+    list(relay.received(LINK, UP, PING[:7], 0))
+    assert relay.reset(LINK, DOWN, 1) == [ResetBoth(LINK)]
+    relay.closed(LINK, 2)
+    assert [entry.data for entry in entries if isinstance(entry, Packet)] == [PING[:7]]
+
+
+StartFaults = Callable[..., Awaitable[tuple[FaultProxy, Stream, Stream]]]
+
+
+@pytest.fixture
+async def start_faults(tmp_path: Path) -> AsyncIterator[StartFaults]:
+    closing: list[Callable[[], Awaitable[None]]] = []
+
+    async def begin(*rules: dict[str, Any], log: bool = False) -> tuple[FaultProxy, Stream, Stream]:
+        server = Server()
+        await server.start()
+        file = str(tmp_path / "log.jsonl") if log else None
+        proxy = FaultProxy([server.pair()], make_script({"rule": rules}, "test"), log=file)
+        (port,) = await proxy.start()
+        client = await connect(port)
+        closing.extend([proxy.close, server.close])
+
+        async def close_client() -> None:
+            client.writer.close()
+
+        closing.append(close_client)
+        return proxy, client, await server.next()
+
+    yield begin
+    for close in closing:
+        await close()
+    await asyncio.sleep(0.01)
+
+
+async def test_what_no_rule_fits_passes_both_ways(start_faults: StartFaults) -> None:
+    _, client, server = await start_faults()
+    client.write(PING + b"\0\0\0\0stray")
+    assert await server.read(25) == PING + b"\0\0\0\0stray"
+    server.write(PONG)
+    assert await client.read(16) == PONG
+
+
+async def test_a_delay_is_kept_by_the_clock(start_faults: StartFaults) -> None:
+    _, client, server = await start_faults({"fault": "delay", "ms": 2500})
+    loop = asyncio.get_running_loop()
+    before = loop.time()
+    client.write(PING)
+    await server.read(16)
+    assert loop.time() - before == pytest.approx(2.5, abs=0.01)
+
+
+async def test_a_reset_reaches_both_sides(start_faults: StartFaults) -> None:
+    _, client, server = await start_faults({"fault": "reset"})
+    client.write(PING)
+    assert await server.is_reset()
+    assert await client.is_reset()
+
+
+async def test_a_close_is_in_order_on_both_sides(start_faults: StartFaults) -> None:
+    proxy, client, server = await start_faults({"fault": "close", "forward": True})
+    client.write(PING)
+    assert await server.rest() == PING
+    assert await client.rest() == b""
+    await asyncio.sleep(0.01)
+    assert proxy.connections == 0
+
+
+async def test_a_half_open_connection_stays_and_says_nothing(start_faults: StartFaults) -> None:
+    proxy, client, server = await start_faults({"fault": "half_open"})
+    client.write(PING)
+    await asyncio.sleep(60)
+    client.write(PING)
+    server.write(PONG)
+    for end in (client, server):
+        with pytest.raises(TimeoutError):
+            await end.rest()
+    assert proxy.connections == 1
+
+
+async def test_a_half_frame_is_forwarded_when_its_sender_ends(start_faults: StartFaults) -> None:
+    _, client, server = await start_faults()
+    client.write(PING[:6])
+    client.writer.write_eof()
+    assert await server.rest() == PING[:6]
+
+
+async def test_a_peer_that_resets_is_reset_though_frames_wait(start_faults: StartFaults) -> None:
+    _, client, server = await start_faults({"fault": "delay", "ms": 60_000})
+    client.write(PING)
+    await asyncio.sleep(1)
+    client.reset()
+    assert await server.is_reset()
+
+
+async def test_what_is_held_back_is_bounded(start_faults: StartFaults) -> None:
+    proxy, client, _ = await start_faults({"fault": "delay", "ms": 600_000})
+    client.write(((65_000).to_bytes(4, "little") + bytes(65_000)) * 300)
+    await asyncio.sleep(5)
+    assert proxy.relay.frames < 12
+
+
+async def test_each_fault_is_logged_with_its_rule_and_frame(
+    start_faults: StartFaults, tmp_path: Path
+) -> None:
+    proxy, client, _ = await start_faults({"fault": "drop", "match": {"type": 1}}, log=True)
+    client.write(PING)
+    await asyncio.sleep(0.5)
+    (line,) = (tmp_path / "log.jsonl").read_text().splitlines()
+    entry = json.loads(line)
+    assert (entry["rule"], entry["fault"], entry["hex"]) == (1, "drop", PING.hex())
+    assert proxy.done == {"drop": 1}
