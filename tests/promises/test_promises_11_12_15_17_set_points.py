@@ -1,10 +1,11 @@
-"""Promises 11, 12 and 15: every set-point keeps its limits, T1 its speed, a line its branch.
+"""Promises 11, 12, 15 and 17: set-points keep limits, T1's speed and a branch, and touch nothing.
 
 Judged with arithmetic of its own, by forward kinematics of the set-points that leave for the robot,
 and with that of the emulated controller's referee: not from what planner or jog say of themselves.
 """
 
 import itertools
+import json
 import math
 from collections import Counter
 
@@ -20,13 +21,15 @@ from openpendant.motion.description.limits import JointLimits, float32_ceiling
 from openpendant.motion.description.robot import robot_names, serial_robot
 from openpendant.motion.errors import MotionError
 from openpendant.motion.kinematics.serial import Kinematics
+from openpendant.motion.scene.collision import CollisionModel
+from openpendant.motion.scene.scene import Scene, SceneObject, Sphere
 from openpendant.motion.trajectory.point_speed import elbow_link
 from openpendant.motion.trajectory.ptp import plan_joint_move
 from openpendant.motion.trajectory.trajectory import Trajectory
 from openpendant.server.planning.jobs import JointPathJob, PoseGoal, PoseJob
 from openpendant.server.planning.worker.job_planner import answer
 from openpendant.server.refusal import Refusal
-from openpendant.simplemsg.pendant import Activity, AuthorityBeat, JogSpace, Motion
+from openpendant.simplemsg.pendant import Activity, AuthorityBeat, JogSpace, Management, Motion
 from openpendant.simplemsg.standard import JointTrajPtFull
 from openpendant.simplemsg.verdicts import VerdictCode as V
 
@@ -341,3 +344,63 @@ def test_promise_15_a_joint_that_goes_round_takes_the_short_way_within_its_limit
         assert isinstance(result, tuple), result
         ends = result[0].position[-1]
         assert ends[5] == pytest.approx(start[5] + 0.5, abs=1e-3)
+
+
+SWEEP = 1.5
+"""How far the first joint turns [rad]."""
+
+
+def run(random: np.random.Generator) -> V | None:
+    """Put a ball somewhere ahead at a random time.
+
+    Returns:
+        How the motion ended; None where the arm was at the place of the ball already.
+    """
+    cell = EmulatedCell("ur5", has_surroundings=True)
+    pendant = cell.holder()
+    start = cell.position
+    ahead = random.uniform(0.25, 1.0)
+    place = UR5.forward([start[0] + ahead * SWEEP, *start[1:]]).position
+    place = place + random.normal(0.0, 0.03, 3)
+    ball = SceneObject("ball", Sphere(0.05), tuple(place.tolist()))
+    model = CollisionModel(UR5, Scene((ball,)))
+    pairs = [index for index, pair in enumerate(model.pairs) if "ball" in pair]
+    assert pendant.move(start[0] + SWEEP, *start[1:], speed=0.3) is V.ACCEPTED
+    # The ball comes while the arm is on its way, and not where the arm is already.
+    cell.wait(int(random.integers(2, 60)) * 10)
+    free = float(model.clearances(np.array(cell.position))[pairs].min())
+    if free < 0.05:
+        return None
+    pendant.last_request += 1
+    body = {"op": "scene.add", "object": _json(ball), "expected_revision": 0}
+    pendant.send(Management(pendant.last_request, json.dumps(body).encode()))
+    for _ in range(1_000):
+        pendant.send(AuthorityBeat())
+        cell.wait(10)
+        nearest = float(model.clearances(np.array(cell.position))[pairs].min())
+        assert nearest > 0.0, "the arm touches the ball"
+        if cell.core.cell.activity is Activity.IDLE:
+            break
+    assert cell.controller.referee.total == 0
+    return pendant.outcomes()[-1][1]
+
+
+def _json(ball: SceneObject) -> dict[str, object]:
+    assert isinstance(ball.shape, Sphere)
+    shape = {"type": "sphere", "radius": ball.shape.radius}
+    return {"name": ball.name, "shape": shape, "position": list(ball.position)}
+
+
+def test_promise_17_a_ball_put_ahead_of_the_arm_is_never_touched() -> None:
+    random = np.random.default_rng(17)
+    ends = [run(random) for _ in range(5)]
+    assert V.PATH_IN_COLLISION in ends
+
+
+@pytest.mark.soak
+@pytest.mark.parametrize("seed", range(10))
+def test_promise_17_five_hundred_balls_are_never_touched(seed: int) -> None:
+    random = np.random.default_rng([17, seed])
+    ends = [run(random) for _ in range(50)]
+    assert V.PATH_IN_COLLISION in ends
+    assert set(ends) <= {V.PATH_IN_COLLISION, V.ACCEPTED, None}

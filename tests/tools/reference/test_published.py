@@ -1,40 +1,43 @@
-"""The published pages and schemas: protocol, management operations, Python client, errors.
-
-None is left out, and nothing is made up.
-"""
+"""What is published: pages, schemas, vectors, files. None is left out, nothing is made up."""
 
 import inspect
 import json
 import re
+from collections.abc import Callable
 from functools import cache
 from pathlib import Path
 from typing import Any
 
 import pytest
-from rigs.data.case_table import every
+from rigs.data.case_table import every, same
+from rigs.data.golden_vectors import exact
 
-from openpendant.simplemsg import ByteOrder, Message, codec_for
-from openpendant.simplemsg.codec import DIALECTS
-from openpendant.simplemsg.declaration import Array, CountPlace, Tail
+from openpendant.simplemsg import DIALECTS, ByteOrder, Codec, Message, codec_for
+from openpendant.simplemsg.declaration import Array, CountPlace, Int, Reals, Tail
 from openpendant.simplemsg.motoman_catalogue import CATALOGUE as MOTOMAN_CATALOGUE
+from openpendant.simplemsg.packet_text import packet_from_json, packet_to_json
 from openpendant.simplemsg.pendant.management import OPERATIONS
 from openpendant.simplemsg.pendant.roles import Role
 from openpendant.simplemsg.standard import JointTraj, JointTrajPtFull
 from openpendant.simplemsg.verdicts import CATALOGUE, VerdictCode
 from openpendant.simplemsg.verdicts import CATALOGUE as VERDICTS
 from openpendant.tools.pendants.client import PendantClient
-from openpendant.tools.reference.messages import ALL_MESSAGES, filter_name
+from openpendant.tools.reference import __main__, files
+from openpendant.tools.reference.__main__ import main
+from openpendant.tools.reference.files import generated_files, stale_files, write_files
+from openpendant.tools.reference.messages import ALL_MESSAGES, every_field, filter_name
 from openpendant.tools.reference.operations import PublishedOperation, published_operations
 from openpendant.tools.reference.operations_page import operations_page
 from openpendant.tools.reference.page import error_page, frame_fields, frame_size, protocol_page
 from openpendant.tools.reference.python_page import python_page
-from openpendant.tools.reference.samples import sample
+from openpendant.tools.reference.samples import extremes, sample, zeros
 from openpendant.tools.reference.schemas import (
     field_rows,
     reply_schema,
     request_schema,
     schema_files,
 )
+from openpendant.tools.reference.vectors import vector_files
 
 GENERATED = Path(__file__).parents[3] / "docs" / "generated"
 
@@ -320,3 +323,152 @@ def test_every_refusal_of_the_server_is_made_with_a_code_of_the_catalogue() -> N
 
 def test_numbers_are_unique() -> None:
     assert len({code.value for code in VerdictCode}) == len(VerdictCode.__members__)
+
+
+FILES = {name: text for name, text in vector_files().items() if name.endswith(".json")}
+
+
+def _codec(file: str) -> Codec:
+    dialect, order, real = file.removesuffix(".json").split("-")
+    byte_order = ByteOrder.LITTLE if order == "le" else ByteOrder.BIG
+    return codec_for(DIALECTS[dialect], byte_order, int(real[1:]) // 8)
+
+
+def _packet(entry: dict[str, Any]) -> dict[str, Any]:
+    return {key: entry[key] for key in ("msg_type", "comm_type", "reply_code", "fields")}
+
+
+def test_there_is_a_file_for_each_dialect_order_and_width() -> None:
+    assert len(FILES) == len(DIALECTS) * 2 * 2
+
+
+@pytest.mark.parametrize("file", FILES)
+def test_every_exported_packet_holds_both_ways(file: str) -> None:
+    codec = _codec(file)
+
+    def check(entry: dict[str, Any]) -> None:
+        message = codec.decode(bytes.fromhex(entry["hex"]))
+        decoded = {**packet_to_json(message, codec)}
+        decoded.pop("name")
+        same(exact(decoded), exact(_packet(entry)))
+        same(codec.encode(packet_from_json(_packet(entry), codec)).hex(), entry["hex"])
+
+    every([(entry["name"], entry) for entry in json.loads(FILES[file])], check)
+
+
+@pytest.mark.parametrize("file", FILES)
+def test_names_are_unique_in_a_file(file: str) -> None:
+    names = [entry["name"] for entry in json.loads(FILES[file])]
+    assert len(names) == len(set(names))
+
+
+def test_the_fields_of_every_sample_can_be_told_apart() -> None:
+    every(MESSAGES, _has_fields_that_can_be_told_apart)
+
+
+def _has_fields_that_can_be_told_apart(cls: type[Message]) -> None:
+    message = sample(cls)
+    plain = [
+        value
+        for name, field in cls.FIELDS.items()
+        if not (isinstance(field, Int) and field.values is not None)
+        for value in [getattr(message, name)]
+    ]
+    assert all(one != other for i, one in enumerate(plain) for other in plain[:i])
+
+
+def test_every_sample_is_exact_in_four_bytes() -> None:
+    every(MESSAGES, _is_exact_in_four_bytes)
+
+
+def _is_exact_in_four_bytes(cls: type[Message]) -> None:
+    codecs = [_codec(f"{name}-le-f32") for name in DIALECTS]
+    codec = next(codec for codec in codecs if cls in codec.dialect.messages)
+    assert codec.decode(codec.encode(sample(cls))) == sample(cls)
+
+
+def test_extremes_hold_what_is_no_number_and_zeros_do_not() -> None:
+    cls = next(cls for cls in ALL_MESSAGES if cls.__name__ == "State")
+    assert any(isinstance(field, Reals) for field in every_field(cls.FIELDS))
+    assert "nan" in repr(extremes(cls))
+    assert "nan" not in repr(zeros(cls))
+
+
+@pytest.fixture(name="generated", scope="module")
+def _generated() -> dict[str, str]:
+    return generated_files()
+
+
+@pytest.fixture(name="once")
+def _once(generated: dict[str, str], monkeypatch: pytest.MonkeyPatch) -> None:
+    """Have what is written and compared generated once, since it comes out the same each time."""
+    for module in (files, __main__):
+        monkeypatch.setattr(module, "generated_files", lambda: generated)
+
+
+@pytest.mark.usefixtures("once")
+def test_no_generated_file_is_stale() -> None:
+    stale = stale_files(DOCS)
+    assert not stale, f"{'; '.join(stale)}. Run: make reference"
+
+
+def test_generating_twice_gives_the_same_bytes(generated: dict[str, str]) -> None:
+    assert generated_files() == generated
+
+
+def test_every_generated_file_says_so_at_its_top(generated: dict[str, str]) -> None:
+    every(((path, text[:400]) for path, text in generated.items()), _says_so)
+
+
+def _says_so(top: str) -> None:
+    assert "Generated from the declarations" in top or "openpendant's own encoder" in top
+
+
+@pytest.fixture(name="written")
+def _written(once: None, tmp_path: Path) -> Path:
+    assert main(["--out", str(tmp_path)]) == 0
+    return tmp_path
+
+
+def test_what_was_written_is_not_stale(written: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    assert main(["--check", "--out", str(written)]) == 0
+    assert capsys.readouterr().err == ""
+
+
+def _change(file: Path) -> None:
+    file.write_text(file.read_text() + "\n")
+
+
+def _remove(file: Path) -> None:
+    file.unlink()
+
+
+def _add(file: Path) -> None:
+    file.with_name("another.lua").write_text("")
+
+
+@pytest.mark.parametrize(
+    ("harm", "complaint"),
+    [
+        (_change, "generated/openpendant.lua is stale"),
+        (_remove, "generated/openpendant.lua is missing"),
+        (_add, "generated/another.lua is generated no longer"),
+    ],
+)
+def test_a_stale_file_is_named_with_the_way_to_mend_it(
+    harm: Callable[[Path], None], complaint: str, written: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    harm(written / "generated" / "openpendant.lua")
+    assert main(["--check", "--out", str(written)]) == 1
+    assert capsys.readouterr().err.splitlines() == [complaint, "run: make reference"]
+    write_files(written)
+    assert stale_files(written) == []
+
+
+@pytest.mark.usefixtures("once")
+def test_a_folder_that_cannot_be_written_is_named(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    (tmp_path / "file").write_text("")
+    assert main(["--out", str(tmp_path / "file")]) == 2
+    assert "file" in capsys.readouterr().err
