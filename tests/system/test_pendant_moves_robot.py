@@ -11,7 +11,6 @@ from rigs.clock.busy_machine import PATIENCE, SCALE
 
 from openpendant.simplemsg.pendant import (
     Activity,
-    Motion,
     OperatorAction,
     OperatorEvent,
     StateField,
@@ -37,53 +36,6 @@ def moved(pendant: client.PendantClient, joint: int, by: float) -> list[float]:
 def lowered(pose: client.Pose, by: float) -> client.Pose:
     x, y, z = pose.position
     return client.Pose((x, y, z - by), pose.orientation)
-
-
-async def test_joints_poses_and_paths_arrive_without_a_violation(shared_cell: Any) -> None:
-    pendant = await shared_cell.ready_pendant()
-    async with pendant.control():
-        target = moved(pendant, 0, 0.3)
-        await (await pendant.move_joints(target, speed=0.5)).done()
-        await pendant.next_state()
-        assert pendant.joints() == pytest.approx(target, abs=1e-5)
-
-        here = pendant.tool_pose()
-        await (await pendant.move_to_pose(lowered(here, 0.05), motion=Motion.LIN)).done()
-        await pendant.next_state()
-        assert pendant.tool_pose().position == pytest.approx(lowered(here, 0.05).position, abs=2e-4)
-
-        path = [lowered(here, 0.05 - 0.01 * step) for step in range(1, 6)]
-        result = await (await pendant.follow_poses(path, speed=0.3)).done()
-        assert result.motion_time > 0
-        await (await pendant.follow_joints([moved(pendant, 1, 0.1), target], speed=0.3)).done()
-
-
-WRONG_TARGETS = [
-    (0, 7.0, V.OUT_OF_RANGE),
-    (2, float("nan"), V.NOT_FINITE),
-    (2, float("inf"), V.NOT_FINITE),
-    (8, 0.5, V.WRONG_JOINT_COUNT),
-    (0, None, V.NO_MOTION),
-]
-"""Joint, what it is asked to be (None: what it is), and the refusal."""
-
-
-async def test_a_wrong_target_is_refused_with_its_joint_and_moves_nothing(shared_cell: Any) -> None:
-    pendant = await shared_cell.ready_pendant()
-    before = pendant.joints()
-    async with pendant.control():
-        for joint, value, code in WRONG_TARGETS:
-            target = [*before, *([0.0] * max(joint + 1 - len(before), 0))]
-            if value is not None:
-                target[joint] = value
-            with pytest.raises(client.Refused) as refused:
-                await pendant.move_joints(target)
-            assert refused.value.code == code
-            if code is V.OUT_OF_RANGE:
-                assert (refused.value.joint, refused.value.value) == (0, 7.0)
-                assert refused.value.limit == pytest.approx(6.283185, abs=1e-5)
-    await pendant.next_state()
-    assert pendant.joints() == before
 
 
 async def test_a_target_with_too_few_joints_is_refused_and_moves_nothing(shared_cell: Any) -> None:

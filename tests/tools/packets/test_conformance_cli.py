@@ -5,7 +5,6 @@ import json
 import math
 import re
 import signal
-import socket
 from collections.abc import Callable
 from pathlib import Path
 from xml.etree import ElementTree
@@ -71,12 +70,11 @@ def test_wrong_usage_is_a_sentence_and_exit_code_2(
     assert complaint in capsys.readouterr().err
 
 
-def test_a_target_that_is_not_there_is_exit_code_3(capsys: pytest.CaptureFixture[str]) -> None:
-    with socket.socket() as reserved:
-        reserved.bind(("127.0.0.1", 0))
-        port = reserved.getsockname()[1]
-        assert main([f"127.0.0.1:{port}"]) == ExitCode.REFUSED
-    assert f"127.0.0.1:{port} cannot be reached" in capsys.readouterr().err
+def test_a_target_that_is_not_there_is_exit_code_3(
+    capsys: pytest.CaptureFixture[str], unused_tcp_port: int
+) -> None:
+    assert main([f"127.0.0.1:{unused_tcp_port}"]) == ExitCode.REFUSED
+    assert f"127.0.0.1:{unused_tcp_port} cannot be reached" in capsys.readouterr().err
 
 
 def test_the_list_names_every_check_of_both_roles(capsys: pytest.CaptureFixture[str]) -> None:

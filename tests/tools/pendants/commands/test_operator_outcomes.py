@@ -8,7 +8,6 @@ from __future__ import annotations
 import asyncio
 import io
 import json
-import socket
 from collections.abc import AsyncIterator, Awaitable, Callable
 from contextlib import asynccontextmanager
 from dataclasses import dataclass, field
@@ -303,11 +302,8 @@ COMMANDS: dict[str, tuple[Main, list[str]]] = {
 
 
 @pytest.fixture
-def nobody() -> list[str]:
-    with socket.socket() as free:
-        free.bind(("127.0.0.1", 0))
-        port = free.getsockname()[1]
-    return ["--server", f"127.0.0.1:{port}"]
+def nobody(unused_tcp_port: int) -> list[str]:
+    return ["--server", f"127.0.0.1:{unused_tcp_port}"]
 
 
 @pytest.mark.parametrize("name", COMMANDS)
