@@ -108,61 +108,54 @@ def test_no_input_is_no_error(terminal: Terminal) -> None:
     assert terminal.run(["decode"]) == (0, [], [])
 
 
-DECODE_ERRORS: dict[str, tuple[str | bytes, str]] = {
-    "odd digits": ("abc", "an odd number of hexadecimal digits: 3"),
-    "another script's digits": ("٠" * 32, "'٠' is no hexadecimal digit"),
-    "a control character": ("\x1b[31m", r"'\x1b' is no hexadecimal digit"),
-    "bytes that are no UTF-8": (b"0c\xff", "not UTF-8: byte 0xff at 2"),
-    "too short": ("0c000000", "4 bytes are less than a header"),
-    "a wrong length": (PING + "00", "declared length 12 is not the 13 bytes that follow"),
-    "a broken header": ("0c000000010000000300000000000000", "reply code 0 does not go with"),
-    "a short body": ("100000000a000000010000000000000000000000", "the body has 4 bytes, not 44"),
-    "a line without end": ("0" * (3 * MAX_LINE), f"longer than {MAX_LINE} bytes"),
+ERRORS: dict[str, dict[str, tuple[str | bytes, str]]] = {
+    "decode": {
+        "odd digits": ("abc", "an odd number of hexadecimal digits: 3"),
+        "another script's digits": ("٠" * 32, "'٠' is no hexadecimal digit"),
+        "a control character": ("\x1b[31m", r"'\x1b' is no hexadecimal digit"),
+        "bytes that are no UTF-8": (b"0c\xff", "not UTF-8: byte 0xff at 2"),
+        "too short": ("0c000000", "4 bytes are less than a header"),
+        "a wrong length": (PING + "00", "declared length 12 is not the 13 bytes that follow"),
+        "a broken header": ("0c000000010000000300000000000000", "reply code 0 does not go with"),
+        "a short body": (
+            "100000000a000000010000000000000000000000",
+            "the body has 4 bytes, not 44",
+        ),
+        "a line without end": ("0" * (3 * MAX_LINE), f"longer than {MAX_LINE} bytes"),
+    },
+    "encode": {
+        "no JSON": ("{", "no JSON: Expecting property name"),
+        "not a number": ('{"msg_type": NaN}', 'no JSON: NaN; write "nan"'),
+        "a list": ("[]", "a packet is a JSON object, not []"),
+        "deep nesting": ("[" * 100_000, "no packet: nested too deeply"),
+        "a huge integer": ("9" * 5_000, "no packet: an integer of thousands of digits"),
+        "bytes that are no UTF-8": (b'{"\xff"', "not UTF-8: byte 0xff at 2"),
+        "a lone surrogate as key": (r'{"\ud800": 1}', r"a packet has no key '\ud800'"),
+        "33 bits": (
+            json.dumps({**PING_PACKET, "msg_type": 13, "fields": dict.fromkeys("abc", 2**32)}),
+            "status has no field 'a'",
+        ),
+        "a huge type": (json.dumps({**PING_PACKET, "msg_type": 2**70}), "no integer of 32 bits"),
+    },
 }
 
-ENCODE_ERRORS: dict[str, tuple[str | bytes, str]] = {
-    "no JSON": ("{", "no JSON: Expecting property name"),
-    "not a number": ('{"msg_type": NaN}', 'no JSON: NaN; write "nan"'),
-    "a list": ("[]", "a packet is a JSON object, not []"),
-    "deep nesting": ("[" * 100_000, "no packet: nested too deeply"),
-    "a huge integer": ("9" * 5_000, "no packet: an integer of thousands of digits"),
-    "bytes that are no UTF-8": (b'{"\xff"', "not UTF-8: byte 0xff at 2"),
-    "a lone surrogate as key": (r'{"\ud800": 1}', r"a packet has no key '\ud800'"),
-    "33 bits": (
-        json.dumps({**PING_PACKET, "msg_type": 13, "fields": dict.fromkeys("abc", 2**32)}),
-        "status has no field 'a'",
-    ),
-    "a huge type": (json.dumps({**PING_PACKET, "msg_type": 2**70}), "no integer of 32 bits"),
-}
 
-
-@pytest.mark.parametrize("case", DECODE_ERRORS)
+@pytest.mark.parametrize(
+    ("tool", "case"), [(tool, case) for tool in ERRORS for case in ERRORS[tool]]
+)
 def test_a_line_that_is_no_packet_is_reported_and_the_rest_converted(
-    terminal: Terminal, case: str
+    terminal: Terminal, tool: str, case: str
 ) -> None:
-    line, reason = DECODE_ERRORS[case]
+    line, reason = ERRORS[tool][case]
     raw = line if isinstance(line, bytes) else line.encode()
-    status, lines, (error,) = terminal.run(["decode"], raw + b"\n" + PING.encode())
-    assert status == 1
-    assert error.startswith("line 1: ")
-    assert reason in error
-    assert [json.loads(line) for line in lines] == [PING_PACKET]
-
-
-@pytest.mark.parametrize("case", ENCODE_ERRORS)
-def test_json_that_is_no_packet_is_reported_and_the_rest_converted(
-    terminal: Terminal, case: str
-) -> None:
-    line, reason = ENCODE_ERRORS[case]
-    raw = line if isinstance(line, bytes) else line.encode()
-    status, lines, (error,) = terminal.run(
-        ["encode"], raw + b"\n" + json.dumps(PING_PACKET).encode()
-    )
+    as_json = json.dumps(PING_PACKET)
+    good, made = (PING, as_json) if tool == "decode" else (as_json, PING)
+    status, lines, (error,) = terminal.run([tool], raw + b"\n" + good.encode())
     assert status == 1
     assert error.startswith("line 1: ")
     assert reason in error
     assert len(error) < 300
-    assert lines == [PING]
+    assert [line if tool == "encode" else json.dumps(json.loads(line)) for line in lines] == [made]
 
 
 def test_a_lone_surrogate_in_a_text_is_not_encoded(terminal: Terminal) -> None:

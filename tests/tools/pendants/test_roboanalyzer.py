@@ -3,7 +3,6 @@
 import math
 from array import array
 from collections.abc import Callable, Iterator
-from contextlib import contextmanager
 from functools import partial
 from itertools import groupby
 from typing import Any
@@ -37,10 +36,26 @@ THE_TWELVE = [
 MORE = ["ShowAvailableRobots", "LoadRobot", "DisplayRobot", "UpdateRobot", "DisposeRobot"]
 
 
+ARM = {"name": "j", "unit": "rad", "lower": -math.pi, "upper": math.pi}
+RAIL = {"name": "rail", "unit": "m", "lower": 0.0, "upper": 2.0}
+SNAPSHOT = {"cell": "left", "robot": "ur5", "joints": [RAIL, *[ARM] * 5]}
+CELLS = {
+    "cells": [
+        {"cell": "left", "robot": "ur5", "dof": 6},
+        {"cell": "right", "robot": "puma560", "dof": 6},
+    ]
+}
+
+
 @pytest.fixture
 def server() -> Iterator[ScriptedPendantServer]:
-    with roboanalyzer_server() as running:
+    """A server of two cells on a thread; its robot stands in AUTOMATIC."""
+    thread = LoopThread("scripted server")
+    with thread.entered(scripted_server()) as running:
+        running.mode = messages.OperatingMode.AUTOMATIC
+        running.answers = {"snapshot": SNAPSHOT, "cells": CELLS, "trace.clear": {}}
         yield running
+    thread.end()
 
 
 @pytest.fixture
@@ -241,19 +256,21 @@ def test_in_a_room_the_robot_alone_selects_its_cell(
         assert room.all(messages.Hello)[-1].cell == cell
 
 
-def test_in_a_room_a_robot_that_two_cells_have_is_refused_with_the_cells(
-    room: ScriptedPendantServer,
+@pytest.mark.parametrize(
+    ("asked", "error", "told"),
+    [
+        ({"robot": "ur5"}, WrongArgument, "2 cells have a robot 'ur5': name left or third"),
+        ({}, WrongArgument, r"several robots: name one of ur5 \(cell left\), "),
+        ({"cell": "attic"}, Refused, "no cell 'attic'; here: left, right, third"),
+    ],
+    ids=["a robot that two cells have", "no robot", "a cell that is not there"],
+)
+def test_in_a_room_what_selects_no_cell_is_refused_with_those_there_are(
+    room: ScriptedPendantServer, asked: dict[str, Any], error: type[PendantError], told: str
 ) -> None:
-    with pytest.raises(WrongArgument, match="2 cells have a robot 'ur5': name left or third"):
-        RoboAnalyzerClient("127.0.0.1", room.port, "ur5")
+    with pytest.raises(error, match=told):
+        RoboAnalyzerClient("127.0.0.1", room.port, **asked)
     assert room.all(messages.Authority) == []
-
-
-def test_in_a_room_no_robot_at_all_is_refused_with_those_there_are(
-    room: ScriptedPendantServer,
-) -> None:
-    with pytest.raises(WrongArgument, match=r"several robots: name one of ur5 \(cell left\), "):
-        RoboAnalyzerClient("127.0.0.1", room.port)
 
 
 def test_loading_a_robot_that_two_cells_have_keeps_the_one_that_is_loaded(
@@ -265,13 +282,6 @@ def test_loading_a_robot_that_two_cells_have_keeps_the_one_that_is_loaded(
         robot.UpdateRobot()
         robot.LoadRobot("left")
         assert room.all(messages.Hello)[-1].cell == "left"
-
-
-def test_a_cell_that_is_named_and_not_there_is_the_server_s_refusal(
-    room: ScriptedPendantServer,
-) -> None:
-    with pytest.raises(Refused, match=r"no cell 'attic'; here: left, right, third"):
-        RoboAnalyzerClient("127.0.0.1", room.port, cell="attic")
 
 
 def test_the_refusal_of_a_real_room_names_a_cell_that_tells_the_others() -> None:
@@ -392,25 +402,3 @@ def test_half_a_joint_a_robot_that_is_no_text_and_too_much_speed_never_leave(
         with pytest.raises(WrongArgument, match="above 0, up to 1"):
             robot.speed = speed
     assert robot.speed == 0.5
-
-
-ARM = {"name": "j", "unit": "rad", "lower": -math.pi, "upper": math.pi}
-RAIL = {"name": "rail", "unit": "m", "lower": 0.0, "upper": 2.0}
-SNAPSHOT = {"cell": "left", "robot": "ur5", "joints": [RAIL, *[ARM] * 5]}
-CELLS = {
-    "cells": [
-        {"cell": "left", "robot": "ur5", "dof": 6},
-        {"cell": "right", "robot": "puma560", "dof": 6},
-    ]
-}
-
-
-@contextmanager
-def roboanalyzer_server() -> Iterator[ScriptedPendantServer]:
-    """Run the server on a thread; its robot stands in AUTOMATIC."""
-    thread = LoopThread("scripted server")
-    with thread.entered(scripted_server()) as running:
-        running.mode = messages.OperatingMode.AUTOMATIC
-        running.answers = {"snapshot": SNAPSHOT, "cells": CELLS, "trace.clear": {}}
-        yield running
-    thread.end()

@@ -5,7 +5,7 @@ from typing import Any, get_args
 
 import pytest
 from rigs.cells.panel_rig import MS, PanelRig
-from rigs.peers.scripted_pendant_server import scripted_server
+from rigs.peers.scripted_pendant_server import ScriptedPendantServer
 
 from openpendant.simplemsg import pendant as messages
 from openpendant.tools.pendants.client import PendantClient
@@ -139,41 +139,33 @@ def test_what_moves_nothing_is_asked_for_on_stale_values_too(key: str) -> None:
 @pytest.mark.virtual_clock
 @pytest.mark.parametrize(("age", "presses"), [(0.24, 1), (0.26, 0), (0.29, 0)])
 async def test_a_held_key_waits_for_no_state_and_moves_on_none_that_comes_later(
-    age: float, presses: int
+    age: float, presses: int, server: ScriptedPendantServer, pendant: PendantClient
 ) -> None:
-    async with (
-        scripted_server() as server,
-        await PendantClient.connect("127.0.0.1", server.port, state_rate=25) as client,
-    ):
-        panel = Panel()
-        performer = Performer(client, panel)
-        await client.next_state()
-        server.mutes = True
-        await asyncio.sleep(age)
-        performer.perform([do.PulseJog(do.JOINTS, ((0, 1),), 0.25)])
-        await asyncio.sleep(0.005)
-        server.mutes = False
-        await asyncio.sleep(0.2)
-        assert len(server.all(messages.JogStart)) == presses
-        assert panel.messages.newest.startswith("STALE") == (not presses)
-        await performer.close()
+    panel = Panel()
+    performer = Performer(pendant, panel)
+    server.mutes = True
+    await asyncio.sleep(age)
+    performer.perform([do.PulseJog(do.JOINTS, ((0, 1),), 0.25)])
+    await asyncio.sleep(0.005)
+    server.mutes = False
+    await asyncio.sleep(0.2)
+    assert len(server.all(messages.JogStart)) == presses
+    assert panel.messages.newest.startswith("STALE") == (not presses)
+    await performer.close()
 
 
 @pytest.mark.virtual_clock
-async def test_a_press_that_nobody_beats_is_not_taken_back_where_its_verdict_is_late() -> None:
-    async with (
-        scripted_server() as server,
-        await PendantClient.connect("127.0.0.1", server.port, state_rate=25) as client,
-    ):
-        panel = Panel()
-        performer = Performer(client, panel)
-        await client.next_state()
-        server.mutes = True
-        performer.perform([do.PulseJog(do.JOINTS, ((0, 1),), 0.25)])
-        await asyncio.sleep(0.02)
-        server.mutes = False
-        server.take(server.lines[-1], server.one(messages.JogStart))
-        await asyncio.sleep(0.02)
-        assert server.all(messages.JogRelease) == server.all(messages.JogBeat) == []
-        assert panel.messages.lines == ()
-        await performer.close()
+async def test_a_press_that_nobody_beats_is_not_taken_back_where_its_verdict_is_late(
+    server: ScriptedPendantServer, pendant: PendantClient
+) -> None:
+    panel = Panel()
+    performer = Performer(pendant, panel)
+    server.mutes = True
+    performer.perform([do.PulseJog(do.JOINTS, ((0, 1),), 0.25)])
+    await asyncio.sleep(0.02)
+    server.mutes = False
+    server.take(server.lines[-1], server.one(messages.JogStart))
+    await asyncio.sleep(0.02)
+    assert server.all(messages.JogRelease) == server.all(messages.JogBeat) == []
+    assert panel.messages.lines == ()
+    await performer.close()
