@@ -11,12 +11,9 @@ from pathlib import Path
 from xml.etree import ElementTree
 
 import pytest
-from rigs.processes.bare_app import bare_app
-from rigs.processes.judged_server import HALF_RATE, LoopPlanner
+from rigs.processes.judged_server import HALF_RATE, served_cell
 
 from openpendant.motion.description.robot import serial_robot
-from openpendant.server.settings.cell_settings import make_settings
-from openpendant.server.shell.cell_shell import CellParts
 from openpendant.simplemsg import DIALECTS, JointTrajPt, codec_for, joint_array
 from openpendant.tools.console import ExitCode
 from openpendant.tools.packets.conformance.check import (
@@ -265,21 +262,14 @@ STANDARD = [scenario for scenario in SCENARIOS if not scenario.is_motoman]
 
 @asynccontextmanager
 async def our_server(live: LiveController, **controller: object) -> AsyncIterator[PendantClient]:
-    settings = make_settings(
-        {
-            "tick_rate": HALF_RATE,
-            "listen": {"pendant_port": 0, "ros_motion_port": 0, "ros_state_port": 0},
-            "controller": {
-                "motion_port": live.ports[Purpose.MOTION],
-                "state_port": live.ports[Purpose.STATE],
-                "state_period": 0.025,
-                **controller,
-            },
-        },
-        "test",
-    )
-    async with bare_app([CellParts(settings, ROBOT, LoopPlanner())]).running() as ports:
-        pendant = await PendantClient.connect("127.0.0.1", ports.pendant, state_rate=50)
+    ports = {
+        "motion_port": live.ports[Purpose.MOTION],
+        "state_port": live.ports[Purpose.STATE],
+        "state_period": 0.025,
+    }
+    app, _ = served_cell(tick_rate=HALF_RATE, controller={**ports, **controller})
+    async with app.running() as listening:
+        pendant = await PendantClient.connect("127.0.0.1", listening.pendant, state_rate=50)
         async with pendant:
             yield pendant
 

@@ -7,15 +7,11 @@ from dataclasses import dataclass
 from pathlib import Path
 
 import pytest
-from rigs.cells.journalled_cell import ROBOT, PlannerInLine
-from rigs.processes.bare_app import bare_app
+from rigs.processes.judged_server import served_cell
 
 from openpendant.controller_emulator.shell.build import build_controller
 from openpendant.controller_emulator.shell.service import Service, loop_time
 from openpendant.controller_emulator.shell.settings import EmulatorSettings
-from openpendant.motion.description.robot import serial_robot
-from openpendant.server.settings.cell_settings import make_settings
-from openpendant.server.shell.cell_shell import CellParts
 from openpendant.simplemsg.pendant import LinkState, State
 from openpendant.simplemsg.verdicts import VerdictCode
 from openpendant.tools.packets.faults import FaultProxy, main
@@ -125,7 +121,6 @@ def test_what_is_missing_is_said(
 
 
 HOST = "127.0.0.1"
-_ANY_PORTS = {"pendant_port": 0, "ros_motion_port": 0, "ros_state_port": 0}
 
 
 @dataclass
@@ -161,9 +156,7 @@ async def cell_behind_faults(script: Path, **link: object) -> AsyncIterator[Faul
     try:
         motion, state = await proxy.start()
         controller = {"host": HOST, "motion_port": motion, "state_port": state, **link}
-        values = {"robot": ROBOT, "controller": controller, "listen": _ANY_PORTS}
-        served = CellParts(make_settings(values, "test"), serial_robot(ROBOT), PlannerInLine())
-        app = bare_app([served])
+        app, _ = served_cell(controller=controller)
         async with app.running() as listening:
             yield FaultedCell(service, proxy, listening.pendant)
     finally:
