@@ -140,12 +140,8 @@ async def test_promise_21_without_descriptors_nobody_is_taken_for_a_second_and_t
 
 def timers_of(listening: Listening) -> int:
     scheduled: list[asyncio.TimerHandle] = vars(asyncio.get_running_loop())["_scheduled"]
-    callbacks = [callback_of(timer) for timer in scheduled if not timer.cancelled()]
+    callbacks = [getattr(timer, "_callback", None) for timer in scheduled if not timer.cancelled()]
     return sum(getattr(callback, "__self__", None) is listening for callback in callbacks)
-
-
-def callback_of(timer: asyncio.TimerHandle) -> object:
-    return getattr(timer, "_callback", None)
 
 
 @pytest.mark.parametrize("ports", [1, 3])

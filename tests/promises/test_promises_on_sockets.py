@@ -299,10 +299,6 @@ def test_promise_19_a_stop_passes_5000_frames_of_its_own_within_20_ms(
         figures.judge(OBSERVED_STOP.ms, slack=slack, most=figure(19, "most").ms)
 
 
-def unknown_requests(pendant: WirePendant) -> bytes:
-    return struct.pack("<4i", 12, 64_000, CommType.REQUEST, 0) * 10
-
-
 @pytest.mark.parametrize(("trials", "slack"), OWN_TRIALS)
 def test_promise_19_no_stop_is_lost_where_its_connection_is_cut(
     rig: PromiseRig, trials: int, slack: float
@@ -318,7 +314,8 @@ def test_promise_19_no_stop_is_lost_where_its_connection_is_cut(
         stop = pendant.frame(messages.SoftwareStop(pendant.request(), "not lost"))
         match trial % 5:
             case 0:
-                pendant.sock.sendall(unknown_requests(pendant) + stop)
+                unknown = struct.pack("<4i", 12, 64_000, CommType.REQUEST, 0)
+                pendant.sock.sendall(unknown * 10 + stop)
             case 1:
                 pendant.sock.sendall(stop + bytes(4))
             case 2 | 3:

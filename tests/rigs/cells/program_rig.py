@@ -57,7 +57,8 @@ class ProgramRig:
         self.request = 0
 
     def do(self, event: run.Event) -> list[str]:
-        found = [each for each in self.runner.handle(event, self.now) if not _is_report(each)]
+        done = self.runner.handle(event, self.now)
+        found = [each for each in done if not isinstance(each, run.RunReport)]
         self.actions += found
         for action in found:
             self.request = getattr(action, "request", self.request)
@@ -188,7 +189,3 @@ def _move_text(each: BlockMove) -> str:
     via = "".join(f"<{point.name}" for point in each.via)
     zone = "~" if each.move.zone else ""
     return f"{each.target.name}{way}{via}{zone}"
-
-
-def _is_report(action: run.Action) -> bool:
-    return isinstance(action, run.RunReport)
