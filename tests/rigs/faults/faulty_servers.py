@@ -14,6 +14,7 @@ from contextlib import asynccontextmanager
 from dataclasses import dataclass, field
 from typing import Any
 
+from rigs.cells.controller_rig import LIMITS, MS
 from rigs.processes.judged_server import HALF_RATE
 
 from openpendant import simplemsg as wire
@@ -24,7 +25,6 @@ from openpendant.controller_emulator.profiles import GENERIC
 from openpendant.controller_emulator.shell.links import EmulatorLink, LinkEvents
 from openpendant.controller_emulator.shell.service import EmulatorPorts, Service
 from openpendant.controller_emulator.shell.settings import EmulatorSettings
-from openpendant.motion.description.limits import JointLimits
 from openpendant.simplemsg.journal import Journal
 from openpendant.tools.packets.conformance.check import CheckVerdict, Judgement, Profile
 from openpendant.tools.packets.conformance.server.checks import ServerCheck, server_checks
@@ -33,15 +33,6 @@ from openpendant.tools.packets.conformance.server.target import Options
 
 HOST = "127.0.0.1"
 START = (0.3, 0.4)
-LIMITS = JointLimits(
-    names=("shoulder", "elbow"),
-    lower=(-2.0, -2.0),
-    upper=(2.0, 2.0),
-    velocity=(2.0, 2.0),
-    acceleration=(4.0, 4.0),
-    prismatic=(False, False),
-)
-_MS = 1_000_000
 
 
 def little(*values: int) -> bytes:
@@ -280,7 +271,7 @@ async def serve(fault: Fault) -> tuple[FaultyService, EmulatorPorts]:
         START,
         GENERIC,
         buffer_depth=settings.buffer,
-        start_rule=StartRule(2, 50 * _MS, 20 * _MS, 200 * _MS),
+        start_rule=StartRule(2, 50 * MS, 20 * MS, 200 * MS),
         is_strict=settings.strict_sequence,
         now=round(loop.time() * 1e9),
     )

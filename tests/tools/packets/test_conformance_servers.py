@@ -12,8 +12,8 @@ from collections.abc import Callable
 from dataclasses import replace
 
 import pytest
+from rigs.cells.controller_rig import LIMITS
 from rigs.faults.faulty_servers import (
-    LIMITS,
     SOUND,
     START,
     checks_named,
