@@ -1,8 +1,9 @@
-"""A scripted server and a pendant client on it, for the tests of the client library."""
+"""A scripted server and a pendant client on it, and the panel of a terminal pendant."""
 
 from collections.abc import AsyncIterator
 
 import pytest
+from rigs.cells.panel_rig import PanelRig
 from rigs.peers.scripted_pendant_server import ScriptedPendantServer, scripted_server
 
 from openpendant.tools.pendants.client import PendantClient
@@ -19,3 +20,8 @@ async def pendant(server: ScriptedPendantServer) -> AsyncIterator[PendantClient]
     async with await PendantClient.connect("127.0.0.1", server.port) as connected:
         await connected.next_state()
         yield connected
+
+
+@pytest.fixture
+def rig() -> PanelRig:
+    return PanelRig()

@@ -36,11 +36,6 @@ from openpendant.tools.pendants.terminal.taught_program import (
 HALF_DEGREE = math.radians(0.5)
 
 
-@pytest.fixture
-def rig() -> PanelRig:
-    return PanelRig()
-
-
 @pytest.mark.parametrize(
     ("keys", "command"),
     [

@@ -25,11 +25,6 @@ from openpendant.tools.pendants.terminal.taught_program import (
 NAMES = ("five points", "Pick", "pick2", "unpick")
 
 
-@pytest.fixture
-def rig() -> PanelRig:
-    return PanelRig()
-
-
 def offered(rig: PanelRig) -> tuple[str, ...]:
     assert isinstance(rig.panel.question, ProgramChoice)
     return rig.panel.question.offers

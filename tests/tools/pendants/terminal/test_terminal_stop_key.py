@@ -109,11 +109,6 @@ async def driven(log_in: LogIn = as_nobody, *, stops_first: bool = False) -> Asy
 DOUBT = "STOP NOT CONFIRMED, use the robot's own hardware stop button: "
 
 
-@pytest.fixture
-def rig() -> PanelRig:
-    return PanelRig()
-
-
 def press(rig: PanelRig) -> do.StopRobot:
     """Press the stop key on a link that seems to stand."""
     (stop,) = rig.panel.key(STOP_KEY, rig.now)
