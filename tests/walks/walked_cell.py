@@ -10,10 +10,12 @@ import socket
 from collections import deque
 from collections.abc import AsyncIterator, Callable
 from contextlib import asynccontextmanager
+from functools import partial
 from types import FrameType
 from typing import Any, TypeVar
 
 from rigs.cells.memory_store import MemoryStore
+from rigs.data.stored_documents import answer_of
 from rigs.processes.bare_app import bare_app
 from rigs.processes.judged_server import HOST, ROBOT, running_emulator
 from walks.tracer import OnFrame
@@ -24,8 +26,7 @@ from openpendant.server.planning.jobs import Deliver, Job
 from openpendant.server.planning.worker.job_planner import answer
 from openpendant.server.settings.cell_settings import make_settings
 from openpendant.server.shell.cell_shell import CellParts
-from openpendant.server.store.requests import Answer, Request, perform
-from openpendant.server.store.store_errors import StoreError
+from openpendant.server.store.requests import Answer, Request
 from openpendant.simplemsg import PENDANT, ByteOrder, Connection, Message, Role, pendant
 from openpendant.simplemsg.verdicts import VerdictCode
 
@@ -73,11 +74,7 @@ class WaitingStore:
     def answered(self) -> Callable[[], None]:
         """Do what the oldest request asks for; return what delivers the answer."""
         request, on_done = self.requests.popleft()
-        try:
-            found: Answer = perform(self.store, request)
-        except StoreError as error:
-            found = error
-        return lambda: on_done(found)
+        return partial(on_done, answer_of(self.store, request))
 
 
 class Hands:

@@ -4,8 +4,7 @@ from collections import deque
 from collections.abc import Sequence
 from pathlib import Path
 
-from rigs.cells.server_rig import request_of
-from rigs.data.stored_documents import noon
+from rigs.data.stored_documents import answer_of, noon
 
 from openpendant.server.cell.execution.feedback import Feedback
 from openpendant.server.events.effects import Ask, Effect
@@ -14,7 +13,6 @@ from openpendant.server.recording.recorder import Recorder
 from openpendant.server.refusal import Refusal
 from openpendant.server.settings.cell_settings import ControllerLink
 from openpendant.server.store.recording_format import RecordingDocument, Row, unpack_rows
-from openpendant.server.store.requests import Answer, perform
 from openpendant.server.store.sqlite_store import open_store
 from openpendant.server.store.store_errors import StoreError
 from openpendant.simplemsg import JointFeedback, ValidField, joint_array
@@ -47,14 +45,7 @@ class RecordedCell:
     def answer(self) -> None:
         """Have the store answer the oldest request."""
         asked = self.asked.popleft()
-        answer: Answer
-        if self.refuse_with is not None:
-            answer = self.refuse_with
-        else:
-            try:
-                answer = perform(self.store, request_of(asked))
-            except StoreError as error:
-                answer = error
+        answer = self.refuse_with or answer_of(self.store, asked.question)
         self.perform(self.pending.resume(asked, answer, self.now))
 
     def answer_all(self) -> None:

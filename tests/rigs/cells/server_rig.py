@@ -10,6 +10,7 @@ from collections.abc import Iterable, Sequence
 from typing import cast
 
 from rigs.cells.memory_store import MemoryStore
+from rigs.data.stored_documents import answer_of
 from rigs.motion.simple_jogger import SimpleJogger
 from rigs.peers.scripted_controller import Fault, ScriptedController
 from rigs.peers.server_clients import Peer, Pendant, RosClient
@@ -40,8 +41,6 @@ from openpendant.server.settings.cell_settings import (
     JogSettings,
     make_settings,
 )
-from openpendant.server.store.requests import Answer, Request, perform
-from openpendant.server.store.store_errors import StoreError
 from openpendant.simplemsg.pendant import Activity
 from openpendant.simplemsg.verdicts import VerdictCode
 
@@ -136,12 +135,6 @@ def jobs_in(outgoing: Iterable[effects.Effect]) -> list[jobs.Job]:
     ]
 
 
-def request_of(asked: effects.Ask) -> Request:
-    """Return what the store is asked for."""
-    assert isinstance(asked.question, Request)
-    return asked.question
-
-
 def worked_out(outgoing: Iterable[effects.Effect]) -> list[effects.Effect]:
     """Return effects with what follows from them in its place."""
     out: list[effects.Effect] = []
@@ -162,11 +155,7 @@ class Shell(ABC):
 
     def _run(self, asked: effects.Ask) -> None:
         """Have the store do what the core asked for, at once."""
-        try:
-            answer: Answer = perform(self.store, request_of(asked))
-        except StoreError as error:
-            answer = error
-        self.answered(asked, answer)
+        self.answered(asked, answer_of(self.store, asked.question))
 
     def answered(self, asked: effects.Ask, answer: object) -> list[effects.Effect]:
         return self.perform(self.core.handle(Answered(asked, answer), self.now))

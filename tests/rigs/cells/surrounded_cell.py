@@ -5,8 +5,7 @@ from functools import cache
 from pathlib import Path
 from typing import Any
 
-from rigs.cells.server_rig import request_of
-from rigs.data.stored_documents import noon
+from rigs.data.stored_documents import answer_of, noon
 
 from openpendant.motion.description.robot import SerialRobot, serial_robot
 from openpendant.server.cell.robot_cell import RobotCell
@@ -19,7 +18,6 @@ from openpendant.server.events.pending import Pending
 from openpendant.server.refusal import Refusal
 from openpendant.server.settings.cell_settings import make_settings
 from openpendant.server.shell.robot_kinematics import RobotKinematics
-from openpendant.server.store.requests import Answer, perform
 from openpendant.server.store.sqlite_store import open_store
 from openpendant.server.store.store_errors import StoreError
 from openpendant.simplemsg import JointFeedback, Message, ReplyCode, ValidField, joint_array
@@ -69,11 +67,7 @@ class SurroundedCell:
                     self.queries.append(message)
 
     def _run(self, asked: Ask) -> None:
-        answer: Answer
-        try:
-            answer = self.refuse_with or perform(self.store, request_of(asked))
-        except StoreError as error:
-            answer = error
+        answer = self.refuse_with or answer_of(self.store, asked.question)
         self.perform(self.pending.resume(asked, answer, self.now))
 
     def report(self, position: tuple[float, ...] | None = None, after_ms: int = 10) -> None:
