@@ -68,7 +68,7 @@ class EmulatedCell(Shell):
             make_settings({"robot": robot, **settings}, "test"),
             self.limits,
             dataclasses.replace(IDENTITY, robot=serial_robot(robot).name),
-            RobotKinematics(serial_robot(robot)) if own is None else own,
+            _mathematics(robot) if own is None else own,
             own,
             access,
         )
@@ -205,6 +205,10 @@ class EmulatedCell(Shell):
 
 
 @cache
+def _mathematics(robot: str) -> RobotKinematics:
+    return RobotKinematics(serial_robot(robot))
+
+
 def _is_stop(message: wire.Message) -> bool:
     return getattr(message, "sequence", None) == -4
 
