@@ -1,4 +1,4 @@
-"""Who may import whom, read from the source: the rules; `layers.toml` has the tables."""
+"""Who may import whom, read from the source, by the tables of `layers.toml`; names of classes."""
 
 import ast
 import re
@@ -378,3 +378,36 @@ def test_a_planted_use_of_the_journal_is_found() -> None:
 def test_a_planted_circle_is_found() -> None:
     imports = {"a": {"b"}, "b": {"c"}, "c": {"a", "d"}, "d": {"e"}, "e": set(), "f": {"a"}}
     assert in_circles(imports) == {"a", "b", "c"}
+
+
+MOST_DOUBLE = 40
+"""Class names that stand in two modules or more; this may only fall."""
+
+
+def public_classes(source: str) -> list[str]:
+    return [
+        node.name
+        for node in ast.parse(source).body
+        if isinstance(node, ast.ClassDef) and not node.name.startswith("_")
+    ]
+
+
+def double_names() -> list[str]:
+    found = Counter(
+        name
+        for room in TOP_ROOMS
+        for file in (ROOT / room).rglob("*.py")
+        for name in set(public_classes(file.read_text("utf-8")))
+    )
+    return sorted(name for name, modules in found.items() if modules > 1)
+
+
+def test_no_more_classes_share_a_name_than_before() -> None:
+    double = double_names()
+    assert len(double) <= MOST_DOUBLE, f"one more of {', '.join(double)}"
+    assert len(double) == MOST_DOUBLE, f"lower MOST_DOUBLE to {len(double)}"
+
+
+def test_private_and_inner_classes_do_not_count() -> None:
+    source = "class Seen:\n    class Inner: ...\nclass _Hidden: ...\ndef f():\n    class In: ...\n"
+    assert public_classes(source) == ["Seen"]

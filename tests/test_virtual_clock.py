@@ -8,7 +8,6 @@ from rigs.clock.virtual_clock import START_NS, StalledError, VirtualLoop
 HOUR_S = 3600.0
 
 
-@pytest.mark.asyncio
 @pytest.mark.virtual_clock
 async def test_an_hour_of_sleep_takes_milliseconds() -> None:
     loop = asyncio.get_running_loop()
@@ -18,12 +17,10 @@ async def test_an_hour_of_sleep_takes_milliseconds() -> None:
     assert time.monotonic() - began_really < 1.0
 
 
-@pytest.mark.asyncio
 async def test_an_unmarked_test_keeps_the_real_clock() -> None:
     assert not isinstance(asyncio.get_running_loop(), VirtualLoop)
 
 
-@pytest.mark.asyncio
 @pytest.mark.virtual_clock
 async def test_absolute_deadlines_do_not_drift() -> None:
     loop = asyncio.get_running_loop()
@@ -34,7 +31,6 @@ async def test_absolute_deadlines_do_not_drift() -> None:
     assert abs(loop.now_ns - START_NS - 10_000_000_000) <= 1
 
 
-@pytest.mark.asyncio
 @pytest.mark.virtual_clock
 async def test_a_timeout_fires_at_its_virtual_time() -> None:
     loop = asyncio.get_running_loop()
@@ -45,7 +41,6 @@ async def test_a_timeout_fires_at_its_virtual_time() -> None:
     assert loop.time() - began == pytest.approx(2.5, abs=1e-9)
 
 
-@pytest.mark.asyncio
 @pytest.mark.virtual_clock
 async def test_timers_fire_in_the_order_of_their_times() -> None:
     loop = asyncio.get_running_loop()
@@ -57,21 +52,18 @@ async def test_timers_fire_in_the_order_of_their_times() -> None:
     assert fired == ["early", "late"]
 
 
-@pytest.mark.asyncio
 @pytest.mark.virtual_clock
 async def test_an_executor_runs_inline_and_beats_every_deadline() -> None:
     async with asyncio.timeout(0.001):
         assert await asyncio.to_thread(sum, [1, 2, 3]) == 6
 
 
-@pytest.mark.asyncio
 @pytest.mark.virtual_clock
 async def test_an_executor_hands_on_what_was_raised() -> None:
     with pytest.raises(ValueError, match="invalid literal"):
         await asyncio.to_thread(int, "seven")
 
 
-@pytest.mark.asyncio
 @pytest.mark.virtual_clock
 async def test_a_socket_pair_echoes_before_time_moves() -> None:
     loop = asyncio.get_running_loop()
@@ -87,7 +79,6 @@ async def test_a_socket_pair_echoes_before_time_moves() -> None:
     await echo
 
 
-@pytest.mark.asyncio
 @pytest.mark.virtual_clock
 async def test_loopback_tcp_delivers_before_a_deadline_passes() -> None:
     server = await asyncio.start_server(_echo, "127.0.0.1", 0)

@@ -13,7 +13,7 @@ from functools import partial
 from pathlib import Path
 from typing import Any, cast
 
-from rigs.data.stored_documents import noon
+from rigs.data.stored_documents import answer_of, noon
 from rigs.processes.app_on_loop import clients_of
 
 from openpendant.controller_emulator.shell.build import build_controller
@@ -28,9 +28,8 @@ from openpendant.server.settings.cell_settings import CellSettings, make_setting
 from openpendant.server.shell import inbox as server_inbox
 from openpendant.server.shell.app import App
 from openpendant.server.shell.cell_shell import CellParts
-from openpendant.server.store.requests import Answer, Request, perform
+from openpendant.server.store.requests import Answer, Request
 from openpendant.server.store.sqlite_store import open_store
-from openpendant.server.store.store_errors import StoreError
 from openpendant.server.watchdog.watchdog_process import Watchdog
 from openpendant.simplemsg import __version__
 from openpendant.simplemsg.journal import Journal, Part, spelled
@@ -109,11 +108,7 @@ class StoreOnTheLoop:
         self._answers = answers
 
     def submit(self, request: Request, on_done: Callable[[Answer], None]) -> None:
-        try:
-            result: Answer = perform(self._store, request)
-        except StoreError as error:
-            result = error
-        self._answers.later(_STORING, partial(on_done, result))
+        self._answers.later(_STORING, partial(on_done, answer_of(self._store, request)))
 
     def close(self) -> None:
         self._store.close()

@@ -12,26 +12,10 @@ from typing import Any
 
 from frozen.cell_to_record import HOST, ROBOT, Heard, RecordedCell
 
+from openpendant import simplemsg as wire
 from openpendant.motion.description.robot import serial_robot
 from openpendant.motion.kinematics.serial import Kinematics
-from openpendant.simplemsg import (
-    STANDARD,
-    ByteOrder,
-    CommType,
-    Connection,
-    JointTrajPt,
-    Message,
-    Role,
-    joint_array,
-)
-from openpendant.simplemsg.pendant import (
-    AccountRole,
-    Activity,
-    Motion,
-    OperatingMode,
-    OperatorAction,
-    RunKind,
-)
+from openpendant.simplemsg import pendant as messages
 from openpendant.tools.pendants.client import Aborted, PendantClient, PendantError, Pose, Refused
 
 Vector = tuple[float, float, float]
@@ -56,7 +40,7 @@ def expected(failure: type[PendantError]) -> Iterator[None]:
 
 
 async def at_rest(pendant: PendantClient) -> None:
-    await pendant.wait_until(lambda state: state.activity == Activity.IDLE)
+    await pendant.wait_until(lambda state: state.activity == messages.Activity.IDLE)
 
 
 async def reset(pendant: PendantClient) -> None:
@@ -75,7 +59,9 @@ async def moved_joint(pendant: PendantClient, joint: int, by: float, speed: floa
     return await pendant.move_joints(goal, speed=speed)
 
 
-async def moved_tool(pendant: PendantClient, by: Vector, motion: Motion, speed: float = 0.5) -> Any:
+async def moved_tool(
+    pendant: PendantClient, by: Vector, motion: messages.Motion, speed: float = 0.5
+) -> Any:
     await pendant.next_state()
     here = pendant.tool_pose()
     x, y, z = here.position
@@ -93,7 +79,7 @@ async def in_control(cell: RecordedCell, **options: Any) -> AsyncIterator[Pendan
 async def jogging(cell: RecordedCell, **options: Any) -> AsyncIterator[PendantClient]:
     """A pendant in control that may jog as long as its enabling device is held."""
     async with in_control(cell, **options) as pendant:
-        await pendant.set_mode(OperatingMode.MANUAL_HIGH)
+        await pendant.set_mode(messages.OperatingMode.MANUAL_HIGH)
         yield pendant
 
 
@@ -132,7 +118,7 @@ async def jog(cell: RecordedCell) -> None:
                     device.let_go()
                     await press.hold(0.3)
         await at_rest(pendant)
-        await pendant.set_mode(OperatingMode.AUTOMATIC)
+        await pendant.set_mode(messages.OperatingMode.AUTOMATIC)
         with expected(Refused):
             await jogged(pendant, {2: 0.3})
 
@@ -140,10 +126,10 @@ async def jog(cell: RecordedCell) -> None:
 async def pose(cell: RecordedCell) -> None:
     """Single poses and paths, in joint space and straight, one that cannot be reached."""
     async with in_control(cell) as pendant:
-        await (await moved_tool(pendant, (0.0, 0.0, -0.03), Motion.LIN)).done()
-        await (await moved_tool(pendant, (-0.02, 0.02, 0.0), Motion.PTP)).done()
+        await (await moved_tool(pendant, (0.0, 0.0, -0.03), messages.Motion.LIN)).done()
+        await (await moved_tool(pendant, (-0.02, 0.02, 0.0), messages.Motion.PTP)).done()
         with expected(Refused):
-            await moved_tool(pendant, (9.0, 0.0, 0.0), Motion.PTP)
+            await moved_tool(pendant, (9.0, 0.0, 0.0), messages.Motion.PTP)
         await pendant.next_state()
         here, joints = pendant.tool_pose(), pendant.joints()
         x, y, z = here.position
@@ -211,7 +197,7 @@ async def program(cell: RecordedCell) -> None:
         await asyncio.sleep(0.4)
         await pendant.resume()
         await run.done()
-        await (await calls.run("aside", run=RunKind.STEP_FORWARD, line=BODY)).done()
+        await (await calls.run("aside", run=messages.RunKind.STEP_FORWARD, line=BODY)).done()
         at = (await calls.touch_up("aside", 1, "b"))["revision"]
         await calls.rename("aside", "moved", at)
         with expected(PendantError):
@@ -280,10 +266,10 @@ async def stop_while_jogging(cell: RecordedCell) -> None:
         with expected(Aborted):
             async with pendant.enabling(), pendant.jog_tool(**ALL_AXES, deadline=0.2) as press:
                 await press.hold(0.3)
-                cell.services[0].operate(OperatorAction.EMERGENCY_STOP)
+                cell.services[0].operate(messages.OperatorAction.EMERGENCY_STOP)
                 await press.hold(0.3)
         await at_rest(pendant)
-        cell.services[0].operate(OperatorAction.RESET)
+        cell.services[0].operate(messages.OperatorAction.RESET)
         await reset(pendant)
         await jogged(pendant, {0: -0.5})
 
@@ -299,14 +285,14 @@ async def freeze(cell: RecordedCell) -> None:
                 await motion.done()
             await reset(pendant)
         # Between a question and its answer.
-        asked = asyncio.create_task(moved_tool(pendant, (0.0, 0.0, -0.03), Motion.LIN))
+        asked = asyncio.create_task(moved_tool(pendant, (0.0, 0.0, -0.03), messages.Motion.LIN))
         await pendant.next_state()
         await asyncio.sleep(0.02)
         await cell.hold_up_server(0.505, Heard.ANSWERS)
         with expected(PendantError):
             await (await asked).done()
         await reset(pendant)
-        await pendant.set_mode(OperatingMode.MANUAL_HIGH)
+        await pendant.set_mode(messages.OperatingMode.MANUAL_HIGH)
         with expected(Aborted):
             async with pendant.enabling(), pendant.jog({0: -0.5}, deadline=0.2) as press:
                 await press.hold(0.2)
@@ -335,7 +321,7 @@ async def link_loss(cell: RecordedCell) -> None:
             await motion.done()
         await at_rest(pendant)
         await pendant.wait_until(lambda state: state.motion_possible == 1, within=9.0)
-        await pendant.set_mode(OperatingMode.MANUAL_HIGH)
+        await pendant.set_mode(messages.OperatingMode.MANUAL_HIGH)
         with expected(PendantError):
             async with pendant.enabling(), pendant.jog({0: 0.5}, deadline=0.2) as press:
                 await press.hold(0.2)
@@ -345,7 +331,7 @@ async def link_loss(cell: RecordedCell) -> None:
     async with await cell.pendant("second") as second:
         await second.take_control()
         await reset(second)
-        await second.set_mode(OperatingMode.AUTOMATIC)
+        await second.set_mode(messages.OperatingMode.AUTOMATIC)
         await moved_joint(second, 1, -0.2)
         await asyncio.sleep(0.2)
         second.abort()
@@ -355,18 +341,18 @@ async def link_loss(cell: RecordedCell) -> None:
 class RosClient:
     def __init__(self, reader: asyncio.StreamReader, writer: asyncio.StreamWriter) -> None:
         self._reader, self._writer = reader, writer
-        self._wire = Connection(Role.CLIENT, STANDARD, ByteOrder.LITTLE)
+        self._wire = wire.Connection(wire.Role.CLIENT, wire.STANDARD, wire.ByteOrder.LITTLE)
 
     async def point(
         self, sequence: int, joints: Sequence[float] = (), duration: float = 0.2
     ) -> int:
-        message = JointTrajPt(
-            sequence, joint_array(joints), 0.2, duration, comm_type=CommType.REQUEST
+        message = wire.JointTrajPt(
+            sequence, wire.joint_array(joints), 0.2, duration, comm_type=wire.CommType.REQUEST
         )
         self._writer.write(self._wire.send(message))
         while True:
             for reply in self._wire.receive(await self._reader.read(4_096)):
-                assert isinstance(reply, Message)
+                assert isinstance(reply, wire.Message)
                 return int(reply.reply_code)
 
     def close(self) -> None:
@@ -410,13 +396,13 @@ SECRET = "a long enough password"
 async def login_and_accounts(cell: RecordedCell) -> None:
     """From a single user to accounts of two roles and a guest, and back out."""
     async with await cell.pendant("first") as ada:
-        await ada.add_account("ada", AccountRole.ADMIN, SECRET)
+        await ada.add_account("ada", messages.AccountRole.ADMIN, SECRET)
         with expected(Refused):
             await ada.manage({"op": "users.list"})
         await ada.login("ada", password=SECRET)
         with expected(Refused):
-            await ada.add_account("bob", AccountRole.OPERATOR, "short")
-        await ada.add_account("bob", AccountRole.OPERATOR, SECRET)
+            await ada.add_account("bob", messages.AccountRole.OPERATOR, "short")
+        await ada.add_account("bob", messages.AccountRole.OPERATOR, SECRET)
         bob = await cell.pendant("second", user="bob", password=SECRET)
         with expected(Refused):
             await bob.programs.create("not his")
@@ -473,7 +459,7 @@ async def scene_change_while_moving(cell: RecordedCell) -> None:
         at = (await pendant.scene.move("ball", {"position": (0.0, 2.0, 0.0)}, at))["revision"]
         for link in ("wrist_1_link", "wrist_2_link", "wrist_3_link"):
             at = (await pendant.scene.allow("ball", link, at))["revision"]
-        motion = await moved_tool(pendant, (0.01, 0.02, -0.03), Motion.LIN)
+        motion = await moved_tool(pendant, (0.01, 0.02, -0.03), messages.Motion.LIN)
         with expected(Refused):
             await pendant.scene.attach("ball", at)
         await motion.done()
@@ -491,7 +477,7 @@ async def shutdown(cell: RecordedCell) -> None:
         await pendant.wait_until(lambda state: state.motion_possible == 1)
         await pendant.take_control()
     await moved_joint(left, 0, 0.5)
-    await right.set_mode(OperatingMode.MANUAL_HIGH)
+    await right.set_mode(messages.OperatingMode.MANUAL_HIGH)
     cell.afterwards(_held(right))
     cell.afterwards(_closed(left, right))
     await asyncio.sleep(0.3)

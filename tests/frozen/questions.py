@@ -11,33 +11,12 @@ from typing import Any, get_args
 from openpendant.motion.description.limits import JointLimits
 from openpendant.motion.frames.frame_tree import FrameTree
 from openpendant.motion.pose import Pose
-from openpendant.motion.scene.scene import (
-    Box,
-    Capsule,
-    Cylinder,
-    Mesh,
-    Scene,
-    SceneObject,
-    Shape,
-    Sphere,
-)
+from openpendant.motion.scene import scene
 from openpendant.server.access.accounts import AccountAction, AccountChange
 from openpendant.server.access.admission import VerifyJob
 from openpendant.server.access.passwords import PasswordHash, Secret
 from openpendant.server.journal.event_records import request_to_bytes
-from openpendant.server.planning.jobs import (
-    BlockJob,
-    DryRunJob,
-    Job,
-    JointPathJob,
-    PoseGoal,
-    PoseJob,
-    ProgramJob,
-    RecordingJob,
-    RosPathJob,
-    RosPoint,
-    WayCheckJob,
-)
+from openpendant.server.planning import jobs
 from openpendant.server.programs.editing import program_tasks
 from openpendant.server.programs.interpreter.motion_blocks import BlockMove, MotionBlock
 from openpendant.server.programs.interpreter.run_events import OfferedSignals
@@ -59,18 +38,18 @@ from openpendant.simplemsg.pendant.roles import Role
 from openpendant.simplemsg.verdicts import VerdictCode
 
 _START = (0.5, -1.25)
-_SCENE = Scene(
+_SCENE = scene.Scene(
     (
-        SceneObject("box", Box((0.5, 0.25, 0.125)), (1.0, 2.0, 3.0)),
-        SceneObject("ball", Sphere(0.25), frame="base", link="tool0"),
-        SceneObject("post", Cylinder(0.125, 2.0)),
-        SceneObject("rail", Capsule(0.125, 2.0)),
-        SceneObject("part", Mesh("part.stl", (0.001, 0.001, 0.001))),
+        scene.SceneObject("box", scene.Box((0.5, 0.25, 0.125)), (1.0, 2.0, 3.0)),
+        scene.SceneObject("ball", scene.Sphere(0.25), frame="base", link="tool0"),
+        scene.SceneObject("post", scene.Cylinder(0.125, 2.0)),
+        scene.SceneObject("rail", scene.Capsule(0.125, 2.0)),
+        scene.SceneObject("part", scene.Mesh("part.stl", (0.001, 0.001, 0.001))),
     ),
     frozenset({("box", "ball"), ("post", "rail")}),
     7,
 )
-_GOAL = PoseGoal((0.5, 0.25, 0.125), (0.0, 0.0, 0.0, 1.0))
+_GOAL = jobs.PoseGoal((0.5, 0.25, 0.125), (0.0, 0.0, 0.0, 1.0))
 _POSE = PointPose((0.5, 0.25, 0.125), (0.0, 1.0, 0.0, 0.0), "table", "gripper")
 _ARM = ArmConfiguration("front", "up", "no-flip", (0, 0))
 _POINT = TeachPoint("above", _START, _POSE, _ARM, "grip here")
@@ -131,19 +110,21 @@ TASKS: tuple[Any, ...] = (
 )
 
 JOBS: tuple[Any, ...] = (
-    PoseJob(1, _START, (_GOAL,), "table", Motion.LIN, 0.5, 0.25, _GOAL, _SCENE),
-    PoseJob(2, _START, (_GOAL, _GOAL), "base", Motion.PTP, 1.0),
-    JointPathJob(3, _START, (_START, _START), 0.5, 0.25, _GOAL, Scene()),
-    RosPathJob(4, _START, (RosPoint(_START, None, 1.0), RosPoint(_START, 0.5, 0.25)), 0.1, 0.01),
-    BlockJob(5, _START, _BLOCK, (11,), _FRAMES, 0.5, 0.25),
-    RecordingJob(6, _START, "swing", (b"rows",), Extract(4, (1, 2)), 0.01, 2.0, 0.005),
-    DryRunJob(*(7, "7-1", _START, _LINKED, FrameTree()), signals=OfferedSignals(16, 8)),
-    DryRunJob(
+    jobs.PoseJob(1, _START, (_GOAL,), "table", Motion.LIN, 0.5, 0.25, _GOAL, _SCENE),
+    jobs.PoseJob(2, _START, (_GOAL, _GOAL), "base", Motion.PTP, 1.0),
+    jobs.JointPathJob(3, _START, (_START, _START), 0.5, 0.25, _GOAL, scene.Scene()),
+    jobs.RosPathJob(
+        4, _START, (jobs.RosPoint(_START, None, 1.0), jobs.RosPoint(_START, 0.5, 0.25)), 0.1, 0.01
+    ),
+    jobs.BlockJob(5, _START, _BLOCK, (11,), _FRAMES, 0.5, 0.25),
+    jobs.RecordingJob(6, _START, "swing", (b"rows",), Extract(4, (1, 2)), 0.01, 2.0, 0.005),
+    jobs.DryRunJob(*(7, "7-1", _START, _LINKED, FrameTree()), signals=OfferedSignals(16, 8)),
+    jobs.DryRunJob(
         *(8, "8-1", _START, _LINKED, FrameTree()),
         signals=Refusal(VerdictCode.SIGNALS_UNAVAILABLE, "it has none", 1, 2.0, 3.0),
     ),
-    WayCheckJob(9, _START, b"positions", Scene()),
-    *(ProgramJob(10 + number, task) for number, task in enumerate(TASKS)),
+    jobs.WayCheckJob(9, _START, b"positions", scene.Scene()),
+    *(jobs.ProgramJob(10 + number, task) for number, task in enumerate(TASKS)),
 )
 
 REQUESTS: tuple[Any, ...] = (
@@ -169,11 +150,11 @@ CHANGES: tuple[Any, ...] = (
 )
 
 KINDS: Mapping[str, tuple[Any, tuple[Any, ...]]] = {
-    "planner": (Job, JOBS),
+    "planner": (jobs.Job, JOBS),
     "program": (program_tasks.Task, TASKS),
     "edit": (statements.Edit, EDITS),
     "statement": (statements.Statement, STATEMENTS),
-    "shape": (Shape, tuple(each.shape for each in _SCENE.objects)),
+    "shape": (scene.Shape, tuple(each.shape for each in _SCENE.objects)),
     "store": (requests.Request, REQUESTS),
     "passwords": (VerifyJob, CHECKS),
     "accounts": (AccountChange, CHANGES),

@@ -20,7 +20,6 @@ from pathlib import Path
 from typing import Annotated
 
 import typer
-from frozen.body_file import line_of
 from frozen.cell_to_record import Lines, recorded_cell
 from frozen.conversations import CONVERSATIONS, Conversation
 from frozen.frozen_files import BODIES, JOURNALS, QUESTIONS, READINGS, SIGNATURES
@@ -51,8 +50,7 @@ def journals(names: Annotated[list[str] | None, typer.Argument()] = None) -> Non
 def bodies() -> None:
     """Write all management requests of the file, and what it lacks, with their answers."""
     # Here, because it needs all rigs of the server.
-    from frozen.asked_cell import AskedCell
-    from frozen.bodies_to_ask import steps
+    from frozen.bodies_to_ask import AskedCell, line_of, steps
 
     cells: dict[str, AskedCell] = {}
     lines = []
@@ -82,8 +80,7 @@ def questions() -> None:
 @app.command()
 def files() -> None:
     """Make the files that nobody wrote by hand, and write down what is found in all of them."""
-    from frozen.file_readings import as_text, copy_files, readings
-    from frozen.files_to_make import make_files
+    from frozen.files_to_make import as_text, copy_files, make_files, readings
 
     make_files()
     with tempfile.TemporaryDirectory() as folder, contextlib.chdir(folder):

@@ -11,8 +11,7 @@ from concurrent.futures import Future, ThreadPoolExecutor, as_completed
 from pathlib import Path
 
 from mutants.mutant_runs import ROW_SECONDS, MutantRuns, Outcome, Verdict
-from mutants.mutant_table import BadTable, Mutant, read_rows
-from mutants.row_choice import NoSuchBase, changed_since, matching
+from mutants.mutant_table import BadTable, Mutant, NoSuchBase, changed_since, matching, read_rows
 
 LEAST_FOUND = 0.95
 """Share of the rows that are not equivalent whose fault must be found."""

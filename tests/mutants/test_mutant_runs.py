@@ -8,8 +8,7 @@ from pathlib import Path
 import pytest
 from mutants.command_line import holds, summary
 from mutants.mutant_runs import MutantRuns, Outcome, TestRun, Verdict, judged
-from mutants.mutant_table import Mutant
-from mutants.row_choice import NoSuchBase, changed_since, matching
+from mutants.mutant_table import Mutant, NoSuchBase, changed_since, matching
 
 _DIES_WITHIN = 10.0
 """So long may a killed process wait for a processor [s]."""

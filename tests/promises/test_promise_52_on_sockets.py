@@ -47,7 +47,6 @@ class WrongReports:
         monkeypatch.setattr(EmulatedController, "handle", handled)
 
 
-@pytest.mark.asyncio
 async def test_promise_52_at_most_ten_points_follow_a_report_beyond_a_tolerance(
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:

@@ -1,10 +1,12 @@
-"""Promises 1, 2, 18 to 21, and the press that begins a motion, measured where bytes arrive.
+"""Promises 1, 2, 18 to 21, 26, and the press that begins a motion, measured where bytes arrive.
 
 A recording controller stands between server and emulated robot; each trial is measured there, and
 beside each an event loop that has nothing to do. Bounds and trials are those of the table.
 """
 
+import os
 import random
+import signal
 import struct
 import subprocess
 import time
@@ -16,29 +18,13 @@ from pathlib import Path
 
 import pytest
 from promises.promise_figures import SLACK, Figures, Void, tell, trials_of
-from promises.promise_table import COMMON, figure
+from promises.promise_table import COMMON, Figure, figure
 from rigs.clock.busy_machine import SCALE
-from rigs.peers.recording_controller import Arrival
 from rigs.peers.wire_pendant import WirePendant
-from rigs.processes.promise_rig import PromiseRig, promise_rig
+from rigs.processes.promise_rig import Arrival, PromiseRig, promise_rig
 
 from openpendant.simplemsg import CommType, Message, joint_array
-from openpendant.simplemsg.pendant import (
-    Activity,
-    Authority,
-    AuthorityAction,
-    AuthorityBeat,
-    HelloReply,
-    JogEnd,
-    JogEnded,
-    JointMove,
-    Management,
-    Outcome,
-    SoftwareStop,
-    StopKind,
-    Subscribe,
-    Verdict,
-)
+from openpendant.simplemsg import pendant as messages
 from openpendant.simplemsg.verdicts import VerdictCode as V
 
 pytestmark = [pytest.mark.realtime, pytest.mark.timeout(3_600)]
@@ -112,7 +98,7 @@ def hold_key(rig: PromiseRig, pendant: WirePendant, chance: random.Random, trial
             return
         pendant.listen(0.2)
         pendant.come_to_rest()
-        if pendant.state is not None and pendant.state.stop != StopKind.NONE:
+        if pendant.state is not None and pendant.state.stop != messages.StopKind.NONE:
             pendant.reset()
         else:
             pendant.hold_anew()
@@ -181,7 +167,7 @@ def test_promise_19_a_stop_passes_200_listeners_and_a_planning_job_within_20_ms(
             pendant.come_to_rest()
             observer.listen(0.001)
             assert pendant.reset() is V.ACCEPTED
-            pendant.wait_until(lambda state: state.stop == StopKind.NONE)
+            pendant.wait_until(lambda state: state.stop == messages.StopKind.NONE)
     figures.judge(OBSERVED_STOP.ms, slack=slack, most=figure(19, "most").ms)
 
 
@@ -266,7 +252,7 @@ def test_a_press_changes_the_set_point_within_30_ms(
         moved = rig.controller.first(moves, pressed, 1.0)
         if moved is None:
             pendant.listen(0.05)
-            refused = [each for each in pendant.got[before:] if isinstance(each, Verdict)]
+            refused = [each for each in pendant.got[before:] if isinstance(each, messages.Verdict)]
             assert refused, "a press that was neither obeyed nor refused"
             assert refused[0].code != V.ACCEPTED, refused
             void.add()
@@ -283,10 +269,12 @@ def test_a_press_changes_the_set_point_within_30_ms(
 def frame_of_its_own(pendant: WirePendant, number: int) -> Message:
     match number % 3:
         case 0:
-            return Management(pendant.request(), b'{"op": "why", "key": "a question of 88 bytes"}')
+            return messages.Management(
+                pendant.request(), b'{"op": "why", "key": "a question of 88 bytes"}'
+            )
         case 1:
-            return JointMove(pendant.request(), 0.1, 6, joint_array((0.1,) * 6))
-    return AuthorityBeat()
+            return messages.JointMove(pendant.request(), 0.1, 6, joint_array((0.1,) * 6))
+    return messages.AuthorityBeat()
 
 
 @pytest.mark.parametrize(("trials", "slack"), OWN_TRIALS)
@@ -298,7 +286,7 @@ def test_promise_19_a_stop_passes_5000_frames_of_its_own_within_20_ms(
         figures = Figures(f"promise 19, stop behind {count:,} frames of its own")
         while figures.need_more(trials // 4, OBSERVED_STOP.ms, slack):
             pendant = rig.pendant("behind", rate=0.0)
-            pendant.wait_for(HelloReply)
+            pendant.wait_for(messages.HelloReply)
             frames = [pendant.frame(frame_of_its_own(pendant, at)) for at in range(count)]
             assert all(len(frame) <= 88 for frame in frames)
             pendant.sock.sendall(b"".join(frames))
@@ -311,10 +299,6 @@ def test_promise_19_a_stop_passes_5000_frames_of_its_own_within_20_ms(
         figures.judge(OBSERVED_STOP.ms, slack=slack, most=figure(19, "most").ms)
 
 
-def unknown_requests(pendant: WirePendant) -> bytes:
-    return struct.pack("<4i", 12, 64_000, CommType.REQUEST, 0) * 10
-
-
 @pytest.mark.parametrize(("trials", "slack"), OWN_TRIALS)
 def test_promise_19_no_stop_is_lost_where_its_connection_is_cut(
     rig: PromiseRig, trials: int, slack: float
@@ -322,22 +306,23 @@ def test_promise_19_no_stop_is_lost_where_its_connection_is_cut(
     """Cut by the server, for what stands in front or behind; by a reset; by an end."""
     for trial in range(trials):
         pendant = rig.pendant("cut", rate=0.0)
-        pendant.wait_for(HelloReply)
+        pendant.wait_for(messages.HelloReply)
         if trial % 2:
             # States that the server writes to a connection that was reset meanwhile.
-            pendant.send(Subscribe(pendant.request(), 125.0))
+            pendant.send(messages.Subscribe(pendant.request(), 125.0))
         asked = time.monotonic_ns()
-        stop = pendant.frame(SoftwareStop(pendant.request(), "not lost"))
+        stop = pendant.frame(messages.SoftwareStop(pendant.request(), "not lost"))
         match trial % 5:
             case 0:
-                pendant.sock.sendall(unknown_requests(pendant) + stop)
+                unknown = struct.pack("<4i", 12, 64_000, CommType.REQUEST, 0)
+                pendant.sock.sendall(unknown * 10 + stop)
             case 1:
                 pendant.sock.sendall(stop + bytes(4))
             case 2 | 3:
-                pendant.sock.sendall(pendant.frame(AuthorityBeat()) * (trial % 50) + stop)
+                pendant.sock.sendall(pendant.frame(messages.AuthorityBeat()) * (trial % 50) + stop)
                 pendant.abort()
             case _:
-                pendant.sock.sendall(pendant.frame(AuthorityBeat()) * (trial % 50) + stop)
+                pendant.sock.sendall(pendant.frame(messages.AuthorityBeat()) * (trial % 50) + stop)
         pendant.close()
         assert rig.controller.first(is_stop, asked, 1.0 * SCALE) is not None, trial
 
@@ -346,13 +331,15 @@ def test_promise_18_of_thirty_that_ask_at_once_one_gets_it_and_the_others_hear_w
     rig: PromiseRig,
 ) -> None:
     crowd = [rig.pendant(f"racer {number}", rate=0.0) for number in range(30)]
-    requests = [Authority(each.request(), AuthorityAction.REQUEST) for each in crowd]
+    requests = [
+        messages.Authority(each.request(), messages.AuthorityAction.REQUEST) for each in crowd
+    ]
     for pendant, request in zip(crowd, requests, strict=True):
         pendant.send(request)
-    answers: list[Verdict] = []
+    answers: list[messages.Verdict] = []
     for pendant in crowd:
-        pendant.wait_for(Verdict)
-        answers += [each for each in pendant.got if isinstance(each, Verdict)]
+        pendant.wait_for(messages.Verdict)
+        answers += [each for each in pendant.got if isinstance(each, messages.Verdict)]
     codes = Counter(V(each.code) for each in answers)
     assert codes == {V.ACCEPTED: 1, V.HELD_BY_OTHER: 29}
     (winner,) = [n for n, each in enumerate(answers) if each.code == V.ACCEPTED]
@@ -371,7 +358,9 @@ def test_promise_18_a_second_one_is_refused_within_20_ms(
     while figures.need_more(trials, REFUSED.ms, slack):
         holder.listen(0.01)
         asked = time.monotonic_ns()
-        code = second.verdict(Authority(second.request(), AuthorityAction.REQUEST))
+        code = second.verdict(
+            messages.Authority(second.request(), messages.AuthorityAction.REQUEST)
+        )
         figures.take(asked, (time.monotonic_ns() - asked) / 1e6)
         figures.idle.append(rig.idle_delay())
         assert code is V.HELD_BY_OTHER
@@ -386,16 +375,16 @@ def broke_off_late(message: Message) -> bool:
     A controller that ran out of points refuses the next one, mostly before it has shown why.
     """
     match message:
-        case Outcome():
+        case messages.Outcome():
             return message.code == V.CONTROLLER_REFUSED or "under-run" in message.text
-        case JogEnded():
-            return message.reason == JogEnd.SILENT
+        case messages.JogEnded():
+            return message.reason == messages.JogEnd.SILENT
     return False
 
 
 def is_jogging(pendant: WirePendant) -> bool:
     assert pendant.state is not None
-    return pendant.state.activity == Activity.JOGGING
+    return pendant.state.activity == messages.Activity.JOGGING
 
 
 def storm_on_jog(rig: PromiseRig, pendant: WirePendant, figures: Figures, seconds: float) -> float:
@@ -433,3 +422,51 @@ def test_promise_20_a_storm_of_connections_neither_delays_ticks_nor_ends_a_jog(
         pendant.come_to_rest()
     pendant.close()
     figures.judge(STORMED.ms, slack=slack)
+
+
+REAL, EMULATED = figure(26, "stopped"), figure(26, "emulated_stopped")
+EXPLICIT = {"deadline": figure(26, "stop").seconds}
+
+
+def stop_after_freeze(rig: PromiseRig) -> tuple[int, Arrival | None]:
+    frozen = time.monotonic_ns()
+    os.kill(rig.server_pid, signal.SIGSTOP)
+    try:
+        return frozen, rig.controller.first(is_stop, frozen, 2.0)
+    finally:
+        os.kill(rig.server_pid, signal.SIGCONT)
+
+
+def come_back(pendant: WirePendant) -> None:
+    pendant.beats = False
+    pendant.wait_until(lambda state: state.stop != messages.StopKind.NONE)
+    pendant.come_to_rest()
+    assert pendant.reset() is V.ACCEPTED
+    pendant.wait_until(lambda state: state.stop == messages.StopKind.NONE)
+
+
+@pytest.mark.soak
+@pytest.mark.parametrize(("settings", "stopped"), [(EXPLICIT, REAL), ({}, EMULATED)])
+def test_promise_26_a_frozen_server_is_stopped_for_within_200_ms(
+    tmp_path: Path, settings: dict[str, float], stopped: Figure
+) -> None:
+    figures = Figures("promise 26, server frozen to STOP at the controller")
+    void = Void(figures, stopped.trials)
+    with promise_rig(tmp_path, watchdog=settings) as rig:
+        pendant = rig.pendant("frozen out")
+        pendant.take_control()
+        while figures.need_more(stopped.trials, stopped.ms):
+            pendant.hold_anew()
+            pressed = pendant.press(0.3 if len(figures.delays) % 2 else -0.3, 0.25)
+            pendant.listen(0.08)
+            if rig.controller.first(moves, pressed, 0.0) is None:
+                void.add()
+                pendant.come_to_rest()
+                continue
+            frozen, stop = stop_after_freeze(rig)
+            assert stop is not None, "nobody stopped the robot"
+            figures.take(frozen, (stop.time - frozen) / 1e6)
+            figures.idle.append(rig.idle_delay())
+            come_back(pendant)
+        pendant.close()
+    figures.judge(stopped.ms)

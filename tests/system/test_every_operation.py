@@ -16,7 +16,7 @@ from openpendant.tools.pendants.motions import quaternion_of, roll_pitch_yaw
 from openpendant.tools.pendants.sync_client import SyncPendantClient
 from openpendant.tools.reference.operations import published_operations
 
-pytestmark = [pytest.mark.realtime, pytest.mark.asyncio]
+pytestmark = pytest.mark.realtime
 
 CONFIG = f'{PATIENT}controller.signals = "openpendant"\n'
 BOX = {"name": "box", "shape": {"type": "box", "size": [0.1, 0.1, 0.1]}, "position": [0, 2, 0]}

@@ -17,7 +17,7 @@ from openpendant.simplemsg.pendant import Activity, LinkState, Motion
 from openpendant.simplemsg.verdicts import VerdictCode as V
 from openpendant.tools.pendants.client import Aborted, PendantClient, Pose, Refused
 
-pytestmark = [pytest.mark.realtime, pytest.mark.asyncio]
+pytestmark = pytest.mark.realtime
 
 FAR = 0.8
 """A joint move of this size at low speed takes long enough to be interrupted [rad]."""

@@ -1,7 +1,13 @@
-"""The live packet tools as they are used: processes, real sockets, a full disk."""
+"""Packet tools and journals beside real processes: sockets, a full disk, tshark.
+
+Journals run again exactly, and never get in the way.
+"""
 
 import asyncio
+import io
 import json
+import random
+import shutil
 import signal
 import subprocess
 import sys
@@ -10,11 +16,14 @@ from pathlib import Path
 from typing import Any
 
 import pytest
-import pytest_asyncio
+from rigs.data.golden_vectors import GOLDEN
+from rigs.data.pcap_files import Conversation, Stamped, pcap
 
 from openpendant.tools.packets.reading.trace_files import read_trace
+from openpendant.tools.packets.rerun import main
+from openpendant.tools.packets.trace import Packet, TraceDirection
 
-pytestmark = [pytest.mark.realtime, pytest.mark.asyncio]
+pytestmark = pytest.mark.realtime
 
 PATIENCE_S = 30
 
@@ -22,7 +31,7 @@ Started = tuple[asyncio.subprocess.Process, dict[str, Any]]
 Start = Callable[..., Awaitable[Started]]
 
 
-@pytest_asyncio.fixture
+@pytest.fixture
 async def start() -> AsyncIterator[Start]:
     processes: list[asyncio.subprocess.Process] = []
 
@@ -111,3 +120,89 @@ async def test_a_full_disk_ends_everything_where_that_is_asked_for(start: Start)
         *("record", "--listen", "0", "--to", "1", "-o", "/dev/full", "--fail", "stop"),
     )
     assert await asyncio.wait_for(recorder.wait(), PATIENCE_S) == 1
+
+
+async def _swing(cell: Any) -> None:
+    pendant = await cell.ready_pendant()
+    async with pendant.control():
+        home = pendant.joints()
+        aside = (home[0] + 0.2, *home[1:])
+        await (await pendant.move_joints(aside, speed=0.5)).done()
+        await (await pendant.follow_joints([home, aside, home], speed=0.5)).done()
+
+
+async def test_a_server_that_moved_a_robot_runs_again_exactly(
+    start_cell: Any, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    journal = tmp_path / "server.journal"
+    cell = await start_cell(server=("--journal", str(journal)))
+    await _swing(cell)
+    await cell.end()
+    # The rerun has a loop of its own, which must not be nested in this one.
+    assert await asyncio.to_thread(main, [str(journal), "--json"]) == 0
+    report = json.loads(capsys.readouterr().out)
+    assert report["identical"]
+    assert report["bytes_out"] > 10_000
+    assert report["state"]["activity"] == "idle"
+
+
+async def test_a_full_disk_does_not_hold_up_the_robot(start_cell: Any) -> None:
+    """Nor does it need more patience than the settings that nobody chose have."""
+    cell = await start_cell(settings="", server=("--journal", "/dev/full"))
+    await _swing(cell)
+    assert (await cell.end())["violations"] == 0
+
+
+@pytest.mark.parametrize("module", ["openpendant.server", "openpendant.controller_emulator"])
+async def test_a_journal_that_cannot_be_opened_is_one_line_and_exit_code_1(
+    module: str, tmp_path: Path
+) -> None:
+    process = await asyncio.create_subprocess_exec(
+        *(sys.executable, "-m", module, "--journal", str(tmp_path / "no" / "file")),
+        stdout=asyncio.subprocess.PIPE,
+        stderr=asyncio.subprocess.PIPE,
+    )
+    _, told = await process.communicate()
+    assert process.returncode == 1
+    assert told.decode().count("\n") == 1
+    assert "no/file" in told.decode()
+
+
+TSHARK = shutil.which("tshark")
+
+
+def disordered(seed: int, stream: bytes) -> list[Stamped]:
+    choose = random.Random(seed)
+    link = Conversation(client=("10.0.0.1", 40_000 + seed), sequences=[2**32 - 5_000, 77])
+    opened = link.opened()
+    base, at = link.sequences[0], 0
+    spans: list[tuple[int, int]] = []
+    while at < len(stream):
+        start = max(0, at - choose.choice([0, 0, 0, 30]))
+        at = min(len(stream), at + choose.randint(1, 700))
+        spans += [(start, at)] * choose.choice([1, 1, 1, 2])
+    late = [index + choose.choice([0, 0, 0, 2.5]) for index in range(len(spans))]
+    spans = [span for _, span in sorted(zip(late, spans, strict=True))]
+    return [*opened, *(link.segment(0, stream[start:end], at=base + start) for start, end in spans)]
+
+
+@pytest.mark.skipif(TSHARK is None, reason="tshark is not installed")
+def test_streams_are_put_together_as_tshark_does(tmp_path: Path) -> None:
+    stream = b"".join(packet.frame for packet in GOLDEN if packet.file == "motoman-le-f32")
+    frames = [frame for seed in range(6) for frame in disordered(seed, stream)]
+    file = tmp_path / "disorder.pcap"
+    file.write_bytes(pcap(frames))
+    ours: dict[int, bytes] = {}
+    for entry in read_trace(io.BytesIO(file.read_bytes())):
+        if isinstance(entry, Packet) and entry.direction is TraceDirection.TO_SERVER:
+            ours[entry.connection] = ours.get(entry.connection, b"") + entry.data
+    for index in range(6):
+        assert ours[index + 1] == _followed(file, index) == stream
+
+
+def _followed(file: Path, stream: int) -> bytes:
+    command = ["tshark", "-r", str(file), "-q", "-z", f"follow,tcp,raw,{stream}"]
+    done = subprocess.run(command, capture_output=True, text=True, timeout=60, check=True)
+    lines = done.stdout.split("Node 1:", 1)[1].splitlines()[1:]
+    digits = [line.strip() for line in lines if not line.startswith("=")]
+    return bytes.fromhex("".join(digits))

@@ -5,7 +5,7 @@ import pytest
 from openpendant.simplemsg.pendant import ProgramState, SetInputs
 from openpendant.tools.pendants.client import PendantClient
 
-pytestmark = [pytest.mark.realtime, pytest.mark.asyncio]
+pytestmark = pytest.mark.realtime
 
 UPRIGHT = (0.0, 0.0, 0.0, 1.0)
 TABLE_X = 0.1

@@ -23,20 +23,8 @@ from promises.promise_figures import tell
 from rigs.clock.busy_machine import PATIENCE, PATIENT
 from rigs.processes.burner import MOST_VOID, VoidTime, burner
 
+from openpendant import simplemsg
 from openpendant.motion.description.robot import serial_robot
-from openpendant.simplemsg import (
-    STANDARD,
-    ByteOrder,
-    Connection,
-    HeaderOnly,
-    JointPosition,
-    JointTrajPt,
-    ReplyCode,
-    Role,
-    Status,
-    TriState,
-    joint_array,
-)
 from openpendant.simplemsg.verdicts import STATUS_ERROR_OFFSET
 from openpendant.simplemsg.verdicts import VerdictCode as V
 
@@ -79,36 +67,38 @@ class Peer:
 
     reader: asyncio.StreamReader
     writer: asyncio.StreamWriter
-    wire: Connection = field(
-        default_factory=lambda: Connection(Role.CLIENT, STANDARD, ByteOrder.LITTLE)
+    wire: simplemsg.Connection = field(
+        default_factory=lambda: simplemsg.Connection(
+            simplemsg.Role.CLIENT, simplemsg.STANDARD, simplemsg.ByteOrder.LITTLE
+        )
     )
 
-    async def ask(self, point: JointTrajPt) -> ReplyCode:
+    async def ask(self, point: simplemsg.JointTrajPt) -> simplemsg.ReplyCode:
         self.writer.write(self.wire.send(point))
         while True:
             data = await asyncio.wait_for(self.reader.read(4096), PATIENCE)
             if not data:
                 raise EOFError
             for reply in self.wire.receive(data):
-                assert isinstance(reply, HeaderOnly | JointTrajPt)
-                return ReplyCode(reply.reply_code)
+                assert isinstance(reply, simplemsg.HeaderOnly | simplemsg.JointTrajPt)
+                return simplemsg.ReplyCode(reply.reply_code)
 
 
 @dataclass
 class Listener:
     peer: Peer
     joints: tuple[float, ...] = ()
-    status: Status | None = None
+    status: simplemsg.Status | None = None
     has_moved: bool = False
 
     async def listen(self) -> None:
         while data := await self.peer.reader.read(4096):
             for message in self.peer.wire.receive(data):
-                if isinstance(message, JointPosition):
+                if isinstance(message, simplemsg.JointPosition):
                     self.joints = message.joints
-                elif isinstance(message, Status):
+                elif isinstance(message, simplemsg.Status):
                     self.status = message
-                    self.has_moved = self.has_moved or message.in_motion == TriState.TRUE
+                    self.has_moved = self.has_moved or message.in_motion == simplemsg.TriState.TRUE
 
     @property
     def error(self) -> int:
@@ -116,7 +106,7 @@ class Listener:
 
     def stands_at(self, goal: tuple[float, ...]) -> bool:
         gaps = [abs(at - to) for at, to in zip(self.joints, goal, strict=False)]
-        rests = self.status is not None and self.status.in_motion == TriState.FALSE
+        rests = self.status is not None and self.status.in_motion == simplemsg.TriState.FALSE
         return bool(gaps) and max(gaps) < NEAR and rests and self.has_moved
 
 
@@ -172,9 +162,9 @@ class Client:
         for number in range(count):
             first = start[0] + (target - start[0]) * number / (count - 1)
             goal = (first, *start[1:])
-            point = JointTrajPt(
+            point = simplemsg.JointTrajPt(
                 number + (1 if spoiled and number == count - 1 else 0),
-                joint_array(goal),
+                simplemsg.joint_array(goal),
                 0.1 if number in (0, count - 1) else 0.3,
                 PLACEHOLDER if number == 0 else duration,
                 comm_type=2,
@@ -183,7 +173,7 @@ class Client:
             await asyncio.sleep(self._pause)
         return await self._outcome(goal, 2 * PATIENCE)
 
-    async def _send(self, point: JointTrajPt) -> None:
+    async def _send(self, point: simplemsg.JointTrajPt) -> None:
         for _ in range(5):
             try:
                 if self._motion is None:
@@ -281,7 +271,6 @@ async def drive(
 
 
 @pytest.mark.realtime
-@pytest.mark.asyncio
 async def test_a_few_trajectories_arrive_and_a_spoiled_one_is_seen(
     start_cell: Any, tmp_path: Path
 ) -> None:
@@ -297,7 +286,6 @@ async def test_a_few_trajectories_arrive_and_a_spoiled_one_is_seen(
 
 @pytest.mark.soak
 @pytest.mark.realtime
-@pytest.mark.asyncio
 @pytest.mark.timeout(3_600)
 async def test_200_trajectories_beside_a_burner_are_broken_off_by_the_machine_alone(
     start_cell: Any, tmp_path: Path

@@ -1,3 +1,5 @@
+"""Processes that stall, or freeze in the middle of a motion (promises 26 and 55)."""
+
 import asyncio
 import json
 import os
@@ -5,18 +7,75 @@ import signal
 import subprocess
 import sys
 import time
+from pathlib import Path
 from typing import Any
 
 import pytest
 from promises.promise_table import figure
+from rigs.peers.minimum_controller import CODEC, STOP
 from rigs.processes.burner import MOST_VOID, VoidTime, burner
 
 from openpendant.simplemsg.pendant import StopKind
+from openpendant.simplemsg.verdicts import VerdictCode as V
 from openpendant.tools.bench.cells import running_room
 from openpendant.tools.bench.jogging_pendants import ANYWHERE, SLOT
 from openpendant.tools.pendants.client import Aborted
 
-pytestmark = [pytest.mark.realtime, pytest.mark.soak]
+pytestmark = pytest.mark.realtime
+
+ALERT = "controller.lead = 0.1\nwatchdog.deadline = 0.05\n"
+"""The controller has points for twice as long as the watchdog waits."""
+
+
+def stops_received(journal: Path) -> list[int]:
+    """Return when an emulator got STOP, by its journal [ns of the machine's monotonic clock]."""
+    header, *events = (json.loads(line) for line in journal.read_text("utf-8").splitlines())
+    stop = CODEC.encode(STOP).hex()
+    return [
+        header["now"] + event["t"]
+        for event in events
+        if "on" in event and stop in event.get("hex", "")
+    ]
+
+
+async def freeze_in_motion(cell: Any, journal: Path) -> dict[str, int]:
+    pendant = await cell.ready_pendant()
+    async with pendant.control():
+        start = pendant.joints()
+        target = [start[0] + 0.8, *start[1:]]
+        move = await pendant.move_joints(target, speed=0.1)
+        await pendant.wait_until(lambda state: state.positions[0] > start[0] + 0.02)
+
+        frozen = time.monotonic_ns()
+        os.kill(cell.server.pid, signal.SIGSTOP)
+        # Twenty times the watchdog's deadline: a busy machine lets it wait as well.
+        await asyncio.sleep(1.0)
+        thawed = time.monotonic_ns()
+        os.kill(cell.server.pid, signal.SIGCONT)
+
+        with pytest.raises(Aborted) as aborted:
+            await move.done()
+        assert aborted.value.code == V.SERVER_LATE
+        state = await pendant.wait_until(lambda state: state.stop != StopKind.NONE, within=5)
+        assert state.stop == StopKind.PROTECTIVE
+        await pendant.wait_until(lambda state: not any(state.velocities), within=5)
+        at = pendant.joints()
+        await asyncio.sleep(0.5)
+        assert pendant.joints() == at
+        assert at[0] < target[0] - 0.1
+    events: dict[str, int] = (await cell.end())["events"]
+    assert frozen < stops_received(journal)[0] < thawed
+    return events
+
+
+async def test_a_frozen_server_is_stopped_by_its_watchdog_and_goes_on_with_nothing(
+    start_cell: Any, tmp_path: Path
+) -> None:
+    """STOP comes while the server is frozen, and before the points end."""
+    journal = tmp_path / "emulator.journal"
+    cell = await start_cell(settings=ALERT, emulator=("--journal", str(journal)))
+    assert "under-runs" not in await freeze_in_motion(cell, journal)
+
 
 STALLS, STALL = figure(55, "stalls").count, figure(55, "stall").seconds
 TOO_LONG = 0.215
@@ -28,7 +87,7 @@ JOG_LEAD = 0.1
 """The most that a jog may have ahead [s]: a machine that is so busy needs it."""
 
 
-@pytest.mark.asyncio
+@pytest.mark.soak
 async def test_promise_55_fifty_stalls_of_200_ms_end_no_planned_motion(start_cell: Any) -> None:
     cell = await start_cell(settings="")
     pendant = await cell.ready_pendant()
@@ -80,6 +139,7 @@ async def _begin_anew(pendant: Any) -> None:
         await pendant.reset_stop()
 
 
+@pytest.mark.soak
 def test_thirty_jogging_robots_beside_a_burner_are_held_99_percent_of_the_time() -> None:
     """What ends a jog is reset and pressed anew; what the machine itself missed is void."""
     void = VoidTime()

@@ -9,21 +9,15 @@ from rigs.clock.busy_machine import PATIENT
 from openpendant.simplemsg.pendant import Activity, ProgramState
 from openpendant.simplemsg.verdicts import VerdictCode as V
 from openpendant.tools.packets.rerun import main as rerun
-from openpendant.tools.pendants.client import (
-    Aborted,
-    OperatingMode,
-    PendantClient,
-    Refused,
-    RunKind,
-)
+from openpendant.tools.pendants import client
 
-pytestmark = [pytest.mark.realtime, pytest.mark.asyncio]
+pytestmark = pytest.mark.realtime
 
 CONFIG = f'{PATIENT}controller.signals = "openpendant"\n'
 
 
 class Taught:
-    def __init__(self, pendant: PendantClient, name: str) -> None:
+    def __init__(self, pendant: client.PendantClient, name: str) -> None:
         self.pendant = pendant
         self.name = name
         self.revision = 0
@@ -53,14 +47,14 @@ class Taught:
         return [words[2] for words in lines if words[:1] == ["move"]]
 
 
-async def go_aside(pendant: PendantClient, by: float) -> None:
+async def go_aside(pendant: client.PendantClient, by: float) -> None:
     await pendant.next_state()
     first, *rest = pendant.joints()
     await (await pendant.move_joints([first + by, *rest], speed=0.5)).done()
     await pendant.next_state()
 
 
-async def edited(pendant: PendantClient) -> Taught:
+async def edited(pendant: client.PendantClient) -> Taught:
     program = Taught(pendant, "taught")
     await program.change("create")
     await program.record("p0")
@@ -83,7 +77,7 @@ async def edited(pendant: PendantClient) -> Taught:
     await program.edit("delete", first=0)
     assert await program.moves() == ["p1", "middle"]
     await program.change("undo")
-    with pytest.raises(Refused) as late:
+    with pytest.raises(client.Refused) as late:
         await pendant.manage({"op": "programs.undo", "name": "taught", "expected_revision": 1})
     assert late.value.code == V.REVISION_CONFLICT
     assert f"{program.revision}" in str(late.value)
@@ -91,7 +85,7 @@ async def edited(pendant: PendantClient) -> Taught:
     return program
 
 
-async def played_back(pendant: PendantClient, program: Taught) -> None:
+async def played_back(pendant: client.PendantClient, program: Taught) -> None:
     found = await pendant.manage({"op": "programs.dry_run", "name": "taught"})
     assert [each["reachable"] for each in found["points"]] == [True] * 3
     assert found["duration"] > 0
@@ -99,9 +93,9 @@ async def played_back(pendant: PendantClient, program: Taught) -> None:
     await (await pendant.run_program("taught", loops=2)).done()
     signals = await pendant.manage({"op": "signals.read"})
     assert signals["outputs"][2] is True
-    await (await pendant.run_program("taught", run=RunKind.STEP_FORWARD)).done()
-    await (await pendant.run_program("taught", run=RunKind.STEP_FORWARD)).done()
-    await (await pendant.run_program("taught", run=RunKind.STEP_BACKWARD)).done()
+    await (await pendant.run_program("taught", run=client.RunKind.STEP_FORWARD)).done()
+    await (await pendant.run_program("taught", run=client.RunKind.STEP_FORWARD)).done()
+    await (await pendant.run_program("taught", run=client.RunKind.STEP_BACKWARD)).done()
     assert (await pendant.next_state()).program_state == ProgramState.STEPPED
     rest = await pendant.run_program("taught")
     await pendant.wait_until(lambda state: state.activity == Activity.MOVING)
@@ -114,7 +108,7 @@ async def played_back(pendant: PendantClient, program: Taught) -> None:
     stopped = await pendant.run_program("taught", line=line)
     await pendant.wait_until(lambda state: state.activity == Activity.MOVING)
     await pendant.program_stop()
-    with pytest.raises(Aborted) as aborted:
+    with pytest.raises(client.Aborted) as aborted:
         await stopped.done()
     assert aborted.value.code == V.PROGRAM_STOPPED
     await pendant.wait_until(lambda state: state.activity == Activity.IDLE)
@@ -122,7 +116,7 @@ async def played_back(pendant: PendantClient, program: Taught) -> None:
     await (await pendant.run_program("taught", line=line)).done()
 
 
-async def recorded(pendant: PendantClient) -> None:
+async def recorded(pendant: client.PendantClient) -> None:
     await pendant.manage({"op": "recordings.start", "name": "swing"})
     await go_aside(pendant, 0.2)
     await pendant.manage({"op": "recordings.stop"})
@@ -132,8 +126,8 @@ async def recorded(pendant: PendantClient) -> None:
     await pendant.wait_until(lambda state: state.activity == Activity.IDLE)
 
 
-async def jogged(pendant: PendantClient) -> None:
-    await pendant.set_mode(OperatingMode.MANUAL_REDUCED)
+async def jogged(pendant: client.PendantClient) -> None:
+    await pendant.set_mode(client.OperatingMode.MANUAL_REDUCED)
     async with pendant.enabling():
         async with pendant.jog({0: 0.3}) as jog:
             await jog.hold(0.3)
@@ -149,7 +143,7 @@ async def test_an_app_teaches_edits_and_plays_back_and_its_journal_runs_again_ex
     cell = await start_cell(server=(*more, "--journal", str(journal)))
     pendant = await cell.ready_pendant()
     async with pendant.control():
-        await pendant.set_mode(OperatingMode.AUTOMATIC)
+        await pendant.set_mode(client.OperatingMode.AUTOMATIC)
         await pendant.next_state()
         program = await edited(pendant)
         await played_back(pendant, program)

@@ -15,19 +15,11 @@ from typing import Any
 import pytest
 from rigs.clock.busy_machine import PATIENCE, SCALE, tell_begun_anew
 
-from openpendant.simplemsg.pendant import (
-    Activity,
-    AuthorityChanged,
-    AuthorityReason,
-    EnablingPosition,
-    OperatingMode,
-    State,
-    StopKind,
-)
+from openpendant.simplemsg import pendant as messages
 from openpendant.simplemsg.verdicts import VerdictCode as V
 from openpendant.tools.pendants.client import PendantClient, Refused
 
-pytestmark = [pytest.mark.realtime, pytest.mark.asyncio]
+pytestmark = pytest.mark.realtime
 
 CTRL_Q = "\x11"
 STEP = math.radians(0.5)
@@ -107,16 +99,16 @@ async def until(pendant: PendantClient, holds: Callable[[Any], bool]) -> None:
     await pendant.wait_until(holds, within=PATIENCE)
 
 
-def stamp(state: State) -> int:
+def stamp(state: messages.State) -> int:
     """Return when the server sent a state, by the machine's monotonic clock [ns]."""
     return state.time_s * 1_000_000_000 + state.time_ns
 
 
 async def enable(shown: Terminal, observer: PendantClient) -> None:
     assert observer.state is not None
-    if observer.state.enabling != EnablingPosition.HELD:
+    if observer.state.enabling != messages.EnablingPosition.HELD:
         shown.strike("v")
-        await until(observer, lambda s: s.enabling == EnablingPosition.HELD)
+        await until(observer, lambda s: s.enabling == messages.EnablingPosition.HELD)
 
 
 async def jog_until_moved(shown: Terminal, observer: PendantClient, by: float) -> int:
@@ -142,7 +134,7 @@ async def step_two_joints(shown: Terminal, observer: PendantClient) -> None:
     await enable(shown, observer)
     shown.strike("qs")
     await until(observer, lambda s: abs(s.positions[0] - start[0]) > STEP / 2)
-    await until(observer, lambda s: s.activity == Activity.IDLE and s.in_motion == 0)
+    await until(observer, lambda s: s.activity == messages.Activity.IDLE and s.in_motion == 0)
 
 
 async def test_it_jogs_records_stops_and_is_left(start_cell: Any, tmp_path: Path) -> None:
@@ -152,7 +144,7 @@ async def test_it_jogs_records_stops_and_is_left(start_cell: Any, tmp_path: Path
     async with terminal(cell.ports["pendant"]) as shown:
         await shown.shows("pendant–server: up")
         shown.strike("cm1")
-        await until(observer, lambda s: s.operating_mode == OperatingMode.MANUAL_REDUCED)
+        await until(observer, lambda s: s.operating_mode == messages.OperatingMode.MANUAL_REDUCED)
         assert observer.state is not None
         assert observer.state.holder != 0
         await step_two_joints(shown, observer)
@@ -171,9 +163,9 @@ async def test_it_jogs_records_stops_and_is_left(start_cell: Any, tmp_path: Path
         assert "move PTP P1" in program["body"]
 
         shown.strike(" ")
-        await until(observer, lambda s: s.stop == StopKind.SOFTWARE)
+        await until(observer, lambda s: s.stop == messages.StopKind.SOFTWARE)
         await shown.shows("software stop by terminal: space bar")
-        await until(observer, lambda s: s.enabling == EnablingPosition.RELEASED)
+        await until(observer, lambda s: s.enabling == messages.EnablingPosition.RELEASED)
 
         shown.strike(CTRL_Q)
         assert await asyncio.wait_for(shown.process.wait(), PATIENCE) == 0
@@ -187,14 +179,14 @@ async def test_a_held_key_moves_and_silence_ends_it_within_the_deadline(start_ce
     async with terminal(cell.ports["pendant"]) as shown:
         await shown.shows("pendant–server: up")
         shown.strike("cm1")
-        await until(observer, lambda s: s.operating_mode == OperatingMode.MANUAL_REDUCED)
+        await until(observer, lambda s: s.operating_mode == messages.OperatingMode.MANUAL_REDUCED)
         shown.strike("/")
-        seen: list[State] = []
+        seen: list[messages.State] = []
         observer.on_state = seen.append
         struck = await jog_until_moved(shown, observer, 0.1)
-        await until(observer, lambda s: stamp(s) > struck and s.activity == Activity.IDLE)
-        began = next(stamp(state) for state in seen if state.activity != Activity.IDLE)
-        idle = [stamp(state) for state in seen if state.activity == Activity.IDLE]
+        await until(observer, lambda s: stamp(s) > struck and s.activity == messages.Activity.IDLE)
+        began = next(stamp(state) for state in seen if state.activity != messages.Activity.IDLE)
+        idle = [stamp(state) for state in seen if state.activity == messages.Activity.IDLE]
         if any(began < each < struck for each in idle):
             tell_begun_anew("the jog of a held key had broken off")
         # The deadline of 0.25 s, the ramp, and what a busy machine adds to both.
@@ -215,14 +207,17 @@ async def test_a_terminal_that_is_gone_ends_the_pendant_which_gives_its_control_
         await shown.shows("pendant–server: up")
         shown.strike("c")
         await until(observer, lambda s: s.holder != 0)
-        told: list[AuthorityChanged] = []
+        told: list[messages.AuthorityChanged] = []
         observer.on_authority = told.append
         shown.hang_up()
         await asyncio.wait_for(shown.process.wait(), 5.0 * SCALE)
         await until(observer, lambda s: bool(told) and s.holder == 0)
         # By its end, and not because its beats were missed for three seconds.
         (change,) = told
-        assert change.reason in (AuthorityReason.RELEASED, AuthorityReason.CONNECTION_LOST)
+        assert change.reason in (
+            messages.AuthorityReason.RELEASED,
+            messages.AuthorityReason.CONNECTION_LOST,
+        )
         await observer.take_control()
     assert (await cell.end())["violations"] == 0
 

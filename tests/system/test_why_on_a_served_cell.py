@@ -13,7 +13,7 @@ from openpendant.simplemsg.verdicts import CATALOGUE
 from openpendant.simplemsg.verdicts import VerdictCode as V
 from openpendant.tools import why
 
-pytestmark = [pytest.mark.realtime, pytest.mark.asyncio]
+pytestmark = pytest.mark.realtime
 
 READY, NOT_READY = 0, 1
 

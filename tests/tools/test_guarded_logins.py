@@ -15,7 +15,7 @@ from openpendant.tools.pendants.commands import home, reset, stop
 from openpendant.tools.pendants.roboanalyzer import RoboAnalyzerClient
 from openpendant.tools.pendants.terminal import cli as pendant
 
-pytestmark = [pytest.mark.realtime, pytest.mark.asyncio]
+pytestmark = pytest.mark.realtime
 
 Command = Callable[[list[str]], int]
 

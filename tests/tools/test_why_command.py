@@ -1,7 +1,6 @@
 """`openpendant why`: its table, its exit codes, and what it says where nobody answers."""
 
 import json
-import socket
 from collections.abc import Callable
 from pathlib import Path
 from typing import Any
@@ -77,11 +76,10 @@ def test_json_is_the_whole_answer(server_says: Answer, capsys: pytest.CaptureFix
     assert json.loads(capsys.readouterr().out) == answer(HOLDS, BROKEN)
 
 
-def test_nobody_there_is_one_sentence(capsys: pytest.CaptureFixture[str]) -> None:
-    with socket.socket() as free:
-        free.bind(("127.0.0.1", 0))
-        port = free.getsockname()[1]
-        assert why.main([f"127.0.0.1:{port}"]) == 69
+def test_nobody_there_is_one_sentence(
+    capsys: pytest.CaptureFixture[str], unused_tcp_port: int
+) -> None:
+    assert why.main([f"127.0.0.1:{unused_tcp_port}"]) == 69
     shown = capsys.readouterr().err
     assert shown.startswith("openpendant why: nobody listens at")
     assert "openpendant serve" in shown

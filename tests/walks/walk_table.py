@@ -17,20 +17,7 @@ from openpendant.server.programs.language.parser import parse
 from openpendant.server.programs.language.program_json import program_to_json
 from openpendant.server.store.documents import DocumentKind
 from openpendant.simplemsg import Message, joint_array
-from openpendant.simplemsg.pendant import (
-    Activity,
-    Authority,
-    AuthorityAction,
-    JogSpace,
-    JogStart,
-    Motion,
-    OperatingMode,
-    PoseMove,
-    ProgramRun,
-    RunKind,
-    SetMode,
-    SoftwareStop,
-)
+from openpendant.simplemsg import pendant as messages
 
 LISTENS = 100.0
 """Rate of a pendant that is told the state with each tick [Hz]."""
@@ -135,7 +122,7 @@ async def _next(begins: OnFrame, *leads_to: OnFrame) -> Walk:
 
 async def _take_control(cell: WalkedCell) -> None:
     hands = cell.hands
-    await hands.accepted(Authority(hands.request(), AuthorityAction.REQUEST))
+    await hands.accepted(messages.Authority(hands.request(), messages.AuthorityAction.REQUEST))
     cell.keep_on()
 
 
@@ -143,16 +130,16 @@ async def _press_key(cell: WalkedCell) -> None:
     """Jog the first joint, and wait until it moves."""
     hands = cell.hands
     await _take_control(cell)
-    await hands.accepted(SetMode(hands.request(), OperatingMode.MANUAL_REDUCED))
+    await hands.accepted(messages.SetMode(hands.request(), messages.OperatingMode.MANUAL_REDUCED))
     await asyncio.sleep(0.1)
     rates = joint_array((0.1, 0.0, 0.0, 0.0, 0.0, 0.0))
     press = hands.press + 1
-    start = JogStart(
-        hands.request(), press, hands.state.sequence, 0.15, JogSpace.JOINTS, "", 6, rates
+    start = messages.JogStart(
+        hands.request(), press, hands.state.sequence, 0.15, messages.JogSpace.JOINTS, "", 6, rates
     )
     await hands.accepted(start)
     hands.press = press
-    await hands.until(lambda: hands.state.activity == Activity.JOGGING)
+    await hands.until(lambda: hands.state.activity == messages.Activity.JOGGING)
     await asyncio.sleep(0.3)
     assert hands.state.velocities[0] > 0.05
 
@@ -160,11 +147,11 @@ async def _press_key(cell: WalkedCell) -> None:
 # The walks.
 
 
-def _pose_move(cell: WalkedCell) -> PoseMove:
+def _pose_move(cell: WalkedCell) -> messages.PoseMove:
     # Where the robot stands at home, 50 mm higher.
     place = (-0.4869, -0.10915, 0.48186)
     turn = (-0.7071067690849304, -0.7071067690849304, 0.0, 0.0)
-    return PoseMove(cell.hands.request(), Motion.PTP, 0.5, "base", place, turn)
+    return messages.PoseMove(cell.hands.request(), messages.Motion.PTP, 0.5, "base", place, turn)
 
 
 async def pose_move_to_job(cell: WalkedCell) -> Walk:
@@ -193,7 +180,7 @@ async def jog_tick(cell: WalkedCell) -> Walk:
 async def stop_while_jogging(cell: WalkedCell) -> Walk:
     await _press_key(cell)
     cell.keep_off()
-    stop = SoftwareStop(cell.hands.request(), "enough")
+    stop = messages.SoftwareStop(cell.hands.request(), "enough")
     return await _sent(cell, stop, cell.writes_to_controller)
 
 
@@ -209,10 +196,10 @@ async def telling_tick(cell: WalkedCell) -> Walk:
     return await _next(cell.ticks, cell.writes_to_pendant)
 
 
-def _run_program(cell: WalkedCell) -> ProgramRun:
+def _run_program(cell: WalkedCell) -> messages.ProgramRun:
     body = program_to_json(parse(_PROGRAM))
     cell.store.store.save(DocumentKind.PROGRAM, "main", body, expected_revision=0, author="test")
-    return ProgramRun(cell.hands.request(), RunKind.ALL, 0, 1, 0, 1.0, "main")
+    return messages.ProgramRun(cell.hands.request(), messages.RunKind.ALL, 0, 1, 0, 1.0, "main")
 
 
 async def program_to_load(cell: WalkedCell) -> Walk:

@@ -10,10 +10,12 @@ import socket
 from collections import deque
 from collections.abc import AsyncIterator, Callable
 from contextlib import asynccontextmanager
+from functools import partial
 from types import FrameType
 from typing import Any, TypeVar
 
 from rigs.cells.memory_store import MemoryStore
+from rigs.data.stored_documents import answer_of
 from rigs.processes.bare_app import bare_app
 from rigs.processes.judged_server import HOST, ROBOT, running_emulator
 from walks.tracer import OnFrame
@@ -24,21 +26,8 @@ from openpendant.server.planning.jobs import Deliver, Job
 from openpendant.server.planning.worker.job_planner import answer
 from openpendant.server.settings.cell_settings import make_settings
 from openpendant.server.shell.cell_shell import CellParts
-from openpendant.server.store.requests import Answer, Request, perform
-from openpendant.server.store.store_errors import StoreError
-from openpendant.simplemsg import PENDANT, ByteOrder, Connection, Message, Role
-from openpendant.simplemsg.pendant import (
-    MAX_PENDANT_FRAME,
-    PROTOCOL_VERSION,
-    AuthorityBeat,
-    Enabling,
-    EnablingPosition,
-    Hello,
-    JogBeat,
-    Management,
-    State,
-    Verdict,
-)
+from openpendant.server.store.requests import Answer, Request
+from openpendant.simplemsg import PENDANT, ByteOrder, Connection, Message, Role, pendant
 from openpendant.simplemsg.verdicts import VerdictCode
 
 _M = TypeVar("_M", bound=Message)
@@ -85,11 +74,7 @@ class WaitingStore:
     def answered(self) -> Callable[[], None]:
         """Do what the oldest request asks for; return what delivers the answer."""
         request, on_done = self.requests.popleft()
-        try:
-            found: Answer = perform(self.store, request)
-        except StoreError as error:
-            found = error
-        return lambda: on_done(found)
+        return partial(on_done, answer_of(self.store, request))
 
 
 class Hands:
@@ -104,7 +89,9 @@ class Hands:
         self.press = 0
         self.port: int = sock.getsockname()[1]
         self._sock = sock
-        self._wire = Connection(Role.CLIENT, PENDANT, ByteOrder.LITTLE, max_frame=MAX_PENDANT_FRAME)
+        self._wire = Connection(
+            Role.CLIENT, PENDANT, ByteOrder.LITTLE, max_frame=pendant.MAX_PENDANT_FRAME
+        )
         self._beat = 0
         self._request = 0
 
@@ -123,10 +110,10 @@ class Hands:
     async def send_frame(self, data: bytes) -> None:
         await asyncio.get_running_loop().sock_sendall(self._sock, data)
 
-    def next_beat(self) -> JogBeat:
+    def next_beat(self) -> pendant.JogBeat:
         """Return the next beat of the press."""
         self._beat += 1
-        return JogBeat(self.press, self._beat)
+        return pendant.JogBeat(self.press, self._beat)
 
     async def listen(self) -> None:
         """Take what comes; runs until cancelled."""
@@ -138,7 +125,9 @@ class Hands:
         """Send beats and squeeze the enabling device; runs until cancelled."""
         while True:
             beats = [self.next_beat()] if self.press else []
-            await self.send(AuthorityBeat(), Enabling(EnablingPosition.HELD), *beats)
+            await self.send(
+                pendant.AuthorityBeat(), pendant.Enabling(pendant.EnablingPosition.HELD), *beats
+            )
             await asyncio.sleep(BEAT)
 
     def all(self, kind: type[_M]) -> list[_M]:
@@ -157,19 +146,19 @@ class Hands:
         request = getattr(message, "request_id", 0)
 
         def verdicts() -> list[int]:
-            return [each.code for each in self.all(Verdict) if each.request_id == request]
+            return [each.code for each in self.all(pendant.Verdict) if each.request_id == request]
 
         await self.send(message)
         await self.until(verdicts)
         assert verdicts() == [VerdictCode.ACCEPTED], self.got[-3:]
 
-    def manage(self, operation: str, **fields: Any) -> Management:
+    def manage(self, operation: str, **fields: Any) -> pendant.Management:
         """Return a management request."""
-        return Management(self.request(), json.dumps({"op": operation, **fields}).encode())
+        return pendant.Management(self.request(), json.dumps({"op": operation, **fields}).encode())
 
     @property
-    def state(self) -> State:
-        return self.all(State)[-1]
+    def state(self) -> pendant.State:
+        return self.all(pendant.State)[-1]
 
 
 class WalkedCell:
@@ -278,7 +267,9 @@ async def walked_cell(*, state_rate: float = 0.0) -> AsyncIterator[WalkedCell]:
                 await loop.sock_connect(sock, (HOST, bound.pendant))
                 cell.hands = Hands(sock)
                 listening = loop.create_task(cell.hands.listen())
-                await cell.hands.send(Hello(PROTOCOL_VERSION, state_rate, "", "walker"))
+                await cell.hands.send(
+                    pendant.Hello(pendant.PROTOCOL_VERSION, state_rate, "", "walker")
+                )
                 try:
                     await asyncio.sleep(_SETTLED)
                     yield cell

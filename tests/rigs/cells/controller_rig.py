@@ -7,6 +7,7 @@ expectation can be worked out by hand: ±2 rad, 2 rad/s, 4 rad/s².
 from collections.abc import Sequence
 from dataclasses import dataclass, field
 
+from openpendant import simplemsg as wire
 from openpendant.controller_emulator.core.admission import Admission, Tolerances
 from openpendant.controller_emulator.core.controller import EmulatedController
 from openpendant.controller_emulator.core.signals import DigitalSignals
@@ -15,17 +16,6 @@ from openpendant.controller_emulator.interpolation.segment import State
 from openpendant.controller_emulator.interpolation.servo import StartRule
 from openpendant.controller_emulator.profiles import GENERIC
 from openpendant.motion.description.limits import JointLimits
-from openpendant.simplemsg import (
-    CommType,
-    JointTrajPt,
-    JointTrajPtFull,
-    Message,
-    Received,
-    ReplyCode,
-    Status,
-    joint_array,
-    message_type,
-)
 from openpendant.simplemsg.pendant import OperatorAction
 
 MS = 1_000_000
@@ -38,7 +28,7 @@ LIMITS = JointLimits(
     acceleration=(4.0, 4.0),
     prismatic=(False, False),
 )
-SUCCESS, FAILURE = ReplyCode.SUCCESS, ReplyCode.FAILURE
+SUCCESS, FAILURE = wire.ReplyCode.SUCCESS, wire.ReplyCode.FAILURE
 
 
 def ratio_point(
@@ -46,10 +36,12 @@ def ratio_point(
     joints: Sequence[float],
     duration: float,
     *,
-    comm_type: CommType = CommType.REQUEST,
+    comm_type: wire.CommType = wire.CommType.REQUEST,
     velocity: float = 0.1,
-) -> JointTrajPt:
-    return JointTrajPt(sequence, joint_array(joints), velocity, duration, comm_type=comm_type)
+) -> wire.JointTrajPt:
+    return wire.JointTrajPt(
+        sequence, wire.joint_array(joints), velocity, duration, comm_type=comm_type
+    )
 
 
 def full_point(
@@ -61,16 +53,16 @@ def full_point(
     *,
     valid_fields: int | None = None,
     robot_id: int = 0,
-) -> JointTrajPtFull:
+) -> wire.JointTrajPtFull:
     fields = 7 if acceleration is None else 15
-    return JointTrajPtFull(
+    return wire.JointTrajPtFull(
         robot_id,
         sequence,
         fields if valid_fields is None else valid_fields,
         time,
-        joint_array(joints),
-        joint_array(velocity),
-        joint_array(acceleration or ()),
+        wire.joint_array(joints),
+        wire.joint_array(velocity),
+        wire.joint_array(acceleration or ()),
     )
 
 
@@ -89,7 +81,7 @@ class ControllerRig:
     signals: DigitalSignals | None = None
     start_rule: StartRule = field(default_factory=lambda: StartRule(1, 0, 0, 0))
     now: int = 0
-    sent: list[tuple[int, Message]] = field(default_factory=list)
+    sent: list[tuple[int, wire.Message]] = field(default_factory=list)
 
     def __post_init__(self) -> None:
         self.controller = EmulatedController(
@@ -105,7 +97,7 @@ class ControllerRig:
         )
 
     @property
-    def status(self) -> Status:
+    def status(self) -> wire.Status:
         return self.controller.status(self.now)
 
     @property
@@ -124,16 +116,16 @@ class ControllerRig:
     def violations(self) -> dict[ViolationKind, int]:
         return dict(self.controller.referee.counts)
 
-    def send(self, message: Received, link: int = LINK) -> list[tuple[int, int, int]]:
+    def send(self, message: wire.Received, link: int = LINK) -> list[tuple[int, int, int]]:
         """Hand in a message and return (link, type, code) of what is sent in turn."""
         return self._keep(self.controller.handle(link, message, self.now))
 
-    def code(self, message: Received, link: int = LINK) -> int | None:
+    def code(self, message: wire.Received, link: int = LINK) -> int | None:
         """Hand in a request and return the code of its reply, None if it is withheld."""
         replies = [code for number, _, code in self.send(message, link) if number == link]
         return replies[-1] if replies else None
 
-    def stream(self, *messages: Message) -> list[int | None]:
+    def stream(self, *messages: wire.Message) -> list[int | None]:
         return [self.code(message) for message in messages]
 
     def lose(self, link: int = LINK) -> list[tuple[int, int, int]]:
@@ -155,6 +147,6 @@ class ControllerRig:
             states.append(self.state)
         return states
 
-    def _keep(self, outgoing: list[tuple[int, Message]]) -> list[tuple[int, int, int]]:
+    def _keep(self, outgoing: list[tuple[int, wire.Message]]) -> list[tuple[int, int, int]]:
         self.sent += outgoing
-        return [(link, message_type(m), m.reply_code) for link, m in outgoing]
+        return [(link, wire.message_type(m), m.reply_code) for link, m in outgoing]

@@ -11,42 +11,19 @@ from functools import cache
 
 from rigs.cells.server_rig import IDENTITY, MS, Shell, job_of, worked_out
 
+from openpendant import simplemsg as wire
 from openpendant.controller_emulator.shell.build import build_controller
 from openpendant.controller_emulator.shell.settings import EmulatorSettings
 from openpendant.motion.description.robot import serial_robot
 from openpendant.server.core.cell_core import CellCore
 from openpendant.server.endpoints.pendant.access_requests import CoreAccess
-from openpendant.server.events.effects import (
-    Ask,
-    Backend,
-    Broadcast,
-    Close,
-    Effect,
-    LogLine,
-    QueryController,
-    ReconnectController,
-    Send,
-    SendStop,
-    SendToController,
-)
+from openpendant.server.events import effects
 from openpendant.server.events.events import ControllerReport, PathChanged, Tick
 from openpendant.server.planning.worker.job_planner import answer
 from openpendant.server.settings.cell_settings import ControllerPath, make_settings
 from openpendant.server.shell.robot_kinematics import RobotKinematics
-from openpendant.simplemsg import (
-    PENDANT,
-    ByteOrder,
-    Codec,
-    CommType,
-    JointFeedback,
-    JointPosition,
-    Message,
-    Received,
-    Unasked,
-    joint_array,
-)
 
-_CODEC = Codec(PENDANT, ByteOrder.LITTLE, 4)
+_CODEC = wire.Codec(wire.PENDANT, wire.ByteOrder.LITTLE, 4)
 _LINKS = {ControllerPath.MOTION: 1, ControllerPath.STOP: 2}
 
 Reported = Callable[[tuple[float, ...], int], tuple[float, ...]]
@@ -63,7 +40,7 @@ class EmulatedCell(Shell):
     """
 
     reported: Reported | None = None
-    held: deque[Ask] | None = None
+    held: deque[effects.Ask] | None = None
 
     def __init__(
         self,
@@ -95,7 +72,7 @@ class EmulatedCell(Shell):
             own,
             access,
         )
-        self.sent: list[Message] = []
+        self.sent: list[wire.Message] = []
         self._links: dict[int, ControllerPath] = {}
         self._awaited = dict.fromkeys(ControllerPath, 0)
         self._last_link = 0
@@ -117,33 +94,33 @@ class EmulatedCell(Shell):
             self._from_controller(self.controller.disconnected(link, self.now))
         self.perform(self.core.handle(PathChanged(path, False), self.now))
 
-    def perform(self, outgoing: list[Effect]) -> list[Effect]:
-        commands: deque[tuple[ControllerPath, Message]] = deque()
-        questions: list[Ask] = []
-        replies: list[Message] = []
+    def perform(self, outgoing: list[effects.Effect]) -> list[effects.Effect]:
+        commands: deque[tuple[ControllerPath, wire.Message]] = deque()
+        questions: list[effects.Ask] = []
+        replies: list[wire.Message] = []
         outgoing = worked_out(outgoing)
         for item in outgoing:
             match item:
-                case Send(session=session, message=message):
+                case effects.Send(session=session, message=message):
                     self._deliver(session, _through_wire(message))
-                case Broadcast(sessions=sessions, message=message):
+                case effects.Broadcast(sessions=sessions, message=message):
                     for session in sessions:
                         self._deliver(session, _through_wire(message))
-                case Close(session=session, reason=reason):
+                case effects.Close(session=session, reason=reason):
                     self._peers[session].closed_for.append(reason)
-                case SendToController(message=message):
+                case effects.SendToController(message=message):
                     commands.append((ControllerPath.MOTION, message))
-                case SendStop(message=message):
+                case effects.SendStop(message=message):
                     commands += [(path, message) for path in _LINKS]
-                case ReconnectController():
+                case effects.ReconnectController():
                     self.disconnect(ControllerPath.MOTION)
-                case QueryController(message=message):
+                case effects.QueryController(message=message):
                     reply = self.controller.answer(_through_wire(message), self.now)
                     assert reply is not None
                     replies.append(_through_wire(reply))
-                case Ask(backend=Backend.STORE | Backend.PLANNER):
+                case effects.Ask(backend=effects.Backend.STORE | effects.Backend.PLANNER):
                     questions.append(item)
-                case LogLine(text=text):
+                case effects.LogLine(text=text):
                     self.lines.append(text)
         for path, message in commands:
             self._to_controller(path, message)
@@ -152,13 +129,13 @@ class EmulatedCell(Shell):
                 self.core.handle(ControllerReport(ControllerPath.STATE, reply, 0), self.now)
             )
         for question in questions:
-            if question.backend is Backend.STORE:
+            if question.backend is effects.Backend.STORE:
                 self._run(question)
             else:
                 self.answered(question, answer(self.robot, job_of(question)))
         return outgoing
 
-    def _run(self, asked: Ask) -> None:
+    def _run(self, asked: effects.Ask) -> None:
         if self.held is None:
             super()._run(asked)
         else:
@@ -176,7 +153,7 @@ class EmulatedCell(Shell):
         for asked in held:
             super()._run(asked)
 
-    def _to_controller(self, path: ControllerPath, message: Message) -> None:
+    def _to_controller(self, path: ControllerPath, message: wire.Message) -> None:
         for link in [link for link, kind in self._links.items() if kind is path]:
             self._awaited[path] += 1
             assert (
@@ -185,19 +162,19 @@ class EmulatedCell(Shell):
             self.sent.append(message)
             self._from_controller(self.controller.handle(link, _through_wire(message), self.now))
 
-    def _from_controller(self, outgoing: list[tuple[int, Message]]) -> None:
+    def _from_controller(self, outgoing: list[tuple[int, wire.Message]]) -> None:
         for link, message in outgoing:
             path = self._links.get(link)
             if path is not None:
-                received: Received = _through_wire(message)
-                if message.comm_type == CommType.REPLY:
+                received: wire.Received = _through_wire(message)
+                if message.comm_type == wire.CommType.REPLY:
                     if self._awaited[path]:
                         self._awaited[path] -= 1
                     else:
-                        received = Unasked(message)
+                        received = wire.Unasked(message)
                 self._hear(path, received)
 
-    def _hear(self, path: ControllerPath, received: Received) -> None:
+    def _hear(self, path: ControllerPath, received: wire.Received) -> None:
         event = ControllerReport(path, received, self._awaited[path])
         self.perform(self.core.handle(event, self.now))
 
@@ -210,16 +187,16 @@ class EmulatedCell(Shell):
                     self._hear(ControllerPath.STATE, _through_wire(self._as_reported(message)))
                 self.perform(self.core.handle(Tick(), self.now))
 
-    def _as_reported(self, message: Message) -> Message:
+    def _as_reported(self, message: wire.Message) -> wire.Message:
         dof = self.limits.dof
         if self.reported is None:
             return message
         match message:
-            case JointFeedback(positions=true):
-                position = joint_array(self.reported(true[:dof], self.now))
+            case wire.JointFeedback(positions=true):
+                position = wire.joint_array(self.reported(true[:dof], self.now))
                 return dataclasses.replace(message, positions=position)
-            case JointPosition(joints=true):
-                return JointPosition(0, joint_array(self.reported(true[:dof], self.now)))
+            case wire.JointPosition(joints=true):
+                return wire.JointPosition(0, wire.joint_array(self.reported(true[:dof], self.now)))
         return message
 
     @property
@@ -232,9 +209,9 @@ def _mathematics(robot: str) -> RobotKinematics:
     return RobotKinematics(serial_robot(robot))
 
 
-def _is_stop(message: Message) -> bool:
+def _is_stop(message: wire.Message) -> bool:
     return getattr(message, "sequence", None) == -4
 
 
-def _through_wire(message: Message) -> Message:
+def _through_wire(message: wire.Message) -> wire.Message:
     return _CODEC.decode(_CODEC.encode(message))

@@ -7,42 +7,21 @@ from contextlib import asynccontextmanager
 from dataclasses import dataclass
 from pathlib import Path
 
-from rigs.processes.bare_app import bare_app
+from rigs.processes.judged_server import served_cell
 
 from openpendant.controller_emulator.shell import cli as emulator_cli
 from openpendant.controller_emulator.shell.build import build_controller
 from openpendant.controller_emulator.shell.service import Service, loop_time
 from openpendant.controller_emulator.shell.settings import EmulatorSettings
-from openpendant.motion.description.robot import serial_robot
 from openpendant.server.cli import serve as server_cli
-from openpendant.server.planning.jobs import Deliver, Job
-from openpendant.server.planning.worker.job_planner import answer
-from openpendant.server.settings.cell_settings import make_settings
 from openpendant.server.settings.server_settings import ServerSettings
 from openpendant.server.shell.app import App
-from openpendant.server.shell.cell_shell import CellParts
 from openpendant.simplemsg import Ping, codec_for
 from openpendant.simplemsg.journal import Journal
 from openpendant.tools.pendants.client import PendantClient
 
-ROBOT = "ur5"
-
 PINGS = codec_for().encode(Ping()) * 20_000
 """More than any connection takes whose answers nobody reads."""
-
-
-class PlannerInLine:
-    """Plans at once, and delivers as late as a real planner would."""
-
-    def __init__(self) -> None:
-        self._deliveries: dict[int, asyncio.TimerHandle] = {}
-
-    def submit(self, job: Job, deliver: Deliver) -> None:
-        planned, loop = answer(ROBOT, job), asyncio.get_running_loop()
-        self._deliveries[job.job_id] = loop.call_later(0.03, deliver, planned)
-
-    def withdraw(self, job_id: int) -> None:
-        self._deliveries[job_id].cancel()
 
 
 @dataclass
@@ -70,10 +49,8 @@ async def journalled_cell(emulator_file: Path, server_file: Path) -> AsyncIterat
         service = Service(build_controller(emulator, now), emulator, journal=first)
         ports = await service.start()
         link = {"host": "127.0.0.1", "motion_port": ports.motion, "state_port": ports.state}
-        listen = {"pendant_port": 0, "ros_motion_port": 0, "ros_state_port": 0}
-        settings = make_settings({"robot": ROBOT, "controller": link, "listen": listen}, "test")
         second = Journal()
-        app = bare_app([CellParts(settings, serial_robot(ROBOT), PlannerInLine())], second)
+        app, settings = served_cell(second, controller=link)
         with server_cli.kept_journal(second, server_file, ServerSettings((settings,))):
             async with app.running() as listening:
                 ros = listening.ros[settings.name]

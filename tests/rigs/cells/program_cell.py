@@ -9,14 +9,7 @@ from openpendant.server.programs.language.parser import parse
 from openpendant.server.programs.language.printer import statement_lines
 from openpendant.server.programs.language.program_json import program_to_json
 from openpendant.server.store.documents import DocumentKind
-from openpendant.simplemsg.pendant import (
-    AuthorityBeat,
-    MotionControlAction,
-    ProgramReport,
-    ProgramRun,
-    ProgramState,
-    RunKind,
-)
+from openpendant.simplemsg import pendant as messages
 from openpendant.simplemsg.verdicts import VerdictCode
 
 A = (0.0, -1.5, 1.5, -1.5, -1.5, 0.0)
@@ -61,7 +54,7 @@ class ProgramCell(EmulatedCell):
     def run(
         self,
         program: str = "main",
-        kind: RunKind = RunKind.ALL,
+        kind: messages.RunKind = messages.RunKind.ALL,
         *,
         line: int = 0,
         loops: int = 1,
@@ -70,17 +63,17 @@ class ProgramCell(EmulatedCell):
         by: Pendant | None = None,
     ) -> VerdictCode | None:
         pendant = by or self.user
-        request = ProgramRun(pendant._next(), kind, line, loops, revision, speed, program)
+        request = messages.ProgramRun(pendant._next(), kind, line, loops, revision, speed, program)
         return pendant.code(request)
 
-    def control(self, action: MotionControlAction) -> VerdictCode | None:
+    def control(self, action: messages.MotionControlAction) -> VerdictCode | None:
         return self.user.control(action)
 
     def pass_time(self, milliseconds: int) -> None:
         """Let time pass while the pendant keeps its authority."""
         for _ in range(0, milliseconds, 10):
             if self.now % 500_000_000 == 0:
-                self.user.send(AuthorityBeat())
+                self.user.send(messages.AuthorityBeat())
             self.wait(10)
 
     def until_outcomes(self, count: int = 1, most: int = 60_000) -> list[VerdictCode]:
@@ -91,7 +84,7 @@ class ProgramCell(EmulatedCell):
             self.pass_time(10)
         return [code for _, code in self.user.outcomes()]
 
-    def until_state(self, state: ProgramState, most: int = 20_000) -> None:
+    def until_state(self, state: messages.ProgramState, most: int = 20_000) -> None:
         """Let time pass until the program is in a state."""
         for _ in range(0, most, 10):
             if self.reports()[-1].state == state:
@@ -99,5 +92,5 @@ class ProgramCell(EmulatedCell):
             self.pass_time(10)
         raise AssertionError(f"the program is {self.reports()[-1]}")
 
-    def reports(self) -> list[ProgramReport]:
-        return self.user.all(ProgramReport)
+    def reports(self) -> list[messages.ProgramReport]:
+        return self.user.all(messages.ProgramReport)

@@ -57,8 +57,8 @@ class ProgramRig:
         self.request = 0
 
     def do(self, event: run.Event) -> list[str]:
-        actions = self.runner.handle(event, self.now)
-        found = [each for each in actions if not isinstance(each, run.RunReport)]
+        done = self.runner.handle(event, self.now)
+        found = [each for each in done if not isinstance(each, run.RunReport)]
         self.actions += found
         for action in found:
             self.request = getattr(action, "request", self.request)

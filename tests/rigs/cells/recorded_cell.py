@@ -4,8 +4,7 @@ from collections import deque
 from collections.abc import Sequence
 from pathlib import Path
 
-from rigs.cells.server_rig import answer_of
-from rigs.data.stored_documents import noon
+from rigs.data.stored_documents import answer_of, noon
 
 from openpendant.server.cell.execution.feedback import Feedback
 from openpendant.server.events.effects import Ask, Effect
@@ -46,7 +45,7 @@ class RecordedCell:
     def answer(self) -> None:
         """Have the store answer the oldest request."""
         asked = self.asked.popleft()
-        answer = self.refuse_with or answer_of(self.store, asked)
+        answer = self.refuse_with or answer_of(self.store, asked.question)
         self.perform(self.pending.resume(asked, answer, self.now))
 
     def answer_all(self) -> None:

@@ -10,10 +10,12 @@ from collections.abc import Iterable, Sequence
 from typing import cast
 
 from rigs.cells.memory_store import MemoryStore
+from rigs.data.stored_documents import answer_of
 from rigs.motion.simple_jogger import SimpleJogger
 from rigs.peers.scripted_controller import Fault, ScriptedController
 from rigs.peers.server_clients import Peer, Pendant, RosClient
 
+from openpendant import simplemsg as wire
 from openpendant.motion.description.limits import JointLimits
 from openpendant.motion.errors import BadArgument, FrameUnknown, MotionError
 from openpendant.motion.frames.frame_tree import FrameTree
@@ -22,19 +24,7 @@ from openpendant.motion.trajectory.certificate import certify
 from openpendant.motion.trajectory.ptp import plan_joint_move
 from openpendant.server.core.cell_core import CellCore
 from openpendant.server.endpoints.pendant.access_requests import Identity
-from openpendant.server.events.effects import (
-    Ask,
-    Backend,
-    Broadcast,
-    Close,
-    Effect,
-    ReconnectController,
-    Send,
-    SendStop,
-    SendToController,
-    StorePlan,
-    Then,
-)
+from openpendant.server.events import effects
 from openpendant.server.events.events import (
     Answered,
     ControllerReport,
@@ -43,35 +33,13 @@ from openpendant.server.events.events import (
     Port,
     Tick,
 )
-from openpendant.server.planning.jobs import (
-    Job,
-    JointPathJob,
-    JointVector,
-    PlanAnswer,
-    PoseGoal,
-    RosPathJob,
-)
+from openpendant.server.planning import jobs
 from openpendant.server.refusal import Refusal, refusal_of
 from openpendant.server.settings.cell_settings import (
     CellSettings,
     ControllerPath,
     JogSettings,
     make_settings,
-)
-from openpendant.server.store.documents import Store
-from openpendant.server.store.requests import Answer, Request, perform
-from openpendant.server.store.store_errors import StoreError
-from openpendant.simplemsg import (
-    HeaderOnly,
-    JointTrajPt,
-    JointTrajPtFull,
-    Message,
-    MsgType,
-    Received,
-    ReplyCode,
-    Unasked,
-    accepted,
-    refused,
 )
 from openpendant.simplemsg.pendant import Activity
 from openpendant.simplemsg.verdicts import VerdictCode
@@ -87,7 +55,7 @@ LIMITS = JointLimits(
     prismatic=(False, False),
 )
 IDENTITY = Identity("cell", "two-joints", "openpendant test")
-SUCCESS, FAILURE = ReplyCode.SUCCESS, ReplyCode.FAILURE
+SUCCESS, FAILURE = wire.ReplyCode.SUCCESS, wire.ReplyCode.FAILURE
 
 
 class NoTool:
@@ -114,7 +82,7 @@ class NoTool:
     def speed_points(self, position: Sequence[float]) -> tuple[tuple[float, ...], ...]:
         return ((0.0, 0.0, 0.0),)
 
-    def named_position(self, name: str) -> JointVector:
+    def named_position(self, name: str) -> jobs.JointVector:
         if name not in ("home", "zero"):
             raise BadArgument("position", name, "home or zero")
         return (0.0,) * self._limits.dof
@@ -141,39 +109,32 @@ class NoTool:
     def leads_out(self, position: Sequence[float], values: Sequence[float], frame: str) -> bool:
         return False
 
-    def stepped_pose(self, start: Sequence[float], values: Sequence[float], frame: str) -> PoseGoal:
+    def stepped_pose(
+        self, start: Sequence[float], values: Sequence[float], frame: str
+    ) -> jobs.PoseGoal:
         if frame not in ("base", "tool"):
             raise FrameUnknown(frame, ("base", "tool"))
-        return PoseGoal(tuple(values[:3]), (0.0, 0.0, 0.0, 1.0))
+        return jobs.PoseGoal(tuple(values[:3]), (0.0, 0.0, 0.0, 1.0))
 
 
-def job_of(asked: Ask) -> Job:
-    assert isinstance(asked.question, Job)
+def job_of(asked: effects.Ask) -> jobs.Job:
+    assert isinstance(asked.question, jobs.Job)
     return asked.question
 
 
-def jobs_in(outgoing: Iterable[Effect]) -> list[Job]:
+def jobs_in(outgoing: Iterable[effects.Effect]) -> list[jobs.Job]:
     return [
         job_of(item)
         for item in outgoing
-        if isinstance(item, Ask) and item.backend is Backend.PLANNER
+        if isinstance(item, effects.Ask) and item.backend is effects.Backend.PLANNER
     ]
 
 
-def answer_of(store: Store, asked: Ask) -> Answer:
-    """Have the store do what the core asked for."""
-    assert isinstance(asked.question, Request)
-    try:
-        return perform(store, asked.question)
-    except StoreError as error:
-        return error
-
-
-def worked_out(outgoing: Iterable[Effect]) -> list[Effect]:
+def worked_out(outgoing: Iterable[effects.Effect]) -> list[effects.Effect]:
     """Return effects with what follows from them in its place."""
-    out: list[Effect] = []
+    out: list[effects.Effect] = []
     for item in outgoing:
-        out += worked_out(item.step()) if isinstance(item, Then) else [item]
+        out += worked_out(item.step()) if isinstance(item, effects.Then) else [item]
     return out
 
 
@@ -187,20 +148,21 @@ class Shell(ABC):
         self.store = MemoryStore()
         self._peers: dict[int, Peer] = {}
 
-    def _run(self, asked: Ask) -> None:
-        self.answered(asked, answer_of(self.store, asked))
+    def _run(self, asked: effects.Ask) -> None:
+        """Have the store do what the core asked for, at once."""
+        self.answered(asked, answer_of(self.store, asked.question))
 
-    def answered(self, asked: Ask, answer: object) -> list[Effect]:
+    def answered(self, asked: effects.Ask, answer: object) -> list[effects.Effect]:
         return self.perform(self.core.handle(Answered(asked, answer), self.now))
 
-    def planned(self, job: Job, planned: PlanAnswer) -> list[Effect]:
-        return self.answered(Ask(job.job_id, job), planned)
+    def planned(self, job: jobs.Job, planned: jobs.PlanAnswer) -> list[effects.Effect]:
+        return self.answered(effects.Ask(job.job_id, job), planned)
 
     @abstractmethod
-    def perform(self, outgoing: list[Effect]) -> list[Effect]:
+    def perform(self, outgoing: list[effects.Effect]) -> list[effects.Effect]:
         """Carry out what the core asked for, as the application does; return it."""
 
-    def _deliver(self, session: int, message: Message) -> None:
+    def _deliver(self, session: int, message: wire.Message) -> None:
         peer = self._peers.get(session)
         if peer is not None:
             peer.got.append(message)
@@ -242,9 +204,9 @@ class ServerRig(Shell):
         self.controller = ScriptedController()
         self.plans_at_once = plans_at_once
         self.now = 1_000_000_000
-        self.jobs: list[Job] = []
-        self.log: list[tuple[int, Effect]] = []
-        self._late: list[tuple[int, Message]] = []
+        self.jobs: list[jobs.Job] = []
+        self.log: list[tuple[int, effects.Effect]] = []
+        self._late: list[tuple[int, wire.Message]] = []
         self._up = dict.fromkeys(ControllerPath, False)
 
     # The controller.
@@ -254,90 +216,90 @@ class ServerRig(Shell):
             self.path(path, True)
         self.wait(20)
 
-    def path(self, path: ControllerPath, up: bool) -> list[Effect]:
+    def path(self, path: ControllerPath, up: bool) -> list[effects.Effect]:
         self._up[path] = up
         if path is ControllerPath.MOTION:
             self.controller.awaited = 0
             self._late.clear()
         return self.perform(self.core.handle(PathChanged(path, up), self.now))
 
-    def report(self) -> list[Effect]:
+    def report(self) -> list[effects.Effect]:
         """Have the controller send its joint state and status now."""
-        out: list[Effect] = []
+        out: list[effects.Effect] = []
         for message in (self.controller.status(self.now), self.controller.feedback(self.now)):
             out += self.hear(ControllerPath.STATE, message)
         return out
 
-    def hear(self, path: ControllerPath, message: Received) -> list[Effect]:
+    def hear(self, path: ControllerPath, message: wire.Received) -> list[effects.Effect]:
         pending = self.controller.awaited
         return self.perform(self.core.handle(ControllerReport(path, message, pending), self.now))
 
-    def reply(self, message: Message) -> list[Effect]:
+    def reply(self, message: wire.Message) -> list[effects.Effect]:
         """Have the controller answer what it was asked; unasked if it was asked nothing."""
         if not self.controller.awaited:
-            return self.hear(ControllerPath.MOTION, Unasked(message))
+            return self.hear(ControllerPath.MOTION, wire.Unasked(message))
         self.controller.awaited -= 1
         return self.hear(ControllerPath.MOTION, message)
 
-    def _command(self, message: Message) -> None:
+    def _command(self, message: wire.Message) -> None:
         if not self._up[ControllerPath.MOTION]:
             return
         controller = self.controller
         controller.awaited += 1
-        assert isinstance(message, JointTrajPt | JointTrajPtFull)
+        assert isinstance(message, wire.JointTrajPt | wire.JointTrajPtFull)
         if message.sequence == -4:
             controller.stop(self.now)
-            self.reply(accepted(message))
+            self.reply(wire.accepted(message))
             return
         controller.points.append(message)
         match controller.faults.get(message.sequence):
             case None:
-                if isinstance(message, JointTrajPtFull):
+                if isinstance(message, wire.JointTrajPtFull):
                     controller.take(message, self.now)
-                self.reply(accepted(message))
+                self.reply(wire.accepted(message))
             case Fault.REFUSE:
-                self.reply(refused(message))
+                self.reply(wire.refused(message))
             case Fault.WRONG_TYPE:
-                self.reply(HeaderOnly(MsgType.PING))
+                self.reply(wire.HeaderOnly(wire.MsgType.PING))
             case Fault.LATE:
-                self._late.append((self.now + 600 * MS, accepted(message)))
+                self._late.append((self.now + 600 * MS, wire.accepted(message)))
             case Fault.TWICE:
-                if isinstance(message, JointTrajPtFull):
+                if isinstance(message, wire.JointTrajPtFull):
                     controller.take(message, self.now)
-                self.reply(accepted(message))
-                self.reply(accepted(message))
+                self.reply(wire.accepted(message))
+                self.reply(wire.accepted(message))
             case Fault.LINK_LOST:
                 self.path(ControllerPath.MOTION, False)
 
     # The shell.
 
-    def perform(self, outgoing: list[Effect]) -> list[Effect]:
-        commands: deque[Message] = deque()
-        requests: list[Ask] = []
+    def perform(self, outgoing: list[effects.Effect]) -> list[effects.Effect]:
+        commands: deque[wire.Message] = deque()
+        requests: list[effects.Ask] = []
         outgoing = worked_out(outgoing)
         for item in outgoing:
             self.log.append((self.now, item))
             match item:
-                case Send(session=session, message=message):
+                case effects.Send(session=session, message=message):
                     self._deliver(session, message)
-                case Broadcast(sessions=sessions, message=message):
+                case effects.Broadcast(sessions=sessions, message=message):
                     for session in sessions:
                         self._deliver(session, message)
-                case Close(session=session, reason=reason):
+                case effects.Close(session=session, reason=reason):
                     self._peers[session].closed_for.append(reason)
-                case SendStop(message=message):
+                case effects.SendStop(message=message):
                     if self._up[ControllerPath.STOP]:
                         self.controller.stop(self.now)
                     commands.append(message)
-                case SendToController(message=message):
+                case effects.SendToController(message=message):
                     commands.append(message)
-                case ReconnectController():
+                case effects.ReconnectController():
                     self.path(ControllerPath.MOTION, False)
-                case Ask(backend=Backend.PLANNER):
+                case effects.Ask(backend=effects.Backend.PLANNER):
                     self.jobs.append(job_of(item))
-                case Ask(backend=Backend.STORE):
+                case effects.Ask(backend=effects.Backend.STORE):
                     requests.append(item)
-                case StorePlan():
+                case effects.StorePlan():
                     pass
         for command in commands:
             self._command(command)
@@ -347,28 +309,28 @@ class ServerRig(Shell):
             self.plan()
         return outgoing
 
-    def plan(self, result: Refusal | None = None) -> list[Effect]:
+    def plan(self, result: Refusal | None = None) -> list[effects.Effect]:
         """Answer the oldest job: with a joint move to its last position, or with a refusal."""
         job = self.jobs.pop(0)
         return self.planned(job, self.plan_of(job, result))
 
     @staticmethod
-    def plan_of(job: Job, result: Refusal | None = None) -> PlanAnswer:
+    def plan_of(job: jobs.Job, result: Refusal | None = None) -> jobs.PlanAnswer:
         if result is not None:
-            return PlanAnswer(job.job_id, result, 0.01)
-        assert isinstance(job, JointPathJob | RosPathJob)
-        goal = job.waypoints[-1] if isinstance(job, JointPathJob) else job.points[-1].position
+            return jobs.PlanAnswer(job.job_id, result, 0.01)
+        assert isinstance(job, jobs.JointPathJob | jobs.RosPathJob)
+        goal = job.waypoints[-1] if isinstance(job, jobs.JointPathJob) else job.points[-1].position
         try:
             trajectory = plan_joint_move(job.start, goal, LIMITS)
         except MotionError as error:
-            return PlanAnswer(job.job_id, refusal_of(error), 0.01)
-        return PlanAnswer(job.job_id, (trajectory, certify(trajectory, LIMITS)), 0.01)
+            return jobs.PlanAnswer(job.job_id, refusal_of(error), 0.01)
+        return jobs.PlanAnswer(job.job_id, (trajectory, certify(trajectory, LIMITS)), 0.01)
 
     # Time.
 
-    def wait(self, milliseconds: int) -> list[Effect]:
+    def wait(self, milliseconds: int) -> list[effects.Effect]:
         """Let time pass in ticks; the controller reports just before each."""
-        out: list[Effect] = []
+        out: list[effects.Effect] = []
         for _ in range(0, milliseconds, 10):
             self.now += TICK
             for due, message in [entry for entry in self._late if entry[0] <= self.now]:
@@ -379,7 +341,7 @@ class ServerRig(Shell):
             out += self.tick()
         return out
 
-    def tick(self) -> list[Effect]:
+    def tick(self) -> list[effects.Effect]:
         return self.perform(self.core.handle(Tick(), self.now))
 
     def come_to_rest(self) -> None:
@@ -396,12 +358,12 @@ class ServerRig(Shell):
         return self.core.cell.activity
 
     @property
-    def points(self) -> list[JointTrajPtFull | JointTrajPt]:
+    def points(self) -> list[wire.JointTrajPtFull | wire.JointTrajPt]:
         return self.controller.points
 
     @property
     def stops(self) -> list[int]:
-        return [time for time, item in self.log if isinstance(item, SendStop)]
+        return [time for time, item in self.log if isinstance(item, effects.SendStop)]
 
 
 def ready(*, plans_at_once: bool = True, **settings: object) -> ServerRig:

@@ -5,8 +5,7 @@ from functools import cache
 from pathlib import Path
 from typing import Any
 
-from rigs.cells.server_rig import answer_of
-from rigs.data.stored_documents import noon
+from rigs.data.stored_documents import answer_of, noon
 
 from openpendant.motion.description.robot import SerialRobot, serial_robot
 from openpendant.server.cell.robot_cell import RobotCell
@@ -68,7 +67,7 @@ class SurroundedCell:
                     self.queries.append(message)
 
     def _run(self, asked: Ask) -> None:
-        answer = self.refuse_with or answer_of(self.store, asked)
+        answer = self.refuse_with or answer_of(self.store, asked.question)
         self.perform(self.pending.resume(asked, answer, self.now))
 
     def report(self, position: tuple[float, ...] | None = None, after_ms: int = 10) -> None:

@@ -13,16 +13,7 @@ from rigs.cells.program_cell import ProgramCell
 from rigs.peers.server_clients import Pendant
 
 from openpendant.simplemsg import JointTrajPt, JointTrajPtFull, SpecialSequence, joint_array
-from openpendant.simplemsg.pendant import (
-    AuthorityBeat,
-    JogBeat,
-    JogSpace,
-    JogStart,
-    OperatingMode,
-    Outcome,
-    State,
-    Subscribe,
-)
+from openpendant.simplemsg import pendant as messages
 from openpendant.simplemsg.verdicts import VerdictCode as V
 
 MS = 1_000_000
@@ -88,25 +79,27 @@ def jogging(
     """Hold a key of joints in T1."""
     cell = EmulatedCell(robot, **settings)
     pendant = cell.holder()
-    pendant.send(Subscribe(2, 100.0))
-    assert pendant.mode(OperatingMode.MANUAL_REDUCED) is V.ACCEPTED
+    pendant.send(messages.Subscribe(2, 100.0))
+    assert pendant.mode(messages.OperatingMode.MANUAL_REDUCED) is V.ACCEPTED
     pendant.enable(1)
     cell.wait(30)
 
     def beat(number: int) -> None:
         pendant.enable(1)
-        pendant.send(JogBeat(1, number))
+        pendant.send(messages.JogBeat(1, number))
 
     share = joint_array(tuple(values))
-    newest = pendant.all(State)[-1].sequence
-    request = JogStart(9, 1, newest, 0.15, JogSpace.JOINTS, "base", len(values), share)
+    newest = pendant.all(messages.State)[-1].sequence
+    request = messages.JogStart(
+        9, 1, newest, 0.15, messages.JogSpace.JOINTS, "base", len(values), share
+    )
     assert pendant.code(request) is V.ACCEPTED
     return MovingCell(cell, pendant, beat)
 
 
 def _beats(pendant: Pendant) -> Callable[[int], None]:
     def beat(_: int) -> None:
-        pendant.send(AuthorityBeat())
+        pendant.send(messages.AuthorityBeat())
 
     return beat
 
@@ -168,7 +161,7 @@ class Commanded:
 
 
 def aborted(pendant: Pendant) -> list[V]:
-    return [V(outcome.code) for outcome in pendant.all(Outcome)]
+    return [V(outcome.code) for outcome in pendant.all(messages.Outcome)]
 
 
 def why(cell: EmulatedCell) -> dict[str, Any]:

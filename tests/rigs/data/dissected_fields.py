@@ -8,27 +8,8 @@ from typing import Any
 
 from rigs.data.tshark_captures import PROTOCOL, Dissected, Shown
 
-from openpendant.simplemsg import (
-    BodyFault,
-    Codec,
-    HeaderFault,
-    HeaderOnly,
-    Message,
-    Opaque,
-    message_type,
-)
-from openpendant.simplemsg.declaration import (
-    Array,
-    CountPlace,
-    Field,
-    Int,
-    Real,
-    Reals,
-    Record,
-    Tail,
-    Text,
-    value_name,
-)
+from openpendant import simplemsg as wire
+from openpendant.simplemsg import declaration
 from openpendant.simplemsg.framing import HEADER_SIZE
 from openpendant.tools.reference.messages import filter_name
 
@@ -46,13 +27,13 @@ class Expected:
     """
 
     name: str
-    field: Field
+    field: declaration.Field
     value: Any
     raw: bytes
 
 
-def _expected(message: Message, frame: bytes, real_size: int) -> list[Expected]:
-    if isinstance(message, HeaderOnly | Opaque):
+def _expected(message: wire.Message, frame: bytes, real_size: int) -> list[Expected]:
+    if isinstance(message, wire.HeaderOnly | wire.Opaque):
         return []
     rest = memoryview(frame)[HEADER_SIZE:]
     found, rest = _record_fields(
@@ -63,11 +44,11 @@ def _expected(message: Message, frame: bytes, real_size: int) -> list[Expected]:
 
 
 def _record_fields(
-    path: str, record: Record, rest: memoryview, real_size: int
+    path: str, record: declaration.Record, rest: memoryview, real_size: int
 ) -> tuple[list[Expected], memoryview]:
     found: list[Expected] = []
 
-    def take(name: str, field: Field, value: Any, size: int) -> None:
+    def take(name: str, field: declaration.Field, value: Any, size: int) -> None:
         nonlocal rest
         found.append(Expected(f"{path}.{name}", field, value, bytes(rest[:size])))
         rest = rest[size:]
@@ -75,42 +56,42 @@ def _record_fields(
     for name, field in record.FIELDS.items():
         value = getattr(record, name)
         match field:
-            case Int():
+            case declaration.Int():
                 take(name, field, value, 4)
-            case Real():
+            case declaration.Real():
                 take(name, field, value, real_size)
-            case Reals():
+            case declaration.Reals():
                 for real in value:
                     take(name, field, real, real_size)
-            case Text():
+            case declaration.Text():
                 take(name, field, value, field.size)
-            case Tail():
+            case declaration.Tail():
                 if value:
                     take(name, field, value, len(value))
-            case Array():
-                count = Int("number of records")
-                if field.count_place is CountPlace.BEFORE:
+            case declaration.Array():
+                count = declaration.Int("number of records")
+                if field.count_place is declaration.CountPlace.BEFORE:
                     take(field.count_name, count, len(value), 4)
                 for inner in value:
                     fields, rest = _record_fields(f"{path}.{name}", inner, rest, real_size)
                     found += fields
-                if field.count_place is CountPlace.AFTER:
+                if field.count_place is declaration.CountPlace.AFTER:
                     take(field.count_name, count, len(value), 4)
     return found, rest
 
 
-def _agree(shown: Shown, expected: Expected, codec: Codec) -> bool:
+def _agree(shown: Shown, expected: Expected, codec: wire.Codec) -> bool:
     if (shown.name, shown.raw) != (expected.name, expected.raw):
         return False
     match expected.field:
-        case Int():
-            name = value_name(expected.field, expected.value)
+        case declaration.Int():
+            name = declaration.value_name(expected.field, expected.value)
             return int(shown.show) == expected.value and (name is None or name in shown.label)
-        case Real() | Reals():
+        case declaration.Real() | declaration.Reals():
             code = "f" if codec.real_size == 4 else "d"
             (exact,) = struct.unpack(codec.byte_order.value + code, shown.raw)
             return _same(exact, expected.value) and _near(shown.show, expected.value)
-        case Text():
+        case declaration.Text():
             return shown.show == expected.value or not expected.value.isprintable()
     return bytes(expected.value) == shown.raw
 
@@ -130,7 +111,7 @@ def _near(printed: str, value: float) -> bool:
     return shown.is_finite() and abs(shown - exact) <= abs(exact) * Decimal("1e-14")
 
 
-def differences(dissected: Dissected, frame: bytes, codec: Codec) -> list[str]:
+def differences(dissected: Dissected, frame: bytes, codec: wire.Codec) -> list[str]:
     """Compare everything that tshark shows of a frame with what our codec decodes."""
     faults = [kind for kind in FAULTS if dissected.find(kind)]
     if len(frame) < HEADER_SIZE:
@@ -144,12 +125,12 @@ def differences(dissected: Dissected, frame: bytes, codec: Codec) -> list[str]:
     ]
     try:
         message = codec.decode(frame)
-    except (HeaderFault, BodyFault) as fault:
-        kind = "header_fault" if isinstance(fault, HeaderFault) else "body_fault"
+    except (wire.HeaderFault, wire.BodyFault) as fault:
+        kind = "header_fault" if isinstance(fault, wire.HeaderFault) else "body_fault"
         if dissected.body() or faults != [kind]:
             found.append(f"{fault}: shown with {faults}")
         return found
-    if dissected.find("name") != [codec.name_of(message_type(message), message.comm_type)]:
+    if dissected.find("name") != [codec.name_of(wire.message_type(message), message.comm_type)]:
         found.append(f"name: {dissected.find('name')}")
     expected = _expected(message, frame, codec.real_size)
     shown = dissected.body()

@@ -4,8 +4,10 @@ import contextlib
 from collections.abc import Callable, Iterator
 from pathlib import Path
 
-from openpendant.server.store.documents import DocumentKind
+from openpendant.server.store.documents import DocumentKind, Store
+from openpendant.server.store.requests import Answer, Request, perform
 from openpendant.server.store.sqlite_store import SqliteStore, open_store
+from openpendant.server.store.store_errors import StoreError
 
 ANN, BOB = "ann", "bob"
 NOON = "2025-11-21T12:00:00+00:00"
@@ -19,6 +21,15 @@ def noon() -> str:
 def opened(path: Path, wall_clock: Callable[[], str] = noon) -> Iterator[SqliteStore]:
     with contextlib.closing(open_store(path, wall_clock=wall_clock)) as store:
         yield store
+
+
+def answer_of(store: Store, request: object) -> Answer:
+    """Return what a store answers, be it why it refuses."""
+    assert isinstance(request, Request)
+    try:
+        return perform(store, request)
+    except StoreError as error:
+        return error
 
 
 def save(store: SqliteStore, name: str, body: str = "{}", revision: int = 0) -> int:

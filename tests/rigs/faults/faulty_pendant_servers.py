@@ -24,21 +24,7 @@ from openpendant.server.events.effects import Effect, LogLine, Send
 from openpendant.server.refusal import Refusal
 from openpendant.server.shell.client_connection import ClientConnection
 from openpendant.simplemsg import CommType, Message, Received
-from openpendant.simplemsg.pendant import (
-    AuthorityChanged,
-    AuthorityReason,
-    HelloReply,
-    JointMove,
-    JointPath,
-    Management,
-    Outcome,
-    PoseMove,
-    PosePath,
-    SoftwareStop,
-    State,
-    StopChanged,
-    Verdict,
-)
+from openpendant.simplemsg import pendant as messages
 from openpendant.simplemsg.verdicts import VerdictCode
 
 Plant = Callable[[pytest.MonkeyPatch], None]
@@ -84,8 +70,8 @@ def _showing(**values: Any) -> Plant:
     return _shown_as(lambda state: values)
 
 
-def _shown_as(values: Callable[[State], dict[str, Any]]) -> Plant:
-    def changed(*arguments: Any) -> State:
+def _shown_as(values: Callable[[messages.State], dict[str, Any]]) -> Plant:
+    def changed(*arguments: Any) -> messages.State:
         state = state_message(*arguments)
         return dataclasses.replace(state, **values(state))
 
@@ -97,7 +83,7 @@ def _field(name: str, value: Any) -> Alter:
     return lambda message: setattr(message, name, value)
 
 
-def _swapped(state: State) -> dict[str, Any]:
+def _swapped(state: messages.State) -> dict[str, Any]:
     first, second, *rest = state.positions
     return {"positions": (second, first, *rest)}
 
@@ -105,7 +91,7 @@ def _swapped(state: State) -> dict[str, Any]:
 def _expired_goes_on(
     gone: Change, cell: RobotCell, change: AuthorityChange | None, now: int
 ) -> Any:
-    if change is not None and change.reason is AuthorityReason.EXPIRED:
+    if change is not None and change.reason is messages.AuthorityReason.EXPIRED:
         return cell._publish(AuthorityTransferred(change), now)
     return gone(cell, change, now)
 
@@ -122,7 +108,7 @@ def _reset_by_nobody(reset: Change, cell: RobotCell, by: Holder, now: int) -> An
 
 def _second_outcome(send: Change, connection: ClientConnection, message: Message) -> None:
     send(connection, message)
-    if isinstance(message, Outcome):
+    if isinstance(message, messages.Outcome):
         asyncio.get_running_loop().call_later(0.6, send, connection, message)
 
 
@@ -133,7 +119,7 @@ def _told_to_holder_only(
     return [
         item
         for item in tell(told, news, now)
-        if not (isinstance(item, Send) and isinstance(item.message, StopChanged))
+        if not (isinstance(item, Send) and isinstance(item.message, messages.StopChanged))
         or (holder is not None and item.session == holder.session)
     ]
 
@@ -155,7 +141,7 @@ _FAST = _around(PendantMotions, "_move_joints", _ten_times_as_fast)
 
 def _fast_and_says_slow(patch: pytest.MonkeyPatch) -> None:
     _FAST(patch)
-    _saying(Outcome, _field("motion_time", 2.0))(patch)
+    _saying(messages.Outcome, _field("motion_time", 2.0))(patch)
 
 
 _FIN_IGNORED = _instead(ClientConnection, "eof_received", lambda self: True)
@@ -178,14 +164,18 @@ def _accepts(kind: type[Message]) -> Plant:
     ) -> Any:
         if isinstance(received, kind) and not endpoint._cell.authority.is_held_by(session):
             asked = getattr(received, "request_id", 0)
-            return [Send(session, Verdict(asked, 0, -1, 0.0, 0.0, ""))]
+            return [Send(session, messages.Verdict(asked, 0, -1, 0.0, 0.0, ""))]
         return receive(endpoint, session, received, now)
 
     return _around(PendantEndpoint, "receive", changed)
 
 
 def _snapshot_fails(
-    answer: Change, requests: ManagementRequests, session: int, message: Management, *asked: Any
+    answer: Change,
+    requests: ManagementRequests,
+    session: int,
+    message: messages.Management,
+    *asked: Any,
 ) -> Any:
     if asked[0] == "snapshot":
         return requests.reply_to(session, message).refuse(Refusal(VerdictCode.BAD_ARGUMENT))
@@ -195,7 +185,7 @@ def _snapshot_fails(
 def _topic_ignored(
     receive: Change, endpoint: PendantEndpoint, session: int, received: Received, now: int
 ) -> Any:
-    if isinstance(received, SoftwareStop) and received.comm_type == CommType.TOPIC:
+    if isinstance(received, messages.SoftwareStop) and received.comm_type == CommType.TOPIC:
         return []
     return receive(endpoint, session, received, now)
 
@@ -203,7 +193,7 @@ def _topic_ignored(
 def _clipped(
     receive: Change, endpoint: PendantEndpoint, session: int, received: Received, now: int
 ) -> Any:
-    if isinstance(received, JointMove):
+    if isinstance(received, messages.JointMove):
         limits = endpoint._cell.limits
         ranges = zip(received.joints, limits.lower, limits.upper, strict=False)
         near = [
@@ -214,18 +204,18 @@ def _clipped(
     return receive(endpoint, session, received, now)
 
 
-def _wrong_reason(change: AuthorityChanged) -> None:
-    if change.reason == AuthorityReason.CONNECTION_LOST:
-        change.reason = AuthorityReason.EXPIRED
+def _wrong_reason(change: messages.AuthorityChanged) -> None:
+    if change.reason == messages.AuthorityReason.CONNECTION_LOST:
+        change.reason = messages.AuthorityReason.EXPIRED
 
 
-def _lease_announced(change: HelloReply) -> None:
+def _lease_announced(change: messages.HelloReply) -> None:
     change.authority_timeout *= 3
 
 
 def _motion_survives_its_pendant(endpoint: PendantEndpoint, session: int, now: int) -> list[Effect]:
     endpoint._listeners.closed(session)
-    change = endpoint._cell.authority.release(session, AuthorityReason.CONNECTION_LOST)
+    change = endpoint._cell.authority.release(session, messages.AuthorityReason.CONNECTION_LOST)
     return [] if change is None else endpoint._cell._publish(AuthorityTransferred(change), now)
 
 
@@ -247,7 +237,7 @@ _ROWS: tuple[tuple[str, str, Plant], ...] = (
     ("shows a holder where there is none", "PS23", _showing(holder=77)),
     ("shows another holder", "PS31", _showing(holder=77)),
     ("shows another request", "PS36", _showing(request_id=5)),
-    ("took -3 s", "PS36", _saying(Outcome, _field("motion_time", -3.0))),
+    ("took -3 s", "PS36", _saying(messages.Outcome, _field("motion_time", -3.0))),
     ("tells an outcome twice", "PS36", _around(ClientConnection, "send", _second_outcome)),
     ("tells no outcome", "PS36", _around(Notifications, "on_cell_event", _end_untold)),
     (
@@ -257,7 +247,7 @@ _ROWS: tuple[tuple[str, str, Plant], ...] = (
     ),
     ("moves ten times as fast", "PS36", _FAST),
     ("moves fast and says slowly", "PS36", _fast_and_says_slow),
-    ("announces three leases", "PS33", _saying(HelloReply, _lease_announced)),
+    ("announces three leases", "PS33", _saying(messages.HelloReply, _lease_announced)),
     ("ignores beats", "PS33", _instead(MotionAuthority, "beat", lambda *_: None)),
     ("keeps the authority after FIN", "PS34", _FIN_IGNORED),
     ("goes on after FIN", "PS42", _FIN_IGNORED),
@@ -270,7 +260,7 @@ _ROWS: tuple[tuple[str, str, Plant], ...] = (
     ("sends state at 25 Hz at most", "PS16", _around(Listeners, "set_rate", _rate_capped)),
     *(
         (f"takes {kind.__name__} of anybody", "PS30", _accepts(kind))
-        for kind in (JointMove, JointPath, PoseMove, PosePath)
+        for kind in (messages.JointMove, messages.JointPath, messages.PoseMove, messages.PosePath)
     ),
     ("fails a snapshot", "PS24", _around(ManagementRequests, "answer", _snapshot_fails)),
     ("ignores a stop by topic", "PS40", _around(PendantEndpoint, "receive", _topic_ignored)),
@@ -280,7 +270,7 @@ _ROWS: tuple[tuple[str, str, Plant], ...] = (
         "PS37",
         _instead(TrajectoryExecution, "stop", lambda *_: LogLine("no STOP")),
     ),
-    ("names a wrong reason", "PS34", _saying(AuthorityChanged, _wrong_reason)),
+    ("names a wrong reason", "PS34", _saying(messages.AuthorityChanged, _wrong_reason)),
 )
 
 PENDANT_FAULTS = [PendantFault(*row) for row in _ROWS]

@@ -14,8 +14,10 @@ from contextlib import asynccontextmanager
 from dataclasses import dataclass, field
 from typing import Any
 
+from rigs.cells.controller_rig import LIMITS, MS
 from rigs.processes.judged_server import HALF_RATE
 
+from openpendant import simplemsg as wire
 from openpendant.controller_emulator.core.admission import Admission, Tolerances
 from openpendant.controller_emulator.core.controller import EmulatedController, Outgoing
 from openpendant.controller_emulator.interpolation.servo import StartRule
@@ -23,19 +25,6 @@ from openpendant.controller_emulator.profiles import GENERIC
 from openpendant.controller_emulator.shell.links import EmulatorLink, LinkEvents
 from openpendant.controller_emulator.shell.service import EmulatorPorts, Service
 from openpendant.controller_emulator.shell.settings import EmulatorSettings
-from openpendant.motion.description.limits import JointLimits
-from openpendant.simplemsg import (
-    PENDANT,
-    CommType,
-    Connection,
-    JointFeedback,
-    JointTrajPt,
-    JointTrajPtFull,
-    Message,
-    Received,
-    Role,
-    accepted,
-)
 from openpendant.simplemsg.journal import Journal
 from openpendant.tools.packets.conformance.check import CheckVerdict, Judgement, Profile
 from openpendant.tools.packets.conformance.server.checks import ServerCheck, server_checks
@@ -44,15 +33,6 @@ from openpendant.tools.packets.conformance.server.target import Options
 
 HOST = "127.0.0.1"
 START = (0.3, 0.4)
-LIMITS = JointLimits(
-    names=("shoulder", "elbow"),
-    lower=(-2.0, -2.0),
-    upper=(2.0, 2.0),
-    velocity=(2.0, 2.0),
-    acceleration=(4.0, 4.0),
-    prismatic=(False, False),
-)
-_MS = 1_000_000
 
 
 def little(*values: int) -> bytes:
@@ -76,11 +56,11 @@ def frame(kind: int, comm: int, code: int = 0, body: bytes = b"") -> bytes:
 
 
 def is_stop(message: object) -> bool:
-    return isinstance(message, JointTrajPt | JointTrajPtFull) and message.sequence == -4
+    return isinstance(message, wire.JointTrajPt | wire.JointTrajPtFull) and message.sequence == -4
 
 
-def is_request(message: Received) -> bool:
-    return getattr(message, "comm_type", 0) == CommType.REQUEST
+def is_request(message: wire.Received) -> bool:
+    return getattr(message, "comm_type", 0) == wire.CommType.REQUEST
 
 
 @dataclass(frozen=True)
@@ -117,7 +97,7 @@ class FaultyLink(EmulatorLink):
     def __init__(
         self,
         number: int,
-        connection: Connection,
+        connection: wire.Connection,
         events: LinkEvents,
         journal: Journal,
         service: FaultyService,
@@ -138,7 +118,7 @@ class FaultyLink(EmulatorLink):
                 return
         super().data_received(data)
 
-    def send(self, message: Message) -> None:
+    def send(self, message: wire.Message) -> None:
         if self.fault.frame_out is None or not self.is_motion:
             super().send(message)
         else:
@@ -148,7 +128,7 @@ class FaultyLink(EmulatorLink):
         if self._transport is not None and not self._transport.is_closing():
             self._transport.write(data)
 
-    def answer(self, message: Message) -> None:
+    def answer(self, message: wire.Message) -> None:
         super().send(message)
 
     def later(self, seconds: float, action: Callable[[], None]) -> None:
@@ -180,23 +160,25 @@ class FaultyService(Service):
 
     def _link(self, events: LinkEvents) -> EmulatorLink:
         self._links_made += 1
-        connection = Connection(Role.SERVER, PENDANT, real_size=self._settings.real_size)
+        connection = wire.Connection(
+            wire.Role.SERVER, wire.PENDANT, real_size=self._settings.real_size
+        )
         kind = self.fault.link or FaultyLink
         return kind(self._links_made, connection, events, self.journal, self)
 
-    def _motion_received(self, link: EmulatorLink, message: Received) -> None:
+    def _motion_received(self, link: EmulatorLink, message: wire.Received) -> None:
         assert isinstance(link, FaultyLink)
         change = self.fault.message_in
         for received in [message] if change is None else list(change(link, message)):
             super()._motion_received(link, received)
 
-    def obey(self, link: EmulatorLink, message: Received) -> None:
+    def obey(self, link: EmulatorLink, message: wire.Received) -> None:
         """Take a message that the fault held back."""
         if link.is_open:
             self.begin("held-back", link.number)
             Service._motion_received(self, link, message)
 
-    def _broadcast(self, messages: list[Message]) -> None:
+    def _broadcast(self, messages: list[wire.Message]) -> None:
         if self.fault.state_out is None:
             super()._broadcast(messages)
             return
@@ -213,8 +195,8 @@ class FaultyService(Service):
 
 
 BytesChange = Callable[[FaultyLink, bytes], bytes]
-MessageIn = Callable[[FaultyLink, Received], Iterable[Received]]
-StateOut = Callable[[FaultyService, list[Message]], list[Message | bytes]]
+MessageIn = Callable[[FaultyLink, wire.Received], Iterable[wire.Received]]
+StateOut = Callable[[FaultyService, list[wire.Message]], list[wire.Message | bytes]]
 
 SOUND = Fault("nothing at all", ())
 
@@ -224,7 +206,7 @@ def count(memory: dict[str, Any], name: str) -> int:
     return int(memory[name])
 
 
-def each(change: Callable[[FaultyService, Message], Message | bytes | None]) -> StateOut:
+def each(change: Callable[[FaultyService, wire.Message], wire.Message | bytes | None]) -> StateOut:
     return lambda service, messages: [
         told for message in messages if (told := change(service, message)) is not None
     ]
@@ -234,20 +216,20 @@ def each_frame(change: Callable[[bytes], bytes]) -> StateOut:
     return each(lambda service, message: change(service._codec.encode(message)))
 
 
-def each_point(change: Callable[[JointTrajPt], JointTrajPt]) -> MessageIn:
+def each_point(change: Callable[[wire.JointTrajPt], wire.JointTrajPt]) -> MessageIn:
     """Change each point that comes in, but no stop."""
 
-    def apply(link: FaultyLink, received: Received) -> Iterable[Received]:
-        if isinstance(received, JointTrajPt) and not is_stop(received):
+    def apply(link: FaultyLink, received: wire.Received) -> Iterable[wire.Received]:
+        if isinstance(received, wire.JointTrajPt) and not is_stop(received):
             return (change(received),)
         return (received,)
 
     return apply
 
 
-def feedback(**changes: Callable[[JointFeedback], object]) -> StateOut:
-    def apply(_: FaultyService, message: Message) -> Message:
-        if not isinstance(message, JointFeedback):
+def feedback(**changes: Callable[[wire.JointFeedback], object]) -> StateOut:
+    def apply(_: FaultyService, message: wire.Message) -> wire.Message:
+        if not isinstance(message, wire.JointFeedback):
             return message
         values: dict[str, Any] = {name: change(message) for name, change in changes.items()}
         return dataclasses.replace(message, **values)
@@ -261,14 +243,14 @@ def patch(at: int, value: int, kind: int | None = None) -> BytesChange:
 
 
 def disobeying(
-    when: Callable[[EmulatedController, int, Message, int], bool],
+    when: Callable[[EmulatedController, int, wire.Message, int], bool],
 ) -> type[EmulatedController]:
     """Return a controller that takes some messages of a link, and does not obey them."""
 
     class Disobeying(EmulatedController):
-        def handle(self, link: int, message: Received, now: int) -> Outgoing:
-            if isinstance(message, Message) and when(self, link, message, now):
-                return [(link, accepted(message))] if is_request(message) else []
+        def handle(self, link: int, message: wire.Received, now: int) -> Outgoing:
+            if isinstance(message, wire.Message) and when(self, link, message, now):
+                return [(link, wire.accepted(message))] if is_request(message) else []
             return super().handle(link, message, now)
 
     return Disobeying
@@ -289,7 +271,7 @@ async def serve(fault: Fault) -> tuple[FaultyService, EmulatorPorts]:
         START,
         GENERIC,
         buffer_depth=settings.buffer,
-        start_rule=StartRule(2, 50 * _MS, 20 * _MS, 200 * _MS),
+        start_rule=StartRule(2, 50 * MS, 20 * MS, 200 * MS),
         is_strict=settings.strict_sequence,
         now=round(loop.time() * 1e9),
     )

@@ -25,40 +25,30 @@ from rigs.faults.faulty_servers import (
     patched,
 )
 
+from openpendant import simplemsg as wire
 from openpendant.controller_emulator.core.controller import EmulatedController, Outgoing
 from openpendant.controller_emulator.error_codes import ErrorCode
-from openpendant.simplemsg import (
-    CommType,
-    JointPosition,
-    JointTrajPt,
-    JointTrajPtFull,
-    Message,
-    Ping,
-    Received,
-    Status,
-    accepted,
-)
 from openpendant.simplemsg.pendant import OperatorAction
 
 _END = 2.0
 """Either end of the range of both joints [rad]."""
 
 
-def _takes(link: FaultyLink, message: Message) -> tuple[Received, ...]:
+def _takes(link: FaultyLink, message: wire.Message) -> tuple[wire.Received, ...]:
     """Say that a message is taken, and do nothing."""
     if is_request(message):
-        link.answer(accepted(message))
+        link.answer(wire.accepted(message))
     return ()
 
 
 # What is told.
 
 
-def _status(change: Callable[[FaultyService, Status], Mapping[str, int]]) -> StateOut:
+def _status(change: Callable[[FaultyService, wire.Status], Mapping[str, int]]) -> StateOut:
     return each(
         lambda service, message: (
             dataclasses.replace(message, **change(service, message))
-            if isinstance(message, Status)
+            if isinstance(message, wire.Status)
             else message
         )
     )
@@ -69,13 +59,13 @@ def in_motion(**values: int) -> StateOut:
 
 
 @_status
-def flickering(service: FaultyService, message: Status) -> Mapping[str, int]:
+def flickering(service: FaultyService, message: wire.Status) -> Mapping[str, int]:
     is_fifth = message.in_motion == 1 and count(service.memory, "told") % 5 == 0
     return {"in_motion": 0} if is_fifth else {}
 
 
 @_status
-def hasty(service: FaultyService, message: Status) -> Mapping[str, int]:
+def hasty(service: FaultyService, message: wire.Status) -> Mapping[str, int]:
     """Say that the robot stands for its last two thousandths."""
     goal = service.memory.get("goal")
     if message.in_motion != 1 or goal is None:
@@ -84,21 +74,21 @@ def hasty(service: FaultyService, message: Status) -> Mapping[str, int]:
     return {"in_motion": 0} if 1e-9 < off < 0.0018 else {}
 
 
-def remembers_goal(link: FaultyLink, received: Received) -> Iterable[Received]:
-    if isinstance(received, JointTrajPt) and not is_stop(received):
+def remembers_goal(link: FaultyLink, received: wire.Received) -> Iterable[wire.Received]:
+    if isinstance(received, wire.JointTrajPt) and not is_stop(received):
         link.service.memory["goal"] = received.joints[1]
     return (received,)
 
 
 @each
-def numbered_in_motion(service: FaultyService, message: Message) -> Message:
-    if isinstance(message, JointPosition) and service.is_moving:
+def numbered_in_motion(service: FaultyService, message: wire.Message) -> wire.Message:
+    if isinstance(message, wire.JointPosition) and service.is_moving:
         return dataclasses.replace(message, sequence=7)
     return message
 
 
 def bursts(pause: float) -> StateOut:
-    def apply(service: FaultyService, messages: list[Message]) -> list[Message | bytes]:
+    def apply(service: FaultyService, messages: list[wire.Message]) -> list[wire.Message | bytes]:
         return list(messages) if service.loop_time % (pause + 0.04) < 0.04 else []
 
     return apply
@@ -155,11 +145,11 @@ def talkative_refusals(link: FaultyLink, data: bytes) -> bytes:
     return frame(kind, comm, code, b"\x2a" * 40) if code == 2 else data
 
 
-def busy(link: FaultyLink, received: Received) -> Iterable[Received]:
-    return () if isinstance(received, Ping) and link.service.is_moving else (received,)
+def busy(link: FaultyLink, received: wire.Received) -> Iterable[wire.Received]:
+    return () if isinstance(received, wire.Ping) and link.service.is_moving else (received,)
 
 
-def marks_stop(link: FaultyLink, received: Received) -> Iterable[Received]:
+def marks_stop(link: FaultyLink, received: wire.Received) -> Iterable[wire.Received]:
     link.memory["late"] = is_stop(received) and link.service.is_moving
     return (received,)
 
@@ -183,7 +173,7 @@ def floods(link: FaultyLink, data: bytes) -> bytes:
 
 @each_frame
 def topics_as_requests(data: bytes) -> bytes:
-    return patched(data, 8, CommType.REQUEST) if header(data)[1] == 10 else data
+    return patched(data, 8, wire.CommType.REQUEST) if header(data)[1] == 10 else data
 
 
 # What is done.
@@ -200,11 +190,11 @@ class BrakesAtRestOnly(EmulatedController):
 class ResumesAfterReset(EmulatedController):
     """Goes on to the last target when an emergency stop is reset."""
 
-    _last: JointTrajPt | None = None
+    _last: wire.JointTrajPt | None = None
 
-    def handle(self, link: int, message: Received, now: int) -> Outgoing:
+    def handle(self, link: int, message: wire.Received, now: int) -> Outgoing:
         out = super().handle(link, message, now)
-        if isinstance(message, JointTrajPt) and message.sequence == 1:
+        if isinstance(message, wire.JointTrajPt) and message.sequence == 1:
             self._last = message
         return out
 
@@ -212,14 +202,14 @@ class ResumesAfterReset(EmulatedController):
         done = super()._operate_by(action, now)
         if done and action == OperatorAction.RESET and self._last is not None:
             again = dataclasses.replace(
-                self._last, sequence=0, duration=0.5, comm_type=CommType.TOPIC
+                self._last, sequence=0, duration=0.5, comm_type=wire.CommType.TOPIC
             )
             self._handle_points(0, again, now)
         return done
 
 
 class StaysPowered(EmulatedController):
-    def status(self, now: int) -> Status:
+    def status(self, now: int) -> wire.Status:
         return dataclasses.replace(super().status(now), drives_powered=1)
 
 
@@ -234,11 +224,11 @@ class MindsNoEarlyLoss(EmulatedController):
         return super().disconnected(link, now)
 
 
-def _unchecked(applies: Callable[[JointTrajPt], bool]) -> MessageIn:
+def _unchecked(applies: Callable[[wire.JointTrajPt], bool]) -> MessageIn:
     """Take some points without a look at them; they move nothing."""
 
-    def change(link: FaultyLink, received: Received) -> Iterable[Received]:
-        if isinstance(received, JointTrajPt) and not is_stop(received) and applies(received):
+    def change(link: FaultyLink, received: wire.Received) -> Iterable[wire.Received]:
+        if isinstance(received, wire.JointTrajPt) and not is_stop(received) and applies(received):
             return _takes(link, received)
         return (received,)
 
@@ -254,7 +244,7 @@ def _is_none(value: float) -> bool:
 
 
 @each_point
-def ends_short(point: JointTrajPt) -> JointTrajPt:
+def ends_short(point: wire.JointTrajPt) -> wire.JointTrajPt:
     way = point.joints[1] - 0.4
     if point.sequence < 1 or abs(way) <= 0.02:
         return point
@@ -262,20 +252,20 @@ def ends_short(point: JointTrajPt) -> JointTrajPt:
     return dataclasses.replace(point, joints=(point.joints[0], joint, *point.joints[2:]))
 
 
-def refuses_dwells(link: FaultyLink, received: Received) -> Iterable[Received]:
-    if not isinstance(received, JointTrajPt) or is_stop(received):
+def refuses_dwells(link: FaultyLink, received: wire.Received) -> Iterable[wire.Received]:
+    if not isinstance(received, wire.JointTrajPt) or is_stop(received):
         return (received,)
     before, link.memory["last"] = link.memory.get("last"), received
     is_dwell = before is not None and before.joints == received.joints
     if is_dwell and received.sequence > 1:
-        link.answer(dataclasses.replace(accepted(received), reply_code=2))
+        link.answer(dataclasses.replace(wire.accepted(received), reply_code=2))
         return ()
     return (received,)
 
 
 def no_look_at(*fields: str) -> MessageIn:
-    def change(link: FaultyLink, received: Received) -> Iterable[Received]:
-        if isinstance(received, JointTrajPtFull):
+    def change(link: FaultyLink, received: wire.Received) -> Iterable[wire.Received]:
+        if isinstance(received, wire.JointTrajPtFull):
             values = [getattr(received, name) for name in fields]
             reals = [
                 v for value in values for v in (value if isinstance(value, tuple) else (value,))
@@ -287,15 +277,17 @@ def no_look_at(*fields: str) -> MessageIn:
     return change
 
 
-def pushes_on(link: FaultyLink, received: Received) -> Iterable[Received]:
+def pushes_on(link: FaultyLink, received: wire.Received) -> Iterable[wire.Received]:
     """Go on by 45 % of the way, faster than before, when told to stop."""
-    if isinstance(received, JointTrajPt) and not is_stop(received):
+    if isinstance(received, wire.JointTrajPt) and not is_stop(received):
         link.memory.setdefault("points", {})[received.sequence] = received.joints
     points = link.memory.get("points", {})
     if is_stop(received) and link.service.is_moving and {0, 1} <= set(points):
         at = link.service.controller.motion(link.service.now)[0]
         goal = at[1] + 0.45 * (points[1][1] - points[0][1])
-        point = JointTrajPt(0, (at[0], goal, *[0.0] * 8), 0.1, 0.3, comm_type=CommType.TOPIC)
+        point = wire.JointTrajPt(
+            0, (at[0], goal, *[0.0] * 8), 0.1, 0.3, comm_type=wire.CommType.TOPIC
+        )
         link.later(0.05, lambda: link.service.obey(link, point))
     return (received,)
 

@@ -5,21 +5,13 @@ from functools import cache
 import numpy as np
 from rigs.motion.loaded_robots import load_robot
 
-from openpendant.motion.jog import (
-    BASE_AXES,
-    JogCaps,
-    JogModel,
-    JogTarget,
-    JointJog,
-    ToolJog,
-    jog_model,
-)
+from openpendant.motion import jog
 from openpendant.motion.paths.mechanism import Mechanism, PlatformMechanism, mechanism
 
-FAST = JogCaps(joint_fraction=1.0, tool_speed=1.0, rotation_speed=1.0, reduced=False)
+FAST = jog.JogCaps(joint_fraction=1.0, tool_speed=1.0, rotation_speed=1.0, reduced=False)
 """As fast as the joints allow."""
 
-REDUCED = JogCaps(joint_fraction=1.0)
+REDUCED = jog.JogCaps(joint_fraction=1.0)
 """Fast joints under 250 mm/s."""
 
 UR5_BENT = [0.3, -1.2, 1.4, -1.0, -1.2, 0.4]
@@ -32,8 +24,8 @@ def robot(name: str) -> Mechanism:
 
 
 @cache
-def model(name: str) -> JogModel:
-    return jog_model(robot(name))
+def model(name: str) -> jog.JogModel:
+    return jog.jog_model(robot(name))
 
 
 def random_place(name: str, random: np.random.Generator) -> list[float]:
@@ -49,7 +41,7 @@ def random_place(name: str, random: np.random.Generator) -> list[float]:
     return place
 
 
-def random_press(dof: int, random: np.random.Generator, *, single: bool = False) -> JogTarget:
+def random_press(dof: int, random: np.random.Generator, *, single: bool = False) -> jog.JogTarget:
     """Return a press of one key or of several, of joints or of the tool."""
     count = dof if random.random() < 0.4 else 6
     rates = random.uniform(-1.0, 1.0, count) * (random.random(count) < 0.6)
@@ -57,15 +49,15 @@ def random_press(dof: int, random: np.random.Generator, *, single: bool = False)
         rates = np.zeros(count)
         rates[random.integers(count)] = random.choice((-1.0, 1.0))
     if count == dof and random.random() < 0.5:
-        return JointJog(tuple(rates))
+        return jog.JointJog(tuple(rates))
     if count != 6:
-        return JointJog(tuple(rates))
-    axes = None if random.random() < 0.3 else BASE_AXES
-    return ToolJog(tuple(rates[:3]), tuple(rates[3:]), axes)
+        return jog.JointJog(tuple(rates))
+    axes = None if random.random() < 0.3 else jog.BASE_AXES
+    return jog.ToolJog(tuple(rates[:3]), tuple(rates[3:]), axes)
 
 
-def opposite(target: JogTarget) -> JogTarget:
-    if isinstance(target, JointJog):
-        return JointJog(tuple(-rate for rate in target.rates))
+def opposite(target: jog.JogTarget) -> jog.JogTarget:
+    if isinstance(target, jog.JointJog):
+        return jog.JointJog(tuple(-rate for rate in target.rates))
     linear, angular = (tuple(-rate for rate in rates) for rates in (target.linear, target.angular))
-    return ToolJog(linear, angular, target.axes)
+    return jog.ToolJog(linear, angular, target.axes)

@@ -11,11 +11,8 @@ import sys
 import time
 
 from rigs.processes.app_on_loop import said
-from rigs.processes.bare_app import bare_app
+from rigs.processes.judged_server import served_cell
 
-from openpendant.motion.description.robot import serial_robot
-from openpendant.server.settings.cell_settings import make_settings
-from openpendant.server.shell.cell_shell import CellParts
 from openpendant.simplemsg.pendant import Subscribe
 
 _PATIENCE = 20.0
@@ -25,21 +22,9 @@ def loopback(state: str) -> None:
     subprocess.run(["ip", "link", "set", "lo", state], check=True)
 
 
-class _NoPlanner:
-    """Nothing is planned here."""
-
-    def submit(self, job: object, deliver: object) -> None:
-        raise AssertionError("nothing was asked")
-
-    def withdraw(self, job_id: object) -> None:
-        raise AssertionError("nothing was asked")
-
-
 async def main() -> None:
     loopback("up")
-    ports = {"pendant_port": 0, "ros_motion_port": "off", "ros_state_port": "off"}
-    settings = make_settings({"listen": ports}, "test")
-    app = bare_app([CellParts(settings, serial_robot(settings.robot), _NoPlanner())])
+    app, _ = served_cell(listen={"ros_motion_port": "off", "ros_state_port": "off"})
     async with app.running() as bound:
         loop = asyncio.get_running_loop()
         pendants = []

@@ -4,16 +4,7 @@ from bisect import bisect_right
 from dataclasses import dataclass, field
 from enum import Enum
 
-from openpendant.simplemsg import (
-    ControllerMode,
-    JointFeedback,
-    JointTrajPt,
-    JointTrajPtFull,
-    Status,
-    TriState,
-    ValidField,
-    joint_array,
-)
+from openpendant import simplemsg as wire
 
 
 class Fault(Enum):
@@ -35,19 +26,19 @@ class ScriptedController:
     faults: dict[int, Fault] = field(default_factory=dict)
     reports: bool = True
     coasts: bool = False
-    mode: int = ControllerMode.AUTO
+    mode: int = wire.ControllerMode.AUTO
     e_stopped: bool = False
     error_code: int = 0
     powered: bool = True
     awaited: int = 0
-    points: list[JointTrajPtFull | JointTrajPt] = field(default_factory=list)
+    points: list[wire.JointTrajPtFull | wire.JointTrajPt] = field(default_factory=list)
     _began: int = 0
     _times: list[int] = field(default_factory=list)
-    _path: list[JointTrajPtFull] = field(default_factory=list)
+    _path: list[wire.JointTrajPtFull] = field(default_factory=list)
     _stopped: bool = True
     _foreign_velocity: tuple[float, ...] = (0.0, 0.0)
 
-    def take(self, point: JointTrajPtFull, now: int) -> None:
+    def take(self, point: wire.JointTrajPtFull, now: int) -> None:
         if point.sequence == 0:
             self._began, self._times, self._path = now, [], []
             self._stopped = False
@@ -81,20 +72,20 @@ class ScriptedController:
         self.position = self._path[index].positions[:2]
         return self.position, self._path[index].velocities[:2]
 
-    def feedback(self, now: int) -> JointFeedback:
+    def feedback(self, now: int) -> wire.JointFeedback:
         position, velocity = self.state(now)
-        return JointFeedback(
+        return wire.JointFeedback(
             robot_id=0,
-            valid_fields=ValidField.POSITION | ValidField.VELOCITY,
+            valid_fields=wire.ValidField.POSITION | wire.ValidField.VELOCITY,
             time=now / 1e9,
-            positions=joint_array(position),
-            velocities=joint_array(velocity),
-            accelerations=joint_array(()),
+            positions=wire.joint_array(position),
+            velocities=wire.joint_array(velocity),
+            accelerations=wire.joint_array(()),
         )
 
-    def status(self, now: int) -> Status:
+    def status(self, now: int) -> wire.Status:
         moves = any(self.state(now)[1])
-        return Status(
+        return wire.Status(
             drives_powered=tri(self.powered),
             e_stopped=tri(self.e_stopped),
             error_code=self.error_code,
@@ -105,5 +96,5 @@ class ScriptedController:
         )
 
 
-def tri(value: bool) -> TriState:
-    return TriState.TRUE if value else TriState.FALSE
+def tri(value: bool) -> wire.TriState:
+    return wire.TriState.TRUE if value else wire.TriState.FALSE

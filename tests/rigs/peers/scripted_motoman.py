@@ -6,42 +6,14 @@ Owns the answers of motoman.md's sections 2 and 4, and a few faults to leave the
 import asyncio
 from typing import NamedTuple
 
-from openpendant.simplemsg import (
-    MOTOMAN,
-    ByteOrder,
-    CommType,
-    Connection,
-    HeaderOnly,
-    JointFeedback,
-    JointTrajPtFull,
-    Malformed,
-    Message,
-    Opaque,
-    Ping,
-    Received,
-    Role,
-    Status,
-    joint_array,
-    message_type,
-)
-from openpendant.simplemsg.motoman import (
-    MotionCommand,
-    MotionResult,
-    MotomanGetDhParameters,
-    MotomanGetDhParametersReply,
-    MotomanMotionCtrl,
-    MotomanMotionReply,
-    MotomanReadSingleIo,
-    MotomanReadSingleIoReply,
-    MotomanSelectTool,
-    Subcode,
-)
+from openpendant import simplemsg as wire
+from openpendant.simplemsg import motoman as m
 from openpendant.tools.packets.conformance.check import CheckVerdict, Judgement, Profile
 from openpendant.tools.packets.conformance.server.runner import judge
 from openpendant.tools.packets.conformance.server.target import Options
 
 _HOST = "127.0.0.1"
-_EMPTY = joint_array(())
+_EMPTY = wire.joint_array(())
 _PERIOD = 0.025
 
 MOTOMAN_FAULTS: dict[str, tuple[str, CheckVerdict]] = {
@@ -66,8 +38,8 @@ class _Verdict(NamedTuple):
 class _MotionLink(asyncio.Protocol):
     def __init__(self, fault: str) -> None:
         self._fault = fault
-        self._wire = Connection(Role.SERVER, MOTOMAN)
-        self._last = MotomanMotionReply(0, 0, 0, 0, 0, _EMPTY)
+        self._wire = wire.Connection(wire.Role.SERVER, wire.MOTOMAN)
+        self._last = m.MotomanMotionReply(0, 0, 0, 0, 0, _EMPTY)
 
     def connection_made(self, transport: asyncio.BaseTransport) -> None:
         assert isinstance(transport, asyncio.Transport)
@@ -81,80 +53,80 @@ class _MotionLink(asyncio.Protocol):
         if self._wire.fault is not None:
             self._transport.close()
 
-    def _answer(self, received: Received) -> Message | None:
+    def _answer(self, received: wire.Received) -> wire.Message | None:
         match received:
-            case Ping(comm_type=CommType.REQUEST):
-                return Ping(comm_type=CommType.REPLY, reply_code=1)
-            case MotomanGetDhParameters():
-                return MotomanGetDhParametersReply((0.0,) * 128)
-            case MotomanReadSingleIo(address=address):
+            case wire.Ping(comm_type=wire.CommType.REQUEST):
+                return wire.Ping(comm_type=wire.CommType.REPLY, reply_code=1)
+            case m.MotomanGetDhParameters():
+                return m.MotomanGetDhParametersReply((0.0,) * 128)
+            case m.MotomanReadSingleIo(address=address):
                 exists = 10 <= address <= 89_999 and address % 10 < 8
                 code = 0 if exists or self._fault == "reads any bit" else 1001
-                return MotomanReadSingleIoReply(0, code, reply_code=1 if code == 0 else 2)
-            case Malformed(msg_type=msg_type):
+                return m.MotomanReadSingleIoReply(0, code, reply_code=1 if code == 0 else 2)
+            case wire.Malformed(msg_type=msg_type):
                 return self._say(-1, -1, msg_type, _INVALID_TYPE)
-            case Message() if received.comm_type == CommType.REQUEST:
+            case wire.Message() if received.comm_type == wire.CommType.REQUEST:
                 return self._verdict_on(received)
         return None
 
-    def _verdict_on(self, message: Message) -> Message:
+    def _verdict_on(self, message: wire.Message) -> wire.Message:
         match message:
-            case MotomanMotionCtrl():
+            case m.MotomanMotionCtrl():
                 if self._fault == "repeats its last reply" and message.command > 200_130:
                     return self._last
                 verdict = self._command(message)
                 return self._say(message.robot_id, message.sequence, message.command, verdict)
-            case JointTrajPtFull():
+            case wire.JointTrajPtFull():
                 verdict = self._point(message)
                 return self._say(message.robot_id, message.sequence, 14, verdict)
-            case MotomanSelectTool():
+            case m.MotomanSelectTool():
                 good = 0 <= message.tool <= 63
-                verdict = _OK if good else _Verdict(MotionResult.INVALID, Subcode.INVALID_TOOL)
+                verdict = _OK if good else _Verdict(m.MotionResult.INVALID, m.Subcode.INVALID_TOOL)
                 return self._say(message.group, message.sequence, 2018, verdict)
-        if self._fault.startswith("unknown types") and isinstance(message, Opaque):
-            return HeaderOnly(message_type(message), reply_code=2)
-        return self._say(-1, -1, message_type(message), _INVALID_TYPE)
+        if self._fault.startswith("unknown types") and isinstance(message, wire.Opaque):
+            return wire.HeaderOnly(wire.message_type(message), reply_code=2)
+        return self._say(-1, -1, wire.message_type(message), _INVALID_TYPE)
 
-    def _say(self, group: int, sequence: int, command: int, verdict: _Verdict) -> Message:
+    def _say(self, group: int, sequence: int, command: int, verdict: _Verdict) -> wire.Message:
         if self._fault == "quotes no sequence":
             sequence = 0
         code = 2 if self._fault == "header says failure" and verdict.result else 1
-        self._last = MotomanMotionReply(
+        self._last = m.MotomanMotionReply(
             group, sequence, command, verdict.result, verdict.subcode, _EMPTY, reply_code=code
         )
         return self._last
 
-    def _command(self, message: MotomanMotionCtrl) -> _Verdict:
+    def _command(self, message: m.MotomanMotionCtrl) -> _Verdict:
         match message.command:
-            case MotionCommand.CHECK_QUEUE_CNT:
+            case m.MotionCommand.CHECK_QUEUE_CNT:
                 any_group = self._fault == "takes any group"
                 known = message.robot_id == 0 or any_group
-                return _OK if known else _Verdict(MotionResult.FAILURE, -1)
-            case MotionCommand.CHECK_MOTION_READY | MotionCommand.STOP_MOTION:
+                return _OK if known else _Verdict(m.MotionResult.FAILURE, -1)
+            case m.MotionCommand.CHECK_MOTION_READY | m.MotionCommand.STOP_MOTION:
                 return _OK
-        return _Verdict(MotionResult.INVALID, Subcode.INVALID_COMMAND)
+        return _Verdict(m.MotionResult.INVALID, m.Subcode.INVALID_COMMAND)
 
-    def _point(self, point: JointTrajPtFull) -> _Verdict:
+    def _point(self, point: wire.JointTrajPtFull) -> _Verdict:
         subcode = 0
         if point.robot_id != 0:
-            subcode = Subcode.INVALID_GROUP
+            subcode = m.Subcode.INVALID_GROUP
         elif point.valid_fields & 7 != 7 and self._fault != "takes points without velocity":
-            subcode = Subcode.INVALID_INSUFFICIENT_FIELDS
+            subcode = m.Subcode.INVALID_INSUFFICIENT_FIELDS
         elif point.time >= 14_400:
-            subcode = Subcode.INVALID_TIME
+            subcode = m.Subcode.INVALID_TIME
         elif point.sequence < 0 and self._fault != "understands sequence -4":
-            subcode = Subcode.INVALID_SEQUENCE
-        return _Verdict(MotionResult.INVALID, subcode) if subcode else _OK
+            subcode = m.Subcode.INVALID_SEQUENCE
+        return _Verdict(m.MotionResult.INVALID, subcode) if subcode else _OK
 
 
-_OK = _Verdict(MotionResult.SUCCESS)
-_INVALID_TYPE = _Verdict(MotionResult.INVALID, Subcode.INVALID_MESSAGE_TYPE)
+_OK = _Verdict(m.MotionResult.SUCCESS)
+_INVALID_TYPE = _Verdict(m.MotionResult.INVALID, m.Subcode.INVALID_MESSAGE_TYPE)
 
 
 class _StateLink(asyncio.Protocol):
     def __init__(self, period: float) -> None:
         self._period = period
-        self._wire = Connection(Role.SERVER, MOTOMAN, ByteOrder.LITTLE)
+        self._wire = wire.Connection(wire.Role.SERVER, wire.MOTOMAN, wire.ByteOrder.LITTLE)
 
     def connection_made(self, transport: asyncio.BaseTransport) -> None:
         assert isinstance(transport, asyncio.Transport)
@@ -165,8 +137,10 @@ class _StateLink(asyncio.Protocol):
         self._timer.cancel()
 
     def _report(self) -> None:
-        told = JointFeedback(0, 2, 0.0, joint_array((0.1, 0.2)), _EMPTY, _EMPTY)
-        self._transport.write(self._wire.send(told) + self._wire.send(Status(0, 0, 0, 0, 0, 2, 0)))
+        told = wire.JointFeedback(0, 2, 0.0, wire.joint_array((0.1, 0.2)), _EMPTY, _EMPTY)
+        self._transport.write(
+            self._wire.send(told) + self._wire.send(wire.Status(0, 0, 0, 0, 0, 2, 0))
+        )
         self._timer = asyncio.get_running_loop().call_later(self._period, self._report)
 
 

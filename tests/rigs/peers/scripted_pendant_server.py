@@ -10,70 +10,41 @@ from collections.abc import AsyncIterator
 from contextlib import asynccontextmanager
 from typing import Any, TypeVar
 
-from openpendant.simplemsg import (
-    PENDANT,
-    CommType,
-    Connection,
-    Malformed,
-    Message,
-    Ping,
-    ReplyCode,
-    Role,
-    Unasked,
-    joint_array,
-)
-from openpendant.simplemsg.pendant import (
-    Activity,
-    EnablingPosition,
-    Hello,
-    HelloReply,
-    JogEnd,
-    JogEnded,
-    JogReason,
-    JogRelease,
-    JogStart,
-    LinkState,
-    Management,
-    OperatingMode,
-    Outcome,
-    OutcomeKind,
-    ProgramState,
-    State,
-    StateField,
-    StopKind,
-    Verdict,
-)
+from openpendant import simplemsg as wire
+from openpendant.simplemsg import pendant as messages
 from openpendant.simplemsg.verdicts import VerdictCode
 
 SESSION = 7
 DOF = 6
 STATE_PERIOD = 0.04
 
-_M = TypeVar("_M", bound=Message)
+_M = TypeVar("_M", bound=wire.Message)
 
 
-def state(sequence: int, *, mode: OperatingMode = OperatingMode.MANUAL_REDUCED) -> State:
+def state(
+    sequence: int, *, mode: messages.OperatingMode = messages.OperatingMode.MANUAL_REDUCED
+) -> messages.State:
     """Return a state of a robot that stands at (0.1, 0.2, …, 0.6)."""
-    return State(
+    return messages.State(
         sequence=sequence,
         time_s=0,
         time_ns=0,
         age=0.0,
         dropped=0,
-        activity=Activity.IDLE,
+        activity=messages.Activity.IDLE,
         request_id=0,
         holder=0,
-        stop=StopKind.NONE,
+        stop=messages.StopKind.NONE,
         operating_mode=mode,
-        enabling=EnablingPosition.RELEASED,
+        enabling=messages.EnablingPosition.RELEASED,
         override=1.0,
         tool_speed_cap=0.25,
         jog_scale=1.0,
-        jog_reason=JogReason.NONE,
+        jog_reason=messages.JogReason.NONE,
         jog_joint=-1,
-        program_state=ProgramState.NONE,
+        program_state=messages.ProgramState.NONE,
         program_line=0,
-        link=LinkState.UP,
+        link=messages.LinkState.UP,
         drives_powered=1,
         e_stopped=0,
         error_code=0,
@@ -81,10 +52,10 @@ def state(sequence: int, *, mode: OperatingMode = OperatingMode.MANUAL_REDUCED) 
         in_motion=0,
         mode=2,
         motion_possible=1,
-        valid_fields=StateField.POSITION | StateField.TOOL,
+        valid_fields=messages.StateField.POSITION | messages.StateField.TOOL,
         tool_speed=0.0,
-        positions=joint_array([0.125 * (joint + 1) for joint in range(DOF)]),
-        velocities=joint_array(()),
+        positions=wire.joint_array([0.125 * (joint + 1) for joint in range(DOF)]),
+        velocities=wire.joint_array(()),
         tool_position=(0.5, 0.25, 0.75),
         tool_orientation=(0.0, 0.0, 0.0, 1.0),
     )
@@ -105,12 +76,12 @@ class ScriptedPendantServer:
     """
 
     def __init__(self) -> None:
-        self.got: list[tuple[float, Message]] = []
-        self.refusals: dict[type[Message], tuple[VerdictCode, str]] = {}
+        self.got: list[tuple[float, wire.Message]] = []
+        self.refusals: dict[type[wire.Message], tuple[VerdictCode, str]] = {}
         self.answers: dict[str, dict[str, Any]] = {}
-        self.mode = OperatingMode.MANUAL_REDUCED
+        self.mode = messages.OperatingMode.MANUAL_REDUCED
         self.mutes = False
-        self.mutes_all_but: type[Message] | None = None
+        self.mutes_all_but: type[wire.Message] | None = None
         self.completes = True
         self.cells: tuple[str, ...] = ()
         self.sequence = 0
@@ -121,15 +92,15 @@ class ScriptedPendantServer:
 
     # The connections.
 
-    def take(self, line: _Line, message: Message) -> None:
+    def take(self, line: _Line, message: wire.Message) -> None:
         self.got.append((asyncio.get_running_loop().time(), message))
         is_heard = self.mutes_all_but is not None and isinstance(message, self.mutes_all_but)
-        if (is_heard or not self.mutes) and message.comm_type == CommType.REQUEST:
+        if (is_heard or not self.mutes) and message.comm_type == wire.CommType.REQUEST:
             self._answered = line
             self._answer(message)
             self._answered = None
 
-    def send(self, message: Message) -> None:
+    def send(self, message: wire.Message) -> None:
         (self._answered or self.lines[-1]).send(message)
 
     def hang_up(self) -> None:
@@ -142,21 +113,23 @@ class ScriptedPendantServer:
 
     # What it answers.
 
-    def _answer(self, message: Message) -> None:
+    def _answer(self, message: wire.Message) -> None:
         match message:
-            case Hello() if self.cells and message.cell not in self.cells:
+            case messages.Hello() if self.cells and message.cell not in self.cells:
                 wanted = f"no cell {message.cell!r}" if message.cell else "name a cell"
                 text = f"{wanted}; here: {', '.join(self.cells)}"
                 self.send(_verdict(0, VerdictCode.UNKNOWN_CELL, text))
                 self.hang_up()
-            case Hello():
+            case messages.Hello():
                 self.send(self._welcome(message))
                 self.tell_state()
                 assert self._answered is not None
                 self._answered.telling = asyncio.create_task(self._tell_states(self._answered))
-            case Ping():
-                self.send(Ping(comm_type=CommType.REPLY, reply_code=ReplyCode.SUCCESS))
-            case Management():
+            case wire.Ping():
+                self.send(
+                    wire.Ping(comm_type=wire.CommType.REPLY, reply_code=wire.ReplyCode.SUCCESS)
+                )
+            case messages.Management():
                 self._manage(message)
             case _:
                 self._judge(message, getattr(message, "request_id", 0))
@@ -169,8 +142,8 @@ class ScriptedPendantServer:
                 line.send(state(self.sequence, mode=self.mode))
 
     @staticmethod
-    def _welcome(hello: Hello) -> HelloReply:
-        return HelloReply(
+    def _welcome(hello: messages.Hello) -> messages.HelloReply:
+        return messages.HelloReply(
             protocol_version=hello.protocol_version,
             session=SESSION,
             capabilities=32,
@@ -184,35 +157,35 @@ class ScriptedPendantServer:
             server="scripted",
         )
 
-    def _manage(self, message: Management) -> None:
+    def _manage(self, message: messages.Management) -> None:
         answer = self.answers.get(json.loads(message.body)["op"])
         refusal = {"code": 42, "text": "no such op"}
         self.send(
-            Management(
+            messages.Management(
                 request_id=message.request_id,
                 body=json.dumps(refusal if answer is None else answer).encode(),
-                comm_type=CommType.REPLY,
-                reply_code=ReplyCode.FAILURE if answer is None else ReplyCode.SUCCESS,
+                comm_type=wire.CommType.REPLY,
+                reply_code=wire.ReplyCode.FAILURE if answer is None else wire.ReplyCode.SUCCESS,
             )
         )
 
-    def _judge(self, message: Message, request_id: int) -> None:
+    def _judge(self, message: wire.Message, request_id: int) -> None:
         code, text = self.refusals.pop(type(message), (VerdictCode.ACCEPTED, ""))
         self.send(_verdict(request_id, code, text))
         if code is not VerdictCode.ACCEPTED:
             return
         match message:
-            case JogStart():
+            case messages.JogStart():
                 self._jogs[message.press] = request_id
-            case JogRelease():
+            case messages.JogRelease():
                 self.end_jog(message.press)
             case _ if hasattr(message, "speed") and self.completes:
                 self.end_motion(request_id)
 
     def end_motion(self, request_id: int, code: VerdictCode = VerdictCode.ACCEPTED) -> None:
-        kind = OutcomeKind.ABORTED if code else OutcomeKind.COMPLETED
+        kind = messages.OutcomeKind.ABORTED if code else messages.OutcomeKind.COMPLETED
         self.send(
-            Outcome(
+            messages.Outcome(
                 request_id=request_id,
                 outcome=kind,
                 code=code,
@@ -226,24 +199,27 @@ class ScriptedPendantServer:
         )
 
     def end_jog(
-        self, press: int, why: JogEnd = JogEnd.RELEASED, code: VerdictCode = VerdictCode.ACCEPTED
+        self,
+        press: int,
+        why: messages.JogEnd = messages.JogEnd.RELEASED,
+        code: VerdictCode = VerdictCode.ACCEPTED,
     ) -> None:
         """Bring the robot to rest after a press."""
         self.send(
-            JogEnded(
+            messages.JogEnded(
                 press=press,
                 reason=why,
                 stop_time=0.0625,
                 joint_distance=0.03125,
                 tool_distance=0.015625,
-                positions=joint_array([0.5] * DOF),
+                positions=wire.joint_array([0.5] * DOF),
             )
         )
         self.end_motion(self._jogs.pop(press), code)
 
     # What came.
 
-    def times(self, kind: type[Message]) -> list[float]:
+    def times(self, kind: type[wire.Message]) -> list[float]:
         return [at for at, message in self.got if isinstance(message, kind)]
 
     def all(self, kind: type[_M]) -> list[_M]:
@@ -260,7 +236,7 @@ class _Line(asyncio.Protocol):
     def __init__(self, server: ScriptedPendantServer) -> None:
         self.telling: asyncio.Task[None] | None = None
         self._server = server
-        self._wire = Connection(Role.SERVER, PENDANT, max_frame=65_532)
+        self._wire = wire.Connection(wire.Role.SERVER, wire.PENDANT, max_frame=65_532)
         self._transport: asyncio.Transport | None = None
 
     def connection_made(self, transport: asyncio.BaseTransport) -> None:
@@ -270,10 +246,10 @@ class _Line(asyncio.Protocol):
 
     def data_received(self, data: bytes) -> None:
         for received in self._wire.receive(data):
-            assert not isinstance(received, Malformed | Unasked), received
+            assert not isinstance(received, wire.Malformed | wire.Unasked), received
             self._server.take(self, received)
 
-    def send(self, message: Message) -> None:
+    def send(self, message: wire.Message) -> None:
         assert self._transport is not None
         self._transport.write(self._wire.send(message))
 
@@ -287,16 +263,16 @@ class _Line(asyncio.Protocol):
         self._transport.close()
 
 
-def _verdict(request_id: int, code: VerdictCode, text: str) -> Verdict:
-    return Verdict(
+def _verdict(request_id: int, code: VerdictCode, text: str) -> messages.Verdict:
+    return messages.Verdict(
         request_id=request_id,
         code=code,
         joint=2 if code else -1,
         value=7.0 if code else 0.0,
         limit=6.25 if code else 0.0,
         text=text,
-        comm_type=CommType.REPLY,
-        reply_code=ReplyCode.FAILURE if code else ReplyCode.SUCCESS,
+        comm_type=wire.CommType.REPLY,
+        reply_code=wire.ReplyCode.FAILURE if code else wire.ReplyCode.SUCCESS,
     )
 
 

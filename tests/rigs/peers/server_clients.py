@@ -8,26 +8,7 @@ from typing import TYPE_CHECKING, Any, TypeVar
 
 from openpendant.server.events.events import Closed, Received
 from openpendant.simplemsg import Arrival, CommType, JointTrajPt, Message, ReplyCode, joint_array
-from openpendant.simplemsg.pendant import (
-    PROTOCOL_VERSION,
-    Authority,
-    AuthorityAction,
-    Enabling,
-    Hello,
-    JointMove,
-    JointPath,
-    JointWaypoint,
-    Management,
-    MotionControl,
-    MotionControlAction,
-    Outcome,
-    PoseMove,
-    ResetStop,
-    SetMode,
-    SetSpeed,
-    SoftwareStop,
-    Verdict,
-)
+from openpendant.simplemsg import pendant as messages
 from openpendant.simplemsg.verdicts import VerdictCode
 
 if TYPE_CHECKING:
@@ -78,61 +59,61 @@ class Pendant(Peer):
         codes = [
             VerdictCode(answer.code)
             for answer in self.send(message)
-            if isinstance(answer, Verdict) and answer.request_id == request_id
+            if isinstance(answer, messages.Verdict) and answer.request_id == request_id
         ]
         assert len(codes) <= 1
         return codes[0] if codes else None
 
     def take(self) -> VerdictCode | None:
-        return self.code(Authority(self._next(), AuthorityAction.REQUEST))
+        return self.code(messages.Authority(self._next(), messages.AuthorityAction.REQUEST))
 
     def release(self) -> VerdictCode | None:
-        return self.code(Authority(self._next(), AuthorityAction.RELEASE))
+        return self.code(messages.Authority(self._next(), messages.AuthorityAction.RELEASE))
 
     def move(self, *joints: float, speed: float = 1.0) -> VerdictCode | None:
-        return self.code(JointMove(self._next(), speed, len(joints), joint_array(joints)))
+        return self.code(messages.JointMove(self._next(), speed, len(joints), joint_array(joints)))
 
     def path(self, *waypoints: Sequence[float], speed: float = 1.0) -> VerdictCode | None:
-        points = tuple(JointWaypoint(joint_array(waypoint)) for waypoint in waypoints)
-        return self.code(JointPath(self._next(), speed, len(waypoints[0]), points))
+        points = tuple(messages.JointWaypoint(joint_array(waypoint)) for waypoint in waypoints)
+        return self.code(messages.JointPath(self._next(), speed, len(waypoints[0]), points))
 
     def stop(self, reason: str = "enough") -> VerdictCode | None:
-        return self.code(SoftwareStop(self._next(), reason))
+        return self.code(messages.SoftwareStop(self._next(), reason))
 
     def reset(self) -> VerdictCode | None:
-        return self.code(ResetStop(self._next()))
+        return self.code(messages.ResetStop(self._next()))
 
     def mode(self, mode: int) -> VerdictCode | None:
-        return self.code(SetMode(self._next(), mode))
+        return self.code(messages.SetMode(self._next(), mode))
 
     def speed(self, override: float, tool_speed: float = 0.0) -> VerdictCode | None:
-        return self.code(SetSpeed(self._next(), override, tool_speed))
+        return self.code(messages.SetSpeed(self._next(), override, tool_speed))
 
-    def control(self, action: MotionControlAction) -> VerdictCode | None:
-        return self.code(MotionControl(self._next(), action))
+    def control(self, action: messages.MotionControlAction) -> VerdictCode | None:
+        return self.code(messages.MotionControl(self._next(), action))
 
     def enable(self, *positions: int) -> None:
         for position in positions:
-            self.send(Enabling(position))
+            self.send(messages.Enabling(position))
 
     def ask(self, op: str, **fields: Any) -> dict[str, Any]:
         """Make a management request that is answered on this call stack; return the answer."""
-        request = Management(77, json.dumps({"op": op, **fields}).encode())
-        (reply,) = [each for each in self.send(request) if isinstance(each, Management)]
+        request = messages.Management(77, json.dumps({"op": op, **fields}).encode())
+        (reply,) = [each for each in self.send(request) if isinstance(each, messages.Management)]
         return _answer_in(reply)
 
     def answers(self) -> list[dict[str, Any]]:
         """Return what management requests were answered so far."""
-        return [_answer_in(reply) for reply in self.all(Management)]
+        return [_answer_in(reply) for reply in self.all(messages.Management)]
 
     def verdicts(self) -> list[tuple[int, VerdictCode]]:
-        return [(item.request_id, VerdictCode(item.code)) for item in self.all(Verdict)]
+        return [(item.request_id, VerdictCode(item.code)) for item in self.all(messages.Verdict)]
 
     def outcomes(self) -> list[tuple[int, VerdictCode]]:
-        return [(item.request_id, VerdictCode(item.code)) for item in self.all(Outcome)]
+        return [(item.request_id, VerdictCode(item.code)) for item in self.all(messages.Outcome)]
 
 
-def _answer_in(reply: Management) -> dict[str, Any]:
+def _answer_in(reply: messages.Management) -> dict[str, Any]:
     answer: dict[str, Any] = json.loads(reply.body)
     assert ("code" in answer) == (reply.reply_code == ReplyCode.FAILURE)
     return answer
@@ -167,8 +148,8 @@ class RosClient(Peer):
         return self.point(-4)
 
 
-def hello(client: str = "tester", state_rate: float = 0.0, cell: str = "") -> Hello:
-    return Hello(PROTOCOL_VERSION, state_rate, cell, client)
+def hello(client: str = "tester", state_rate: float = 0.0, cell: str = "") -> messages.Hello:
+    return messages.Hello(messages.PROTOCOL_VERSION, state_rate, cell, client)
 
 
 def pose(
@@ -176,9 +157,9 @@ def pose(
     speed: float = 0.5,
     position: Sequence[float] = NEAR,
     orientation: Sequence[float] = UPRIGHT,
-) -> PoseMove:
-    return PoseMove(9, motion, speed, "base", tuple(position), tuple(orientation))
+) -> messages.PoseMove:
+    return messages.PoseMove(9, motion, speed, "base", tuple(position), tuple(orientation))
 
 
-def joints(*values: float, speed: float = 0.5) -> JointMove:
-    return JointMove(9, speed, len(values), joint_array(values))
+def joints(*values: float, speed: float = 0.5) -> messages.JointMove:
+    return messages.JointMove(9, speed, len(values), joint_array(values))

@@ -14,26 +14,7 @@ from openpendant.simplemsg import (
     Role,
     TriState,
     joint_array,
-)
-from openpendant.simplemsg.pendant import (
-    MAX_PENDANT_FRAME,
-    PROTOCOL_VERSION,
-    Activity,
-    Authority,
-    AuthorityAction,
-    AuthorityBeat,
-    Enabling,
-    EnablingPosition,
-    Hello,
-    JogBeat,
-    JogRelease,
-    JogSpace,
-    JogStart,
-    ResetStop,
-    SoftwareStop,
-    State,
-    StopKind,
-    Verdict,
+    pendant,
 )
 from openpendant.simplemsg.verdicts import VerdictCode
 
@@ -57,14 +38,16 @@ class WirePendant:
         self.sock = socket.create_connection(("127.0.0.1", port), timeout=_PATIENCE)
         self.sock.setsockopt(socket.IPPROTO_TCP, socket.TCP_NODELAY, 1)
         self.got: list[Message] = []
-        self.state: State | None = None
+        self.state: pendant.State | None = None
         self.ticks: list[int] = []
         self.enables = False
         self.beats = False
-        self._wire = Connection(Role.CLIENT, PENDANT, ByteOrder.LITTLE, max_frame=MAX_PENDANT_FRAME)
+        self._wire = Connection(
+            Role.CLIENT, PENDANT, ByteOrder.LITTLE, max_frame=pendant.MAX_PENDANT_FRAME
+        )
         self._press = self._beat = self._request = 0
         self._due = 0.0
-        self.send(Hello(PROTOCOL_VERSION, rate, "", client))
+        self.send(pendant.Hello(pendant.PROTOCOL_VERSION, rate, "", client))
         if rate:
             self.wait_until(lambda state: state.motion_possible == 1)
 
@@ -93,7 +76,7 @@ class WirePendant:
         if not data:
             raise ConnectionError("the server closed the connection")
         for message in self._wire.receive(data):
-            if isinstance(message, State):
+            if isinstance(message, pendant.State):
                 self.state = message
                 self.ticks.append(message.time_s * 1_000_000_000 + message.time_ns)
             elif isinstance(message, Message):
@@ -103,15 +86,15 @@ class WirePendant:
         if time.monotonic() < self._due:
             return
         self._due = time.monotonic() + BEAT
-        messages: list[Message] = [AuthorityBeat()]
+        messages: list[Message] = [pendant.AuthorityBeat()]
         if self.enables:
-            messages.append(Enabling(EnablingPosition.HELD))
+            messages.append(pendant.Enabling(pendant.EnablingPosition.HELD))
         if self.beats:
             self._beat += 1
-            messages.append(JogBeat(self._press, self._beat))
+            messages.append(pendant.JogBeat(self._press, self._beat))
         self.send(*messages)
 
-    def wait_until(self, holds: Callable[[State], bool]) -> None:
+    def wait_until(self, holds: Callable[[pendant.State], bool]) -> None:
         until = time.monotonic() + _PATIENCE
         while self.state is None or not holds(self.state):
             assert time.monotonic() < until, (self.state, self.got[-3:])
@@ -132,7 +115,7 @@ class WirePendant:
         until = time.monotonic() + _PATIENCE
         while time.monotonic() < until:
             for each in self.got[before:]:
-                if isinstance(each, Verdict) and each.request_id == request:
+                if isinstance(each, pendant.Verdict) and each.request_id == request:
                     return VerdictCode(each.code)
             self.listen(0.002)
         raise AssertionError(f"no verdict for {message}")
@@ -146,9 +129,9 @@ class WirePendant:
     def take_control(self) -> None:
         """Take the authority as soon as it is free, and hold the enabling device (training)."""
         until = time.monotonic() + _PATIENCE
-        while self.verdict(Authority(self.request(), AuthorityAction.REQUEST)) is not (
-            VerdictCode.ACCEPTED
-        ):
+        while self.verdict(
+            pendant.Authority(self.request(), pendant.AuthorityAction.REQUEST)
+        ) is not (VerdictCode.ACCEPTED):
             assert time.monotonic() < until, self.got[-1]
             self.listen(0.02)
         self.enables = True
@@ -156,7 +139,7 @@ class WirePendant:
         self.listen(0.03)
         if self.state is not None:
             self.wait_until(_stands)
-            if self.state.stop != StopKind.NONE:
+            if self.state.stop != pendant.StopKind.NONE:
                 assert self.reset() is VerdictCode.ACCEPTED
 
     def press(self, rate: float, deadline: float = 0.15) -> int:
@@ -165,45 +148,48 @@ class WirePendant:
         self._press += 1
         self._beat = 0
         self.beats = True
-        start = JogStart(
+        start = pendant.JogStart(
             self.request(),
             self._press,
             self.state.sequence,
             deadline,
-            JogSpace.JOINTS,
+            pendant.JogSpace.JOINTS,
             "",
             6,
             joint_array((rate, 0.0, 0.0, 0.0, 0.0, 0.0)),
         )
-        return self.send(Enabling(EnablingPosition.HELD), start)
+        return self.send(pendant.Enabling(pendant.EnablingPosition.HELD), start)
 
     def beat(self) -> int:
         """Send one beat now; return when it went [ns]."""
         self._beat += 1
-        return self.send(Enabling(EnablingPosition.HELD), JogBeat(self._press, self._beat))
+        return self.send(
+            pendant.Enabling(pendant.EnablingPosition.HELD),
+            pendant.JogBeat(self._press, self._beat),
+        )
 
     def come_to_rest(self) -> None:
         """Let the key go where it is held, and wait until nothing moves."""
         if self.beats:
-            self.send(JogRelease(self.request(), self._press))
+            self.send(pendant.JogRelease(self.request(), self._press))
         self.beats = False
         self.wait_until(_stands)
 
     def stop(self) -> int:
         """Ask for a software stop; return when the bytes went [ns]."""
-        return self.send(SoftwareStop(self.request(), "a test"))
+        return self.send(pendant.SoftwareStop(self.request(), "a test"))
 
     def reset(self) -> VerdictCode:
         """Let the enabling device (training) go, reset the stop, and hold it anew."""
         self.enables = False
-        self.send(Enabling(EnablingPosition.RELEASED))
-        code = self.verdict(ResetStop(self.request()))
+        self.send(pendant.Enabling(pendant.EnablingPosition.RELEASED))
+        code = self.verdict(pendant.ResetStop(self.request()))
         self.hold_anew()
         return code
 
     def hold_anew(self) -> None:
         """Let the enabling device (training) go and hold it, as has to be done after a silence."""
-        self.send(Enabling(EnablingPosition.RELEASED))
+        self.send(pendant.Enabling(pendant.EnablingPosition.RELEASED))
         self.enables = True
         self._due = 0.0
         self.listen(0.02)
@@ -219,6 +205,6 @@ class WirePendant:
         self.sock.close()
 
 
-def _stands(state: State) -> bool:
-    is_idle = state.activity == Activity.IDLE and state.in_motion != TriState.TRUE
+def _stands(state: pendant.State) -> bool:
+    is_idle = state.activity == pendant.Activity.IDLE and state.in_motion != TriState.TRUE
     return is_idle and not any(state.velocities)

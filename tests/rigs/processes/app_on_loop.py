@@ -7,13 +7,9 @@ from contextlib import asynccontextmanager
 from dataclasses import dataclass, field
 
 from rigs.peers.server_clients import hello
-from rigs.processes.bare_app import bare_app
-from rigs.processes.judged_server import HOST, ROBOT, LoopPlanner, running_emulator
+from rigs.processes.judged_server import HOST, running_emulator, served_cell
 
-from openpendant.motion.description.robot import serial_robot
-from openpendant.server.settings.cell_settings import make_settings
 from openpendant.server.shell.app import App
-from openpendant.server.shell.cell_shell import CellParts
 from openpendant.server.shell.client_connection import ClientConnection
 from openpendant.simplemsg import PENDANT, ByteOrder, Connection, Message, Role
 from openpendant.simplemsg.pendant import MAX_PENDANT_FRAME
@@ -67,9 +63,7 @@ async def app_on_loop(**listen: object) -> AsyncIterator[AppOnLoop]:
     """Run a server with one cell; `listen` goes to that table of its settings."""
     async with running_emulator() as emulator:
         link = {"motion_port": emulator.motion_port, "state_port": emulator.state_port}
-        ports = {"pendant_port": 0, "ros_motion_port": "off", "ros_state_port": 0, **listen}
-        settings = make_settings({"robot": ROBOT, "controller": link, "listen": ports}, "test")
-        app = bare_app([CellParts(settings, serial_robot(ROBOT), LoopPlanner())])
+        app, settings = served_cell(controller=link, listen={"ros_motion_port": "off", **listen})
         async with app.running() as bound:
             await asyncio.sleep(0.5)
             state = bound.ros[settings.name].state

@@ -3,6 +3,7 @@
 import asyncio
 from collections.abc import AsyncIterator
 from contextlib import asynccontextmanager
+from typing import Any
 
 from rigs.processes.bare_app import bare_app
 
@@ -12,8 +13,10 @@ from openpendant.controller_emulator.shell.settings import EmulatorSettings
 from openpendant.motion.description.robot import serial_robot
 from openpendant.server.planning.jobs import Deliver, Job
 from openpendant.server.planning.worker.job_planner import answer
-from openpendant.server.settings.cell_settings import make_settings
+from openpendant.server.settings.cell_settings import CellSettings, make_settings
+from openpendant.server.shell.app import App
 from openpendant.server.shell.cell_shell import CellParts
+from openpendant.simplemsg.journal import Journal
 from openpendant.tools.packets.conformance.check import Profile, Section
 from openpendant.tools.packets.conformance.server.target import Options
 
@@ -41,12 +44,23 @@ PARTS = (
 class LoopPlanner:
     """Plans on the loop and answers a little later, as the planning process would."""
 
+    def __init__(self) -> None:
+        self._deliveries: dict[int, asyncio.TimerHandle] = {}
+
     def submit(self, job: Job, deliver: Deliver) -> None:
-        planned = answer(ROBOT, job)
-        asyncio.get_running_loop().call_later(_PLANNING, deliver, planned)
+        planned, loop = answer(ROBOT, job), asyncio.get_running_loop()
+        self._deliveries[job.job_id] = loop.call_later(_PLANNING, deliver, planned)
 
     def withdraw(self, job_id: int) -> None:
-        """An answer nobody waits for is ignored by the cell."""
+        self._deliveries[job_id].cancel()
+
+
+def served_cell(journal: Journal | None = None, **tables: Any) -> tuple[App, CellSettings]:
+    """Return a server of one cell and its settings; on free ports unless `listen` says others."""
+    ports = {"pendant_port": 0, "ros_motion_port": 0, "ros_state_port": 0}
+    tables["listen"] = {**ports, **tables.get("listen", {})}
+    settings = make_settings({"robot": ROBOT, **tables}, "test")
+    return bare_app([CellParts(settings, serial_robot(ROBOT), LoopPlanner())], journal), settings
 
 
 @asynccontextmanager
@@ -79,19 +93,8 @@ async def running_server(rate: int = USUAL_RATE) -> AsyncIterator[Options]:
         rate: reports of the emulator and ticks of the server [1/s].
     """
     async with running_emulator(rate=rate) as emulator:
-        settings = make_settings(
-            {
-                "robot": ROBOT,
-                "tick_rate": rate,
-                "controller": {
-                    "motion_port": emulator.motion_port,
-                    "state_port": emulator.state_port,
-                },
-                "listen": {"pendant_port": 0, "ros_motion_port": 0, "ros_state_port": 0},
-            },
-            "test",
-        )
-        app = bare_app([CellParts(settings, serial_robot(ROBOT), LoopPlanner())])
+        link = {"motion_port": emulator.motion_port, "state_port": emulator.state_port}
+        app, settings = served_cell(tick_rate=rate, controller=link)
         async with app.running() as ports:
             await asyncio.sleep(0.5)
             ros = ports.ros[settings.name]

@@ -12,7 +12,6 @@ import json
 import os
 import sys
 from contextlib import suppress
-from functools import partial
 from pathlib import Path
 
 from openpendant.simplemsg import PENDANT, ByteOrder, Connection, Role
@@ -72,10 +71,6 @@ class _Listener(asyncio.Protocol):
         os._exit(1)
 
 
-def _same(listener: _Listener) -> _Listener:
-    return listener
-
-
 def _wire() -> Connection:
     return Connection(Role.CLIENT, PENDANT, ByteOrder.LITTLE, max_frame=MAX_PENDANT_FRAME)
 
@@ -86,7 +81,7 @@ async def listeners(port: int, count: int, rate: float) -> None:
     for _ in range(count):
         welcome: asyncio.Future[None] = loop.create_future()
         crowd.append(_Listener(rate, welcome))
-        await loop.create_connection(partial(_same, crowd[-1]), "127.0.0.1", port)
+        await loop.create_connection(lambda: crowd[-1], "127.0.0.1", port)
         await asyncio.wait_for(welcome, 10)
 
     async def talk() -> None:

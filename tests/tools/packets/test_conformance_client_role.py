@@ -1,17 +1,27 @@
-"""The client role as a command: arguments, recordings, a live run, and what goes wrong."""
+"""The client role as a command, on recordings and live; our own pendant server as its client."""
 
 import argparse
 import asyncio
 import json
 import re
+import tomllib
+from collections.abc import AsyncIterator
+from contextlib import asynccontextmanager
 from pathlib import Path
 from xml.etree import ElementTree
 
 import pytest
+from rigs.processes.judged_server import HALF_RATE, served_cell
 
+from openpendant.motion.description.robot import serial_robot
 from openpendant.simplemsg import DIALECTS, JointTrajPt, codec_for, joint_array
 from openpendant.tools.console import ExitCode
-from openpendant.tools.packets.conformance.check import CheckVerdict, Judgement, Result
+from openpendant.tools.packets.conformance.check import (
+    CheckFinding,
+    CheckVerdict,
+    Judgement,
+    Result,
+)
 from openpendant.tools.packets.conformance.cli import main
 from openpendant.tools.packets.conformance.client import controller as scripted
 from openpendant.tools.packets.conformance.client import role as client_role
@@ -22,8 +32,9 @@ from openpendant.tools.packets.conformance.client.controller import (
     Do,
     ScriptedController,
 )
-from openpendant.tools.packets.conformance.client.judge import CHECKS, judge_scenario
+from openpendant.tools.packets.conformance.client.judge import CHECKS, judge_scenario, results_of
 from openpendant.tools.packets.conformance.client.live import LiveController
+from openpendant.tools.packets.conformance.client.role import judge_live
 from openpendant.tools.packets.conformance.client.setup import (
     SCENARIOS,
     Mutation,
@@ -32,6 +43,7 @@ from openpendant.tools.packets.conformance.client.setup import (
     Setup,
 )
 from openpendant.tools.packets.console import PacketToolError, PeerError
+from openpendant.tools.pendants.client import Aborted, PendantClient, Refused
 
 VECTORS = Path(__file__).parents[2] / "vectors"
 GENERIC = str(VECTORS / "capture-industrial-robot-client.json")
@@ -52,7 +64,6 @@ def number_of(judgement: Judgement, number: str) -> Result:
     return next(result for result in judgement.results if result.check.number == number)
 
 
-@pytest.mark.asyncio
 async def test_a_recording_gives_one_result_for_each_check() -> None:
     judgement = await judged("--capture", GENERIC, "--joints", "6")
     assert tuple(result.check for result in judgement.results) == CHECKS
@@ -63,7 +74,6 @@ async def test_a_recording_gives_one_result_for_each_check() -> None:
     assert detail.startswith("[stream_failure_reply] at 1.024 s on port 11000, connection 1: ")
 
 
-@pytest.mark.asyncio
 async def test_a_motoman_recording_needs_its_dialect() -> None:
     judgement = await judged("--capture", DRIVER, "--dialect", "motoman")
     assert judgement.count(CheckVerdict.FAILED) == 0
@@ -73,7 +83,6 @@ async def test_a_motoman_recording_needs_its_dialect() -> None:
     assert other.count(CheckVerdict.FAILED) > 0
 
 
-@pytest.mark.asyncio
 async def test_limits_of_a_robot_are_looked_at() -> None:
     judgement = await judged("--capture", GENERIC, "--robot", "ur5")
     for number in ("LC02", "LC05", "MC07"):
@@ -128,7 +137,6 @@ def test_wrong_usage_is_one_line_and_exit_code_2(
     assert captured.err.strip()
 
 
-@pytest.mark.asyncio
 @pytest.mark.virtual_clock
 async def test_a_client_that_comes_and_goes_was_there() -> None:
     core = ScriptedController(Setup(), now=LiveController.now())
@@ -149,7 +157,6 @@ async def test_a_client_that_comes_and_goes_was_there() -> None:
     assert set(found) == {"none"}
 
 
-@pytest.mark.asyncio
 @pytest.mark.virtual_clock
 async def test_nobody_connecting_is_the_peers_fault() -> None:
     with pytest.raises(PeerError, match="no client connected; 3 s were waited"):
@@ -159,7 +166,6 @@ async def test_nobody_connecting_is_the_peers_fault() -> None:
         )
 
 
-@pytest.mark.asyncio
 @pytest.mark.virtual_clock
 async def test_a_port_that_is_taken_is_said_so() -> None:
     setup = Setup()
@@ -247,3 +253,102 @@ def test_the_page_names_the_habits_that_recordings_show() -> None:
         for result in client_role.judge_recording(Path(file), setup).results:
             shown |= {habit for habit in result.finding.habit.split("; ") if habit}
     assert [habit for habit in shown if habit not in PAGE] == []
+
+
+ROBOT = serial_robot("ur5")
+SETUP = Setup(dof=6, limits=ROBOT.limits)
+STANDARD = [scenario for scenario in SCENARIOS if not scenario.is_motoman]
+
+
+@asynccontextmanager
+async def our_server(live: LiveController, **controller: object) -> AsyncIterator[PendantClient]:
+    ports = {
+        "motion_port": live.ports[Purpose.MOTION],
+        "state_port": live.ports[Purpose.STATE],
+        "state_period": 0.025,
+    }
+    app, _ = served_cell(tick_rate=HALF_RATE, controller={**ports, **controller})
+    async with app.running() as listening:
+        pendant = await PendantClient.connect("127.0.0.1", listening.pendant, state_rate=50)
+        async with pendant:
+            yield pendant
+
+
+class Mover:
+    """Has the robot moved to and fro, whatever became of it last time."""
+
+    def __init__(self, pendant: PendantClient) -> None:
+        self.pendant = pendant
+        self.fates: list[str] = []
+
+    async def __call__(self, scenario: Scenario) -> None:
+        state = self.pendant.state
+        here = state.positions[0] if state is not None else ROBOT.home_position[0]
+        # Whichever end is farther off: a motion must be long enough to have something happen to it.
+        offset = max(0.1, 0.5, key=lambda value: abs(ROBOT.home_position[0] + value - here))
+        goal = [value + offset for value in ROBOT.home_position]
+        try:
+            await self.pendant.take_control()
+            handle = await self.pendant.move_joints(goal, speed=0.5)
+            await handle.done()
+        except (Refused, Aborted) as error:
+            self.fates.append(type(error).__name__)
+        else:
+            self.fates.append("done")
+
+
+async def judged_server(
+    scenarios: list[Scenario], **controller: object
+) -> dict[str, dict[str, CheckFinding]]:
+    core = ScriptedController(SETUP, ROBOT.home_position, at_point=10, now=LiveController.now())
+    live = LiveController(core, "127.0.0.1", {Purpose.MOTION: 0, Purpose.STATE: 0})
+    async with live.listening(), our_server(live, **controller) as pendant:
+        found = await judge_live(live, SETUP, scenarios, Mover(pendant), wait=10)
+    return {name: dict(findings) for name, findings in found.items()}
+
+
+def complaints(found: dict[str, dict[str, CheckFinding]]) -> list[str]:
+    return [
+        f"{name} {number} {finding.verdict.value}: {finding.habit} {finding.detail}"
+        for name, findings in found.items()
+        for number, finding in findings.items()
+        if finding.verdict in (CheckVerdict.FAILED, CheckVerdict.DEVIATES)
+    ]
+
+
+FINDINGS = tomllib.loads((Path(__file__).parent / "client_findings.toml").read_text("utf-8"))
+LOOKED_AT = {Mutation[name]: set(numbers) for name, numbers in FINDINGS["own_server"].items()}
+"""What each scenario must give the judge to look at."""
+
+
+def test_every_scenario_says_what_it_is_for() -> None:
+    assert set(LOOKED_AT) == {scenario.mutation for scenario in STANDARD}
+
+
+@pytest.mark.virtual_clock
+@pytest.mark.parametrize("points", ["full", "simple"])
+@pytest.mark.parametrize("scenario", STANDARD, ids=lambda scenario: scenario.name)
+async def test_our_server_is_a_good_client_whatever_the_controller_does(
+    scenario: Scenario, points: str
+) -> None:
+    found = await judged_server([scenario], points=points)
+    assert complaints(found) == []
+    passed = {n for n, item in found[scenario.name].items() if item.verdict is CheckVerdict.PASSED}
+    of_form = {"LC03", "LC04"} if points == "simple" else set()
+    assert LOOKED_AT[scenario.mutation] - of_form <= passed
+
+
+@pytest.mark.conformance
+@pytest.mark.virtual_clock
+async def test_one_session_of_all_scenarios_ends_with_a_robot_that_still_moves() -> None:
+    found = await judged_server(STANDARD)
+    assert complaints(found) == []
+    results = results_of(found)
+    verdicts = [result.finding.verdict for result in results]
+    assert verdicts.count(CheckVerdict.PASSED) >= 40
+    # Whatever happened before, the server was ready for the next trajectory.
+    for name, findings in found.items():
+        moved = name == Scenario(Mutation.NOT_POSSIBLE).name
+        assert findings["MC04"].verdict is (
+            CheckVerdict.NOT_APPLICABLE if moved else CheckVerdict.PASSED
+        )

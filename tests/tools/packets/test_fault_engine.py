@@ -1,28 +1,98 @@
 """Faults on the pure engine: which frames a rule fits, and what then comes out."""
 
+from __future__ import annotations
+
+from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
-from rigs.faults.fault_bench import DOWN, EXAMPLES, LINK, UP, Bench, bench, full_point, point, taken
 from rigs.peers.loopback_peers import PING, PONG
 
-from openpendant.simplemsg import (
-    MOTOMAN,
-    ByteOrder,
-    HeaderOnly,
-    JointTrajPtFull,
-    Message,
-    ReplyCode,
-    codec_for,
-)
+from openpendant import simplemsg as wire
 from openpendant.simplemsg.motoman import MotomanMotionReply
-from openpendant.tools.packets.faulty.fault_engine import FaultEngine
-from openpendant.tools.packets.faulty.fault_script import RULE_CLASSES, load_script
-from openpendant.tools.packets.live.relay import CloseBoth, Freeze, ResetBoth
+from openpendant.tools.packets.faulty.fault_engine import FaultDone, FaultEngine
+from openpendant.tools.packets.faulty.fault_script import RULE_CLASSES, load_script, make_script
+from openpendant.tools.packets.live.relay import (
+    Action,
+    CloseBoth,
+    Freeze,
+    ProxyLinkId,
+    ResetBoth,
+    SendBytes,
+)
 from openpendant.tools.packets.trace import TraceDirection
+
+MS = 1_000_000
+LINK = ProxyLinkId(1, 11000, 1)
+UP, DOWN = TraceDirection.TO_SERVER, TraceDirection.TO_CLIENT
+ZEROS = (0.0,) * 10
+EXAMPLES = Path(__file__).parents[3] / "examples" / "faults"
+
+
+def point(sequence: int, codec: wire.Codec | None = None) -> bytes:
+    return (codec or wire.codec_for()).encode(wire.JointTrajPt(sequence, ZEROS, 0.1, 1.0))
+
+
+def full_point(sequence: int) -> bytes:
+    return wire.codec_for().encode(wire.JointTrajPtFull(0, sequence, 7, 0.5, ZEROS, ZEROS, ZEROS))
+
+
+def taken(sequence: int) -> bytes:
+    return wire.codec_for().encode(wire.HeaderOnly(11, reply_code=wire.ReplyCode.SUCCESS))
+
+
+@dataclass
+class Bench:
+    """An engine, its clock in milliseconds, and what came out: (ms, direction, bytes)."""
+
+    rules: list[dict[str, Any]]
+    options: dict[str, Any] = field(default_factory=dict)
+    seed: int | None = None
+
+    def __post_init__(self) -> None:
+        script = make_script({"rule": self.rules, **self.options}, "test")
+        self.done: list[FaultDone] = []
+        self.engine = FaultEngine(script, self.seed, self.done.append)
+        self.engine.opened(LINK, 0)
+        self.now = 0.0
+        self.sent: list[tuple[float, TraceDirection, bytes]] = []
+        self.others: list[Action] = []
+
+    def feed(self, direction: TraceDirection, *frames: bytes, link: ProxyLinkId = LINK) -> Bench:
+        for frame in frames:
+            self.note(self.engine.take(direction, link, frame, round(self.now * MS)))
+        return self
+
+    def wait(self, ms: float) -> Bench:
+        until = self.now + ms
+        while (due := self.engine.next_due()) is not None and due <= until * MS:
+            self.now = due / MS
+            self.note(self.engine.due(due))
+        self.now = until
+        return self
+
+    def note(self, actions: list[Action]) -> None:
+        for action in actions:
+            if isinstance(action, SendBytes):
+                self.sent.append((round(self.now, 3), action.direction, action.data))
+            else:
+                self.others.append(action)
+
+    def came(self, direction: TraceDirection) -> list[bytes]:
+        return [data for _, way, data in self.sent if way is direction]
+
+    def times(self, direction: TraceDirection) -> list[float]:
+        return [time for time, way, _ in self.sent if way is direction]
+
+
+def bench(fault: str, match: dict[str, Any] | None = None, **parameters: Any) -> Bench:
+    options: dict[str, Any] = {}
+    if "dialect" in parameters:
+        options["dialect"] = parameters.pop("dialect")
+    return Bench([{"fault": fault, "match": match or {}, **parameters}], options)
 
 
 def test_what_no_rule_fits_passes_at_once() -> None:
@@ -106,8 +176,8 @@ def test_a_truncated_body_stays_in_step() -> None:
 
 def test_valid_fields_get_garbage_above_the_four_bits_that_are_meant() -> None:
     (changed,) = bench("corrupt", how="valid_fields").feed(UP, full_point(0)).came(UP)
-    message = codec_for().decode(changed)
-    assert isinstance(message, JointTrajPtFull)
+    message = wire.codec_for().decode(changed)
+    assert isinstance(message, wire.JointTrajPtFull)
     assert message.valid_fields & 15 == 7
     assert message.valid_fields not in (7, -9)
     assert changed[:24] + changed[28:] == full_point(0)[:24] + full_point(0)[28:]
@@ -152,24 +222,24 @@ def test_a_refused_request_is_answered_and_not_forwarded() -> None:
     run = bench("refuse", {"type": "joint_traj_pt"}).feed(UP, point(0))
     assert run.came(UP) == []
     (reply,) = run.came(DOWN)
-    assert codec_for().decode(reply) == HeaderOnly(11, reply_code=ReplyCode.FAILURE)
+    assert wire.codec_for().decode(reply) == wire.HeaderOnly(11, reply_code=wire.ReplyCode.FAILURE)
 
 
 def test_a_refusal_waits_for_the_replies_before_it() -> None:
     run = bench("refuse", {"sequence": 1}).feed(UP, point(0), point(1))
     assert run.came(DOWN) == []
     run.feed(DOWN, taken(0))
-    assert [codec_for().decode(reply).reply_code for reply in run.came(DOWN)] == [1, 2]
+    assert [wire.codec_for().decode(reply).reply_code for reply in run.came(DOWN)] == [1, 2]
 
 
 def test_a_refusal_has_the_byte_order_of_the_request() -> None:
-    big = codec_for(byte_order=ByteOrder.BIG)
+    big = wire.codec_for(byte_order=wire.ByteOrder.BIG)
     (reply,) = bench("refuse").feed(UP, point(0, big)).came(DOWN)
-    assert big.decode(reply).reply_code == ReplyCode.FAILURE
+    assert big.decode(reply).reply_code == wire.ReplyCode.FAILURE
 
 
 def _motion_reply(run: Bench) -> MotomanMotionReply:
-    message: Message = codec_for(MOTOMAN).decode(run.came(DOWN)[0])
+    message: wire.Message = wire.codec_for(wire.MOTOMAN).decode(run.came(DOWN)[0])
     assert isinstance(message, MotomanMotionReply)
     return message
 
@@ -180,7 +250,7 @@ def test_a_motoman_says_so_in_the_body(fault: str, result: int) -> None:
     assert run.came(UP) == []
     reply = _motion_reply(run)
     assert (reply.result, reply.sequence, reply.command) == (result, 5, 14)
-    assert reply.reply_code == ReplyCode.SUCCESS
+    assert reply.reply_code == wire.ReplyCode.SUCCESS
 
 
 def test_without_a_busy_answer_the_reply_is_withheld() -> None:
@@ -191,7 +261,9 @@ def test_without_a_busy_answer_the_reply_is_withheld() -> None:
 
 def test_the_other_byte_order_says_the_same() -> None:
     (changed,) = bench("wrong_byte_order").feed(UP, full_point(3)).came(UP)
-    assert codec_for(byte_order=ByteOrder.BIG).decode(changed) == codec_for().decode(full_point(3))
+    assert wire.codec_for(byte_order=wire.ByteOrder.BIG).decode(changed) == wire.codec_for().decode(
+        full_point(3)
+    )
 
 
 def test_unknown_words_are_turned_round_one_by_one() -> None:

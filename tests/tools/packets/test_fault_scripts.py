@@ -1,16 +1,31 @@
-"""What a fault script may say, and what its author is told when it says something else."""
+"""Fault scripts: what they may say, and all of examples/faults with a robot that moves behind."""
 
+import asyncio
+from collections.abc import AsyncIterator
+from contextlib import asynccontextmanager
+from dataclasses import dataclass
 from pathlib import Path
 
 import pytest
+from rigs.processes.judged_server import served_cell
 
-from openpendant.tools.packets.faults import main
+from openpendant.controller_emulator.shell.build import build_controller
+from openpendant.controller_emulator.shell.service import Service, loop_time
+from openpendant.controller_emulator.shell.settings import EmulatorSettings
+from openpendant.simplemsg.pendant import LinkState, State
+from openpendant.simplemsg.verdicts import VerdictCode
+from openpendant.tools.packets.faults import FaultProxy, main
 from openpendant.tools.packets.faulty.fault_catalogue import CORRECT_PEER, explain, list_faults
 from openpendant.tools.packets.faulty.fault_script import (
     RULE_CLASSES,
     FaultScriptError,
     load_script,
 )
+from openpendant.tools.packets.live.endpoints import Endpoint
+from openpendant.tools.packets.live.proxy import Pair
+from openpendant.tools.pendants.client import Aborted, PendantClient, Refused
+
+pytestmark = pytest.mark.virtual_clock
 
 EXAMPLES = sorted((Path(__file__).parents[3] / "examples" / "faults").glob("*.toml"))
 DELAY = '[[rule]]\nfault = "delay"\n'
@@ -103,3 +118,155 @@ def test_what_is_missing_is_said(
 ) -> None:
     assert main(arguments) == 2
     assert reason in capsys.readouterr().err
+
+
+HOST = "127.0.0.1"
+
+
+@dataclass
+class FaultedCell:
+    """A cell whose controller is behind a line that does what a script says.
+
+    Attributes:
+        proxy: counts the faults that were done.
+    """
+
+    service: Service
+    proxy: FaultProxy
+    pendant_port: int
+
+    def violations(self) -> dict[str, int]:
+        counts = self.service.controller.referee.counts
+        return {kind.value: count for kind, count in counts.items()}
+
+    async def pendant(self) -> PendantClient:
+        pendant = await PendantClient.connect(HOST, self.pendant_port, state_rate=50)
+        await pendant.wait_until(lambda state: state.motion_possible == 1, within=20.0)
+        return pendant
+
+
+@asynccontextmanager
+async def cell_behind_faults(script: Path, **link: object) -> AsyncIterator[FaultedCell]:
+    loop = asyncio.get_running_loop()
+    emulator = EmulatorSettings.model_validate({"motion_port": 0, "state_port": 0})
+    service = Service(build_controller(emulator, loop_time(loop)), emulator)
+    ports = await service.start()
+    pairs = [Pair(Endpoint(HOST, 0), Endpoint(HOST, port)) for port in ports]
+    proxy = FaultProxy(pairs, load_script(script))
+    try:
+        motion, state = await proxy.start()
+        controller = {"host": HOST, "motion_port": motion, "state_port": state, **link}
+        app, _ = served_cell(controller=controller)
+        async with app.running() as listening:
+            yield FaultedCell(service, proxy, listening.pendant)
+    finally:
+        await proxy.close()
+        await service.close()
+        await asyncio.sleep(0.01)
+
+
+FOLDER = Path(__file__).parents[3] / "examples" / "faults"
+SPEED = 0.3
+SILENT_LINE = (VerdictCode.CONTROLLER_STOPPED, "error 109 (emulated controller: a buffer under-run")
+"""No point comes in time, so the robot under-runs, slows down and says so."""
+
+ENDS: dict[str, tuple[VerdictCode, str] | None] = {
+    "cable_pulled": SILENT_LINE,
+    "lost_reply": SILENT_LINE,
+    "motoman_busy": (VerdictCode.CONTROLLER_MISMATCH, "type 2002"),
+    "reset_in_motion": (VerdictCode.CONTROLLER_LOST, "motion link was lost"),
+    "slow_line": (VerdictCode.CONTROLLER_REFUSED, "under-run"),
+    "split_and_merge": None,
+}
+"""How the first motion ends behind each script: code and words, None where it arrives."""
+
+PASSING = ("cable_pulled", "lost_reply", "reset_in_motion")
+"""Scripts that do something once; the next motion arrives."""
+
+
+def _script(name: str) -> Path:
+    return FOLDER / f"{name}.toml"
+
+
+def _aside(pendant: PendantClient, by: float = 0.5) -> list[float]:
+    first, *others = pendant.joints()
+    return [first + by, *others]
+
+
+def _is_ready(state: State) -> bool:
+    return state.link == LinkState.UP and state.motion_possible == 1
+
+
+async def _comes_to_rest(pendant: PendantClient) -> None:
+    await pendant.wait_until(lambda state: not state.activity)
+    await asyncio.sleep(1.0)
+    before = pendant.joints()
+    await asyncio.sleep(1.0)
+    assert pendant.joints() == before
+
+
+async def test_every_example_is_tried() -> None:
+    assert {path.stem for path in FOLDER.glob("*.toml")} == {*ENDS, "noisy"}
+
+
+@pytest.mark.parametrize("name", [name for name, end in ENDS.items() if end is None])
+@pytest.mark.parametrize("points", ["full", "simple"])
+async def test_what_is_harmless_lets_the_motion_arrive(name: str, points: str) -> None:
+    async with cell_behind_faults(_script(name), points=points) as cell:
+        pendant = await cell.pendant()
+        async with pendant, pendant.control():
+            goal = _aside(pendant)
+            await (await pendant.move_joints(goal, speed=SPEED)).done()
+            assert pendant.joints() == pytest.approx(goal, abs=1e-3)
+        assert cell.violations() == {}
+        assert len(cell.proxy.done) > 1
+
+
+@pytest.mark.parametrize(
+    ("name", "points"),
+    [
+        (name, points)
+        for name, end in ENDS.items()
+        for points in ("full", "simple")
+        if end is not None and (name, points) != ("motoman_busy", "simple")  # busy to full points
+    ],
+)
+async def test_what_harms_stops_the_robot_and_the_server_says_why(name: str, points: str) -> None:
+    expected = ENDS[name]
+    assert expected is not None
+    async with cell_behind_faults(_script(name), points=points) as cell:
+        pendant = await cell.pendant()
+        async with pendant, pendant.control():
+            motion = await pendant.move_joints(_aside(pendant), speed=SPEED)
+            with pytest.raises(Aborted) as abort:
+                await motion.done()
+            code, words = expected
+            assert abort.value.code is code
+            assert words in str(abort.value)
+            await _comes_to_rest(pendant)
+            if name in PASSING:
+                await pendant.wait_until(_is_ready)
+                goal = _aside(pendant)
+                await (await pendant.move_joints(goal, speed=SPEED)).done()
+                assert pendant.joints() == pytest.approx(goal, abs=1e-3)
+        assert cell.violations() == {}
+
+
+async def test_noise_ends_a_motion_at_its_goal_or_with_a_reason() -> None:
+    # A flipped bit of a point may be a violation that is not the server's, so none are counted.
+    ends: list[str] = []
+    async with cell_behind_faults(_script("noisy")) as cell:
+        pendant = await cell.pendant()
+        async with pendant, pendant.control():
+            for turn in range(8):
+                await pendant.wait_until(_is_ready)
+                goal = _aside(pendant, -0.5 if turn % 2 else 0.5)
+                try:
+                    await (await pendant.move_joints(goal, speed=SPEED)).done()
+                    ends.append("")
+                except Refused as failure:
+                    ends.append(str(failure))
+                    await _comes_to_rest(pendant)
+        assert cell.proxy.done.total() > 10
+    assert "" in ends
+    assert all(not end or end.startswith("CONTROLLER_") for end in ends)

@@ -459,13 +459,6 @@ def test_wrong_arguments_of_show_are_a_usage_error(tool: Tool, arguments: list[s
     assert errors[0].startswith("usage: openpendant packets show")
 
 
-def test_a_process_without_standard_output_is_told_so(
-    tool: Tool, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    monkeypatch.setattr(sys, "stdout", None)
-    assert tool.show(MOTION)[::2] == (1, ["standard output is closed"])
-
-
 def test_show_ends_quietly_when_nobody_reads() -> None:
     name = str(FOLDER / "capture-motoman-driver.json")
     command = [sys.executable, "-m", "openpendant.tools.packets.cli", "show", name]

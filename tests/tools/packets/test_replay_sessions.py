@@ -28,6 +28,8 @@ from openpendant.tools.packets.trace import (
     header_line,
 )
 
+pytestmark = pytest.mark.virtual_clock
+
 SECOND = 1_000_000_000
 UP, DOWN = TraceDirection.TO_SERVER, TraceDirection.TO_CLIENT
 FAILED = PONG[:12] + bytes([2, 0, 0, 0])
@@ -164,8 +166,6 @@ async def _play(answers: list[bytes], pace: Pace = FAST) -> ReplaySummary:
     return summary
 
 
-@pytest.mark.asyncio
-@pytest.mark.virtual_clock
 @pytest.mark.parametrize("pace", [FAST, Pace(1.0), Pace(100.0)])
 async def test_a_server_that_answers_as_recorded_passes(pace: Pace) -> None:
     loop = asyncio.get_running_loop()
@@ -176,8 +176,6 @@ async def test_a_server_that_answers_as_recorded_passes(pace: Pace) -> None:
     assert loop.time() - before == pytest.approx(expected + 0.2, abs=0.15)
 
 
-@pytest.mark.asyncio
-@pytest.mark.virtual_clock
 @pytest.mark.parametrize(
     ("answers", "code", "differences", "said"),
     [
@@ -196,8 +194,6 @@ async def test_a_server_that_answers_otherwise_is_found_out(
     assert said in summary.first + summary.failure
 
 
-@pytest.mark.asyncio
-@pytest.mark.virtual_clock
 async def test_a_peer_that_is_not_there_is_said() -> None:
     sessions = sessions_of(conversation(), PlayedSide.CLIENT, exact=False)
     replay = Replay(sessions, PlayedSide.CLIENT, FAST, within=1.0)
@@ -212,8 +208,6 @@ async def _serve(sessions: list[RecordedSession], pace: Pace = FAST) -> tuple[Re
     return replay, ports[11000]
 
 
-@pytest.mark.asyncio
-@pytest.mark.virtual_clock
 @pytest.mark.parametrize("request_", [PING, STATUS[:8] + PING[8:12] + bytes(32)])
 async def test_the_server_side_answers_a_client(request_: bytes) -> None:
     sessions = sessions_of(conversation(), PlayedSide.SERVER, exact=False)
@@ -229,8 +223,6 @@ async def test_the_server_side_answers_a_client(request_: bytes) -> None:
     await asyncio.sleep(0.01)
 
 
-@pytest.mark.asyncio
-@pytest.mark.virtual_clock
 async def test_a_client_that_never_comes_is_said() -> None:
     sessions = sessions_of(conversation(), PlayedSide.SERVER, exact=False)
     replay, _ = await _serve(sessions)

@@ -8,7 +8,6 @@ from collections.abc import AsyncIterator, Callable
 from typing import Any
 
 import pytest
-import pytest_asyncio
 from rigs.peers.loopback_peers import LOOPBACK, PING, PONG, Server
 
 from openpendant.simplemsg import (
@@ -28,6 +27,8 @@ from openpendant.tools.packets.live.consent import may_act
 from openpendant.tools.packets.live.endpoints import Endpoint
 from openpendant.tools.packets.live.typed_message import message_from_words
 from openpendant.tools.packets.send import main, talk
+
+pytestmark = pytest.mark.virtual_clock
 
 ZEROS = (0.0,) * 10
 REFUSAL = bytes.fromhex("0c000000010000000300000002000000")
@@ -186,7 +187,7 @@ class Scripted(Server):
             writer.close()
 
 
-@pytest_asyncio.fixture
+@pytest.fixture
 async def peer() -> AsyncIterator[Callable[..., Any]]:
     servers: list[Server] = []
 
@@ -200,8 +201,6 @@ async def peer() -> AsyncIterator[Callable[..., Any]]:
         await server.close()
 
 
-@pytest.mark.asyncio
-@pytest.mark.virtual_clock
 @pytest.mark.parametrize(
     ("answer", "code", "printed"),
     [
@@ -226,8 +225,6 @@ async def test_an_answer_is_printed_as_it_is(
     assert json.loads(line)["latency_ms"] >= 0
 
 
-@pytest.mark.asyncio
-@pytest.mark.virtual_clock
 @pytest.mark.parametrize(
     ("says", "closes", "reason"),
     [
@@ -245,8 +242,6 @@ async def test_a_peer_that_does_not_answer_is_one_clear_line(
         await talk(endpoint, [PING], codec_for(), within=1.0)
 
 
-@pytest.mark.asyncio
-@pytest.mark.virtual_clock
 async def test_the_next_topics_are_printed(
     peer: Callable[..., Any], capsys: pytest.CaptureFixture[str]
 ) -> None:
@@ -271,8 +266,6 @@ WRITE_REPLY = _made("motoman_write_single_io_reply", MOTOMAN)
 ABOUT = "a motion reply about command"
 
 
-@pytest.mark.asyncio
-@pytest.mark.virtual_clock
 @pytest.mark.parametrize(
     ("request_words", "answer", "code", "remark"),
     [
@@ -309,8 +302,6 @@ async def test_an_answer_belongs_to_the_request_by_its_type(
     assert capsys.readouterr().err == (f"{remark}\n" if remark else "")
 
 
-@pytest.mark.asyncio
-@pytest.mark.virtual_clock
 @pytest.mark.parametrize("name", ["joint_move", "software_stop", "hello"])
 async def test_a_verdict_answers_requests_of_the_pendant_protocol(
     peer: Callable[..., Any], name: str
@@ -319,8 +310,6 @@ async def test_a_verdict_answers_requests_of_the_pendant_protocol(
     assert await talk(endpoint, [_made(name, PENDANT)], codec_for(PENDANT), within=1.0) == 0
 
 
-@pytest.mark.asyncio
-@pytest.mark.virtual_clock
 @pytest.mark.parametrize(
     ("request_words", "answer", "remark"),
     [

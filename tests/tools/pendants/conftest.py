@@ -1,21 +1,27 @@
-"""A scripted server and a pendant client on it, for the tests of the client library."""
+"""A scripted server and a pendant client on it, and the panel of a terminal pendant."""
 
 from collections.abc import AsyncIterator
 
-import pytest_asyncio
+import pytest
+from rigs.cells.panel_rig import PanelRig
 from rigs.peers.scripted_pendant_server import ScriptedPendantServer, scripted_server
 
 from openpendant.tools.pendants.client import PendantClient
 
 
-@pytest_asyncio.fixture
+@pytest.fixture
 async def server() -> AsyncIterator[ScriptedPendantServer]:
     async with scripted_server() as running:
         yield running
 
 
-@pytest_asyncio.fixture
+@pytest.fixture
 async def pendant(server: ScriptedPendantServer) -> AsyncIterator[PendantClient]:
     async with await PendantClient.connect("127.0.0.1", server.port) as connected:
         await connected.next_state()
         yield connected
+
+
+@pytest.fixture
+def rig() -> PanelRig:
+    return PanelRig()

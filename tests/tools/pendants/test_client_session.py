@@ -10,24 +10,7 @@ import pytest
 from rigs.peers.scripted_pendant_server import SESSION, ScriptedPendantServer
 
 from openpendant.simplemsg import Message, Ping
-from openpendant.simplemsg.pendant import (
-    AuthorityChanged,
-    AuthorityReason,
-    Capability,
-    Hello,
-    Home,
-    Login,
-    LoginKind,
-    Management,
-    ModeChanged,
-    OperatingMode,
-    ProgramReport,
-    ProgramState,
-    SetMode,
-    State,
-    StopChanged,
-    StopKind,
-)
+from openpendant.simplemsg import pendant as messages
 from openpendant.simplemsg.verdicts import VerdictCode
 from openpendant.tools.pendants.client import (
     ConnectionLost,
@@ -39,14 +22,14 @@ from openpendant.tools.pendants.client import (
     WrongArgument,
 )
 
-pytestmark = [pytest.mark.virtual_clock, pytest.mark.asyncio]
+pytestmark = pytest.mark.virtual_clock
 
 
 async def test_hello_says_cell_name_and_rate(server: ScriptedPendantServer) -> None:
     async with await PendantClient.connect(
         "127.0.0.1", server.port, client="mine", cell="left", state_rate=50
     ) as pendant:
-        hello = server.one(Hello)
+        hello = server.one(messages.Hello)
         assert (hello.protocol_version, hello.client, hello.cell, hello.state_rate) == (
             2,
             "mine",
@@ -54,19 +37,20 @@ async def test_hello_says_cell_name_and_rate(server: ScriptedPendantServer) -> N
             50.0,
         )
         assert pendant.hello.session == SESSION
-        assert pendant.offers(Capability.JOG)
-        assert not pendant.offers(Capability.RECORDING)
+        assert pendant.offers(messages.Capability.JOG)
+        assert not pendant.offers(messages.Capability.RECORDING)
 
 
 @pytest.mark.parametrize(
-    ("secret", "kind"), [("password", LoginKind.PASSWORD), ("pairing", LoginKind.PAIRING)]
+    ("secret", "kind"),
+    [("password", messages.LoginKind.PASSWORD), ("pairing", messages.LoginKind.PAIRING)],
 )
 async def test_a_secret_is_shown_after_hello(
-    server: ScriptedPendantServer, secret: str, kind: LoginKind
+    server: ScriptedPendantServer, secret: str, kind: messages.LoginKind
 ) -> None:
     options: dict[str, Any] = {secret: "canary 7"}
     async with await PendantClient.connect("127.0.0.1", server.port, user="ada", **options):
-        login = server.one(Login)
+        login = server.one(messages.Login)
     assert (login.kind, login.name, login.secret) == (kind, "ada", "canary 7")
 
 
@@ -78,13 +62,13 @@ async def test_a_guest_without_a_name_is_called_as_the_pendant(
         "127.0.0.1", server.port, client="bench 2", user=user, pairing="ABC234"
     ) as pendant:
         await pendant.login("", pairing="ABC234")
-    assert [login.name for login in server.all(Login)] == [user or "bench 2", "bench 2"]
+    assert [login.name for login in server.all(messages.Login)] == [user or "bench 2", "bench 2"]
 
 
 async def test_a_wrong_password_is_refused_and_the_connection_closed(
     server: ScriptedPendantServer,
 ) -> None:
-    server.refusals[Login] = (VerdictCode.LOGIN_FAILED, "no such name or password")
+    server.refusals[messages.Login] = (VerdictCode.LOGIN_FAILED, "no such name or password")
     with pytest.raises(Refused) as refused:
         await PendantClient.connect("127.0.0.1", server.port, user="ada", password="canary 7")
     assert refused.value.code is VerdictCode.LOGIN_FAILED
@@ -128,10 +112,16 @@ async def test_news_reach_their_callbacks(
     pendant.on_program = heard.append
     pendant.on_authority = heard.append
     news = [
-        StopChanged(stop=StopKind.SOFTWARE, session=3, client="other", reason="why"),
-        ModeChanged(mode=OperatingMode.AUTOMATIC, session=3, client="other"),
-        ProgramReport(state=ProgramState.RUNNING, line=4, loop=1, revision=2, program="p", text=""),
-        AuthorityChanged(holder=3, reason=AuthorityReason.GRANTED, client="other"),
+        messages.StopChanged(
+            stop=messages.StopKind.SOFTWARE, session=3, client="other", reason="why"
+        ),
+        messages.ModeChanged(mode=messages.OperatingMode.AUTOMATIC, session=3, client="other"),
+        messages.ProgramReport(
+            state=messages.ProgramState.RUNNING, line=4, loop=1, revision=2, program="p", text=""
+        ),
+        messages.AuthorityChanged(
+            holder=3, reason=messages.AuthorityReason.GRANTED, client="other"
+        ),
     ]
     for message in news:
         server.send(message)
@@ -146,7 +136,7 @@ async def test_a_callback_that_raises_is_reported_and_breaks_nothing(
     loop = asyncio.get_running_loop()
     loop.set_exception_handler(lambda _, context: reports.append(context))
 
-    def stumble(state: State) -> None:
+    def stumble(state: messages.State) -> None:
         raise ZeroDivisionError(state.sequence)
 
     pendant.on_state = stumble
@@ -162,7 +152,7 @@ async def test_a_management_request_is_answered_by_a_dictionary(
 ) -> None:
     server.answers["cells"] = {"cells": []}
     assert await pendant.manage({"op": "cells"}) == {"cells": []}
-    assert server.one(Management).body == b'{"op": "cells"}'
+    assert server.one(messages.Management).body == b'{"op": "cells"}'
 
 
 async def test_a_refused_management_request_raises_its_code(pendant: PendantClient) -> None:
@@ -178,7 +168,7 @@ async def test_a_request_that_is_no_json_never_leaves(
 ) -> None:
     with pytest.raises(WrongArgument, match="no JSON"):
         await pendant.manage(request_)
-    assert server.all(Management) == []
+    assert server.all(messages.Management) == []
 
 
 async def test_waiting_for_a_state_that_never_comes_ends_and_says_so(
@@ -225,7 +215,7 @@ async def test_whoever_is_sent_away_waits_for_no_state_until_he_has_logged_in(
             await wait
         assert refused.value.code is VerdictCode.LOGIN_NEEDED
     await pendant.login("kim", pairing="ABC234")
-    assert isinstance(await pendant.next_state(), State)
+    assert isinstance(await pendant.next_state(), messages.State)
 
 
 # How long it waits, for what, and what it says when it has waited long enough.
@@ -262,23 +252,23 @@ async def test_a_dry_run_that_waits_for_others_is_answered_at_last(
     server: ScriptedPendantServer, pendant: PendantClient
 ) -> None:
     server.answers["programs.dry_run"] = {"duration": 1.5}
-    think(server, Management, LONG)
+    think(server, messages.Management, LONG)
     assert await pendant.manage({"op": "programs.dry_run", "name": "p"}) == {"duration": 1.5}
 
 
 async def test_a_motion_that_is_planned_late_tells_its_outcome(
     server: ScriptedPendantServer, pendant: PendantClient
 ) -> None:
-    think(server, Home, LONG)
+    think(server, messages.Home, LONG)
     assert (await (await pendant.home()).done()).motion_time == 0.5
 
 
 async def test_what_is_not_planned_and_not_answered_does_not_claim_a_lost_link(
     server: ScriptedPendantServer, pendant: PendantClient
 ) -> None:
-    think(server, SetMode, LONG)
+    think(server, messages.SetMode, LONG)
     with pytest.raises(Unanswered, match="no verdict within 35 s; the request may be carried out"):
-        await pendant.set_mode(OperatingMode.AUTOMATIC)
+        await pendant.set_mode(messages.OperatingMode.AUTOMATIC)
     await pendant.pause()
 
 
@@ -288,7 +278,7 @@ HUNG = ["snapshot", "why", "users.list", "access.sessions", "programs.list", "pr
 async def test_operations_that_are_not_planned_and_not_answered_are_given_up_after_35_s(
     server: ScriptedPendantServer, pendant: PendantClient
 ) -> None:
-    think(server, Management, 2 * LONG)
+    think(server, messages.Management, 2 * LONG)
     began = asyncio.get_running_loop().time()
 
     async def given_up(op: str) -> float:
@@ -373,7 +363,7 @@ async def test_whoever_waits_for_states_that_a_living_server_does_not_send_hears
     assert 4.0 < asyncio.get_running_loop().time() - began < 8.0
     server.tell_state()
     asyncio.get_running_loop().call_later(3.0, server.tell_state)
-    assert isinstance(await pendant.next_state(), State)
+    assert isinstance(await pendant.next_state(), messages.State)
 
 
 async def first_without(server: ScriptedPendantServer) -> PendantClient:
@@ -437,7 +427,11 @@ async def test_states_that_nobody_asked_for_are_not_waited_for(
 
 
 def logged_out(server: ScriptedPendantServer, holder: int) -> None:
-    server.send(AuthorityChanged(holder=holder, reason=AuthorityReason.LOGGED_OUT, client=""))
+    server.send(
+        messages.AuthorityChanged(
+            holder=holder, reason=messages.AuthorityReason.LOGGED_OUT, client=""
+        )
+    )
 
 
 @pytest.mark.parametrize(

@@ -134,7 +134,6 @@ async def _manage(request: dict[str, Any]) -> dict[str, Any]:
     return {**request, "holds": ["one"]}
 
 
-@pytest.mark.asyncio
 async def test_an_awaited_call_returns_the_reply_or_the_part_of_it_that_is_meant() -> None:
     group = Group(AsyncCalls(_manage))
     sent: Mapping[str, Any] = await group.save("weld", "text", 3, part=2)

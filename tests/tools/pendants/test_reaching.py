@@ -59,14 +59,12 @@ def test_a_failure_to_connect_says_where_and_what_to_do(
         raise told
 
 
-@pytest.mark.asyncio
 @pytest.mark.parametrize("port", [0, 65_536, -1, True, 11010.0, "11010"])
 async def test_what_is_no_port_is_not_tried(port: Any) -> None:
     with pytest.raises(WrongArgument, match="accepted: a whole number from 1 to 65535"):
         await PendantClient.connect("127.0.0.1", port)
 
 
-@pytest.mark.asyncio
 @pytest.mark.parametrize("host", ["a" * 70, "nul\0inside"])
 async def test_what_cannot_be_a_host_is_named(host: str) -> None:
     with pytest.raises(WrongArgument, match="is no host"):
@@ -110,7 +108,6 @@ async def peer(talk: Callable[[asyncio.StreamWriter], None]) -> AsyncIterator[in
 
 
 @pytest.mark.virtual_clock
-@pytest.mark.asyncio
 async def test_a_peer_that_says_nothing_is_given_up_after_ten_seconds() -> None:
     began = asyncio.get_running_loop().time()
     async with peer(lambda _: None) as port:
@@ -120,7 +117,6 @@ async def test_a_peer_that_says_nothing_is_given_up_after_ten_seconds() -> None:
 
 
 @pytest.mark.virtual_clock
-@pytest.mark.asyncio
 @pytest.mark.parametrize("banner", [b"SSH-2.0-OpenSSH_9.6\r\n", b""])
 async def test_a_peer_that_ends_the_connection_may_want_tls_or_is_no_pendant_port(
     banner: bytes,
@@ -137,7 +133,6 @@ async def test_a_peer_that_ends_the_connection_may_want_tls_or_is_no_pendant_por
 
 
 @pytest.mark.realtime
-@pytest.mark.asyncio
 async def test_a_port_of_a_controller_is_not_a_pendant_port() -> None:
     async with running_emulator() as emulator:
         for port in (emulator.motion_port, emulator.state_port):
@@ -147,7 +142,6 @@ async def test_a_port_of_a_controller_is_not_a_pendant_port() -> None:
 
 
 @pytest.mark.realtime
-@pytest.mark.asyncio
 async def test_plain_and_tls_ends_tell_each_other_s_user_what_to_change(tmp_path: Path) -> None:
     certificate, key = make_certificate(tmp_path)
     secured = ssl.SSLContext(ssl.PROTOCOL_TLS_SERVER)

@@ -14,15 +14,7 @@ import pytest
 from rigs.clock.busy_machine import SCALE
 from rigs.peers.scripted_pendant_server import ScriptedPendantServer, scripted_server
 
-from openpendant.simplemsg.pendant import (
-    Enabling,
-    EnablingPosition,
-    JogBeat,
-    JogRelease,
-    JogStart,
-    OperatingMode,
-    SetMode,
-)
+from openpendant.simplemsg import pendant as messages
 from openpendant.simplemsg.verdicts import VerdictCode
 from openpendant.tools.pendants import loop_thread
 from openpendant.tools.pendants.client import ConnectionLost, PendantClient, Refused
@@ -107,14 +99,14 @@ def test_a_jog_is_held_while_the_program_waits_and_released_after(
     with pendant.enabling(), pendant.jog({0: 0.5}) as jog:
         for _ in range(100):  # three times 0.1 s, and more where the machine is busy
             jog.hold(0.1)
-            if len(server.all(JogBeat)) >= BEATS:
+            if len(server.all(messages.JogBeat)) >= BEATS:
                 break
     assert jog.account is not None
-    beats = server.times(JogBeat)
+    beats = server.times(messages.JogBeat)
     assert len(beats) >= BEATS
     assert statistics.median(after - before for before, after in pairwise(beats)) < 0.1 * SCALE
-    assert len(server.all(JogRelease)) == 1
-    until(lambda: server.all(Enabling)[-1].position == EnablingPosition.RELEASED)
+    assert len(server.all(messages.JogRelease)) == 1
+    until(lambda: server.all(messages.Enabling)[-1].position == messages.EnablingPosition.RELEASED)
 
 
 def test_an_error_in_the_block_releases_the_jog(
@@ -122,7 +114,7 @@ def test_an_error_in_the_block_releases_the_jog(
 ) -> None:
     with pytest.raises(ZeroDivisionError), pendant.jog_tool(z=0.5):
         _ = 1 / 0
-    assert len(server.all(JogRelease)) == 1
+    assert len(server.all(messages.JogRelease)) == 1
 
 
 def test_a_program_that_hangs_lets_go_after_the_bound(
@@ -134,18 +126,18 @@ def test_a_program_that_hangs_lets_go_after_the_bound(
     keeps client or server from running for so long; most often the difference is below the bound.
     """
     with pendant.jog({0: 0.5}, longest=LONGEST):
-        until(lambda: server.times(JogBeat))
+        until(lambda: server.times(messages.JogBeat))
         time.sleep(LONGEST + 0.5 * SCALE)
-        start, last = server.times(JogStart)[0], server.times(JogBeat)[-1]
+        start, last = server.times(messages.JogStart)[0], server.times(messages.JogBeat)[-1]
     assert last - start < LONGEST + 0.25 * SCALE
 
 
 def test_a_refused_call_raises_in_the_callers_thread(
     server: ScriptedPendantServer, pendant: SyncPendantClient
 ) -> None:
-    server.refusals[SetMode] = (VerdictCode.NOT_IN_CONTROL, "nobody is")
+    server.refusals[messages.SetMode] = (VerdictCode.NOT_IN_CONTROL, "nobody is")
     with pytest.raises(Refused, match="nobody is"):
-        pendant.set_mode(OperatingMode.AUTOMATIC)
+        pendant.set_mode(messages.OperatingMode.AUTOMATIC)
 
 
 def test_states_are_yielded_and_never_twice(pendant: SyncPendantClient) -> None:

@@ -1,3 +1,5 @@
+"""The dissector in tshark: every field as our codec decodes it, columns, ports; no error in Lua."""
+
 import json
 import random
 import struct
@@ -14,34 +16,24 @@ from rigs.data.tshark_captures import (
     dissect,
     dissect_parts,
     run_tshark,
+    write_parts,
     write_pcap,
 )
 
-from openpendant.simplemsg import (
-    DIALECTS,
-    MOTOMAN,
-    PENDANT,
-    STANDARD,
-    BodyFault,
-    ByteOrder,
-    Codec,
-    Dialect,
-    HeaderFault,
-    Opaque,
-    codec_for,
-)
+from openpendant import simplemsg as wire
 from openpendant.simplemsg.framing import HEADER_SIZE
 from openpendant.simplemsg.motoman import MotomanGroup, MotomanJointTrajPtFullEx
-from openpendant.simplemsg.pendant import SoftwareStop
+from openpendant.simplemsg.pendant import Management, SoftwareStop
+from openpendant.tools.reference.dissector import PORTS
 from openpendant.tools.reference.messages import ALL_MESSAGES
+from openpendant.tools.reference.samples import sample
 from openpendant.tools.reference.vectors import vector_files
 
-EVERYTHING = Dialect("everything", ALL_MESSAGES)
-LITTLE = codec_for(STANDARD)
-PENDANT_LITTLE = codec_for(PENDANT)
+EVERYTHING = wire.Dialect("everything", ALL_MESSAGES)
+LITTLE = wire.codec_for(wire.STANDARD)
+PENDANT_LITTLE = wire.codec_for(wire.PENDANT)
 
-
-Packet = tuple[bytes, Codec]
+Packet = tuple[bytes, wire.Codec]
 
 
 def _golden_packets() -> list[Packet]:
@@ -49,11 +41,17 @@ def _golden_packets() -> list[Packet]:
 
 
 def _captured_packets() -> list[Packet]:
-    captures = {"capture-industrial-robot-client": STANDARD, "capture-motoman-driver": MOTOMAN}
+    captures = {
+        "capture-industrial-robot-client": wire.STANDARD,
+        "capture-motoman-driver": wire.MOTOMAN,
+    }
     return [
         (
             bytes.fromhex(item["hex"]),
-            codec_for(dialect, ByteOrder.BIG if "bswap" in item["scenario"] else ByteOrder.LITTLE),
+            wire.codec_for(
+                dialect,
+                wire.ByteOrder.BIG if "bswap" in item["scenario"] else wire.ByteOrder.LITTLE,
+            ),
         )
         for file, dialect in captures.items()
         for item in load(file)
@@ -67,8 +65,8 @@ def _exported_packets() -> list[Packet]:
         if not file.endswith(".json"):
             continue
         dialect, order, real = file.removesuffix(".json").split("-")
-        byte_order = ByteOrder.LITTLE if order == "le" else ByteOrder.BIG
-        codec = codec_for(DIALECTS[dialect], byte_order, int(real[1:]) // 8)
+        byte_order = wire.ByteOrder.LITTLE if order == "le" else wire.ByteOrder.BIG
+        codec = wire.codec_for(wire.DIALECTS[dialect], byte_order, int(real[1:]) // 8)
         found += [(bytes.fromhex(entry["hex"]), codec) for entry in json.loads(text)]
     return found
 
@@ -91,7 +89,6 @@ PACKETS: dict[str, tuple[Callable[[], list[Packet]], int]] = {
     "exported": (_exported_packets, 300),
 }
 """What tshark gets, each frame in a segment of its own, and how many there are at least."""
-
 
 TEXTS = [
     *(b"", b"plain", b"\xc2\x80", b"\xdf\xbf", b"\xe0\xa0\x80", b"\xed\x9f\xbf", b"\xee\x80\x80"),
@@ -119,9 +116,9 @@ def _with_groups(meant: int) -> list[Packet]:
     frames = []
     for records in range(1, 5):
         point = MotomanJointTrajPtFullEx(records, 5, groups[:records])
-        frame = bytearray(codec_for(MOTOMAN).encode(point))
+        frame = bytearray(wire.codec_for(wire.MOTOMAN).encode(point))
         struct.pack_into("<i", frame, HEADER_SIZE, meant)
-        frames.append((bytes(frame), codec_for(MOTOMAN)))
+        frames.append((bytes(frame), wire.codec_for(wire.MOTOMAN)))
     return frames
 
 
@@ -242,16 +239,16 @@ def _harmed(chance: random.Random, share: int) -> Iterator[bytes]:
         yield bytes(known)
 
 
-def _fitting_codec(frame: bytes) -> Codec:
+def _fitting_codec(frame: bytes) -> wire.Codec:
     """Return a codec of all messages, in the first width of reals that the body fits."""
     little = HEADER_SIZE - 4 <= int.from_bytes(frame[:4], "little") <= 65_535
-    byte_order = ByteOrder.LITTLE if little else ByteOrder.BIG
-    codecs = [codec_for(EVERYTHING, byte_order, real_size) for real_size in (4, 8)]
+    byte_order = wire.ByteOrder.LITTLE if little else wire.ByteOrder.BIG
+    codecs = [wire.codec_for(EVERYTHING, byte_order, real_size) for real_size in (4, 8)]
     for codec in codecs:
         try:
-            if not isinstance(codec.decode(frame), Opaque):
+            if not isinstance(codec.decode(frame), wire.Opaque):
                 return codec
-        except (HeaderFault, BodyFault):
+        except (wire.HeaderFault, wire.BodyFault):
             continue
     return codecs[0]
 
@@ -281,3 +278,112 @@ def test_random_bytes_in_random_segments_raise_nothing(
     harmed = b"".join(_harmed(chance, share))
     write_pcap(tmp_path / "random.pcap", streams + _cut(harmed, [1, 100, 1_000, 17, 3]))
     run_tshark(script, tmp_path / "random.pcap", "-V")
+
+
+def _columns(script: Path, pcap: Path, *options: str) -> list[list[str]]:
+    printed = run_tshark(
+        script, pcap, "-T", "fields", "-e", "_ws.col.Protocol", "-e", "_ws.col.Info", *options
+    )
+    return [line.split("\t") for line in printed.splitlines()]
+
+
+def _from(port: int, frame: bytes, *, to_server: bool = True) -> Segment:
+    return Segment(frame, port=port, to_server=to_server)
+
+
+BODY = '{"op": "größer"}'
+FIRST_FRAMES = (wire.Status, SoftwareStop)
+FOREIGN = (b"GET / HTTP/1.1\r\n\r\n", bytes(64), b"\x10\0\0\0" + b"\x77" * 16)
+UNREGISTERED = _from(33_333, struct.pack("<4i", 12, 77, 1, 0))
+
+SHOWN_PARTS: dict[str, list[Segment]] = {
+    "stop": [
+        _from(11010, PENDANT_LITTLE.encode(SoftwareStop(request_id=7, reason=""))),
+        _from(11010, PENDANT_LITTLE.encode(wire.HeaderOnly(65014, reply_code=2)), to_server=False),
+    ],
+    "two": [
+        Segment(
+            LITTLE.encode(wire.Ping())
+            + LITTLE.encode(wire.Ping(comm_type=wire.CommType.REPLY, reply_code=1))
+        )
+    ],
+    "status": [Segment(LITTLE.encode(wire.Status(1, 0, 0, -1, 0, 2, 1)))],
+    "json": [_from(11010, PENDANT_LITTLE.encode(Management(1, BODY.encode())))],
+    **{
+        cls.__name__: [_from(33_333, PENDANT_LITTLE.encode(sample(cls)))] * 2
+        for cls in FIRST_FRAMES
+    },
+    **{f"foreign {number}": [_from(33_333, first)] for number, first in enumerate(FOREIGN)},
+    "unregistered": [UNREGISTERED],
+}
+"""Captures that are read with the usual options, in one run of tshark."""
+
+
+@pytest.fixture(name="shown", scope="module")
+def _shown(script: Path, tmp_path_factory: pytest.TempPathFactory) -> dict[str, list[Dissected]]:
+    return dissect_parts(script, tmp_path_factory.mktemp("parts") / "parts.pcap", SHOWN_PARTS)
+
+
+def test_the_info_column_names_what_was_asked_and_answered_and_each_frame_of_a_segment(
+    script: Path, tmp_path: Path
+) -> None:
+    write_parts(tmp_path / "info.pcap", {name: SHOWN_PARTS[name] for name in ("stop", "two")})
+    assert _columns(script, tmp_path / "info.pcap") == [
+        ["SimpleMessage", "software_stop(65014) request request_id=7  "],
+        ["SimpleMessage", "software_stop(65014) reply FAILURE  "],
+        ["SimpleMessage", "ping(1) request  ping(1) reply SUCCESS  "],
+    ]
+
+
+def test_special_values_have_their_names(shown: dict[str, list[Dissected]]) -> None:
+    (status,) = shown["status"]
+    labels = {one.name.rpartition(".")[2]: one.label for one in status.body()}
+    assert labels["in_error"] == "in_error: UNKNOWN (-1)"
+    assert labels["mode"] == "mode: AUTO (2)"
+
+
+def test_a_json_body_is_text(shown: dict[str, list[Dissected]]) -> None:
+    (found,) = shown["json"]
+    assert found.find("management.body") == [BODY]
+
+
+def test_reals_of_eight_bytes_can_be_demanded(script: Path, tmp_path: Path) -> None:
+    write_pcap(tmp_path / "four.pcap", [Segment(LITTLE.encode(sample(wire.JointPosition)))])
+    (shown,) = dissect(script, tmp_path / "four.pcap", "-o", "openpendant.real_size:8 bytes")
+    assert shown.body() == []
+    assert len(shown.find("body_fault") + shown.find("other_reply")) == 1
+
+
+# Ports.
+
+
+def test_every_usual_port_is_registered(script: Path, tmp_path: Path) -> None:
+    frame = LITTLE.encode(wire.Ping())
+    ports = [11000, 11002, 11010, 12000, 12002, 50240, 50241, 50242]
+    assert PORTS == "11000,11002,11010,12000,12002,50240-50242"
+    segments = [Segment(frame, stream=port, port=port) for port in ports]
+    write_pcap(tmp_path / "ports.pcap", segments)
+    rows = _columns(script, tmp_path / "ports.pcap", "--disable-heuristic", "openpendant_tcp")
+    assert [row[0] for row in rows] == ["SimpleMessage"] * len(ports)
+
+
+@pytest.mark.parametrize("cls", FIRST_FRAMES)
+def test_a_stream_on_any_port_is_recognised_by_its_first_frame(
+    cls: type[wire.Message], shown: dict[str, list[Dissected]]
+) -> None:
+    assert len(shown[cls.__name__]) == 2
+
+
+@pytest.mark.parametrize("number", range(len(FOREIGN)))
+def test_other_protocols_on_other_ports_are_left_alone(
+    number: int, shown: dict[str, list[Dissected]]
+) -> None:
+    assert shown[f"foreign {number}"] == []
+
+
+def test_the_ports_can_be_chosen(
+    script: Path, tmp_path: Path, shown: dict[str, list[Dissected]]
+) -> None:
+    assert shown["unregistered"] == []
+    write_pcap(tmp_path / "chosen.pcap", [UNREGISTERED])
+    assert len(dissect(script, tmp_path / "chosen.pcap", "-o", "openpendant.ports:33333")) == 1

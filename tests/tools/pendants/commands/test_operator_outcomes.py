@@ -1,4 +1,4 @@
-"""What the commands of an operator end with: exit codes, authority, and what an interrupt does.
+"""The commands of an operator: arguments, exit codes, authority, and what an interrupt does.
 
 The connection is a scripted one; `tests/system/test_operator_commands.py` has a running cell.
 """
@@ -7,6 +7,7 @@ from __future__ import annotations
 
 import asyncio
 import io
+import json
 from collections.abc import AsyncIterator, Awaitable, Callable
 from contextlib import asynccontextmanager
 from dataclasses import dataclass, field
@@ -15,22 +16,15 @@ from typing import Any
 import pytest
 
 from openpendant.simplemsg.verdicts import VerdictCode as V
-from openpendant.tools.pendants.client import (
-    Aborted,
-    ConnectionLost,
-    PendantClient,
-    Refused,
-    StateSilent,
-    WrongArgument,
-)
-from openpendant.tools.pendants.commands import home, reset, running, stop
+from openpendant.tools.pendants import client
+from openpendant.tools.pendants.commands import home, reset, run, running, stop
 from openpendant.tools.pendants.motions import MotionResult
 
 LATCHED = {"client": "ann", "reason": "tea"}
 
 
-def refused(code: V) -> Refused:
-    return Refused(code, "so it is", -1, 0.0, 0.0)
+def refused(code: V) -> client.Refused:
+    return client.Refused(code, "so it is", -1, 0.0, 0.0)
 
 
 @dataclass
@@ -101,7 +95,7 @@ def pendant(monkeypatch: pytest.MonkeyPatch) -> Scripted:
         await it.do("connect")
         return it
 
-    monkeypatch.setattr(PendantClient, "connect", connect)
+    monkeypatch.setattr(client.PendantClient, "connect", connect)
     return it
 
 
@@ -120,9 +114,9 @@ def test_a_server_that_says_nothing_ends_a_command_with_69(
 ) -> None:
     async def silent(*_: object, **__: object) -> None:
         await asyncio.sleep(0.5)
-        raise ConnectionLost("it ended")
+        raise client.ConnectionLost("it ended")
 
-    monkeypatch.setattr(PendantClient, "connect", silent)
+    monkeypatch.setattr(client.PendantClient, "connect", silent)
     monkeypatch.setattr(running, "CONNECT_WITHIN", 0.01)
     assert home.main([]) == 69
     assert "no answer within 0.01 s" in capsys.readouterr().err
@@ -142,7 +136,7 @@ def test_who_interrupts_a_command_gets_130(pendant: Scripted) -> None:
 
 
 def test_what_cannot_be_used_is_wrong_usage(pendant: Scripted) -> None:
-    pendant.fails["connect"] = WrongArgument("too long")
+    pendant.fails["connect"] = client.WrongArgument("too long")
     assert home.main([]) == 2
 
 
@@ -245,8 +239,8 @@ def test_the_authority_is_held_around_what_needs_it(pendant: Scripted) -> None:
         ("control", refused(V.HELD_BY_OTHER), 1),
         ("home", refused(V.STOP_LATCHED), 1),
         ("home", refused(V.NO_MOTION), 0),
-        ("done", Aborted(V.STOPPED, "", -1, 0.0, 0.0), 1),
-        ("done", ConnectionLost("it is gone"), 69),
+        ("done", client.Aborted(V.STOPPED, "", -1, 0.0, 0.0), 1),
+        ("done", client.ConnectionLost("it is gone"), 69),
     ],
 )
 def test_a_motion_ends_with_the_code_of_its_outcome(
@@ -291,7 +285,70 @@ def test_who_cannot_end_a_motion_stops_the_robot(
 def test_a_robot_that_is_not_seen_at_rest_is_stopped_again_and_told_of(
     interrupted: Scripted, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    interrupted.fails["wait_until"] = StateSilent("no states come")
+    interrupted.fails["wait_until"] = client.StateSilent("no states come")
     assert home.main([]) == 69
     assert "stop" in interrupted.asked
     assert "look at the robot" in capsys.readouterr().err
+
+
+Main = Callable[[list[str]], int]
+
+COMMANDS: dict[str, tuple[Main, list[str]]] = {
+    "stop": (stop.main, []),
+    "reset": (reset.main, ["--yes"]),
+    "home": (home.main, []),
+    "run": (run.main, ["cutting"]),
+}
+
+
+@pytest.fixture
+def nobody(unused_tcp_port: int) -> list[str]:
+    return ["--server", f"127.0.0.1:{unused_tcp_port}"]
+
+
+@pytest.mark.parametrize("name", COMMANDS)
+def test_nobody_there_is_a_sentence_and_exit_code_69(
+    name: str, nobody: list[str], capsys: pytest.CaptureFixture[str]
+) -> None:
+    main, more = COMMANDS[name]
+    assert main([*more, *nobody]) == 69
+    said = capsys.readouterr()
+    assert said.out == ""
+    assert said.err.startswith(f"openpendant {name}: nobody listens at 127.0.0.1:")
+
+
+def test_a_stop_that_reached_nobody_names_the_emergency_stop(
+    nobody: list[str], capsys: pytest.CaptureFixture[str]
+) -> None:
+    stop.main(nobody)
+    assert "use the controller's own emergency stop" in capsys.readouterr().err
+
+
+@pytest.mark.parametrize("name", COMMANDS)
+def test_json_tells_a_failure_as_one_object(
+    name: str, nobody: list[str], capsys: pytest.CaptureFixture[str]
+) -> None:
+    main, more = COMMANDS[name]
+    main([*more, *nobody, "--json"])
+    assert json.loads(capsys.readouterr().out)["event"] == "unavailable"
+
+
+NO_SERVERS = ("127.0.0.1:0", ":11010", "host:port", "host:65536")
+NO_SPEEDS = ("0", "1.01", "-0.1", "nan", "fast")
+
+
+@pytest.mark.parametrize(
+    ("name", "option", "wrong"),
+    [
+        *((name, "--server", wrong) for name in COMMANDS for wrong in NO_SERVERS),
+        *((name, "--speed", wrong) for name in ("home", "run") for wrong in NO_SPEEDS),
+        ("stop", "--user", "otto"),
+    ],
+)
+def test_what_is_no_server_no_speed_or_no_option_is_wrong_usage(
+    name: str, option: str, wrong: str
+) -> None:
+    main, more = COMMANDS[name]
+    with pytest.raises(SystemExit) as ended:
+        main([*more, option, wrong])
+    assert ended.value.code == 2

@@ -10,7 +10,6 @@ from openpendant.simplemsg.verdicts import VerdictCode
 from openpendant.tools.pendants.client import Refused
 from openpendant.tools.pendants.terminal.keyboard import KEYBOARD
 from openpendant.tools.pendants.terminal.wording import (
-    connection_refused,
     in_screen_units,
     is_hopeless,
     refusal_line,
@@ -128,8 +127,3 @@ def test_quantities_of_a_sentence_are_in_degrees_and_millimetres(sentence: str, 
 )
 def test_only_what_time_may_heal_is_tried_again(code: int, hopeless: bool) -> None:
     assert is_hopeless(Refused(code, "", -1, 0.0, 0.0)) is hopeless
-
-
-def test_a_room_of_several_cells_is_told_with_the_option_that_names_one() -> None:
-    refused = Refused(VerdictCode.UNKNOWN_CELL, "name a cell; here: left, right", -1, 0.0, 0.0)
-    assert connection_refused(refused) == "name a cell; here: left, right; choose one: --cell NAME"

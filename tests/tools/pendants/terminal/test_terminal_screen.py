@@ -9,7 +9,6 @@ from contextlib import asynccontextmanager
 from typing import Any
 
 import pytest
-import pytest_asyncio
 from rigs.cells.panel_rig import DRY_RUN
 from rigs.peers.scripted_pendant_server import ScriptedPendantServer, scripted_server
 from textual import events
@@ -17,27 +16,13 @@ from textual.geometry import Region
 from textual.pilot import Pilot
 from textual.widgets import Static
 
-from openpendant.simplemsg.pendant import (
-    Authority,
-    Enabling,
-    EnablingPosition,
-    Home,
-    JogBeat,
-    JogStart,
-    JogStep,
-    Management,
-    ProgramRun,
-    SetMode,
-    SoftwareStop,
-    StopChanged,
-    StopKind,
-)
+from openpendant.simplemsg import pendant as messages
 from openpendant.simplemsg.verdicts import VerdictCode
 from openpendant.tools.pendants.client import PendantClient, PendantError, Refused, WrongArgument
 from openpendant.tools.pendants.terminal.app import PendantApp
 from openpendant.tools.pendants.terminal.panel import Panel
 
-pytestmark = [pytest.mark.realtime, pytest.mark.asyncio]
+pytestmark = pytest.mark.realtime
 
 SCALE = float(os.environ.get("OPENPENDANT_TIME_SCALE", "1"))
 
@@ -114,7 +99,7 @@ async def screen(size: tuple[int, int] = (120, 40)) -> AsyncIterator[Screen]:
             yield shown
 
 
-@pytest_asyncio.fixture
+@pytest.fixture
 async def shown() -> AsyncIterator[Screen]:
     async with screen() as shown:
         yield shown
@@ -147,19 +132,19 @@ async def test_a_terminal_of_24_rows_shows_refusals_joints_and_the_keys_that_mat
 
 async def test_a_jog_key_becomes_a_step(shown: Screen) -> None:
     await shown.jog_keys("w")
-    await shown.until(lambda: shown.server.all(JogStep))
-    assert shown.server.one(JogStep).values[1] == pytest.approx(0.0087266, abs=1e-6)
+    await shown.until(lambda: shown.server.all(messages.JogStep))
+    assert shown.server.one(messages.JogStep).values[1] == pytest.approx(0.0087266, abs=1e-6)
 
 
 async def test_a_held_key_becomes_presses_without_a_single_beat(shown: Screen) -> None:
     await shown.keys("slash")
     await shown.jog_keys(*"qqqqq")
-    await shown.until(lambda: shown.server.all(JogStart))
+    await shown.until(lambda: shown.server.all(messages.JogStart))
     await asyncio.sleep(0.3)
-    presses = shown.server.all(JogStart)
+    presses = shown.server.all(messages.JogStart)
     assert presses[0].values[0] == 1.0
     assert all(0.05 <= press.deadline <= 0.2500001 for press in presses)
-    assert shown.server.all(JogBeat) == []
+    assert shown.server.all(messages.JogBeat) == []
 
 
 async def test_a_stroke_is_dropped_while_a_press_waits_for_its_verdict(shown: Screen) -> None:
@@ -167,31 +152,35 @@ async def test_a_stroke_is_dropped_while_a_press_waits_for_its_verdict(shown: Sc
     shown.server.mutes = True
     shown.server.tell_state()  # or what is shown is stale where the machine stalls
     await shown.jog_keys(*"qqqq")
-    await shown.until(lambda: shown.server.all(JogStart))
+    await shown.until(lambda: shown.server.all(messages.JogStart))
     await asyncio.sleep(0.1)
-    assert len(shown.server.all(JogStart)) == 1
+    assert len(shown.server.all(messages.JogStart)) == 1
     await shown.keys("space")
-    await shown.until(lambda: shown.server.all(SoftwareStop))
+    await shown.until(lambda: shown.server.all(messages.SoftwareStop))
 
 
 @pytest.mark.parametrize("before", [(), ("n", "a"), ("m",), ("tab",)])
 async def test_the_space_bar_stops_from_everywhere(before: tuple[str, ...], shown: Screen) -> None:
     await shown.keys(*before, "space")
-    await shown.until(lambda: shown.server.all(SoftwareStop))
-    assert shown.server.one(SoftwareStop).reason == "space bar"
+    await shown.until(lambda: shown.server.all(messages.SoftwareStop))
+    assert shown.server.one(messages.SoftwareStop).reason == "space bar"
 
 
 async def test_enabling_is_repeated_and_let_go(shown: Screen) -> None:
     await shown.keys("v")
-    await shown.until(lambda: len(shown.server.all(Enabling)) > 5)
+    await shown.until(lambda: len(shown.server.all(messages.Enabling)) > 5)
     await shown.until(lambda: "HELD" in shown.text("jog"))
     await shown.keys("escape")
-    await shown.until(lambda: shown.server.all(Enabling)[-1].position == EnablingPosition.RELEASED)
+    await shown.until(
+        lambda: (
+            shown.server.all(messages.Enabling)[-1].position == messages.EnablingPosition.RELEASED
+        )
+    )
 
 
 async def test_a_refusal_is_shown_with_its_remedy_and_lets_enabling_go(shown: Screen) -> None:
     await shown.keys("v")
-    shown.server.refusals[JogStep] = (VerdictCode.NOT_ENABLED, "it is released")
+    shown.server.refusals[messages.JogStep] = (VerdictCode.NOT_ENABLED, "it is released")
     await shown.jog_keys("q")
     await shown.until(lambda: "NOT_ENABLED: it is released -> " in shown.text("messages"))
     await shown.until(lambda: "let go" in shown.text("jog"))
@@ -199,10 +188,10 @@ async def test_a_refusal_is_shown_with_its_remedy_and_lets_enabling_go(shown: Sc
 
 async def test_mode_control_and_home_are_asked_for(shown: Screen) -> None:
     await shown.keys("c", "m", "2", "0", "1")
-    await shown.until(lambda: shown.server.all(Home))
-    assert shown.server.one(Authority).action == 1
-    assert shown.server.one(SetMode).mode == 2
-    assert shown.server.one(Home).target == "home"
+    await shown.until(lambda: shown.server.all(messages.Home))
+    assert shown.server.one(messages.Authority).action == 1
+    assert shown.server.one(messages.SetMode).mode == 2
+    assert shown.server.one(messages.Home).target == "home"
     await shown.until(lambda: "way to home ended" in shown.text("messages"))
 
 
@@ -214,10 +203,10 @@ async def test_a_program_is_opened_recorded_and_run(shown: Screen) -> None:
     await shown.keys("n", *"pick", "enter")
     await shown.until(lambda: "pick, revision 1" in shown.text("program"))
     await shown.keys("1", "5", "1", "5")
-    await shown.until(lambda: shown.server.all(ProgramRun))
-    run = shown.server.one(ProgramRun)
+    await shown.until(lambda: shown.server.all(messages.ProgramRun))
+    run = shown.server.one(messages.ProgramRun)
     assert (run.program, run.revision) == ("pick", 1)
-    asked = [json.loads(each.body) for each in shown.server.all(Management)]
+    asked = [json.loads(each.body) for each in shown.server.all(messages.Management)]
     (record,) = [each for each in asked if each["op"] == "programs.record"]
     assert (record["point"], record["expected_revision"]) == ("P2", 1)
 
@@ -236,7 +225,7 @@ async def test_a_dry_run_is_asked_for_and_shown_beside_the_points(shown: Screen)
     await shown.keys("full_stop")
     await shown.until(lambda: "all reachable, 4.2 s" in shown.text("program"))
     await shown.keys("5", "1")
-    await shown.until(lambda: shown.server.all(ProgramRun))
+    await shown.until(lambda: shown.server.all(messages.ProgramRun))
 
 
 class EditedMeanwhile(dict[str, dict[str, Any]]):
@@ -264,16 +253,19 @@ async def test_what_was_changed_meanwhile_is_shown_and_not_run(keys: tuple[str, 
     async with screen() as shown:
         await open_pick(shown)
         shown.server.answers["programs.load"]["revision"] = 2
-        shown.server.refusals[ProgramRun] = (VerdictCode.REVISION_CONFLICT, "revision 2 is kept")
+        shown.server.refusals[messages.ProgramRun] = (
+            VerdictCode.REVISION_CONFLICT,
+            "revision 2 is kept",
+        )
         await shown.keys(*keys)
         await shown.until(lambda: "pick, revision 2" in shown.text("program"))
         assert "pick was changed: revision 2 is shown now" in shown.text("messages")
         assert "no dry run of this revision" in shown.text("program")
         # The one that was asked for by keys, and none by itself.
-        assert shown.server.one(ProgramRun).revision == 1
+        assert shown.server.one(messages.ProgramRun).revision == 1
         await shown.keys("6")
-        await shown.until(lambda: len(shown.server.all(ProgramRun)) > 1)
-        assert shown.server.all(ProgramRun)[1].revision == 2
+        await shown.until(lambda: len(shown.server.all(messages.ProgramRun)) > 1)
+        assert shown.server.all(messages.ProgramRun)[1].revision == 2
 
 
 async def test_a_program_with_a_space_in_its_name_is_chosen_and_a_new_one_asked_about() -> None:
@@ -291,7 +283,7 @@ async def test_a_program_with_a_space_in_its_name_is_chosen_and_a_new_one_asked_
         await shown.keys("enter")
         await shown.until(lambda: "Create pcik?" in shown.text("lcd"))
         await shown.keys("escape")
-        ops = [json.loads(each.body)["op"] for each in shown.server.all(Management)]
+        ops = [json.loads(each.body)["op"] for each in shown.server.all(messages.Management)]
         assert "programs.create" not in ops
 
 
@@ -357,7 +349,9 @@ async def test_the_way_out_of_a_limit_is_on_that_page(shown: Screen) -> None:
 
 
 async def test_a_stop_of_another_is_told_with_its_reason(shown: Screen) -> None:
-    stop = StopChanged(stop=StopKind.SOFTWARE, session=3, client="bench-2", reason="smoke")
+    stop = messages.StopChanged(
+        stop=messages.StopKind.SOFTWARE, session=3, client="bench-2", reason="smoke"
+    )
     shown.server.send(stop)
     await shown.until(lambda: "stop by bench-2: smoke" in shown.text("messages"))
 
@@ -366,7 +360,7 @@ async def test_pasted_text_moves_nothing(shown: Screen) -> None:
     shown.pilot.app.post_message(events.Paste("qqqwww"))
     await shown.keys("f1")
     await asyncio.sleep(0.2)
-    assert shown.server.all(JogStep) == []
+    assert shown.server.all(messages.JogStep) == []
 
 
 async def test_a_lost_link_is_shown_and_comes_back_as_an_onlooker(

@@ -5,16 +5,9 @@ from typing import Any, get_args
 
 import pytest
 from rigs.cells.panel_rig import MS, PanelRig
-from rigs.peers.scripted_pendant_server import scripted_server
+from rigs.peers.scripted_pendant_server import ScriptedPendantServer
 
-from openpendant.simplemsg.pendant import (
-    Activity,
-    JogBeat,
-    JogRelease,
-    JogStart,
-    LinkState,
-    RunKind,
-)
+from openpendant.simplemsg import pendant as messages
 from openpendant.tools.pendants.client import PendantClient
 from openpendant.tools.pendants.terminal import commands as do
 from openpendant.tools.pendants.terminal.commands import Command
@@ -48,7 +41,9 @@ def ready(kind: type[Command], *, walked: bool = True) -> PanelRig:
     rig.open()
     if walked:
         rig.walk()
-    rig.state(activity=Activity.PAUSED if kind is do.ResumeRobot else Activity.IDLE)
+    rig.state(
+        activity=messages.Activity.PAUSED if kind is do.ResumeRobot else messages.Activity.IDLE
+    )
     return rig
 
 
@@ -79,7 +74,7 @@ def test_the_same_keys_move_nothing_on_values_of_0_3_s(
     assert rig.said.startswith("STALE")
 
 
-@pytest.mark.parametrize("changes", [{"link": LinkState.STALE}, {"age": 0.4}])
+@pytest.mark.parametrize("changes", [{"link": messages.LinkState.STALE}, {"age": 0.4}])
 @pytest.mark.parametrize(("kind", "keys"), MOVING)
 def test_nor_on_fresh_messages_about_an_old_report(
     kind: type[Command], keys: tuple[str, ...], changes: dict[str, Any]
@@ -109,7 +104,7 @@ def test_nor_does_the_second_yes_that_a_run_without_a_dry_run_wants() -> None:
     rig.now += 301 * MS
     assert struck(rig, "5") == []
     rig.state()
-    assert struck(rig, "5", "1", "5") == [do.RunProgram("pick", 3, RunKind.ALL)]
+    assert struck(rig, "5", "1", "5") == [do.RunProgram("pick", 3, messages.RunKind.ALL)]
 
 
 def test_the_table_has_every_command_that_moves_and_all_others_are_known_to_move_nothing() -> None:
@@ -141,46 +136,36 @@ def test_what_moves_nothing_is_asked_for_on_stale_values_too(key: str) -> None:
     assert len(struck(rig, key)) == 1
 
 
-@pytest.mark.asyncio
 @pytest.mark.virtual_clock
 @pytest.mark.parametrize(("age", "presses"), [(0.24, 1), (0.26, 0), (0.29, 0)])
 async def test_a_held_key_waits_for_no_state_and_moves_on_none_that_comes_later(
-    age: float, presses: int
+    age: float, presses: int, server: ScriptedPendantServer, pendant: PendantClient
 ) -> None:
-    async with (
-        scripted_server() as server,
-        await PendantClient.connect("127.0.0.1", server.port, state_rate=25) as client,
-    ):
-        panel = Panel()
-        performer = Performer(client, panel)
-        await client.next_state()
-        server.mutes = True
-        await asyncio.sleep(age)
-        performer.perform([do.PulseJog(do.JOINTS, ((0, 1),), 0.25)])
-        await asyncio.sleep(0.005)
-        server.mutes = False
-        await asyncio.sleep(0.2)
-        assert len(server.all(JogStart)) == presses
-        assert panel.messages.newest.startswith("STALE") == (not presses)
-        await performer.close()
+    panel = Panel()
+    performer = Performer(pendant, panel)
+    server.mutes = True
+    await asyncio.sleep(age)
+    performer.perform([do.PulseJog(do.JOINTS, ((0, 1),), 0.25)])
+    await asyncio.sleep(0.005)
+    server.mutes = False
+    await asyncio.sleep(0.2)
+    assert len(server.all(messages.JogStart)) == presses
+    assert panel.messages.newest.startswith("STALE") == (not presses)
+    await performer.close()
 
 
-@pytest.mark.asyncio
 @pytest.mark.virtual_clock
-async def test_a_press_that_nobody_beats_is_not_taken_back_where_its_verdict_is_late() -> None:
-    async with (
-        scripted_server() as server,
-        await PendantClient.connect("127.0.0.1", server.port, state_rate=25) as client,
-    ):
-        panel = Panel()
-        performer = Performer(client, panel)
-        await client.next_state()
-        server.mutes = True
-        performer.perform([do.PulseJog(do.JOINTS, ((0, 1),), 0.25)])
-        await asyncio.sleep(0.02)
-        server.mutes = False
-        server.take(server.lines[-1], server.one(JogStart))
-        await asyncio.sleep(0.02)
-        assert server.all(JogRelease) == server.all(JogBeat) == []
-        assert panel.messages.lines == ()
-        await performer.close()
+async def test_a_press_that_nobody_beats_is_not_taken_back_where_its_verdict_is_late(
+    server: ScriptedPendantServer, pendant: PendantClient
+) -> None:
+    panel = Panel()
+    performer = Performer(pendant, panel)
+    server.mutes = True
+    performer.perform([do.PulseJog(do.JOINTS, ((0, 1),), 0.25)])
+    await asyncio.sleep(0.02)
+    server.mutes = False
+    server.take(server.lines[-1], server.one(messages.JogStart))
+    await asyncio.sleep(0.02)
+    assert server.all(messages.JogRelease) == server.all(messages.JogBeat) == []
+    assert panel.messages.lines == ()
+    await performer.close()

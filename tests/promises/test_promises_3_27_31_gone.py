@@ -1,21 +1,77 @@
-"""Promise 31: whoever comes, jogs and goes leaves nothing behind."""
+"""Promises 3, 27 and 31: a silent peer goes, old state says so, who goes leaves nothing behind."""
 
 import asyncio
 import gc
+import itertools
 import os
+import socket
 import tracemalloc
 from pathlib import Path
+from typing import Any
 
 import pytest
 from promises.promise_figures import tell
 from promises.promise_table import figure
-from rigs.cells.server_rig import ServerRig, ready
+from rigs.cells.server_rig import MS, TICK, ServerRig, ready
 from rigs.motion.jog_pad import JogPad
-from rigs.processes.app_on_loop import app_on_loop, said, until
+from rigs.peers.own_network import printed_in_own_network
+from rigs.processes.app_on_loop import app_on_loop, clients_of, said, until
 from rigs.processes.promise_rig import promise_rig
 
 from openpendant.simplemsg import Ping
+from openpendant.simplemsg.pendant import (
+    AuthorityBeat,
+    AuthorityChanged,
+    AuthorityReason,
+    LinkState,
+    State,
+)
 from openpendant.simplemsg.verdicts import VerdictCode as V
+
+FREE, CLOSED = figure(3, "free"), figure(3, "closed")
+CABLE = Path(__file__).parents[1] / "rigs" / "peers" / "pulled_cable.py"
+
+
+def test_promise_3_the_authority_of_a_silent_peer_is_free_after_three_seconds() -> None:
+    rig = ready()
+    pad = JogPad(rig)
+    witness = rig.pendant("witness")
+    last = rig.now
+    pad.pendant.send(AuthorityBeat())
+    while rig.core.cell.authority.holder is not None:
+        rig.wait(10)
+        assert rig.now - last <= FREE.ns + TICK
+    assert rig.now - last >= FREE.ns
+    (change,) = witness.all(AuthorityChanged)
+    assert change.reason == AuthorityReason.EXPIRED
+
+
+@pytest.mark.virtual_clock
+async def test_promise_3_the_kernel_is_told_to_look_for_dead_peers() -> None:
+    async with app_on_loop() as served:
+        await served.visitor(begin=said())
+        await until(lambda: served.connections == 1, 1.0)
+        (client,) = clients_of(served.app).values()
+        assert client._transport is not None
+        accepted = client._transport.get_extra_info("socket")
+        tcp = socket.IPPROTO_TCP
+        assert accepted.getsockopt(socket.SOL_SOCKET, socket.SO_KEEPALIVE) == 1
+        idle, pause, count = (
+            accepted.getsockopt(tcp, option)
+            for option in (socket.TCP_KEEPIDLE, socket.TCP_KEEPINTVL, socket.TCP_KEEPCNT)
+        )
+        assert idle + pause * count <= CLOSED.seconds
+        assert accepted.getsockopt(tcp, socket.TCP_USER_TIMEOUT) <= CLOSED.ms
+        await asyncio.sleep(0)
+
+
+@pytest.mark.realtime
+def test_promise_3_a_pulled_cable_is_noticed_within_three_seconds() -> None:
+    talking, listening = map(float, printed_in_own_network(CABLE).split())
+    tell(f"promise 3: noticed after {talking:.2f} s with state under way, {listening:.2f} s idle")
+    assert talking <= CLOSED.seconds
+    assert listening <= CLOSED.seconds
+
 
 SERVER = str(Path(__file__).parent.parent.parent / "server") + "/*"
 INSTALLED = "*/openpendant/server/*"
@@ -94,7 +150,6 @@ def test_promise_31_a_core_keeps_its_size_over_a_million_who_came_and_went() -> 
     assert sizes[-1] - sizes[0] < GROWTH.bound
 
 
-@pytest.mark.asyncio
 @pytest.mark.virtual_clock
 async def test_promise_31_sockets_and_tasks_are_back_to_where_they_were() -> None:
     async with app_on_loop() as served:
@@ -138,3 +193,56 @@ def test_promise_31_a_server_process_keeps_its_size_over_a_thousand_jogs(tmp_pat
         # The first hundred fill what is filled once.
         assert sizes[-1][0] - sizes[0][0] < GROWTH.bound
         assert sizes[-1][1] - sizes[0][1] <= 1
+
+
+STALE = figure(27, "stale").ns
+
+
+def silent_for(milliseconds: int, **settings: Any) -> tuple[ServerRig, list[State]]:
+    """Let a controller fall silent; return the states told since."""
+    rig = ready(**settings)
+    pendant = rig.pendant(state_rate=100.0)
+    rig.wait(100)
+    rig.controller.reports = False
+    pendant.got.clear()
+    rig.wait(milliseconds)
+    return rig, pendant.all(State)
+
+
+def test_promise_27_the_age_grows_with_the_clock_and_stale_is_told_beyond_100_ms() -> None:
+    _, states = silent_for(500)
+    assert [round(state.age * 1e9) for state in states] == [n * TICK for n in range(1, 51)]
+    for state in states:
+        is_old = round(state.age * 1e9) > STALE
+        assert (state.link == LinkState.STALE) == is_old
+
+
+@pytest.mark.parametrize("late", [0, 1, 9_999_999])
+def test_promise_27_the_flag_turns_between_100_ms_and_the_next_nanosecond(late: int) -> None:
+    rig, _ = silent_for(90)
+    rig.now += STALE - 90 * MS + late
+    assert (rig.core.cell.link_state(rig.now) is LinkState.STALE) == (late > 0)
+
+
+def test_promise_27_a_controller_that_reports_slowly_is_not_called_stale_between_two() -> None:
+    """As amended: from two and a half of its declared periods on."""
+    _, states = silent_for(500, controller={"state_period": 0.1})
+    stale = [state.age for state in states if state.link == LinkState.STALE]
+    assert min(stale) == pytest.approx(figure(27, "periods").bound * 0.1 + 0.01)
+
+
+def test_promise_27_messages_are_numbered_and_their_time_never_stands_still() -> None:
+    _, states = silent_for(300)
+    for one, two in itertools.pairwise(states):
+        assert two.sequence > one.sequence
+        assert (two.time_s, two.time_ns) > (one.time_s, one.time_ns)
+        assert two.age > one.age
+
+
+def test_promise_27_what_is_fresh_again_is_called_so_at_once() -> None:
+    rig, _ = silent_for(300)
+    pendant = rig.pendant(state_rate=100.0)
+    rig.controller.reports = True
+    rig.wait(10)
+    (state,) = pendant.all(State)
+    assert (state.age, state.link) == (0.0, LinkState.UP)

@@ -1,5 +1,9 @@
+"""`openpendant packets`: packets to JSON and back, the dissector, and what a user is told."""
+
 import io
 import json
+import os
+import re
 import subprocess
 import sys
 from pathlib import Path
@@ -8,8 +12,10 @@ from typing import Any
 import pytest
 from rigs.data.golden_vectors import FILES, GOLDEN, exact
 
+from openpendant.tools.packets import decode, record, rerun, show
 from openpendant.tools.packets.cli import main
 from openpendant.tools.packets.console import MAX_LINE
+from openpendant.tools.reference.dissector import lua_dissector
 
 PING = "0c000000010000000200000000000000"
 PING_PACKET = {"msg_type": 1, "comm_type": 2, "reply_code": 0, "name": "ping", "fields": {}}
@@ -102,61 +108,54 @@ def test_no_input_is_no_error(terminal: Terminal) -> None:
     assert terminal.run(["decode"]) == (0, [], [])
 
 
-DECODE_ERRORS: dict[str, tuple[str | bytes, str]] = {
-    "odd digits": ("abc", "an odd number of hexadecimal digits: 3"),
-    "another script's digits": ("٠" * 32, "'٠' is no hexadecimal digit"),
-    "a control character": ("\x1b[31m", r"'\x1b' is no hexadecimal digit"),
-    "bytes that are no UTF-8": (b"0c\xff", "not UTF-8: byte 0xff at 2"),
-    "too short": ("0c000000", "4 bytes are less than a header"),
-    "a wrong length": (PING + "00", "declared length 12 is not the 13 bytes that follow"),
-    "a broken header": ("0c000000010000000300000000000000", "reply code 0 does not go with"),
-    "a short body": ("100000000a000000010000000000000000000000", "the body has 4 bytes, not 44"),
-    "a line without end": ("0" * (3 * MAX_LINE), f"longer than {MAX_LINE} bytes"),
+ERRORS: dict[str, dict[str, tuple[str | bytes, str]]] = {
+    "decode": {
+        "odd digits": ("abc", "an odd number of hexadecimal digits: 3"),
+        "another script's digits": ("٠" * 32, "'٠' is no hexadecimal digit"),
+        "a control character": ("\x1b[31m", r"'\x1b' is no hexadecimal digit"),
+        "bytes that are no UTF-8": (b"0c\xff", "not UTF-8: byte 0xff at 2"),
+        "too short": ("0c000000", "4 bytes are less than a header"),
+        "a wrong length": (PING + "00", "declared length 12 is not the 13 bytes that follow"),
+        "a broken header": ("0c000000010000000300000000000000", "reply code 0 does not go with"),
+        "a short body": (
+            "100000000a000000010000000000000000000000",
+            "the body has 4 bytes, not 44",
+        ),
+        "a line without end": ("0" * (3 * MAX_LINE), f"longer than {MAX_LINE} bytes"),
+    },
+    "encode": {
+        "no JSON": ("{", "no JSON: Expecting property name"),
+        "not a number": ('{"msg_type": NaN}', 'no JSON: NaN; write "nan"'),
+        "a list": ("[]", "a packet is a JSON object, not []"),
+        "deep nesting": ("[" * 100_000, "no packet: nested too deeply"),
+        "a huge integer": ("9" * 5_000, "no packet: an integer of thousands of digits"),
+        "bytes that are no UTF-8": (b'{"\xff"', "not UTF-8: byte 0xff at 2"),
+        "a lone surrogate as key": (r'{"\ud800": 1}', r"a packet has no key '\ud800'"),
+        "33 bits": (
+            json.dumps({**PING_PACKET, "msg_type": 13, "fields": dict.fromkeys("abc", 2**32)}),
+            "status has no field 'a'",
+        ),
+        "a huge type": (json.dumps({**PING_PACKET, "msg_type": 2**70}), "no integer of 32 bits"),
+    },
 }
 
-ENCODE_ERRORS: dict[str, tuple[str | bytes, str]] = {
-    "no JSON": ("{", "no JSON: Expecting property name"),
-    "not a number": ('{"msg_type": NaN}', 'no JSON: NaN; write "nan"'),
-    "a list": ("[]", "a packet is a JSON object, not []"),
-    "deep nesting": ("[" * 100_000, "no packet: nested too deeply"),
-    "a huge integer": ("9" * 5_000, "no packet: an integer of thousands of digits"),
-    "bytes that are no UTF-8": (b'{"\xff"', "not UTF-8: byte 0xff at 2"),
-    "a lone surrogate as key": (r'{"\ud800": 1}', r"a packet has no key '\ud800'"),
-    "33 bits": (
-        json.dumps({**PING_PACKET, "msg_type": 13, "fields": dict.fromkeys("abc", 2**32)}),
-        "status has no field 'a'",
-    ),
-    "a huge type": (json.dumps({**PING_PACKET, "msg_type": 2**70}), "no integer of 32 bits"),
-}
 
-
-@pytest.mark.parametrize("case", DECODE_ERRORS)
+@pytest.mark.parametrize(
+    ("tool", "case"), [(tool, case) for tool in ERRORS for case in ERRORS[tool]]
+)
 def test_a_line_that_is_no_packet_is_reported_and_the_rest_converted(
-    terminal: Terminal, case: str
+    terminal: Terminal, tool: str, case: str
 ) -> None:
-    line, reason = DECODE_ERRORS[case]
+    line, reason = ERRORS[tool][case]
     raw = line if isinstance(line, bytes) else line.encode()
-    status, lines, (error,) = terminal.run(["decode"], raw + b"\n" + PING.encode())
-    assert status == 1
-    assert error.startswith("line 1: ")
-    assert reason in error
-    assert [json.loads(line) for line in lines] == [PING_PACKET]
-
-
-@pytest.mark.parametrize("case", ENCODE_ERRORS)
-def test_json_that_is_no_packet_is_reported_and_the_rest_converted(
-    terminal: Terminal, case: str
-) -> None:
-    line, reason = ENCODE_ERRORS[case]
-    raw = line if isinstance(line, bytes) else line.encode()
-    status, lines, (error,) = terminal.run(
-        ["encode"], raw + b"\n" + json.dumps(PING_PACKET).encode()
-    )
+    as_json = json.dumps(PING_PACKET)
+    good, made = (PING, as_json) if tool == "decode" else (as_json, PING)
+    status, lines, (error,) = terminal.run([tool], raw + b"\n" + good.encode())
     assert status == 1
     assert error.startswith("line 1: ")
     assert reason in error
     assert len(error) < 300
-    assert lines == [PING]
+    assert [line if tool == "encode" else json.dumps(json.loads(line)) for line in lines] == [made]
 
 
 def test_a_lone_surrogate_in_a_text_is_not_encoded(terminal: Terminal) -> None:
@@ -253,3 +252,87 @@ def test_a_reader_that_goes_away_ends_the_command_quietly() -> None:
         process.stdin.close()
         assert process.stderr.read() == b""
         assert process.wait(20) == 1
+
+
+TRACE = str(Path(__file__).parents[2] / "vectors" / "capture-motoman-driver.json")
+
+
+@pytest.mark.parametrize(
+    ("main", "arguments"),
+    [
+        (decode.main, [TRACE]),
+        (show.main, [TRACE]),
+        (rerun.main, [TRACE, "--json"]),
+        (record.main, ["--listen", "0", "--to", "1", "-o", "-"]),
+    ],
+    ids=["decode", "show", "rerun", "record"],
+)
+def test_a_closed_output_is_one_line_and_exit_code_1(
+    main: object,
+    arguments: list[str],
+    monkeypatch: pytest.MonkeyPatch,
+    capsys: pytest.CaptureFixture[str],
+) -> None:
+    assert callable(main)
+    with monkeypatch.context() as patched:
+        patched.setattr(sys, "stdout", None)
+        code = main(arguments)
+    assert code == 1
+    assert capsys.readouterr().err == "standard output is closed\n"
+
+
+def test_the_dissector_is_written_to_standard_output(capsys: pytest.CaptureFixture[str]) -> None:
+    assert main(["dissector"]) == 0
+    assert capsys.readouterr().out == lua_dissector()
+
+
+def test_the_dissector_is_written_to_a_file(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    assert main(["dissector", "-o", str(tmp_path / "openpendant.lua")]) == 0
+    assert (tmp_path / "openpendant.lua").read_text(encoding="utf-8") == lua_dissector()
+    assert capsys.readouterr().out == ""
+
+
+def test_a_file_that_cannot_be_written_is_named(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    assert main(["dissector", "-o", str(tmp_path)]) == 2
+    (line,) = capsys.readouterr().err.splitlines()
+    assert str(tmp_path) in line
+
+
+def test_writing_it_loads_neither_server_nor_pydantic() -> None:
+    script = (
+        "import sys; from openpendant.tools.packets.dissector import main; main([]);"
+        "sys.exit(bool({'pydantic', 'numpy', 'openpendant.server'} & set(sys.modules)))"
+    )
+    ran = subprocess.run([sys.executable, "-c", script], capture_output=True, check=False)
+    assert ran.returncode == 0, ran.stderr
+
+
+ROOT = Path(__file__).parents[3]
+PACKETS_PAGE = ROOT / "docs" / "packets.md"
+
+
+def _examples() -> list[tuple[str, str]]:
+    """Commands of the page, each with the output that follows it there."""
+    blocks = re.findall(r"```console\n(.*?)```", PACKETS_PAGE.read_text("utf-8"), re.DOTALL)
+    parts = [part for block in blocks for part in re.split(r"(?m)^\$ ", block) if part]
+    return [(command, output) for command, _, output in (part.partition("\n") for part in parts)]
+
+
+@pytest.mark.parametrize(("command", "output"), _examples(), ids=lambda text: text[:40])
+def test_the_examples_of_the_page_print_what_it_says(command: str, output: str) -> None:
+    folder = Path(sys.executable).parent
+    path = f"{folder}{os.pathsep}{os.environ['PATH']}"
+    done = subprocess.run(
+        ["sh", "-c", command],
+        cwd=ROOT,
+        env={**os.environ, "PATH": path},
+        capture_output=True,
+        text=True,
+        timeout=60,
+        check=True,
+    )
+    assert done.stdout == output

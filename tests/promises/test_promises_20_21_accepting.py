@@ -1,10 +1,19 @@
-"""Promise 21: so many connections and no more; files are counted before the first is taken."""
+"""Promises 19 to 21: connections at their rate, so many and no more; files are counted before.
+
+20 connections at once, then 50 a second, whatever storms in; exact on its clocks.
+"""
 
 import asyncio
+import errno
+import logging
+import os
 import resource
 import socket
+from collections.abc import Iterator
 
 import pytest
+from hypothesis import given
+from hypothesis import strategies as st
 from promises.promise_table import figure
 from rigs.peers.server_clients import hello
 from rigs.processes.app_on_loop import app_on_loop, said, until
@@ -14,17 +23,168 @@ from openpendant.server.settings.cell_settings import make_settings
 from openpendant.server.settings.config_file import ConfigurationError
 from openpendant.server.settings.server_settings import ServerSettings, make_server_settings
 from openpendant.server.shell.clients import MOST_TURNED_AWAY, place_refusal
+from openpendant.server.shell.listening import AcceptRate, Listening
 from openpendant.server.shell.server_process import files_needed, provide_files
 from openpendant.simplemsg import PENDANT, ByteOrder, Connection, Received, Role
 from openpendant.simplemsg.pendant import Verdict
 from openpendant.simplemsg.verdicts import VerdictCode as V
 from openpendant.tools.pendants.client import PendantClient, Refused
 
+pytestmark = pytest.mark.virtual_clock
+
+MS = 1_000_000
+BURST, PER_SECOND = figure(20, "burst").count, figure(20, "rate").count
+INTERVAL = figure(20, "interval").ns
+BACKLOG = figure(20, "queue").count
+EXHAUSTED_PAUSE = figure(21, "pause").seconds
+START = 5_000_000_000
+
+
+@given(st.lists(st.integers(0, 60 * MS), min_size=1, max_size=300))
+def test_promise_20_no_window_has_more_than_the_burst_and_its_share(gaps: list[int]) -> None:
+    rate, now, taken = AcceptRate(), START, list[int]()
+    for gap in gaps:
+        now += gap
+        if not rate.take(now):
+            taken.append(now)
+    for first, begin in enumerate(taken):
+        for last, end in enumerate(taken[first:], first):
+            assert last - first + 1 <= BURST + (end - begin) // INTERVAL
+
+
+@given(st.integers(0, 10 * INTERVAL))
+def test_promise_20_who_waits_as_long_as_told_is_taken_and_not_a_nanosecond_sooner(
+    after: int,
+) -> None:
+    rate = AcceptRate()
+    assert [rate.take(START) for _ in range(BURST)] == [0] * BURST
+    now = START + after % INTERVAL
+    wait = rate.take(now)
+    assert wait == START + INTERVAL - now
+    assert rate.take(now + wait - 1) == 1
+    assert rate.take(now + wait) == 0
+
+
+class Noted(asyncio.Protocol):
+    def __init__(self, name: str, log: list[tuple[str, float]]) -> None:
+        self._entry, self._log = name, log
+
+    def connection_made(self, transport: asyncio.BaseTransport) -> None:
+        self._log.append((self._entry, asyncio.get_running_loop().time()))
+        transport.close()
+
+
+def knock(port: int, count: int) -> list[socket.socket]:
+    sockets = [socket.socket() for _ in range(count)]
+    for sock in sockets:
+        sock.setblocking(False)
+        assert sock.connect_ex(("127.0.0.1", port)) == errno.EINPROGRESS
+    return sockets
+
+
+async def test_promise_20_a_storm_is_taken_at_its_rate_and_no_port_starves_another() -> None:
+    taken: list[tuple[str, float]] = []
+    listening = Listening()
+    stormed = await listening.listen("127.0.0.1", 0, lambda: Noted("stormed", taken))
+    quiet = await listening.listen("127.0.0.1", 0, lambda: Noted("quiet", taken))
+    began = asyncio.get_running_loop().time()
+    sockets = knock(stormed, BURST)
+    await asyncio.sleep(0.0005)
+    sockets += knock(stormed, BACKLOG)
+    await asyncio.sleep(0.0005)
+    sockets += knock(quiet, 1)
+    await asyncio.sleep(1.0)
+    listening.close()
+    for sock in sockets:
+        sock.close()
+    times = sorted(time - began for _, time in taken)
+    assert len(times) == BURST + BACKLOG + 1
+    assert times[BURST - 1] < 0.001
+    for number, time in enumerate(times[BURST:], 1):
+        assert time == pytest.approx(number / PER_SECOND, abs=0.0015)
+    # The quiet port waits behind one connection of the stormed one, not behind all.
+    assert [name for name, _ in sorted(taken, key=lambda each: each[1])].index("quiet") <= BURST + 1
+
+
+@pytest.fixture
+def few_files() -> Iterator[None]:
+    limits = resource.getrlimit(resource.RLIMIT_NOFILE)
+    free = os.open(os.devnull, os.O_RDONLY)
+    os.close(free)
+    yield
+    resource.setrlimit(resource.RLIMIT_NOFILE, limits)
+
+
+@pytest.mark.usefixtures("few_files")
+async def test_promise_21_without_descriptors_nobody_is_taken_for_a_second_and_that_is_said_once(
+    caplog: pytest.LogCaptureFixture,
+) -> None:
+    taken: list[tuple[str, float]] = []
+    listening = Listening()
+    port = await listening.listen("127.0.0.1", 0, lambda: Noted("late", taken))
+    sockets = knock(port, 3)
+    soft, hard = resource.getrlimit(resource.RLIMIT_NOFILE)
+    resource.setrlimit(resource.RLIMIT_NOFILE, (sockets[0].fileno(), hard))
+    with caplog.at_level(logging.INFO, logger="openpendant.server"):
+        await asyncio.sleep(2.5 * EXHAUSTED_PAUSE)
+        assert not taken
+        resource.setrlimit(resource.RLIMIT_NOFILE, (soft, hard))
+        await until(lambda: len(taken) == 3, EXHAUSTED_PAUSE)
+    listening.close()
+    for sock in sockets:
+        sock.close()
+    assert [record.message for record in caplog.records] == [
+        "no connection can be taken now: Too many open files"
+    ]
+
+
+def timers_of(listening: Listening) -> int:
+    scheduled: list[asyncio.TimerHandle] = vars(asyncio.get_running_loop())["_scheduled"]
+    callbacks = [getattr(timer, "_callback", None) for timer in scheduled if not timer.cancelled()]
+    return sum(getattr(callback, "__self__", None) is listening for callback in callbacks)
+
+
+@pytest.mark.parametrize("ports", [1, 3])
+async def test_promise_21_without_descriptors_one_is_tried_a_second_by_one_timer(
+    monkeypatch: pytest.MonkeyPatch, ports: int
+) -> None:
+    tried: list[float] = []
+    loop = asyncio.get_running_loop()
+
+    def accept(_: socket.socket) -> None:
+        tried.append(loop.time())
+        raise OSError(errno.EMFILE, os.strerror(errno.EMFILE))
+
+    monkeypatch.setattr(socket.socket, "accept", accept)
+    listening = Listening()
+    sockets: list[socket.socket] = []
+    for _ in range(ports):
+        sockets += knock(await listening.listen("127.0.0.1", 0, lambda: Noted("", [])), 2)
+    timers = []
+    for _ in range(5):
+        await asyncio.sleep(EXHAUSTED_PAUSE)
+        timers.append(timers_of(listening))
+    listening.close()
+    for sock in sockets:
+        sock.close()
+    assert len(tried) in (5, 6)  # the first is tried at once
+    assert timers == [1] * 5
+    assert timers_of(listening) == 0
+
+
+async def test_promise_20_ticks_go_on_through_a_storm() -> None:
+    async with app_on_loop() as served:
+        before = served.app.overruns
+        for _ in range(3):
+            for _ in range(BACKLOG):
+                await served.visitor(begin=said())
+            await asyncio.sleep(0.1)
+        assert served.app.overruns == before
+
+
 PLACES = 16
 MOST = figure(21, "most").count
 MOST_STRANGERS, STOP_PLACES = figure(21, "strangers").count, figure(21, "kept").count
-BURST, PER_SECOND = figure(20, "burst").count, figure(20, "rate").count
-BACKLOG = figure(20, "queue").count
 
 
 @pytest.mark.parametrize(
@@ -53,8 +213,6 @@ def test_promise_21_no_file_may_ask_for_more_than_1024_connections() -> None:
     make_settings({"listen": {"max_connections": MOST}}, "cell.toml")
 
 
-@pytest.mark.asyncio
-@pytest.mark.virtual_clock
 async def test_promise_21_who_has_no_place_is_closed_at_once_and_the_others_stay() -> None:
     async with app_on_loop(max_connections=PLACES) as served:
         for _ in range(PLACES):
@@ -76,8 +234,6 @@ async def answers(sock: socket.socket, wire: Connection, within: float) -> list[
     return heard
 
 
-@pytest.mark.asyncio
-@pytest.mark.virtual_clock
 @pytest.mark.parametrize("order", list(ByteOrder))
 @pytest.mark.parametrize("piece", [1, 1_000])
 async def test_promise_20_who_has_no_place_is_told_when_to_come_again(
@@ -99,8 +255,6 @@ async def test_promise_20_who_has_no_place_is_told_when_to_come_again(
         assert served.connections == PLACES
 
 
-@pytest.mark.asyncio
-@pytest.mark.virtual_clock
 async def test_promise_20_who_does_as_told_finds_a_place_that_strangers_took() -> None:
     async with app_on_loop() as served:
         for crowd in (BURST, BACKLOG, MOST_STRANGERS - BURST - BACKLOG):
@@ -116,8 +270,6 @@ async def test_promise_20_who_does_as_told_finds_a_place_that_strangers_took() -
             assert served.connections == 1
 
 
-@pytest.mark.asyncio
-@pytest.mark.virtual_clock
 async def test_promise_19_ros_clients_leave_places_for_whoever_wants_to_stop() -> None:
     async with app_on_loop(max_connections=PLACES) as served:
         for _ in range(PLACES):
@@ -129,8 +281,6 @@ async def test_promise_19_ros_clients_leave_places_for_whoever_wants_to_stop() -
         await until(lambda: served.connections == PLACES, 1.0)
 
 
-@pytest.mark.asyncio
-@pytest.mark.virtual_clock
 async def test_promise_21_strangers_take_64_places_and_are_gone_after_their_deadline() -> None:
     async with app_on_loop() as served:
         # In crowds that the system's queue holds; else its own second try takes a second.
