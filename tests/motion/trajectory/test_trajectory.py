@@ -7,6 +7,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 import yaml
+from rigs.motion import three_joints
 from rigs.motion.refusals import Refusal, refusals
 
 from openpendant.motion.description.limits import JointLimits
@@ -49,7 +50,6 @@ def test_a_trajectory_survives_the_way_between_processes(move: Trajectory, field
 
 
 def test_pickling_adds_little_to_the_numbers(move: Trajectory) -> None:
-
     assert len(pickle.dumps(move)) < sum(getattr(move, field).nbytes for field in FIELDS) + 1000
 
 
@@ -94,14 +94,7 @@ def test_joined_legs_follow_one_another() -> None:
     assert whole.waypoint_times == pytest.approx([0.0, first.duration, whole.duration])
 
 
-THREE = JointLimits(
-    names=("turn", 'a "quoted", name', "slide"),
-    lower=(-3.0, -2.0, -1.0),
-    upper=(3.0, 2.0, 1.0),
-    velocity=(2.0, 1.5, 0.5),
-    acceleration=(8.0, 6.0, 2.0),
-    prismatic=(False, False, True),
-)
+THREE = replace(three_joints.THREE, names=("turn", 'a "quoted", name', "slide"))
 
 
 @pytest.fixture(scope="module")
@@ -193,18 +186,8 @@ SLOWER = plan_joint_move(THERE, HERE, LIMITS, sample_period=0.02)
 
 
 @refusals(
-    (
-        "one velocity less",
-        lambda: replace(MOVE, velocity=MOVE.velocity[1:]),
-        BadArgument,
-        "velocity",
-    ),
-    (
-        "one time less",
-        lambda: replace(MOVE, times=MOVE.times[1:]),
-        BadArgument,
-        "one row of joints",
-    ),
+    ("less velocity", lambda: replace(MOVE, velocity=MOVE.velocity[1:]), BadArgument, "velocity"),
+    ("less time", lambda: replace(MOVE, times=MOVE.times[1:]), BadArgument, "one row of joints"),
     ("no time", lambda: MOVE.sample(math.nan), BadArgument, "time"),
     ("legs that do not meet", lambda: join([MOVE, MOVE]), BadArgument, "leg 1 starts elsewhere"),
     ("another sample period", lambda: join([MOVE, SLOWER]), BadArgument, "sample period"),
