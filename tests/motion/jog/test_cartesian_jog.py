@@ -4,6 +4,7 @@ And a jog that goes on at one speed: what is proven once for many ticks, and its
 """
 
 import math
+from unittest.mock import patch
 
 import numpy as np
 import pytest
@@ -93,12 +94,12 @@ def test_a_bend_between_two_lines_is_a_parabola_that_ends_in_the_new_one() -> No
     assert path.twist().tolist() == [0.0, 0.2, 0.0, 0.0, 0.0, 0.0]
 
 
-def cell(limit: float = 2.0) -> PathNode:
+def cell(begin: float = 0.6, end: float = 0.7) -> PathNode:
     first, last = (
         PathNode(sigma, [math.sin(sigma)], [math.cos(sigma)], np.zeros(6), 1.0)
-        for sigma in (0.6, 0.7)
+        for sigma in (begin, end)
     )
-    first.lead_to(last, [limit])
+    first.lead_to(last, [2.0])
     return first
 
 
@@ -111,12 +112,7 @@ def test_a_cell_meets_both_ends_and_stays_near_the_curve() -> None:
 
 
 def test_a_joint_that_turns_round_within_a_cell_is_found() -> None:
-    first, last = (
-        PathNode(sigma, [math.sin(sigma)], [math.cos(sigma)], np.zeros(6), 1.0)
-        for sigma in (1.5, 1.7)
-    )
-    first.lead_to(last, [2.0])
-    assert first.furthest(0) == pytest.approx(1.0, abs=1e-5)
+    assert cell(1.5, 1.7).furthest(0) == pytest.approx(1.0, abs=1e-5)
     assert cell().furthest(0) is None
 
 
@@ -147,14 +143,12 @@ def way_of(
 @pytest.mark.parametrize("name", ["ur5", "kuka_kr5_arc", "kuka_iiwa14"])
 def test_no_set_point_differs_without_a_look(name: str, monkeypatch: pytest.MonkeyPatch) -> None:
     random = np.random.default_rng(11)
-    went_on = 0
+    went_on: list[bool] = []
     goes_on = CartesianJogMotion._goes_on
 
     def counted(motion: CartesianJogMotion, dt: float) -> bool:
-        nonlocal went_on
-        done = goes_on(motion, dt)
-        went_on += done
-        return done
+        went_on.append(goes_on(motion, dt))
+        return went_on[-1]
 
     for trial in range(6):
         start = random_place(name, random)
@@ -167,24 +161,17 @@ def test_no_set_point_differs_without_a_look(name: str, monkeypatch: pytest.Monk
             proven = way_of(name, start, caps, presses)
             patch.setattr(CartesianJogMotion, "_goes_on", lambda motion, dt: False)
             assert proven == way_of(name, start, caps, presses)
-    assert went_on > 100
+    assert sum(went_on) > 100
 
 
-def test_most_ticks_of_a_line_go_on_without_a_look(monkeypatch: pytest.MonkeyPatch) -> None:
-    looked = 0
-    allowed = CartesianJogMotion._allowed
-
-    def counted(motion: CartesianJogMotion, dt: float, asked: float) -> float:
-        nonlocal looked
-        looked += 1
-        return allowed(motion, dt, asked)
-
-    monkeypatch.setattr(CartesianJogMotion, "_allowed", counted)
+def test_most_ticks_of_a_line_go_on_without_a_look() -> None:
     jogger = Jogger(model("ur5"), UR5_BENT, REDUCED)
     jogger.aim(ToolJog((0.0, 0.3, 0.0)))
-    for _ in range(100):
-        jogger.step(0.01)
-    assert looked < 50
+    allowed = CartesianJogMotion._allowed
+    with patch.object(CartesianJogMotion, "_allowed", autospec=True, side_effect=allowed) as looked:
+        for _ in range(100):
+            jogger.step(0.01)
+    assert looked.call_count < 50
 
 
 def test_at_a_steady_speed_a_cell_keeps_to_the_bounds_of_every_tick() -> None:

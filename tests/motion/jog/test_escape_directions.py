@@ -6,6 +6,7 @@ What leads out of where a robot stands: keys of joints that were tried, and the 
 import numpy as np
 import pytest
 from promises.promise_table import figure
+from rigs.data.example_counts import counts
 from rigs.motion.jog_referee import referee
 from rigs.motion.jogged_robots import (
     FAST,
@@ -17,7 +18,7 @@ from rigs.motion.jogged_robots import (
     robot,
 )
 from rigs.motion.loaded_robots import SERIAL, load_robot
-from rigs.motion.robot_families import FAMILIES
+from rigs.motion.robot_families import FAMILIES, one_of_each_family
 
 from openpendant.motion.description.robot import robot_names
 from openpendant.motion.jog import (
@@ -134,7 +135,9 @@ def leave(name: str, place: list[float]) -> int:
     raise AssertionError(f"{name} at {place} is not led out by {rates}")
 
 
-def leave_several_singularities(name: str, places: int) -> None:
+@pytest.mark.parametrize("count", counts(6, 50))
+@pytest.mark.parametrize("name", one_of_each_family(SERIAL))
+def test_the_named_keys_lead_out_of_several_singularities_at_once(name: str, count: int) -> None:
     """Some joints stand at zero, where wrists are straight, elbows stretched, and shoulders over.
 
     J23: the way out is checked, not only the fastest one for the first millimetre.
@@ -142,7 +145,7 @@ def leave_several_singularities(name: str, places: int) -> None:
     limits = robot(name).limits
     random = np.random.default_rng(23)
     left = 0
-    for _ in range(places):
+    for _ in range(count):
         zero = random.random(limits.dof) < 0.6
         place = np.where(zero, 0.0, random.uniform(limits.lower, limits.upper))
         place = np.clip(place, model(name).lower, model(name).upper)
@@ -150,17 +153,6 @@ def leave_several_singularities(name: str, places: int) -> None:
             leave(name, place.tolist())
             left += 1
     assert left
-
-
-@pytest.mark.parametrize("name", [name for name in SERIAL if name in FAMILIES])
-def test_the_named_keys_lead_out_of_several_singularities_at_once(name: str) -> None:
-    leave_several_singularities(name, 6)
-
-
-@pytest.mark.soak
-@pytest.mark.parametrize("name", SERIAL)
-def test_the_named_keys_lead_out_of_every_singularity_in_fifty_places(name: str) -> None:
-    leave_several_singularities(name, 50)
 
 
 def test_an_arm_that_is_stretched_with_a_straight_wrist_needs_two_keys_at_once() -> None:

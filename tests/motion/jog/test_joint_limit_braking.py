@@ -10,10 +10,11 @@ from openpendant.motion.jog.joint_braking import JointLimitBraking
 
 UR5 = model("ur5")
 SPEEDS = [0.5 * limit for limit in UR5.limits.velocity]
+ENDS = JointLimitBraking(UR5, SPEEDS)
 
 
 def test_far_from_all_ends_only_the_accelerations_bind() -> None:
-    bounds = JointLimitBraking(UR5, SPEEDS).bounds(0.01, UR5_BENT, [0.0] * UR5.dof)
+    bounds = ENDS.bounds(0.01, UR5_BENT, [0.0] * UR5.dof)
     assert [bound[:2] for bound in bounds] == [(-math.inf, math.inf)] * UR5.dof
     gains = [0.01 * limit for limit in UR5.limits.acceleration]
     assert [bound[2] for bound in bounds] == pytest.approx(gains, rel=1e-5)
@@ -21,7 +22,7 @@ def test_far_from_all_ends_only_the_accelerations_bind() -> None:
 
 def test_only_the_joint_that_is_near_its_end_is_bound_and_only_towards_it() -> None:
     place = [*UR5_BENT[:2], UR5.upper[2] - 0.02, *UR5_BENT[3:]]
-    bounds = JointLimitBraking(UR5, SPEEDS).bounds(0.01, place, [0.0] * UR5.dof)
+    bounds = ENDS.bounds(0.01, place, [0.0] * UR5.dof)
     least, most, _ = bounds[2]
     assert least == -math.inf
     assert 0.0 < most < SPEEDS[2]
@@ -33,14 +34,13 @@ def test_only_the_joint_that_is_near_its_end_is_bound_and_only_towards_it() -> N
 @pytest.mark.parametrize("speed", [0.3, 1.0, 1.5])
 def test_a_joint_at_its_bound_rests_before_the_end(speed: float, side: float, dt: float) -> None:
     """However fast it comes: faster than is asked too, as after another override."""
-    ends = JointLimitBraking(UR5, SPEEDS)
     end = UR5.upper[0] if side > 0.0 else UR5.lower[0]
     place, velocity = list(UR5_BENT), [0.0] * UR5.dof
     velocity[0] = side * speed
     limit = UR5.limits.acceleration[0]
     place[0] = end - side * (speed * speed / (2.0 * 0.95 * limit) + speed * LONGEST_STEP)
     for _ in range(2000):
-        least, most, gain = ends.bounds(dt, place, velocity)[0]
+        least, most, gain = ENDS.bounds(dt, place, velocity)[0]
         after = min(most, velocity[0] + gain) if side > 0.0 else max(least, velocity[0] - gain)
         assert abs(after - velocity[0]) <= gain * (1.0 + 1e-9)
         place[0] += 0.5 * dt * (velocity[0] + after)
@@ -48,9 +48,6 @@ def test_a_joint_at_its_bound_rests_before_the_end(speed: float, side: float, dt
         assert side * (end - place[0]) >= 0.0
     assert velocity[0] == 0.0
     assert abs(end - place[0]) < 1e-3
-
-
-ENDS = JointLimitBraking(UR5, [0.5 * limit for limit in UR5.limits.velocity])
 
 
 @pytest.mark.parametrize("side", [1.0, -1.0])
