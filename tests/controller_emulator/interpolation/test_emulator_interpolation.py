@@ -1,7 +1,6 @@
 """The mathematics between two points, checked against its own definition."""
 
 import math
-import struct
 
 import pytest
 from hypothesis import given
@@ -13,6 +12,7 @@ from rigs.cells.controller_rig import (
     STOP,
     SUCCESS,
     ControllerRig,
+    float32,
     full_point,
     ratio_point,
 )
@@ -270,8 +270,3 @@ def test_the_hardest_honest_stream_is_never_refused(with_times: bool) -> None:
     assert not rig.violations
     assert not rig.status.in_error
     assert worst <= a * (1.005 if with_times else MARGIN + 0.01)
-
-
-def float32(value: float) -> float:
-    (rounded,) = struct.unpack("<f", struct.pack("<f", value))
-    return float(rounded)

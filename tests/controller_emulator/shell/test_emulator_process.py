@@ -136,8 +136,7 @@ def test_the_executed_motion_is_recorded(launch: Launch, tmp_path: Path) -> None
     process = launch("--record", str(record), "--start", "zero", "--rate", "200")
     joints = (each for each in reports(ready(process)["state"]) if isinstance(each, JointPosition))
     assert len(list(islice(joints, 20))) == 20
-    process.send_signal(signal.SIGTERM)
-    process.communicate(timeout=TIMEOUT_S)
+    ended(process)
     rows = list(csv.DictReader(record.read_text().splitlines()))
     assert len(rows) > 10
     assert float(rows[0]["shoulder_pan_joint.position"]) == 0.0

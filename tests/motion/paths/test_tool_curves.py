@@ -335,7 +335,7 @@ def test_a_normal_that_is_none_is_refused(normal: Array, named: str) -> None:
 
 
 POSE = random_pose(np.random.default_rng(1))
-NEAR = Pose(POSE.position + [1e-8, 0.0, 0.0], POSE.quaternion)
+NEAR = Pose(np.add(POSE.position, (1e-8, 0.0, 0.0)), POSE.quaternion)
 NAN, INF = math.nan, math.inf
 
 
