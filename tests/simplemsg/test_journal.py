@@ -7,6 +7,7 @@ import json
 import os
 from pathlib import Path
 from typing import Any
+from unittest.mock import Mock
 
 import pytest
 
@@ -36,20 +37,12 @@ class Lines(io.StringIO):
         return super().write("".join(map(spelled, parts)))
 
 
-class Clock:
-    def __init__(self) -> None:
-        self.now = START
-
-    def __call__(self) -> int:
-        return self.now
-
-
 @pytest.fixture
-def clock() -> Clock:
-    return Clock()
+def clock() -> Mock:
+    return Mock(return_value=START)
 
 
-def _kept(clock: Clock, stream: Lines) -> Journal:
+def _kept(clock: Mock, stream: Lines) -> Journal:
     journal = Journal(clock)
     journal.keep(stream, _fail, kind="server", started="then", version="1", settings={"a": 1})
     return journal
@@ -59,14 +52,14 @@ def _fail(error: OSError) -> None:
     raise AssertionError(error)
 
 
-def test_an_event_has_one_time_however_long_it_is_handled(clock: Clock) -> None:
+def test_an_event_has_one_time_however_long_it_is_handled(clock: Mock) -> None:
     journal = Journal(clock)
     assert journal.begin("tick") == START
-    clock.now += 10
+    clock.return_value += 10
     assert journal.now == START
 
 
-def test_a_journal_that_is_not_kept_tells_the_time_and_passes_answers_on(clock: Clock) -> None:
+def test_a_journal_that_is_not_kept_tells_the_time_and_passes_answers_on(clock: Mock) -> None:
     journal = Journal(clock)
     journal.begin("in", 1, b"\x01")
     journal.out(1, b"\x02")
@@ -75,10 +68,10 @@ def test_a_journal_that_is_not_kept_tells_the_time_and_passes_answers_on(clock: 
     assert not journal.is_kept
 
 
-def test_lines_say_what_happened_and_what_followed(clock: Clock) -> None:
+def test_lines_say_what_happened_and_what_followed(clock: Mock) -> None:
     stream = Lines()
     journal = _kept(clock, stream)
-    clock.now += 7
+    clock.return_value += 7
     journal.begin("opened", 3, b"\xab", port="motion")
     journal.out(3, b"\xcd")
     journal.answer("clogged", 3, True)
@@ -97,7 +90,7 @@ def test_lines_say_what_happened_and_what_followed(clock: Clock) -> None:
     ]
 
 
-def test_what_is_long_reaches_the_stream_as_it_is(clock: Clock) -> None:
+def test_what_is_long_reaches_the_stream_as_it_is(clock: Mock) -> None:
     """To spell it out is the stream's business, which has the time."""
     taken: list[Part] = []
 
@@ -120,13 +113,13 @@ def test_what_is_long_reaches_the_stream_as_it_is(clock: Clock) -> None:
     assert effect == {"out": "1", "hex": "cd" * LONG}
 
 
-def test_only_answers_of_yes_are_noted(clock: Clock) -> None:
+def test_only_answers_of_yes_are_noted(clock: Mock) -> None:
     stream = Lines()
     assert not _kept(clock, stream).answer("gone", 1, False)
     assert "gone" not in stream.getvalue()
 
 
-def test_nothing_is_written_after_the_end(clock: Clock) -> None:
+def test_nothing_is_written_after_the_end(clock: Mock) -> None:
     stream = Lines()
     journal = _kept(clock, stream)
     before = stream.getvalue()
@@ -138,15 +131,11 @@ def test_nothing_is_written_after_the_end(clock: Clock) -> None:
     assert not journal.is_kept
 
 
-class FullDisk(Lines):
-    def write(self, *parts: Part) -> int:
-        raise OSError(errno.ENOSPC, "No space left on device")
-
-
-def test_a_full_disk_ends_the_journal_once_and_nothing_else(clock: Clock) -> None:
+def test_a_full_disk_ends_the_journal_once_and_nothing_else(clock: Mock) -> None:
     told: list[OSError] = []
     journal = Journal(clock)
-    journal.keep(FullDisk(), told.append, kind="emulator", started="")
+    disk = Mock(write=Mock(side_effect=OSError(errno.ENOSPC, "No space left on device")))
+    journal.keep(disk, told.append, kind="emulator", started="")
     assert journal.begin("tick") == START
     journal.out(1, b"\x01")
     assert [error.errno for error in told] == [errno.ENOSPC]
