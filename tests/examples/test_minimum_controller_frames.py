@@ -52,16 +52,12 @@ async def controller(program: Path) -> AsyncIterator[Controller]:
     await running.end()
 
 
-@pytest_asyncio.fixture
-async def link(controller: Controller) -> AsyncIterator[Wire]:
+async def linked(controller: Controller) -> AsyncIterator[Wire]:
     async with controller.link() as wire:
         yield wire
 
 
-@pytest_asyncio.fixture
-async def other(controller: Controller) -> AsyncIterator[Wire]:
-    async with controller.link() as wire:
-        yield wire
+link, other = pytest_asyncio.fixture(linked), pytest_asyncio.fixture(linked)
 
 
 @pytest_asyncio.fixture

@@ -77,15 +77,9 @@ def _child(target: str, corpus: str, limit: str, keep: str, seed: str) -> None:
     for first in module.seeds():
         (Path(corpus) / hashlib.sha1(first).hexdigest()).write_bytes(first)
     Path(keep).mkdir(parents=True, exist_ok=True)
-    options = [
-        *(limit, f"-max_len={_LONGEST_INPUT}", "-timeout=10"),
-        *(
-            f"-seed={seed}",
-            f"-rss_limit_mb={_inherited_megabytes() + _MOST_MEGABYTES}",
-            "-print_final_stats=1",
-            f"-artifact_prefix={keep}/",
-        ),
-    ]
+    memory = f"-rss_limit_mb={_inherited_megabytes() + _MOST_MEGABYTES}"
+    options = [limit, memory, f"-seed={seed}", f"-artifact_prefix={keep}/", "-print_final_stats=1"]
+    options += [f"-max_len={_LONGEST_INPUT}", "-timeout=10"]
     atheris.Setup([target, *options, corpus], module.TestOneInput)
     atheris.Fuzz()
 
