@@ -18,17 +18,19 @@ TASK = pillar_task()
 START, GOAL = (json.dumps(each.tolist()) for each in TASK[1:])
 
 
+SWING = ["--robot", "ur5", "--start", START, "--goal", GOAL]
+
+
 @pytest.fixture
-def scene(tmp_path: Path) -> str:
+def scene(tmp_path: Path) -> list[str]:
     save_scene(pillar_scene(), tmp_path / "scene.yaml")
-    return str(tmp_path / "scene.yaml")
+    return ["--scene", str(tmp_path / "scene.yaml")]
 
 
-def test_a_plan_is_one_line_of_json_and_the_same_again(capsys: Capture, scene: str) -> None:
+def test_a_plan_is_one_line_of_json_and_the_same_again(capsys: Capture, scene: list[str]) -> None:
     answers = []
     for _ in range(2):
-        argv = ["--robot", "ur5", "--start", START, "--goal", GOAL, "--scene", scene]
-        assert main([*argv, "--seed", "4", "--json", "-"]) == 0
+        assert main([*SWING, *scene, "--seed", "4", "--json", "-"]) == 0
         captured = capsys.readouterr()
         assert captured.err == ""
         (line,) = captured.out.splitlines()
@@ -49,11 +51,10 @@ def test_the_table_names_the_unit_of_every_joint(capsys: Capture) -> None:
     assert told.count("[°]") == limits.dof - 1
 
 
-def test_every_output_holds_every_sample(capsys: Capture, scene: str, tmp_path: Path) -> None:
+def test_every_output_holds_every_sample(capsys: Capture, scene: list[str], tmp_path: Path) -> None:
     files = {name: str(tmp_path / f"plan.{name}") for name in ("csv", "json", "ros", "plot")}
     options = [word for name, file in files.items() for word in (f"--{name}", file)]
-    argv = ["--robot", "ur5", "--start", START, "--goal", GOAL, "--scene", scene]
-    assert main([*argv, *options]) == 0
+    assert main([*SWING, *scene, *options]) == 0
     shown = capsys.readouterr().out
     assert "certificate: valid" in shown
     assert "-64.17" in shown  # the start, in degrees
@@ -68,7 +69,9 @@ def test_every_output_holds_every_sample(capsys: Capture, scene: str, tmp_path: 
     assert Path(files["plot"]).read_bytes().startswith(b"\x89PNG")
 
 
-def test_a_program_visits_joints_and_poses(capsys: Capture, scene: str, tmp_path: Path) -> None:
+def test_a_program_visits_joints_and_poses(
+    capsys: Capture, scene: list[str], tmp_path: Path
+) -> None:
     pose = TASK.collision.kinematics.forward(TASK.start)
     goals = [
         TASK.goal.tolist(),
@@ -76,7 +79,7 @@ def test_a_program_visits_joints_and_poses(capsys: Capture, scene: str, tmp_path
     ]
     (tmp_path / "program.json").write_text(json.dumps(goals))
     argv = ["--robot", "ur5", "--start", START, "--program", str(tmp_path / "program.json")]
-    assert main([*argv, "--scene", scene, "--json", "-", "--speed", "0.5"]) == 0
+    assert main([*argv, *scene, "--json", "-", "--speed", "0.5"]) == 0
     answer = json.loads(capsys.readouterr().out)
     assert len(answer["goals"]) == 2
     last = TASK.collision.kinematics.forward(answer["position"][-1])
@@ -84,12 +87,11 @@ def test_a_program_visits_joints_and_poses(capsys: Capture, scene: str, tmp_path
 
 
 def test_a_bar_is_shown_for_what_takes_long(
-    capsys: Capture, scene: str, monkeypatch: pytest.MonkeyPatch
+    capsys: Capture, scene: list[str], monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.setattr(plan_command, "BAR_AFTER", 0.0)
     monkeypatch.setenv("FORCE_COLOR", "1")
-    argv = ["--robot", "ur5", "--start", START, "--goal", GOAL, "--scene", scene]
-    assert main([*argv, "--json", "-"]) == 0
+    assert main([*SWING, *scene, "--json", "-"]) == 0
     assert "goal 1 of 1" in capsys.readouterr().err
 
 
@@ -153,9 +155,9 @@ def test_a_scene_that_does_not_fit_is_refused_with_its_file_and_field(
     assert "accepted: " in line
 
 
-def test_a_goal_in_the_pillar_names_it(capsys: Capture, scene: str) -> None:
+def test_a_goal_in_the_pillar_names_it(capsys: Capture, scene: list[str]) -> None:
     goal = TASK.goal.copy()
     goal[0] = -0.22
     argv = ["--robot", "ur5", "--start", START, "--goal", json.dumps(goal.tolist())]
-    assert main([*argv, "--scene", scene]) == 3
+    assert main([*argv, *scene]) == 3
     assert "pillar touch at the goal" in capsys.readouterr().err

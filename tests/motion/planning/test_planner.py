@@ -3,6 +3,7 @@ import subprocess
 import sys
 import time
 from typing import Any
+from unittest.mock import Mock, patch
 
 import numpy as np
 import pytest
@@ -42,15 +43,9 @@ def task() -> Task:
 
 
 def plan(task: Task, planner: str = BUILT_IN, seed: int = 0, **more: Any) -> JointPolyline:
-    chosen: dict[str, Any] = {
-        "time_limit": 60.0,
-        "clock": time.perf_counter,
-        "planner": planner,
-        "seed": seed,
-    }
-    return plan_free_path(
-        task.collision.kinematics, task.collision, task.start, task.goal, **(chosen | more)
-    )
+    chosen = {"time_limit": 60.0, "clock": time.perf_counter, "planner": planner, "seed": seed}
+    arm = task.collision.kinematics
+    return plan_free_path(arm, task.collision, task.start, task.goal, **(chosen | more))
 
 
 def assert_free(task: Task, path: Path) -> None:
@@ -145,27 +140,14 @@ def test_a_part_is_picked_and_placed_over_a_wall() -> None:
 def test_progress_is_told_from_the_search_to_the_end() -> None:
     task, told = pillar_task(), list[PlanningProgress]()
     plan(task, on_progress=told.append)
-    stages = list(dict.fromkeys(each.stage for each in told))
-    assert stages == [
-        PlanningStage.SEARCHING,
-        PlanningStage.SHORTENING,
-        PlanningStage.CHECKING,
-        PlanningStage.DONE,
-    ]
+    assert list(dict.fromkeys(each.stage for each in told)) == list(PlanningStage)
     assert [each.iterations for each in told] == sorted(each.iterations for each in told)
 
 
 @pytest.mark.parametrize("planner", QUICK)
 def test_what_progress_raises_ends_the_plan(planner: str) -> None:
-    class Cancelled(Exception):
-        pass
-
-    def cancel(progress: PlanningProgress) -> None:
-        raise Cancelled
-
-    task = pillar_task()
-    with pytest.raises(Cancelled):
-        plan(task, planner, on_progress=cancel)
+    with pytest.raises(InterruptedError, match="by the user"):
+        plan(pillar_task(), planner, on_progress=Mock(side_effect=InterruptedError("by the user")))
 
 
 @pytest.mark.parametrize("planner", QUICK)
@@ -340,18 +322,11 @@ def test_the_verdict_is_that_of_looking_ten_times_as_densely(robot: str, count: 
     assert touched > count / 4
 
 
-def test_a_clear_path_takes_few_looks(monkeypatch: pytest.MonkeyPatch, task: Task) -> None:
+def test_a_clear_path_takes_few_looks(task: Task) -> None:
     robot_alone = CollisionModel(task.collision.kinematics)
-    looks = []
-    clearances = CollisionModel.clearances
-
-    def counted(model: CollisionModel, position: np.ndarray) -> np.ndarray:
-        looks.append(position)
-        return clearances(model, position)
-
-    monkeypatch.setattr(CollisionModel, "clearances", counted)
-    assert first_contact(robot_alone, [task.start, task.goal]) is None
-    assert len(looks) < 10  # of 1,800 samples: only the pan joint moves, and no pair nears
+    with patch.object(robot_alone, "clearances", wraps=robot_alone.clearances) as looks:
+        assert first_contact(robot_alone, [task.start, task.goal]) is None
+    assert looks.call_count < 10  # of 1,800 samples: only the pan joint moves, and no pair nears
 
 
 def test_a_margin_counts_as_touching(task: Task) -> None:
