@@ -43,9 +43,9 @@ def task() -> Task:
 
 
 def plan(task: Task, planner: str = BUILT_IN, seed: int = 0, **more: Any) -> JointPolyline:
-    chosen = {"time_limit": 60.0, "clock": time.perf_counter, "planner": planner, "seed": seed}
-    arm = task.collision.kinematics
-    return plan_free_path(arm, task.collision, task.start, task.goal, **(chosen | more))
+    arm, asked = task.collision.kinematics, {"planner": planner, "seed": seed, "time_limit": 60.0}
+    given: dict[str, Any] = {"clock": time.perf_counter, **asked, **more}
+    return plan_free_path(arm, task.collision, task.start, task.goal, **given)
 
 
 def assert_free(task: Task, path: Path) -> None:
