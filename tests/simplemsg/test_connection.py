@@ -133,13 +133,6 @@ def test_a_fault_is_final_and_keeps_what_was_complete_before_it(connection: Conn
     assert not connection.more
 
 
-def test_a_fault_behind_a_split_frame_is_found(connection: Connection) -> None:
-    assert connection.receive(PING[:7]) == []
-    assert connection.receive(PING[7:] + b"\xff\xff\xff\xff") == [Ping()]
-    assert isinstance(connection.fault, LengthOutOfBounds)
-    assert not connection.partial
-
-
 def test_partial_is_true_only_while_a_frame_is_begun(connection: Connection) -> None:
     assert not connection.partial
     for at in range(15):

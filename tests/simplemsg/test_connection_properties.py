@@ -18,7 +18,6 @@ from openpendant.simplemsg import (
     CommType,
     Connection,
     Dialect,
-    FramingFault,
     JointTrajPt,
     Malformed,
     Opaque,
@@ -77,14 +76,6 @@ def test_events_do_not_depend_on_how_bytes_were_cut(
         # Texts, because two not-a-numbers are not equal.
         runs.append((repr(events), repr(connection.fault), connection.partial))
     assert runs[0] == runs[1] == runs[2]
-
-
-@given(st.lists(st.binary(max_size=200), max_size=10))
-def test_any_bytes_give_events_or_a_framing_fault(chunks: list[bytes]) -> None:
-    connection = Connection(Role.SERVER)
-    for chunk in chunks:
-        _drain(connection, chunk)
-    assert connection.fault is None or isinstance(connection.fault, FramingFault)
 
 
 @given(st.integers(12, 200), st.binary(min_size=200, max_size=200), dialects)

@@ -15,7 +15,6 @@ from openpendant.motion.cli.robots import main
 from openpendant.motion.description.robot import SerialRobot, robot_names
 from openpendant.motion.description.robot import serial_robot as robot_of_file
 from openpendant.motion.description.schema import BoxFacts, CapsuleFacts
-from openpendant.motion.errors import BadArgument
 from openpendant.motion.kinematics.serial import Kinematics
 from openpendant.motion.pose import Pose
 from openpendant.motion.visuals import drawing
@@ -266,11 +265,6 @@ def test_a_bad_drawing_is_one_line_on_standard_error(
     assert main(arguments) == 2
     (line,) = capsys.readouterr().err.splitlines()
     assert says in line
-
-
-def test_a_picture_of_another_format_is_refused(tmp_path: Path) -> None:
-    with pytest.raises(BadArgument, match="picture"):
-        drawing.write_picture((), Path(f"{tmp_path}/a.gif"), "a")
 
 
 def test_an_imported_robot_without_any_shapes_is_drawn_too(tmp_path: Path, capsys: Capture) -> None:

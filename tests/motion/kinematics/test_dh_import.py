@@ -78,15 +78,6 @@ def test_a_table_is_a_product_by_its_convention(tmp_path: Path, convention: str,
         assert_near(found, by_definition(convention, joints.tolist()), 1e-12)
 
 
-def test_the_two_conventions_of_the_same_rows_are_different_arms(tmp_path: Path) -> None:
-    zero = np.zeros(4)
-    first, second = (
-        chain_pose(read_dh_file(written(tmp_path, content(each))).joints, zero)
-        for each in ("standard", "modified")
-    )
-    assert first.position_distance(second) > 0.1
-
-
 def test_limits_rates_and_home_are_taken_in_the_declared_units(tmp_path: Path) -> None:
     turning = {"joint": "t", "lower": -90, "upper": 180, "velocity": 360, "acceleration": 720}
     sliding = {"joint": "s", "variable": "d", "lower": 0, "upper": 500, "velocity": 250}

@@ -249,19 +249,6 @@ def test_a_way_around_is_found_and_shortened(seed: int) -> None:
     assert 2.256 < length(short) < min(length(found) + 1e-12, 2.8)
 
 
-def test_the_same_seed_gives_the_same_way() -> None:
-    ways = [
-        rrt_connect(
-            START, GOAL, LOWER, UPPER, around_the_disc, random=np.random.default_rng(seed)
-        ).waypoints
-        for seed in (3, 3, 4)
-    ]
-    assert ways[0] is not None
-    assert ways[2] is not None
-    np.testing.assert_array_equal(ways[0], ways[1])
-    assert not np.array_equal(ways[0], ways[2])
-
-
 def test_a_free_line_needs_no_search() -> None:
     random = np.random.default_rng(0)
     aside = np.array([-1.0, 1.0])

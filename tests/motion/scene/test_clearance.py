@@ -254,18 +254,6 @@ def test_a_scene_of_too_many_objects_is_not_looked_at() -> None:
     assert model.looks == 0
 
 
-def test_a_short_move_beside_the_last_one_needs_no_distance() -> None:
-    model = counted(*AROUND)
-    proof = ClearPath(model)
-    home = model.kinematics.robot.home_position
-    there = (home[0] + 0.02, *home[1:])
-    assert proof.is_sure(home, there)
-    assert model.looks == 1
-    assert proof.is_sure(there, home)
-    assert proof.is_sure(home, (home[0], home[1] + 0.01, *home[2:]))
-    assert model.looks == 1
-
-
 def test_a_way_past_an_object_that_is_near_is_not_proved_nor_one_from_within() -> None:
     model = counted()
     home = np.array(model.kinematics.robot.home_position)

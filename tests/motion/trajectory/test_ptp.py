@@ -70,13 +70,6 @@ def test_all_joints_keep_to_the_straight_line() -> None:
     assert move.position == pytest.approx(np.outer(fraction, AWAY), abs=1e-12)
 
 
-def test_speed_scales_the_velocity_and_leaves_the_acceleration() -> None:
-    full = certify(plan_joint_move(HOME, AWAY, UR5), UR5)
-    tenth = certify(plan_joint_move(HOME, AWAY, UR5, speed=0.1), UR5)
-    assert 0.095 < tenth.velocity.ratio <= 0.1 + 1e-9
-    assert tenth.acceleration.ratio > 0.9 * full.acceleration.ratio
-
-
 def test_moves_between_the_very_corners_of_the_range_are_certified() -> None:
     for limits in (serial_robot(name).limits for name in SERIAL):
         for start, goal in ((limits.lower, limits.upper), (limits.upper, limits.lower)):

@@ -326,13 +326,6 @@ def test_the_motion_ends_each_interval_where_the_next_begins() -> None:
         assert before.velocity == pytest.approx(motion.state(time).velocity, abs=1e-6)
 
 
-def test_a_planned_motion_keeps_its_limits_between_the_samples() -> None:
-    pieces = IntersampleCheck(swing_of(), UR5).pieces()
-    assert (np.abs(pieces.velocity).max(axis=(0, 2)) <= UR5.velocity).all()
-    greatest = np.abs(pieces.acceleration).max(axis=(0, 2))
-    assert (greatest <= np.array(UR5.acceleration) * 1.001).all()
-
-
 def test_an_even_acceleration_is_found_again() -> None:
     move = plan_joint_move([0.0], [1.0], SINGLE)
     motion = IntersampleCheck(move, SINGLE)

@@ -184,13 +184,6 @@ def test_a_tilt_that_four_axes_cannot_take_is_refused_with_it(
     assert refused.value.best_rotation_error == pytest.approx(0.3, abs=1e-6)
 
 
-@pytest.mark.parametrize("name", ["fanuc_m410ib", "mitsubishi_rh6frh5520"])
-def test_a_four_axis_arm_turns_its_tool_about_the_vertical(kinematics: Kinematics) -> None:
-    home = kinematics.robot.home_position
-    turned = kinematics.forward(home).compose(Pose.from_rpy((0.0, 0.0, 0.0), (0.0, 0.0, 0.7)))
-    assert_solves(kinematics, solve(kinematics, turned, home), turned, "base")
-
-
 @pytest.mark.parametrize("name", ["abb_irb2400", "fanuc_m10ia", "ur5"])
 def test_a_pose_beyond_a_limit_names_joint_value_and_limit(
     name: str, kinematics: Kinematics
