@@ -28,6 +28,7 @@ from openpendant.simplemsg.journal import (
 from openpendant.simplemsg.journal_writer import JournalWriter
 
 START = 5_000_000_000
+NEVER = Mock(side_effect=AssertionError)
 
 
 class Lines(io.StringIO):
@@ -44,12 +45,8 @@ def clock() -> Mock:
 
 def _kept(clock: Mock, stream: Lines) -> Journal:
     journal = Journal(clock)
-    journal.keep(stream, _fail, kind="server", started="then", version="1", settings={"a": 1})
+    journal.keep(stream, NEVER, kind="server", started="then", version="1", settings={"a": 1})
     return journal
-
-
-def _fail(error: OSError) -> None:
-    raise AssertionError(error)
 
 
 def test_an_event_has_one_time_however_long_it_is_handled(clock: Mock) -> None:

@@ -1,7 +1,6 @@
 import math
 from itertools import combinations
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 import pytest
@@ -280,7 +279,10 @@ def plain_pairs(kinematics: Kinematics, scene: Scene) -> list[tuple[str, str]]:
     robot, model = kinematics.robot, kinematics.model
     shapes = [(link, link) for link, each in robot.collision.items() for _ in each]
     shapes += [(each.name, each.link or "") for each in scene.objects]
-    joint = {name: _joint(model, link) for name, link in shapes}
+    joint = {
+        name: model.frames[model.getFrameId(link)].parentJoint if link else 0
+        for name, link in shapes
+    }
     held = {each.name for each in scene.objects if each.link is not None}
     wrist = {model.njoints - 3, model.njoints - 1} if model.njoints > 6 else set()
     allowed = {frozenset(pair[:2]) for pair in robot.allowed_collisions}
@@ -301,10 +303,6 @@ def plain_pairs(kinematics: Kinematics, scene: Scene) -> list[tuple[str, str]]:
     return checked
 
 
-def _joint(model: Any, link: str) -> int:
-    return int(model.frames[model.getFrameId(link)].parentJoint) if link else 0
-
-
 @pytest.mark.parametrize("name", ROBOTS)
 def test_the_pairs_are_those_of_the_rule_and_in_its_order(kinematics: Kinematics) -> None:
     random = np.random.default_rng(11)
@@ -319,27 +317,19 @@ def test_the_sweep_of_a_ball_is_the_lengths_between_and_its_reach(
 ) -> None:
     model, moving = kinematics.model, kinematics.robot.moving
     travel = greatest_travel(kinematics.robot)
-    stand, held = SceneObject("post", Sphere(0.1), (3.0, 0.0, 0.0)), ball_at_last_joint(kinematics)
+    held = SceneObject("ball", Sphere(0.05), link=kinematics.robot.tool_link)
+    stand = SceneObject("post", Sphere(0.1), (3.0, 0.0, 0.0))
     collision = CollisionModel(kinematics, Scene((stand, held)))
     row: NDArray[np.float64] = collision.sweep[collision.pairs.index(("post", "ball"))]
-    lever = radius_of(kinematics, held)
+    # How far the ball reaches from the origin of the joint that carries it.
+    placement = model.frames[model.getFrameId(held.link)].placement
+    lever = float(np.linalg.norm(placement.translation)) + 0.05
     expected = []
     for joint in range(model.njoints - 1, 0, -1):
         expected.append(1.0 if moving[joint - 1].prismatic else lever)
         lever += float(np.linalg.norm(model.jointPlacements[joint].translation))
         lever += travel[joint - 1] if moving[joint - 1].prismatic else 0.0
     np.testing.assert_allclose(row, expected[::-1], rtol=1e-12)
-
-
-def ball_at_last_joint(kinematics: Kinematics) -> SceneObject:
-    return SceneObject("ball", Sphere(0.05), link=kinematics.robot.tool_link)
-
-
-def radius_of(kinematics: Kinematics, held: SceneObject) -> float:
-    """Return how far a ball reaches from the origin of the joint that carries it [m]."""
-    model = kinematics.model
-    frame = model.frames[model.getFrameId(held.link)]
-    return float(np.linalg.norm(frame.placement.translation)) + 0.05
 
 
 def test_only_pairs_with_an_object_count_and_the_error_tells_them() -> None:

@@ -138,9 +138,8 @@ def test_the_two_jacobians_undo_each_other(pose: Pose) -> None:
 def test_the_leg_jacobian_is_the_slope_of_the_lengths(column: int) -> None:
     twist, step = np.eye(6)[column], 1e-6
     for pose in random_poses(10):
-        slope = (
-            LEGS.lengths(moved(pose, twist, step)) - LEGS.lengths(moved(pose, twist, -step))
-        ) / (2.0 * step)
+        ahead, behind = (LEGS.lengths(moved(pose, twist, time)) for time in (step, -step))
+        slope = (ahead - behind) / (2.0 * step)
         assert LEGS.jacobian(pose) @ twist == pytest.approx(slope, abs=1e-8)
 
 
@@ -262,9 +261,8 @@ def test_each_coordinate_alone_goes_just_to_its_bound(coordinate: int, sign: flo
 def test_together_the_coordinates_share_the_bounds() -> None:
     third = np.array([1.0, 0.0, 1.0, 0.0, 0.0, 1.0]) / 3.0
     WORKSPACE.check(pose_of_shares(third))
-    with pytest.raises(
-        errors.PlatformLimit, match=r"workspace sum limit is 1, the pose needs 1\.2"
-    ):
+    told = r"workspace sum limit is 1, the pose needs 1\.2"
+    with pytest.raises(errors.PlatformLimit, match=told):
         WORKSPACE.check(pose_of_shares(1.2 * third))
 
 
