@@ -56,9 +56,8 @@ def TestOneInput(data: bytes) -> None:
         arrived += len(piece)
         wire.read_ahead(piece)
         if wire.byte_order is not None:
-            assert [stop.place for stop in wire.stops] == [
-                place for place, end in expected if end <= arrived
-            ]
+            ended = [place for place, end in expected if end <= arrived]
+            assert [stop.place for stop in wire.stops] == ended
     _hand_over(wire, {place for place, _ in expected})
 
 

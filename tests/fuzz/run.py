@@ -109,9 +109,8 @@ def main(argv: list[str]) -> int:
         outcomes = list(pool.map(lambda name: fuzz(name, limit, REGRESSIONS / name), targets))
     for outcome in outcomes:
         found = ", ".join(str(path) for path in outcome.found) or "nothing"
-        sys.stdout.write(
-            f"{outcome.target:<20} {outcome.executions:>9} executions, found: {found}\n"
-        )
+        told = f"{outcome.target:<20} {outcome.executions:>9} executions, found: {found}"
+        sys.stdout.write(f"{told}\n")
         if outcome.exit_code:
             sys.stderr.write(outcome.log)
     return 1 if any(outcome.exit_code for outcome in outcomes) else 0

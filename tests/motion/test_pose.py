@@ -61,10 +61,9 @@ def test_quaternions_are_unit_and_w_is_not_negative(pose: Pose) -> None:
 def test_slerp_divides_the_angle_in_proportion(first: Pose, second: Pose, part: float) -> None:
     middle = slerp(first.quaternion, second.quaternion, part)
     whole = first.rotation_distance(second)
-    assert rotation_distance(first.quaternion, middle) == pytest.approx(part * whole, abs=1e-7)
-    assert rotation_distance(middle, second.quaternion) == pytest.approx(
-        (1.0 - part) * whole, abs=1e-7
-    )
+    before = rotation_distance(first.quaternion, middle)
+    after = rotation_distance(middle, second.quaternion)
+    assert (before, after) == pytest.approx((part * whole, (1.0 - part) * whole), abs=1e-7)
 
 
 @pytest.mark.parametrize("angle", [0.0, 1e-12, 1e-8, 1e-3, 1.0, 3.0, math.pi])

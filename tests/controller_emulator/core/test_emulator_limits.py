@@ -93,9 +93,8 @@ def test_a_bad_point_during_motion_stops_on_a_ramp(rig: ControllerRig) -> None:
 def test_a_violation_carries_joint_value_limit_sequence_time_and_link(rig: ControllerRig) -> None:
     rig.wait(250)
     rig.code(ratio_point(0, (0.0, -2.5), 5.0), link=4)
-    assert rig.controller.referee.kept == [
-        Violation(ViolationKind.RANGE, "elbow", -2.5, -2.0, 0, 0.25, 4)
-    ]
+    beyond = Violation(ViolationKind.RANGE, "elbow", -2.5, -2.0, 0, 0.25, 4)
+    assert rig.controller.referee.kept == [beyond]
 
 
 UNEVEN = JointLimits(("j",), (-0.1,), (0.1,), (0.7,), (1.1,), (False,))
@@ -164,11 +163,8 @@ def test_a_single_point_that_cannot_be_a_point_of_rest_in_its_time_is_not_moved_
 def test_a_trajectory_cannot_start_behind_a_point_that_will_be_passed_at_speed() -> None:
     # Its velocity was left open, and is one at which the robot cannot stand: nothing came in time.
     rig = ControllerRig(start_rule=StartRule(points=3, lead=0, wait=MS, patience=MS))
-    rig.stream(
-        ratio_point(0, (0.0, 0.0), 0.0),
-        ratio_point(1, (0.02, 0.0), 0.1),
-        ratio_point(2, (0.06, 0.0), 0.1),
-    )
+    places = ((0.0, 0.0), (0.02, 0.1), (0.06, 0.1))
+    rig.stream(*(ratio_point(n, (q, 0.0), time) for n, (q, time) in enumerate(places)))
     rig.wait(150)
     assert rig.code(ratio_point(0, (0.065, 0.0), 0.5)) == FAILURE
     assert rig.violations == {ViolationKind.START_VELOCITY: 1}

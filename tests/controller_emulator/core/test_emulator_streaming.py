@@ -223,11 +223,8 @@ def test_a_new_trajectory_clears_the_error_of_the_last_one(rig: ControllerRig) -
 
 
 def test_streaming_may_start_and_end_with_the_special_sequences(rig: ControllerRig) -> None:
-    codes = rig.stream(
-        ratio_point(-2, (0.1, 0.0), 1.0),
-        ratio_point(1, (0.2, 0.0), 1.0),
-        ratio_point(-3, (0.3, 0.0), 1.0),
-    )
+    marks = ((-2, 0.1), (1, 0.2), (-3, 0.3))
+    codes = rig.stream(*(ratio_point(mark, (q, 0.0), 1.0) for mark, q in marks))
     assert codes == [SUCCESS] * 3
     rig.wait(3000)
     assert rig.position[0] == pytest.approx(0.3, abs=1e-7)

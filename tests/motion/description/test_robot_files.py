@@ -367,9 +367,8 @@ def test_a_file_with_anything_anywhere_loads_or_is_a_robot_file_error(
     tmp_path: Path, robot_folder: Path, name: str, data: st.DataObject
 ) -> None:
     content = deepcopy(packaged(robot_folder, name))
-    change = put(
-        *data.draw(st.sampled_from(list(places(content)))), data.draw(st.sampled_from(JUNK))
-    )
+    place = data.draw(st.sampled_from(list(places(content))))
+    change = put(*place, data.draw(st.sampled_from(JUNK)))
     change(content)
     path = tmp_path / "changed.yaml"
     path.write_text(json.dumps(content))

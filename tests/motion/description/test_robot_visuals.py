@@ -91,9 +91,8 @@ def test_a_joint_moves_what_is_beyond_it_and_nothing_before_it() -> None:
 
 @pytest.mark.parametrize("name", ["ur5", "kuka_iiwa14", "abb_irb2400"])
 def test_a_hub_lies_on_its_joints_axis(robot: SerialRobot) -> None:
-    hubs = {
-        each.link: each for each in robot_visuals(robot).shapes if each.part is VisualPart.JOINT
-    }
+    shapes = robot_visuals(robot).shapes
+    hubs = {each.link: each for each in shapes if each.part is VisualPart.JOINT}
     for joint in robot.moving:
         hub, axis = hubs[joint.child], np.array(joint.axis)
         assert abs(hub.pose.rotation[:, 2] @ axis) == pytest.approx(1.0)
@@ -217,17 +216,14 @@ def test_a_picture_is_the_same_each_time() -> None:
 def test_an_svg_paints_the_facets_in_their_order() -> None:
     facets = drawn("fanuc_m410ib")
     document = ElementTree.fromstring(drawing.svg(facets, "arm"))
-    painted = [
-        re.findall(r"#\w{6}", path.get("style", ""))[0]
-        for path in document.iter("{http://www.w3.org/2000/svg}path")
-    ]
+    paths = document.iter("{http://www.w3.org/2000/svg}path")
+    painted = [re.findall(r"#\w{6}", path.get("style", ""))[0] for path in paths]
     assert painted[1:] == ["#" + bytes(facet.colour).hex() for facet in facets]
 
 
 def test_a_line_cuts_a_box_where_it_enters_and_leaves() -> None:
-    box = box_of(
-        BoxFacts(type="box", size=(2.0, 4.0, 6.0), xyz=(1.0, 0.0, 0.0), rpy=(0.0, 0.0, 0.0))
-    )
+    facts = BoxFacts(type="box", size=(2.0, 4.0, 6.0), xyz=(1.0, 0.0, 0.0), rpy=(0.0, 0.0, 0.0))
+    box = box_of(facts)
     x, z = np.array([1.0, 0.0, 0.0]), np.array([0.0, 0.0, 1.0])
     assert chord(box, np.array([-5.0, 0.0, 0.0]), x) == pytest.approx((5.0, 7.0))
     assert chord(box, np.array([-5.0, 0.0, 0.0]), z) is None
@@ -239,9 +235,8 @@ def test_a_line_cuts_a_box_where_it_enters_and_leaves() -> None:
 
 def test_draw_writes_a_picture(capsys: Capture, tmp_path: Path) -> None:
     target = tmp_path / "arm.svg"
-    assert (
-        main(["draw", "motoman_gp7", "-o", str(target), "--orthographic", "--azimuth", "30"]) == 0
-    )
+    options = ["-o", str(target), "--orthographic", "--azimuth", "30"]
+    assert main(["draw", "motoman_gp7", *options]) == 0
     assert f"wrote {target}" in capsys.readouterr().out
     assert ElementTree.parse(target).getroot().tag == "{http://www.w3.org/2000/svg}svg"
 

@@ -30,9 +30,8 @@ def inside(frame: Pose, *point: float) -> list[float]:
 @given(poses, lengths, st.floats(-0.5, 0.5), lengths)
 def test_three_points_give_the_frame_back(frame: Pose, x: float, beside: float, y: float) -> None:
     assume(math.atan2(y, abs(beside)) > 0.1 and math.hypot(beside - x, y) > 0.02)
-    taught = frame_from_three_points(
-        frame.position, inside(frame, x, 0.0, 0.0), inside(frame, beside, y, 0.0)
-    )
+    on_x, on_y_side = inside(frame, x, 0.0, 0.0), inside(frame, beside, y, 0.0)
+    taught = frame_from_three_points(frame.position, on_x, on_y_side)
     assert taught.pose.position_distance(frame) == 0.0
     assert taught.pose.rotation_distance(frame) < 1e-12
     assert taught.x_distance == pytest.approx(x)
@@ -50,9 +49,8 @@ def test_the_tilt_tells_what_a_touch_that_is_off_does_to_the_frame() -> None:
     taught = frame_from_three_points(ORIGIN, X, Y)
     error = 1e-4
     tilted = frame_from_three_points(ORIGIN, X, (0.0, 0.2, error)).pose
-    assert taught.pose.rotation_distance(tilted) == pytest.approx(
-        error * taught.tilt_per_error, rel=1e-3
-    )
+    told = error * taught.tilt_per_error
+    assert taught.pose.rotation_distance(tilted) == pytest.approx(told, rel=1e-3)
 
 
 @pytest.mark.parametrize(
@@ -175,9 +173,8 @@ def test_the_stated_uncertainty_is_that_of_many_trials() -> None:
 
 def test_more_touches_make_the_tcp_surer() -> None:
     more = [*TURNS, (math.pi, 0.2, 1.6), (math.pi + 0.7, 0.3, -1.7), (math.pi - 0.2, -0.7, 0.4)]
-    assert tool_centre(touching(TCP, more, 1e-4)).uncertainty < (
-        tool_centre(touching(TCP, TURNS[:4], 1e-4)).uncertainty
-    )
+    surer, sure = (tool_centre(touching(TCP, each, 1e-4)) for each in (more, TURNS[:4]))
+    assert surer.uncertainty < sure.uncertainty
 
 
 @pytest.mark.parametrize("count", [0, 1, 3])
@@ -230,9 +227,8 @@ TOOL = Pose.from_rpy(TCP, (0.3, 0.5, -0.4))
 
 
 def test_three_points_show_the_whole_orientation() -> None:
-    found = tool_orientation(
-        TCP, drawn(TOOL, (0, 0, 0)), drawn(TOOL, (0, 0, 0.1)), drawn(TOOL, (0.08, 0, 0.02))
-    )
+    points = (0, 0, 0), (0, 0, 0.1), (0.08, 0, 0.02)
+    found = tool_orientation(TCP, *(drawn(TOOL, point) for point in points))
     assert found.rotation_distance(TOOL) < 1e-12
     assert found.position.tolist() == TCP.tolist()
 

@@ -184,9 +184,8 @@ def test_most_ticks_of_a_line_go_on_without_a_look() -> None:
 def test_at_a_steady_speed_a_cell_keeps_to_the_bounds_of_every_tick() -> None:
     random = np.random.default_rng(2)
     speeds, accelerations = (1.0, 2.0), (3.0, 1.5)
-    limits = JointLimits(
-        ("a", "b"), (-9.0, -9.0), (9.0, 9.0), speeds, accelerations, (False, False)
-    )
+    far, none = (9.0, 9.0), (False, False)
+    limits = JointLimits(("a", "b"), (-9.0, -9.0), far, speeds, accelerations, none)
     tight = 0
     for _ in range(300):
         first, last = (

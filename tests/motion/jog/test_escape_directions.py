@@ -113,18 +113,14 @@ LONGEST = 300  # ticks; the slowest joint takes two seconds for 0.6 rad
 
 
 def is_singular(name: str, place: list[float]) -> bool:
-    return any(
-        way.cause.reason is JogSlowdown.SINGULARITY for way in find_escapes(model(name), place)
-    )
+    ways = find_escapes(model(name), place)
+    return any(way.cause.reason is JogSlowdown.SINGULARITY for way in ways)
 
 
 def leave(name: str, place: list[float]) -> int:
     """Hold the keys that are named until the robot is out; return how many they were."""
-    rates = next(
-        way.rates
-        for way in find_escapes(model(name), place)
-        if way.cause.reason is JogSlowdown.SINGULARITY
-    )
+    ways = find_escapes(model(name), place)
+    rates = next(way.rates for way in ways if way.cause.reason is JogSlowdown.SINGULARITY)
     assert rates is not None, place
     jogger = Jogger(model(name), place, FAST)
     jogger.aim(JointJog(rates))

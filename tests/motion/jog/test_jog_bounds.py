@@ -186,15 +186,9 @@ class TestNearness:
     """What ends a way, and what slows it, between two of its places."""
 
     @staticmethod
-    def model(**other: object) -> JogModel:
-        values = {
-            "limits": LIMITS,
-            "lower": [-2.0, -2.0],
-            "upper": [2.0, 2.0],
-            "margin": [0.1, 0.1],
-            "guard": None,
-        }
-        return cast(JogModel, SimpleNamespace(**{**values, **other}))
+    def model() -> JogModel:
+        ends = {"lower": [-2.0, -2.0], "upper": [2.0, 2.0], "margin": [0.1, 0.1]}
+        return cast(JogModel, SimpleNamespace(limits=LIMITS, guard=None, **ends))
 
     @staticmethod
     def cell(
@@ -336,10 +330,8 @@ class TestCells:
         ahead.extend(60, 0)
         assert ahead.end is not None
         assert 0.04 < 0.2 * ahead.nodes[-1].sigma < 0.05
-        ways = [
-            abs(after.position[5] - before.position[5]) for before, after in pairwise(ahead.nodes)
-        ]
-        assert max(ways) < 0.03
+        places = [node.position[5] for node in ahead.nodes]
+        assert max(abs(after - before) for before, after in pairwise(places)) < 0.03
 
 
 class TestBodies:

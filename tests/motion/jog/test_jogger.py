@@ -46,10 +46,8 @@ def tool_speeds(watched: Referee) -> list[float]:
 def test_another_direction_is_bent_into_without_a_stop(watched: Referee) -> None:
     watched.run(ALONG_Y, 60)
     assert min(tool_speeds(watched)[40:]) > 0.1
-    velocity = np.subtract(
-        robot("ur5").forward(watched.steps[-1].position).position,
-        robot("ur5").forward(watched.steps[-2].position).position,
-    )
+    before, after = (robot("ur5").forward(each.position) for each in watched.steps[-2:])
+    velocity = after.position - before.position
     assert velocity[1] / 0.01 == pytest.approx(0.25, rel=0.01)
     assert abs(velocity[0]) < 1e-6
 

@@ -108,12 +108,8 @@ def test_base_and_tool_are_part_of_the_chain(tmp_path: Path) -> None:
     chain = read_dh_file(written(tmp_path, table))
     bare = read_dh_file(written(tmp_path, content()))
     zero = np.zeros(4)
-    expected = (
-        shift(0, 0.1)
-        @ chain_pose(bare.joints, zero).to_matrix()
-        @ shift(0.05, 0)
-        @ turn_z(math.pi / 2)
-    )
+    inner = chain_pose(bare.joints, zero).to_matrix()
+    expected = shift(0, 0.1) @ inner @ shift(0.05, 0) @ turn_z(math.pi / 2)
     assert_near(chain_pose(chain.joints, zero).to_matrix(), expected, 1e-12)
 
 

@@ -45,9 +45,8 @@ def by_table(table: DhTable, values: Sequence[float]) -> Array:
             theta += value
         else:
             d += value
-        result = (
-            result @ matrix((0, 0, d), (0, 0, theta)) @ matrix((row.a, 0, 0), (row.alpha, 0, 0))
-        )
+        turned = matrix((0, 0, d), (0, 0, theta)) @ matrix((row.a, 0, 0), (row.alpha, 0, 0))
+        result = result @ turned
     return result @ matrix(table.tool.xyz, table.tool.rpy)
 
 
@@ -204,9 +203,8 @@ def test_a_tools_motion_is_that_of_its_poses(kinematics: Kinematics, count: int)
     tcp = Pose.from_rpy((0.02, -0.05, 0.15), (2.9, 0.1, -1.4))
     for pose in (Pose.identity(), Pose.from_rpy((0.0, 0.0, 0.1), (0.0, 0.0, 0.0)), tcp):
         tool = kinematics.tool_frame(pose)
-        assert (tool.placement is None) == (
-            pose.rotation_distance(Pose.identity()) == 0.0 and not pose.position.any()
-        )
+        is_flange = pose.rotation_distance(Pose.identity()) == 0.0 and not pose.position.any()
+        assert (tool.placement is None) == is_flange
         for position in positions(kinematics.robot, count):
             velocity = 0.1 + 0.2 * np.abs(np.sin(position))
             (place, turn), speed = kinematics.tool_motion(position, velocity, tool)

@@ -153,9 +153,8 @@ def test_a_chain_has_no_gap_at_the_edges_of_its_zones(length: float) -> None:
 def test_slope_and_curvature_have_no_step_where_a_zone_begins_and_ends() -> None:
     random = np.random.default_rng(8)
     poses = [random_pose(random) for _ in range(4)]
-    arc = tool_curves.ToolArc(
-        arc_through(*(pose.position for pose in poses[1:])), poses[1], poses[3]
-    )
+    circle = arc_through(*(pose.position for pose in poses[1:]))
+    arc = tool_curves.ToolArc(circle, poses[1], poses[3])
     chain = ToolChain([tool_curves.ToolLine(poses[0], poses[1]), arc], [0.2])
     edges, step = chain.waypoints[1] + np.array([-0.2, 0.2]), 1e-6
     here, before, after = (chain.motion(edges + offset) for offset in (0.0, -step, step))

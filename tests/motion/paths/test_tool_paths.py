@@ -173,9 +173,8 @@ def test_waypoints_are_passed_where_the_curve_passes_them() -> None:
     passing = path.evaluate(path.knots[path.waypoint_knots])
     positions = [UR5.forward(position).position for position in passing]
     assert len(positions) == 3
-    assert math.dist(positions[1], corner.position) == pytest.approx(
-        3.0 * 0.03 / 8.0 * math.sin(math.pi / 4.0), abs=1e-5
-    )
+    cut = 3.0 * 0.03 / 8.0 * math.sin(math.pi / 4.0)
+    assert math.dist(positions[1], corner.position) == pytest.approx(cut, abs=1e-5)
     assert positions[2] == pytest.approx(last.position, abs=1e-5)
 
 

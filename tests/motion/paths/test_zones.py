@@ -49,9 +49,8 @@ def off_the_polyline(places: Array, points: Array) -> float:
     for start, end in pairwise(points):
         along = end - start
         fraction = np.clip((places - start) @ along / (along @ along), 0.0, 1.0)
-        nearest = np.minimum(
-            nearest, np.linalg.norm(places - start - np.outer(fraction, along), axis=1)
-        )
+        off = np.linalg.norm(places - start - np.outer(fraction, along), axis=1)
+        nearest = np.minimum(nearest, off)
     return float(nearest.max())
 
 

@@ -206,11 +206,8 @@ def test_most_short_moves_among_free_ones_are_proved(robot: str) -> None:
     proved = free = 0
     home = np.array(model.kinematics.robot.home_position)
     for _ in range(40):
-        goal = np.clip(
-            home + random.uniform(-0.3, 0.3, len(home)),
-            model.kinematics.lower,
-            model.kinematics.upper,
-        )
+        moved = home + random.uniform(-0.3, 0.3, len(home))
+        goal = np.clip(moved, model.kinematics.lower, model.kinematics.upper)
         if first_contact(model, [home, goal]) is None:
             free += 1
             proved += proof.is_sure(home, goal)
@@ -244,10 +241,8 @@ def test_no_more_distances_are_computed_than_are_allowed() -> None:
 
 
 def test_a_scene_of_too_many_objects_is_not_looked_at() -> None:
-    balls = [
-        SceneObject(f"ball {number}", Sphere(0.01), (3.0 + number, 0.0, 0.0))
-        for number in range(100)
-    ]
+    places = [(3.0 + number, 0.0, 0.0) for number in range(100)]
+    balls = [SceneObject(f"ball at {place[0]}", Sphere(0.01), place) for place in places]
     model = counted(*balls)
     home = model.kinematics.robot.home_position
     assert not ClearPath(model).is_sure(home, (home[0] + 0.01, *home[1:]))

@@ -90,11 +90,8 @@ def test_the_quick_check_and_the_distances_agree() -> None:
     verdicts = []
     for q in random.uniform(-math.pi, math.pi, (300, 6)):
         verdicts.append(collision.collides(q))
-        assert (
-            verdicts[-1]
-            == (collision.clearances(q).min() <= TOUCHING)
-            == bool(collision.contacts(q))
-        )
+        touches = collision.clearances(q).min() <= TOUCHING
+        assert verdicts[-1] == touches == bool(collision.contacts(q))
     assert 30 < sum(verdicts) < 270
 
 
@@ -206,9 +203,8 @@ def test_no_pair_moves_farther_than_its_bound(kinematics: Kinematics) -> None:
     random = np.random.default_rng(3)
     for _ in range(60):
         first = random.uniform(kinematics.lower, kinematics.upper)
-        second = np.clip(
-            first + random.normal(0.0, 0.05, len(first)), kinematics.lower, kinematics.upper
-        )
+        moved = first + random.normal(0.0, 0.05, len(first))
+        second = np.clip(moved, kinematics.lower, kinematics.upper)
         change = np.abs(collision.clearances(second) - collision.clearances(first))
         travel = np.abs(collision.model_positions(second) - collision.model_positions(first))
         assert (change <= collision.sweep @ travel + 1e-4).all()

@@ -58,9 +58,8 @@ def test_the_acceleration_is_constant_between_samples() -> None:
     move = plan_joint_move(HOME, AWAY, UR5)
     period = float(move.times[1])
     mean = (move.velocity[:-1] + move.velocity[1:]) / 2.0
-    assert np.diff(move.velocity, axis=0) == pytest.approx(
-        move.acceleration[:-1] * period, abs=1e-12
-    )
+    gained = move.acceleration[:-1] * period
+    assert np.diff(move.velocity, axis=0) == pytest.approx(gained, abs=1e-12)
     assert np.diff(move.position, axis=0) == pytest.approx(mean * period, abs=1e-12)
 
 

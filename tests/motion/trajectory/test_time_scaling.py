@@ -34,10 +34,8 @@ def swing_of(name: str = "ur5", seed: int = 1, count: int = 6) -> Trajectory:
     limits = serial_robot(name).limits
     lower, upper = np.array(limits.lower), np.array(limits.upper)
     random = np.random.default_rng(seed)
-    waypoints = (lower + upper) / 2 + random.uniform(-0.1, 0.1, (count, limits.dof)) * (
-        upper - lower
-    )
-    return time_path(JointSpline(waypoints), limits)
+    shares = random.uniform(-0.1, 0.1, (count, limits.dof))
+    return time_path(JointSpline((lower + upper) / 2 + shares * (upper - lower)), limits)
 
 
 def ur5_run(scale: float = 1.0, ramp: float = 0.1) -> ScaledRun:

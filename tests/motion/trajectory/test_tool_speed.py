@@ -51,9 +51,8 @@ def test_tool_and_elbow_keep_250_mm_a_second_at_ten_times_the_density(
     kinematics = arm(name)
     points = reduced_speed(kinematics)
 
-    dense = time_path(
-        sweep(kinematics, count), kinematics.limits, tool_speed=points, sample_period=0.001
-    )
+    path = sweep(kinematics, count)
+    dense = time_path(path, kinematics.limits, tool_speed=points, sample_period=0.001)
 
     fastest = 0.0
     for point in points:
@@ -80,10 +79,8 @@ def test_a_tool_that_turns_about_one_axis_takes_as_long_as_its_arc() -> None:
 def test_the_elbow_alone_may_set_the_pace() -> None:
     elbow = [point for point in reduced_speed(UR5) if point.name == "elbow"]
     path = sweep(UR5, 4)
-    certificate = certify(
-        time_path(path, UR5.limits, tool_speed=elbow), UR5.limits, tool_speed=elbow
-    )
-    (found,) = certificate.tool_speed
+    motion = time_path(path, UR5.limits, tool_speed=elbow)
+    (found,) = certify(motion, UR5.limits, tool_speed=elbow).tool_speed
     assert 0.95 < found.ratio <= 1.0 + 1e-6
 
 
@@ -163,10 +160,8 @@ def test_the_tool_turns_no_faster_than_its_limit_and_about_as_fast(name: str) ->
 
     found = certify(trajectory, kinematics.limits, tool_speed=limits).tool_speed
     assert max(point.ratio for point in found) > 0.95
-    turns = [
-        np.linalg.norm((kinematics.jacobian(q) @ rate)[3:])
-        for q, rate in zip(trajectory.position, trajectory.velocity, strict=True)
-    ]
+    rows = zip(trajectory.position, trajectory.velocity, strict=True)
+    turns = [np.linalg.norm((kinematics.jacobian(q) @ rate)[3:]) for q, rate in rows]
     assert max(turns) <= 0.4 * (1.0 + 1e-6)
 
 

@@ -78,9 +78,8 @@ def test_between_samples_of_constant_acceleration_the_motion_is_exact(move: Traj
     position, velocity = move.position[row], move.velocity[row]
     acceleration = move.acceleration[row]
     assert state.velocity == pytest.approx(velocity + acceleration * ahead, abs=1e-12)
-    assert state.position == pytest.approx(
-        position + velocity * ahead + acceleration * ahead**2 / 2.0, abs=1e-12
-    )
+    there = position + velocity * ahead + acceleration * ahead**2 / 2.0
+    assert state.position == pytest.approx(there, abs=1e-12)
 
 
 @pytest.mark.parametrize(("time", "row"), [(-1.0, 0), (-math.inf, 0), (1e9, -1), (math.inf, -1)])

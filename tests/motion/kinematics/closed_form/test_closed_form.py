@@ -178,9 +178,8 @@ def rotated_wrist(geometry: ArmGeometry, turn4: float, turn5: float) -> ArmGeome
     for joint in range(6):
         before = np.eye(4)
         for earlier in range(joint):
-            before = before @ screw(
-                geometry.axes[earlier], geometry.points[earlier], values[earlier], False
-            )
+            axis, point = geometry.axes[earlier], geometry.points[earlier]
+            before = before @ screw(axis, point, values[earlier], False)
         axes[joint] = before[:3, :3] @ geometry.axes[joint]
         points[joint] = before[:3, :3] @ geometry.points[joint] + before[:3, 3]
     tool = product_of_exponentials(geometry, values)

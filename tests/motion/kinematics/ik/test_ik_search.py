@@ -111,9 +111,8 @@ FIRST_TIME = 0.85
 
 def search(kinematics: Kinematics, target: Pose, seed: list[float]) -> DampedSearch:
     ranges = arm_of(kinematics).ranges
-    return DampedSearch(
-        kinematics, ranges, (target.rotation, target.position), seed, 30, (1e-5, 1e-4)
-    )
+    there = target.rotation, target.position
+    return DampedSearch(kinematics, ranges, there, seed, 30, (1e-5, 1e-4))
 
 
 @pytest.mark.parametrize("robot", NUMERIC)

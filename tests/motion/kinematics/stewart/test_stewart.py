@@ -183,8 +183,9 @@ def test_an_acceleration_from_rest_is_the_jacobian_times_it() -> None:
 
 def test_a_platform_motion_too_fast_or_too_sharp_for_a_leg_is_refused() -> None:
     still, up = np.zeros(6), np.array([0.0, 0.0, 1.0, 0.0, 0.0, 0.0])
+    along = 0.05 * HOME.position[2] / 0.27
     assert PLATFORM.check_motion(HOME, 0.05 * up, still).rate == pytest.approx(
-        [0.05 * HOME.position[2] / 0.27] * 6, abs=1e-6
+        [along] * 6, abs=1e-6
     )
     with pytest.raises(errors.TooFast, match=r"leg_1 .* 0\.05 m/s"):
         PLATFORM.check_motion(HOME, 0.06 * up, still)
