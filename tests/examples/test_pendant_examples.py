@@ -36,9 +36,8 @@ PRINTS = {
 
 
 def started(module: str, *arguments: str) -> tuple[subprocess.Popen[str], dict[str, int]]:
-    process = subprocess.Popen(
-        [sys.executable, "-m", module, *arguments, "--json"], stdout=subprocess.PIPE, text=True
-    )
+    command = [sys.executable, "-m", module, *arguments, "--json"]
+    process = subprocess.Popen(command, stdout=subprocess.PIPE, text=True)
     assert process.stdout is not None
     return process, json.loads(process.stdout.readline())
 

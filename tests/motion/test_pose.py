@@ -257,9 +257,3 @@ def test_values_of_roll_pitch_and_yaw_change_by_the_amounts(
         wanted = Pose.from_rpy((0, 0, 0), roll_pitch_yaw(rotation.T @ pose.rotation) + change)
         assert np.abs(rotation.T @ changed.rotation - wanted.rotation).max() < 1e-9
         assert changed.position_distance(pose) < 1e-12
-
-
-def test_the_two_things_called_a_are_not_one() -> None:
-    pose = Pose.from_rpy((0.1, 0.2, 0.3), (0.3, 0.5, 0.7))
-    by_axis = turned(pose, (0.1, 0.0, 0.0))
-    assert by_axis.rotation_distance(with_rpy_changed(pose, (0.1, 0.0, 0.0))) > 0.01

@@ -199,11 +199,8 @@ def test_a_reply_whose_text_is_no_utf_8_settles_its_request_and_is_kept_whole() 
     codec = codec_for(DIALECTS["pendant"])
     client = Connection(Role.CLIENT, codec.dialect, ByteOrder.LITTLE, max_frame=4_096)
     client.awaited = 1
-    header = next(
-        header
-        for header in codec.usual
-        if header[4:8] == (65_000).to_bytes(4, "little") and header[8] == CommType.REPLY
-    )
+    start = (65_000).to_bytes(4, "little"), CommType.REPLY
+    header = next(each for each in codec.usual if (each[4:8], each[8]) == start)
     size, _ = codec.usual[header]
     (received,) = client.receive(header + b"\x80" * (size - HEADER_SIZE))
     assert isinstance(received, Opaque)

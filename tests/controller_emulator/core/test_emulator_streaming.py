@@ -52,11 +52,9 @@ def test_points_are_passed_at_their_times_with_their_velocities(rig: ControllerR
 
 
 def test_accelerations_are_passed_where_they_are_given(rig: ControllerRig) -> None:
-    rig.stream(
-        full_point(0, 0.0, (0.0, 0.0), (0.0, 0.0), (1.0, 0.0)),
-        full_point(1, 0.5, (0.125, 0.0), (0.5, 0.0), (1.0, 0.0)),
-        full_point(2, 1.0, (0.25, 0.0), (0.0, 0.0), (-1.0, 0.0)),
-    )
+    gains = ((0.0, 0.0, 0.0, 1.0), (0.5, 0.125, 0.5, 1.0), (1.0, 0.25, 0.0, -1.0))
+    for n, (time, way, speed, gain) in enumerate(gains):
+        rig.send(full_point(n, time, (way, 0.0), (speed, 0.0), (gain, 0.0)))
     rig.wait(499.999)
     assert rig.state[2] == pytest.approx((1.0, 0.0), abs=1e-3)
 

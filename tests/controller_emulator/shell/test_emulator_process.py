@@ -44,13 +44,9 @@ def launch() -> Iterator[Launch]:
     processes: list[subprocess.Popen[str]] = []
 
     def begin(*arguments: str, stdin: int = subprocess.DEVNULL) -> subprocess.Popen[str]:
-        process = subprocess.Popen(
-            [sys.executable, "-m", MODULE, *FREE_PORTS, *arguments],
-            stdin=stdin,
-            stdout=subprocess.PIPE,
-            stderr=subprocess.PIPE,
-            text=True,
-        )
+        command = [sys.executable, "-m", MODULE, *FREE_PORTS, *arguments]
+        pipe = subprocess.PIPE
+        process = subprocess.Popen(command, stdin=stdin, stdout=pipe, stderr=pipe, text=True)
         processes.append(process)
         return process
 

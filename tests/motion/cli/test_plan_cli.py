@@ -73,11 +73,8 @@ def test_a_program_visits_joints_and_poses(
     capsys: Capture, scene: list[str], tmp_path: Path
 ) -> None:
     pose = TASK.collision.kinematics.forward(TASK.start)
-    goals = [
-        TASK.goal.tolist(),
-        {"xyz": pose.position.tolist(), "quat": pose.quaternion.tolist()},
-    ]
-    (tmp_path / "program.json").write_text(json.dumps(goals))
+    goal = {"xyz": pose.position.tolist(), "quat": pose.quaternion.tolist()}
+    (tmp_path / "program.json").write_text(json.dumps([TASK.goal.tolist(), goal]))
     argv = ["--robot", "ur5", "--start", START, "--program", str(tmp_path / "program.json")]
     assert main([*argv, *scene, "--json", "-", "--speed", "0.5"]) == 0
     answer = json.loads(capsys.readouterr().out)

@@ -156,13 +156,8 @@ def test_the_whole_robot_is_in_the_picture_the_farthest_facets_first(perspective
 def test_an_orthographic_front_view_is_to_scale() -> None:
     upright = [0.0, -math.pi / 2.0, 0.0, 0.0, 0.0, 0.0]
     front = drawing.View(azimuth=0.0, elevation=0.0)
-    tall, folded = (
-        max(
-            float(facet.points[:, 1].max())
-            for facet in drawing.draw(load_robot("ur5"), joints, front)[64:]
-        )
-        for joints in (upright, [0.0] * 6)
-    )
+    pictures = (drawing.draw(load_robot("ur5"), each, front)[64:] for each in (upright, [0.0] * 6))
+    tall, folded = (max(float(each.points[:, 1].max()) for each in facets) for facets in pictures)
     assert tall > 0.9
     assert folded < 0.7
 

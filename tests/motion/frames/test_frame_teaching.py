@@ -93,21 +93,16 @@ def test_a_point_that_is_none_is_refused(place: int) -> None:
 
 @given(poses, lengths, lengths)
 def test_two_points_on_each_axis_give_the_frame(frame: Pose, x: float, y: float) -> None:
-    taught = frame_from_four_points(
-        inside(frame, x, 0.0, 0.0),
-        inside(frame, x + 0.3, 0.0, 0.0),
-        inside(frame, 0.0, y, 0.0),
-        inside(frame, 0.0, y + 0.2, 0.0),
-    )
+    points = ((x, 0.0), (x + 0.3, 0.0), (0.0, y), (0.0, y + 0.2))
+    taught = frame_from_four_points(*(inside(frame, *point, 0.0) for point in points))
     assert_same_pose(taught.pose, frame)
     assert taught.skew < 1e-12
     assert taught.gap < 1e-12
 
 
 def test_what_the_axes_miss_the_right_angle_and_each_other_by_is_told() -> None:
-    taught = frame_from_four_points(
-        (0.1, 0, 0), (0.5, 0, 0), (0.0, 0.1, 0.002), (0.4 * math.tan(0.05), 0.5, 0.002)
-    )
+    on_y = (0.0, 0.1, 0.002), (0.4 * math.tan(0.05), 0.5, 0.002)
+    taught = frame_from_four_points((0.1, 0, 0), (0.5, 0, 0), *on_y)
     assert taught.skew == pytest.approx(0.05)
     assert taught.gap == pytest.approx(0.002)
     assert taught.pose.rotation == pytest.approx(np.eye(3), abs=1e-12)

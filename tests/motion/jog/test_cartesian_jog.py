@@ -89,9 +89,8 @@ def test_many_steps_and_one_lead_to_the_same_pose(of_tool: bool) -> None:
 
 def test_a_bend_between_two_lines_is_a_parabola_that_ends_in_the_new_one() -> None:
     before = np.array([0.2, 0.0, 0.0, 0.0, 0.0, 0.0])
-    path = ToolPath(
-        np.eye(3), np.zeros(3), JogTwist(np.array([0.0, 0.2, 0.0]), np.zeros(3)), before, 0.5
-    )
+    twist = JogTwist(np.array([0.0, 0.2, 0.0]), np.zeros(3))
+    path = ToolPath(np.eye(3), np.zeros(3), twist, before, 0.5)
     for step in range(1, 11):
         path = path.advanced(min(0.05, path.left))
         share = step / 10.0
@@ -188,15 +187,10 @@ def test_at_a_steady_speed_a_cell_keeps_to_the_bounds_of_every_tick() -> None:
     limits = JointLimits(("a", "b"), (-9.0, -9.0), far, speeds, accelerations, none)
     tight = 0
     for _ in range(300):
+        ways = ((random.normal(size=2) * 0.05, random.normal(size=2)) for _ in range(2))
         first, last = (
-            PathNode(
-                sigma,
-                (random.normal(size=2) * 0.05).tolist(),
-                random.normal(size=2).tolist(),
-                np.zeros(6),
-                1.0,
-            )
-            for sigma in (0.0, 0.1)
+            PathNode(sigma, place.tolist(), rate.tolist(), np.zeros(6), 1.0)
+            for sigma, (place, rate) in zip((0.0, 0.1), ways, strict=True)
         )
         first.lead_to(last, accelerations)
         first.bound_steady([SPEED_RESERVE * each for each in speeds], accelerations)

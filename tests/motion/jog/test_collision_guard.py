@@ -52,9 +52,8 @@ def block_below(clearance: float) -> CollisionModel:
         there = scene.move("block", Pose.from_values((x, y, middle), (0.0, 0.0, 0.0, 1.0)))
         near = CollisionModel(kinematics, there).clearances(np.array(UR5_BENT))[pairs].min()
         low, high = (middle, high) if near > clearance else (low, middle)
-    return CollisionModel(
-        kinematics, scene.move("block", Pose.from_values((x, y, low), (0.0, 0.0, 0.0, 1.0)))
-    )
+    there = scene.move("block", Pose.from_values((x, y, low), (0.0, 0.0, 0.0, 1.0)))
+    return CollisionModel(kinematics, there)
 
 
 def watched_in(

@@ -96,14 +96,9 @@ def excess(
     rigid: bool = True,
 ) -> tuple[float, JogCause | None]:
     """Return what is judged of a stop from a place, the first joint going by `way`; limit 0.25."""
-    model = SimpleNamespace(
-        arm=SimpleNamespace(point_speeds=points, rigid=rigid),
-        unit=[1.0, 1.0],
-        lower=[-2.0, -2.0],
-        upper=[2.0, 2.0],
-        margin=[0.1, 0.1],
-        limits=LIMITS,
-    )
+    arm = SimpleNamespace(point_speeds=points, rigid=rigid)
+    ends = {"lower": [-2.0, -2.0], "upper": [2.0, 2.0], "margin": [0.1, 0.1]}
+    model = SimpleNamespace(arm=arm, unit=[1.0, 1.0], limits=LIMITS, **ends)
     there = [here[0] + way, *here[1:]]
     ahead = StopOutlook(list(velocity), list(here), there, 0.25)
     return point_excess(cast(JogModel, model), ahead, 0.25)
@@ -199,11 +194,10 @@ class TestNearness:
         uses: tuple[float, float] | None = None,
     ) -> tuple[PathNode, PathNode]:
         """Return two places of a way, 0.1 apart, of the first joint."""
+        places = zip((0.0, 0.1), (before, after), rates, conditions, strict=True)
         nodes = [
-            PathNode(0.1 * index, [place, 0.0], [rate, 0.0], np.zeros(6), condition)
-            for index, (place, rate, condition) in enumerate(
-                zip((before, after), rates, conditions, strict=True)
-            )
+            PathNode(sigma, [place, 0.0], [rate, 0.0], np.zeros(6), condition)
+            for sigma, place, rate, condition in places
         ]
         if uses is not None:
             for node, use in zip(nodes, uses, strict=True):
@@ -273,11 +267,9 @@ class TestStopSurroundings:
             value = use if place[0] > 0.005 else 0.5
             return Posture(value, JogCause(JogSlowdown.WORKSPACE, value, 1.0))
 
-        model = SimpleNamespace(
-            guard=CollisionGuard(BodiesOnRails(standing_at(0.01 + ahead)).model),
-            arm=SimpleNamespace(posture=posture),
-            watches_posture=True,
-        )
+        guard = CollisionGuard(BodiesOnRails(standing_at(0.01 + ahead)).model)
+        arm = SimpleNamespace(posture=posture)
+        model = SimpleNamespace(guard=guard, arm=arm, watches_posture=True)
         ahead_of = StopOutlook([0.25, 0.0], [0.0025, 0.0], [0.01, 0.0], 0.01)
         found = StopSurroundings(cast(JogModel, model)).left(DT, [0.0, 0.0], [0.25, 0.0], ahead_of)
         return None if found is None else (found[0], found[1].reason)

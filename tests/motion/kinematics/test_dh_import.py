@@ -122,19 +122,14 @@ def test_a_standard_table_is_kept_as_written(tmp_path: Path) -> None:
 
 
 def imported(name: str) -> tuple[ImportedJoint, ...]:
-    return tuple(
-        ImportedJoint(
-            joint.name,
-            joint.type,
-            joint.parent,
-            joint.child,
-            joint.origin,
-            tuple(np.array(joint.axis) / math.hypot(*joint.axis))
-            if isinstance(joint, Joint)
-            else None,
+    found = []
+    for each in serial_robot(name).joints:
+        axis = (
+            tuple(np.array(each.axis) / math.hypot(*each.axis)) if isinstance(each, Joint) else None
         )
-        for joint in serial_robot(name).joints
-    )
+        ends = (each.parent, each.child, each.origin)
+        found.append(ImportedJoint(each.name, each.type, *ends, axis))
+    return tuple(found)
 
 
 @pytest.mark.parametrize("name", one_of_each_family(SERIAL))
@@ -190,9 +185,8 @@ def test_axes_parallel_but_for_rounding_have_no_exact_table() -> None:
 def test_the_residual_is_that_of_the_table_against_the_chain() -> None:
     derived = derive_table(imported("ur5"))
     assert derived is not None
-    wrong = derived.table.model_copy(
-        update={"tool": derived.table.tool.model_copy(update={"xyz": (0.0, 0.0, 0.001)})}
-    )
+    tool = derived.table.tool.model_copy(update={"xyz": (0.0, 0.0, 0.001)})
+    wrong = derived.table.model_copy(update={"tool": tool})
     position, rotation = table_residual(imported("ur5"), wrong)
     assert position == pytest.approx(0.001)
     assert rotation < 1e-11

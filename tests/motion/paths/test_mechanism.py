@@ -199,9 +199,8 @@ def test_the_derivatives_are_those_of_the_lengths() -> None:
     s, step = np.linspace(0.01, line.length - 0.01, 7), 1e-5
     before, here, after = (line.evaluate(s + shift) for shift in (-step, 0.0, step))
     assert_near(line.evaluate(s, 1), (after - before) / (2 * step), 1e-08)
-    np.testing.assert_allclose(
-        line.evaluate(s, 2), (after - 2.0 * here + before) / step**2, atol=1e-4
-    )
+    bend = (after - 2.0 * here + before) / step**2
+    np.testing.assert_allclose(line.evaluate(s, 2), bend, atol=1e-4)
 
 
 @pytest.mark.parametrize("count", counts(6, 200))

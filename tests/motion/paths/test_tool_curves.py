@@ -121,9 +121,8 @@ RIGHT_ANGLE = [
 
 def right_angle(zone: float) -> ToolChain:
     first, corner, last = RIGHT_ANGLE
-    return ToolChain(
-        [tool_curves.ToolLine(first, corner), tool_curves.ToolLine(corner, last)], [zone]
-    )
+    legs = [tool_curves.ToolLine(first, corner), tool_curves.ToolLine(corner, last)]
+    return ToolChain(legs, [zone])
 
 
 @pytest.mark.parametrize("zone", [0.01, 0.2, 1.0])

@@ -318,9 +318,8 @@ def test_derivatives_are_those_of_the_positions_and_have_no_step() -> None:
     s, step = np.linspace(1e-4, joined.length - 1e-4, 4001), 1e-5
     for order in (0, 1):
         ahead, behind = joined.evaluate(s + step, order), joined.evaluate(s - step, order)
-        np.testing.assert_allclose(
-            joined.evaluate(s, order + 1), (ahead - behind) / (2.0 * step), atol=2e-3
-        )
+        rate = (ahead - behind) / (2.0 * step)
+        np.testing.assert_allclose(joined.evaluate(s, order + 1), rate, atol=2e-3)
 
 
 def test_the_ends_are_exact_and_each_corner_is_a_waypoint() -> None:

@@ -212,9 +212,8 @@ def test_a_process_that_planned_ends_without_a_word() -> None:
         "t = pillar_task()\n"
         "plan_free_path(t.collision.kinematics, t.collision, t.start, t.goal)\n"
     )
-    ran = subprocess.run(
-        [sys.executable, "-c", script], capture_output=True, text=True, check=False
-    )
+    command = [sys.executable, "-c", script]
+    ran = subprocess.run(command, capture_output=True, text=True, check=False)
     assert (ran.returncode, ran.stdout, ran.stderr) == (0, "", "")
 
 

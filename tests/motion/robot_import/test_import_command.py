@@ -237,11 +237,8 @@ def test_a_home_where_links_touch_is_moved_aloud(capsys: Capture, tmp_path: Path
     rod = f"<collision>{along}</collision>"
     out = '<origin xyz="0.4 0 0"/>'
     back = f'<origin xyz="0.1 0 0" rpy="0 0 {math.pi}"/>'
-    folded = robot(
-        joint("one", "a", "b", origin=out),
-        joint("two", "b", "c", origin=out, axis='<axis xyz="0 1 0"/>'),
-        joint("three", "c", "d", origin=back),
-    )
+    first, third = joint("one", "a", "b", origin=out), joint("three", "c", "d", origin=back)
+    folded = robot(first, joint("two", "b", "c", origin=out, axis='<axis xyz="0 1 0"/>'), third)
     for link, shape in (("a", ball), ("b", rod), ("c", rod), ("d", rod)):
         folded = folded.replace(f'<link name="{link}"/>', f'<link name="{link}">{shape}</link>')
     moved = imported(tmp_path, folded)

@@ -19,6 +19,7 @@ from rigs.data.urdf_files import (
 from rigs.motion.nearness import assert_near
 
 from openpendant.motion.errors import RobotFileError
+from openpendant.motion.pose import Pose
 from openpendant.motion.robot_import.dh_derivation import chain_pose
 from openpendant.motion.robot_import.imported_chain import ImportedChain
 from openpendant.motion.robot_import.urdf import bounding_box, read_urdf
@@ -150,9 +151,7 @@ def test_a_unit_quaternion_places_a_joint(tmp_path: Path) -> None:
 
 
 def test_a_bounding_box_lies_along_the_mesh_where_that_is_smaller() -> None:
-    turned = np.array(
-        [[math.cos(0.6), -math.sin(0.6), 0], [math.sin(0.6), math.cos(0.6), 0], [0, 0, 1]]
-    )
+    turned = Pose.from_rpy((0.0, 0.0, 0.0), (0.0, 0.0, 0.6)).rotation
     corners = np.array([[x, y, z] for x in (0, 2) for y in (0, 0.1) for z in (0, 0.2)]) @ turned.T
     box = bounding_box(corners)
     assert sorted(box.size) == pytest.approx([0.1, 0.2, 2.0])

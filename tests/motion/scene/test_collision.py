@@ -59,9 +59,8 @@ def test_distances_of_capsules_and_balls_agree_with_brute_force(count: int) -> N
     random = np.random.default_rng(1)
     rod = SceneObject("rod", Capsule(0.04, 0.6), (0.45, 0.1, 0.4), (0.0, 0.6, 0.0, 0.8))
     collision = CollisionModel(UR5, Scene((rod, ball("ball", (-0.3, 0.4, 0.5)))))
-    capsules = [
-        shape for shape in UR5.robot.collision["forearm_link"] if isinstance(shape, LinkCapsule)
-    ]
+    shapes = UR5.robot.collision["forearm_link"]
+    capsules = [shape for shape in shapes if isinstance(shape, LinkCapsule)]
     half = np.array([0.0, 0.0, 0.3])
     ends = [rod.pose.position + rod.pose.rotation @ (sign * half) for sign in (-1, 1)]
     centre = np.array([-0.3, 0.4, 0.5])
@@ -256,15 +255,11 @@ ROBOTS = ("ur5", "fanuc_m10ia", "rail_kr5_arc", "fanuc_m410ib", "kuka_iiwa14")
 
 def random_scene(links: tuple[str, ...], random: np.random.Generator) -> Scene:
     """Return boxes of which some are held, and pairs of which some may touch."""
-    objects = [
-        SceneObject(
-            f"box {number}",
-            Box((0.1, 0.2, 0.3)),
-            (float(random.uniform(-1.0, 1.0)), 0.5, 0.2),
-            link=str(random.choice(links)) if random.random() < 0.4 else None,
-        )
-        for number in range(int(random.integers(1, 12)))
-    ]
+    objects = []
+    for number in range(int(random.integers(1, 12))):
+        place = (float(random.uniform(-1.0, 1.0)), 0.5, 0.2)
+        link = str(random.choice(links)) if random.random() < 0.4 else None
+        objects.append(SceneObject(f"box {number}", Box((0.1, 0.2, 0.3)), place, link=link))
     names = [each.name for each in objects]
     chosen = {(str(random.choice(names)), str(random.choice([*names, *links]))) for _ in range(5)}
     return Scene(tuple(objects), frozenset(pair for pair in chosen if pair[0] != pair[1]))

@@ -52,9 +52,8 @@ def random_waypoints(limits: JointLimits, seed: int, count: int) -> Array:
     """Waypoints in the middle half of each range, which the curve between them does not leave."""
     lower, upper = np.array(limits.lower), np.array(limits.upper)
     random = np.random.default_rng(seed)
-    points: Array = (lower + upper) / 2.0 + random.uniform(-0.25, 0.25, (count, limits.dof)) * (
-        10.0 ** random.uniform(-2.0, 0.0)
-    ) * (upper - lower)
+    shares = random.uniform(-0.25, 0.25, (count, limits.dof)) * 10.0 ** random.uniform(-2.0, 0.0)
+    points: Array = (lower + upper) / 2.0 + shares * (upper - lower)
     return points
 
 
@@ -278,11 +277,8 @@ REFUSED = [name for name in PROBLEMS if name not in CERTIFIED]
 
 def limits_of(problem: dict[str, Any]) -> JointLimits:
     values = SUITE["limits"] | problem.get("limits", {})
-    return JointLimits(
-        names=("joint_1", "joint_2"),
-        prismatic=(False, False),
-        **{field: (float(value),) * 2 for field, value in values.items()},
-    )
+    both = {field: (float(value),) * 2 for field, value in values.items()}
+    return JointLimits(names=("joint_1", "joint_2"), prismatic=(False, False), **both)
 
 
 def waypoints_of(problem: dict[str, Any]) -> Array | list[list[float]]:
@@ -330,9 +326,8 @@ def random_path(limits: JointLimits, random: np.random.Generator) -> tuple[Joint
     while True:
         reach = 10.0 ** random.uniform(-2.0, 0.0) * (upper - lower)
         count = int(random.integers(3, 51))
-        waypoints: Array = (lower + upper) / 2 + random.uniform(
-            -0.25, 0.25, (count, limits.dof)
-        ) * reach
+        shares = random.uniform(-0.25, 0.25, (count, limits.dof))
+        waypoints: Array = (lower + upper) / 2 + shares * reach
         try:
             return JointSpline(waypoints, limits), waypoints
         except OutOfRange:

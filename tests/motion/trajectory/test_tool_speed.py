@@ -86,9 +86,8 @@ def test_the_elbow_alone_may_set_the_pace() -> None:
 
 def test_the_speed_fraction_does_not_lower_the_tool_speed() -> None:
     path, points = sweep(UR5, 3), reduced_speed(UR5, 0.05)
-    full, half = (
-        time_path(path, UR5.limits, speed=speed, tool_speed=points).duration for speed in (1.0, 0.5)
-    )
+    motions = (time_path(path, UR5.limits, speed=speed, tool_speed=points) for speed in (1.0, 0.5))
+    full, half = (motion.duration for motion in motions)
     assert half == pytest.approx(full, rel=0.01)
 
 

@@ -191,16 +191,12 @@ def test_a_pose_beyond_a_limit_names_joint_value_and_limit(
     robot = kinematics.robot
     beyond = np.array(robot.home_position)
     # Every branch needs joint 6 at one of two angles half a turn apart; a narrow range has neither.
-    narrow = robot.model_copy(
-        update={
-            "joints": tuple(
-                joint.model_copy(update={"lower": beyond[5] + 1.0, "upper": beyond[5] + 1.1})
-                if joint.name == robot.limits.names[5]
-                else joint
-                for joint in robot.joints
-            )
-        }
+    bounds = {"lower": beyond[5] + 1.0, "upper": beyond[5] + 1.1}
+    joints = tuple(
+        joint.model_copy(update=bounds) if joint.name == robot.limits.names[5] else joint
+        for joint in robot.joints
     )
+    narrow = robot.model_copy(update={"joints": joints})
     held = Kinematics(type(robot).model_construct(**dict(narrow)))
     with pytest.raises(errors.OutOfRange) as refused:
         solve(held, kinematics.forward(beyond), beyond)

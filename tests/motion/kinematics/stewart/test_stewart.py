@@ -164,9 +164,8 @@ def test_leg_rates_and_accelerations_are_the_derivatives_of_the_lengths() -> Non
     twist = np.array([0.02, -0.01, 0.015, 0.2, -0.1, 0.3])
     step = 1e-4
     for pose in random_poses(10):
-        before, here, after = (
-            LEGS.lengths(moved(pose, twist, time)) for time in (-step, 0.0, step)
-        )
+        times = (-step, 0.0, step)
+        before, here, after = (LEGS.lengths(moved(pose, twist, time)) for time in times)
         motion = LEGS.motion(pose, twist, np.zeros(6))
         assert motion.length == pytest.approx(here, abs=1e-14)
         assert motion.rate == pytest.approx((after - before) / (2 * step), abs=1e-8)
@@ -184,9 +183,8 @@ def test_an_acceleration_from_rest_is_the_jacobian_times_it() -> None:
 def test_a_platform_motion_too_fast_or_too_sharp_for_a_leg_is_refused() -> None:
     still, up = np.zeros(6), np.array([0.0, 0.0, 1.0, 0.0, 0.0, 0.0])
     along = 0.05 * HOME.position[2] / 0.27
-    assert PLATFORM.check_motion(HOME, 0.05 * up, still).rate == pytest.approx(
-        [along] * 6, abs=1e-6
-    )
+    found = PLATFORM.check_motion(HOME, 0.05 * up, still)
+    assert found.rate == pytest.approx([along] * 6, abs=1e-6)
     with pytest.raises(errors.TooFast, match=r"leg_1 .* 0\.05 m/s"):
         PLATFORM.check_motion(HOME, 0.06 * up, still)
     with pytest.raises(errors.TooSharp, match=r"leg_1 .* 0\.5 m/s²"):
@@ -219,13 +217,11 @@ def test_malformed_leg_lengths_are_refused(call: object) -> None:
 
 def test_a_platform_of_other_than_six_legs_is_refused() -> None:
     robot = platform_robot()
-    five = platform_robot(
-        dof=5,
-        home=[0.0] * 5,
-        joint_names=robot.joint_names[:5],
-        base_anchors=[anchor.model_dump() for anchor in robot.base_anchors[:5]],
-        platform_anchors=[anchor.model_dump() for anchor in robot.platform_anchors[:5]],
-    )
+    anchors = {
+        field: [anchor.model_dump() for anchor in getattr(robot, field)[:5]]
+        for field in ("base_anchors", "platform_anchors")
+    }
+    five = platform_robot(dof=5, home=[0.0] * 5, joint_names=robot.joint_names[:5], **anchors)
     with pytest.raises(errors.BadArgument, match="6 legs"):
         StewartKinematics(five)
 
