@@ -45,9 +45,8 @@ def damaged_frames(draw: st.DrawFn) -> bytes:
     return bytes(frame[: draw(st.integers(0, len(frame)))]) if draw(st.booleans()) else bytes(frame)
 
 
-streams = st.lists(
-    st.one_of(st.sampled_from(FRAMES), damaged_frames(), st.binary(max_size=40)), max_size=8
-).map(b"".join)
+pieces = st.one_of(st.sampled_from(FRAMES), damaged_frames(), st.binary(max_size=40))
+streams = st.lists(pieces, max_size=8).map(b"".join)
 
 dialects = st.sampled_from([MOTOMAN, PENDANT])
 
@@ -119,7 +118,6 @@ def test_memory_is_bounded_by_one_frame_however_much_comes() -> None:
 
 
 # Frames with a usual header take a short cut; it leads to the same place.
-
 
 CODECS = [
     codec_for(dialect, order, real_size)

@@ -28,6 +28,7 @@ from openpendant.simplemsg.journal import (
 from openpendant.simplemsg.journal_writer import JournalWriter
 
 START = 5_000_000_000
+SAID: dict[str, Any] = {"started": "then", "version": "1", "settings": {"a": 1}}
 NEVER = Mock(side_effect=AssertionError)
 
 
@@ -45,7 +46,7 @@ def clock() -> Mock:
 
 def _kept(clock: Mock, stream: Lines) -> Journal:
     journal = Journal(clock)
-    journal.keep(stream, NEVER, kind="server", started="then", version="1", settings={"a": 1})
+    journal.keep(stream, NEVER, kind="server", **SAID)
     return journal
 
 
@@ -73,14 +74,7 @@ def test_lines_say_what_happened_and_what_followed(clock: Mock) -> None:
     journal.out(3, b"\xcd")
     journal.answer("clogged", 3, True)
     assert [json.loads(line) for line in stream.getvalue().splitlines()] == [
-        {
-            "format": JOURNAL_FORMAT,
-            "of": "server",
-            "started": "then",
-            "now": START,
-            "version": "1",
-            "settings": {"a": 1},
-        },
+        {"format": JOURNAL_FORMAT, "of": "server", "now": START, **SAID},
         {"t": 7, "on": "opened", "link": "3", "hex": "ab", "port": "motion"},
         {"out": "3", "hex": "cd"},
         {"ask": "clogged", "link": "3"},
@@ -137,7 +131,6 @@ def test_a_full_disk_ends_the_journal_once_and_nothing_else(clock: Mock) -> None
 
 
 # What is long is spelled out later, and reads as if it had been at once.
-
 
 DATA = bytes(range(256)) * 1_000
 

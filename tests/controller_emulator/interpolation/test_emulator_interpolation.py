@@ -177,9 +177,8 @@ def test_whatever_a_bounded_motion_does_its_ends_can_be_joined_within_the_bounds
     assert isinstance(segment, MotionSegment)
 
 
-NUMBER = st.one_of(
-    st.floats(-2, 2, width=32), st.floats(width=32), st.sampled_from((0.0, 0.005, 0.01, 0.1))
-)
+USUAL = st.sampled_from((0.0, 0.005, 0.01, 0.1))
+NUMBER = st.one_of(st.floats(-2, 2, width=32), st.floats(width=32), USUAL)
 
 
 @given(st.data())

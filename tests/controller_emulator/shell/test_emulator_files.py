@@ -181,9 +181,7 @@ def test_without_uvloop_the_extra_that_brings_it_is_named(
     assert capsys.readouterr().err == f"openpendant emulate: {said}\n"
 
 
-def test_a_loop_of_another_name_is_refused_with_those_there_are(
-    capsys: Capture,
-) -> None:
+def test_a_loop_of_another_name_is_refused_with_those_there_are(capsys: Capture) -> None:
     assert main(["--event-loop", "libev"]) == USAGE
     said = "arguments: emulator.event_loop = 'libev': expected 'asyncio' or 'uvloop'"
     assert capsys.readouterr().err == f"openpendant emulate: {said}\n"

@@ -56,9 +56,7 @@ def test_visuals_are_of_sensible_size(name: str) -> None:
 
 
 @pytest.mark.parametrize("name", SERIAL)
-def test_body_shapes_are_as_large_as_their_collision_shapes(
-    robot: SerialRobot,
-) -> None:
+def test_body_shapes_are_as_large_as_their_collision_shapes(robot: SerialRobot) -> None:
     shown = [each for each in robot_visuals(robot).shapes if each.part is VisualPart.BODY]
     for link, shapes in robot.collision.items():
         for shape in shapes:

@@ -37,7 +37,8 @@ from openpendant.motion.pose import Array, Pose
 
 coordinates, angles = st.floats(-2.0, 2.0), st.floats(-3.0, 3.0)
 vectors = st.tuples(coordinates, coordinates, coordinates)
-poses = st.builds(Pose.from_rpy, vectors, st.tuples(angles, st.floats(-1.5, 1.5), angles))
+turns = st.tuples(angles, st.floats(-1.5, 1.5), angles)
+poses = st.builds(Pose.from_rpy, vectors, turns)
 HERE = Pose.from_rpy((0.5, 0.1, 0.2), (0.1, 0.2, 0.3))
 THERE = Pose.from_rpy((-0.3, 0.4, 0.0), (0.0, 0.0, 1.0))
 
@@ -305,9 +306,7 @@ TABLE = {"name": "table", "parent": "base", "xyz": [0.5, 0.0, 0.0], "quat": QUAT
 HAND = {"name": "hand", "xyz": [0.0, 0.0, 0.1], "quat": QUAT}
 
 far = st.floats(-1e5, 1e5)
-far_poses = st.builds(
-    Pose.from_rpy, st.tuples(far, far, far), st.tuples(angles, st.floats(-1.5, 1.5), angles)
-)
+far_poses = st.builds(Pose.from_rpy, st.tuples(far, far, far), turns)
 names = st.text(min_size=1, max_size=12).filter(lambda n: n.isprintable() and n == n.strip())
 
 

@@ -206,9 +206,7 @@ def test_a_way_back_of_the_tool_is_told_only_if_it_leads_out(
     assert leads_out(model(name), place, ToolJog(linear, angular, BASE_AXES)) is is_out
 
 
-def test_nothing_is_left_to_work_out_for_who_asks_first(
-    monkeypatch: pytest.MonkeyPatch,
-) -> None:
+def test_nothing_is_left_to_work_out_for_who_asks_first(monkeypatch: pytest.MonkeyPatch) -> None:
     """To recognise an arm's family takes longer than an event loop should."""
     fresh = mechanism(load_robot("ur5"))
     assert isinstance(fresh, SerialMechanism)

@@ -193,9 +193,7 @@ def test_standing_adds_nothing() -> None:
 
 @settings(max_examples=25)
 @given(st.lists(st.tuples(*[st.floats(-0.1, 0.1)] * 2), min_size=1, max_size=150))
-def test_every_set_point_is_within_the_tolerance(
-    steps: list[tuple[float, ...]],
-) -> None:
+def test_every_set_point_is_within_the_tolerance(steps: list[tuple[float, ...]]) -> None:
     way, place, places = UndoPath((0.0, 0.0), UNITS), (0.0, 0.0), []
     for dx, dy in steps:
         place = (place[0] + dx, place[1] + dy)

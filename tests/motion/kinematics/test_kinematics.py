@@ -122,14 +122,6 @@ def test_the_levelling_rods_hold_the_palletisers_wrist_level() -> None:
         assert_near(down, [0.0, 0.0, -1.0], 1e-12)
 
 
-def test_the_linear_axis_carries_the_arm_metre_by_metre() -> None:
-    kinematics = arm("rail_kr5_arc")
-    start = np.array(kinematics.robot.home_position)
-    moved = start + 0.75 * np.eye(7)[0]
-    shift = kinematics.forward(moved).position - kinematics.forward(start).position
-    assert np.linalg.norm(shift) == pytest.approx(0.75, abs=1e-12)
-
-
 def test_only_whole_gains_let_a_joint_turn_round() -> None:
     assert arm("ur5").turning.all()
     assert arm("rail_kr5_arc").turning.tolist() == [False, *[True] * 6]

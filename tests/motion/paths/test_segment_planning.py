@@ -48,14 +48,16 @@ def at(x: float, y: float, z: float) -> Pose:
     return Pose(HERE.position + np.array([x, y, z]), HERE.quaternion)
 
 
-TURNED = Pose.from_matrix(
-    rotation_of_vector(np.array([0.0, 0.0, 0.2])) @ HERE.rotation, HERE.position
-)
+TURN = rotation_of_vector(np.array([0.0, 0.0, 0.2]))
+TURNED = Pose.from_matrix(TURN @ HERE.rotation, HERE.position)
 
 
 def point(x: float, y: float, z: float) -> list[float]:
     values: list[float] = at(x, y, z).position.tolist()
     return values
+
+
+CENTRE = point(0.0, 0.05, 0.0)
 
 
 def ends(paths: Sequence[Path]) -> list[Array]:
@@ -132,14 +134,10 @@ def test_a_circle_in_the_root_frame_is_the_same_circle() -> None:
     ("way", "target", "length"),
     [
         (ThroughPoint(point(0.05, 0.05, 0.0)), at(0.0, 0.1, 0.0), math.pi * 0.05),
-        (AboutCentre(point(0.0, 0.05, 0.0), [0, 0, 1]), at(0.0, 0.1, 0.0), math.pi * 0.05),
-        (AboutCentre(point(0.0, 0.05, 0.0)), at(0.0, 0.05, 0.05), math.pi * 0.025),
-        (
-            AboutCentre(point(0.0, 0.05, 0.0), more_than_half=True),
-            at(0.0, 0.05, 0.05),
-            math.pi * 0.075,
-        ),
-        (FullAboutCentre(point(0.0, 0.05, 0.0), [0, 0, 1]), None, math.pi * 0.1),
+        (AboutCentre(CENTRE, [0, 0, 1]), at(0.0, 0.1, 0.0), math.pi * 0.05),
+        (AboutCentre(CENTRE), at(0.0, 0.05, 0.05), math.pi * 0.025),
+        (AboutCentre(CENTRE, more_than_half=True), at(0.0, 0.05, 0.05), math.pi * 0.075),
+        (FullAboutCentre(CENTRE, [0, 0, 1]), None, math.pi * 0.1),
         (FullThroughPoints(point(0.05, 0.05, 0.0), point(0.0, 0.1, 0.0)), None, math.pi * 0.1),
     ],
     ids=["via", "half", "less", "more", "full about", "full through"],
@@ -155,11 +153,11 @@ def test_every_circle_is_as_long_as_it_should(
 
 
 def test_a_tool_that_turns_with_the_path_keeps_its_angle_to_it() -> None:
-    way = AboutCentre(point(0.0, 0.05, 0.0), [0, 0, 1])
+    way = AboutCentre(CENTRE, [0, 0, 1])
     (path,) = plan_path(UR5, START, [Circ(way, at(0.0, 0.1, 0.0), ToolTurn.WITH_THE_PATH)])
     for pose in map(UR5.forward, path.evaluate(np.linspace(0.0, path.length, 20))):
-        spoke = HERE.rotation.T @ (HERE.position - point(0.0, 0.05, 0.0))
-        found = pose.rotation.T @ (pose.position - point(0.0, 0.05, 0.0))
+        spoke = HERE.rotation.T @ (HERE.position - CENTRE)
+        found = pose.rotation.T @ (pose.position - CENTRE)
         assert found == pytest.approx(spoke, abs=1e-4)
 
 
@@ -217,13 +215,11 @@ def test_a_zone_that_cannot_be_is_refused_with_its_waypoint_and_the_largest_that
 
 
 CORNER = joints(0.2, 0.1)
+BESIDE = UR5.forward(CORNER).position + np.array([0.0, 0.05, 0.0])
 MIXED: dict[str, list[Segment]] = {
     "PTP LIN": [Ptp(CORNER, zone=0.1), Lin(HERE)],
     "LIN PTP": [Lin(at(0.0, 0.1, 0.0), zone=0.05), Ptp(CORNER)],
-    "PTP CIRC": [
-        Ptp(CORNER, zone=0.1),
-        Circ(FullAboutCentre(UR5.forward(CORNER).position + np.array([0.0, 0.05, 0.0]), [0, 0, 1])),
-    ],
+    "PTP CIRC": [Ptp(CORNER, zone=0.1), Circ(FullAboutCentre(BESIDE, [0, 0, 1]))],
     "PTP LIN PTP": [Ptp(CORNER, zone=0.1), Lin(HERE, zone=0.03), Ptp(joints(-0.3))],
     "all": [
         Ptp(joints(0.2), zone=0.05),
@@ -285,7 +281,7 @@ BAD = math.nan
         (Circ(ThroughPoint([BAD, 0.0, 0.0]), at(0.0, 0.1, 0.0)), errors.NotFinite),
         (Circ(ThroughPoint(point(0.0, 0.05, 0.0))), errors.BadArgument),
         (Circ(FullAboutCentre(point(0.0, 0.1, 0.0), [0, 0, 1]), HERE), errors.BadArgument),
-        (Circ(AboutCentre(point(0.0, 0.05, 0.0)), at(0.0, 0.11, 0.0)), errors.BadCircle),
+        (Circ(AboutCentre(CENTRE), at(0.0, 0.11, 0.0)), errors.BadCircle),
         (Ptp(joints(0.1), zone=BAD), errors.NotFinite),
         (Ptp(joints(0.1), zone=-0.1), errors.BadArgument),
         (Ptp(joints(0.1), zone=1e-5), errors.BadArgument),

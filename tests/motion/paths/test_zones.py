@@ -55,9 +55,7 @@ def off_the_polyline(places: Array, points: Array) -> float:
 
 
 @pytest.mark.parametrize("zone", [1e-4, 0.02, 0.1, 0.5, 1.0])
-def test_a_right_angle_is_left_and_joined_at_the_zone_and_passed_by_the_law(
-    zone: float,
-) -> None:
+def test_a_right_angle_is_left_and_joined_at_the_zone_and_passed_by_the_law(zone: float) -> None:
     path = JointPolyline(CORNER, [zone])
     places = path.evaluate(np.linspace(0.0, path.length, 4001))
 

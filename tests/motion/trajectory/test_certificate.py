@@ -199,12 +199,11 @@ def standing(joints: Array) -> Array:
 FAST_AT_ONE_SAMPLE = moved((0.0, 0.01, 0.033, 0.056, 0.066), (0.0, 0.2, 0.26, 0.2, 0.0), STILL[:5])
 """At 0.26 m/s at a sample, and on no way between two faster than 0.23."""
 
-FAST_ON_ONE_WAY = moved(
-    (0.0, 0.0125, 0.0385, 0.0635, 0.076), (0.0, 0.25, 0.25, 0.25, 0.0), STILL[:5]
-)
+EVENLY = (0.0, 0.25, 0.25, 0.25, 0.0)
+FAST_ON_ONE_WAY = moved((0.0, 0.0125, 0.0385, 0.0635, 0.076), EVENLY, STILL[:5])
 """At 0.25 m/s at the samples, and at 0.26 on the way between the second and the third."""
 
-SLOW = moved((0.0, 0.0125, 0.0375, 0.0625, 0.075), (0.0, 0.25, 0.25, 0.25, 0.0), STILL[:5])
+SLOW = moved((0.0, 0.0125, 0.0375, 0.0625, 0.075), EVENLY, STILL[:5])
 """At 0.25 m/s at most."""
 
 

@@ -189,9 +189,8 @@ def test_tiny_numbers_stay_numbers_in_yaml() -> None:
 
 
 MOVE = plan_joint_move(HERE, THERE, LIMITS)
-ALONE = plan_joint_move(
-    [0.0], [0.5], JointLimits(("a",), (-1.0,), (1.0,), (1.0,), (1.0,), (False,))
-)
+SINGLE = JointLimits(("a",), (-1.0,), (1.0,), (1.0,), (1.0,), (False,))
+ALONE = plan_joint_move([0.0], [0.5], SINGLE)
 SLOWER = plan_joint_move(THERE, HERE, LIMITS, sample_period=0.02)
 
 

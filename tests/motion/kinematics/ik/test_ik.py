@@ -172,9 +172,7 @@ def test_a_pose_out_of_reach_is_refused_with_how_near_one_can_get() -> None:
 
 
 @pytest.mark.parametrize("name", ["fanuc_m410ib", "mitsubishi_rh6frh5520"])
-def test_a_tilt_that_four_axes_cannot_take_is_refused_with_it(
-    kinematics: Kinematics,
-) -> None:
+def test_a_tilt_that_four_axes_cannot_take_is_refused_with_it(kinematics: Kinematics) -> None:
     home = kinematics.robot.home_position
     here = kinematics.forward(home)
     tilted = here.compose(Pose.from_rpy((0.0, 0.0, 0.0), (0.3, 0.0, 0.0)))

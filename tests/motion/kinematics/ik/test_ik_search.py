@@ -186,12 +186,7 @@ def at_zero_but_for_the_first(kinematics: Kinematics, position: Array, off: floa
     return zero
 
 
-PLACES: tuple[Place, ...] = (
-    with_stretched_wrist,
-    with_straight_elbow,
-    at_zero,
-    at_zero_but_for_the_first,
-)
+PLACES = (with_stretched_wrist, with_straight_elbow, at_zero, at_zero_but_for_the_first)
 
 
 @pytest.mark.parametrize("count", counts(2, 200))
@@ -216,9 +211,7 @@ def test_singular_poses_are_solved_at_all(kinematics: Kinematics, place: Place, 
 
 
 @pytest.mark.parametrize("name", ["abb_irb2400", "fanuc_m10ia", "puma560"])
-def test_a_far_target_with_a_straight_wrist_keeps_the_fourth_joint(
-    kinematics: Kinematics,
-) -> None:
+def test_a_far_target_with_a_straight_wrist_keeps_the_fourth_joint(kinematics: Kinematics) -> None:
     position = np.array([0.4, 0.3, 0.2, 0.9, 0.0, -0.3])
     seed = np.array([-0.6, 0.0, 0.1, 0.5, 0.4, 0.2])
     solution = solve(kinematics, kinematics.forward(position), seed)

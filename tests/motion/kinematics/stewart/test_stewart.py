@@ -154,12 +154,6 @@ def test_the_rpy_jacobian_is_the_slope_by_the_six_coordinates(column: int) -> No
         assert LEGS.rpy_jacobian(pose)[:, column] == pytest.approx(slope, abs=1e-8)
 
 
-def test_rates_of_roll_pitch_yaw_are_not_angular_velocity() -> None:
-    tilted = pose_of_shares([0.0, 0.0, 0.0, 0.4, 0.4, 0.2])
-    assert not np.allclose(LEGS.jacobian(tilted)[:, 3:5], LEGS.rpy_jacobian(tilted)[:, 3:5])
-    assert LEGS.jacobian(tilted)[:, 5] == pytest.approx(LEGS.rpy_jacobian(tilted)[:, 5])
-
-
 def test_leg_rates_and_accelerations_are_the_derivatives_of_the_lengths() -> None:
     twist = np.array([0.02, -0.01, 0.015, 0.2, -0.1, 0.3])
     step = 1e-4
