@@ -181,9 +181,7 @@ def test_sixty_lines_of_javascript_jog_a_joint_stop_and_reset_as_often_as_they_r
         assert jogs_stops_and_resets(robot, node, "pendant.js", str(port))
 
 
-def test_an_example_in_another_language_says_why_it_was_refused(
-    port: int, robot: SyncPendantClient
-) -> None:
+def test_refused_examples_in_other_languages_say_why(port: int, robot: SyncPendantClient) -> None:
     node = installed("node")
     robot.take_control()
     code, _, complained = ended(node, "pendant.js", str(port))

@@ -178,9 +178,7 @@ def test_small_turns_keep_their_digits(angle: float) -> None:
 
 
 @given(rpys, st.integers(0, 2))
-def test_the_columns_of_the_rate_matrix_are_the_axes_turned_about(
-    rpy: tuple[float, ...], which: int
-) -> None:
+def test_each_column_of_the_rate_matrix_is_an_axis(rpy: tuple[float, ...], which: int) -> None:
     step = 1e-6
     varied = np.array(rpy)
     varied[which] += step
@@ -220,9 +218,7 @@ poses = st.builds(Pose.from_rpy, near, st.tuples(slopes, slopes, slopes))
 
 
 @given(poses, poses, st.tuples(*[st.floats(-0.1, 0.1)] * 3))
-def test_a_shift_is_along_the_frames_axes(
-    pose: Pose, frame: Pose, shift: tuple[float, float, float]
-) -> None:
+def test_a_shift_is_along_a_frames_axes(pose: Pose, frame: Pose, shift: tuple[float, ...]) -> None:
     for axes in (None, frame, pose):
         moved = shifted(pose, shift, axes)
         rotation = np.eye(3) if axes is None else axes.rotation

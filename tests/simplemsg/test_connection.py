@@ -76,9 +76,7 @@ def test_a_server_learns_the_byte_order_from_the_first_frame(byte_order: ByteOrd
 
 @pytest.mark.parametrize("length", [12, 13, 255, 256, 3_072, 65_535])
 @pytest.mark.parametrize("byte_order", ByteOrder)
-def test_every_length_that_fits_two_bytes_tells_the_byte_order(
-    byte_order: ByteOrder, length: int
-) -> None:
+def test_every_length_of_two_bytes_tells_the_byte_order(byte_order: ByteOrder, length: int) -> None:
     connection = Connection(Role.SERVER, max_frame=65_539)
     connection.receive(struct.pack(f"{byte_order.value}i", length))
     assert connection.byte_order is byte_order
@@ -156,9 +154,7 @@ def test_promise_9_one_call_decodes_64_frames_and_says_that_there_are_more() -> 
 @pytest.mark.parametrize(
     ("frames", "per_call", "counts"), [(64, 64, [64]), (65, 64, [64, 1]), (40, 16, [16, 16, 8])]
 )
-def test_all_frames_come_one_call_after_the_other(
-    frames: int, per_call: int, counts: list[int]
-) -> None:
+def test_all_frames_come_call_after_call(frames: int, per_call: int, counts: list[int]) -> None:
     connection = Connection(Role.SERVER, frames_per_call=per_call)
     taken = [len(connection.receive(PING * frames))]
     while connection.more:
@@ -244,7 +240,7 @@ def test_a_malformed_request_keeps_the_link_and_may_be_answered(connection: Conn
 
 @pytest.mark.parametrize("header", [(0, 1, 0), (10, 0, 0), (10, 1, 1), (10, 3, 0), (10, 4, 2)])
 def test_a_header_that_breaks_a_rule_is_malformed_with_its_numbers(
-    header: tuple[int, int, int],
+    header: tuple[int, ...],
 ) -> None:
     (malformed,) = _server().receive(struct.pack("<4i", 12, *header))
     assert isinstance(malformed, Malformed)

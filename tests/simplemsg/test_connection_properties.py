@@ -157,9 +157,7 @@ def test_every_usual_frame_is_received_as_the_codec_decodes_it(codec: Codec, fil
 
 @each_codec
 @pytest.mark.parametrize("filling", [0x00, 0x41, 0x80, 0xFF])
-def test_a_frame_of_any_size_is_received_as_the_codec_decodes_it(
-    codec: Codec, filling: int
-) -> None:
+def test_a_frame_of_any_size_is_received_as_codecs_decode_it(codec: Codec, filling: int) -> None:
     for header in codec.of_any_size:
         for size in (0, 3, 4, 8, 52, 104, 400):
             frame = _prefix(codec, header, size) + header + bytes([filling]) * size

@@ -54,9 +54,7 @@ def codec(order: ByteOrder) -> Codec:
 
 @orders
 @pytest.mark.parametrize("message", WITH_SECRETS, ids=lambda each: type(each).__name__)
-def test_a_masked_frame_keeps_its_size_and_all_but_the_secret(
-    message: Message, order: ByteOrder
-) -> None:
+def test_masked_frames_keep_size_and_all_but_the_secret(message: Message, order: ByteOrder) -> None:
     frame = codec(order).encode(message)
     masked = masked_frame(frame)
     assert len(masked) == len(frame)
@@ -76,9 +74,7 @@ def test_a_frame_without_a_secret_stays_as_it_is(message: Message, order: ByteOr
 
 @orders
 @given(cuts=st.lists(st.integers(0, 600), max_size=8))
-def test_it_does_not_matter_in_which_portions_the_bytes_come(
-    order: ByteOrder, cuts: list[int]
-) -> None:
+def test_it_does_not_matter_in_what_portions_bytes_come(order: ByteOrder, cuts: list[int]) -> None:
     frames = [codec(order).encode(message) for message in (*WITH_SECRETS, *WITHOUT)]
     stream = b"".join(frames)
     mask, ends = SecretMask(), [*sorted(cuts), len(stream)]

@@ -19,7 +19,7 @@ READ, WRITE = IoResult.READ_ADDRESS_INVALID, IoResult.WRITE_ADDRESS_INVALID
 
 
 @pytest.mark.parametrize("controller", ControllerModel)
-def test_areas_begin_and_end_at_whole_groups_and_do_not_overlap(
+def test_areas_begin_and_end_at_whole_groups_and_never_overlap(
     controller: ControllerModel,
 ) -> None:
     areas = AREAS[controller]
@@ -41,9 +41,7 @@ def test_areas_begin_and_end_at_whole_groups_and_do_not_overlap(
         (ControllerModel.YRC1000MICRO, 87010, "pseudo input"),
     ],
 )
-def test_a_bit_lies_in_the_area_of_its_model(
-    controller: ControllerModel, bit: int, name: str
-) -> None:
+def test_a_bit_lies_in_its_models_area(controller: ControllerModel, bit: int, name: str) -> None:
     area = area_of(controller, bit)
     assert area is not None
     assert area.name == name

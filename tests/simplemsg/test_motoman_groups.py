@@ -46,9 +46,7 @@ def test_any_other_number_of_records_cannot_be_sent(meant: int, records: int) ->
 
 @pytest.mark.parametrize("byte_order", ByteOrder)
 @pytest.mark.parametrize("sent", [0x7F00_0006, -10, 6])
-def test_a_receiver_keeps_the_low_four_bits_of_valid_fields(
-    sent: int, byte_order: ByteOrder
-) -> None:
+def test_a_receiver_keeps_four_low_bits_of_valid_fields(sent: int, byte_order: ByteOrder) -> None:
     codec = codec_for(MOTOMAN, byte_order)
     point = MotomanJointTrajPtFullEx(2, 5, _groups(2, valid_fields=sent))
     frame = codec.encode(point)

@@ -110,9 +110,7 @@ UNEVEN = JointLimits(("j",), (-0.1,), (0.1,), (0.7,), (1.1,), (False,))
         (-next_float32(float32(0.1)), FAILURE),
     ],
 )
-def test_a_bound_rounded_to_four_bytes_is_legal_and_the_next_is_not(
-    value: float, code: int
-) -> None:
+def test_a_bound_rounded_to_four_bytes_is_legal_and_the_next_not(value: float, code: int) -> None:
     rig = ControllerRig(limits=UNEVEN, start=(0.0,))
     assert float32(0.1) > 0.1
     assert rig.code(ratio_point(0, (value,), 2.0)) == code

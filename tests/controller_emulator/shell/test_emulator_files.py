@@ -46,9 +46,7 @@ def test_arguments_go_before_the_file_and_the_file_before_the_defaults(tmp_path:
         ("robot = 'puma560'\n[emulator]\nrobot = 'epson_c3'\n", "epson_c3"),
     ],
 )
-def test_the_cells_robot_is_emulated_unless_another_is_named(
-    tmp_path: Path, text: str, robot: str
-) -> None:
+def test_the_cells_robot_is_taken_if_none_is_named(tmp_path: Path, text: str, robot: str) -> None:
     assert load_settings(written(tmp_path, text)).robot == robot
 
 

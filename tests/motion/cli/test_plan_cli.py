@@ -69,9 +69,7 @@ def test_every_output_holds_every_sample(capsys: Capture, scene: list[str], tmp_
     assert Path(files["plot"]).read_bytes().startswith(b"\x89PNG")
 
 
-def test_a_program_visits_joints_and_poses(
-    capsys: Capture, scene: list[str], tmp_path: Path
-) -> None:
+def test_programs_visit_joints_and_poses(capsys: Capture, scene: list[str], tmp_path: Path) -> None:
     pose = TASK.collision.kinematics.forward(TASK.start)
     goal = {"xyz": pose.position.tolist(), "quat": pose.quaternion.tolist()}
     (tmp_path / "program.json").write_text(json.dumps([TASK.goal.tolist(), goal]))
@@ -122,9 +120,7 @@ def test_a_bar_is_shown_for_what_takes_long(
         ),
     ],
 )
-def test_a_refusal_is_a_line_and_code(
-    capsys: Capture, argv: list[str], code: int, said: str
-) -> None:
+def test_a_refusal_is_line_and_code(capsys: Capture, argv: list[str], code: int, said: str) -> None:
     assert main(argv) == code
     (line,) = capsys.readouterr().err.splitlines()
     assert line.startswith("error: ")

@@ -235,7 +235,7 @@ def test_draw_writes_a_picture(capsys: Capture, tmp_path: Path) -> None:
 
 
 @pytest.mark.parametrize(
-    ("arguments", "says"),
+    ("argv", "says"),
     [
         (["draw", "ur6"], "known"),
         (["draw", "motoman_gp7", "-o", "arm.jpg"], ".svg or .png"),
@@ -247,10 +247,10 @@ def test_draw_writes_a_picture(capsys: Capture, tmp_path: Path) -> None:
         (["draw", "ur5", "--azimuth", "nan"], "azimuth"),
     ],
 )
-def test_a_bad_drawing_is_one_line_on_standard_error(
-    capsys: Capture, arguments: list[str], says: str
+def test_a_bad_drawing_is_one_line_of_complaint(
+    capsys: Capture, argv: list[str], says: str
 ) -> None:
-    assert main(arguments) == 2
+    assert main(argv) == 2
     (line,) = capsys.readouterr().err.splitlines()
     assert says in line
 

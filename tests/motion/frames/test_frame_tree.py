@@ -233,9 +233,7 @@ Rule = Callable[[Pose, tuple[float, ...]], Array]
 
 
 @given(poses, vectors)
-def test_a_point_is_shifted_and_turned_a_vector_turned(
-    pose: Pose, values: tuple[float, ...]
-) -> None:
+def test_points_shift_and_turn_and_vectors_turn(pose: Pose, values: tuple[float, ...]) -> None:
     matrix = pose.to_matrix()
     assert_near(transform_point(pose, values), (matrix @ [*values, 1.0])[:3], 1e-12)
     assert_near(transform_vector(pose, values), (matrix @ [*values, 0.0])[:3], 1e-12)

@@ -114,18 +114,14 @@ class TestPointSpeeds:
             (0.1, 0.3, JogSlowdown.ELBOW_SPEED),
         ],
     )
-    def test_the_faster_of_both_counts(
-        self, tool: float, elbow: float, reason: JogSlowdown
-    ) -> None:
+    def test_the_faster_of_two_counts(self, tool: float, elbow: float, reason: JogSlowdown) -> None:
         found, cause = excess(lambda *_: (tool, elbow))
         assert found == pytest.approx(0.3 / (0.998 * 0.25))
         assert cause is not None
         assert (cause.reason, cause.value, cause.limit) == (reason, 0.3, 0.25)
 
     @pytest.mark.parametrize(("speed", "is_allowed"), [(0.2494, True), (0.2496, False)])
-    def test_a_reserve_is_kept_for_what_a_tick_changes(
-        self, speed: float, is_allowed: bool
-    ) -> None:
+    def test_a_reserve_is_kept_for_what_ticks_change(self, speed: float, is_allowed: bool) -> None:
         assert (excess(lambda *_: (speed, 0.0))[0] <= 1.0) is is_allowed
 
     @pytest.mark.parametrize("point", [0, 1])
@@ -160,9 +156,7 @@ class TestPointSpeeds:
 
     @pytest.mark.parametrize("side", [1.0, -1.0])
     @pytest.mark.parametrize("joint", [0, 1])
-    def test_what_a_joint_undid_is_missing_once_its_range_ends(
-        self, joint: int, side: float
-    ) -> None:
+    def test_what_a_joint_undid_misses_once_its_range_ends(self, joint: int, side: float) -> None:
         """Two joints that undo each other, one of which has to brake before the other."""
 
         def undoing(_: Sequence[float], rates: Sequence[float]) -> tuple[float, float]:

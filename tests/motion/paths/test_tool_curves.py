@@ -371,9 +371,7 @@ def test_what_gives_no_curve_is_refused(refusal: Refusal) -> None:
         (tool_curves.ToolTurn.WITH_THE_PATH, (0.0, 0.0, QUARTER)),
     ],
 )
-def test_the_tool_turns_as_asked(
-    turn: tool_curves.ToolTurn, rpy: tuple[float, float, float]
-) -> None:
+def test_the_tool_turns_as_asked(turn: tool_curves.ToolTurn, rpy: tuple[float, ...]) -> None:
     start, target = Pose.from_rpy(EAST, [0.0] * 3), Pose.from_rpy(NORTH, [0.0, 0.4, 0.0])
     arc = tool_curves.ToolArc(arc_about(EAST, ORIGIN, NORTH), start, target, turn)
     place = arc.place(np.array([arc.length]))

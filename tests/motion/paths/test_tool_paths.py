@@ -222,7 +222,7 @@ def test_a_line_that_ends_out_of_reach_is_refused_where_following_it_is_and_soon
     assert asked.call_count < len(followed) / 4
 
 
-def test_a_line_that_is_solved_in_short_steps_alone_is_planned(
+def test_a_line_that_short_steps_alone_solve_is_planned(
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
     line = ToolLine(BEGIN, shifted(BEGIN, [0.05, 0.0, 0.0]))
@@ -257,9 +257,7 @@ def test_a_line_through_the_wrist_singularity_is_exact(fourth: float, swing: flo
 
 @pytest.mark.parametrize("swing", [0.02, 0.005, 1e-3, 1e-4])
 @pytest.mark.parametrize("fourth", [0.0, 0.2, 1.0])
-def test_a_short_line_through_the_wrist_singularity_is_certified(
-    fourth: float, swing: float
-) -> None:
+def test_a_short_line_through_a_wrist_singularity_is_certified(fourth: float, swing: float) -> None:
     start, goal = ([0.1, 0.1, 0.1, fourth, fifth, 0.1] for fifth in (swing, -swing))
     line = ToolLine(IRB2400.forward(start), IRB2400.forward(goal))
 

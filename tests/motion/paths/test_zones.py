@@ -149,9 +149,7 @@ def test_a_corner_is_run_nearly_as_fast_as_can_be(leg: float, zone: float) -> No
 
 @few(6)
 @given(seed=st.integers(0, 10**6), count=st.integers(3, 15))
-def test_a_timed_path_keeps_its_limits_between_samples_without_a_stop(
-    seed: int, count: int
-) -> None:
+def test_a_timed_path_keeps_limits_between_samples_without_a_stop(seed: int, count: int) -> None:
     path = JointPolyline(*waypoints_and_zones(seed, count, 2), TWO)
     trajectory = time_path(path, TWO, sample_period=1e-3)
     certify(trajectory, TWO)

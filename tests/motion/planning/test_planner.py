@@ -66,9 +66,7 @@ def assert_free(task: Task, path: Path) -> None:
         for seed in range(3)
     ],
 )
-def test_the_way_around_the_pillar_is_free_and_can_be_driven(
-    planner: str, seed: int, task: Task
-) -> None:
+def test_the_way_around_a_pillar_is_free_and_drivable(planner: str, seed: int, task: Task) -> None:
     path = plan(task, planner, seed)
     assert_free(task, path)
     limits = task.collision.kinematics.limits

@@ -62,7 +62,7 @@ def test_the_chain_ends_behind_the_most_motors_at_the_link_called_tool() -> None
     assert choice.clear
 
 
-def test_two_arms_of_the_same_length_leave_the_tip_in_doubt_and_offer_where_they_part(
+def test_two_equal_arms_leave_the_tip_in_doubt_and_offer_where_they_part(
     tmp_path: Path,
 ) -> None:
     fork = robot(FIRST, joint("left", "b", "c"), joint("right", "b", "d"))

@@ -28,9 +28,7 @@ def test_bodies_are_kept_a_millimetre_apart() -> None:
 
 @pytest.mark.parametrize("side", [1.0, -1.0])
 @pytest.mark.parametrize(("end", "sure"), [(4.9985, True), (4.9995, False), (5.5, False)])
-def test_what_comes_nearer_than_the_margin_is_not_proved(
-    side: float, end: float, sure: bool
-) -> None:
+def test_what_comes_nearer_than_the_margin_is_unproved(side: float, end: float, sure: bool) -> None:
     """A body 5 m ahead, of which half of the way stays clear."""
     assert is_sure(BodiesOnRails(standing_at(side * 5.0)), (side * end, 0.0), START) is sure
 

@@ -324,9 +324,7 @@ def random_path(limits: JointLimits, random: np.random.Generator) -> tuple[Joint
             continue
 
 
-def check_random_trajectories(
-    name: str, seed: int, count: int, *, compared: bool = True
-) -> list[float]:
+def check_trajectories(name: str, seed: int, count: int, *, compared: bool = True) -> list[float]:
     """Check some trajectories, and return durations relative to the finer solution's.
 
     That and ten times the samples take most of the time: both may be left out.
@@ -361,18 +359,18 @@ def check_random_trajectories(
 
 @pytest.mark.parametrize("name", SERIAL)
 def test_random_trajectories_are_certified(name: str) -> None:
-    check_random_trajectories(name, seed=1, count=4, compared=False)
+    check_trajectories(name, seed=1, count=4, compared=False)
 
 
 @pytest.mark.parametrize("name", [name for name in SERIAL if name in FAMILIES])
 def test_random_trajectories_are_near_a_finer_solution(name: str) -> None:
-    assert max(check_random_trajectories(name, seed=3, count=1)) <= 1.05
+    assert max(check_trajectories(name, seed=3, count=1)) <= 1.05
 
 
 @pytest.mark.soak
 @pytest.mark.timeout(3600)
 @pytest.mark.parametrize("name", SERIAL)
 def test_ten_thousand_trajectories_are_certified_and_near_a_finer_solution(name: str) -> None:
-    ratios = check_random_trajectories(name, seed=2, count=435)
+    ratios = check_trajectories(name, seed=2, count=435)
     assert max(ratios) <= 1.05
     assert np.median(ratios) <= 1.02

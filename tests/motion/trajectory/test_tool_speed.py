@@ -45,9 +45,7 @@ def sweep(kinematics: Kinematics, count: int, seed: int = 3) -> JointSpline:
         ),
     ],
 )
-def test_tool_and_elbow_keep_250_mm_a_second_at_ten_times_the_density(
-    name: str, count: int
-) -> None:
+def test_tool_and_elbow_keep_250_mm_a_second_at_ten_times_density(name: str, count: int) -> None:
     kinematics = arm(name)
     points = reduced_speed(kinematics)
 

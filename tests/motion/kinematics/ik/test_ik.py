@@ -67,17 +67,13 @@ ALL_OF_50 = [(50, 1.0), pytest.param(1000, 0.999, marks=pytest.mark.soak)]
 
 @pytest.mark.parametrize(("count", "share"), ALL_OF_50)
 @pytest.mark.parametrize("name", OTHERS)
-def test_poses_of_robots_with_fewer_or_more_axes_are_solved(
-    name: str, count: int, share: float
-) -> None:
+def test_poses_of_fewer_or_more_axes_are_solved(name: str, count: int, share: float) -> None:
     assert solved_share(arm(name), count) >= share
 
 
 @pytest.mark.parametrize("count", counts(8, 200))
 @pytest.mark.parametrize("name", SERIAL)
-def test_a_pose_near_the_seed_is_solved_without_restarts(
-    kinematics: Kinematics, count: int
-) -> None:
+def test_a_pose_near_the_seed_is_solved_without_restart(kinematics: Kinematics, count: int) -> None:
     random = np.random.default_rng(2)
     seed = np.array(kinematics.robot.home_position)
     for _ in range(count):
@@ -183,9 +179,7 @@ def test_a_tilt_that_four_axes_cannot_take_is_refused_with_it(kinematics: Kinema
 
 
 @pytest.mark.parametrize("name", ["abb_irb2400", "fanuc_m10ia", "ur5"])
-def test_a_pose_beyond_a_limit_names_joint_value_and_limit(
-    name: str, kinematics: Kinematics
-) -> None:
+def test_a_pose_beyond_a_limit_names_joint_value_and_limit(kinematics: Kinematics) -> None:
     robot = kinematics.robot
     beyond = np.array(robot.home_position)
     # Every branch needs joint 6 at one of two angles half a turn apart; a narrow range has neither.

@@ -62,7 +62,7 @@ def test_leg_lengths_lead_back_to_the_pose(pose: Pose) -> None:
 
 
 @pytest.mark.parametrize("count", counts(500, 50_000))
-def test_over_the_whole_workspace_the_search_takes_few_steps_and_closes_to_rounding(
+def test_over_the_whole_workspace_the_search_takes_few_steps_and_closes(
     count: int,
 ) -> None:
     for pose in random_poses(count):
