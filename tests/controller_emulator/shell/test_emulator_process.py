@@ -215,9 +215,8 @@ def test_an_address_that_others_reach_is_told(launch: Launch, host: str, warning
 def test_it_runs_without_a_standard_input() -> None:
     # The shell closes it: Popen can only redirect it.
     command = f"exec {sys.executable} -m {MODULE} {' '.join(FREE_PORTS)} <&-"
-    with subprocess.Popen(
-        command, shell=True, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True
-    ) as process:
+    pipe = subprocess.PIPE
+    with subprocess.Popen(command, shell=True, stdout=pipe, stderr=pipe, text=True) as process:
         ready(process)
         _, err = ended(process)
     assert process.returncode == 0

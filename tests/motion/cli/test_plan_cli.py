@@ -18,7 +18,8 @@ TASK = pillar_task()
 START, GOAL = (json.dumps(each.tolist()) for each in TASK[1:])
 
 
-SWING = ["--robot", "ur5", "--start", START, "--goal", GOAL]
+UR5 = ["--robot", "ur5"]
+SWING = [*UR5, "--start", START, "--goal", GOAL]
 
 
 @pytest.fixture
@@ -73,7 +74,7 @@ def test_programs_visit_joints_and_poses(capsys: Capture, scene: list[str], tmp_
     pose = TASK.collision.kinematics.forward(TASK.start)
     goal = {"xyz": pose.position.tolist(), "quat": pose.quaternion.tolist()}
     (tmp_path / "program.json").write_text(json.dumps([TASK.goal.tolist(), goal]))
-    argv = ["--robot", "ur5", "--start", START, "--program", str(tmp_path / "program.json")]
+    argv = [*UR5, "--start", START, "--program", str(tmp_path / "program.json")]
     assert main([*argv, *scene, "--json", "-", "--speed", "0.5"]) == 0
     answer = json.loads(capsys.readouterr().out)
     assert len(answer["goals"]) == 2
@@ -94,30 +95,26 @@ def test_a_bar_is_shown_for_what_takes_long(
     ("argv", "code", "said"),
     [
         (["--robot", "ur6", "--goal", GOAL], 2, "ur6"),
-        (["--robot", "ur5"], 2, "--goal"),
-        (["--robot", "ur5", "--goal", GOAL, "--pose", "{}"], 2, "--goal"),
-        (["--robot", "ur5", "--goal", "[1, 2"], 2, "JSON"),
-        (["--robot", "ur5", "--goal", "[1, 2]"], 2, "2 joint values"),
-        (["--robot", "ur5", "--goal", "[1, 2, 3, 4, 5, NaN]"], 2, "finite"),
-        (["--robot", "ur5", "--goal", "[9, 0, 0, 0, 0, 0]"], 3, "shoulder_pan_joint"),
-        (["--robot", "ur5", "--goal", GOAL, "--planner", "EST"], 2, "EST"),
-        (["--robot", "ur5", "--goal", GOAL, "--scene", "no.yaml"], 2, "no.yaml"),
-        (["--robot", "ur5", "--program", "no.json"], 2, "no.json"),
-        (["--robot", "ur5", "--goal", GOAL, "--speed", "2"], 2, "speed"),
-        (["--robot", "ur5", "--goal", GOAL, "--csv", "no/such/folder.csv"], 74, "no/such"),
+        (UR5, 2, "--goal"),
+        ([*UR5, "--goal", GOAL, "--pose", "{}"], 2, "--goal"),
+        ([*UR5, "--goal", "[1, 2"], 2, "JSON"),
+        ([*UR5, "--goal", "[1, 2]"], 2, "2 joint values"),
+        ([*UR5, "--goal", "[1, 2, 3, 4, 5, NaN]"], 2, "finite"),
+        ([*UR5, "--goal", "[9, 0, 0, 0, 0, 0]"], 3, "shoulder_pan_joint"),
+        ([*UR5, "--goal", GOAL, "--planner", "EST"], 2, "EST"),
+        ([*UR5, "--goal", GOAL, "--scene", "no.yaml"], 2, "no.yaml"),
+        ([*UR5, "--program", "no.json"], 2, "no.json"),
+        ([*UR5, "--goal", GOAL, "--speed", "2"], 2, "speed"),
+        ([*UR5, "--goal", GOAL, "--csv", "no/such/folder.csv"], 74, "no/such"),
         (["--robot", "stewart_classroom", "--goal", GOAL], 3, "stewart"),
-        (["--robot", "ur5", "--pose", '{"xyz": [9, 0, 0], "quat": [0, 0, 0, 1]}'], 3, "reach"),
-        (["--robot", "ur5", "--nonsense"], 2, "--nonsense"),
+        ([*UR5, "--pose", '{"xyz": [9, 0, 0], "quat": [0, 0, 0, 1]}'], 3, "reach"),
+        ([*UR5, "--nonsense"], 2, "--nonsense"),
         (
             ["--robot", "ur5", "--pose", '{"xyz": [0.4, 0, 0.3], "quat": [0, 0, 0, 2]}'],
             2,
             "quat of pose is [0.0, 0.0, 0.0, 2.0]; accepted: four numbers of norm 1",
         ),
-        (
-            ["--robot", "ur5", "--goal", "home"],
-            2,
-            "is 'home'; accepted: a JSON list of joint values",
-        ),
+        ([*UR5, "--goal", "home"], 2, "is 'home'; accepted: a JSON list of joint values"),
     ],
 )
 def test_a_refusal_is_line_and_code(capsys: Capture, argv: list[str], code: int, said: str) -> None:
@@ -141,7 +138,7 @@ def test_a_scene_that_does_not_fit_is_refused_with_its_file_and_field(
     (tmp_path / "cut.stl").write_bytes(b"cut")
     file = tmp_path / "scene.yaml"
     file.write_text(f"schema: openpendant-scene/1\nobjects: [{scene_object}]\n")
-    assert main(["--robot", "ur5", "--goal", GOAL, "--scene", str(file)]) == 2
+    assert main([*UR5, "--goal", GOAL, "--scene", str(file)]) == 2
     line = capsys.readouterr().err.splitlines()[-1]
     assert line.startswith(f"error: {file}: objects[0].")
     assert told in line
@@ -151,6 +148,6 @@ def test_a_scene_that_does_not_fit_is_refused_with_its_file_and_field(
 def test_a_goal_in_the_pillar_names_it(capsys: Capture, scene: list[str]) -> None:
     goal = TASK.goal.copy()
     goal[0] = -0.22
-    argv = ["--robot", "ur5", "--start", START, "--goal", json.dumps(goal.tolist())]
+    argv = [*UR5, "--start", START, "--goal", json.dumps(goal.tolist())]
     assert main([*argv, *scene]) == 3
     assert "pillar touch at the goal" in capsys.readouterr().err

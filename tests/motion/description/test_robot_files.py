@@ -42,7 +42,7 @@ COUPLED = {
 
 KUKA, PALLETISER = "kuka_kr5_arc", "fanuc_m410ib"
 SECOND, WRIST = "joints[1] (joint_a2)", "joints[3] (joint_3-wrist)"
-FOREARM = "forearm_link"
+BODY = ("collision", "forearm_link", 0)
 
 COUPLING = {"type": "j2_j3", "state_factor": 1}
 
@@ -213,8 +213,8 @@ BAD_FACTS: list[tuple[str, Callable[[Content], object], str, str]] = [
     ("ur5", put("dh", "rows", 0, "alfa", 0.0), "dh.rows[0].alfa", "accepted: joint, theta_offset"),
     (
         "ur5",
-        put("collision", FOREARM, 0, "radios", 1.0),
-        f"collision.{FOREARM}[0].radios",
+        put(*BODY, "radios", 1),
+        "collision.forearm_link[0].radios",
         "accepted: xyz, rpy, type",
     ),
     ("ur5", drop("home"), "home", "required"),

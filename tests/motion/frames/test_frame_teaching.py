@@ -121,9 +121,10 @@ TURNS = [
 ]
 
 tcps = st.tuples(st.floats(-0.3, 0.3), st.floats(-0.3, 0.3), st.floats(-0.5, 0.5))
+Turns = list[tuple[float, float, float]]
 
 
-def touching(tcp: Array, turns: list[tuple[float, float, float]], noise: float = 0.0) -> list[Pose]:
+def touching(tcp: Array, turns: Turns, noise: float = 0.0) -> list[Pose]:
     """Flange poses whose TCP is at POINT, each off by noise [m] in a random direction."""
     random = np.random.default_rng(7)
     poses = []
@@ -190,9 +191,7 @@ def test_fewer_than_four_poses_are_refused(count: int) -> None:
     ],
     ids=["a pose given twice", "poses too much alike", "turns about one axis alone"],
 )
-def test_poses_that_tell_no_centre_are_refused(
-    turns: list[tuple[float, float, float]], words: str
-) -> None:
+def test_poses_that_tell_no_centre_are_refused(turns: Turns, words: str) -> None:
     with pytest.raises(PoorGeometry, match=words):
         tool_centre(touching(TCP, turns))
 

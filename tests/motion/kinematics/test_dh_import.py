@@ -243,6 +243,7 @@ def test_a_bad_table_is_refused_with_the_field_and_what_is_accepted(
     assert says in refused.value.problem
 
 
+MODIFIED = "# convention: modified\n"
 HEAD = "# convention: standard\n# angles: degrees\n# lengths: mm\n"
 
 
@@ -262,11 +263,7 @@ def test_a_declaration_may_be_repeated_where_it_says_the_same(tmp_path: Path) ->
         (HEAD + "joint,a\nj1,1,2\n", "row 1", "3 cells; accepted: 2, one per column (joint, a)"),
         (HEAD + "joint,a\nj1\n", "row 1", "1 cells; accepted: 2, one per column (joint, a)"),
         (HEAD + "joint,a,lower\nj1,1,-5\n", "joints[0] (j1).upper", "both, or neither"),
-        (
-            HEAD + "# convention: modified\njoint,a\nj1,1\n",
-            "convention",
-            "'standard' and 'modified'",
-        ),
+        (HEAD + MODIFIED + "joint,a\nj1,1\n", "convention", "'standard' and 'modified'"),
         (HEAD + "joint,a, a\nj1,1,2\n", "columns", "2 of the name 'a'; accepted: each name once"),
         (HEAD + "joint,a\nj1,nan\n", "joints[0].a", "finite"),
         (HEAD + 'joint,a\n"j1,1\n', "", "not valid CSV"),

@@ -316,9 +316,8 @@ def test_a_centre_of_no_arc_is_refused_with_its_numbers(
 
 
 def test_a_refusal_names_both_radii_in_millimetres() -> None:
-    with pytest.raises(
-        errors.BadCircle, match=r"1e\+03 mm from the start and 1\.1e\+03 mm|from the end"
-    ):
+    told = r"1e\+03 mm from the start and 1\.1e\+03 mm|from the end"
+    with pytest.raises(errors.BadCircle, match=told):
         arc_about(EAST, ORIGIN, 1.1 * NORTH)
 
 

@@ -34,6 +34,7 @@ from openpendant.motion.trajectory.ptp import plan_joint_move
 from openpendant.tools.console import ExitCode
 
 Capture = pytest.CaptureFixture[str]
+Answering = Callable[[dict[str, list[str]]], list[str]]
 NEW_ROBOTS = ("bench_arm", "gantry_arm")
 
 
@@ -264,7 +265,7 @@ def test_several_arms_need_a_tip(capsys: Capture, tmp_path: Path) -> None:
 
 
 @pytest.fixture
-def answering(monkeypatch: pytest.MonkeyPatch) -> Callable[[dict[str, list[str]]], list[str]]:
+def answering(monkeypatch: pytest.MonkeyPatch) -> Answering:
     """Plays a person at a terminal: answers by the words a question holds, else just Return."""
 
     def install(answers: dict[str, list[str]]) -> list[str]:
@@ -285,8 +286,8 @@ def answering(monkeypatch: pytest.MonkeyPatch) -> Callable[[dict[str, list[str]]
     return install
 
 
-def test_on_a_terminal_the_missing_facts_are_asked_in_degrees(
-    capsys: Capture, answering: Callable[[dict[str, list[str]]], list[str]]
+def test_on_a_terminal_missing_facts_are_asked_in_degrees(
+    capsys: Capture, answering: Answering
 ) -> None:
     asked = answering(
         {
@@ -310,9 +311,7 @@ def test_on_a_terminal_the_missing_facts_are_asked_in_degrees(
     assert "asked      joint 'twist' limits: -90° to 90°" in capsys.readouterr().out
 
 
-def test_no_answer_is_the_default(
-    capsys: Capture, answering: Callable[[dict[str, list[str]]], list[str]]
-) -> None:
+def test_no_answer_is_the_default(capsys: Capture, answering: Answering) -> None:
     assert answering({}) == []
     assert main(["import", BENCH_ARM]) == 0
     assert "defaulted  joint 'twist' limits: -360° to 360°" in capsys.readouterr().err

@@ -72,11 +72,8 @@ def with_value(values: Sequence[float], place: int, value: float) -> list[float]
 
 def test_a_motion_on_its_limits_is_certified_with_how_near_it_comes() -> None:
     found = certify(moved(WAY, SPEEDS, GAINS), LIMITS)
-    for extreme, time in (
-        (found.velocity, 0.2),
-        (found.acceleration, 0.0),
-        (found.mean_velocity, 0.3),
-    ):
+    extremes = (found.velocity, found.acceleration, found.mean_velocity)
+    for extreme, time in zip(extremes, (0.2, 0.0, 0.3), strict=True):
         assert extreme.joint == "arm"
         assert (extreme.ratio, extreme.time) == pytest.approx((1.0, time))
     assert found.mean_acceleration.ratio == pytest.approx(1.0)

@@ -110,19 +110,14 @@ def test_malformed_joint_positions_are_refused() -> None:
 
 
 # Of the IRB 120: forearm 0.302 m ahead of and 0.07 m above the elbow, so joint 3 straightens it at
-STRAIGHT = math.atan2(0.302, 0.07)
+STRETCHED = (0.3, 0.4, -math.atan2(0.302, 0.07), 0.4, 0.9, 0.5)
 
 
 @pytest.mark.parametrize(
     ("position", "kind", "unit", "joints"),
     [
         ((0.3, 0.2, 0.1, 0.4, 0.0, 0.5), SingularityKind.WRIST, "rad", {"joint_4", "joint_6"}),
-        (
-            (0.3, 0.4, -STRAIGHT, 0.4, 0.9, 0.5),
-            SingularityKind.ELBOW,
-            "rad",
-            {"joint_2", "joint_3"},
-        ),
+        (STRETCHED, SingularityKind.ELBOW, "rad", {"joint_2", "joint_3"}),
     ],
 )
 def test_a_singularity_is_named_with_its_joints(

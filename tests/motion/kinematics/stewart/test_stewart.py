@@ -271,10 +271,9 @@ def test_coordinates_are_read_back(pose: Pose) -> None:
 
 
 def test_a_leg_too_short_or_too_long_is_named_with_its_length() -> None:
-    for limits, shares, length in (
-        ({"max_length": 0.28}, [0.0, 0.0, 1.0, 0.0, 0.0, 0.0], 0.28),
-        ({"min_length": 0.25}, [0.0, 0.0, -1.0, 0.0, 0.0, 0.0], 0.25),
-    ):
+    up = np.eye(6)[2]
+    cases = ({"max_length": 0.28}, up, 0.28), ({"min_length": 0.25}, -up, 0.25)
+    for limits, shares, length in cases:
         workspace = StewartKinematics(platform_robot(leg=limits)).workspace
         with pytest.raises(errors.PlatformLimit) as refusal:
             workspace.check(pose_of_shares(shares), fraction=0.5)
