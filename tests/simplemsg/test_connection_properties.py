@@ -78,11 +78,9 @@ def test_events_do_not_depend_on_how_bytes_were_cut(
 
 
 @given(st.integers(12, 200), st.binary(min_size=200, max_size=200), dialects)
-def test_any_frame_of_a_sound_length_keeps_the_link(
-    length: int, content: bytes, dialect: Dialect
-) -> None:
+def test_any_frame_of_sound_length_keeps_a_link(length: int, data: bytes, dialect: Dialect) -> None:
     connection = Connection(Role.SERVER, dialect, ByteOrder.LITTLE)
-    assert len(connection.receive(length.to_bytes(4, "little") + content[:length])) == 1
+    assert len(connection.receive(length.to_bytes(4, "little") + data[:length])) == 1
     assert connection.fault is None
     assert not connection.partial
 

@@ -42,7 +42,7 @@ COUPLED = {
 
 KUKA, PALLETISER = "kuka_kr5_arc", "fanuc_m410ib"
 SECOND, WRIST = "joints[1] (joint_a2)", "joints[3] (joint_3-wrist)"
-BODY = ("collision", "forearm_link", 0)
+ARM = ("collision", "forearm_link", 0)
 
 COUPLING = {"type": "j2_j3", "state_factor": 1}
 
@@ -211,12 +211,7 @@ BAD_FACTS: list[tuple[str, Callable[[Content], object], str, str]] = [
     ("ur5", put("colour", "red"), "colour", "not permitted; accepted: schema, name, manufacturer"),
     ("ur5", put("joints", 1, "axes", [0.0, 0.0, 1.0]), "joints[1].axes", "perhaps 'axis' is meant"),
     ("ur5", put("dh", "rows", 0, "alfa", 0.0), "dh.rows[0].alfa", "accepted: joint, theta_offset"),
-    (
-        "ur5",
-        put(*BODY, "radios", 1),
-        "collision.forearm_link[0].radios",
-        "accepted: xyz, rpy, type",
-    ),
+    ("ur5", put(*ARM, "radios", 1), "collision.forearm_link[0].radios", "accepted: xyz, rpy, type"),
     ("ur5", drop("home"), "home", "required"),
     ("ur5", put("home", 0, True), "home[0]", "number"),
     ("ur5", put("home", 0, "0.5"), "home[0]", "number"),
