@@ -52,16 +52,12 @@ async def controller(program: Path) -> AsyncIterator[Controller]:
     await running.end()
 
 
-@pytest_asyncio.fixture
-async def link(controller: Controller) -> AsyncIterator[Wire]:
+async def linked(controller: Controller) -> AsyncIterator[Wire]:
     async with controller.link() as wire:
         yield wire
 
 
-@pytest_asyncio.fixture
-async def other(controller: Controller) -> AsyncIterator[Wire]:
-    async with controller.link() as wire:
-        yield wire
+link, other = pytest_asyncio.fixture(linked), pytest_asyncio.fixture(linked)
 
 
 @pytest_asyncio.fixture
@@ -89,9 +85,7 @@ async def test_a_single_point_is_a_point_to_point_motion(link: Wire, listener: W
     assert sharpest(rounds) <= ACCELERATION * 1.01
 
 
-async def test_a_stream_is_followed_in_time_and_stops_at_its_last_point(
-    link: Wire, listener: Wire
-) -> None:
+async def test_a_stream_is_followed_in_time_to_its_last_point(link: Wire, listener: Wire) -> None:
     """In time by its own reports, and by the clock here.
 
     There is a report for every other period of its control, so that they tell exactly how long the
@@ -202,9 +196,7 @@ async def test_a_stop_at_rest_and_while_stopping_is_a_success(link: Wire, listen
     assert (await listener.until_rest())[-1][0].joints[0] < 0.5
 
 
-async def test_a_new_trajectory_waits_until_the_robot_is_at_rest(
-    link: Wire, listener: Wire
-) -> None:
+async def test_a_new_trajectory_waits_until_the_robot_rests(link: Wire, listener: Wire) -> None:
     await begin(link, 0.2, 0.3)
     await listener.rounds(lambda status: status.in_motion == 1)
     await begin(link, -0.2, 0.3)
@@ -213,9 +205,7 @@ async def test_a_new_trajectory_waits_until_the_robot_is_at_rest(
     assert max(ways) == pytest.approx(0.2)
 
 
-async def test_a_full_buffer_delays_the_reply_but_not_a_stop_behind_it(
-    link: Wire, listener: Wire
-) -> None:
+async def test_a_full_buffer_delays_replies_but_no_stop_behind(link: Wire, listener: Wire) -> None:
     time = asyncio.get_running_loop().time
     points = [point(i, turned(0, STEP * (i + 1)), STEP * 8) for i in range(BUFFER + 4)]
     link.writer.write(b"".join(map(CODEC.encode, points)))
@@ -406,7 +396,7 @@ def deaf(port: int) -> socket.socket:
     return peer
 
 
-async def test_a_listener_who_reads_nothing_is_dropped_and_holds_up_nobody(
+async def test_who_reads_no_reports_is_dropped_and_holds_up_nobody(
     controller: Controller,
 ) -> None:
     with deaf(controller.state) as peer:

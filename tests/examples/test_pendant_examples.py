@@ -36,9 +36,8 @@ PRINTS = {
 
 
 def started(module: str, *arguments: str) -> tuple[subprocess.Popen[str], dict[str, int]]:
-    process = subprocess.Popen(
-        [sys.executable, "-m", module, *arguments, "--json"], stdout=subprocess.PIPE, text=True
-    )
+    command = [sys.executable, "-m", module, *arguments, "--json"]
+    process = subprocess.Popen(command, stdout=subprocess.PIPE, text=True)
     assert process.stdout is not None
     return process, json.loads(process.stdout.readline())
 
@@ -70,12 +69,18 @@ def port(tmp_path_factory: pytest.TempPathFactory) -> Iterator[int]:
             process.communicate(timeout=20 * SCALE)
 
 
-def run(*command: str) -> str:
+def ended(*command: str) -> tuple[int, str, str]:
+    """Run a command to its end; return its exit code and what it said on its two outputs."""
     done = subprocess.run(
         command, capture_output=True, text=True, timeout=80 * SCALE, check=False, cwd=EXAMPLES
     )
-    assert (done.returncode, done.stderr) == (0, "")
-    return done.stdout
+    return done.returncode, done.stdout, done.stderr
+
+
+def run(*command: str) -> str:
+    code, said, complained = ended(*command)
+    assert (code, complained) == (0, "")
+    return said
 
 
 def test_no_example_is_left_out() -> None:
@@ -126,17 +131,10 @@ def test_an_example_says_in_one_line_that_somebody_else_moves_the_robot(
 
 
 def test_an_example_that_fails_says_so_and_nothing_else(unused_tcp_port: int) -> None:
-    failed = subprocess.run(
-        [sys.executable, "connect_and_jog.py", str(unused_tcp_port)],
-        capture_output=True,
-        text=True,
-        timeout=80 * SCALE,
-        check=False,
-        cwd=EXAMPLES,
-    )
-    assert (failed.returncode, failed.stdout) == (1, "")
-    assert failed.stderr.startswith(f"nobody listens at 127.0.0.1:{unused_tcp_port}; ")
-    assert failed.stderr.count("\n") == 1
+    code, said, complained = ended(sys.executable, "connect_and_jog.py", str(unused_tcp_port))
+    assert (code, said) == (1, "")
+    assert complained.startswith(f"nobody listens at 127.0.0.1:{unused_tcp_port}; ")
+    assert complained.count("\n") == 1
 
 
 @pytest.fixture
@@ -145,6 +143,12 @@ def robot(port: int) -> Iterator[SyncPendantClient]:
     with SyncPendantClient.connect("127.0.0.1", port) as pendant:
         pendant.next_state()
         yield pendant
+
+
+def installed(program: str) -> str:
+    """Return where a program is, or skip the test."""
+    found = shutil.which(program)
+    return found or pytest.skip(f"no {program} here")
 
 
 def jogs_stops_and_resets(robot: SyncPendantClient, *command: str) -> bool:
@@ -160,9 +164,7 @@ def jogs_stops_and_resets(robot: SyncPendantClient, *command: str) -> bool:
 def test_sixty_lines_of_c_jog_a_joint_stop_and_reset_as_often_as_they_run(
     port: int, robot: SyncPendantClient, tmp_path: Path
 ) -> None:
-    compiler = shutil.which("cc")
-    if compiler is None:
-        pytest.skip("no C compiler here")
+    compiler = installed("cc")
     program = str(tmp_path / "pendant")
     source = str(EXAMPLES / "pendant.c")
     flags = ("-std=c99", "-O2", "-D_POSIX_C_SOURCE=200809L", *WARNINGS)
@@ -174,30 +176,17 @@ def test_sixty_lines_of_c_jog_a_joint_stop_and_reset_as_often_as_they_run(
 def test_sixty_lines_of_javascript_jog_a_joint_stop_and_reset_as_often_as_they_run(
     port: int, robot: SyncPendantClient
 ) -> None:
-    node = shutil.which("node")
-    if node is None:
-        pytest.skip("no Node here")
+    node = installed("node")
     for _ in range(2):
         assert jogs_stops_and_resets(robot, node, "pendant.js", str(port))
 
 
-def test_an_example_in_another_language_says_why_it_was_refused(
-    port: int, robot: SyncPendantClient
-) -> None:
-    node = shutil.which("node")
-    if node is None:
-        pytest.skip("no Node here")
+def test_refused_examples_in_other_languages_say_why(port: int, robot: SyncPendantClient) -> None:
+    node = installed("node")
     robot.take_control()
-    refused = subprocess.run(
-        [node, "pendant.js", str(port)],
-        capture_output=True,
-        text=True,
-        timeout=PATIENCE,
-        check=False,
-        cwd=EXAMPLES,
-    )
-    assert refused.returncode == 1
-    assert refused.stderr.startswith("refused, code 5: ")
+    code, _, complained = ended(node, "pendant.js", str(port))
+    assert code == 1
+    assert complained.startswith("refused, code 5: ")
 
 
 COMMENTS = {"pendant.c": r"/\*.*?\*/", "pendant.js": r"(?m)^\s*//.*$"}

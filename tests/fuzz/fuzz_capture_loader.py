@@ -40,6 +40,5 @@ def seeds() -> Iterator[bytes]:
     for name in ("capture-industrial-robot-client", "capture-motoman-driver"):
         items = json.loads((FOLDER / f"{name}.json").read_text("utf-8"))[:8]
         yield json.dumps(items).encode()
-        yield "\n".join(
-            [header_line("2024-01-01T00:00:00+00:00"), *map(json.dumps, items)]
-        ).encode()
+        lines = [header_line("2024-01-01T00:00:00+00:00"), *map(json.dumps, items)]
+        yield "\n".join(lines).encode()

@@ -1,7 +1,7 @@
 """Both ends of a conversation, sending and receiving in any order, keep their accounts."""
 
+import struct
 from collections.abc import Iterator
-from typing import Literal
 
 from rigs.data.golden_vectors import GOLDEN
 from rigs.data.message_samples import SAMPLES
@@ -21,7 +21,7 @@ from openpendant.simplemsg import (
 )
 
 from .choices import Choices
-from .sample_frames import SampleFrame, sample_frames
+from .sample_frames import sample_frames
 
 _DIALECTS = tuple(DIALECTS.values())
 _ORDERS = (ByteOrder.LITTLE, ByteOrder.BIG)
@@ -53,15 +53,11 @@ def _send(connection: Connection, message: Message) -> None:
         assert (connection.unanswered, connection.awaited) == before
         return
     assert connection.byte_order is not None
-    assert int.from_bytes(frame[:4], _name(connection.byte_order)) == len(frame) - 4
+    assert struct.unpack_from(f"{connection.byte_order.value}i", frame) == (len(frame) - 4,)
     paid = message.comm_type == CommType.REPLY
     asked = message.comm_type == CommType.REQUEST
     assert (connection.unanswered, connection.awaited) == (before[0] - paid, before[1] + asked)
     assert connection.unanswered >= 0
-
-
-def _name(order: ByteOrder) -> Literal["little", "big"]:
-    return "little" if order is ByteOrder.LITTLE else "big"
 
 
 def _receive(connection: Connection, piece: bytes) -> Message | None:
@@ -95,13 +91,10 @@ def seeds() -> Iterator[bytes]:
     for sample in sample_frames():
         # A server is asked, a client is answered and told; the byte behind a server settles that
         # its order is picked, too.
-        role = bytes((1, sample.dialect, 0) if _is_request(sample) else (0, sample.dialect))
+        asks = sample.comm_type is CommType.REQUEST
+        role = bytes((1, sample.dialect, 0) if asks else (0, sample.dialect))
         head = role + bytes((sample.order, sample.real, 0))
         yield head + b"".join(_pieces(sample.data)) + bytes((1, 0, 0, 4, 1, 1))
-
-
-def _is_request(sample: SampleFrame) -> bool:
-    return sample.comm_type is CommType.REQUEST
 
 
 def _pieces(frame: bytes) -> Iterator[bytes]:

@@ -42,23 +42,16 @@ def TestOneInput(data: bytes) -> None:
     is_known, limit, sizes = choices.number(2), choices.number(20) + 1, choices.take(3)
     # A first frame that is no STOP: one that is, and comes alone, would not need the walk.
     stream = codec_for(STANDARD, order).encode(Opaque(999, b"", comm_type=1)) + choices.rest()
-    wire = Connection(
-        Role.SERVER,
-        dialect,
-        order if is_known else None,
-        max_frame=most,
-        frames_per_call=limit,
-        stop_rule=rule,
-    )
+    known = order if is_known else None
+    wire = Connection(Role.SERVER, dialect, known, 4, most, frames_per_call=limit, stop_rule=rule)
     expected = _stops(stream, order, port, most)
     arrived = 0
     for piece in portions(stream, sizes):
         arrived += len(piece)
         wire.read_ahead(piece)
         if wire.byte_order is not None:
-            assert [stop.place for stop in wire.stops] == [
-                place for place, end in expected if end <= arrived
-            ]
+            ended = [place for place, end in expected if end <= arrived]
+            assert [stop.place for stop in wire.stops] == ended
     _hand_over(wire, {place for place, _ in expected})
 
 

@@ -77,15 +77,9 @@ def _child(target: str, corpus: str, limit: str, keep: str, seed: str) -> None:
     for first in module.seeds():
         (Path(corpus) / hashlib.sha1(first).hexdigest()).write_bytes(first)
     Path(keep).mkdir(parents=True, exist_ok=True)
-    options = [
-        *(limit, f"-max_len={_LONGEST_INPUT}", "-timeout=10"),
-        *(
-            f"-seed={seed}",
-            f"-rss_limit_mb={_inherited_megabytes() + _MOST_MEGABYTES}",
-            "-print_final_stats=1",
-            f"-artifact_prefix={keep}/",
-        ),
-    ]
+    memory = f"-rss_limit_mb={_inherited_megabytes() + _MOST_MEGABYTES}"
+    options = [limit, memory, f"-seed={seed}", f"-artifact_prefix={keep}/", "-print_final_stats=1"]
+    options += [f"-max_len={_LONGEST_INPUT}", "-timeout=10"]
     atheris.Setup([target, *options, corpus], module.TestOneInput)
     atheris.Fuzz()
 
@@ -115,9 +109,8 @@ def main(argv: list[str]) -> int:
         outcomes = list(pool.map(lambda name: fuzz(name, limit, REGRESSIONS / name), targets))
     for outcome in outcomes:
         found = ", ".join(str(path) for path in outcome.found) or "nothing"
-        sys.stdout.write(
-            f"{outcome.target:<20} {outcome.executions:>9} executions, found: {found}\n"
-        )
+        told = f"{outcome.target:<20} {outcome.executions:>9} executions, found: {found}"
+        sys.stdout.write(f"{told}\n")
         if outcome.exit_code:
             sys.stderr.write(outcome.log)
     return 1 if any(outcome.exit_code for outcome in outcomes) else 0

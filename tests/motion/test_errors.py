@@ -72,9 +72,7 @@ SAMPLES: list[tuple[errors.MotionError, list[str]]] = [
 
 
 @pytest.mark.parametrize(("error", "parts"), SAMPLES, ids=lambda value: type(value).__name__)
-def test_the_sentence_holds_the_numbers_and_units(
-    error: errors.MotionError, parts: list[str]
-) -> None:
+def test_the_sentence_holds_numbers_and_units(error: errors.MotionError, parts: list[str]) -> None:
     assert [part for part in parts if part not in str(error)] == []
     assert "\n" not in str(error)
 

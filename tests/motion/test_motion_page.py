@@ -40,9 +40,8 @@ def test_values_and_axes_turn_differently(after: dict[str, Any]) -> None:
 
 def test_frames_come_back_from_their_file(after: dict[str, Any]) -> None:
     assert after["tree"].selected_tool == "gripper"
-    corner = (
-        after["tree"].transform("table", "base").compose(after["tree"].transform("tray", "table"))
-    )
+    tree = after["tree"]
+    corner = tree.transform("table", "base").compose(tree.transform("tray", "table"))
     assert after["tray"].position_distance(corner) < 1e-12
     assert after["force"] == pytest.approx([0.0, 0.0, -5.0])
 

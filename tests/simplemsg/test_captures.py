@@ -1,10 +1,14 @@
+"""What real peers sent, and where we read it otherwise than the C++ library does."""
+
+import re
 import struct
 from collections import defaultdict
 from collections.abc import Iterator
+from pathlib import Path
 from typing import Any
 
 import pytest
-from rigs.data.golden_vectors import load
+from rigs.data.golden_vectors import exact, load
 
 from openpendant.simplemsg import (
     MOTOMAN,
@@ -26,6 +30,7 @@ from openpendant.simplemsg import (
 from openpendant.simplemsg.declaration import Array, Field, Int, Record, Tail
 from openpendant.simplemsg.framing import HEADER_SIZE
 from openpendant.simplemsg.layout import WireForm
+from openpendant.simplemsg.packet_text import packet_to_json
 
 CAPTURES: dict[str, Dialect] = {
     "capture-industrial-robot-client": STANDARD,
@@ -106,13 +111,13 @@ def test_every_recorded_packet_encodes_to_the_same_bytes_but_for_masked_bits(
 
 
 def test_only_the_real_client_with_two_groups_sent_rubbish_bits() -> None:
-    differing = {
-        (scenario, frame[4:8])
-        for scenario, dialect, packets in _scenarios()
-        if dialect is MOTOMAN
-        for frame in (bytes.fromhex(item["hex"]) for item in packets)
-        if _codec(scenario, dialect).encode(_codec(scenario, dialect).decode(frame)) != frame
-    }
+    differing = set()
+    for scenario, dialect, packets in _scenarios():
+        codec = _codec(scenario, dialect)
+        frames = (bytes.fromhex(item["hex"]) for item in packets if dialect is MOTOMAN)
+        differing |= {
+            (scenario, each[4:8]) for each in frames if codec.encode(codec.decode(each)) != each
+        }
     assert differing == {("motoman_two_groups", (2016).to_bytes(4, "little"))}
 
 
@@ -131,3 +136,49 @@ def test_what_the_recorded_client_sent_is_never_malformed(
         assert connection.fault is None
     orders = {connection.byte_order for connection in by_link.values()}
     assert orders <= {_codec(scenario, dialect).byte_order}
+
+
+ENTRIES = load("decode-behaviour-le-f32")
+REFERENCE = Path(__file__).parents[2] / "docs" / "simplemsg.md"
+HEADING = "## Where this differs from the C++ library"
+
+
+def _listed_deviations() -> set[str]:
+    section = REFERENCE.read_text(encoding="utf-8").split(HEADING, 1)[1].split("\n## ", 1)[0]
+    return set(re.findall(r"^\| `([a-z_]+/[^`]+)` \|", section, flags=re.MULTILINE))
+
+
+def _decode(entry: dict[str, Any]) -> Message | MessageFault:
+    try:
+        return codec_for().decode(bytes.fromhex(entry["hex"]))
+    except MessageFault as fault:
+        return fault
+
+
+def _behaves_like_the_library(entry: dict[str, Any]) -> bool:
+    """Compare acceptance of the header, acceptance of the body, and the values read."""
+    decoded, typed = _decode(entry), entry["typed_decode"]
+    if not entry["message_accepted"]:
+        return isinstance(decoded, HeaderFault)
+    if typed is False:
+        return isinstance(decoded, BodyFault)
+    if isinstance(decoded, MessageFault) or isinstance(decoded, Opaque) != (typed is None):
+        return False
+    if not isinstance(typed, dict):
+        return True
+    return exact(packet_to_json(decoded, codec_for())["fields"]) == exact(typed)
+
+
+def test_the_deviating_inputs_are_exactly_those_that_the_documentation_lists() -> None:
+    deviating = {entry["name"] for entry in ENTRIES if not _behaves_like_the_library(entry)}
+    assert deviating == _listed_deviations()
+
+
+@pytest.mark.parametrize(
+    "entry",
+    [entry for entry in ENTRIES if entry["name"].startswith("joint_position/extra")],
+    ids=lambda entry: entry["name"],
+)
+def test_a_body_that_is_too_long_is_refused_with_both_sizes(entry: dict[str, Any]) -> None:
+    with pytest.raises(BodyFault, match="the body has 48 bytes, not 44"):
+        codec_for().decode(bytes.fromhex(entry["hex"]))

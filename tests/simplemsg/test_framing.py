@@ -39,9 +39,8 @@ def test_the_byte_order_is_told_by_the_first_prefix(frame: bytes, order: ByteOrd
 
 
 def test_a_given_byte_order_is_kept() -> None:
-    assert [piece.is_frame for piece in split([PING], Splitter(Mode.ONLOOKER, ByteOrder.BIG))] == [
-        False
-    ]
+    (piece,) = split([PING], Splitter(Mode.ONLOOKER, ByteOrder.BIG))
+    assert not piece.is_frame
 
 
 @pytest.mark.parametrize(

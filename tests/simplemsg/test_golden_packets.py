@@ -52,21 +52,16 @@ def _is_found_however_it_comes(golden: Golden) -> None:
     frame = golden.frame
     bytewise = [frame[at : at + 1] for at in range(len(frame))]
     for chunks in ([frame], bytewise, [frame + frame[:15]]):
-        connection = _connection(golden)
+        connection = Connection(
+            Role.SERVER, golden.dialect, real_size=golden.real_size, max_frame=65_539
+        )
+        connection.awaited = 1  # so that a reply counts as asked for
         received = [event for chunk in chunks for event in connection.receive(chunk)]
         assert connection.byte_order is golden.byte_order
         assert connection.fault is None
         (message,) = received
         assert isinstance(message, Message)
         same(golden.codec.encode(message).hex(), frame.hex())
-
-
-def _connection(golden: Golden) -> Connection:
-    connection = Connection(
-        Role.SERVER, golden.dialect, real_size=golden.real_size, max_frame=65_539
-    )
-    connection.awaited = 1  # so that a reply counts as asked for
-    return connection
 
 
 @pytest.mark.parametrize("check", [_decodes_to_its_fields, _encodes_to_its_bytes])

@@ -7,6 +7,7 @@ import json
 import os
 from pathlib import Path
 from typing import Any
+from unittest.mock import Mock
 
 import pytest
 
@@ -27,6 +28,8 @@ from openpendant.simplemsg.journal import (
 from openpendant.simplemsg.journal_writer import JournalWriter
 
 START = 5_000_000_000
+SAID: dict[str, Any] = {"started": "then", "version": "1", "settings": {"a": 1}}
+NEVER = Mock(side_effect=AssertionError)
 
 
 class Lines(io.StringIO):
@@ -38,14 +41,8 @@ class Lines(io.StringIO):
 
 def _kept(stream: Lines) -> Journal:
     journal = Journal()
-    journal.keep(
-        stream, _fail, START, kind="server", started="then", version="1", settings={"a": 1}
-    )
+    journal.keep(stream, NEVER, START, kind="server", **SAID)
     return journal
-
-
-def _fail(error: OSError) -> None:
-    raise AssertionError(error)
 
 
 def test_lines_say_what_happened_and_what_followed() -> None:
@@ -55,14 +52,7 @@ def test_lines_say_what_happened_and_what_followed() -> None:
     journal.out(3, b"\xcd")
     journal.answer("clogged", 3, True)
     assert [json.loads(line) for line in stream.getvalue().splitlines()] == [
-        {
-            "format": JOURNAL_FORMAT,
-            "of": "server",
-            "started": "then",
-            "now": START,
-            "version": "1",
-            "settings": {"a": 1},
-        },
+        {"format": JOURNAL_FORMAT, "of": "server", "now": START, **SAID},
         {"t": 7, "on": "opened", "link": "3", "hex": "ab", "port": "motion"},
         {"out": "3", "hex": "cd"},
         {"ask": "clogged", "link": "3"},
@@ -82,11 +72,8 @@ def test_what_is_long_reaches_the_stream_as_it_is() -> None:
     journal = _kept(stream)
     journal.begin(START, "in", 1, b"\xab" * LONG, {"body": with_long_texts("x" * LONG)})
     journal.out(1, b"\xcd" * LONG)
-    assert [part.content for part in taken if isinstance(part, LongValue)] == [
-        b"\xab" * LONG,
-        "x" * LONG,
-        b"\xcd" * LONG,
-    ]
+    long = [part.content for part in taken if isinstance(part, LongValue)]
+    assert long == [b"\xab" * LONG, "x" * LONG, b"\xcd" * LONG]
     _, event, effect = map(json.loads, stream.getvalue().splitlines())
     assert (event["hex"], event["body"]) == ("ab" * LONG, "x" * LONG)
     assert effect == {"out": "1", "hex": "cd" * LONG}
@@ -110,15 +97,11 @@ def test_nothing_is_written_after_the_end() -> None:
     assert not journal.is_kept
 
 
-class FullDisk(Lines):
-    def write(self, *parts: Part) -> int:
-        raise OSError(errno.ENOSPC, "No space left on device")
-
-
 def test_a_full_disk_ends_the_journal_once_and_nothing_else() -> None:
     told: list[OSError] = []
     journal = Journal()
-    journal.keep(FullDisk(), told.append, START, kind="emulator", started="")
+    disk = Mock(write=Mock(side_effect=OSError(errno.ENOSPC, "No space left on device")))
+    journal.keep(disk, told.append, START, kind="emulator", started="")
     journal.begin(START, "tick")
     journal.out(1, b"\x01")
     assert [error.errno for error in told] == [errno.ENOSPC]
@@ -126,7 +109,6 @@ def test_a_full_disk_ends_the_journal_once_and_nothing_else() -> None:
 
 
 # What is long is spelled out later, and reads as if it had been at once.
-
 
 DATA = bytes(range(256)) * 1_000
 

@@ -1,12 +1,29 @@
-"""Secrets in bytes that are written down (promise 30)."""
+"""Secrets in bytes that are written down (promise 30), and in errors about a message."""
+
+import dataclasses
+import json
+import struct
+from typing import Any
 
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
+from rigs.data.message_samples import SAMPLES
 
-from openpendant.simplemsg import PENDANT, ByteOrder, Codec, Message, Opaque, codec_for
+from openpendant.simplemsg import (
+    PENDANT,
+    BodyFault,
+    ByteOrder,
+    Codec,
+    CommType,
+    LocalProtocolError,
+    Message,
+    NotEncodable,
+    Opaque,
+    codec_for,
+)
 from openpendant.simplemsg.masking import SecretMask, masked_frame
-from openpendant.simplemsg.packet_text import packet_to_json
+from openpendant.simplemsg.packet_text import packet_from_json, packet_to_json
 from openpendant.simplemsg.pendant import (
     Login,
     Management,
@@ -37,20 +54,15 @@ def codec(order: ByteOrder) -> Codec:
 
 @orders
 @pytest.mark.parametrize("message", WITH_SECRETS, ids=lambda each: type(each).__name__)
-def test_a_masked_frame_keeps_its_size_and_all_but_the_secret(
-    message: Message, order: ByteOrder
-) -> None:
+def test_masked_frames_keep_size_and_all_but_the_secret(message: Message, order: ByteOrder) -> None:
     frame = codec(order).encode(message)
     masked = masked_frame(frame)
     assert len(masked) == len(frame)
-    assert set(str(getattr(codec(order).decode(masked), _secret_of(message)))) >= {"*"}
+    (secret,) = filter(message.is_secret, message.FIELDS)
+    assert set(str(getattr(codec(order).decode(masked), secret))) >= {"*"}
     assert b"canary" not in masked
     assert b"ABC" not in masked
     assert masked[: -len(frame) + 24] == frame[: -len(frame) + 24]
-
-
-def _secret_of(message: Message) -> str:
-    return next(name for name in message.FIELDS if message.is_secret(name))
 
 
 @orders
@@ -62,9 +74,7 @@ def test_a_frame_without_a_secret_stays_as_it_is(message: Message, order: ByteOr
 
 @orders
 @given(cuts=st.lists(st.integers(0, 600), max_size=8))
-def test_it_does_not_matter_in_which_portions_the_bytes_come(
-    order: ByteOrder, cuts: list[int]
-) -> None:
+def test_it_does_not_matter_in_what_portions_bytes_come(order: ByteOrder, cuts: list[int]) -> None:
     frames = [codec(order).encode(message) for message in (*WITH_SECRETS, *WITHOUT)]
     stream = b"".join(frames)
     mask, ends = SecretMask(), [*sorted(cuts), len(stream)]
@@ -119,3 +129,64 @@ def test_a_login_that_is_not_taken_apart_does_not_show_it_either() -> None:
     body = codec(ByteOrder.LITTLE).encode(Login(7, 1, "ann", SECRET))[16:]
     packet = Opaque(65007, body, comm_type=2)
     assert b"canary".hex() not in str(packet_to_json(packet, codec_for()))
+
+
+CODEC = codec_for(PENDANT)
+SECRETS = {Login: "secret", SetAccount: "secret", PairingReply: "code"}
+
+UNFIT: dict[str, Any] = {
+    "a zero byte": "geheim\0wort",
+    "too long": "geheim" * 40,
+    "a lone surrogate": "geheim\ud800",
+    "bytes": b"geheim",
+    "a list": ["geheim"],
+    "a number": 7301197,
+}
+
+each_message = pytest.mark.parametrize("cls", SECRETS, ids=lambda cls: cls.__name__)
+
+
+def test_every_message_with_a_secret_is_looked_at() -> None:
+    declared = {cls: name for cls in SAMPLES for name in cls.FIELDS if cls.is_secret(name)}
+    assert declared == SECRETS
+
+
+@each_message
+@pytest.mark.parametrize("case", UNFIT)
+def test_a_secret_that_does_not_fit_is_not_shown(cls: type[Message], case: str) -> None:
+    field, value = SECRETS[cls], UNFIT[case]
+    message = dataclasses.replace(SAMPLES[cls], **{field: value})
+    with pytest.raises(NotEncodable) as caught:
+        CODEC.encode(message)
+    size = cls.FIELDS[field].size  # type: ignore[attr-defined]
+    name = f"{cls.PLACE.name}.{field}"
+    expected = f"expected up to {size} bytes of UTF-8 without a zero byte"
+    assert str(caught.value) == f"{name} is '********': {expected}"
+    assert not _shows(vars(caught.value))
+
+
+def _shows(told: object) -> bool:
+    return any(part in repr(told) for part in ("geheim", "7301197"))
+
+
+@each_message
+@pytest.mark.parametrize("value", [7301197, ["geheim"], {"geheim": 1}], ids=str)
+def test_a_secret_that_is_no_text_is_not_shown(cls: type[Message], value: Any) -> None:
+    field = SECRETS[cls]
+    fields = {name: 0 if name != "name" else "ann" for name in cls.FIELDS} | {field: value}
+    comm = int(CommType.REPLY if cls.PLACE.is_reply else CommType.REQUEST)
+    header = {"msg_type": cls.PLACE.msg_type, "comm_type": comm, "reply_code": comm // 3}
+    packet = json.loads(json.dumps({**header, "fields": fields}))
+    with pytest.raises(LocalProtocolError, match=rf"{field} must be a string") as caught:
+        packet_from_json(packet, CODEC)
+    assert not _shows(str(caught.value))
+
+
+@pytest.mark.parametrize("cls", [Login, SetAccount])
+def test_no_byte_of_a_secret_that_is_no_utf_8_is_told(cls: type[Message]) -> None:
+    """Sent back in a verdict, such a text would get into the journal."""
+    body = bytes(40) + "geh\xe4im".encode("latin-1").ljust(128, b"\0")
+    header = struct.pack("<4i", 12 + len(body), cls.PLACE.msg_type, CommType.REQUEST, 0)
+    with pytest.raises(BodyFault) as caught:
+        CODEC.decode(header + body)
+    assert str(caught.value) == f"{cls.PLACE.name}: a text is not UTF-8"

@@ -70,10 +70,6 @@ _FLOATS = st.floats(width=32)
 _SIX = struct.Struct("<6f")
 
 
-def _repeated(reals: tuple[float, ...], count: int) -> tuple[float, ...]:
-    return (reals * count)[:count]
-
-
 def _values(field: Field) -> st.SearchStrategy[Any]:
     match field:
         case Int():
@@ -86,7 +82,7 @@ def _values(field: Field) -> st.SearchStrategy[Any]:
             # Eight values, over and over, six of them in one draw: a draw each takes seconds.
             eight = st.tuples(_FLOATS, _FLOATS, st.binary(min_size=24, max_size=24))
             return eight.map(
-                lambda drawn: _repeated(drawn[:2] + _SIX.unpack(drawn[2]), field.count)
+                lambda drawn: ((*drawn[:2], *_SIX.unpack(drawn[2])) * field.count)[: field.count]
             )
         case Text():
             return _texts(field.size)

@@ -19,7 +19,7 @@ READ, WRITE = IoResult.READ_ADDRESS_INVALID, IoResult.WRITE_ADDRESS_INVALID
 
 
 @pytest.mark.parametrize("controller", ControllerModel)
-def test_areas_begin_and_end_at_whole_groups_and_do_not_overlap(
+def test_areas_begin_and_end_at_whole_groups_and_never_overlap(
     controller: ControllerModel,
 ) -> None:
     areas = AREAS[controller]
@@ -41,54 +41,34 @@ def test_areas_begin_and_end_at_whole_groups_and_do_not_overlap(
         (ControllerModel.YRC1000MICRO, 87010, "pseudo input"),
     ],
 )
-def test_a_bit_lies_in_the_area_of_its_model(
-    controller: ControllerModel, bit: int, name: str
-) -> None:
+def test_a_bit_lies_in_its_models_area(controller: ControllerModel, bit: int, name: str) -> None:
     area = area_of(controller, bit)
     assert area is not None
     assert area.name == name
 
 
 @pytest.mark.parametrize(
-    ("controller", "bit"),
+    ("controller", "bit", "value", "verdict"),
     [
-        (ControllerModel.FS100, 1290),
-        (ControllerModel.DX200, 25200),
-        (ControllerModel.YRC1000, 82010 + 4_000),
-        (ControllerModel.DX100, 18),
-        (ControllerModel.DX100, 19),
-        (ControllerModel.DX100, 0),
-        (ControllerModel.DX100, -10),
+        (ControllerModel.FS100, 1290, None, READ),
+        (ControllerModel.DX200, 25200, None, READ),
+        (ControllerModel.YRC1000, 82010 + 4_000, None, READ),
+        *((ControllerModel.DX100, bit, None, READ) for bit in (18, 19, 0, -10)),
+        *((ControllerModel.YRC1000, bit, 1, IoResult.SUCCESS) for bit in (10010, 27010, 60010)),
+        *((ControllerModel.YRC1000, bit, 1, WRITE) for bit in (10, 37010, 10018)),
+        *((ControllerModel.DX100, 10010, bad, IoResult.WRITE_VALUE_INVALID) for bad in (-1, 2)),
     ],
 )
-def test_what_is_no_bit_cannot_be_read(controller: ControllerModel, bit: int) -> None:
-    assert judge_bit(controller, bit) is READ
-
-
-@pytest.mark.parametrize(
-    ("bit", "verdict"),
-    [
-        (10010, IoResult.SUCCESS),
-        (27010, IoResult.SUCCESS),
-        (60010, IoResult.SUCCESS),
-        (10, WRITE),
-        (37010, WRITE),
-        (10018, WRITE),
-    ],
-)
-def test_only_some_areas_can_be_written(bit: int, verdict: IoResult) -> None:
-    assert judge_bit(ControllerModel.YRC1000, bit, 1) is verdict
+def test_only_bits_can_be_read_and_only_some_be_written_and_to_zero_or_one(
+    controller: ControllerModel, bit: int, value: int | None, verdict: IoResult
+) -> None:
+    assert judge_bit(controller, bit, value) is verdict
 
 
 def test_a_group_is_an_address_without_its_last_digit() -> None:
     assert list(bits_of_group(1001)) == list(range(10010, 10018))
     assert judge_group(ControllerModel.DX100, 1001, 255) is IoResult.SUCCESS
     assert judge_group(ControllerModel.DX100, 1001, 256) is IoResult.WRITE_VALUE_INVALID
-
-
-@pytest.mark.parametrize("value", [-1, 2])
-def test_a_bit_is_zero_or_one(value: int) -> None:
-    assert judge_bit(ControllerModel.DX100, 10010, value) is IoResult.WRITE_VALUE_INVALID
 
 
 @pytest.mark.parametrize("offset", [0, REGISTER_OFFSET])

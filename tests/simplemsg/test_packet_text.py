@@ -27,6 +27,14 @@ def _packet(fields: Any = POSITION, **header: Any) -> dict[str, Any]:
     return {**HEADER, **header, "fields": fields}
 
 
+def _with_joints(*joints: Any) -> dict[str, Any]:
+    return _packet({**POSITION, "joints": [*joints, *ZEROS[len(joints) :]]})
+
+
+def _trajectory(**fields: Any) -> dict[str, Any]:
+    return _packet({**TRAJECTORY, **fields}, msg_type=12)
+
+
 REFUSED: dict[str, tuple[Any, str]] = {
     "no object": ([1], r"a packet is a JSON object, not \[1\]"),
     "no type": ({"comm_type": 1, "reply_code": 0}, "msg_type must be an integer, not None"),
@@ -39,22 +47,13 @@ REFUSED: dict[str, tuple[Any, str]] = {
     "a missing field": (_packet({"sequence": 0}), "joint_position.joints is missing"),
     "too few joints": (_packet({**POSITION, "joints": [0.0]}), "joints must be a list of 10 real"),
     "a text for joints": (_packet({**POSITION, "joints": "0"}), "joints must be a list of 10 real"),
-    "an unknown real": (
-        _packet({**POSITION, "joints": [*ZEROS[:9], "NaN"]}),
-        r"joints\[9\] must be a real number, not 'NaN'",
-    ),
-    "a true real": (_packet({**POSITION, "joints": [True, *ZEROS[1:]]}), r"joints\[0\] must be"),
-    "a huge real": (_packet({**POSITION, "joints": [10**400, *ZEROS[1:]]}), "too large"),
-    "a real beyond all": (
-        _packet({**POSITION, "joints": [json.loads("-1e400"), *ZEROS[1:]]}),
-        r"joints\[0\] is not finite",
-    ),
+    "an unknown real": (_with_joints(0.0, "NaN"), r"joints\[1\] must be a real number, not 'NaN'"),
+    "a true real": (_with_joints(True), r"joints\[0\] must be"),
+    "a huge real": (_with_joints(10**400), "too large"),
+    "a real beyond all": (_with_joints(json.loads("-1e400")), r"joints\[0\] is not finite"),
     "a real sequence": (_packet({**POSITION, "sequence": 0.0}), "sequence must be an integer"),
-    "a wrong count": (
-        _packet({**TRAJECTORY, "size": 2}, msg_type=12),
-        "joint_traj.size is 2, there are 1 records",
-    ),
-    "a true count": (_packet({**TRAJECTORY, "size": True}, msg_type=12), "size must be an integer"),
+    "a wrong count": (_trajectory(size=2), "joint_traj.size is 2, there are 1 records"),
+    "a true count": (_trajectory(size=True), "size must be an integer"),
     "a bad record": (_packet({"points": [7]}, msg_type=12), r"points\[0\] must be a JSON object"),
     "no records": (_packet({"points": {}}, msg_type=12), "points must be a list of objects"),
     "fields of an opaque packet": (_packet({"x": 1}, msg_type=999), "only a body"),

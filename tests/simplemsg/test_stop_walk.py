@@ -81,43 +81,44 @@ def found(wire: Connection, data: bytes) -> list[Message]:
     return [stop.message for stop in wire.stops]
 
 
+def marked(wire: Connection, *messages: Message) -> list[Arrival]:
+    """Return what comes of messages that arrive at a pendant's port together."""
+    return wire.marked(wire.receive(b"".join(map(codec_for(PENDANT).encode, messages))))
+
+
+def ros(order: ByteOrder, message: Message) -> bytes:
+    return codec_for(STANDARD, order).encode(message)
+
+
+def trajectory(*sequences: int) -> JointTraj:
+    points = tuple(TrajPoint(each, NOTHING, 0.1, 0.0) for each in sequences)
+    return JointTraj(points, comm_type=REQUEST)
+
+
+POINT, FULL_POINT = MsgType.JOINT_TRAJ_PT, MsgType.JOINT_TRAJ_PT_FULL
+
+
 ROS_FRAMES = {
-    "a point": lambda o: codec_for(STANDARD, o).encode(point(-4)),
-    "a point as topic": lambda o: codec_for(STANDARD, o).encode(point(-4, TOPIC)),
-    "a full point": lambda o: codec_for(STANDARD, o).encode(full_point(-4)),
-    "a trajectory with it": lambda o: codec_for(STANDARD, o).encode(
-        JointTraj((TrajPoint(0, NOTHING, 0.1, 0.0), TrajPoint(-4, NOTHING, 0.0, 0.0)))
-    ),
-    "a point that ends behind its sequence": lambda o: bare(
-        o, MsgType.JOINT_TRAJ_PT, numbers(o, -4)
-    ),
-    "a full point that ends there": lambda o: bare(
-        o, MsgType.JOINT_TRAJ_PT_FULL, numbers(o, 0, -4)
-    ),
-    "a point of eight-byte reals": lambda o: bare(
-        o, MsgType.JOINT_TRAJ_PT, numbers(o, -4) + bytes(96)
-    ),
-    "a point with a reply code": lambda o: bare(
-        o, MsgType.JOINT_TRAJ_PT, numbers(o, -4) + bytes(48), code=1
-    ),
+    "a point": lambda o: ros(o, point(-4)),
+    "a point as topic": lambda o: ros(o, point(-4, TOPIC)),
+    "a full point": lambda o: ros(o, full_point(-4)),
+    "a trajectory with it": lambda o: ros(o, trajectory(0, -4)),
+    "a point that ends behind its sequence": lambda o: bare(o, POINT, numbers(o, -4)),
+    "a full point that ends there": lambda o: bare(o, FULL_POINT, numbers(o, 0, -4)),
+    "a point of eight-byte reals": lambda o: bare(o, POINT, numbers(o, -4) + bytes(96)),
+    "a point with a reply code": lambda o: bare(o, POINT, numbers(o, -4) + bytes(48), code=1),
 }
 
 NO_ROS_STOPS = {
-    "another sequence": lambda o: codec_for(STANDARD, o).encode(point(-3)),
-    "a reply": lambda o: bare(o, MsgType.JOINT_TRAJ_PT, numbers(o, -4), REPLY, 1),
-    "no kind of exchange": lambda o: bare(o, MsgType.JOINT_TRAJ_PT, numbers(o, -4), 0),
-    "a point without a sequence": lambda o: bare(o, MsgType.JOINT_TRAJ_PT, b"\xfc\xff\xff"),
-    "a full point without one": lambda o: bare(o, MsgType.JOINT_TRAJ_PT_FULL, numbers(o, -4)),
-    "a trajectory without it": lambda o: codec_for(STANDARD, o).encode(
-        JointTraj((TrajPoint(-3, NOTHING, 0.1, 0.0),))
-    ),
+    "another sequence": lambda o: ros(o, point(-3)),
+    "a reply": lambda o: bare(o, POINT, numbers(o, -4), REPLY, 1),
+    "no kind of exchange": lambda o: bare(o, POINT, numbers(o, -4), 0),
+    "a point without a sequence": lambda o: bare(o, POINT, b"\xfc\xff\xff"),
+    "a full point without one": lambda o: bare(o, FULL_POINT, numbers(o, -4)),
+    "a trajectory without it": lambda o: ros(o, trajectory(-3)),
     "a trajectory of a broken length": lambda o: bare(o, MsgType.JOINT_TRAJ, numbers(o, -4) * 2),
-    "a STOP inside another frame": lambda o: bare(
-        o, 999, bytes(8) + codec_for(STANDARD, o).encode(point(-4))
-    ),
-    "a STOP that is all of another frame's body": lambda o: bare(
-        o, 999, codec_for(STANDARD, o).encode(point(-4))
-    ),
+    "a STOP inside another frame": lambda o: bare(o, 999, bytes(8) + ros(o, point(-4))),
+    "a STOP that is all of another frame's body": lambda o: bare(o, 999, ros(o, point(-4))),
     "a status that holds the number": lambda o: bare(o, MsgType.STATUS, numbers(o, -4)),
 }
 
@@ -157,7 +158,7 @@ def test_a_pendants_stop_is_known_by_its_type_alone(name: str, order: ByteOrder)
 
 def test_a_sequence_ends_with_its_frame() -> None:
     order = ByteOrder.LITTLE
-    short = bare(order, MsgType.JOINT_TRAJ_PT, b"\xfc\xff\xff")
+    short = bare(order, POINT, b"\xfc\xff\xff")
     behind = bare(order, 999, bytes(243))  # its length begins with the byte that makes it a STOP
     assert (short + behind)[16:20] == numbers(order, -4)
     assert found(served(STANDARD, ROS_STOPS), PING[order] + short + behind) == []
@@ -165,7 +166,7 @@ def test_a_sequence_ends_with_its_frame() -> None:
 
 @pytest.mark.parametrize("at", range(1, 24))
 def test_a_frame_that_was_begun_is_none_until_its_last_byte(at: int) -> None:
-    frame = bare(ByteOrder.LITTLE, MsgType.JOINT_TRAJ_PT, numbers(ByteOrder.LITTLE, -4, 0))
+    frame = bare(ByteOrder.LITTLE, POINT, numbers(ByteOrder.LITTLE, -4, 0))
     wire = served(STANDARD, ROS_STOPS)
     assert found(wire, PING[ByteOrder.LITTLE] + frame[:at]) == []
     for byte in frame[at:-1]:
@@ -192,41 +193,30 @@ def test_a_stop_in_front_of_a_fault_is_found_and_stands_in_its_place() -> None:
 
 
 def test_what_stands_in_front_of_a_stop_is_overtaken_and_nothing_behind_it() -> None:
-    codec = codec_for(PENDANT)
-    messages = [ResetStop(1), SoftwareStop(2, ""), AuthorityBeat(), ResetStop(3)]
     wire = served(PENDANT, PENDANT_STOPS)
-    received = wire.receive(b"".join(map(codec.encode, messages)))
-    marked = wire.marked(received)
-    assert marked == [Overtaken(ResetStop(1)), wire.stops[0], AuthorityBeat(), ResetStop(3)]
+    arrived = marked(wire, ResetStop(1), SoftwareStop(2, ""), AuthorityBeat(), ResetStop(3))
+    assert arrived == [Overtaken(ResetStop(1)), wire.stops[0], AuthorityBeat(), ResetStop(3)]
     assert not wire.overtaking
 
 
 def test_what_stands_between_two_stops_is_overtaken_by_the_second() -> None:
-    codec = codec_for(PENDANT)
-    messages = [SoftwareStop(1, ""), ResetStop(2), SoftwareStop(3, "")]
     wire = served(PENDANT, PENDANT_STOPS)
-    marked = wire.marked(wire.receive(b"".join(map(codec.encode, messages))))
-    assert marked == [wire.stops[0], Overtaken(ResetStop(2)), wire.stops[1]]
+    arrived = marked(wire, SoftwareStop(1, ""), ResetStop(2), SoftwareStop(3, ""))
+    assert arrived == [wire.stops[0], Overtaken(ResetStop(2)), wire.stops[1]]
 
 
 def test_a_stop_stands_in_its_place_where_a_part_of_a_backlog_ends_in_front_of_it() -> None:
-    codec = codec_for(PENDANT)
     wire = served(PENDANT, PENDANT_STOPS, frames_per_call=1)
-    first = wire.marked(
-        wire.receive(codec.encode(ResetStop(1)) + codec.encode(SoftwareStop(2, "")))
-    )
-    assert first == [Overtaken(ResetStop(1))]
+    assert marked(wire, ResetStop(1), SoftwareStop(2, "")) == [Overtaken(ResetStop(1))]
     received = wire.receive(b"")
     assert wire.overtaking
     assert wire.marked(received) == [wire.stops[0]]
 
 
 def test_a_hello_is_not_overtaken() -> None:
-    codec = codec_for(PENDANT)
-    messages = [Hello(PROTOCOL_VERSION, 0.0, "", "x"), ResetStop(1), SoftwareStop(2, "")]
-    wire = served(PENDANT, PENDANT_STOPS)
-    marked = wire.marked(wire.receive(b"".join(map(codec.encode, messages))))
-    assert marked == [messages[0], Overtaken(ResetStop(1)), wire.stops[0]]
+    wire, hello = served(PENDANT, PENDANT_STOPS), Hello(PROTOCOL_VERSION, 0.0, "", "x")
+    arrived = marked(wire, hello, ResetStop(1), SoftwareStop(2, ""))
+    assert arrived == [hello, Overtaken(ResetStop(1)), wire.stops[0]]
 
 
 def test_a_stop_that_comes_alone_is_a_message_like_any_other() -> None:
@@ -282,7 +272,7 @@ _MESSAGES: tuple[Message, ...] = (
     point(-4),
     point(-4, TOPIC),
     full_point(-4),
-    JointTraj((TrajPoint(-4, NOTHING, 0.1, 0.0),), comm_type=REQUEST),
+    trajectory(-4),
     Opaque(999, b"\xfc\xff\xff\xff" * 5, comm_type=TOPIC),
     Opaque(MsgType.JOINT_TRAJ_PT, struct.pack("<i", -4), comm_type=REQUEST),
 )
@@ -309,9 +299,7 @@ def test_however_bytes_come_each_stop_is_found_with_its_last_byte_and_marks_all_
     codec = codec_for(STANDARD, order)
     messages = [_MESSAGES[number] for number in chosen]
     frames = [
-        bare(order, each.msg_type, numbers(order, -4))
-        if isinstance(each, Opaque) and each.msg_type == MsgType.JOINT_TRAJ_PT
-        else codec.encode(each)
+        bare(order, POINT, numbers(order, -4)) if each is _MESSAGES[-1] else codec.encode(each)
         for each in messages
     ]
     stream = b"".join(frames)

@@ -12,6 +12,7 @@ from rigs.cells.controller_rig import (
     MS,
     SUCCESS,
     ControllerRig,
+    float32,
     full_point,
     ratio_point,
 )
@@ -28,11 +29,6 @@ Point = JointTrajPt | JointTrajPtFull
 STANDING = full_point(0, 0.0, (0.0, 0.0))
 
 
-def float32(value: float) -> float:
-    (rounded,) = struct.unpack("<f", struct.pack("<f", value))
-    return float(rounded)
-
-
 def next_float32(value: float) -> float:
     (bits,) = struct.unpack("<i", struct.pack("<f", value))
     (above,) = struct.unpack("<f", struct.pack("<i", bits + 1))
@@ -45,7 +41,7 @@ def too_much(at: Callable[[float], tuple[float, float]]) -> dict[ViolationKind, 
     return {
         ViolationKind.RANGE: [ratio_point(0, at(2.001), 5.0)],
         ViolationKind.VELOCITY: [STANDING, full_point(1, 1.0, half, at(2.001))],
-        ViolationKind.POSITION_STEP: [ratio_point(0, at(1.5), 0.5)],
+        ViolationKind.POSITION_STEP: [ratio_point(0, at(2.0), 0.9)],
         ViolationKind.ACCELERATION: [
             full_point(0, 0.0, none, acceleration=none),
             full_point(1, 1.0, half, half, at(4.01)),
@@ -97,9 +93,8 @@ def test_a_bad_point_during_motion_stops_on_a_ramp(rig: ControllerRig) -> None:
 def test_a_violation_carries_joint_value_limit_sequence_time_and_link(rig: ControllerRig) -> None:
     rig.wait(250)
     rig.code(ratio_point(0, (0.0, -2.5), 5.0), link=4)
-    assert rig.controller.referee.kept == [
-        Violation(ViolationKind.RANGE, "elbow", -2.5, -2.0, 0, 0.25, 4)
-    ]
+    beyond = Violation(ViolationKind.RANGE, "elbow", -2.5, -2.0, 0, 0.25, 4)
+    assert rig.controller.referee.kept == [beyond]
 
 
 UNEVEN = JointLimits(("j",), (-0.1,), (0.1,), (0.7,), (1.1,), (False,))
@@ -115,9 +110,7 @@ UNEVEN = JointLimits(("j",), (-0.1,), (0.1,), (0.7,), (1.1,), (False,))
         (-next_float32(float32(0.1)), FAILURE),
     ],
 )
-def test_a_bound_rounded_to_four_bytes_is_legal_and_the_next_is_not(
-    value: float, code: int
-) -> None:
+def test_a_bound_rounded_to_four_bytes_is_legal_and_the_next_not(value: float, code: int) -> None:
     rig = ControllerRig(limits=UNEVEN, start=(0.0,))
     assert float32(0.1) > 0.1
     assert rig.code(ratio_point(0, (value,), 2.0)) == code
@@ -155,11 +148,6 @@ def test_a_small_gap_to_the_first_point_is_closed_before_the_clock_starts() -> N
     assert states[-1][0][0] == pytest.approx(0.1, abs=1e-7)
 
 
-def test_a_first_point_that_needs_too_much_speed_is_refused(rig: ControllerRig) -> None:
-    assert rig.code(ratio_point(0, (2.0, 0.0), 0.9)) == FAILURE
-    assert rig.violations == {ViolationKind.POSITION_STEP: 1}
-
-
 def test_a_single_point_that_cannot_be_a_point_of_rest_in_its_time_is_not_moved_to() -> None:
     # From rest to passing it at speed is possible, so it may be taken: a next one might have come.
     rig = ControllerRig(start_rule=StartRule(points=2, lead=0, wait=20 * MS, patience=0))
@@ -173,11 +161,8 @@ def test_a_single_point_that_cannot_be_a_point_of_rest_in_its_time_is_not_moved_
 def test_a_trajectory_cannot_start_behind_a_point_that_will_be_passed_at_speed() -> None:
     # Its velocity was left open, and is one at which the robot cannot stand: nothing came in time.
     rig = ControllerRig(start_rule=StartRule(points=3, lead=0, wait=MS, patience=MS))
-    rig.stream(
-        ratio_point(0, (0.0, 0.0), 0.0),
-        ratio_point(1, (0.02, 0.0), 0.1),
-        ratio_point(2, (0.06, 0.0), 0.1),
-    )
+    places = ((0.0, 0.0), (0.02, 0.1), (0.06, 0.1))
+    rig.stream(*(ratio_point(n, (q, 0.0), time) for n, (q, time) in enumerate(places)))
     rig.wait(150)
     assert rig.code(ratio_point(0, (0.065, 0.0), 0.5)) == FAILURE
     assert rig.violations == {ViolationKind.START_VELOCITY: 1}
@@ -190,12 +175,6 @@ def test_positions_and_velocities_that_no_motion_can_join_are_refused(rig: Contr
     assert violation.kind is ViolationKind.VELOCITY_STEP
     # Half a radian short of a second at 2 rad/s: two ramps of a quarter second each.
     assert violation.value == pytest.approx(8.0, rel=1e-4)
-
-
-def test_a_joint_that_could_not_stop_inside_its_range_is_refused(rig: ControllerRig) -> None:
-    rig.stream(STANDING, full_point(1, 2.0, (1.5, 0.0), (1.0, 0.0)))
-    assert rig.code(full_point(2, 2.45, (1.95, 0.0), (1.0, 0.0))) == FAILURE
-    assert rig.violations == {ViolationKind.RANGE: 1}
 
 
 @pytest.mark.parametrize(
@@ -293,6 +272,7 @@ def test_a_joint_must_be_able_to_stop_before_the_end_of_its_range(
     rig.stream(STANDING, full_point(1, 2.0, (side * 1.5, 0.0), (side * 1.0, 0.0)))
     there = full_point(2, 2.0 + place - 1.5, (side * place, 0.0), (side * 1.0, 0.0))
     assert rig.code(there) == code
+    assert rig.violations == ({} if code == SUCCESS else {ViolationKind.RANGE: 1})
 
 
 def test_a_gap_to_the_first_point_is_closed_by_a_motion_and_by_no_jump(rig: ControllerRig) -> None:

@@ -14,6 +14,7 @@ from openpendant.simplemsg import (
     JointPosition,
     Malformed,
     MsgType,
+    Received,
     ReplyCode,
     Status,
     Unasked,
@@ -32,16 +33,15 @@ from openpendant.simplemsg.pendant import (
 MOVE = (full_point(0, 0.0, (0.0, 0.0)), full_point(1, 1.0, (0.5, -0.5)))
 
 
+def controller_of(profile: ControllerProfile) -> EmulatedController:
+    admission, rule = Admission(LIMITS, Tolerances()), StartRule(1, 0, 0, 0)
+    return EmulatedController(admission, (0.0, 0.0), profile, start_rule=rule)
+
+
 def test_a_controller_that_was_just_switched_on_is_ready() -> None:
-    assert ControllerRig().status == Status(
-        drives_powered=1,
-        e_stopped=0,
-        error_code=0,
-        in_error=0,
-        in_motion=0,
-        mode=2,
-        motion_possible=1,
-    )
+    ready = {"drives_powered": 1, "mode": 2, "motion_possible": 1}
+    resting = {"e_stopped": 0, "error_code": 0, "in_error": 0, "in_motion": 0}
+    assert ControllerRig().status == Status(**ready, **resting)
 
 
 def test_in_motion_holds_exactly_from_the_start_to_the_last_point(rig: ControllerRig) -> None:
@@ -114,16 +114,9 @@ def test_a_point_that_is_neither_request_nor_topic_is_ignored(rig: ControllerRig
     assert rig.controller.referee.events["points-accepted"] == 0
 
 
-def test_a_reply_that_nobody_asked_for_is_ignored(rig: ControllerRig) -> None:
-    assert rig.send(Unasked(rig.status)) == []
-
-
 def test_a_message_that_the_profile_does_not_take_is_refused() -> None:
     few = GENERIC._replace(accepts=frozenset({MsgType.JOINT_TRAJ_PT}))
-    controller = EmulatedController(
-        Admission(LIMITS, Tolerances()), (0.0, 0.0), few, start_rule=StartRule(1, 0, 0, 0)
-    )
-    ((_, reply),) = controller.handle(1, MOVE[0], 0)
+    ((_, reply),) = controller_of(few).handle(1, MOVE[0], 0)
     assert reply.reply_code == ReplyCode.FAILURE
 
 
@@ -132,9 +125,20 @@ def test_the_operator_message_as_a_topic_is_obeyed_and_not_answered(rig: Control
     assert rig.status.e_stopped == 1
 
 
-def test_a_malformed_request_of_type_0_cannot_be_answered() -> None:
-    fault = HeaderFault("type 0", 0, CommType.REQUEST, 0)
-    assert ControllerRig().send(Malformed(0, CommType.REQUEST, fault)) == []
+TYPE_0 = HeaderFault("type 0", 0, CommType.REQUEST, 0)
+
+
+@pytest.mark.parametrize(
+    "message",
+    [
+        Unasked(ControllerRig().status),
+        Malformed(0, CommType.REQUEST, TYPE_0),
+        OperatorEvent(OperatorAction.IDENTIFY, comm_type=CommType.TOPIC),
+    ],
+    ids=["a reply nobody asked for", "a malformed request of type 0", "a question as a topic"],
+)
+def test_what_cannot_be_answered_is_not(message: Received, rig: ControllerRig) -> None:
+    assert rig.send(message) == []
 
 
 @pytest.mark.parametrize("operator_events", [True, False])
@@ -151,18 +155,9 @@ def test_it_says_that_it_is_emulated_on_both_ports_and_does_nothing(operator_eve
     assert not rig.violations
 
 
-def test_the_question_as_a_topic_is_not_answered() -> None:
-    question = OperatorEvent(OperatorAction.IDENTIFY, comm_type=CommType.TOPIC)
-    assert ControllerRig().send(question) == []
-
-
 @pytest.mark.parametrize("profile", PROFILES.values(), ids=PROFILES)
 def test_every_profile_says_that_it_is_emulated(profile: ControllerProfile) -> None:
-    rule = StartRule(1, 0, 0, 0)
-    controller = EmulatedController(
-        Admission(LIMITS, Tolerances()), (0.0, 0.0), profile, start_rule=rule
-    )
-    reply = controller.answer(OperatorEvent(OperatorAction.IDENTIFY), 0)
+    reply = controller_of(profile).answer(OperatorEvent(OperatorAction.IDENTIFY), 0)
     assert reply is not None
     assert reply.reply_code == ReplyCode.SUCCESS
 

@@ -52,11 +52,9 @@ def test_points_are_passed_at_their_times_with_their_velocities(rig: ControllerR
 
 
 def test_accelerations_are_passed_where_they_are_given(rig: ControllerRig) -> None:
-    rig.stream(
-        full_point(0, 0.0, (0.0, 0.0), (0.0, 0.0), (1.0, 0.0)),
-        full_point(1, 0.5, (0.125, 0.0), (0.5, 0.0), (1.0, 0.0)),
-        full_point(2, 1.0, (0.25, 0.0), (0.0, 0.0), (-1.0, 0.0)),
-    )
+    gains = ((0.0, 0.0, 0.0, 1.0), (0.5, 0.125, 0.5, 1.0), (1.0, 0.25, 0.0, -1.0))
+    for n, (time, way, speed, gain) in enumerate(gains):
+        rig.send(full_point(n, time, (way, 0.0), (speed, 0.0), (gain, 0.0)))
     rig.wait(499.999)
     assert rig.state[2] == pytest.approx((1.0, 0.0), abs=1e-3)
 
@@ -167,10 +165,8 @@ def test_a_joint_at_the_end_of_its_range_is_reached_without_overshoot() -> None:
 def test_a_new_trajectory_is_queued_behind_the_running_one(rig: ControllerRig) -> None:
     rig.stream(*SMOOTH)
     rig.wait(600)
-    assert rig.stream(full_point(0, 0.0, (0.5, -0.25)), full_point(1, 0.5, (0.4, -0.25))) == [
-        SUCCESS,
-        SUCCESS,
-    ]
+    queued = full_point(0, 0.0, (0.5, -0.25)), full_point(1, 0.5, (0.4, -0.25))
+    assert rig.stream(*queued) == [SUCCESS] * 2
     rig.wait(900)
     assert rig.position == pytest.approx((0.4, -0.25), abs=1e-7)
     assert not rig.violations
@@ -225,11 +221,8 @@ def test_a_new_trajectory_clears_the_error_of_the_last_one(rig: ControllerRig) -
 
 
 def test_streaming_may_start_and_end_with_the_special_sequences(rig: ControllerRig) -> None:
-    codes = rig.stream(
-        ratio_point(-2, (0.1, 0.0), 1.0),
-        ratio_point(1, (0.2, 0.0), 1.0),
-        ratio_point(-3, (0.3, 0.0), 1.0),
-    )
+    marks = ((-2, 0.1), (1, 0.2), (-3, 0.3))
+    codes = rig.stream(*(ratio_point(mark, (q, 0.0), 1.0) for mark, q in marks))
     assert codes == [SUCCESS] * 3
     rig.wait(3000)
     assert rig.position[0] == pytest.approx(0.3, abs=1e-7)
@@ -245,8 +238,8 @@ def test_only_the_link_that_owns_the_motion_may_add_points(rig: ControllerRig) -
     assert rig.code(ratio_point(0, (0.1, 0.1), 1.0), link=2) == SUCCESS
 
 
-def trajectory(*joints: tuple[float, float], duration: float = 1.0) -> JointTraj:
-    points = (TrajPoint(n, joint_array(q), 0.1, duration) for n, q in enumerate(joints))
+def trajectory(*joints: tuple[float, float]) -> JointTraj:
+    points = (TrajPoint(n, joint_array(q), 0.1, 1.0) for n, q in enumerate(joints))
     return JointTraj(tuple(points))
 
 
@@ -348,15 +341,13 @@ def test_waiting_points_are_bounded() -> None:
 
 def test_a_whole_trajectory_that_can_never_fit_is_refused() -> None:
     rig = ControllerRig(buffer_depth=2)
-    points = tuple(TrajPoint(n, joint_array((0.1 * n + 0.1,)), 0.1, 1.0) for n in range(3))
-    assert rig.code(JointTraj(points)) == FAILURE
+    assert rig.code(trajectory((0.1, 0.0), (0.2, 0.0), (0.3, 0.0))) == FAILURE
     assert rig.status.error_code == ErrorCode.BUFFER_OVERFLOW
 
 
 def test_a_whole_trajectory_waits_for_room() -> None:
     rig = filled()
-    points = tuple(TrajPoint(n, joint_array((0.3 - 0.1 * n,)), 0.1, 1.0) for n in range(2))
-    assert rig.code(JointTraj(points)) is None
+    assert rig.code(trajectory((0.3, 0.0), (0.2, 0.0))) is None
     assert rig.wait(1000) == []
     assert rig.wait(1000) == [(LINK, 12, SUCCESS)]
 
@@ -375,9 +366,8 @@ def test_a_download_is_never_answered_and_moves_at_its_end(rig: ControllerRig) -
 
 
 def test_download_marks_sent_as_requests_are_answered_once(rig: ControllerRig) -> None:
-    assert [
-        rig.code(ratio_point(n, (0.1 * i, 0.0), 1.0)) for i, n in enumerate((-1, 1, -3), 1)
-    ] == [SUCCESS] * 3
+    points = (ratio_point(n, (0.1 * i, 0.0), 1.0) for i, n in enumerate((-1, 1, -3), 1))
+    assert rig.stream(*points) == [SUCCESS] * 3
 
 
 def test_a_one_point_download_sent_twice_takes_its_time_once(rig: ControllerRig) -> None:

@@ -1,7 +1,6 @@
 """The mathematics between two points, checked against its own definition."""
 
 import math
-import struct
 
 import pytest
 from hypothesis import given
@@ -13,6 +12,7 @@ from rigs.cells.controller_rig import (
     STOP,
     SUCCESS,
     ControllerRig,
+    float32,
     full_point,
     ratio_point,
 )
@@ -137,9 +137,8 @@ def test_joints_that_can_do_nothing_alike_each_do_what_they_can() -> None:
     for switch in (0.2, 0.8):
         before, after = switch * h, (1 - switch) * h
         starts.append(SegmentEnd(0.0, 0.0))
-        ends.append(
-            SegmentEnd(a * (before**2 / 2 + before * after - after**2 / 2), a * (before - after))
-        )
+        way = a * (before**2 / 2 + before * after - after**2 / 2)
+        ends.append(SegmentEnd(way, a * (before - after)))
     segment = connect(h, starts, ends, (BOUNDS, BOUNDS))
     assert isinstance(segment, MotionSegment)
     assert [pieces[1][0] for pieces in segment.joints] == pytest.approx([0.02, 0.08])
@@ -173,15 +172,13 @@ def test_whatever_a_bounded_motion_does_its_ends_can_be_joined_within_the_bounds
         p, v, elapsed = after, v + a * span, elapsed + span
     if elapsed < 1e-4:
         return
-    segment = one(
-        elapsed, begin, SegmentEnd(p, v), Bounds(-4, 4, 2 + 1e-6, 4 + 1e-6 / elapsed**2, 4)
-    )
+    bounds = Bounds(-4, 4, 2 + 1e-6, 4 + 1e-6 / elapsed**2, 4)
+    segment = one(elapsed, begin, SegmentEnd(p, v), bounds)
     assert isinstance(segment, MotionSegment)
 
 
-NUMBER = st.one_of(
-    st.floats(-2, 2, width=32), st.floats(width=32), st.sampled_from((0.0, 0.005, 0.01, 0.1))
-)
+USUAL = st.sampled_from((0.0, 0.005, 0.01, 0.1))
+NUMBER = st.one_of(st.floats(-2, 2, width=32), st.floats(width=32), USUAL)
 
 
 @given(st.data())
@@ -203,9 +200,8 @@ def test_random_streams_never_exceed_the_limits_and_never_crash(data: st.DataObj
                 code = rig.code(full_point(sequence, time, near, speeds))
             case "wild":
                 numbers = [data.draw(NUMBER) for _ in range(7)]
-                code = rig.code(
-                    full_point(sequence, numbers[0], numbers[1:3], numbers[3:5], numbers[5:7])
-                )
+                place, speed, gain = numbers[1:3], numbers[3:5], numbers[5:7]
+                code = rig.code(full_point(sequence, numbers[0], place, speed, gain))
             case "stop":
                 code = rig.code(STOP)
             case _:
@@ -270,8 +266,3 @@ def test_the_hardest_honest_stream_is_never_refused(with_times: bool) -> None:
     assert not rig.violations
     assert not rig.status.in_error
     assert worst <= a * (1.005 if with_times else MARGIN + 0.01)
-
-
-def float32(value: float) -> float:
-    (rounded,) = struct.unpack("<f", struct.pack("<f", value))
-    return float(rounded)

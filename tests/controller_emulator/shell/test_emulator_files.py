@@ -13,7 +13,6 @@ import pytest
 from openpendant.controller_emulator.shell.cli import USAGE, loop_factory, main
 from openpendant.controller_emulator.shell.recording import MotionLog, write_report
 from openpendant.controller_emulator.shell.scenario import (
-    OperatorScenario,
     ScenarioPlayer,
     load_scenario,
 )
@@ -47,9 +46,7 @@ def test_arguments_go_before_the_file_and_the_file_before_the_defaults(tmp_path:
         ("robot = 'puma560'\n[emulator]\nrobot = 'epson_c3'\n", "epson_c3"),
     ],
 )
-def test_the_cells_robot_is_emulated_unless_another_is_named(
-    tmp_path: Path, text: str, robot: str
-) -> None:
+def test_the_cells_robot_is_taken_if_none_is_named(tmp_path: Path, text: str, robot: str) -> None:
     assert load_settings(written(tmp_path, text)).robot == robot
 
 
@@ -88,11 +85,8 @@ def test_the_printed_settings_are_settings_again(tmp_path: Path) -> None:
 
 
 def test_scenario_events_become_due_at_their_times_in_order(tmp_path: Path) -> None:
-    file = written(
-        tmp_path,
-        "[[event]]\nat = 2.5\naction = 'reset'\n[[event]]\nat = 1\naction = 'emergency_stop'\n",
-    )
-    player = ScenarioPlayer(load_scenario(file), now=10_000_000_000)
+    text = "[[event]]\nat = 2.5\naction = 'reset'\n[[event]]\nat = 1\naction = 'emergency_stop'\n"
+    player = ScenarioPlayer(load_scenario(written(tmp_path, text)), now=10_000_000_000)
     assert player.due(10_999_999_999) == []
     assert player.due(11_000_000_000) == [OperatorAction.EMERGENCY_STOP]
     assert player.due(12_499_999_999) == []
@@ -111,10 +105,6 @@ def test_scenario_events_become_due_at_their_times_in_order(tmp_path: Path) -> N
 def test_a_scenario_that_is_not_understood_is_refused(tmp_path: Path, text: str) -> None:
     with pytest.raises(EmulatorSettingsError, match="scenario"):
         load_scenario(written(tmp_path, text))
-
-
-def test_an_empty_scenario_never_does_anything() -> None:
-    assert ScenarioPlayer(OperatorScenario(), now=0).due(10**18) == []
 
 
 def test_the_motion_log_reads_back_exactly(tmp_path: Path) -> None:
@@ -182,24 +172,20 @@ def test_without_uvloop_the_extra_that_brings_it_is_named(
     asked: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: Capture
 ) -> None:
     monkeypatch.setitem(sys.modules, "uvloop", None)
-    file = tmp_path / "cell.toml"
-    file.write_text('[emulator]\nevent_loop = "uvloop"\n')
+    file = written(tmp_path, '[emulator]\nevent_loop = "uvloop"\n')
     ways = {"argument": ["--event-loop", "uvloop"], "file": ["--config", str(file)]}
     assert main(ways[asked]) == USAGE
     said = "uvloop is not installed; the extra 'fast' of openpendant adds it"
     assert capsys.readouterr().err == f"openpendant emulate: {said}\n"
 
 
-def test_a_loop_of_another_name_is_refused_with_those_there_are(
-    capsys: Capture,
-) -> None:
+def test_a_loop_of_another_name_is_refused_with_those_there_are(capsys: Capture) -> None:
     assert main(["--event-loop", "libev"]) == USAGE
     said = "arguments: emulator.event_loop = 'libev': expected 'asyncio' or 'uvloop'"
     assert capsys.readouterr().err == f"openpendant emulate: {said}\n"
 
 
 def test_a_cells_event_loop_is_the_servers_own(tmp_path: Path, capsys: Capture) -> None:
-    file = tmp_path / "cell.toml"
-    file.write_text('event_loop = "uvloop"\n')
+    file = written(tmp_path, 'event_loop = "uvloop"\n')
     assert main(["--config", str(file), "--print-config"]) == 0
     assert 'event_loop = "asyncio"' in capsys.readouterr().out

@@ -44,13 +44,9 @@ def launch() -> Iterator[Launch]:
     processes: list[subprocess.Popen[str]] = []
 
     def begin(*arguments: str, stdin: int = subprocess.DEVNULL) -> subprocess.Popen[str]:
-        process = subprocess.Popen(
-            [sys.executable, "-m", MODULE, *FREE_PORTS, *arguments],
-            stdin=stdin,
-            stdout=subprocess.PIPE,
-            stderr=subprocess.PIPE,
-            text=True,
-        )
+        command = [sys.executable, "-m", MODULE, *FREE_PORTS, *arguments]
+        pipe = subprocess.PIPE
+        process = subprocess.Popen(command, stdin=stdin, stdout=pipe, stderr=pipe, text=True)
         processes.append(process)
         return process
 
@@ -136,8 +132,7 @@ def test_the_executed_motion_is_recorded(launch: Launch, tmp_path: Path) -> None
     process = launch("--record", str(record), "--start", "zero", "--rate", "200")
     joints = (each for each in reports(ready(process)["state"]) if isinstance(each, JointPosition))
     assert len(list(islice(joints, 20))) == 20
-    process.send_signal(signal.SIGTERM)
-    process.communicate(timeout=TIMEOUT_S)
+    ended(process)
     rows = list(csv.DictReader(record.read_text().splitlines()))
     assert len(rows) > 10
     assert float(rows[0]["shoulder_pan_joint.position"]) == 0.0
@@ -220,9 +215,8 @@ def test_an_address_that_others_reach_is_told(launch: Launch, host: str, warning
 def test_it_runs_without_a_standard_input() -> None:
     # The shell closes it: Popen can only redirect it.
     command = f"exec {sys.executable} -m {MODULE} {' '.join(FREE_PORTS)} <&-"
-    with subprocess.Popen(
-        command, shell=True, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True
-    ) as process:
+    pipe = subprocess.PIPE
+    with subprocess.Popen(command, shell=True, stdout=pipe, stderr=pipe, text=True) as process:
         ready(process)
         _, err = ended(process)
     assert process.returncode == 0

@@ -36,9 +36,7 @@ def test_it_costs_nothing_in_a_download_either(rig: ControllerRig) -> None:
 
 
 @pytest.mark.parametrize(("ratio", "share"), [(0.5, 0.5), (0.1, 0.1), (0.0, 0.1)])
-def test_elsewhere_the_velocity_field_says_how_fast(
-    ratio: float, share: float, rig: ControllerRig
-) -> None:
+def test_elsewhere_velocity_says_how_fast(ratio: float, share: float, rig: ControllerRig) -> None:
     assert rig.code(ratio_point(0, (0.4, 0.0), PLACEHOLDER, velocity=ratio)) is SUCCESS
     least = 1_000 * 0.4 / (share * LIMITS.velocity[0])
     assert least - 20 <= arrives_after(rig, 0.4, 4_000) <= least + 700

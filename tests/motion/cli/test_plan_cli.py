@@ -18,17 +18,20 @@ TASK = pillar_task()
 START, GOAL = (json.dumps(each.tolist()) for each in TASK[1:])
 
 
+UR5 = ["--robot", "ur5"]
+SWING = [*UR5, "--start", START, "--goal", GOAL]
+
+
 @pytest.fixture
-def scene(tmp_path: Path) -> str:
+def scene(tmp_path: Path) -> list[str]:
     save_scene(pillar_scene(), tmp_path / "scene.yaml")
-    return str(tmp_path / "scene.yaml")
+    return ["--scene", str(tmp_path / "scene.yaml")]
 
 
-def test_a_plan_is_one_line_of_json_and_the_same_again(capsys: Capture, scene: str) -> None:
+def test_a_plan_is_one_line_of_json_and_the_same_again(capsys: Capture, scene: list[str]) -> None:
     answers = []
     for _ in range(2):
-        argv = ["--robot", "ur5", "--start", START, "--goal", GOAL, "--scene", scene]
-        assert main([*argv, "--seed", "4", "--json", "-"]) == 0
+        assert main([*SWING, *scene, "--seed", "4", "--json", "-"]) == 0
         captured = capsys.readouterr()
         assert captured.err == ""
         (line,) = captured.out.splitlines()
@@ -49,11 +52,10 @@ def test_the_table_names_the_unit_of_every_joint(capsys: Capture) -> None:
     assert told.count("[°]") == limits.dof - 1
 
 
-def test_every_output_holds_every_sample(capsys: Capture, scene: str, tmp_path: Path) -> None:
+def test_every_output_holds_every_sample(capsys: Capture, scene: list[str], tmp_path: Path) -> None:
     files = {name: str(tmp_path / f"plan.{name}") for name in ("csv", "json", "ros", "plot")}
     options = [word for name, file in files.items() for word in (f"--{name}", file)]
-    argv = ["--robot", "ur5", "--start", START, "--goal", GOAL, "--scene", scene]
-    assert main([*argv, *options]) == 0
+    assert main([*SWING, *scene, *options]) == 0
     shown = capsys.readouterr().out
     assert "certificate: valid" in shown
     assert "-64.17" in shown  # the start, in degrees
@@ -68,15 +70,12 @@ def test_every_output_holds_every_sample(capsys: Capture, scene: str, tmp_path: 
     assert Path(files["plot"]).read_bytes().startswith(b"\x89PNG")
 
 
-def test_a_program_visits_joints_and_poses(capsys: Capture, scene: str, tmp_path: Path) -> None:
+def test_programs_visit_joints_and_poses(capsys: Capture, scene: list[str], tmp_path: Path) -> None:
     pose = TASK.collision.kinematics.forward(TASK.start)
-    goals = [
-        TASK.goal.tolist(),
-        {"xyz": pose.position.tolist(), "quat": pose.quaternion.tolist()},
-    ]
-    (tmp_path / "program.json").write_text(json.dumps(goals))
-    argv = ["--robot", "ur5", "--start", START, "--program", str(tmp_path / "program.json")]
-    assert main([*argv, "--scene", scene, "--json", "-", "--speed", "0.5"]) == 0
+    goal = {"xyz": pose.position.tolist(), "quat": pose.quaternion.tolist()}
+    (tmp_path / "program.json").write_text(json.dumps([TASK.goal.tolist(), goal]))
+    argv = [*UR5, "--start", START, "--program", str(tmp_path / "program.json")]
+    assert main([*argv, *scene, "--json", "-", "--speed", "0.5"]) == 0
     answer = json.loads(capsys.readouterr().out)
     assert len(answer["goals"]) == 2
     last = TASK.collision.kinematics.forward(answer["position"][-1])
@@ -84,12 +83,11 @@ def test_a_program_visits_joints_and_poses(capsys: Capture, scene: str, tmp_path
 
 
 def test_a_bar_is_shown_for_what_takes_long(
-    capsys: Capture, scene: str, monkeypatch: pytest.MonkeyPatch
+    capsys: Capture, scene: list[str], monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.setattr(plan_command, "BAR_AFTER", 0.0)
     monkeypatch.setenv("FORCE_COLOR", "1")
-    argv = ["--robot", "ur5", "--start", START, "--goal", GOAL, "--scene", scene]
-    assert main([*argv, "--json", "-"]) == 0
+    assert main([*SWING, *scene, "--json", "-"]) == 0
     assert "goal 1 of 1" in capsys.readouterr().err
 
 
@@ -97,35 +95,29 @@ def test_a_bar_is_shown_for_what_takes_long(
     ("argv", "code", "said"),
     [
         (["--robot", "ur6", "--goal", GOAL], 2, "ur6"),
-        (["--robot", "ur5"], 2, "--goal"),
-        (["--robot", "ur5", "--goal", GOAL, "--pose", "{}"], 2, "--goal"),
-        (["--robot", "ur5", "--goal", "[1, 2"], 2, "JSON"),
-        (["--robot", "ur5", "--goal", "[1, 2]"], 2, "2 joint values"),
-        (["--robot", "ur5", "--goal", "[1, 2, 3, 4, 5, NaN]"], 2, "finite"),
-        (["--robot", "ur5", "--goal", "[9, 0, 0, 0, 0, 0]"], 3, "shoulder_pan_joint"),
-        (["--robot", "ur5", "--goal", GOAL, "--planner", "EST"], 2, "EST"),
-        (["--robot", "ur5", "--goal", GOAL, "--scene", "no.yaml"], 2, "no.yaml"),
-        (["--robot", "ur5", "--program", "no.json"], 2, "no.json"),
-        (["--robot", "ur5", "--goal", GOAL, "--speed", "2"], 2, "speed"),
-        (["--robot", "ur5", "--goal", GOAL, "--csv", "no/such/folder.csv"], 74, "no/such"),
+        (UR5, 2, "--goal"),
+        ([*UR5, "--goal", GOAL, "--pose", "{}"], 2, "--goal"),
+        ([*UR5, "--goal", "[1, 2"], 2, "JSON"),
+        ([*UR5, "--goal", "[1, 2]"], 2, "2 joint values"),
+        ([*UR5, "--goal", "[1, 2, 3, 4, 5, NaN]"], 2, "finite"),
+        ([*UR5, "--goal", "[9, 0, 0, 0, 0, 0]"], 3, "shoulder_pan_joint"),
+        ([*UR5, "--goal", GOAL, "--planner", "EST"], 2, "EST"),
+        ([*UR5, "--goal", GOAL, "--scene", "no.yaml"], 2, "no.yaml"),
+        ([*UR5, "--program", "no.json"], 2, "no.json"),
+        ([*UR5, "--goal", GOAL, "--speed", "2"], 2, "speed"),
+        ([*UR5, "--goal", GOAL, "--csv", "no/such/folder.csv"], 74, "no/such"),
         (["--robot", "stewart_classroom", "--goal", GOAL], 3, "stewart"),
-        (["--robot", "ur5", "--pose", '{"xyz": [9, 0, 0], "quat": [0, 0, 0, 1]}'], 3, "reach"),
-        (["--robot", "ur5", "--nonsense"], 2, "--nonsense"),
+        ([*UR5, "--pose", '{"xyz": [9, 0, 0], "quat": [0, 0, 0, 1]}'], 3, "reach"),
+        ([*UR5, "--nonsense"], 2, "--nonsense"),
         (
             ["--robot", "ur5", "--pose", '{"xyz": [0.4, 0, 0.3], "quat": [0, 0, 0, 2]}'],
             2,
             "quat of pose is [0.0, 0.0, 0.0, 2.0]; accepted: four numbers of norm 1",
         ),
-        (
-            ["--robot", "ur5", "--goal", "home"],
-            2,
-            "is 'home'; accepted: a JSON list of joint values",
-        ),
+        ([*UR5, "--goal", "home"], 2, "is 'home'; accepted: a JSON list of joint values"),
     ],
 )
-def test_a_refusal_is_a_line_and_code(
-    capsys: Capture, argv: list[str], code: int, said: str
-) -> None:
+def test_a_refusal_is_line_and_code(capsys: Capture, argv: list[str], code: int, said: str) -> None:
     assert main(argv) == code
     (line,) = capsys.readouterr().err.splitlines()
     assert line.startswith("error: ")
@@ -146,16 +138,16 @@ def test_a_scene_that_does_not_fit_is_refused_with_its_file_and_field(
     (tmp_path / "cut.stl").write_bytes(b"cut")
     file = tmp_path / "scene.yaml"
     file.write_text(f"schema: openpendant-scene/1\nobjects: [{scene_object}]\n")
-    assert main(["--robot", "ur5", "--goal", GOAL, "--scene", str(file)]) == 2
+    assert main([*UR5, "--goal", GOAL, "--scene", str(file)]) == 2
     line = capsys.readouterr().err.splitlines()[-1]
     assert line.startswith(f"error: {file}: objects[0].")
     assert told in line
     assert "accepted: " in line
 
 
-def test_a_goal_in_the_pillar_names_it(capsys: Capture, scene: str) -> None:
+def test_a_goal_in_the_pillar_names_it(capsys: Capture, scene: list[str]) -> None:
     goal = TASK.goal.copy()
     goal[0] = -0.22
-    argv = ["--robot", "ur5", "--start", START, "--goal", json.dumps(goal.tolist())]
-    assert main([*argv, "--scene", scene]) == 3
+    argv = [*UR5, "--start", START, "--goal", json.dumps(goal.tolist())]
+    assert main([*argv, *scene]) == 3
     assert "pillar touch at the goal" in capsys.readouterr().err

@@ -53,11 +53,8 @@ def unseen_robot(tmp_path: Path) -> Path:
 def test_fk_prints_the_pose_as_one_json_line(capsys: Capture) -> None:
     home = serial_robot("ur5").home_position
     pose = arm("ur5").forward(home)
-    assert answer(capsys, "fk", "ur5", "--joints", HOME_UR5) == {
-        "xyz": pose.position.tolist(),
-        "quat": pose.quaternion.tolist(),
-        "frame": "base",
-    }
+    told = {"xyz": pose.position.tolist(), "quat": pose.quaternion.tolist(), "frame": "base"}
+    assert answer(capsys, "fk", "ur5", "--joints", HOME_UR5) == told
 
 
 def test_fk_of_a_coupled_robot_takes_the_files_angles_unless_told(capsys: Capture) -> None:
@@ -66,9 +63,8 @@ def test_fk_of_a_coupled_robot_takes_the_files_angles_unless_told(capsys: Captur
     controller = robot.to_controller(chain)
     assert controller != pytest.approx(chain)
     by_file = answer(capsys, "fk", "fanuc_m10ia", "--joints", json.dumps(chain))
-    by_controller = answer(
-        capsys, "fk", "fanuc_m10ia", "--angles", "controller", "--joints", json.dumps(controller)
-    )
+    options = ("--angles", "controller", "--joints", json.dumps(controller))
+    by_controller = answer(capsys, "fk", "fanuc_m10ia", *options)
     assert by_file["xyz"] == pytest.approx(by_controller["xyz"], abs=1e-12)
     assert by_file["xyz"] == pytest.approx(Kinematics(robot).forward(controller).position.tolist())
 

@@ -216,11 +216,10 @@ def test_check_tells_what_it_compared() -> None:
 
 
 def test_check_tells_of_a_follower_whose_own_limits_are_not_kept(tmp_path: Path) -> None:
-    content = load_robot("fanuc_m410ib").model_dump(mode="json", by_alias=True)
-    follower = next(each for each in content["joints"] if each.get("dependent"))
+    joints = load_robot("fanuc_m410ib").model_dump(mode="json", by_alias=True)["joints"]
+    follower = next(each for each in joints if each.get("dependent"))
     follower["velocity"] = 0.25
-    path = tmp_path / "fanuc_m410ib.yaml"
-    path.write_text(yaml.safe_dump(content))
+    path = spoiled(tmp_path, "fanuc_m410ib", joints=joints)
     (told,) = (each for each in check_robot(path).remarks if f"{follower['name']} follows" in each)
     assert "rad and 0.25 rad/s, not watched" in told
 

@@ -33,10 +33,6 @@ def history() -> FrameHistory:
     return history
 
 
-def test_now_is_the_newest_sample(history: FrameHistory) -> None:
-    assert_same_pose(history.transform(TOOL, BASE), at(2.0, 0.3).compose(TCP))
-
-
 @pytest.mark.parametrize(
     ("time", "x", "yaw"),
     [

@@ -30,9 +30,8 @@ def inside(frame: Pose, *point: float) -> list[float]:
 @given(poses, lengths, st.floats(-0.5, 0.5), lengths)
 def test_three_points_give_the_frame_back(frame: Pose, x: float, beside: float, y: float) -> None:
     assume(math.atan2(y, abs(beside)) > 0.1 and math.hypot(beside - x, y) > 0.02)
-    taught = frame_from_three_points(
-        frame.position, inside(frame, x, 0.0, 0.0), inside(frame, beside, y, 0.0)
-    )
+    on_x, on_y_side = inside(frame, x, 0.0, 0.0), inside(frame, beside, y, 0.0)
+    taught = frame_from_three_points(frame.position, on_x, on_y_side)
     assert taught.pose.position_distance(frame) == 0.0
     assert taught.pose.rotation_distance(frame) < 1e-12
     assert taught.x_distance == pytest.approx(x)
@@ -50,9 +49,8 @@ def test_the_tilt_tells_what_a_touch_that_is_off_does_to_the_frame() -> None:
     taught = frame_from_three_points(ORIGIN, X, Y)
     error = 1e-4
     tilted = frame_from_three_points(ORIGIN, X, (0.0, 0.2, error)).pose
-    assert taught.pose.rotation_distance(tilted) == pytest.approx(
-        error * taught.tilt_per_error, rel=1e-3
-    )
+    told = error * taught.tilt_per_error
+    assert taught.pose.rotation_distance(tilted) == pytest.approx(told, rel=1e-3)
 
 
 @pytest.mark.parametrize(
@@ -95,21 +93,16 @@ def test_a_point_that_is_none_is_refused(place: int) -> None:
 
 @given(poses, lengths, lengths)
 def test_two_points_on_each_axis_give_the_frame(frame: Pose, x: float, y: float) -> None:
-    taught = frame_from_four_points(
-        inside(frame, x, 0.0, 0.0),
-        inside(frame, x + 0.3, 0.0, 0.0),
-        inside(frame, 0.0, y, 0.0),
-        inside(frame, 0.0, y + 0.2, 0.0),
-    )
+    points = ((x, 0.0), (x + 0.3, 0.0), (0.0, y), (0.0, y + 0.2))
+    taught = frame_from_four_points(*(inside(frame, *point, 0.0) for point in points))
     assert_same_pose(taught.pose, frame)
     assert taught.skew < 1e-12
     assert taught.gap < 1e-12
 
 
 def test_what_the_axes_miss_the_right_angle_and_each_other_by_is_told() -> None:
-    taught = frame_from_four_points(
-        (0.1, 0, 0), (0.5, 0, 0), (0.0, 0.1, 0.002), (0.4 * math.tan(0.05), 0.5, 0.002)
-    )
+    on_y = (0.0, 0.1, 0.002), (0.4 * math.tan(0.05), 0.5, 0.002)
+    taught = frame_from_four_points((0.1, 0, 0), (0.5, 0, 0), *on_y)
     assert taught.skew == pytest.approx(0.05)
     assert taught.gap == pytest.approx(0.002)
     assert taught.pose.rotation == pytest.approx(np.eye(3), abs=1e-12)
@@ -128,9 +121,10 @@ TURNS = [
 ]
 
 tcps = st.tuples(st.floats(-0.3, 0.3), st.floats(-0.3, 0.3), st.floats(-0.5, 0.5))
+Turns = list[tuple[float, float, float]]
 
 
-def touching(tcp: Array, turns: list[tuple[float, float, float]], noise: float = 0.0) -> list[Pose]:
+def touching(tcp: Array, turns: Turns, noise: float = 0.0) -> list[Pose]:
     """Flange poses whose TCP is at POINT, each off by noise [m] in a random direction."""
     random = np.random.default_rng(7)
     poses = []
@@ -175,9 +169,8 @@ def test_the_stated_uncertainty_is_that_of_many_trials() -> None:
 
 def test_more_touches_make_the_tcp_surer() -> None:
     more = [*TURNS, (math.pi, 0.2, 1.6), (math.pi + 0.7, 0.3, -1.7), (math.pi - 0.2, -0.7, 0.4)]
-    assert tool_centre(touching(TCP, more, 1e-4)).uncertainty < (
-        tool_centre(touching(TCP, TURNS[:4], 1e-4)).uncertainty
-    )
+    surer, sure = (tool_centre(touching(TCP, each, 1e-4)) for each in (more, TURNS[:4]))
+    assert surer.uncertainty < sure.uncertainty
 
 
 @pytest.mark.parametrize("count", [0, 1, 3])
@@ -198,9 +191,7 @@ def test_fewer_than_four_poses_are_refused(count: int) -> None:
     ],
     ids=["a pose given twice", "poses too much alike", "turns about one axis alone"],
 )
-def test_poses_that_tell_no_centre_are_refused(
-    turns: list[tuple[float, float, float]], words: str
-) -> None:
+def test_poses_that_tell_no_centre_are_refused(turns: Turns, words: str) -> None:
     with pytest.raises(PoorGeometry, match=words):
         tool_centre(touching(TCP, turns))
 
@@ -230,9 +221,8 @@ TOOL = Pose.from_rpy(TCP, (0.3, 0.5, -0.4))
 
 
 def test_three_points_show_the_whole_orientation() -> None:
-    found = tool_orientation(
-        TCP, drawn(TOOL, (0, 0, 0)), drawn(TOOL, (0, 0, 0.1)), drawn(TOOL, (0.08, 0, 0.02))
-    )
+    points = (0, 0, 0), (0, 0, 0.1), (0.08, 0, 0.02)
+    found = tool_orientation(TCP, *(drawn(TOOL, point) for point in points))
     assert found.rotation_distance(TOOL) < 1e-12
     assert found.position.tolist() == TCP.tolist()
 

@@ -6,6 +6,7 @@ What leads out of where a robot stands: keys of joints that were tried, and the 
 import numpy as np
 import pytest
 from promises.promise_table import figure
+from rigs.data.example_counts import counts
 from rigs.motion.jog_referee import referee
 from rigs.motion.jogged_robots import (
     FAST,
@@ -17,7 +18,7 @@ from rigs.motion.jogged_robots import (
     robot,
 )
 from rigs.motion.loaded_robots import SERIAL, load_robot
-from rigs.motion.robot_families import FAMILIES
+from rigs.motion.robot_families import FAMILIES, one_of_each_family
 
 from openpendant.motion.description.robot import robot_names
 from openpendant.motion.jog import (
@@ -112,18 +113,14 @@ LONGEST = 300  # ticks; the slowest joint takes two seconds for 0.6 rad
 
 
 def is_singular(name: str, place: list[float]) -> bool:
-    return any(
-        way.cause.reason is JogSlowdown.SINGULARITY for way in find_escapes(model(name), place)
-    )
+    ways = find_escapes(model(name), place)
+    return any(way.cause.reason is JogSlowdown.SINGULARITY for way in ways)
 
 
 def leave(name: str, place: list[float]) -> int:
     """Hold the keys that are named until the robot is out; return how many they were."""
-    rates = next(
-        way.rates
-        for way in find_escapes(model(name), place)
-        if way.cause.reason is JogSlowdown.SINGULARITY
-    )
+    ways = find_escapes(model(name), place)
+    rates = next(way.rates for way in ways if way.cause.reason is JogSlowdown.SINGULARITY)
     assert rates is not None, place
     jogger = Jogger(model(name), place, FAST)
     jogger.aim(JointJog(rates))
@@ -134,7 +131,9 @@ def leave(name: str, place: list[float]) -> int:
     raise AssertionError(f"{name} at {place} is not led out by {rates}")
 
 
-def leave_several_singularities(name: str, places: int) -> None:
+@pytest.mark.parametrize("count", counts(6, 50))
+@pytest.mark.parametrize("name", one_of_each_family(SERIAL))
+def test_the_named_keys_lead_out_of_several_singularities_at_once(name: str, count: int) -> None:
     """Some joints stand at zero, where wrists are straight, elbows stretched, and shoulders over.
 
     J23: the way out is checked, not only the fastest one for the first millimetre.
@@ -142,7 +141,7 @@ def leave_several_singularities(name: str, places: int) -> None:
     limits = robot(name).limits
     random = np.random.default_rng(23)
     left = 0
-    for _ in range(places):
+    for _ in range(count):
         zero = random.random(limits.dof) < 0.6
         place = np.where(zero, 0.0, random.uniform(limits.lower, limits.upper))
         place = np.clip(place, model(name).lower, model(name).upper)
@@ -150,17 +149,6 @@ def leave_several_singularities(name: str, places: int) -> None:
             leave(name, place.tolist())
             left += 1
     assert left
-
-
-@pytest.mark.parametrize("name", [name for name in SERIAL if name in FAMILIES])
-def test_the_named_keys_lead_out_of_several_singularities_at_once(name: str) -> None:
-    leave_several_singularities(name, 6)
-
-
-@pytest.mark.soak
-@pytest.mark.parametrize("name", SERIAL)
-def test_the_named_keys_lead_out_of_every_singularity_in_fifty_places(name: str) -> None:
-    leave_several_singularities(name, 50)
 
 
 def test_an_arm_that_is_stretched_with_a_straight_wrist_needs_two_keys_at_once() -> None:
@@ -218,9 +206,7 @@ def test_a_way_back_of_the_tool_is_told_only_if_it_leads_out(
     assert leads_out(model(name), place, ToolJog(linear, angular, BASE_AXES)) is is_out
 
 
-def test_nothing_is_left_to_work_out_for_who_asks_first(
-    monkeypatch: pytest.MonkeyPatch,
-) -> None:
+def test_nothing_is_left_to_work_out_for_who_asks_first(monkeypatch: pytest.MonkeyPatch) -> None:
     """To recognise an arm's family takes longer than an event loop should."""
     fresh = mechanism(load_robot("ur5"))
     assert isinstance(fresh, SerialMechanism)

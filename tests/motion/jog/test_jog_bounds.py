@@ -1,4 +1,7 @@
-"""The bounds of a jog's ticks, one by one: by numbers that are worked out by hand."""
+"""The bounds of a jog's ticks, one by one: by numbers that are worked out by hand.
+
+Then how fast a joint may get before the ends of its range, and where it stands beyond them.
+"""
 
 import math
 from collections.abc import Callable, Sequence
@@ -15,9 +18,9 @@ from rigs.motion.loaded_robots import arm
 from openpendant.motion.description.limits import JointLimits
 from openpendant.motion.jog import JogCaps, Jogger, JogModel, JogSlowdown, JointJog
 from openpendant.motion.jog.collision_guard import CollisionGuard
-from openpendant.motion.jog.jog_commands import JogCause
+from openpendant.motion.jog.jog_commands import LONGEST_STEP, JogCause
 from openpendant.motion.jog.jog_robot import Footing, Posture
-from openpendant.motion.jog.joint_braking import StopOutlook, point_excess
+from openpendant.motion.jog.joint_braking import JointLimitBraking, StopOutlook, point_excess
 from openpendant.motion.jog.joint_jog import StopSurroundings
 from openpendant.motion.jog.lookahead import LookAhead
 from openpendant.motion.jog.path_node import PathNode, is_even, scales, speed_bounds, stop
@@ -93,14 +96,9 @@ def excess(
     rigid: bool = True,
 ) -> tuple[float, JogCause | None]:
     """Return what is judged of a stop from a place, the first joint going by `way`; limit 0.25."""
-    model = SimpleNamespace(
-        arm=SimpleNamespace(point_speeds=points, rigid=rigid),
-        unit=[1.0, 1.0],
-        lower=[-2.0, -2.0],
-        upper=[2.0, 2.0],
-        margin=[0.1, 0.1],
-        limits=LIMITS,
-    )
+    arm = SimpleNamespace(point_speeds=points, rigid=rigid)
+    ends = {"lower": [-2.0, -2.0], "upper": [2.0, 2.0], "margin": [0.1, 0.1]}
+    model = SimpleNamespace(arm=arm, unit=[1.0, 1.0], limits=LIMITS, **ends)
     there = [here[0] + way, *here[1:]]
     ahead = StopOutlook(list(velocity), list(here), there, 0.25)
     return point_excess(cast(JogModel, model), ahead, 0.25)
@@ -116,18 +114,14 @@ class TestPointSpeeds:
             (0.1, 0.3, JogSlowdown.ELBOW_SPEED),
         ],
     )
-    def test_the_faster_of_both_counts(
-        self, tool: float, elbow: float, reason: JogSlowdown
-    ) -> None:
+    def test_the_faster_of_two_counts(self, tool: float, elbow: float, reason: JogSlowdown) -> None:
         found, cause = excess(lambda *_: (tool, elbow))
         assert found == pytest.approx(0.3 / (0.998 * 0.25))
         assert cause is not None
         assert (cause.reason, cause.value, cause.limit) == (reason, 0.3, 0.25)
 
     @pytest.mark.parametrize(("speed", "is_allowed"), [(0.2494, True), (0.2496, False)])
-    def test_a_reserve_is_kept_for_what_a_tick_changes(
-        self, speed: float, is_allowed: bool
-    ) -> None:
+    def test_a_reserve_is_kept_for_what_ticks_change(self, speed: float, is_allowed: bool) -> None:
         assert (excess(lambda *_: (speed, 0.0))[0] <= 1.0) is is_allowed
 
     @pytest.mark.parametrize("point", [0, 1])
@@ -162,9 +156,7 @@ class TestPointSpeeds:
 
     @pytest.mark.parametrize("side", [1.0, -1.0])
     @pytest.mark.parametrize("joint", [0, 1])
-    def test_what_a_joint_undid_is_missing_once_its_range_ends(
-        self, joint: int, side: float
-    ) -> None:
+    def test_what_a_joint_undid_misses_once_its_range_ends(self, joint: int, side: float) -> None:
         """Two joints that undo each other, one of which has to brake before the other."""
 
         def undoing(_: Sequence[float], rates: Sequence[float]) -> tuple[float, float]:
@@ -183,15 +175,9 @@ class TestNearness:
     """What ends a way, and what slows it, between two of its places."""
 
     @staticmethod
-    def model(**other: object) -> JogModel:
-        values = {
-            "limits": LIMITS,
-            "lower": [-2.0, -2.0],
-            "upper": [2.0, 2.0],
-            "margin": [0.1, 0.1],
-            "guard": None,
-        }
-        return cast(JogModel, SimpleNamespace(**{**values, **other}))
+    def model() -> JogModel:
+        ends = {"lower": [-2.0, -2.0], "upper": [2.0, 2.0], "margin": [0.1, 0.1]}
+        return cast(JogModel, SimpleNamespace(limits=LIMITS, guard=None, **ends))
 
     @staticmethod
     def cell(
@@ -202,11 +188,10 @@ class TestNearness:
         uses: tuple[float, float] | None = None,
     ) -> tuple[PathNode, PathNode]:
         """Return two places of a way, 0.1 apart, of the first joint."""
+        places = zip((0.0, 0.1), (before, after), rates, conditions, strict=True)
         nodes = [
-            PathNode(0.1 * index, [place, 0.0], [rate, 0.0], np.zeros(6), condition)
-            for index, (place, rate, condition) in enumerate(
-                zip((before, after), rates, conditions, strict=True)
-            )
+            PathNode(sigma, [place, 0.0], [rate, 0.0], np.zeros(6), condition)
+            for sigma, place, rate, condition in places
         ]
         if uses is not None:
             for node, use in zip(nodes, uses, strict=True):
@@ -276,11 +261,9 @@ class TestStopSurroundings:
             value = use if place[0] > 0.005 else 0.5
             return Posture(value, JogCause(JogSlowdown.WORKSPACE, value, 1.0))
 
-        model = SimpleNamespace(
-            guard=CollisionGuard(BodiesOnRails(standing_at(0.01 + ahead)).model),
-            arm=SimpleNamespace(posture=posture),
-            watches_posture=True,
-        )
+        guard = CollisionGuard(BodiesOnRails(standing_at(0.01 + ahead)).model)
+        arm = SimpleNamespace(posture=posture)
+        model = SimpleNamespace(guard=guard, arm=arm, watches_posture=True)
         ahead_of = StopOutlook([0.25, 0.0], [0.0025, 0.0], [0.01, 0.0], 0.01)
         found = StopSurroundings(cast(JogModel, model)).left(DT, [0.0, 0.0], [0.25, 0.0], ahead_of)
         return None if found is None else (found[0], found[1].reason)
@@ -333,10 +316,8 @@ class TestCells:
         ahead.extend(60, 0)
         assert ahead.end is not None
         assert 0.04 < 0.2 * ahead.nodes[-1].sigma < 0.05
-        ways = [
-            abs(after.position[5] - before.position[5]) for before, after in pairwise(ahead.nodes)
-        ]
-        assert max(ways) < 0.03
+        places = [node.position[5] for node in ahead.nodes]
+        assert max(abs(after - before) for before, after in pairwise(places)) < 0.03
 
 
 class TestBodies:
@@ -396,3 +377,73 @@ class TestBodies:
     def test_a_body_that_is_passed_at_30_mm_slows_nothing(self) -> None:
         jogger, at = self.jogger(-0.03)
         assert self.run(jogger, at, (1.0, 0.0), 60)[-1] > 0.3
+
+
+UR5 = model("ur5")
+SPEEDS = [0.5 * limit for limit in UR5.limits.velocity]
+ENDS = JointLimitBraking(UR5, SPEEDS)
+
+
+def test_far_from_all_ends_only_the_accelerations_bind() -> None:
+    bounds = ENDS.bounds(0.01, UR5_BENT, [0.0] * UR5.dof)
+    assert [bound[:2] for bound in bounds] == [(-math.inf, math.inf)] * UR5.dof
+    gains = [0.01 * limit for limit in UR5.limits.acceleration]
+    assert [bound[2] for bound in bounds] == pytest.approx(gains, rel=1e-5)
+
+
+def test_only_the_joint_that_is_near_its_end_is_bound_and_only_towards_it() -> None:
+    place = [*UR5_BENT[:2], UR5.upper[2] - 0.02, *UR5_BENT[3:]]
+    bounds = ENDS.bounds(0.01, place, [0.0] * UR5.dof)
+    least, most, _ = bounds[2]
+    assert least == -math.inf
+    assert 0.0 < most < SPEEDS[2]
+    assert all(math.isinf(bound[1]) for bound in [*bounds[:2], *bounds[3:]])
+
+
+@pytest.mark.parametrize("dt", [0.004, 0.01, LONGEST_STEP])
+@pytest.mark.parametrize("side", [1.0, -1.0])
+@pytest.mark.parametrize("speed", [0.3, 1.0, 1.5])
+def test_a_joint_at_its_bound_rests_before_the_end(speed: float, side: float, dt: float) -> None:
+    """However fast it comes: faster than is asked too, as after another override."""
+    end = UR5.upper[0] if side > 0.0 else UR5.lower[0]
+    place, velocity = list(UR5_BENT), [0.0] * UR5.dof
+    velocity[0] = side * speed
+    limit = UR5.limits.acceleration[0]
+    place[0] = end - side * (speed * speed / (2.0 * 0.95 * limit) + speed * LONGEST_STEP)
+    for _ in range(2000):
+        least, most, gain = ENDS.bounds(dt, place, velocity)[0]
+        after = min(most, velocity[0] + gain) if side > 0.0 else max(least, velocity[0] - gain)
+        assert abs(after - velocity[0]) <= gain * (1.0 + 1e-9)
+        place[0] += 0.5 * dt * (velocity[0] + after)
+        velocity[0] = after
+        assert side * (end - place[0]) >= 0.0
+    assert velocity[0] == 0.0
+    assert abs(end - place[0]) < 1e-3
+
+
+@pytest.mark.parametrize("side", [1.0, -1.0])
+@pytest.mark.parametrize("rate", [0.3, -0.3])
+def test_from_beyond_a_limit_no_way_is_free(side: float, rate: float) -> None:
+    beyond = UR5.limits.upper[0] + 0.1 if side > 0.0 else UR5.limits.lower[0] - 0.1
+    assert ENDS.free_distance([beyond, *UR5_BENT[1:]], [rate, 0.0, 0.0, 0.0, 0.0, 0.0]) == 0.0
+
+
+def test_joints_that_stand_may_do_so_for_ever() -> None:
+    assert ENDS.free_distance(UR5_BENT, [0.0] * 6) == math.inf
+
+
+@pytest.mark.parametrize("side", [1.0, -1.0])
+def test_a_joint_that_is_faster_than_is_asked_rests_before_the_end_too(side: float) -> None:
+    """At 1.5 rad/s when 0.03 are asked: as after a smaller override."""
+    slow = JointLimitBraking(UR5, [0.01 * limit for limit in UR5.limits.velocity])
+    limit = UR5.limits.acceleration[0]
+    end = UR5.upper[0] if side > 0.0 else UR5.lower[0]
+    place, velocity = list(UR5_BENT), [side * 1.5, 0.0, 0.0, 0.0, 0.0, 0.0]
+    place[0] = end - side * (1.5**2 / (2.0 * 0.95 * limit) + 1.5 * LONGEST_STEP)
+    for _ in range(400):
+        least, most, gain = slow.bounds(0.01, place, velocity)[0]
+        wanted = min(max(side * 1.5, least), most)  # nobody brakes but for the end
+        after = min(max(wanted, velocity[0] - gain), velocity[0] + gain)
+        place[0] += 0.005 * (velocity[0] + after)
+        velocity[0] = after
+        assert side * (end - place[0]) >= 0.0

@@ -78,15 +78,6 @@ def test_a_table_is_a_product_by_its_convention(tmp_path: Path, convention: str,
         assert_near(found, by_definition(convention, joints.tolist()), 1e-12)
 
 
-def test_the_two_conventions_of_the_same_rows_are_different_arms(tmp_path: Path) -> None:
-    zero = np.zeros(4)
-    first, second = (
-        chain_pose(read_dh_file(written(tmp_path, content(each))).joints, zero)
-        for each in ("standard", "modified")
-    )
-    assert first.position_distance(second) > 0.1
-
-
 def test_limits_rates_and_home_are_taken_in_the_declared_units(tmp_path: Path) -> None:
     turning = {"joint": "t", "lower": -90, "upper": 180, "velocity": 360, "acceleration": 720}
     sliding = {"joint": "s", "variable": "d", "lower": 0, "upper": 500, "velocity": 250}
@@ -117,12 +108,8 @@ def test_base_and_tool_are_part_of_the_chain(tmp_path: Path) -> None:
     chain = read_dh_file(written(tmp_path, table))
     bare = read_dh_file(written(tmp_path, content()))
     zero = np.zeros(4)
-    expected = (
-        shift(0, 0.1)
-        @ chain_pose(bare.joints, zero).to_matrix()
-        @ shift(0.05, 0)
-        @ turn_z(math.pi / 2)
-    )
+    inner = chain_pose(bare.joints, zero).to_matrix()
+    expected = shift(0, 0.1) @ inner @ shift(0.05, 0) @ turn_z(math.pi / 2)
     assert_near(chain_pose(chain.joints, zero).to_matrix(), expected, 1e-12)
 
 
@@ -135,19 +122,14 @@ def test_a_standard_table_is_kept_as_written(tmp_path: Path) -> None:
 
 
 def imported(name: str) -> tuple[ImportedJoint, ...]:
-    return tuple(
-        ImportedJoint(
-            joint.name,
-            joint.type,
-            joint.parent,
-            joint.child,
-            joint.origin,
-            tuple(np.array(joint.axis) / math.hypot(*joint.axis))
-            if isinstance(joint, Joint)
-            else None,
+    found = []
+    for each in serial_robot(name).joints:
+        axis = (
+            tuple(np.array(each.axis) / math.hypot(*each.axis)) if isinstance(each, Joint) else None
         )
-        for joint in serial_robot(name).joints
-    )
+        ends = (each.parent, each.child, each.origin)
+        found.append(ImportedJoint(each.name, each.type, *ends, axis))
+    return tuple(found)
 
 
 @pytest.mark.parametrize("name", one_of_each_family(SERIAL))
@@ -203,9 +185,8 @@ def test_axes_parallel_but_for_rounding_have_no_exact_table() -> None:
 def test_the_residual_is_that_of_the_table_against_the_chain() -> None:
     derived = derive_table(imported("ur5"))
     assert derived is not None
-    wrong = derived.table.model_copy(
-        update={"tool": derived.table.tool.model_copy(update={"xyz": (0.0, 0.0, 0.001)})}
-    )
+    tool = derived.table.tool.model_copy(update={"xyz": (0.0, 0.0, 0.001)})
+    wrong = derived.table.model_copy(update={"tool": tool})
     position, rotation = table_residual(imported("ur5"), wrong)
     assert position == pytest.approx(0.001)
     assert rotation < 1e-11
@@ -262,6 +243,7 @@ def test_a_bad_table_is_refused_with_the_field_and_what_is_accepted(
     assert says in refused.value.problem
 
 
+MODIFIED = "# convention: modified\n"
 HEAD = "# convention: standard\n# angles: degrees\n# lengths: mm\n"
 
 
@@ -281,11 +263,7 @@ def test_a_declaration_may_be_repeated_where_it_says_the_same(tmp_path: Path) ->
         (HEAD + "joint,a\nj1,1,2\n", "row 1", "3 cells; accepted: 2, one per column (joint, a)"),
         (HEAD + "joint,a\nj1\n", "row 1", "1 cells; accepted: 2, one per column (joint, a)"),
         (HEAD + "joint,a,lower\nj1,1,-5\n", "joints[0] (j1).upper", "both, or neither"),
-        (
-            HEAD + "# convention: modified\njoint,a\nj1,1\n",
-            "convention",
-            "'standard' and 'modified'",
-        ),
+        (HEAD + MODIFIED + "joint,a\nj1,1\n", "convention", "'standard' and 'modified'"),
         (HEAD + "joint,a, a\nj1,1,2\n", "columns", "2 of the name 'a'; accepted: each name once"),
         (HEAD + "joint,a\nj1,nan\n", "joints[0].a", "finite"),
         (HEAD + 'joint,a\n"j1,1\n', "", "not valid CSV"),

@@ -39,9 +39,8 @@ def arm(request: pytest.FixtureRequest) -> Mechanism:
 def lifted(arm: Mechanism, z: float, turn: float = 0.05) -> Pose:
     home = arm.forward(arm.home_position)
     position = home.position + np.array([0.0, 0.0, z])
-    return Pose.from_matrix(
-        rotation_of_vector(np.array([0.0, 0.0, turn])) @ home.rotation, position
-    )
+    turned = rotation_of_vector(np.array([0.0, 0.0, turn])) @ home.rotation
+    return Pose.from_matrix(turned, position)
 
 
 def test_every_robot_is_a_mechanism() -> None:
@@ -66,9 +65,8 @@ def test_a_jog_step_by_the_jacobian_moves_the_tool_as_asked(arm: Mechanism) -> N
         rates = np.linalg.pinv(arm.jacobian(here)) @ twist
         found = arm.forward(here + step * rates)
         assert ((found.position - start.position) / step) == pytest.approx(twist[:3], abs=1e-2)
-        assert found.rotation_distance(start) == pytest.approx(
-            step * float(np.linalg.norm(twist[3:])), abs=1e-2 * step
-        )
+        turn = step * float(np.linalg.norm(twist[3:]))
+        assert found.rotation_distance(start) == pytest.approx(turn, abs=1e-2 * step)
 
 
 def test_lines_and_curves_are_timed_and_certified(arm: Mechanism) -> None:
@@ -152,10 +150,8 @@ def test_a_malformed_seed_is_refused(arm: Mechanism) -> None:
 def test_the_platforms_answer_does_not_depend_on_the_seed() -> None:
     arm = mechanism(platform_robot())
     target = pose_of_shares([0.2, 0.1, -0.2, 0.1, 0.1, -0.2])
-    found = [
-        arm.solve(target, seed).joint_position.tolist()
-        for seed in (arm.home_position, PLATFORM.lower, PLATFORM.upper)
-    ]
+    seeds = (arm.home_position, PLATFORM.lower, PLATFORM.upper)
+    found = [arm.solve(target, seed).joint_position.tolist() for seed in seeds]
     assert found[0] == found[1] == found[2]
 
 
@@ -203,9 +199,8 @@ def test_the_derivatives_are_those_of_the_lengths() -> None:
     s, step = np.linspace(0.01, line.length - 0.01, 7), 1e-5
     before, here, after = (line.evaluate(s + shift) for shift in (-step, 0.0, step))
     assert_near(line.evaluate(s, 1), (after - before) / (2 * step), 1e-08)
-    np.testing.assert_allclose(
-        line.evaluate(s, 2), (after - 2.0 * here + before) / step**2, atol=1e-4
-    )
+    bend = (after - 2.0 * here + before) / step**2
+    np.testing.assert_allclose(line.evaluate(s, 2), bend, atol=1e-4)
 
 
 @pytest.mark.parametrize("count", counts(6, 200))
@@ -239,9 +234,8 @@ def test_a_line_is_timed_and_certified_and_leaves_the_ideal_nowhere(speed: float
 def test_random_lines_and_curves_are_certified() -> None:
     here = np.array(HOME)
     for pose in random_poses(6, seed=2):
-        path = platform_line(
-            PLATFORM, here, Pose(0.5 * (pose.position + SIDE.position), SIDE.quaternion)
-        )
+        goal = Pose(0.5 * (pose.position + SIDE.position), SIDE.quaternion)
+        path = platform_line(PLATFORM, here, goal)
         certify(time_path(path, LIMITS), LIMITS, start=here)
         here = path.goal
     for pose in random_poses(4, seed=3):

@@ -86,9 +86,7 @@ def test_smoothing_makes_a_noisy_recording_several_times_as_fast() -> None:
 
 
 @pytest.mark.parametrize("playback", [0.1, 0.5, 1.0, 2.0, 4.0])
-def test_playback_takes_the_recorded_time_over_its_speed_or_the_limits(
-    playback: float,
-) -> None:
+def test_playback_takes_the_recorded_time_over_its_speed_or_the_limits(playback: float) -> None:
     (times, _), smoothed = recording(3000, 1e-3), smoothed_recording(3000)
     fastest = fastest_playback()
     played = time_path(smoothed.path, LIMITS, segments=smoothed.segment_rules(playback))

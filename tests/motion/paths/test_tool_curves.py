@@ -5,10 +5,18 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 from rigs.data.example_counts import few
+from rigs.motion.refusals import Refusal, refusals
 
 from openpendant.motion import errors
 from openpendant.motion.paths import tool_curves
 from openpendant.motion.paths.path_chains import ToolChain
+from openpendant.motion.paths.tool_curves import (
+    arc_about,
+    arc_through,
+    check_point,
+    circle_about,
+    circle_through,
+)
 from openpendant.motion.pose import Array, Pose
 
 KINDS = ("line", "turn", "arc", "arc with the path", "spline", "chain")
@@ -21,7 +29,7 @@ def random_pose(random: np.random.Generator) -> Pose:
 def curve_of(kind: str, seed: int) -> tool_curves.ToolCurve:
     random = np.random.default_rng(seed)
     start, middle, end, last = (random_pose(random) for _ in range(4))
-    through = tool_curves.arc_through(start.position, middle.position, end.position)
+    through = arc_through(start.position, middle.position, end.position)
     match kind:
         case "line":
             return tool_curves.ToolLine(start, end)
@@ -94,29 +102,6 @@ def test_a_spline_passes_its_poses_the_short_way_round() -> None:
         assert rotation == pytest.approx(pose.rotation, abs=1e-9)
 
 
-def test_a_curve_without_length_is_no_motion() -> None:
-    pose = random_pose(np.random.default_rng(1))
-    with pytest.raises(errors.NoMotion):
-        tool_curves.ToolLine(pose, pose)
-    with pytest.raises(errors.NoMotion):
-        tool_curves.ToolSpline([pose, pose])
-
-
-@pytest.mark.parametrize(
-    ("point", "error"),
-    [
-        ([0.0, 1.0], errors.BadArgument),
-        ([0.0, math.nan, 1.0], errors.NotFinite),
-        ([0.0, 1e7, 0.0], errors.BadArgument),
-    ],
-)
-def test_what_is_no_point_is_refused(
-    point: list[float], error: type[errors.BadArgument | errors.NotFinite]
-) -> None:
-    with pytest.raises(error):
-        tool_curves.check_point(point, "the point")
-
-
 def test_no_turn_and_small_turns_are_exact() -> None:
     turned = tool_curves.turned_by(np.array([[0.0, 0.0, 0.0], [0.0, 0.0, 1e-9]]))
     assert np.array_equal(turned[0], np.eye(3))
@@ -136,9 +121,8 @@ RIGHT_ANGLE = [
 
 def right_angle(zone: float) -> ToolChain:
     first, corner, last = RIGHT_ANGLE
-    return ToolChain(
-        [tool_curves.ToolLine(first, corner), tool_curves.ToolLine(corner, last)], [zone]
-    )
+    legs = [tool_curves.ToolLine(first, corner), tool_curves.ToolLine(corner, last)]
+    return ToolChain(legs, [zone])
 
 
 @pytest.mark.parametrize("zone", [0.01, 0.2, 1.0])
@@ -168,9 +152,8 @@ def test_a_chain_has_no_gap_at_the_edges_of_its_zones(length: float) -> None:
 def test_slope_and_curvature_have_no_step_where_a_zone_begins_and_ends() -> None:
     random = np.random.default_rng(8)
     poses = [random_pose(random) for _ in range(4)]
-    arc = tool_curves.ToolArc(
-        tool_curves.arc_through(*(pose.position for pose in poses[1:])), poses[1], poses[3]
-    )
+    circle = arc_through(*(pose.position for pose in poses[1:]))
+    arc = tool_curves.ToolArc(circle, poses[1], poses[3])
     chain = ToolChain([tool_curves.ToolLine(poses[0], poses[1]), arc], [0.2])
     edges, step = chain.waypoints[1] + np.array([-0.2, 0.2]), 1e-6
     here, before, after = (chain.motion(edges + offset) for offset in (0.0, -step, step))
@@ -193,11 +176,6 @@ def test_a_zone_next_to_a_turn_on_the_spot_is_refused() -> None:
     with pytest.raises(errors.ZoneTooLarge, match="turn on the spot") as refusal:
         ToolChain([tool_curves.ToolLine(first, corner), spin], [0.1], first_waypoint=4)
     assert (refusal.value.waypoint, refusal.value.largest) == (4, 0.0)
-
-
-def test_a_chain_of_nothing_is_refused() -> None:
-    with pytest.raises(errors.BadArgument, match="legs"):
-        ToolChain([], [])
 
 
 EAST: Array = np.array([1.0, 0.0, 0.0])
@@ -230,7 +208,7 @@ def end_of(circle: tool_curves.Circle) -> Array:
     ],
 )
 def test_an_arc_through_a_point_goes_past_it(via: float, end: float, degrees: float) -> None:
-    arc = tool_curves.arc_through(EAST, at_angle(via), at_angle(end))
+    arc = arc_through(EAST, at_angle(via), at_angle(end))
     assert arc.radius == pytest.approx(1.0)
     assert arc.centre == pytest.approx(ORIGIN, abs=1e-12)
     assert math.degrees(arc.sweep) == pytest.approx(degrees)
@@ -251,7 +229,7 @@ def test_an_arc_through_a_point_goes_past_it(via: float, end: float, degrees: fl
 def test_an_arc_about_a_centre_is_less_or_more_than_half_a_turn(
     end: float, more_than_half: bool, degrees: float
 ) -> None:
-    arc = tool_curves.arc_about(EAST, ORIGIN, at_angle(end), more_than_half=more_than_half)
+    arc = arc_about(EAST, ORIGIN, at_angle(end), more_than_half=more_than_half)
     assert math.degrees(arc.sweep) == pytest.approx(degrees)
     assert end_of(arc) == pytest.approx(at_angle(end), abs=1e-12)
 
@@ -262,7 +240,7 @@ def test_an_arc_about_a_centre_is_less_or_more_than_half_a_turn(
 def test_a_normal_decides_the_direction_and_gives_half_a_turn_its_plane(
     end: float, normal: float, degrees: float
 ) -> None:
-    arc = tool_curves.arc_about(EAST, ORIGIN, at_angle(end), normal=normal * UP)
+    arc = arc_about(EAST, ORIGIN, at_angle(end), normal=normal * UP)
     assert math.degrees(arc.sweep) == pytest.approx(degrees)
     assert end_of(arc) == pytest.approx(at_angle(end), abs=1e-12)
     assert arc.normal @ (normal * UP) > 0.0
@@ -270,7 +248,7 @@ def test_a_normal_decides_the_direction_and_gives_half_a_turn_its_plane(
 
 def test_a_centre_that_is_slightly_off_is_moved_so_that_both_ends_are_met() -> None:
     end = at_angle(70) * 1.00005
-    arc = tool_curves.arc_about(EAST, np.array([0.00003, 0.0, 0.0]), end)
+    arc = arc_about(EAST, np.array([0.00003, 0.0, 0.0]), end)
     assert arc.positions(np.zeros(1))[0] == pytest.approx(EAST, abs=1e-15)
     assert end_of(arc) == pytest.approx(end, abs=1e-12)
     assert arc.centre == pytest.approx(ORIGIN, abs=1e-4)
@@ -279,8 +257,8 @@ def test_a_centre_that_is_slightly_off_is_moved_so_that_both_ends_are_met() -> N
 @pytest.mark.parametrize(
     "circle",
     [
-        tool_curves.circle_about(EAST, ORIGIN, 0.2 * UP),
-        tool_curves.circle_through(EAST, NORTH, WEST),
+        circle_about(EAST, ORIGIN, 0.2 * UP),
+        circle_through(EAST, NORTH, WEST),
     ],
     ids=["about", "through"],
 )
@@ -291,7 +269,7 @@ def test_a_full_circle_comes_back_to_its_start(circle: tool_curves.Circle) -> No
 
 
 def test_a_full_circle_runs_in_the_order_of_its_points() -> None:
-    circle = tool_curves.circle_through(EAST, SOUTH, NORTH)
+    circle = circle_through(EAST, SOUTH, NORTH)
     assert circle.positions(np.array([QUARTER]))[0] == pytest.approx(SOUTH, abs=1e-12)
 
 
@@ -312,7 +290,7 @@ def test_points_of_no_arc_are_refused_with_their_numbers(
     points: tuple[Array, Array, Array], fault: errors.CircleFault, value: float
 ) -> None:
     with pytest.raises(errors.BadCircle) as refusal:
-        tool_curves.arc_through(*points)
+        arc_through(*points)
     assert refusal.value.fault is fault
     assert refusal.value.measured == pytest.approx(value, rel=1e-6, abs=1e-9)
 
@@ -332,16 +310,15 @@ def test_a_centre_of_no_arc_is_refused_with_its_numbers(
     centre: Array, end: Array, fault: errors.CircleFault, value: float, limit: float
 ) -> None:
     with pytest.raises(errors.BadCircle) as refusal:
-        tool_curves.arc_about(EAST, centre, end)
+        arc_about(EAST, centre, end)
     assert refusal.value.fault is fault
     assert (refusal.value.measured, refusal.value.bound) == pytest.approx((value, limit), abs=1e-9)
 
 
 def test_a_refusal_names_both_radii_in_millimetres() -> None:
-    with pytest.raises(
-        errors.BadCircle, match=r"1e\+03 mm from the start and 1\.1e\+03 mm|from the end"
-    ):
-        tool_curves.arc_about(EAST, ORIGIN, 1.1 * NORTH)
+    told = r"1e\+03 mm from the start and 1\.1e\+03 mm|from the end"
+    with pytest.raises(errors.BadCircle, match=told):
+        arc_about(EAST, ORIGIN, 1.1 * NORTH)
 
 
 @pytest.mark.parametrize(
@@ -349,26 +326,40 @@ def test_a_refusal_names_both_radii_in_millimetres() -> None:
 )
 def test_a_normal_that_is_none_is_refused(normal: Array, named: str) -> None:
     with pytest.raises(errors.BadArgument, match=named):
-        tool_curves.circle_about(EAST, ORIGIN, normal)
+        circle_about(EAST, ORIGIN, normal)
     with pytest.raises(errors.BadArgument, match=named):
-        tool_curves.arc_about(EAST, ORIGIN, WEST, normal=normal)
+        arc_about(EAST, ORIGIN, WEST, normal=normal)
 
 
-def test_a_normal_and_the_longer_way_together_are_refused() -> None:
-    with pytest.raises(errors.BadArgument, match="more_than_half"):
-        tool_curves.arc_about(EAST, ORIGIN, NORTH, normal=UP, more_than_half=True)
+POSE = random_pose(np.random.default_rng(1))
+NEAR = Pose(np.add(POSE.position, (1e-8, 0.0, 0.0)), POSE.quaternion)
+NAN, INF = math.nan, math.inf
 
 
-@pytest.mark.parametrize("bad", [math.nan, math.inf])
-def test_points_that_are_not_finite_are_refused(bad: float) -> None:
-    with pytest.raises(errors.NotFinite):
-        tool_curves.arc_through(EAST, [bad, 0.0, 0.0], NORTH)
-    with pytest.raises(errors.NotFinite):
-        tool_curves.arc_about(EAST, [0.0, bad, 0.0], NORTH)
-    with pytest.raises(errors.NotFinite):
-        tool_curves.circle_about(EAST, ORIGIN, [0.0, 0.0, bad])
-    with pytest.raises(errors.BadArgument, match="three"):
-        tool_curves.circle_through(EAST, [0.0, 1.0], WEST)
+@refusals(
+    ("a line of no length", lambda: tool_curves.ToolLine(POSE, POSE), errors.NoMotion, ""),
+    ("one of 1e-8 m", lambda: tool_curves.ToolLine(POSE, NEAR), errors.NoMotion, ""),
+    ("a spline of none", lambda: tool_curves.ToolSpline([POSE, POSE]), errors.NoMotion, ""),
+    ("a chain of nothing", lambda: ToolChain([], []), errors.BadArgument, "legs"),
+    ("two", lambda: check_point([0.0, 1.0], "the point"), errors.BadArgument, ""),
+    ("NaN", lambda: check_point([0.0, NAN, 1.0], "the point"), errors.NotFinite, ""),
+    ("far", lambda: check_point([0.0, 1e7, 0.0], "the point"), errors.BadArgument, ""),
+    ("NaN via", lambda: arc_through(EAST, [NAN, 0, 0], NORTH), errors.NotFinite, ""),
+    ("endless via", lambda: arc_through(EAST, [INF, 0, 0], NORTH), errors.NotFinite, ""),
+    ("NaN centre", lambda: arc_about(EAST, [0, NAN, 0], NORTH), errors.NotFinite, ""),
+    ("endless centre", lambda: arc_about(EAST, [0, INF, 0], NORTH), errors.NotFinite, ""),
+    ("NaN normal", lambda: circle_about(EAST, ORIGIN, [0, 0, NAN]), errors.NotFinite, ""),
+    ("endless normal", lambda: circle_about(EAST, ORIGIN, [0, 0, INF]), errors.NotFinite, ""),
+    ("via of two", lambda: circle_through(EAST, [0, 1], WEST), errors.BadArgument, "three"),
+    (
+        "a normal and the longer way",
+        lambda: arc_about(EAST, ORIGIN, NORTH, normal=UP, more_than_half=True),
+        errors.BadArgument,
+        "more_than_half",
+    ),
+)
+def test_what_gives_no_curve_is_refused(refusal: Refusal) -> None:
+    refusal.check()
 
 
 @pytest.mark.parametrize(
@@ -379,11 +370,9 @@ def test_points_that_are_not_finite_are_refused(bad: float) -> None:
         (tool_curves.ToolTurn.WITH_THE_PATH, (0.0, 0.0, QUARTER)),
     ],
 )
-def test_the_tool_turns_as_asked(
-    turn: tool_curves.ToolTurn, rpy: tuple[float, float, float]
-) -> None:
+def test_the_tool_turns_as_asked(turn: tool_curves.ToolTurn, rpy: tuple[float, ...]) -> None:
     start, target = Pose.from_rpy(EAST, [0.0] * 3), Pose.from_rpy(NORTH, [0.0, 0.4, 0.0])
-    arc = tool_curves.ToolArc(tool_curves.arc_about(EAST, ORIGIN, NORTH), start, target, turn)
+    arc = tool_curves.ToolArc(arc_about(EAST, ORIGIN, NORTH), start, target, turn)
     place = arc.place(np.array([arc.length]))
     assert place.position[0] == pytest.approx(NORTH, abs=1e-12)
     assert place.rotation[0] == pytest.approx(Pose.from_rpy(NORTH, rpy).rotation, abs=1e-12)
@@ -392,7 +381,7 @@ def test_the_tool_turns_as_asked(
 @given(seed=st.integers(0, 10**6))
 def test_any_three_points_lie_on_their_arc_in_their_order(seed: int) -> None:
     start, via, end = np.random.default_rng(seed).uniform(-1.0, 1.0, (3, 3))
-    arc = tool_curves.arc_through(start, via, end)
+    arc = arc_through(start, via, end)
     radii = [math.dist(arc.centre, point) for point in (start, via, end)]
     assert radii == pytest.approx([arc.radius] * 3, rel=1e-9)
     x, y = (via - arc.centre) @ arc.first, (via - arc.centre) @ arc.second

@@ -3,6 +3,7 @@ import subprocess
 import sys
 import time
 from typing import Any
+from unittest.mock import Mock, patch
 
 import numpy as np
 import pytest
@@ -42,15 +43,9 @@ def task() -> Task:
 
 
 def plan(task: Task, planner: str = BUILT_IN, seed: int = 0, **more: Any) -> JointPolyline:
-    chosen: dict[str, Any] = {
-        "time_limit": 60.0,
-        "clock": time.perf_counter,
-        "planner": planner,
-        "seed": seed,
-    }
-    return plan_free_path(
-        task.collision.kinematics, task.collision, task.start, task.goal, **(chosen | more)
-    )
+    arm, asked = task.collision.kinematics, {"planner": planner, "seed": seed, "time_limit": 60.0}
+    given: dict[str, Any] = {"clock": time.perf_counter, **asked, **more}
+    return plan_free_path(arm, task.collision, task.start, task.goal, **given)
 
 
 def assert_free(task: Task, path: Path) -> None:
@@ -71,9 +66,7 @@ def assert_free(task: Task, path: Path) -> None:
         for seed in range(3)
     ],
 )
-def test_the_way_around_the_pillar_is_free_and_can_be_driven(
-    planner: str, seed: int, task: Task
-) -> None:
+def test_the_way_around_a_pillar_is_free_and_drivable(planner: str, seed: int, task: Task) -> None:
     path = plan(task, planner, seed)
     assert_free(task, path)
     limits = task.collision.kinematics.limits
@@ -145,27 +138,14 @@ def test_a_part_is_picked_and_placed_over_a_wall() -> None:
 def test_progress_is_told_from_the_search_to_the_end() -> None:
     task, told = pillar_task(), list[PlanningProgress]()
     plan(task, on_progress=told.append)
-    stages = list(dict.fromkeys(each.stage for each in told))
-    assert stages == [
-        PlanningStage.SEARCHING,
-        PlanningStage.SHORTENING,
-        PlanningStage.CHECKING,
-        PlanningStage.DONE,
-    ]
+    assert list(dict.fromkeys(each.stage for each in told)) == list(PlanningStage)
     assert [each.iterations for each in told] == sorted(each.iterations for each in told)
 
 
 @pytest.mark.parametrize("planner", QUICK)
 def test_what_progress_raises_ends_the_plan(planner: str) -> None:
-    class Cancelled(Exception):
-        pass
-
-    def cancel(progress: PlanningProgress) -> None:
-        raise Cancelled
-
-    task = pillar_task()
-    with pytest.raises(Cancelled):
-        plan(task, planner, on_progress=cancel)
+    with pytest.raises(InterruptedError, match="by the user"):
+        plan(pillar_task(), planner, on_progress=Mock(side_effect=InterruptedError("by the user")))
 
 
 @pytest.mark.parametrize("planner", QUICK)
@@ -230,9 +210,8 @@ def test_a_process_that_planned_ends_without_a_word() -> None:
         "t = pillar_task()\n"
         "plan_free_path(t.collision.kinematics, t.collision, t.start, t.goal)\n"
     )
-    ran = subprocess.run(
-        [sys.executable, "-c", script], capture_output=True, text=True, check=False
-    )
+    command = [sys.executable, "-c", script]
+    ran = subprocess.run(command, capture_output=True, text=True, check=False)
     assert (ran.returncode, ran.stdout, ran.stderr) == (0, "", "")
 
 
@@ -265,19 +244,6 @@ def test_a_way_around_is_found_and_shortened(seed: int) -> None:
         assert all(map(around_the_disc, waypoints[:-1], waypoints[1:]))
     # The shortest way: two tangents of the disc and the arc between them.
     assert 2.256 < length(short) < min(length(found) + 1e-12, 2.8)
-
-
-def test_the_same_seed_gives_the_same_way() -> None:
-    ways = [
-        rrt_connect(
-            START, GOAL, LOWER, UPPER, around_the_disc, random=np.random.default_rng(seed)
-        ).waypoints
-        for seed in (3, 3, 4)
-    ]
-    assert ways[0] is not None
-    assert ways[2] is not None
-    np.testing.assert_array_equal(ways[0], ways[1])
-    assert not np.array_equal(ways[0], ways[2])
 
 
 def test_a_free_line_needs_no_search() -> None:
@@ -340,18 +306,11 @@ def test_the_verdict_is_that_of_looking_ten_times_as_densely(robot: str, count: 
     assert touched > count / 4
 
 
-def test_a_clear_path_takes_few_looks(monkeypatch: pytest.MonkeyPatch, task: Task) -> None:
+def test_a_clear_path_takes_few_looks(task: Task) -> None:
     robot_alone = CollisionModel(task.collision.kinematics)
-    looks = []
-    clearances = CollisionModel.clearances
-
-    def counted(model: CollisionModel, position: np.ndarray) -> np.ndarray:
-        looks.append(position)
-        return clearances(model, position)
-
-    monkeypatch.setattr(CollisionModel, "clearances", counted)
-    assert first_contact(robot_alone, [task.start, task.goal]) is None
-    assert len(looks) < 10  # of 1,800 samples: only the pan joint moves, and no pair nears
+    with patch.object(robot_alone, "clearances", wraps=robot_alone.clearances) as looks:
+        assert first_contact(robot_alone, [task.start, task.goal]) is None
+    assert looks.call_count < 10  # of 1,800 samples: only the pan joint moves, and no pair nears
 
 
 def test_a_margin_counts_as_touching(task: Task) -> None:

@@ -34,7 +34,11 @@ from openpendant.motion.trajectory.ptp import plan_joint_move
 from openpendant.tools.console import ExitCode
 
 Capture = pytest.CaptureFixture[str]
+Answering = Callable[[dict[str, list[str]]], list[str]]
 NEW_ROBOTS = ("bench_arm", "gantry_arm")
+
+
+BENCH_ARM, GANTRY_ARM = (str(ROBOTS_FILES / f"{name}.urdf") for name in NEW_ROBOTS)
 
 
 @pytest.fixture(autouse=True)
@@ -48,9 +52,8 @@ def new_robot(
 ) -> SerialRobot:
     """A robot that no catalogue holds, imported from its URDF."""
     file = tmp_path_factory.mktemp("new") / f"{request.param}.yaml"
-    assert (
-        main(["import", str(ROBOTS_FILES / f"{request.param}.urdf"), "--yes", "-o", str(file)]) == 0
-    )
+    source = str(ROBOTS_FILES / f"{request.param}.urdf")
+    assert main(["import", source, "--yes", "-o", str(file)]) == 0
     return serial_robot(file)
 
 
@@ -62,7 +65,7 @@ def refusal(capsys: Capture, *argv: str) -> str:
 
 
 def test_each_fact_is_told_with_its_step_and_where_it_came_from(capsys: Capture) -> None:
-    assert main(["import", str(ROBOTS_FILES / "bench_arm.urdf"), "--yes"]) == 0
+    assert main(["import", BENCH_ARM, "--yes"]) == 0
     captured = capsys.readouterr()
     told = captured.out.splitlines()
     steps = [line.split()[1] for line in told if line[:1].isdigit()]
@@ -85,7 +88,7 @@ def test_each_fact_is_told_with_its_step_and_where_it_came_from(capsys: Capture)
 
 
 def test_the_file_passes_the_check_and_keeps_the_assumptions(capsys: Capture) -> None:
-    assert main(["import", str(ROBOTS_FILES / "gantry_arm.urdf"), "--yes"]) == 0
+    assert main(["import", GANTRY_ARM, "--yes"]) == 0
     assert main(["check", "gantry_arm.yaml"]) == 0
     assert "1 of 1 robots are good" in capsys.readouterr().out
     robot = serial_robot("gantry_arm.yaml")
@@ -99,8 +102,7 @@ def test_the_file_passes_the_check_and_keeps_the_assumptions(capsys: Capture) ->
 
 def test_a_follower_without_limits_gets_what_its_leader_makes_of_it(tmp_path: Path) -> None:
     follower = joint("two", "b", "c", limit="", more='<mimic joint="one" multiplier="-0.5"/>')
-    assert main(["import", str(written(tmp_path, robot(FIRST, follower, THIRD))), "--yes"]) == 0
-    two = serial_robot("tiny.yaml").moving[1]
+    two = imported(tmp_path, robot(FIRST, follower, THIRD)).moving[1]
     # Its leader goes from -1 to 1.5 at 2 rad/s.
     assert (two.lower, two.upper, two.velocity) == (-0.75, 0.5, 1.0)
 
@@ -111,12 +113,16 @@ def with_follower(mimic: str, limit: str, leader: str = LIMIT) -> str:
     return robot(first, follower, THIRD)
 
 
+def imported(folder: Path, text: str) -> SerialRobot:
+    assert main(["import", str(written(folder, text)), "--yes"]) == 0
+    return serial_robot("tiny.yaml")
+
+
 def test_a_followers_own_limits_narrow_its_leaders(capsys: Capture, tmp_path: Path) -> None:
     mimic = 'joint="one" multiplier="-2" offset="0.1"'
     limit = 'lower="-0.5" upper="0.5" velocity="0.6" acceleration="3"'
-    text = with_follower(mimic, limit)
-    assert main(["import", str(written(tmp_path, text)), "--yes"]) == 0
-    leader = serial_robot("tiny.yaml").driven[0]
+    robot = imported(tmp_path, with_follower(mimic, limit))
+    leader = robot.driven[0]
     # -0.5 <= 0.1 - 2 q <= 0.5, and twice its rates are the follower's.
     assert (leader.lower, leader.upper) == pytest.approx((-0.2, 0.3))
     assert leader.velocity == pytest.approx(0.3)
@@ -125,7 +131,7 @@ def test_a_followers_own_limits_narrow_its_leaders(capsys: Capture, tmp_path: Pa
     told = capsys.readouterr().err
     assert "joint 'one' limits: narrowed to -11.4592° to 17.1887°, so that 'two'" in told
     assert "joint 'one' speed: narrowed to 17.1887°/s" in told
-    notes = [each for each in serial_robot("tiny.yaml").notes if "narrowed" in each]
+    notes = [each for each in robot.notes if "narrowed" in each]
     assert [each.split(": ")[1] for each in notes] == ["joint 'one' limits", "joint 'one' speed"]
 
 
@@ -136,16 +142,14 @@ def test_the_acceleration_of_a_follower_narrows_its_leaders(tmp_path: Path, lead
         'lower="-3" upper="3" velocity="9" acceleration="0.25"',
         f'<limit lower="-1" upper="1.5" velocity="2"{leader}/>',
     )
-    assert main(["import", str(written(tmp_path, text)), "--yes"]) == 0
-    first = serial_robot("tiny.yaml").driven[0]
+    first = imported(tmp_path, text).driven[0]
     assert (first.lower, first.upper, first.velocity) == (-1.0, 1.5, 2.0)
     assert first.acceleration == 0.5
 
 
 def test_a_leader_without_limits_is_narrowed_too(tmp_path: Path) -> None:
     text = with_follower('joint="one"', 'lower="-0.5" upper="0.5" velocity="0.3"', "")
-    assert main(["import", str(written(tmp_path, text)), "--yes"]) == 0
-    first = serial_robot("tiny.yaml").driven[0]
+    first = imported(tmp_path, text).driven[0]
     assert (first.lower, first.upper, first.velocity) == (-0.5, 0.5, 0.3)
 
 
@@ -199,7 +203,7 @@ def test_a_new_robot_plans_a_path_on_which_nothing_touches(new_robot: SerialRobo
 
 
 def test_strict_refuses_all_that_is_missing_at_once(capsys: Capture, tmp_path: Path) -> None:
-    line = refusal(capsys, "import", str(ROBOTS_FILES / "bench_arm.urdf"), "--strict")
+    line = refusal(capsys, "import", BENCH_ARM, "--strict")
     assert "joint 'twist' limits" in line
     assert "and 5 more" in line
     assert list(tmp_path.iterdir()) == []
@@ -221,7 +225,7 @@ def test_nothing_is_missing_in_a_full_table(capsys: Capture) -> None:
 def test_options_settle_what_a_description_does_not_say() -> None:
     options = ["--name", "mine", "--manufacturer", "ACME", "--model", "A 1", "--coupling", "1"]
     home = ["--home", "[0.1,-0.2,0.3,0,0.5,0]"]
-    assert main(["import", str(ROBOTS_FILES / "bench_arm.urdf"), "--yes", *options, *home]) == 0
+    assert main(["import", BENCH_ARM, "--yes", *options, *home]) == 0
     robot = serial_robot("mine.yaml")
     assert (robot.name, robot.manufacturer, robot.model) == ("mine", "ACME", "A 1")
     assert robot.coupling.state_factor == 1
@@ -234,18 +238,13 @@ def test_a_home_where_links_touch_is_moved_aloud(capsys: Capture, tmp_path: Path
     rod = f"<collision>{along}</collision>"
     out = '<origin xyz="0.4 0 0"/>'
     back = f'<origin xyz="0.1 0 0" rpy="0 0 {math.pi}"/>'
-    folded = robot(
-        joint("one", "a", "b", origin=out),
-        joint("two", "b", "c", origin=out, axis='<axis xyz="0 1 0"/>'),
-        joint("three", "c", "d", origin=back),
-    )
+    first, third = joint("one", "a", "b", origin=out), joint("three", "c", "d", origin=back)
+    folded = robot(first, joint("two", "b", "c", origin=out, axis='<axis xyz="0 1 0"/>'), third)
     for link, shape in (("a", ball), ("b", rod), ("c", rod), ("d", rod)):
         folded = folded.replace(f'<link name="{link}"/>', f'<link name="{link}">{shape}</link>')
-    assert main(["import", str(written(tmp_path, folded)), "--yes"]) == 0
-    told = capsys.readouterr().err
-    assert "b and d touch there" in told
-    model = CollisionModel(Kinematics(serial_robot("tiny.yaml")))
-    assert not model.collides(serial_robot("tiny.yaml").home_position)
+    moved = imported(tmp_path, folded)
+    assert "b and d touch there" in capsys.readouterr().err
+    assert not CollisionModel(Kinematics(moved)).collides(moved.home_position)
 
 
 def test_an_existing_file_is_kept_unless_told(capsys: Capture, tmp_path: Path) -> None:
@@ -266,7 +265,7 @@ def test_several_arms_need_a_tip(capsys: Capture, tmp_path: Path) -> None:
 
 
 @pytest.fixture
-def answering(monkeypatch: pytest.MonkeyPatch) -> Callable[[dict[str, list[str]]], list[str]]:
+def answering(monkeypatch: pytest.MonkeyPatch) -> Answering:
     """Plays a person at a terminal: answers by the words a question holds, else just Return."""
 
     def install(answers: dict[str, list[str]]) -> list[str]:
@@ -287,8 +286,8 @@ def answering(monkeypatch: pytest.MonkeyPatch) -> Callable[[dict[str, list[str]]
     return install
 
 
-def test_on_a_terminal_the_missing_facts_are_asked_in_degrees(
-    capsys: Capture, answering: Callable[[dict[str, list[str]]], list[str]]
+def test_on_a_terminal_missing_facts_are_asked_in_degrees(
+    capsys: Capture, answering: Answering
 ) -> None:
     asked = answering(
         {
@@ -300,7 +299,7 @@ def test_on_a_terminal_the_missing_facts_are_asked_in_degrees(
             "display names": ["a, b", "A, B, C, D, E, F"],
         }
     )
-    assert main(["import", str(ROBOTS_FILES / "bench_arm.urdf")]) == 0
+    assert main(["import", BENCH_ARM]) == 0
     made = serial_robot("bench_arm.yaml")
     assert made.limits.lower[5] == pytest.approx(-math.pi / 2)
     assert made.limits.velocity[5] == pytest.approx(math.pi)
@@ -312,11 +311,9 @@ def test_on_a_terminal_the_missing_facts_are_asked_in_degrees(
     assert "asked      joint 'twist' limits: -90° to 90°" in capsys.readouterr().out
 
 
-def test_no_answer_is_the_default(
-    capsys: Capture, answering: Callable[[dict[str, list[str]]], list[str]]
-) -> None:
+def test_no_answer_is_the_default(capsys: Capture, answering: Answering) -> None:
     assert answering({}) == []
-    assert main(["import", str(ROBOTS_FILES / "bench_arm.urdf")]) == 0
+    assert main(["import", BENCH_ARM]) == 0
     assert "defaulted  joint 'twist' limits: -360° to 360°" in capsys.readouterr().err
 
 
@@ -357,7 +354,7 @@ def test_a_bad_import_is_one_line_on_standard_error(
 
 
 def test_what_is_written_is_plain_yaml_in_the_schemas_order(tmp_path: Path) -> None:
-    assert main(["import", str(written(tmp_path, robot(FIRST, SECOND, THIRD))), "--yes"]) == 0
+    imported(tmp_path, robot(FIRST, SECOND, THIRD))
     content = yaml.safe_load(Path("tiny.yaml").read_text())
     assert list(content)[:3] == ["schema", "name", "kind"]
     assert list(content).index("joints") < list(content).index("dh") < list(content).index("notes")

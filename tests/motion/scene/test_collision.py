@@ -1,7 +1,6 @@
 import math
 from itertools import combinations
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 import pytest
@@ -60,9 +59,8 @@ def test_distances_of_capsules_and_balls_agree_with_brute_force(count: int) -> N
     random = np.random.default_rng(1)
     rod = SceneObject("rod", Capsule(0.04, 0.6), (0.45, 0.1, 0.4), (0.0, 0.6, 0.0, 0.8))
     collision = CollisionModel(UR5, Scene((rod, ball("ball", (-0.3, 0.4, 0.5)))))
-    capsules = [
-        shape for shape in UR5.robot.collision["forearm_link"] if isinstance(shape, LinkCapsule)
-    ]
+    shapes = UR5.robot.collision["forearm_link"]
+    capsules = [shape for shape in shapes if isinstance(shape, LinkCapsule)]
     half = np.array([0.0, 0.0, 0.3])
     ends = [rod.pose.position + rod.pose.rotation @ (sign * half) for sign in (-1, 1)]
     centre = np.array([-0.3, 0.4, 0.5])
@@ -91,11 +89,8 @@ def test_the_quick_check_and_the_distances_agree() -> None:
     verdicts = []
     for q in random.uniform(-math.pi, math.pi, (300, 6)):
         verdicts.append(collision.collides(q))
-        assert (
-            verdicts[-1]
-            == (collision.clearances(q).min() <= TOUCHING)
-            == bool(collision.contacts(q))
-        )
+        touches = collision.clearances(q).min() <= TOUCHING
+        assert verdicts[-1] == touches == bool(collision.contacts(q))
     assert 30 < sum(verdicts) < 270
 
 
@@ -207,9 +202,8 @@ def test_no_pair_moves_farther_than_its_bound(kinematics: Kinematics) -> None:
     random = np.random.default_rng(3)
     for _ in range(60):
         first = random.uniform(kinematics.lower, kinematics.upper)
-        second = np.clip(
-            first + random.normal(0.0, 0.05, len(first)), kinematics.lower, kinematics.upper
-        )
+        moved = first + random.normal(0.0, 0.05, len(first))
+        second = np.clip(moved, kinematics.lower, kinematics.upper)
         change = np.abs(collision.clearances(second) - collision.clearances(first))
         travel = np.abs(collision.model_positions(second) - collision.model_positions(first))
         assert (change <= collision.sweep @ travel + 1e-4).all()
@@ -261,15 +255,11 @@ ROBOTS = ("ur5", "fanuc_m10ia", "rail_kr5_arc", "fanuc_m410ib", "kuka_iiwa14")
 
 def random_scene(links: tuple[str, ...], random: np.random.Generator) -> Scene:
     """Return boxes of which some are held, and pairs of which some may touch."""
-    objects = [
-        SceneObject(
-            f"box {number}",
-            Box((0.1, 0.2, 0.3)),
-            (float(random.uniform(-1.0, 1.0)), 0.5, 0.2),
-            link=str(random.choice(links)) if random.random() < 0.4 else None,
-        )
-        for number in range(int(random.integers(1, 12)))
-    ]
+    objects = []
+    for number in range(int(random.integers(1, 12))):
+        place = (float(random.uniform(-1.0, 1.0)), 0.5, 0.2)
+        link = str(random.choice(links)) if random.random() < 0.4 else None
+        objects.append(SceneObject(f"box {number}", Box((0.1, 0.2, 0.3)), place, link=link))
     names = [each.name for each in objects]
     chosen = {(str(random.choice(names)), str(random.choice([*names, *links]))) for _ in range(5)}
     return Scene(tuple(objects), frozenset(pair for pair in chosen if pair[0] != pair[1]))
@@ -280,7 +270,10 @@ def plain_pairs(kinematics: Kinematics, scene: Scene) -> list[tuple[str, str]]:
     robot, model = kinematics.robot, kinematics.model
     shapes = [(link, link) for link, each in robot.collision.items() for _ in each]
     shapes += [(each.name, each.link or "") for each in scene.objects]
-    joint = {name: _joint(model, link) for name, link in shapes}
+    joint = {
+        name: model.frames[model.getFrameId(link)].parentJoint if link else 0
+        for name, link in shapes
+    }
     held = {each.name for each in scene.objects if each.link is not None}
     wrist = {model.njoints - 3, model.njoints - 1} if model.njoints > 6 else set()
     allowed = {frozenset(pair[:2]) for pair in robot.allowed_collisions}
@@ -301,10 +294,6 @@ def plain_pairs(kinematics: Kinematics, scene: Scene) -> list[tuple[str, str]]:
     return checked
 
 
-def _joint(model: Any, link: str) -> int:
-    return int(model.frames[model.getFrameId(link)].parentJoint) if link else 0
-
-
 @pytest.mark.parametrize("name", ROBOTS)
 def test_the_pairs_are_those_of_the_rule_and_in_its_order(kinematics: Kinematics) -> None:
     random = np.random.default_rng(11)
@@ -314,32 +303,22 @@ def test_the_pairs_are_those_of_the_rule_and_in_its_order(kinematics: Kinematics
 
 
 @pytest.mark.parametrize("name", ROBOTS)
-def test_the_sweep_of_a_ball_is_the_lengths_between_and_its_reach(
-    kinematics: Kinematics,
-) -> None:
+def test_the_sweep_of_a_ball_is_the_lengths_between_and_its_reach(kinematics: Kinematics) -> None:
     model, moving = kinematics.model, kinematics.robot.moving
     travel = greatest_travel(kinematics.robot)
-    stand, held = SceneObject("post", Sphere(0.1), (3.0, 0.0, 0.0)), ball_at_last_joint(kinematics)
+    held = SceneObject("ball", Sphere(0.05), link=kinematics.robot.tool_link)
+    stand = SceneObject("post", Sphere(0.1), (3.0, 0.0, 0.0))
     collision = CollisionModel(kinematics, Scene((stand, held)))
     row: NDArray[np.float64] = collision.sweep[collision.pairs.index(("post", "ball"))]
-    lever = radius_of(kinematics, held)
+    # How far the ball reaches from the origin of the joint that carries it.
+    placement = model.frames[model.getFrameId(held.link)].placement
+    lever = float(np.linalg.norm(placement.translation)) + 0.05
     expected = []
     for joint in range(model.njoints - 1, 0, -1):
         expected.append(1.0 if moving[joint - 1].prismatic else lever)
         lever += float(np.linalg.norm(model.jointPlacements[joint].translation))
         lever += travel[joint - 1] if moving[joint - 1].prismatic else 0.0
     np.testing.assert_allclose(row, expected[::-1], rtol=1e-12)
-
-
-def ball_at_last_joint(kinematics: Kinematics) -> SceneObject:
-    return SceneObject("ball", Sphere(0.05), link=kinematics.robot.tool_link)
-
-
-def radius_of(kinematics: Kinematics, held: SceneObject) -> float:
-    """Return how far a ball reaches from the origin of the joint that carries it [m]."""
-    model = kinematics.model
-    frame = model.frames[model.getFrameId(held.link)]
-    return float(np.linalg.norm(frame.placement.translation)) + 0.05
 
 
 def test_only_pairs_with_an_object_count_and_the_error_tells_them() -> None:

@@ -147,6 +147,17 @@ def test_a_mesh_is_found_beside_its_scene_file(tmp_path: Path) -> None:
     assert jig.shape == Mesh(str(tmp_path / "parts/jig.stl"))
 
 
+def refused(folder: Path, text: str, links: tuple[str, ...] | None = None) -> SceneFileError:
+    """Return the refusal of a scene file, which is one line that begins with its name."""
+    file = folder / "a.yaml"
+    file.write_text(text)
+    with pytest.raises(SceneFileError) as refusal:
+        load_scene(file, links)
+    assert str(refusal.value).startswith(str(file))
+    assert "\n" not in str(refusal.value)
+    return refusal.value
+
+
 @pytest.mark.parametrize(
     ("text", "field"),
     [
@@ -159,10 +170,7 @@ def test_a_mesh_is_found_beside_its_scene_file(tmp_path: Path) -> None:
         (HEAD + f"objects: [{BALL}, quaternion: [0, 0, 0, 2]}}]", "objects[0] (ball)"),
         (HEAD + "objects: [{name: a, shape: {type: cone}}]", "objects[0].shape.type"),
         (HEAD + "objects: [{name: a, shape: {size: 1}}]", "objects[0].shape.type"),
-        (
-            HEAD + "objects: [{name: a, shape: {type: box, size: [1, 2]}}]",
-            "objects[0].shape.size[2]",
-        ),
+        (HEAD + f"objects: [{BOX}]", "objects[0].shape.size[2]"),
         (HEAD + "objects: [{name: a, shape: {type: sphere, radius: 0}}]", "objects[0] (a)"),
         (HEAD + f"objects: [{BALL}}}, {BALL}}}]", "objects[1].name"),
         (HEAD + f"objects: [{BALL}}}]\nallowed: [[one, two]]", "allowed[0]"),
@@ -172,13 +180,7 @@ def test_a_mesh_is_found_beside_its_scene_file(tmp_path: Path) -> None:
     ],
 )
 def test_a_bad_scene_file_is_refused_by_field(tmp_path: Path, text: str, field: str) -> None:
-    file = tmp_path / "a.yaml"
-    file.write_text(text)
-    with pytest.raises(SceneFileError) as refused:
-        load_scene(file)
-    assert refused.value.field == field
-    assert str(refused.value).startswith(str(file))
-    assert "\n" not in str(refused.value)
+    assert refused(tmp_path, text).field == field
 
 
 @pytest.mark.parametrize(
@@ -200,12 +202,9 @@ def test_a_bad_scene_file_is_refused_by_field(tmp_path: Path, text: str, field: 
     ],
 )
 def test_what_names_a_link_is_checked_by_the_robot(tmp_path: Path, text: str, refusal: str) -> None:
-    file = tmp_path / "a.yaml"
-    file.write_text(HEAD + text)
-    assert len(load_scene(file).objects) > 0
-    with pytest.raises(SceneFileError) as refused:
-        load_scene(file, ("base_link", "tool0"))
-    assert str(refused.value) == f"{file}: {refusal}"
+    found = refused(tmp_path, HEAD + text, ("base_link", "tool0"))
+    assert str(found) == f"{tmp_path / 'a.yaml'}: {refusal}"
+    assert len(load_scene(tmp_path / "a.yaml").objects) > 0
 
 
 @pytest.mark.parametrize(
@@ -231,36 +230,25 @@ def test_what_names_a_link_is_checked_by_the_robot(tmp_path: Path, text: str, re
     ],
 )  # fmt: skip
 def test_what_is_accepted_is_told_in_a_files_words(tmp_path: Path, text: str, problem: str) -> None:
-    file = tmp_path / "a.yaml"
-    file.write_text(HEAD + text)
-    with pytest.raises(SceneFileError) as refused:
-        load_scene(file)
-    assert refused.value.problem == problem
+    assert refused(tmp_path, HEAD + text).problem == problem
 
 
 def test_an_unknown_field_is_refused_with_the_nearest_and_the_known_ones(tmp_path: Path) -> None:
-    file = tmp_path / "a.yaml"
     shape = "{type: box, size: [1, 1, 1], sise: 2}"
-    file.write_text(HEAD + f"objects: [{{name: a, shape: {shape}, positon: [0, 0, 0]}}]")
-    with pytest.raises(SceneFileError) as refused:
-        load_scene(file)
-    assert refused.value.field == "objects[0].shape.sise"
-    assert refused.value.problem == (
-        "is not permitted, perhaps 'size' is meant; accepted: type, size"
-    )
-    ((field, problem),) = refused.value.more
+    text = f"objects: [{{name: a, shape: {shape}, positon: [0, 0, 0]}}]"
+    found = refused(tmp_path, HEAD + text)
+    assert found.field == "objects[0].shape.sise"
+    assert found.problem == "is not permitted, perhaps 'size' is meant; accepted: type, size"
+    ((field, problem),) = found.more
     assert field == "objects[0].positon"
     assert "'position'" in problem
     assert "accepted: name, shape, position, quaternion, frame, link" in problem
 
 
 def test_a_file_full_of_unknown_fields_is_refused_at_once(tmp_path: Path) -> None:
-    file = tmp_path / "a.yaml"
-    file.write_text(HEAD + "".join(f"object{number}: 1\n" for number in range(2000)))
-    with pytest.raises(SceneFileError) as refused:
-        load_scene(file)
-    assert len(refused.value.more) == 1999
-    told = [problem for _, problem in refused.value.more if "perhaps 'objects'" in problem]
+    more = refused(tmp_path, HEAD + "".join(f"object{n}: 1\n" for n in range(2000))).more
+    assert len(more) == 1999
+    told = [problem for _, problem in more if "perhaps 'objects'" in problem]
     assert 0 < len(told) < 20
 
 

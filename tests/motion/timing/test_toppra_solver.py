@@ -17,12 +17,8 @@ assert "toppra" in sys.modules
 
 def run(program: str) -> tuple[int, str]:
     """Run a program in an interpreter of its own; return its code, and what it complains of."""
-    ran = subprocess.run(
-        [sys.executable, "-W", "error", "-c", textwrap.dedent(program)],
-        capture_output=True,
-        text=True,
-        check=False,
-    )
+    command = [sys.executable, "-W", "error", "-c", textwrap.dedent(program)]
+    ran = subprocess.run(command, capture_output=True, text=True, check=False)
     return ran.returncode, ran.stderr
 
 

@@ -4,6 +4,7 @@ Owns the double that the emulator's core tests share. Two joints with round limi
 expectation can be worked out by hand: ±2 rad, 2 rad/s, 4 rad/s².
 """
 
+import struct
 from collections.abc import Sequence
 from dataclasses import dataclass, field
 
@@ -29,6 +30,12 @@ LIMITS = JointLimits(
     prismatic=(False, False),
 )
 SUCCESS, FAILURE = wire.ReplyCode.SUCCESS, wire.ReplyCode.FAILURE
+
+
+def float32(value: float) -> float:
+    """Return what four bytes keep of a number."""
+    (rounded,) = struct.unpack("<f", struct.pack("<f", value))
+    return float(rounded)
 
 
 def ratio_point(

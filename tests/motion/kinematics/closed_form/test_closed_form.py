@@ -62,9 +62,7 @@ def random_positions(kinematics: Kinematics, count: int) -> Iterator[Array]:
 
 @pytest.mark.parametrize("count", counts(3, 100))
 @pytest.mark.parametrize("name", SERIAL)
-def test_forward_kinematics_is_a_product_of_exponentials(
-    kinematics: Kinematics, count: int
-) -> None:
+def test_a_forward_pose_is_a_product_of_exponentials(kinematics: Kinematics, count: int) -> None:
     geometry = arm_geometry(kinematics.robot)
     gain, offset = model_map(kinematics.robot)
     for position in random_positions(kinematics, count):
@@ -86,9 +84,7 @@ def test_each_robot_belongs_to_its_family(name: str, family: type) -> None:
 
 @pytest.mark.parametrize("count", counts(8, 250))
 @pytest.mark.parametrize("name", SIX_AXES)
-def test_every_branch_reaches_the_pose_and_one_is_its_origin(
-    kinematics: Kinematics, count: int
-) -> None:
+def test_branches_reach_the_pose_and_one_is_its_origin(kinematics: Kinematics, count: int) -> None:
     robot, form = kinematics.robot, closed_form(kinematics)
     assert form is not None
     for position in random_positions(kinematics, count):
@@ -178,9 +174,8 @@ def rotated_wrist(geometry: ArmGeometry, turn4: float, turn5: float) -> ArmGeome
     for joint in range(6):
         before = np.eye(4)
         for earlier in range(joint):
-            before = before @ screw(
-                geometry.axes[earlier], geometry.points[earlier], values[earlier], False
-            )
+            axis, point = geometry.axes[earlier], geometry.points[earlier]
+            before = before @ screw(axis, point, values[earlier], False)
         axes[joint] = before[:3, :3] @ geometry.axes[joint]
         points[joint] = before[:3, :3] @ geometry.points[joint] + before[:3, 3]
     tool = product_of_exponentials(geometry, values)

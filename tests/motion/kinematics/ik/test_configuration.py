@@ -1,8 +1,11 @@
+"""The branches of an arm, and the singularities where they meet."""
+
 import math
 
 import numpy as np
 import pytest
 from rigs.motion.loaded_robots import SERIAL, arm
+from rigs.motion.nearness import assert_near
 
 from openpendant.motion.errors import NotFinite, WrongJointCount
 from openpendant.motion.kinematics.ik.configuration import (
@@ -13,6 +16,7 @@ from openpendant.motion.kinematics.ik.configuration import (
     configuration_of,
 )
 from openpendant.motion.kinematics.ik.ik import solve_all
+from openpendant.motion.kinematics.ik.singularity import SingularityKind, angular_first, dexterity
 from openpendant.motion.kinematics.serial import Kinematics
 
 WITHOUT = ("fanuc_m410ib", "kuka_iiwa14", "mitsubishi_rh6frh5520")
@@ -71,10 +75,8 @@ def test_a_turn_is_counted_from_half_a_turn_below_zero(angle: float, turn: int) 
 
 def test_rounding_noise_at_half_a_turn_does_not_change_the_turn() -> None:
     kinematics = arm("ur5")
-    found = {
-        configuration_of(kinematics, (0.0, 0.0, 0.5, 0.0, 0.5, math.pi + noise))
-        for noise in (-1e-12, 0.0, 1e-12)
-    }
+    angles = (math.pi - 1e-12, math.pi, math.pi + 1e-12)
+    found = {configuration_of(kinematics, (0.0, 0.0, 0.5, 0.0, 0.5, each)) for each in angles}
     assert len(found) == 1
 
 
@@ -95,9 +97,8 @@ def test_on_a_singularity_both_flags_are_right() -> None:
     for wrist in Wrist:
         wanted = Configuration(Shoulder.FRONT, Elbow.UP, wrist)
         answers = solve_all(kinematics, target, position, configuration=wanted)
-        assert any(
-            np.allclose(answer.joint_position, position, rtol=0, atol=1e-7) for answer in answers
-        )
+        places = np.array([answer.joint_position for answer in answers])
+        assert np.abs(places - position).max(axis=1).min() <= 1e-7
 
 
 def test_malformed_joint_positions_are_refused() -> None:
@@ -106,3 +107,96 @@ def test_malformed_joint_positions_are_refused() -> None:
         configuration_of(kinematics, (0.0,) * 5)
     with pytest.raises(NotFinite):
         configuration_of(kinematics, (0.0, math.nan, 0.0, 0.0, 0.0, 0.0))
+
+
+# Of the IRB 120: forearm 0.302 m ahead of and 0.07 m above the elbow, so joint 3 straightens it at
+STRETCHED = (0.3, 0.4, -math.atan2(0.302, 0.07), 0.4, 0.9, 0.5)
+
+
+@pytest.mark.parametrize(
+    ("position", "kind", "unit", "joints"),
+    [
+        ((0.3, 0.2, 0.1, 0.4, 0.0, 0.5), SingularityKind.WRIST, "rad", {"joint_4", "joint_6"}),
+        (STRETCHED, SingularityKind.ELBOW, "rad", {"joint_2", "joint_3"}),
+    ],
+)
+def test_a_singularity_is_named_with_its_joints(
+    position: tuple[float, ...], kind: SingularityKind, unit: str, joints: set[str]
+) -> None:
+    found = dexterity(arm("abb_irb120"), position)
+    assert (found.kind, found.unit) == (kind, unit)
+    assert found.distance == pytest.approx(0.0, abs=1e-9)
+    assert joints <= set(found.joints)
+    assert found.least_gain < 1e-9
+    assert found.manipulability < 1e-9
+    assert found.condition > 1e9
+
+
+def test_a_wrist_above_the_first_axis_is_a_shoulder_singularity() -> None:
+    # Wrist centre: x = 0.27 sin q2 + 0.07 sin q2 + 0.302 cos q2 with joint 3 at zero.
+    above = math.atan2(-0.302, 0.34)
+    found = dexterity(arm("abb_irb120"), (0.3, above, 0.0, 0.4, 0.9, 0.5))
+    assert (found.kind, found.unit) == (SingularityKind.SHOULDER, "m")
+    assert found.distance == pytest.approx(0.0, abs=1e-9)
+    assert "joint_1" in found.joints
+    assert found.least_gain < 1e-9
+
+
+@pytest.mark.parametrize("name", SERIAL)
+def test_manipulability_is_yoshikawas_in_arm_sizes(kinematics: Kinematics) -> None:
+    position = np.random.default_rng(14).uniform(kinematics.lower, kinematics.upper)
+    jacobian = kinematics.jacobian(position)
+    jacobian[:3] /= kinematics.size
+    jacobian[:, np.array(kinematics.limits.prismatic)] *= kinematics.size
+    wide = jacobian if kinematics.dof >= 6 else jacobian.T
+    expected = math.sqrt(max(np.linalg.det(wide @ wide.T), 0.0))
+    found = dexterity(kinematics, position)
+    assert found.manipulability == pytest.approx(expected, rel=1e-6, abs=1e-12)
+    assert found.condition == pytest.approx(np.linalg.cond(jacobian), rel=1e-6)
+
+
+@pytest.mark.parametrize("name", ["abb_irb2400", "fanuc_m10ia", "ur5", "rail_kr5_arc"])
+@pytest.mark.parametrize("off", [0.0, 0.02, -0.02])
+def test_a_step_along_the_way_out_leads_away_from_it(kinematics: Kinematics, off: float) -> None:
+    position = np.array(kinematics.robot.home_position) + 0.3
+    position[kinematics.dof - 2] = off
+    here = dexterity(kinematics, position)
+    assert np.abs(here.way_out).max() == pytest.approx(1.0)
+    there = dexterity(kinematics, position + 0.01 * here.way_out)
+    assert there.least_gain > here.least_gain
+    assert there.distance > here.distance
+    wanted = kinematics.jacobian(position) @ here.way_out
+    assert_near(here.way_out_twist, wanted, 1e-12)
+
+
+def test_the_lost_twist_is_one_that_no_joint_makes() -> None:
+    kinematics = arm("abb_irb120")
+    position = (0.3, 0.2, 0.1, 0.4, 0.0, 0.5)
+    found = dexterity(kinematics, position)
+    jacobian = kinematics.jacobian(position)
+    jacobian[:3] /= kinematics.size
+    assert_near(found.lost_twist @ jacobian, np.zeros(6), 1e-12)
+    assert np.linalg.norm(found.lost_twist) == pytest.approx(1.0)
+
+
+def test_an_arm_without_named_singularities_says_which_joints_are_involved() -> None:
+    kinematics = arm("kuka_iiwa14")
+    found = dexterity(kinematics, (0.0,) * 7)
+    assert found.kind is SingularityKind.UNNAMED
+    assert found.unit == ""
+    assert found.distance == found.least_gain < 1e-9
+    assert found.joints
+
+
+def test_the_other_order_of_a_twist_has_the_angular_part_first() -> None:
+    assert angular_first(np.arange(6.0)).tolist() == [3.0, 4.0, 5.0, 0.0, 1.0, 2.0]
+    jacobian = arm("ur5").jacobian((0.1,) * 6)
+    np.testing.assert_array_equal(angular_first(jacobian)[:3], jacobian[3:])
+
+
+def test_malformed_joint_positions_have_no_dexterity() -> None:
+    kinematics = arm("ur5")
+    with pytest.raises(WrongJointCount):
+        dexterity(kinematics, (0.0,) * 7)
+    with pytest.raises(NotFinite):
+        dexterity(kinematics, (0.0, math.inf, 0.0, 0.0, 0.0, 0.0))

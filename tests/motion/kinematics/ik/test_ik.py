@@ -67,17 +67,13 @@ ALL_OF_50 = [(50, 1.0), pytest.param(1000, 0.999, marks=pytest.mark.soak)]
 
 @pytest.mark.parametrize(("count", "share"), ALL_OF_50)
 @pytest.mark.parametrize("name", OTHERS)
-def test_poses_of_robots_with_fewer_or_more_axes_are_solved(
-    name: str, count: int, share: float
-) -> None:
+def test_poses_of_fewer_or_more_axes_are_solved(name: str, count: int, share: float) -> None:
     assert solved_share(arm(name), count) >= share
 
 
 @pytest.mark.parametrize("count", counts(8, 200))
 @pytest.mark.parametrize("name", SERIAL)
-def test_a_pose_near_the_seed_is_solved_without_restarts(
-    kinematics: Kinematics, count: int
-) -> None:
+def test_a_pose_near_the_seed_is_solved_without_restart(kinematics: Kinematics, count: int) -> None:
     random = np.random.default_rng(2)
     seed = np.array(kinematics.robot.home_position)
     for _ in range(count):
@@ -172,9 +168,7 @@ def test_a_pose_out_of_reach_is_refused_with_how_near_one_can_get() -> None:
 
 
 @pytest.mark.parametrize("name", ["fanuc_m410ib", "mitsubishi_rh6frh5520"])
-def test_a_tilt_that_four_axes_cannot_take_is_refused_with_it(
-    kinematics: Kinematics,
-) -> None:
+def test_a_tilt_that_four_axes_cannot_take_is_refused_with_it(kinematics: Kinematics) -> None:
     home = kinematics.robot.home_position
     here = kinematics.forward(home)
     tilted = here.compose(Pose.from_rpy((0.0, 0.0, 0.0), (0.3, 0.0, 0.0)))
@@ -184,30 +178,17 @@ def test_a_tilt_that_four_axes_cannot_take_is_refused_with_it(
     assert refused.value.best_rotation_error == pytest.approx(0.3, abs=1e-6)
 
 
-@pytest.mark.parametrize("name", ["fanuc_m410ib", "mitsubishi_rh6frh5520"])
-def test_a_four_axis_arm_turns_its_tool_about_the_vertical(kinematics: Kinematics) -> None:
-    home = kinematics.robot.home_position
-    turned = kinematics.forward(home).compose(Pose.from_rpy((0.0, 0.0, 0.0), (0.0, 0.0, 0.7)))
-    assert_solves(kinematics, solve(kinematics, turned, home), turned, "base")
-
-
 @pytest.mark.parametrize("name", ["abb_irb2400", "fanuc_m10ia", "ur5"])
-def test_a_pose_beyond_a_limit_names_joint_value_and_limit(
-    name: str, kinematics: Kinematics
-) -> None:
+def test_a_pose_beyond_a_limit_names_joint_value_and_limit(kinematics: Kinematics) -> None:
     robot = kinematics.robot
     beyond = np.array(robot.home_position)
     # Every branch needs joint 6 at one of two angles half a turn apart; a narrow range has neither.
-    narrow = robot.model_copy(
-        update={
-            "joints": tuple(
-                joint.model_copy(update={"lower": beyond[5] + 1.0, "upper": beyond[5] + 1.1})
-                if joint.name == robot.limits.names[5]
-                else joint
-                for joint in robot.joints
-            )
-        }
+    bounds = {"lower": beyond[5] + 1.0, "upper": beyond[5] + 1.1}
+    joints = tuple(
+        joint.model_copy(update=bounds) if joint.name == robot.limits.names[5] else joint
+        for joint in robot.joints
     )
+    narrow = robot.model_copy(update={"joints": joints})
     held = Kinematics(type(robot).model_construct(**dict(narrow)))
     with pytest.raises(errors.OutOfRange) as refused:
         solve(held, kinematics.forward(beyond), beyond)
@@ -271,9 +252,7 @@ def test_all_answers_are_right_different_and_nearest_first(kinematics: Kinematic
         places = np.array([answer.joint_position for answer in answers])
         for index, place in enumerate(places[1:], start=1):
             assert np.abs(places[:index] - place).max(axis=1).min() > 1e-6
-        assert any(
-            np.allclose(answer.joint_position, position, rtol=0, atol=1e-6) for answer in answers
-        )
+        assert np.abs(places - position).max(axis=1).min() <= 1e-6
         nearest = solve(kinematics, target, seed)
         assert_near(answers[0].joint_position, nearest.joint_position, 1e-09)
 
@@ -328,9 +307,8 @@ def offset_wrist() -> Kinematics:
     origin = joints[fifth].origin
     moved = origin.model_copy(update={"xyz": (origin.xyz[0], origin.xyz[1] + 0.06, 0.04)})
     joints[fifth] = joints[fifth].model_copy(update={"origin": moved})
-    return Kinematics(
-        type(robot).model_construct(**dict(robot.model_copy(update={"joints": tuple(joints)})))
-    )
+    changed = robot.model_copy(update={"joints": tuple(joints)})
+    return Kinematics(type(robot).model_construct(**dict(changed)))
 
 
 @pytest.mark.parametrize(("count", "share"), ALL_OF_50)

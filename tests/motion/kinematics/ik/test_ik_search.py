@@ -28,14 +28,11 @@ def test_no_tool_leaves_the_ball(kinematics: Kinematics) -> None:
     bound = reach_bound(kinematics)
     random = np.random.default_rng(6)
     joints = random.uniform(kinematics.lower, kinematics.upper, (300, kinematics.dof))
-    corners = np.where(random.random((300, kinematics.dof)) < 0.5, *joint_ends(kinematics))
+    at_lower = random.random((300, kinematics.dof)) < 0.5
+    corners = np.where(at_lower, kinematics.lower, kinematics.upper)
     positions = kinematics.places(np.vstack((joints, corners))).position
     assert max(bound.beyond(position) for position in positions) <= 1e-9
     assert bound.radius < 2.0 * kinematics.size + 1.0
-
-
-def joint_ends(kinematics: Kinematics) -> tuple[np.ndarray, np.ndarray]:
-    return kinematics.lower, kinematics.upper
 
 
 @pytest.mark.parametrize("name", ["rail_kr5_arc", "kuka_iiwa14", "mitsubishi_rh6frh5520"])
@@ -114,9 +111,8 @@ FIRST_TIME = 0.85
 
 def search(kinematics: Kinematics, target: Pose, seed: list[float]) -> DampedSearch:
     ranges = arm_of(kinematics).ranges
-    return DampedSearch(
-        kinematics, ranges, (target.rotation, target.position), seed, 30, (1e-5, 1e-4)
-    )
+    there = target.rotation, target.position
+    return DampedSearch(kinematics, ranges, there, seed, 30, (1e-5, 1e-4))
 
 
 @pytest.mark.parametrize("robot", NUMERIC)
@@ -126,10 +122,8 @@ def test_a_far_pose_seldom_needs_another_start(robot: str) -> None:
     found = 0
     for _ in range(POSES):
         position, seed = random.uniform(kinematics.lower, kinematics.upper, (2, kinematics.dof))
-        found += (
-            search(kinematics, kinematics.forward(position), seed.tolist()).from_seed(near=False)
-            is not None
-        )
+        asked = search(kinematics, kinematics.forward(position), seed.tolist())
+        found += asked.from_seed(near=False) is not None
     assert found / POSES >= FIRST_TIME
 
 
@@ -181,23 +175,18 @@ def with_straight_elbow(kinematics: Kinematics, position: Array, off: float) -> 
     return None
 
 
-def at_zero(kinematics: Kinematics, position: Array, off: float) -> Array | None:
+def at_zero(kinematics: Kinematics, position: Array, off: float) -> Array:
     zero: Array = np.clip(np.full(kinematics.dof, off), kinematics.lower, kinematics.upper)
     return zero
 
 
-def at_zero_but_for_the_first(kinematics: Kinematics, position: Array, off: float) -> Array | None:
-    zero: Array = np.clip(np.full(kinematics.dof, off), kinematics.lower, kinematics.upper)
+def at_zero_but_for_the_first(kinematics: Kinematics, position: Array, off: float) -> Array:
+    zero = at_zero(kinematics, position, off)
     zero[0] = position[0]
     return zero
 
 
-PLACES: tuple[Place, ...] = (
-    with_stretched_wrist,
-    with_straight_elbow,
-    at_zero,
-    at_zero_but_for_the_first,
-)
+PLACES = (with_stretched_wrist, with_straight_elbow, at_zero, at_zero_but_for_the_first)
 
 
 @pytest.mark.parametrize("count", counts(2, 200))
@@ -222,9 +211,7 @@ def test_singular_poses_are_solved_at_all(kinematics: Kinematics, place: Place, 
 
 
 @pytest.mark.parametrize("name", ["abb_irb2400", "fanuc_m10ia", "puma560"])
-def test_a_far_target_with_a_straight_wrist_keeps_the_fourth_joint(
-    kinematics: Kinematics,
-) -> None:
+def test_a_far_target_with_a_straight_wrist_keeps_the_fourth_joint(kinematics: Kinematics) -> None:
     position = np.array([0.4, 0.3, 0.2, 0.9, 0.0, -0.3])
     seed = np.array([-0.6, 0.0, 0.1, 0.5, 0.4, 0.2])
     solution = solve(kinematics, kinematics.forward(position), seed)
