@@ -4,6 +4,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 from promises.promise_table import figure
+from rigs.cells.expectations import expect
 
 from openpendant.server.access.lockout import (
     FORGET_NS,
@@ -80,9 +81,7 @@ def test_another_source_and_another_account_are_not_locked(lockout: Lockout) -> 
 def test_success_starts_the_pair_afresh(lockout: Lockout) -> None:
     for _ in range(4):
         fail(lockout, START)
-    right = lockout.attempt("192.0.2.1", "ann", START)
-    assert isinstance(right, Charge)
-    lockout.succeeded(right)
+    lockout.succeeded(expect(Charge, lockout.attempt("192.0.2.1", "ann", START)))
     assert [fail(lockout, START) for _ in range(5)] == [0] * 5
 
 
@@ -95,9 +94,7 @@ def test_attempts_sent_at_once_are_all_charged_before_the_first_has_failed(
 
 def test_an_attempt_that_was_never_checked_is_not_charged(lockout: Lockout) -> None:
     for _ in range(20):
-        charge = lockout.attempt("192.0.2.1", "ann", START)
-        assert isinstance(charge, Charge)
-        lockout.withdrawn(charge)
+        lockout.withdrawn(expect(Charge, lockout.attempt("192.0.2.1", "ann", START)))
     assert [fail(lockout, START) for _ in range(5)] == [0] * 5
 
 

@@ -1,24 +1,19 @@
-from __future__ import annotations
-
 import shutil
 import ssl
-import subprocess
 from collections.abc import Callable
-from dataclasses import dataclass
 from pathlib import Path
+from typing import NamedTuple
 
 import pytest
 from pydantic import ValidationError
+from rigs.cells.expectations import known
+from rigs.peers.tls_certificates import make_certificate
 
 from openpendant.server.access.open_access import TlsUnusable, server_context
 from openpendant.server.settings.cell_settings import TlsSettings
 
-OPENSSL = shutil.which("openssl")
-pytestmark = pytest.mark.skipif(OPENSSL is None, reason="no openssl to make certificates with")
 
-
-@dataclass(frozen=True)
-class Pair:
+class Pair(NamedTuple):
     certificate: Path
     key: Path
 
@@ -28,37 +23,17 @@ class Pair:
         )
 
 
-def make_pair(folder: Path, name: str, *options: str) -> Pair:
-    pair = Pair(folder / f"{name}.pem", folder / f"{name}.key")
-    command = [
-        *(OPENSSL or "openssl", "req", "-x509", "-newkey", "ec", "-pkeyopt"),
-        *("ec_paramgen_curve:prime256v1", "-subj", "/CN=localhost", "-days", "2"),
-        *("-addext", "subjectAltName=DNS:localhost", *(options or ("-nodes",))),
-        *("-keyout", str(pair.key), "-out", str(pair.certificate)),
-    ]
-    subprocess.run(command, check=True, capture_output=True, timeout=60)
-    pair.key.chmod(0o600)
-    return pair
-
-
 @pytest.fixture(scope="module")
 def pairs(tmp_path_factory: pytest.TempPathFactory) -> tuple[Pair, Pair]:
     folder = tmp_path_factory.mktemp("tls")
-    return make_pair(folder, "server"), make_pair(folder, "client")
+    return Pair(*make_certificate(folder)), Pair(*make_certificate(folder, "client"))
 
 
-@dataclass
 class End:
-    incoming: ssl.MemoryBIO
-    outgoing: ssl.MemoryBIO
-    tls: ssl.SSLObject
-
-    @classmethod
-    def of(cls, context: ssl.SSLContext, *, is_server: bool) -> End:
-        incoming, outgoing = ssl.MemoryBIO(), ssl.MemoryBIO()
-        name = None if is_server else "localhost"
-        tls = context.wrap_bio(incoming, outgoing, is_server, server_hostname=name)
-        return cls(incoming, outgoing, tls)
+    def __init__(self, context: ssl.SSLContext, *, is_server: bool) -> None:
+        self.incoming, self.outgoing = ssl.MemoryBIO(), ssl.MemoryBIO()
+        name = None if is_server else "127.0.0.1"
+        self.tls = context.wrap_bio(self.incoming, self.outgoing, is_server, server_hostname=name)
 
     def shake(self) -> bool:
         try:
@@ -77,7 +52,7 @@ class End:
 
 
 def connect(server: ssl.SSLContext, client: ssl.SSLContext) -> tuple[End, End]:
-    ends = End.of(server, is_server=True), End.of(client, is_server=False)
+    ends = End(server, is_server=True), End(client, is_server=False)
     done = [False, False]
     for _ in range(6):
         for index in (1, 0):
@@ -95,9 +70,7 @@ def client_context(trusted: Pair, own: Pair | None = None) -> ssl.SSLContext:
 
 
 def context_of(settings: TlsSettings) -> ssl.SSLContext:
-    context = server_context(settings)
-    assert context is not None
-    return context
+    return known(server_context(settings))
 
 
 def test_without_a_certificate_there_is_no_tls() -> None:
@@ -167,7 +140,7 @@ def test_every_file_that_cannot_be_used_is_named(pairs: tuple[Pair, Pair], tmp_p
     shutil.copy(own.key, open_key)
     open_key.chmod(0o644)
     damaged.write_text("-----BEGIN CERTIFICATE-----\nAAAA\n-----END CERTIFICATE-----\n")
-    locked = make_pair(tmp_path, "locked", "-passout", "pass:secret")
+    locked = Pair(*make_certificate(tmp_path, "locked", "-passout", "pass:secret"))
     cases = [
         (Pair(tmp_path / "nowhere", own.key), None, "nowhere", "cannot be read: No such file"),
         (Pair(own.certificate, tmp_path), None, tmp_path.name, "cannot be read: Is a directory"),

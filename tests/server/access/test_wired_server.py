@@ -1,5 +1,3 @@
-from __future__ import annotations
-
 import asyncio
 import errno
 import getpass
@@ -10,9 +8,12 @@ import time
 from contextlib import suppress
 from functools import partial
 from pathlib import Path
+from unittest.mock import Mock
 
 import pytest
+from rigs.cells.expectations import expect, known
 from rigs.clock.busy_machine import PATIENCE
+from rigs.peers.server_clients import hello
 from rigs.peers.tls_certificates import make_certificate
 from rigs.processes.guarded_server import PASSWORDS, guarded_server, served_operator
 
@@ -64,14 +65,13 @@ async def guess(source: str, port: int, name: str) -> float:
     """Try a wrong password from an address; return how long the answer took [s]."""
     reader, writer = await asyncio.open_connection("127.0.0.1", port, local_addr=(source, 0))
     answers = Connection(Role.CLIENT, PENDANT, ByteOrder.LITTLE, max_frame=65_532)
-    writer.write(answers.send(messages.Hello(messages.PROTOCOL_VERSION, 0.0, "", "")))
+    writer.write(answers.send(hello("")))
     answers.receive(await reader.read(65_536))
     writer.write(answers.send(messages.Login(1, messages.LoginKind.PASSWORD, name, WRONG)))
     began = time.perf_counter()
     (answer,) = answers.receive(await reader.read(65_536))
     taken = time.perf_counter() - began
-    assert isinstance(answer, messages.Verdict)
-    assert answer.code == V.LOGIN_FAILED
+    assert expect(messages.Verdict, answer).code == V.LOGIN_FAILED
     writer.close()
     return taken
 
@@ -119,13 +119,9 @@ async def test_promise_28_recorded_frames_do_nothing_on_another_connection(tmp_p
             before = otto.joints()
             frames = as_recorded(tuple(angle + 0.2 for angle in before))
             reader, writer = await asyncio.open_connection("127.0.0.1", server.port)
-            writer.write(
-                CODEC.encode(messages.Hello(messages.PROTOCOL_VERSION, 0.0, "", "a thief"))
-            )
-            for frame in frames:
-                writer.write(CODEC.encode(frame))
             answers = Connection(Role.CLIENT, PENDANT, ByteOrder.LITTLE, max_frame=65_532)
-            for frame in (messages.Hello(messages.PROTOCOL_VERSION, 0.0, "", ""), *frames):
+            for frame in (hello("a thief"), *frames):
+                writer.write(CODEC.encode(frame))
                 answers.send(frame)
             codes: list[int] = []
 
@@ -141,9 +137,7 @@ async def test_promise_28_recorded_frames_do_nothing_on_another_connection(tmp_p
             with suppress(TimeoutError):  # nothing else comes
                 await asyncio.wait_for(read_codes(), 0.3)
             assert codes == [V.LOGIN_NEEDED] * 5
-            holder = server.app.cells[0].core.cell.authority.holder
-            assert holder is not None
-            assert holder.client == "otto"
+            assert known(server.app.cells[0].core.cell.authority.holder).client == "otto"
             assert (await otto.next_state()).positions[:6] == pytest.approx(before)
             writer.close()
 
@@ -205,25 +199,17 @@ async def test_an_account_that_is_removed_beside_the_server_is_logged_out(tmp_pa
         assert refused.value.code == V.LOGIN_NEEDED
 
 
-class FullDisk:
-    def open(self, path: Path) -> FullDisk:
-        path.touch()
-        return self
-
-    def write(self, data: bytes) -> int:
-        raise OSError(errno.ENOSPC, os.strerror(errno.ENOSPC))
-
-    def fileno(self) -> int:
-        raise AssertionError("nothing was written, so there is nothing to sync")
-
-    def close(self) -> None:
-        """There is nothing to close."""
+def full_disk(path: Path) -> Mock:
+    path.touch()
+    full = OSError(errno.ENOSPC, os.strerror(errno.ENOSPC))
+    synced = AssertionError("nothing was written, so there is nothing to sync")
+    return Mock(write=Mock(side_effect=full), fileno=Mock(side_effect=synced))
 
 
 async def test_a_full_disk_of_the_audit_log_moves_no_robot_and_is_said_once(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch, caplog: pytest.LogCaptureFixture
 ) -> None:
-    log = partial(AuditLog, retry=0.02, opener=FullDisk().open)
+    log = partial(AuditLog, retry=0.02, opener=full_disk)
     monkeypatch.setattr(open_access, "AuditLog", log)
     async with served_operator(tmp_path) as (_, otto):
         await otto.wait_until(lambda state: state.motion_possible == 1)
