@@ -3,8 +3,8 @@ from typing import Any, get_args, get_type_hints
 
 import pytest
 from rigs.cells.emulated_cell import EmulatedCell
-from rigs.cells.expectations import only
-from rigs.cells.server_rig import ServerRig, ready
+from rigs.cells.expectations import expect, only
+from rigs.cells.server_rig import ready
 from rigs.peers.server_clients import Pendant
 
 from openpendant.server.endpoints.pendant.access_requests import AccessRequests
@@ -34,14 +34,8 @@ def ask(pendant: Pendant, body: bytes) -> tuple[int, Any]:
     return reply.reply_code, json.loads(reply.body)
 
 
-def snapshot(rig: ServerRig) -> Any:
-    code, body = ask(rig.pendant(), b'{"op": "snapshot"}')
-    assert code == ReplyCode.SUCCESS
-    return body
-
-
 def test_a_snapshot_describes_robot_and_cell() -> None:
-    body = snapshot(ready())
+    body = ready().pendant().ask("snapshot")
     assert body["cell"] == "cell"
     assert body["joints"][1] == {
         "name": "elbow",
@@ -58,21 +52,19 @@ def test_a_snapshot_describes_robot_and_cell() -> None:
 def test_a_snapshot_names_the_owner_the_stop_and_the_obstacle() -> None:
     rig = ready()
     rig.holder("anna").stop("tea")
-    body = snapshot(rig)
+    body = rig.pendant().ask("snapshot")
     assert body["owner"] == {"session": 1, "client": "anna"}
     assert body["stop"] == {"session": 1, "client": "anna", "reason": "tea"}
     assert "tea" in body["obstacle"]
 
 
 def test_a_pendant_is_told_which_cells_there_are() -> None:
-    code, body = ask(ready().pendant(), b'{"op": "cells"}')
-    assert code == ReplyCode.SUCCESS
-    assert body == {"cells": [{"cell": "cell", "robot": "two-joints"}]}
+    assert ready().pendant().ask("cells") == {"cells": [{"cell": "cell", "robot": "two-joints"}]}
 
 
 def test_a_cell_without_surroundings_offers_nothing_of_them() -> None:
     rig = ready()
-    body = snapshot(rig)
+    body = rig.pendant().ask("snapshot")
     assert body["signals"] == {"offered": False, "inputs": [], "outputs": []}
     assert (body["tool"], body["recording"], body["program"]) == (None, None, None)
     assert body["recording_problem"] == ""
@@ -112,9 +104,7 @@ def _refusals() -> list[dict[str, Any]]:
     in_text = reply_to.refuse(Refusal(V.PROGRAM_SYNTAX), line=3, column=4)
     bodies = [ask(ready().pendant(), b'{"op": "nonsense"}')[1]]
     for (out,) in (later, in_text):
-        assert isinstance(out, Send)
-        assert isinstance(out.message, Management)
-        bodies.append(json.loads(out.message.body))
+        bodies.append(json.loads(expect(Management, expect(Send, out).message).body))
     return bodies
 
 
