@@ -4,11 +4,13 @@ Over real sockets on a virtual clock: what the kernel holds when a connection en
 """
 
 import asyncio
+import itertools
 import select
 import socket
 import struct
 from collections.abc import Callable
 from pathlib import Path
+from unittest.mock import Mock
 
 import pytest
 from rigs.cells.journalled_cell import journalled_cell
@@ -26,6 +28,8 @@ from openpendant.simplemsg.pendant import (
     SoftwareStop,
 )
 from openpendant.tools.packets.journals.reenactment import rerun
+
+pytestmark = pytest.mark.virtual_clock
 
 CODEC = codec_for(PENDANT)
 STOP = CODEC.encode(SoftwareStop(1_000, "now"))
@@ -91,7 +95,6 @@ def ended_and_written_to(sock: socket.socket, client: ClientConnection) -> None:
 
 
 @pytest.mark.asyncio
-@pytest.mark.virtual_clock
 @pytest.mark.parametrize("end", [aborted, closed, reset_and_written_to, ended_and_written_to])
 async def test_promise_19_what_has_arrived_when_a_connection_ends_is_read(
     end: Callable[[socket.socket, ClientConnection], None],
@@ -110,7 +113,6 @@ async def test_promise_19_what_has_arrived_when_a_connection_ends_is_read(
 
 
 @pytest.mark.asyncio
-@pytest.mark.virtual_clock
 async def test_who_asks_and_does_not_read_is_cut_off_and_his_stop_is_not_lost() -> None:
     """The answers of the first few questions are more than may wait; the rest is still to come."""
     async with app_on_loop() as served:
@@ -124,7 +126,6 @@ async def test_who_asks_and_does_not_read_is_cut_off_and_his_stop_is_not_lost() 
 
 
 @pytest.mark.asyncio
-@pytest.mark.virtual_clock
 async def test_a_stop_acts_while_the_last_answers_wait_to_leave() -> None:
     async with app_on_loop() as served:
         sock = await served.visitor(window=1_024, begin=said())
@@ -145,7 +146,9 @@ async def test_a_stop_acts_while_the_last_answers_wait_to_leave() -> None:
         assert served.connections == 1
 
 
-def test_a_journal_with_stops_ahead_runs_again_with_identical_bytes(tmp_path: Path) -> None:
+def test_a_journal_with_stops_ahead_runs_again_with_identical_bytes(
+    tmp_path: Path, virtual_loop: VirtualLoop
+) -> None:
     file = tmp_path / "server.journal"
 
     async def live() -> None:
@@ -178,9 +181,31 @@ def test_a_journal_with_stops_ahead_runs_again_with_identical_bytes(tmp_path: Pa
             holder.close()
             cut.close()
 
-    loop = VirtualLoop()
-    loop.run_until_complete(live())
-    loop.close()
+    virtual_loop.run_until_complete(live())
     outcome = rerun(file)
     assert (outcome.difference, outcome.is_cut) == (None, False)
     assert '"ask": "gone"' in file.read_text()
+
+
+def test_a_run_with_a_watchdogs_stop_runs_again_exactly(
+    tmp_path: Path, virtual_loop: VirtualLoop
+) -> None:
+    file = tmp_path / "server.journal"
+
+    async def live() -> None:
+        async with journalled_cell(tmp_path / "emulator.journal", file) as cell:
+            pendant = await cell.pendant()
+            async with pendant.control():
+                at = pendant.joints()
+                await pendant.move_joints([at[0] + 0.5, *at[1:]], speed=0.1)
+                await asyncio.sleep(0.5)
+                tells_once = Mock(side_effect=itertools.chain([1], itertools.repeat(0)))
+                cell.app._watchdog = Mock(beat=tells_once)
+                await asyncio.sleep(0.1)
+                assert cell.app.cells[0].core.cell.stop is not None
+            await pendant.close()
+
+    virtual_loop.run_until_complete(live())
+    assert '"ask": "stopped"' in file.read_text()
+    outcome = rerun(file)
+    assert (outcome.difference, outcome.is_cut) == (None, False)
