@@ -28,18 +28,13 @@ from openpendant.simplemsg.pendant import Activity, Verdict
 from openpendant.simplemsg.verdicts import VerdictCode as V
 
 
-def test_a_joint_move_is_accepted_and_completed() -> None:
+def test_a_joint_move_leaves_on_the_call_stack_of_its_request_and_arrives() -> None:
     rig, pendant = in_control()
     assert pendant.move(*GOAL) is V.ACCEPTED
+    assert rig.points[0].sequence == 0
     rig.wait(3_000)
     assert codes(pendant) == [V.ACCEPTED]
     assert (rig.controller.position, rig.stops, rig.activity()) == (GOAL, [], Activity.IDLE)
-
-
-def test_the_first_point_leaves_on_the_call_stack_of_the_request() -> None:
-    rig, pendant = in_control()
-    pendant.move(*GOAL)
-    assert rig.points[0].sequence == 0
 
 
 def test_a_planned_path_is_accepted_when_its_plan_is_there() -> None:

@@ -31,7 +31,6 @@ from openpendant.simplemsg.pendant import (
     Outcome,
     SoftwareStop,
     State,
-    StopChanged,
     Verdict,
 )
 from openpendant.simplemsg.verdicts import VerdictCode as V
@@ -40,7 +39,7 @@ PHASES = [in_idle, in_planning, in_motion, in_settling, in_stopping]
 
 
 @pytest.mark.parametrize("phase", PHASES)
-def test_a_stop_leaves_first_whatever_the_cell_is_doing(
+def test_promise_19_a_stop_leaves_first_whatever_the_cell_is_doing(
     phase: Callable[[ServerRig, Pendant], None],
 ) -> None:
     rig = ready()
@@ -75,9 +74,8 @@ def test_a_stop_is_there_to_leave_before_anybody_is_told_of_it(
 def test_a_motion_link_that_does_not_answer_a_stop_for_two_seconds_is_dropped() -> None:
     rig = ready()
     observer = rig.pendant("observer")
-    rig.core.handle(
-        Received(observer.session, SoftwareStop(1, "x")), rig.now
-    )  # and it goes nowhere
+    # It goes nowhere.
+    rig.core.handle(Received(observer.session, SoftwareStop(1, "x")), rig.now)
     dropped = [
         after
         for after in range(0, 3_000, 10)
@@ -123,16 +121,6 @@ def test_a_stop_in_motion_aborts_it_once() -> None:
     rig.wait(500)
     assert codes(pendant) == [V.STOPPED]
     assert "look out" in pendant.all(Outcome)[0].text
-
-
-def test_a_stop_is_latched_once_and_told_to_all() -> None:
-    rig, pendant = moving()
-    other = rig.pendant("other")
-    other.stop("mine")
-    pendant.stop("too late")
-    assert [change.reason for change in pendant.all(StopChanged)] == ["mine"]
-    assert rig.core.cell.stop is not None
-    assert rig.core.cell.stop.reason == "mine"
 
 
 def test_a_stop_is_repeated_every_100_ms_until_the_robot_is_seen_at_rest() -> None:

@@ -12,7 +12,6 @@ import pytest
 from hypothesis import settings
 from hypothesis import strategies as st
 from hypothesis.stateful import RuleBasedStateMachine, invariant, precondition, rule
-from rigs.cells.robot_cell_situations import in_control
 from rigs.cells.server_rig import IDENTITY, LIMITS, MS, NoTool, ServerRig
 from rigs.data.example_counts import examples
 from rigs.peers.scripted_controller import Fault
@@ -482,13 +481,3 @@ class AnyOrder(RuleBasedStateMachine):
 
 TestAnyOrder = AnyOrder.TestCase
 TestAnyOrder.settings = settings(max_examples=examples(30, in_soak=3_000), stateful_step_count=50)
-
-
-def test_the_machine_itself_gets_a_motion_done() -> None:
-    """Guards against a machine that refuses everything and so proves nothing."""
-    rig, pendant = in_control(plans_at_once=False)
-    pendant.path((0.1, 0.0), (1.3, 0.1))
-    rig.plan()
-    rig.wait(2_000)
-    assert pendant.outcomes() == [(pendant.last_request, V.ACCEPTED)]
-    assert rig.now % MS == 0
