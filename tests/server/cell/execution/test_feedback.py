@@ -11,14 +11,10 @@ from rigs.cells.server_rig import MS
 from openpendant.server.cell.execution.feedback import Feedback
 from openpendant.server.cell.execution.motion_watch import ReportTiming
 from openpendant.server.settings.cell_settings import ControllerLink
-from openpendant.simplemsg import (
-    ControllerMode,
-    JointPosition,
-    Status,
-    joint_array,
-)
+from openpendant.simplemsg import ControllerMode, JointPosition, Status, joint_array
 
 FRESH, LOST = figure(5, "fresh").ns, figure(5, "lost").ns
+FRESH_PERIODS, LOST_PERIODS = figure(5, "fresh_periods").bound, figure(5, "lost_periods").bound
 GREATEST = figure(10, "greatest").bound
 
 
@@ -37,26 +33,23 @@ def test_nothing_is_fresh_before_the_first_report(feedback: Feedback) -> None:
     assert feedback.is_lost(0)
 
 
-@pytest.mark.parametrize(("age", "fresh", "lost"), [(FRESH, True, False), (LOST, False, False)])
-def test_a_report_is_fresh_up_to_100_ms_and_lost_after_250(
-    feedback: Feedback, age: int, fresh: bool, lost: bool
+@pytest.mark.parametrize(
+    ("period", "fresh", "lost"),
+    [
+        (0.01, FRESH, LOST),
+        (0.04, FRESH, LOST),
+        (0.1, round(FRESH_PERIODS * 0.1e9), round(LOST_PERIODS * 0.1e9)),
+    ],
+)
+def test_promise_5_a_report_is_fresh_and_lost_by_its_age_and_by_the_period_of_reports(
+    period: float, fresh: int, lost: int
 ) -> None:
+    feedback = Feedback(2, ControllerLink(state_period=period))
     feedback.take(joint_report((0.0, 0.0), (0.0, 0.0)), 0)
-    assert (feedback.is_fresh(age), feedback.is_lost(age)) == (fresh, lost)
-    assert not feedback.is_fresh(FRESH + 1)
-    assert feedback.is_lost(LOST + 1)
-
-
-def test_promise_5_a_controller_that_reports_rarely_is_given_so_many_of_its_periods() -> None:
-    period = 0.1
-    slow = Feedback(2, ControllerLink(state_period=period))
-    slow.take(joint_report((0.0, 0.0), (0.0, 0.0)), 0)
-    fresh = round(figure(5, "fresh_periods").bound * period * 1e9)
-    lost = round(figure(5, "lost_periods").bound * period * 1e9)
-    assert slow.is_fresh(fresh)
-    assert not slow.is_fresh(fresh + 1)
-    assert not slow.is_lost(lost)
-    assert slow.is_lost(lost + 1)
+    assert feedback.is_fresh(fresh)
+    assert not feedback.is_fresh(fresh + 1)
+    assert not feedback.is_lost(lost)
+    assert feedback.is_lost(lost + 1)
 
 
 @pytest.mark.parametrize(
