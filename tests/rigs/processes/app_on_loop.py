@@ -15,6 +15,7 @@ from openpendant.server.settings.cell_settings import make_settings
 from openpendant.server.shell.app import App
 from openpendant.server.shell.cell_shell import CellParts
 from openpendant.server.shell.client_connection import ClientConnection
+from openpendant.server.watchdog.watchdog_process import Watchdog
 from openpendant.simplemsg import PENDANT, ByteOrder, Connection, Message, Role
 from openpendant.simplemsg.pendant import MAX_PENDANT_FRAME
 
@@ -63,13 +64,16 @@ def clients_of(app: App) -> dict[int, ClientConnection]:
 
 
 @asynccontextmanager
-async def app_on_loop(**listen: object) -> AsyncIterator[AppOnLoop]:
+async def app_on_loop(
+    *, watchdog: Watchdog | None = None, **listen: object
+) -> AsyncIterator[AppOnLoop]:
     """Run a server with one cell; `listen` goes to that table of its settings."""
     async with running_emulator() as emulator:
         link = {"motion_port": emulator.motion_port, "state_port": emulator.state_port}
         ports = {"pendant_port": 0, "ros_motion_port": "off", "ros_state_port": 0, **listen}
         settings = make_settings({"robot": ROBOT, "controller": link, "listen": ports}, "test")
-        app = bare_app([CellParts(settings, serial_robot(ROBOT), LoopPlanner())])
+        cell = CellParts(settings, serial_robot(ROBOT), LoopPlanner())
+        app = bare_app([cell], watchdog=watchdog)
         async with app.running() as bound:
             await asyncio.sleep(0.5)
             state = bound.ros[settings.name].state
