@@ -109,7 +109,6 @@ def test_another_salt_gives_another_hash() -> None:
 
 
 def test_nobody_costs_exactly_what_an_account_costs(monkeypatch: pytest.MonkeyPatch) -> None:
-    """Promise 29: an unknown user is checked by the same call with the same parameters."""
     calls: list[dict[str, Any]] = []
     real = hashlib.scrypt
 

@@ -129,7 +129,6 @@ def test_a_whole_line_that_was_altered_is_not_excused_by_a_recovery() -> None:
 
 @given(st.text(), st.dictionaries(st.text(), st.text() | st.floats() | st.integers(), max_size=30))
 def test_no_text_can_break_a_line_or_command_a_terminal(who: str, detail: dict[str, str]) -> None:
-    """Promise 30: control characters are escaped, and no entry looks like two."""
     line, _ = write_line(AuditEntry(AuditEvent.REFUSED, 0, who=who, detail=detail), TIME, Link())
     assert line.endswith(b"\n")
     assert all(0x20 <= byte < 0x7F for byte in line[:-1])
@@ -158,7 +157,6 @@ def flood(limit: LineLimit, entries: list[AuditEntry]) -> list[AuditEntry]:
 
 @pytest.mark.parametrize("rate", [150, 1_000, 10_000])
 def test_at_most_100_lines_in_any_second_and_none_uncounted(rate: int) -> None:
-    """Promise 30: flooding."""
     entries = [
         AuditEntry(AuditEvent.JOG_BEGAN, n * SECOND_NS // rate, who=f"name {n % 50}")
         for n in range(3 * rate)
@@ -436,7 +434,6 @@ def test_a_flood_is_summed_up_at_the_end(path: Path) -> None:
 
 @pytest.mark.realtime
 def test_a_full_disk_holds_nobody_up_and_the_gap_is_told_of(path: Path) -> None:
-    """Promise of issue 5: motion is unaffected, nothing is lost silently."""
     disk = SmallDisk(700)
     log = AuditLog(path, most_waiting=40, retry=0.005, opener=disk.open)
     for n in range(10):

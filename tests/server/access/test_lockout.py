@@ -117,7 +117,6 @@ def test_an_own_account_does_not_free_a_source_from_its_other_failures(lockout: 
 def test_ten_thousand_tries_at_one_account_reach_the_hash_a_few_hundred_times(
     lockout: Lockout,
 ) -> None:
-    """Promise 29: 10⁴ tries, one a second."""
     tried = [n for n in range(10_000) if fail(lockout, START + n * SECOND_NS) == 0]
     # Four locks of 1, 2, 4 and 8 min, then 15 min each: five tries between two locks.
     assert len(tried) <= 5 * (4 + (10_000 - 900) // 900 + 1)
@@ -134,14 +133,12 @@ def remembered(names: int, sources: int, most_records: int = MOST_RECORDS) -> in
 
 
 def test_memory_is_bounded_whatever_names_are_tried() -> None:
-    """Promise 29: many names, of one source and of as many as there are names."""
     assert remembered(1_000, sources=1) == SOURCE_FAILURES + 1
     assert remembered(1_000, sources=1_000, most_records=900) == 900
 
 
 @pytest.mark.soak
 def test_memory_is_bounded_for_a_million_names() -> None:
-    """Promise 29."""
     assert remembered(1_000_000, sources=1_000_000) == MOST_RECORDS
 
 
@@ -160,7 +157,6 @@ def test_names_tried_by_one_source_do_not_push_out_its_lock() -> None:
     )
 )
 def test_never_more_than_five_failures_in_a_minute(steps: list[tuple[int, str, bool]]) -> None:
-    """Promise 29, for any sequence of attempts, right and wrong."""
     lockout, now = Lockout(), START
     failures: dict[str, list[int]] = {"a": [], "b": []}
     for pause, name, is_right in steps:

@@ -273,7 +273,7 @@ def test_whoever_was_sent_away_may_stop_and_log_in_again(rig: GuardedRig) -> Non
 async def test_a_client_on_another_machine_ends_its_wait_when_its_account_is_disabled(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    """Over sockets, whose addresses count as another machine's."""
+    """Over sockets, whose addresses count as another machine's, by a command beside the server."""
     monkeypatch.setattr(admission, "is_loopback", lambda address: False)
     async with served_operator(tmp_path) as (server, otto):
         await otto.next_state()
@@ -282,4 +282,7 @@ async def test_a_client_on_another_machine_ends_its_wait_when_its_account_is_dis
         with pytest.raises(Refused, match=r"LOGIN_NEEDED.*log in again"):
             await otto.wait_until(lambda state: False, within=PATIENCE)
         assert not otto.in_control
+        assert server.app.cells[0].core.cell.authority.holder is None
+        with pytest.raises(Refused, match="LOGIN_NEEDED"):
+            await otto.take_control()
         await otto.stop("nobody is in control")

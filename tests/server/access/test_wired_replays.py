@@ -217,7 +217,6 @@ def test_promise_28_a_press_that_ended_is_not_begun_again(rig: GuardedRig) -> No
 
 
 def test_promise_28_a_lease_that_ends_during_a_press_ends_the_press(rig: GuardedRig) -> None:
-    """Whoever held it goes on beating, and nothing moves any more."""
     otto = held_press(rig)
     rig.wait(50)
     otto.release()

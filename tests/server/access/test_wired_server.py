@@ -20,7 +20,6 @@ from rigs.processes.guarded_server import PASSWORDS, guarded_server, served_oper
 from openpendant.server.access import open_access
 from openpendant.server.access.audit_file import AuditLog
 from openpendant.server.access.passwords import DEFAULT_COST
-from openpendant.server.cli.users_commands import main as users_main
 from openpendant.simplemsg import (
     PENDANT,
     ByteOrder,
@@ -112,7 +111,6 @@ def as_recorded(goal: tuple[float, ...]) -> list[Message]:
 
 
 async def test_promise_28_recorded_frames_do_nothing_on_another_connection(tmp_path: Path) -> None:
-    """What an operator sends, pasted byte for byte on a second connection, is refused."""
     async with served_operator(tmp_path) as (server, otto):
         await otto.wait_until(lambda state: state.motion_possible == 1)
         async with otto.control():
@@ -182,21 +180,6 @@ async def test_the_terminal_pendant_speaks_tls_with_whom_it_trusts(
     assert code == (0 if trusts else 1)
     assert ("server: up" in told.out) == trusts
     assert told.err.count("\n") == (0 if trusts else 1)
-
-
-async def test_an_account_that_is_removed_beside_the_server_is_logged_out(tmp_path: Path) -> None:
-    """By `openpendant users`, which writes the store's file while the server runs."""
-    async with served_operator(tmp_path) as (server, otto):
-        await otto.take_control()
-        lost = asyncio.Event()
-        otto.on_authority = lambda _: lost.set()
-        assert users_main(["remove", "otto", "--store", str(server.store)]) == 0
-        async with asyncio.timeout(PATIENCE):
-            await lost.wait()
-        assert server.app.cells[0].core.cell.authority.holder is None
-        with pytest.raises(Refused) as refused:
-            await otto.take_control()
-        assert refused.value.code == V.LOGIN_NEEDED
 
 
 def full_disk(path: Path) -> Mock:

@@ -1,4 +1,5 @@
 import json
+from functools import cache
 from typing import Any, get_args, get_type_hints
 
 import pytest
@@ -7,22 +8,14 @@ from rigs.cells.expectations import expect, only
 from rigs.cells.server_rig import ready
 from rigs.peers.server_clients import Pendant
 
-from openpendant.server.endpoints.pendant.access_requests import AccessRequests
-from openpendant.server.endpoints.pendant.jog_requests import EscapeRequests
-from openpendant.server.endpoints.pendant.management import Failure, ManagementRequests
+from openpendant.server.endpoints.pendant.management import Failure
 from openpendant.server.events.effects import Effect, Send
 from openpendant.server.events.management_requests import ReplyTo, handlers_of, handles
-from openpendant.server.programs.execution.breakpoints import Breakpoints
-from openpendant.server.programs.execution.dry_run_service import DryRunService
-from openpendant.server.programs.library.program_changes import ProgramChanges
-from openpendant.server.programs.library.program_library import ProgramLibrary
-from openpendant.server.recording.recording_service import RecordingService
 from openpendant.server.refusal import Refusal
-from openpendant.server.scene.scene_service import SceneService
 from openpendant.simplemsg import ReplyCode
 from openpendant.simplemsg.pendant import MAX_PENDANT_FRAME, Capability, HelloReply, Management
 from openpendant.simplemsg.pendant.management import OPERATIONS
-from openpendant.simplemsg.pendant.management.declaration import Done
+from openpendant.simplemsg.pendant.management.declaration import Done, Request
 from openpendant.simplemsg.pendant.management.devices import ClearTrace
 from openpendant.simplemsg.verdicts import VerdictCode as V
 
@@ -121,46 +114,27 @@ def test_every_refusal_is_of_the_published_schema() -> None:
         assert Failure.model_validate(body).model_dump(exclude_none=True) == body
 
 
-SERVICES = (
-    AccessRequests,
-    Breakpoints,
-    DryRunService,
-    ManagementRequests,
-    ProgramChanges,
-    ProgramLibrary,
-    RecordingService,
-    EscapeRequests,
-    SceneService,
-)
+@cache
+def handlers() -> dict[type[Request[Any]], Any]:
+    return dict(EmulatedCell(has_surroundings=True).core.pendants._management._handlers)
 
 
-def methods() -> dict[str, Any]:
-    return {
-        f"{service.__name__}.{name}": method
-        for service in SERVICES
-        for name, method in vars(service).items()
-        if hasattr(method, "handles")
-    }
-
-
-def test_every_operation_has_one_handler() -> None:
-    handled = [method.handles for method in methods().values()]
+def test_a_cell_has_one_handler_for_every_operation() -> None:
+    assert set(handlers()) == set(OPERATIONS.values())
+    methods = [
+        method
+        for service in {type(handler.__self__) for handler in handlers().values()}
+        for method in vars(service).values()
+    ]
+    handled = [method.handles for method in methods if hasattr(method, "handles")]
     assert len(handled) == len(set(handled))
-    assert set(handled) == set(OPERATIONS.values())
 
 
-def test_a_cell_finds_a_handler_for_every_operation() -> None:
-    core = EmulatedCell(has_surroundings=True).core
-    handlers = core.pendants._management._handlers
-    assert set(handlers) == set(OPERATIONS.values())
-
-
-@pytest.mark.parametrize("name", methods())
-def test_a_handler_takes_its_request_and_answers_with_its_reply(name: str) -> None:
-    method = methods()[name]
-    hints = list(get_type_hints(method).values())
-    assert hints[0] is method.handles
-    assert get_args(hints[1]) == (method.handles.reply(),)
+@pytest.mark.parametrize("kind", OPERATIONS.values(), ids=OPERATIONS)
+def test_a_handler_takes_its_request_and_answers_with_its_reply(kind: type[Request[Any]]) -> None:
+    hints = list(get_type_hints(handlers()[kind]).values())
+    assert hints[0] is kind
+    assert get_args(hints[1]) == (kind.reply(),)
 
 
 class Twice:

@@ -366,16 +366,13 @@ def test_a_goal_that_is_broken_off_is_aborted_within_1_1_s(
     assert f"broken off, 3 of 5 points done: {code.name} ({code:d})" in line
 
 
-def test_a_goal_that_is_refused_is_aborted(stack: Stack) -> None:
+def test_a_goal_that_is_refused_is_aborted_and_the_next_taken_once_positions_come_again(
+    stack: Stack,
+) -> None:
     stack.send_goal(offsets=(0.0, 9.0))
     assert stack.goal_ends_within(1_100) is Goal.ABORTED
     assert len(stack.cell.lines) == 1
-
-
-def test_the_next_goal_is_taken_once_positions_come_again(stack: Stack) -> None:
-    stack.send_goal(offsets=(0.0, 9.0))
-    assert stack.goal_ends_within(1_600) is Goal.ABORTED
-    stack.run(600)
+    stack.run(1_100)
     stack.send_goal()
     assert stack.goal_ends_within(6_000) is Goal.SUCCEEDED
 
