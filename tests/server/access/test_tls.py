@@ -153,8 +153,11 @@ def test_every_file_that_cannot_be_used_is_named(pairs: tuple[Pair, Pair], tmp_p
         (own, damaged, "damaged", "is damaged"),
         (own, empty, "empty", "holds no certificate"),
     ]
+    keys = "".join(each.key.read_text() for each in (own, other, locked))
     for pair, ca, file, problem in cases:
         with pytest.raises(TlsUnusable) as caught:
             server_context(pair.settings(ca))
         assert Path(caught.value.file).name == file
         assert problem in caught.value.problem
+        # Promise 30: what a key file holds is never repeated.
+        assert not any(line in str(caught.value) for line in keys.splitlines())

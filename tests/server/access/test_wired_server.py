@@ -1,8 +1,6 @@
 import asyncio
 import errno
-import getpass
 import os
-import ssl
 import statistics
 import time
 from contextlib import suppress
@@ -14,8 +12,7 @@ import pytest
 from rigs.cells.expectations import expect, known
 from rigs.clock.busy_machine import PATIENCE
 from rigs.peers.server_clients import hello
-from rigs.peers.tls_certificates import make_certificate
-from rigs.processes.guarded_server import PASSWORDS, guarded_server, served_operator
+from rigs.processes.guarded_server import guarded_server, served_operator
 
 from openpendant.server.access import open_access
 from openpendant.server.access.audit_file import AuditLog
@@ -32,8 +29,6 @@ from openpendant.simplemsg import (
 from openpendant.simplemsg import pendant as messages
 from openpendant.simplemsg.verdicts import VerdictCode as V
 from openpendant.tools.pendants.client import PendantClient, Refused
-from openpendant.tools.pendants.connection_errors import PendantError
-from openpendant.tools.pendants.terminal.cli import main as terminal
 
 pytestmark = [pytest.mark.realtime, pytest.mark.asyncio]
 
@@ -138,48 +133,6 @@ async def test_promise_28_recorded_frames_do_nothing_on_another_connection(tmp_p
             assert known(server.app.cells[0].core.cell.authority.holder).client == "otto"
             assert (await otto.next_state()).positions[:6] == pytest.approx(before)
             writer.close()
-
-
-@pytest.fixture(scope="module")
-def certificate(tmp_path_factory: pytest.TempPathFactory) -> tuple[Path, Path]:
-    return make_certificate(tmp_path_factory.mktemp("tls"))
-
-
-async def test_the_pendant_port_speaks_tls_where_there_is_a_certificate(
-    tmp_path: Path, certificate: tuple[Path, Path]
-) -> None:
-    tls = {"certificate": str(certificate[0]), "key": str(certificate[1])}
-    trusted = ssl.create_default_context(cafile=str(certificate[0]))
-    async with guarded_server(tmp_path, tls=tls) as server:
-        async with await PendantClient.connect(
-            port=server.port, tls=trusted, user="otto", password=PASSWORDS["otto"], state_rate=50
-        ) as otto:
-            await otto.wait_until(lambda state: state.motion_possible == 1)
-            async with otto.control():
-                goal = [angle + 0.02 for angle in otto.joints()]
-                await (await otto.move_joints(goal, speed=0.5)).done()
-        with pytest.raises((PendantError, OSError)):
-            await PendantClient.connect(port=server.port, user="otto", password=PASSWORDS["otto"])
-
-
-@pytest.mark.parametrize("trusts", [True, False])
-async def test_the_terminal_pendant_speaks_tls_with_whom_it_trusts(
-    tmp_path: Path,
-    certificate: tuple[Path, Path],
-    trusts: bool,
-    monkeypatch: pytest.MonkeyPatch,
-    capsys: pytest.CaptureFixture[str],
-) -> None:
-    monkeypatch.setattr(getpass, "getpass", lambda _: PASSWORDS["otto"])
-    tls = {"certificate": str(certificate[0]), "key": str(certificate[1])}
-    async with guarded_server(tmp_path, tls=tls) as server:
-        ca = ("--ca", str(certificate[0])) if trusts else ()
-        arguments = [f"127.0.0.1:{server.port}", "--plain", "--user", "otto", *ca]
-        code = await asyncio.to_thread(terminal, arguments)
-    told = capsys.readouterr()
-    assert code == (0 if trusts else 1)
-    assert ("server: up" in told.out) == trusts
-    assert told.err.count("\n") == (0 if trusts else 1)
 
 
 def full_disk(path: Path) -> Mock:

@@ -243,12 +243,6 @@ def test_an_address_that_is_not_allowed_may_not_move_but_may_stop() -> None:
     assert len(rig.stops) == 1
 
 
-def test_an_unknown_mode_is_taken_for_automatic_where_the_cell_says_so() -> None:
-    rig = ready(ros_i={"unknown_mode_is_automatic": True})
-    unknown_mode(rig)
-    assert rig.ros().point(0, 0.0, 0.0) is SUCCESS
-
-
 def test_a_mode_that_changes_while_points_are_collected_ends_it() -> None:
     rig, client = idle()
     client.trajectory(*PATH)
