@@ -270,6 +270,10 @@ def test_in_ten_thousand_orders_of_events_a_stop_leaves_first() -> None:
 
 COORDINATE = st.sampled_from([-2.5, -2.0, -0.7, 0.0, 0.1, 1.3, 2.0])
 WHO = st.integers(0, 2)
+DEEDS: tuple[Callable[[Pendant], object], ...] = (
+    *(Pendant.take, Pendant.stop, Pendant.reset),
+    lambda pendant: pendant.send(AuthorityBeat()),
+)
 
 
 class WatchedRig(ServerRig):
@@ -313,9 +317,9 @@ class AnyOrder(RuleBasedStateMachine):
             self.everybody.append(pendant)
         return pendant
 
-    @rule(who=WHO)
-    def take(self, who: int) -> None:
-        self.pendant(who).take()
+    @rule(who=WHO, does=st.sampled_from(DEEDS))
+    def do(self, who: int, does: Callable[[Pendant], object]) -> None:
+        does(self.pendant(who))
 
     @rule(who=WHO)
     def release(self, who: int) -> None:
@@ -323,10 +327,6 @@ class AnyOrder(RuleBasedStateMachine):
         before = self.rig.core.cell.authority.holder
         if pendant.release() is not V.ACCEPTED:
             assert self.rig.core.cell.authority.holder == before
-
-    @rule(who=WHO)
-    def beat(self, who: int) -> None:
-        self.pendant(who).send(AuthorityBeat())
 
     @rule(who=WHO)
     def close(self, who: int) -> None:
@@ -359,14 +359,6 @@ class AnyOrder(RuleBasedStateMachine):
         else:
             pendant.move(*goal)
         self.rig.wait(10 * ticks)
-
-    @rule(who=WHO)
-    def stop(self, who: int) -> None:
-        self.pendant(who).stop()
-
-    @rule(who=WHO)
-    def reset(self, who: int) -> None:
-        self.pendant(who).reset()
 
     @precondition(lambda self: self.rig.jobs)
     @rule()

@@ -6,6 +6,7 @@ from random import Random
 import pytest
 from promises.promise_table import figure
 from rigs.cells.controller_reports import joint_report, status
+from rigs.cells.expectations import known
 from rigs.cells.server_rig import MS
 
 from openpendant.server.cell.execution.feedback import Feedback
@@ -177,10 +178,8 @@ def taken(*arrivals_ms: float, period: float = 0.01) -> ReportTiming:
 
 def test_regular_reports_are_compared_over_50_and_250_ms() -> None:
     timing = taken(*range(0, 1_001, 10))
-    assert timing.joint_base is not None
-    assert timing.point_base is not None
-    assert (timing.joint_base.time, timing.point_base.time) == (950 * MS, 750 * MS)
-    assert timing.elapsed(timing.joint_base) == 0.05
+    assert (known(timing.joint_base).time, known(timing.point_base).time) == (950 * MS, 750 * MS)
+    assert timing.elapsed(known(timing.joint_base)) == 0.05
     assert timing.is_sure
 
 
@@ -206,24 +205,21 @@ def test_reports_are_compared_with_one_that_was_measured_long_enough_before(
     arrivals: list[int], period: float, before: int, elapsed: float
 ) -> None:
     timing = taken(*arrivals, period=period)
-    assert timing.joint_base is not None
-    assert timing.newest is not None
-    assert timing.newest.number - timing.joint_base.number == before
-    assert timing.elapsed(timing.joint_base) == pytest.approx(elapsed)
+    base = known(timing.joint_base)
+    assert known(timing.newest).number - base.number == before
+    assert timing.elapsed(base) == pytest.approx(elapsed)
 
 
 def test_reports_of_one_turn_count_as_the_newest_of_them() -> None:
     timing = taken(0, 10, 20, 20, 20, 70)
-    assert timing.joint_base is not None
-    assert timing.joint_base.position == (4.0,)
+    assert known(timing.joint_base).position == (4.0,)
 
 
 def test_the_first_report_after_a_silence_is_neither_judged_nor_compared_with() -> None:
     assert not taken(*range(0, 101, 10), 126).is_sure
     timing = taken(*range(0, 101, 10), 126, 136, 146, 156, 166, 176)
     assert timing.is_sure
-    assert timing.joint_base is not None
-    assert timing.joint_base.time == 100 * MS
+    assert known(timing.joint_base).time == 100 * MS
 
 
 def test_a_motion_compares_with_nothing_from_before_it() -> None:
@@ -232,8 +228,7 @@ def test_a_motion_compares_with_nothing_from_before_it() -> None:
     assert [timing.joint_base, timing.point_base] == [None, None]
     for at in range(1_010, 1_051, 10):
         timing.take((0.0,), at * MS)
-    assert timing.joint_base is not None
-    assert (timing.joint_base.time, timing.point_base) == (1_000 * MS, None)
+    assert (known(timing.joint_base).time, timing.point_base) == (1_000 * MS, None)
 
 
 @pytest.mark.parametrize("seed", range(20))
