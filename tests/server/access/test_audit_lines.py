@@ -111,14 +111,6 @@ def test_every_changed_byte_is_noticed(row: int, place: int, flip: int) -> None:
     assert faults(chain) != []
 
 
-def test_a_torn_line_that_the_next_accounts_for_is_no_fault() -> None:
-    chain = lines()
-    torn = b'{"n":6,"time'
-    entry = AuditEntry(AuditEvent.LOG_RECOVERED, 0, detail=torn_detail(torn))
-    recovered, _ = write_line(entry, TIME, Link(5, known(read_line(chain[-1]))["hash"]))
-    assert faults([*chain, torn, recovered.removesuffix(b"\n")]) == []
-
-
 def test_a_whole_line_that_was_altered_is_not_excused_by_a_recovery() -> None:
     chain = lines()
     altered = chain[-1].replace(b"ann", b"bob")

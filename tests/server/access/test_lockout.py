@@ -92,12 +92,6 @@ def test_attempts_sent_at_once_are_all_charged_before_the_first_has_failed(
     assert sum(isinstance(outcome, Charge) for outcome in outcomes) == PAIR_FAILURES
 
 
-def test_an_attempt_that_was_never_checked_is_not_charged(lockout: Lockout) -> None:
-    for _ in range(20):
-        lockout.withdrawn(expect(Charge, lockout.attempt("192.0.2.1", "ann", START)))
-    assert [fail(lockout, START) for _ in range(5)] == [0] * 5
-
-
 def test_one_source_that_tries_many_names_is_locked_itself(lockout: Lockout) -> None:
     refused = [fail(lockout, START, name=f"name {n}") for n in range(100)]
     assert refused[:SOURCE_FAILURES] == [0] * SOURCE_FAILURES

@@ -16,7 +16,6 @@ from openpendant.server.access.accounts import Account, AccountBook
 from openpendant.server.access.audit import AuditEvent
 from openpendant.server.access.passwords import PasswordHash
 from openpendant.server.cli.users_commands import main as users_main
-from openpendant.server.events.events import Port
 from openpendant.simplemsg import CommType, Message
 from openpendant.simplemsg.pendant import (
     AuthorityChanged,
@@ -145,11 +144,6 @@ def test_an_unknown_kind_is_refused_with_the_known(rig: GuardedRig, message: Mes
     answer = only(Verdict, rig.user("ann").send(message))
     assert answer.code == V.BAD_ARGUMENT
     assert "accepted: 1" in answer.text
-
-
-def test_nobody_logs_in_before_hello(rig: GuardedRig) -> None:
-    stranger: Pendant = rig.stranger(Port.PENDANT)
-    assert log_in(stranger, "otto") is V.HELLO_FIRST
 
 
 def test_logins_are_noted_by_name_and_failures_without_what_was_typed(rig: GuardedRig) -> None:

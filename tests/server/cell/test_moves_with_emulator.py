@@ -17,7 +17,6 @@ from openpendant.motion.trajectory.ptp import straight_move
 from openpendant.server.events.effects import Effect
 from openpendant.server.planning.jobs import JointPathJob, WayCheckJob
 from openpendant.server.refusal import refusal_of
-from openpendant.server.settings.cell_settings import ControllerPath
 from openpendant.simplemsg.pendant import Activity, AuthorityBeat, Home, Motion, PoseMove
 from openpendant.simplemsg.verdicts import VerdictCode as V
 
@@ -188,16 +187,6 @@ def test_a_stop_brings_it_to_rest_and_a_reset_moves_nothing(cell: PlanningCell, 
     assert cell.operator.move(*goal) is V.ACCEPTED
     cell.let_finish()
     assert cell.position == pytest.approx(goal, abs=1e-6)
-
-
-@pytest.mark.parametrize("path", [ControllerPath.MOTION, ControllerPath.STATE])
-def test_a_lost_link_stops_the_robot(cell: PlanningCell, path: ControllerPath) -> None:
-    cell.operator.move(*(value + 1.0 for value in cell.position))
-    cell.wait(300)
-    cell.disconnect(path)
-    cell.wait(1_000)
-    assert not any(cell.controller.motion(cell.now)[1])
-    assert codes(cell) == [V.CONTROLLER_LOST]
 
 
 @pytest.fixture

@@ -13,6 +13,7 @@ from pathlib import Path
 from unittest.mock import Mock
 
 import pytest
+from rigs.cells.expectations import known
 from rigs.cells.journalled_cell import journalled_cell
 from rigs.clock.virtual_clock import VirtualLoop
 from rigs.processes.app_on_loop import AppOnLoop, app_on_loop, clients_of, said, until
@@ -63,23 +64,13 @@ def is_stopped(served: AppOnLoop) -> bool:
 
 def await_arrival(client: ClientConnection) -> None:
     """Wait, by the kernel's clock, until what was sent can be read; the loop does nothing."""
-    assert client._transport is not None
-    accepted = client._transport.get_extra_info("socket").fileno()
+    accepted = known(client._transport).get_extra_info("socket").fileno()
     assert select.select([accepted], [], [], 10.0)[0]
 
 
 def write(client: ClientConnection, data: bytes) -> None:
     """Write what is in no journal, as it answers nothing."""
-    assert client._transport is not None
-    client._transport.write(data)
-
-
-def aborted(sock: socket.socket, client: ClientConnection) -> None:
-    client.abort("for a test")
-
-
-def closed(sock: socket.socket, client: ClientConnection) -> None:
-    client.close("for a test")
+    known(client._transport).write(data)
 
 
 def reset_and_written_to(sock: socket.socket, client: ClientConnection) -> None:
@@ -94,8 +85,16 @@ def ended_and_written_to(sock: socket.socket, client: ClientConnection) -> None:
     write(client, PING)
 
 
+ENDS: dict[str, Callable[[socket.socket, ClientConnection], None]] = {
+    "aborted": lambda _, client: client.abort("for a test"),
+    "closed": lambda _, client: client.close("for a test"),
+    "reset and written to": reset_and_written_to,
+    "ended and written to": ended_and_written_to,
+}
+
+
 @pytest.mark.asyncio
-@pytest.mark.parametrize("end", [aborted, closed, reset_and_written_to, ended_and_written_to])
+@pytest.mark.parametrize("end", ENDS.values(), ids=ENDS)
 async def test_promise_19_what_has_arrived_when_a_connection_ends_is_read(
     end: Callable[[socket.socket, ClientConnection], None],
 ) -> None:
