@@ -4,6 +4,7 @@ from typing import Any
 import numpy as np
 import pytest
 from rigs.cells.emulated_cell import EmulatedCell
+from rigs.cells.robot_cell_situations import codes
 from rigs.cells.server_rig import MS, jobs_in
 from rigs.peers.server_clients import RosClient
 
@@ -66,7 +67,7 @@ def test_a_move_whose_way_is_surely_free_begins_on_the_spot(
     assert cell.operator.move(*goal) is V.ACCEPTED
     assert cell.core.cell.activity is Activity.MOVING
     cell.let_finish()
-    assert (cell.jobs, cell.operator.outcomes()[-1][1]) == ([], V.ACCEPTED)
+    assert (cell.jobs, codes(cell.operator)[-1]) == ([], V.ACCEPTED)
     assert cell.position == pytest.approx(goal, abs=1e-3)
 
 
@@ -109,7 +110,7 @@ def test_a_move_that_ends_beside_an_object_is_made_once_the_planning_process_fou
     assert cell.operator.move(*goal) is V.ACCEPTED
     assert [type(job) for job in cell.jobs] == [JointPathJob]
     cell.let_finish()
-    assert cell.operator.outcomes()[-1][1] is V.ACCEPTED
+    assert codes(cell.operator)[-1] is V.ACCEPTED
 
 
 def test_a_move_that_takes_longer_than_a_minute_goes_to_the_planning_process(
@@ -131,7 +132,7 @@ def test_an_object_that_comes_is_looked_for_ahead_of_a_move_that_began_on_the_sp
     cell.add_ball(at, 0.05)
     assert isinstance(cell.jobs[0], WayCheckJob)
     cell.let_finish()
-    assert cell.operator.outcomes()[-1][1] is V.PATH_IN_COLLISION
+    assert codes(cell.operator)[-1] is V.PATH_IN_COLLISION
 
 
 @pytest.mark.parametrize("fault", ["nowhere", "beyond", "slow"])
@@ -148,16 +149,12 @@ def test_what_cannot_be_timed_is_refused_as_the_planning_process_would(
     assert cell.jobs == []
 
 
-def codes(cell: PlanningCell) -> list[V]:
-    return [code for _, code in cell.operator.outcomes()]
-
-
 def test_a_move_onto_the_limits_themselves_arrives(cell: PlanningCell) -> None:
     here = cell.position
     for goal in ((*here[:5], cell.limits.upper[5]), here):
         assert cell.operator.move(*goal) is V.ACCEPTED
         cell.let_finish()
-    assert codes(cell) == [V.ACCEPTED] * 2
+    assert codes(cell.operator) == [V.ACCEPTED] * 2
 
 
 @pytest.mark.parametrize("motion", Motion)
@@ -168,7 +165,7 @@ def test_a_pose_is_reached_by_either_motion(cell: PlanningCell, motion: Motion) 
     request = PoseMove(5, motion, 0.5, "base", target, tuple(pose.quaternion.tolist()))
     assert cell.operator.code(request) is V.ACCEPTED
     cell.let_finish()
-    assert codes(cell) == [V.ACCEPTED]
+    assert codes(cell.operator) == [V.ACCEPTED]
     assert UR5.forward(cell.position).position.tolist() == pytest.approx(target, abs=1e-4)
 
 
@@ -183,7 +180,7 @@ def test_a_stop_brings_it_to_rest_and_a_reset_moves_nothing(cell: PlanningCell, 
     rest = cell.position
     cell.wait(500)
     assert cell.position == rest
-    assert codes(cell) == [V.STOPPED]
+    assert codes(cell.operator) == [V.STOPPED]
     assert cell.operator.move(*goal) is V.ACCEPTED
     cell.let_finish()
     assert cell.position == pytest.approx(goal, abs=1e-6)

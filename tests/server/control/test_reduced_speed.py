@@ -102,16 +102,8 @@ def speeds(points: list[JointTrajPtFull]) -> tuple[float, float]:
     return found[0], found[1]
 
 
-def joint_jog(cell: ManualCell) -> None:
-    cell.jogged(JogSpace.JOINTS, (1.0, -1.0, -1.0, 1.0, 1.0, 1.0), "")
-
-
 def tool_jog(cell: ManualCell) -> None:
     cell.jogged(JogSpace.TOOL, (0.0, 0.4, -1.0, 0.0, 0.0, 0.0), "tool")
-
-
-def turning_jog(cell: ManualCell) -> None:
-    cell.jogged(JogSpace.TOOL, (0.0, 1.0, 0.0, 0.5, 0.0, 0.0), "base")
 
 
 def joint_move(cell: ManualCell) -> None:
@@ -171,14 +163,21 @@ def cell() -> Iterator[ManualCell]:
     assert made.cell.controller.referee.total == 0
 
 
-@pytest.mark.parametrize(
-    "moves",
-    [
-        *(joint_jog, tool_jog, turning_jog, joint_move, joint_path),
-        *(wrist_turn, line, step, undo, program),
-    ],
-    ids=lambda moves: moves.__name__,
-)
+MOVES: dict[str, Callable[[ManualCell], None]] = {
+    "joint jog": lambda cell: cell.jogged(JogSpace.JOINTS, (1.0, -1.0, -1.0, 1.0, 1.0, 1.0), ""),
+    "tool jog": tool_jog,
+    "turning jog": lambda cell: cell.jogged(JogSpace.TOOL, (0.0, 1.0, 0.0, 0.5, 0.0, 0.0), "base"),
+    "joint move": joint_move,
+    "joint path": joint_path,
+    "wrist turn": wrist_turn,
+    "line": line,
+    "step": step,
+    "undo": undo,
+    "program": program,
+}
+
+
+@pytest.mark.parametrize("moves", MOVES.values(), ids=MOVES)
 def test_the_selected_tool_and_the_elbow_keep_to_250_mm_s(
     cell: ManualCell, moves: Callable[[ManualCell], None]
 ) -> None:

@@ -12,6 +12,7 @@ import pytest
 from hypothesis import settings
 from hypothesis import strategies as st
 from hypothesis.stateful import RuleBasedStateMachine, invariant, precondition, rule
+from rigs.cells.controller_reports import status
 from rigs.cells.server_rig import IDENTITY, LIMITS, MS, NoTool, ServerRig
 from rigs.data.example_counts import examples
 from rigs.peers.scripted_controller import Fault
@@ -58,7 +59,6 @@ from openpendant.simplemsg import (
     Message,
     Ping,
     SpecialSequence,
-    Status,
     accepted,
     joint_array,
 )
@@ -210,17 +210,7 @@ class Disorder:
         return ControllerReport(ControllerPath.STATE, message, 0)
 
     def _status(self) -> Event:
-        moving = self._chance.randrange(2)
-        error = self._chance.choice((0, 0, 0, 7))
-        message = Status(
-            drives_powered=1,
-            e_stopped=0,
-            error_code=error,
-            in_error=int(error > 0),
-            in_motion=moving,
-            mode=2,
-            motion_possible=1,
-        )
+        message = status(moving=self._chance.randrange(2), error=self._chance.choice((0, 0, 0, 7)))
         return ControllerReport(ControllerPath.STATE, message, 0)
 
     def _reply(self) -> Event:

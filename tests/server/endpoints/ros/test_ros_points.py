@@ -143,9 +143,7 @@ def test_one_bad_point_discards_the_whole_trajectory(bad: tuple[float, float], c
 
 def test_valid_fields_of_the_real_client_are_read_by_their_low_bits() -> None:
     assert ValidField(0x46F48B4F & 15) == ValidField.ALL
-    message = full()
-    message.valid_fields = 0x46F48B40 | 3
-    assert isinstance(read(message), RosPoint)
+    assert isinstance(read(full(valid=0x46F48B40 | 3)), RosPoint)
 
 
 def test_a_streamed_trajectory_is_moved_when_no_point_follows() -> None:
