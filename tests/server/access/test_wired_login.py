@@ -164,6 +164,13 @@ def guest(rig: GuardedRig, teacher: Pendant, address: str = LAN) -> Pendant:
     return paired
 
 
+def lesson_that_is_over(rig: GuardedRig, address: str = LAN) -> tuple[Pendant, Pendant]:
+    ann = rig.user("ann")
+    mia = guest(rig, ann, address)
+    assert ann.code(Pairing(6, PairingAction.WITHDRAW)) is V.ACCEPTED
+    return ann, mia
+
+
 def sent_away(pendant: Pendant) -> list[Outcome]:
     return [outcome for outcome in pendant.all(Outcome) if outcome.request_id == 0]
 
@@ -210,9 +217,7 @@ def test_a_guest_hears_that_the_lesson_is_over_and_nothing_after_that(rig: Guard
 
 
 def test_whoever_may_still_look_on_goes_on_looking_on(rig: GuardedRig) -> None:
-    ann = rig.user("ann")
-    mia = guest(rig, ann, LOCAL)
-    ann.code(Pairing(6, PairingAction.WITHDRAW))
+    _, mia = lesson_that_is_over(rig, LOCAL)
     assert sent_away(mia) == []
     rig.wait(200)
     assert mia.all(State)
@@ -240,9 +245,7 @@ def test_only_who_may_not_look_on_any_more_is_sent_away(
 
 
 def test_whoever_was_sent_away_is_told_why_with_each_refusal(rig: GuardedRig) -> None:
-    ann = rig.user("ann")
-    mia = guest(rig, ann)
-    ann.code(Pairing(6, PairingAction.WITHDRAW))
+    ann, mia = lesson_that_is_over(rig)
     assert len(sent_away(mia)) == 1
     mia.take()
     (_, code), text = mia.verdicts()[-1], mia.got[-1]
@@ -251,9 +254,7 @@ def test_whoever_was_sent_away_is_told_why_with_each_refusal(rig: GuardedRig) ->
 
 
 def test_whoever_was_sent_away_may_stop_and_log_in_again(rig: GuardedRig) -> None:
-    ann = rig.user("ann")
-    mia = guest(rig, ann)
-    ann.code(Pairing(6, PairingAction.WITHDRAW))
+    ann, mia = lesson_that_is_over(rig)
     assert mia.code(SoftwareStop(7, "still here")) is V.ACCEPTED
     assert log_in(mia, "vera") is V.ACCEPTED
     ann.reset()
