@@ -78,11 +78,8 @@ def test_a_motion_that_is_refused_is_noted_with_who_what_and_why(
     otto.path((0.1, 0.1))
     rig.plan(Refusal(V.TOO_FAST, "joint 1 is too fast"))
     last = rig.desk.log[-1]
-    assert (last.event, last.who, last.detail["text"]) == (
-        AuditEvent.REFUSED,
-        "otto",
-        "joint 1 is too fast",
-    )
+    assert (last.event, last.who) == (AuditEvent.REFUSED, "otto")
+    assert last.detail["text"] == "joint 1 is too fast"
 
 
 @pytest.mark.parametrize(

@@ -245,7 +245,7 @@ def test_only_who_may_not_look_on_any_more_is_sent_away(
 
 
 def test_whoever_was_sent_away_is_told_why_with_each_refusal(rig: GuardedRig) -> None:
-    ann, mia = lesson_that_is_over(rig)
+    _, mia = lesson_that_is_over(rig)
     assert len(sent_away(mia)) == 1
     mia.take()
     (_, code), text = mia.verdicts()[-1], mia.got[-1]

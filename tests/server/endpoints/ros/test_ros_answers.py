@@ -142,27 +142,23 @@ def test_positions_that_are_not_fresh_are_not_repeated() -> None:
 
 
 @pytest.mark.parametrize(
-    ("spoil", "error_code", "in_error", "possible"),
+    ("spoil", "told"),
     [
-        (lambda rig: None, 0, 0, 1),
-        (manual, 0, 0, 1),
-        (latched, 1_000_020, 1, 0),
-        (down, 1_000_023, 1, 0),
-        (e_stopped, 1_000_025, 1, 0),
-        (lambda rig: rig.holder().move(0.5, 0.5), 0, 0, 1),
+        (lambda rig: None, (0, 0, 1)),
+        (manual, (0, 0, 1)),
+        (latched, (1_000_020, 1, 0)),
+        (down, (1_000_023, 1, 0)),
+        (e_stopped, (1_000_025, 1, 0)),
+        (lambda rig: rig.holder().move(0.5, 0.5), (0, 0, 1)),
     ],
 )
 def test_status_is_the_controllers_narrowed_by_our_own_obstacles(
-    spoil: Callable[[ServerRig], None], error_code: int, in_error: int, possible: int
+    spoil: Callable[[ServerRig], None], told: tuple[int, int, int]
 ) -> None:
     rig = ready()
     spoil(rig)
     status = status_of(rig)
-    assert (status.error_code, status.in_error, status.motion_possible) == (
-        error_code,
-        in_error,
-        possible,
-    )
+    assert (status.error_code, status.in_error, status.motion_possible) == told
 
 
 def test_status_says_in_motion_as_long_as_the_motion_lasts() -> None:
