@@ -359,8 +359,3 @@ def test_what_is_no_code_is_refused_without_an_error(typed: str) -> None:
     codes = PairingCodes()
     codes.issue("cell", "ann", START, random.Random(1))
     assert codes.redeem(Secret(typed), START) is None
-
-
-def test_a_code_does_not_show_itself() -> None:
-    _, code = issued()
-    assert code.text.reveal() not in repr(code)

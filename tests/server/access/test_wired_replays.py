@@ -1,7 +1,7 @@
 """Promise 28: frames that come twice, late, from elsewhere or on a lease that is gone.
 
 Each is refused with a code of the catalogue, nothing is sent to the robot and nobody's authority
-changes; exact on the rig's clock. What TLS does about single records is `test_tls`' subject.
+changes; exact on the rig's clock. What TLS does about single records is `test_exposure`' subject.
 """
 
 import json
