@@ -1,4 +1,4 @@
-"""What a server may be exposed to (promise 28), refused before it listens with exit code 2; and TLS."""
+"""What a server may be exposed to (promise 28), refused before it listens; and TLS."""
 
 import shutil
 import ssl
