@@ -272,6 +272,7 @@ def test_what_is_in_no_table_is_overtaken(monkeypatch: pytest.MonkeyPatch) -> No
         messages.SetMode(1, messages.OperatingMode.AUTOMATIC),
         messages.ResetStop(1),
         messages.MotionControl(1, messages.MotionControlAction.RESUME),
+        *(managed(op) for op in sorted(MOVING)),
     ],
 )
 def test_what_would_undo_a_stop_is_overtaken(message: Message) -> None:
