@@ -88,6 +88,9 @@ class ByteClient:
     def frames(self, *messages: Message) -> bytes:
         return b"".join(self._wire.send(message) for message in messages)
 
+    def tell(self, *messages: Message) -> None:
+        self.say(self.frames(*messages))
+
     def say(self, data: bytes) -> None:
         """Have bytes arrive and read, as far as the server wants them; the rest is lost."""
         for at in range(0, len(data), READ):

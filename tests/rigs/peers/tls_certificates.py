@@ -9,18 +9,18 @@ import pytest
 OPENSSL = shutil.which("openssl")
 
 
-def make_certificate(folder: Path, name: str = "server") -> tuple[Path, Path]:
+def make_certificate(folder: Path, name: str = "server", *options: str) -> tuple[Path, Path]:
     """Make a certificate for 127.0.0.1; return its file and that of its key.
 
-    The test is skipped where there is no openssl.
+    The key is encrypted only where options say so. The test is skipped where there is no openssl.
     """
     if OPENSSL is None:
         pytest.skip("no openssl to make a certificate with")
     paths = folder / f"{name}.pem", folder / f"{name}.key"
     command = [
-        *(OPENSSL, "req", "-x509", "-newkey", "ec", "-nodes", "-days", "2"),
+        *(OPENSSL, "req", "-x509", "-newkey", "ec", "-days", "2"),
         *("-pkeyopt", "ec_paramgen_curve:prime256v1", "-subj", "/CN=pendant server"),
-        *("-addext", "subjectAltName=IP:127.0.0.1"),
+        *("-addext", "subjectAltName=IP:127.0.0.1", *(options or ("-nodes",))),
         *("-keyout", str(paths[1]), "-out", str(paths[0])),
     ]
     subprocess.run(command, check=True, capture_output=True, timeout=60)

@@ -11,6 +11,7 @@ from rigs.processes.judged_server import HOST, running_emulator, served_cell
 
 from openpendant.server.shell.app import App
 from openpendant.server.shell.client_connection import ClientConnection
+from openpendant.server.watchdog.watchdog_process import Watchdog
 from openpendant.simplemsg import PENDANT, ByteOrder, Connection, Message, Role
 from openpendant.simplemsg.pendant import MAX_PENDANT_FRAME
 
@@ -59,11 +60,14 @@ def clients_of(app: App) -> dict[int, ClientConnection]:
 
 
 @asynccontextmanager
-async def app_on_loop(**listen: object) -> AsyncIterator[AppOnLoop]:
+async def app_on_loop(
+    *, watchdog: Watchdog | None = None, **listen: object
+) -> AsyncIterator[AppOnLoop]:
     """Run a server with one cell; `listen` goes to that table of its settings."""
     async with running_emulator() as emulator:
         link = {"motion_port": emulator.motion_port, "state_port": emulator.state_port}
-        app, settings = served_cell(controller=link, listen={"ros_motion_port": "off", **listen})
+        ports = {"ros_motion_port": "off", **listen}
+        app, settings = served_cell(watchdog=watchdog, controller=link, listen=ports)
         async with app.running() as bound:
             await asyncio.sleep(0.5)
             state = bound.ros[settings.name].state

@@ -16,6 +16,7 @@ from openpendant.server.planning.worker.job_planner import answer
 from openpendant.server.settings.cell_settings import CellSettings, make_settings
 from openpendant.server.shell.app import App
 from openpendant.server.shell.cell_shell import CellParts
+from openpendant.server.watchdog.watchdog_process import Watchdog
 from openpendant.simplemsg.journal import Journal
 from openpendant.tools.packets.conformance.check import Profile, Section
 from openpendant.tools.packets.conformance.server.target import Options
@@ -55,12 +56,15 @@ class LoopPlanner:
         self._deliveries[job_id].cancel()
 
 
-def served_cell(journal: Journal | None = None, **tables: Any) -> tuple[App, CellSettings]:
+def served_cell(
+    journal: Journal | None = None, watchdog: Watchdog | None = None, **tables: Any
+) -> tuple[App, CellSettings]:
     """Return a server of one cell and its settings; on free ports unless `listen` says others."""
     ports = {"pendant_port": 0, "ros_motion_port": 0, "ros_state_port": 0}
     tables["listen"] = {**ports, **tables.get("listen", {})}
     settings = make_settings({"robot": ROBOT, **tables}, "test")
-    return bare_app([CellParts(settings, serial_robot(ROBOT), LoopPlanner())], journal), settings
+    cell = CellParts(settings, serial_robot(ROBOT), LoopPlanner())
+    return bare_app([cell], journal, watchdog=watchdog), settings
 
 
 @asynccontextmanager

@@ -3,9 +3,6 @@
 import asyncio
 import hashlib
 import pickle
-import statistics
-import threading
-import time
 from functools import partial
 from typing import Any
 
@@ -14,12 +11,12 @@ from hypothesis import given
 from hypothesis import strategies as st
 from pydantic import ValidationError
 from rigs.cells.admission_desk import account
+from rigs.cells.expectations import known, refusal_from
 
 from openpendant.server.access.access_backend import PasswordWorker
 from openpendant.server.access.accounts import Account, AccountBook, name_fault
 from openpendant.server.access.admission import VerifyJob
 from openpendant.server.access.passwords import (
-    DEFAULT_COST,
     NOBODYS_HASH,
     PasswordHash,
     ScryptCost,
@@ -45,9 +42,7 @@ def test_a_name_is_letters_digits_and_a_few_signs_between(name: str) -> None:
     ],
 )
 def test_another_name_is_refused_with_its_code(name: str) -> None:
-    fault = name_fault(name)
-    assert fault is not None
-    assert fault.code is V.BAD_ACCOUNT_NAME
+    assert refusal_from(name_fault(name)).code is V.BAD_ACCOUNT_NAME
 
 
 @given(st.text(max_size=40))
@@ -66,9 +61,7 @@ def test_a_kept_account_with_a_bad_name_is_not_read() -> None:
 
 def test_an_account_is_found_whatever_its_capitals() -> None:
     book = AccountBook([account("Ann", Role.ADMIN)])
-    found = book.find("aNN")
-    assert found is not None
-    assert found.name == "Ann"
+    assert known(book.find("aNN")).name == "Ann"
     assert book.find("bob") is None
 
 
@@ -112,7 +105,6 @@ def test_another_salt_gives_another_hash() -> None:
 
 
 def test_nobody_costs_exactly_what_an_account_costs(monkeypatch: pytest.MonkeyPatch) -> None:
-    """Promise 29: an unknown user is checked by the same call with the same parameters."""
     calls: list[dict[str, Any]] = []
     real = hashlib.scrypt
 
@@ -150,9 +142,7 @@ def test_a_kept_cost_that_is_too_low_or_too_high_is_not_read(cost: dict[str, int
 )
 def test_a_password_that_is_easily_guessed_is_refused(password: str) -> None:
     """NIST SP 800-63B: dictionary words, repetitions, sequences, names and derivatives of them."""
-    fault = password_fault(Secret(password), "robert")
-    assert fault is not None
-    assert fault.code is V.BAD_PASSWORD
+    assert refusal_from(password_fault(Secret(password), "robert")).code is V.BAD_PASSWORD
 
 
 @pytest.mark.parametrize(
@@ -177,51 +167,10 @@ def test_no_reason_for_refusing_a_password_shows_it(password: str) -> None:
 def test_a_secret_shows_itself_to_nobody() -> None:
     """Promise 30: not printed, not formatted, not pickled."""
     secret = Secret("canary")
-    shown = [
-        repr(secret),
-        str(secret),
-        f"{secret}",
-        f"{secret!r:>20}",
-        f"{[secret]}",
-        f"{secret:x}",
-    ]
-    assert not any("canary" in text for text in shown)
+    shown = repr(secret) + str(secret) + f"{secret}{secret!r:>20}{[secret]}{secret:x}"
+    assert "canary" not in shown
     with pytest.raises(TypeError, match="not pickled"):
         pickle.dumps(secret)
-
-
-@pytest.mark.realtime
-def test_hashing_lets_other_threads_go_on() -> None:
-    taken: list[float] = []
-    turns: list[int] = []
-    while len(turns) < 5 and not any(count > 5 for count in turns):  # a busy machine has few
-        began = time.perf_counter()
-        thread = threading.Thread(target=hash_password, args=(Secret("correct horse"), SALT))
-        thread.start()
-        turns.append(0)
-        while thread.is_alive():
-            time.sleep(0.001)
-            turns[-1] += 1
-        taken.append(time.perf_counter() - began)
-    # With the interpreter's lock held there would be one turn, at the end.
-    assert min(taken) > 0.02
-    assert turns[-1] > 5, turns
-
-
-@pytest.mark.soak
-@pytest.mark.realtime
-def test_a_hash_costs_50_ms_and_an_unknown_user_takes_as_long() -> None:
-    """Promise 29: at least 50 ms in the worker; medians within 10 % of one another."""
-    kept = hash_password(Secret("correct horse"), SALT, DEFAULT_COST)
-    taken: dict[str, list[float]] = {"known": [], "unknown": []}
-    for _ in range(41):
-        for who, compared in (("known", kept), ("unknown", NOBODYS_HASH)):
-            began = time.perf_counter()
-            is_password(Secret("guess"), compared)
-            taken[who].append(time.perf_counter() - began)
-    known, unknown = (statistics.median(times) for times in taken.values())
-    assert known >= 0.05
-    assert 0.9 <= unknown / known <= 1.1
 
 
 @pytest.fixture(scope="module")
@@ -237,16 +186,12 @@ def job(number: int, kept: PasswordHash, password: str = "correct horse") -> Ver
 @pytest.mark.virtual_clock
 async def test_an_answer_comes_later_with_its_job(kept: PasswordHash) -> None:
     worker = PasswordWorker()
-    answers: list[tuple[int, bool | None]] = []
-
-    def answered(number: int, right: bool | None) -> None:
-        answers.append((number, right))
-
+    answers: dict[int, bool | None] = {}
     for number, password in ((1, "correct horse"), (2, "wrong")):
-        worker.submit(job(number, kept, password), partial(answered, number))
-    assert answers == []
+        worker.submit(job(number, kept, password), partial(answers.__setitem__, number))
+    assert answers == {}
     await asyncio.sleep(0.01)
-    assert answers == [(1, True), (2, False)]
+    assert answers == {1: True, 2: False}
     worker.close()
 
 

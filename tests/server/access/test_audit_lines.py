@@ -1,16 +1,21 @@
-"""Audit lines and the process log: bounded, and one entry never looks like two (promise 30)."""
+"""The audit log, its lines and its files, and the process log (promise 30)."""
 
+import contextlib
+import errno
 import io
 import json
 import logging
 import os
+import time
 from collections.abc import Callable, Iterator
 from pathlib import Path
+from typing import Any
 
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 from promises.promise_table import figure
+from rigs.cells.expectations import known
 
 from openpendant.server.access.audit import (
     LONGEST_LINE,
@@ -22,17 +27,29 @@ from openpendant.server.access.audit import (
     torn_detail,
     write_line,
 )
-from openpendant.server.access.audit_file import AuditFile, Stamped
+from openpendant.server.access.audit_file import (
+    AuditFile,
+    AuditLog,
+    RawFile,
+    Stamped,
+    all_files,
+    open_raw,
+    read_lines,
+)
 from openpendant.server.access.lockout import SECOND_NS
 from openpendant.server.access.process_log import MOST_LINES, LimitedHandler, LineLimit, printable
 
 TIME = "2026-01-02T03:04:05.678+00:00"
 
 
+def jog(number: int) -> AuditEntry:
+    return AuditEntry(AuditEvent.JOG_BEGAN, number, who="ann")
+
+
 def lines(count: int = 5, last: Link | None = None) -> list[bytes]:
     link, written = last or Link(), []
     for n in range(count):
-        line, link = write_line(AuditEntry(AuditEvent.JOG_BEGAN, n, who="ann"), TIME, link)
+        line, link = write_line(jog(n), TIME, link)
         written.append(line.removesuffix(b"\n"))
     return written
 
@@ -65,10 +82,6 @@ def test_a_line_says_who_did_what_when_and_follows_the_one_before() -> None:
     }
 
 
-def test_an_untouched_chain_is_intact() -> None:
-    assert faults(lines()) == []
-
-
 @pytest.mark.parametrize(
     "change",
     [
@@ -85,6 +98,7 @@ def test_an_untouched_chain_is_intact() -> None:
     ids=["edit", "gap", "swap", "twice", "head", "torn", "blank", "number", "other chain"],
 )
 def test_every_change_of_a_chain_is_noticed(change: Callable[[list[bytes]], list[bytes]]) -> None:
+    assert faults(lines()) == []
     assert faults(change(lines())) != []
 
 
@@ -97,29 +111,16 @@ def test_every_changed_byte_is_noticed(row: int, place: int, flip: int) -> None:
     assert faults(chain) != []
 
 
-def test_a_torn_line_that_the_next_accounts_for_is_no_fault() -> None:
-    chain = lines()
-    torn = b'{"n":6,"time'
-    entry = AuditEntry(AuditEvent.LOG_RECOVERED, 0, detail=torn_detail(torn))
-    record = read_line(chain[-1])
-    assert record is not None
-    recovered, _ = write_line(entry, TIME, Link(5, record["hash"]))
-    assert faults([*chain, torn, recovered.removesuffix(b"\n")]) == []
-
-
 def test_a_whole_line_that_was_altered_is_not_excused_by_a_recovery() -> None:
     chain = lines()
     altered = chain[-1].replace(b"ann", b"bob")
-    record = read_line(chain[-2])
-    assert record is not None
     entry = AuditEntry(AuditEvent.LOG_RECOVERED, 0, detail=torn_detail(altered))
-    recovered, _ = write_line(entry, TIME, Link(4, record["hash"]))
+    recovered, _ = write_line(entry, TIME, Link(4, known(read_line(chain[-2]))["hash"]))
     assert faults([*chain[:-1], altered, recovered.removesuffix(b"\n")]) != []
 
 
 @given(st.text(), st.dictionaries(st.text(), st.text() | st.floats() | st.integers(), max_size=30))
 def test_no_text_can_break_a_line_or_command_a_terminal(who: str, detail: dict[str, str]) -> None:
-    """Promise 30: control characters are escaped, and no entry looks like two."""
     line, _ = write_line(AuditEntry(AuditEvent.REFUSED, 0, who=who, detail=detail), TIME, Link())
     assert line.endswith(b"\n")
     assert all(0x20 <= byte < 0x7F for byte in line[:-1])
@@ -148,7 +149,6 @@ def flood(limit: LineLimit, entries: list[AuditEntry]) -> list[AuditEntry]:
 
 @pytest.mark.parametrize("rate", [150, 1_000, 10_000])
 def test_at_most_100_lines_in_any_second_and_none_uncounted(rate: int) -> None:
-    """Promise 30: flooding."""
     entries = [
         AuditEntry(AuditEvent.JOG_BEGAN, n * SECOND_NS // rate, who=f"name {n % 50}")
         for n in range(3 * rate)
@@ -176,12 +176,8 @@ def test_a_quiet_log_has_no_summary() -> None:
     assert flood(LineLimit(), entries) == entries
 
 
-def entry(number: int) -> AuditEntry:
-    return AuditEntry(AuditEvent.JOG_BEGAN, number, who="ann")
-
-
 def test_a_recovery_excuses_no_other_torn_line_than_the_one_that_it_tells_of() -> None:
-    first, link = write_line(entry(1), TIME, Link())
+    first, link = write_line(jog(1), TIME, Link())
     told = AuditEntry(AuditEvent.LOG_RECOVERED, 2, detail=torn_detail(b'{"n":2,"time'))
     recovered, _ = write_line(told, TIME, link)
     check = ChainCheck()
@@ -190,8 +186,12 @@ def test_a_recovery_excuses_no_other_torn_line_than_the_one_that_it_tells_of() -
     assert check.feed(recovered.rstrip()) == "line 2 is torn or was altered"
 
 
-def test_the_disk_keeps_what_was_appended(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    path = tmp_path / "audit.jsonl"
+@pytest.fixture
+def path(tmp_path: Path) -> Path:
+    return tmp_path / "audit.jsonl"
+
+
+def test_the_disk_keeps_what_was_appended(path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     kept: list[bytes] = []
     fsync = os.fsync
 
@@ -201,10 +201,10 @@ def test_the_disk_keeps_what_was_appended(tmp_path: Path, monkeypatch: pytest.Mo
             kept.append(path.read_bytes())
 
     log = AuditFile(path)
-    log.append(Stamped(entry(1), TIME))
+    log.append(Stamped(jog(1), TIME))
     with path.open("rb") as looking:
         monkeypatch.setattr(os, "fsync", watched)
-        log.append(Stamped(entry(2), TIME))
+        log.append(Stamped(jog(2), TIME))
         log.sync()
         monkeypatch.undo()
     log.close()
@@ -271,3 +271,193 @@ def test_the_lines_of_a_traceback_are_indented_and_counted(logged: Logged) -> No
     entries = [line for line in logged.lines if not line.startswith("    ")]
     assert all("it failed" in line for line in entries)
     assert logged.stream.getvalue().replace("\n", "").isprintable()
+
+
+class SmallDisk:
+    def __init__(self, room: int) -> None:
+        self.room = room
+
+    def open(self, path: Path) -> RawFile:
+        return _OnSmallDisk(self, open_raw(path))
+
+
+class _OnSmallDisk:
+    def __init__(self, disk: SmallDisk, raw: RawFile) -> None:
+        self._disk = disk
+        self._raw = raw
+
+    def write(self, data: bytes, /) -> int:
+        taken = data[: self._disk.room]
+        if not taken:
+            raise OSError(errno.ENOSPC, os.strerror(errno.ENOSPC))
+        self._disk.room -= len(taken)
+        return self._raw.write(taken) or 0
+
+    def fileno(self) -> int:
+        return self._raw.fileno()
+
+    def close(self) -> None:
+        self._raw.close()
+
+
+def stamped(n: int) -> Stamped:
+    return Stamped(jog(n), TIME)
+
+
+def checked(path: Path) -> ChainCheck:
+    check = ChainCheck()
+    assert [fault for line in read_lines(path) if (fault := check.feed(line))] == []
+    assert check.finish() is None
+    return check
+
+
+def records(path: Path) -> list[dict[str, Any]]:
+    read = map(read_line, read_lines(path))
+    return [record for record in read if record is not None]
+
+
+def events(path: Path) -> list[str]:
+    return [record["event"] for record in records(path)]
+
+
+def write(path: Path, *numbers: int, most_bytes: int = 10**6) -> None:
+    file = AuditFile(path, most_bytes)
+    for n in numbers:
+        file.append(stamped(n))
+    file.sync()
+    file.close()
+
+
+def test_a_chain_goes_on_after_a_restart(path: Path) -> None:
+    write(path, 1, 2)
+    write(path, 3)
+    assert checked(path).last.number == 3
+
+
+def test_a_large_file_is_put_aside_and_none_is_overwritten(path: Path) -> None:
+    for n in range(4):
+        write(path, *range(10 * n, 10 * n + 10), most_bytes=1_000)
+    assert len(all_files(path)) > 5
+    assert checked(path).lines == 40
+
+
+def test_the_chain_is_found_in_the_older_files_where_the_newest_is_gone(path: Path) -> None:
+    write(path, *range(10), most_bytes=500)
+    missing = path.read_bytes().count(b"\n")
+    path.unlink()
+    write(path, 11)
+    assert checked(path).last.number == 10 - missing + 1
+
+
+def test_the_log_is_readable_by_its_owner_only(path: Path) -> None:
+    write(path, 1)
+    assert path.stat().st_mode & 0o077 == 0
+
+
+@pytest.mark.parametrize("torn", [b"{", b'{"n":3,"time":"2026', b"\0" * 300, b"x\ny\n", b"x\ny"])
+def test_what_a_crash_left_is_closed_off_and_told_of(path: Path, torn: bytes) -> None:
+    write(path, 1, 2)
+    with path.open("ab") as file:
+        file.write(torn)
+    write(path, 3)
+    assert checked(path).torn > 0
+    assert events(path) == ["jog-began", "jog-began", "log-recovered", "jog-began"]
+
+
+def test_a_crash_at_every_byte_of_a_line_leaves_an_intact_chain(path: Path) -> None:
+    write(path, 1, 2)
+    whole = path.read_bytes()
+    first = whole.index(b"\n") + 1
+    for cut in range(first + 1, len(whole), 7):
+        path.write_bytes(whole[:cut])
+        write(path, 3)
+        assert checked(path).last.number in (3, 4)
+
+
+def test_a_second_writer_is_refused(path: Path) -> None:
+    first = AuditFile(path)
+    with pytest.raises(OSError, match="another process writes this audit log"):
+        AuditFile(path)
+    first.close()
+    AuditFile(path).close()
+
+
+@pytest.mark.parametrize("room", range(0, 900, 53))
+def test_a_disk_that_fills_up_at_any_byte_leaves_an_intact_chain(path: Path, room: int) -> None:
+    disk = SmallDisk(room)
+    file = AuditFile(path, opener=disk.open)
+    written = 0
+    for n in range(8):
+        disk.room += 10_000 if n == 5 else 0
+        with contextlib.suppress(OSError):
+            file.append(stamped(n))
+            written += 1
+    file.close()
+    checked(path)
+    assert events(path).count("jog-began") == written >= 3
+
+
+# The thread.
+
+
+def until(condition: Callable[[], bool]) -> None:
+    deadline = time.monotonic() + 20
+    while not condition():
+        assert time.monotonic() < deadline
+        time.sleep(0.002)
+
+
+def test_what_was_recorded_is_written_by_the_end(path: Path) -> None:
+    log = AuditLog(path)
+    for n in range(50):
+        log.record(jog(n))
+    log.close()
+    assert checked(path).lines == 50
+
+
+def test_a_flood_is_summed_up_at_the_end(path: Path) -> None:
+    log = AuditLog(path)
+    for n in range(2_000):
+        log.record(jog(n))
+    log.close()
+    assert events(path) == ["jog-began"] * 99 + ["suppressed"]
+    checked(path)
+
+
+@pytest.mark.realtime
+def test_a_full_disk_holds_nobody_up_and_the_gap_is_told_of(path: Path) -> None:
+    disk = SmallDisk(700)
+    log = AuditLog(path, most_waiting=40, retry=0.005, opener=disk.open)
+    for n in range(10):
+        log.record(jog(n))
+    until(lambda: log.fault != "")
+    assert log.fault == os.strerror(errno.ENOSPC)
+    began = time.perf_counter()
+    for n in range(10, 110):
+        log.record(jog(n))
+    assert time.perf_counter() - began < 1.0
+    disk.room = 10**6
+    until(lambda: log.fault == "")
+    log.close()
+    checked(path)
+    (gap,) = (record for record in records(path) if record["event"] == "log-gap")
+    assert gap["detail"]["reason"] == os.strerror(errno.ENOSPC)
+    assert gap["detail"]["lost"] + events(path).count("jog-began") == 110
+
+
+@pytest.mark.parametrize("kind", ["folder", "pipe", "device"])
+def test_what_is_no_regular_file_is_refused_at_the_start(path: Path, kind: str) -> None:
+    match kind:
+        case "folder":
+            path.mkdir()
+        case "pipe":
+            os.mkfifo(path)
+        case "device":
+            path.symlink_to("/dev/full")
+    with pytest.raises(OSError, match="is no regular file"):
+        AuditFile(path)
+
+
+def test_a_folder_that_does_not_exist_is_refused_at_the_start(tmp_path: Path) -> None:
+    with pytest.raises(FileNotFoundError):
+        AuditLog(tmp_path / "nowhere" / "audit.jsonl")

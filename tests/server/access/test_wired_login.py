@@ -5,6 +5,7 @@ from pathlib import Path
 
 import pytest
 from rigs.cells.admission_desk import BOOK, LAN, LOCAL, account
+from rigs.cells.expectations import only
 from rigs.cells.guarded_rig import GuardedRig, log_in
 from rigs.clock.busy_machine import PATIENCE
 from rigs.peers.server_clients import Pendant
@@ -15,14 +16,12 @@ from openpendant.server.access.accounts import Account, AccountBook
 from openpendant.server.access.audit import AuditEvent
 from openpendant.server.access.passwords import PasswordHash
 from openpendant.server.cli.users_commands import main as users_main
-from openpendant.server.events.events import Port
 from openpendant.simplemsg import CommType, Message
 from openpendant.simplemsg.pendant import (
     AuthorityChanged,
     AuthorityReason,
     Login,
     LoginKind,
-    Management,
     Outcome,
     OutcomeKind,
     Pairing,
@@ -39,23 +38,10 @@ from openpendant.simplemsg.verdicts import VerdictCode as V
 from openpendant.tools.pendants.client import Refused
 
 
-def code_in(answers: list[Message]) -> str:
-    (reply,) = [answer for answer in answers if isinstance(answer, PairingReply)]
-    return reply.code
-
-
-def test_whoever_logs_in_may_take_the_authority_as_his_account(
-    rig: GuardedRig,
-) -> None:
+def test_whoever_logs_in_may_take_the_authority_as_his_account(rig: GuardedRig) -> None:
     otto = rig.user("otto")
     assert otto.take() is V.ACCEPTED
     assert [news.client for news in otto.all(AuthorityChanged)] == ["otto"]
-
-
-def test_a_wrong_password_is_refused_and_grants_nothing(rig: GuardedRig) -> None:
-    visitor = rig.visitor()
-    assert log_in(visitor, "otto", "not it") is V.LOGIN_FAILED
-    assert visitor.take() is V.LOGIN_NEEDED
 
 
 def test_a_password_is_checked_while_the_robot_can_be_stopped(rig: GuardedRig) -> None:
@@ -71,6 +57,7 @@ def test_promise_29_five_wrong_passwords_lock_logging_in_and_nothing_else(rig: G
     visitor = rig.visitor()
     codes = [log_in(visitor, "otto", "not it") for _ in range(6)]
     assert codes == [V.LOGIN_FAILED] * 5 + [V.LOCKED_OUT]
+    assert visitor.take() is V.LOGIN_NEEDED
     assert log_in(visitor, "otto") is V.LOCKED_OUT
     assert visitor.stop() is V.ACCEPTED
     assert rig.core.cell.stop is not None
@@ -134,16 +121,6 @@ def test_a_promotion_does_not_stop_the_motion(rig: GuardedRig, otto: Pendant) ->
     assert otto.outcomes()[-1][1] is V.ACCEPTED
 
 
-def test_the_first_account_ends_the_single_user() -> None:
-    rig = GuardedRig(AccountBook())
-    rig.desk.login.single_user_host = True
-    owner = rig.visitor(LOCAL)
-    assert owner.take() is V.ACCEPTED
-    rig.follow(BOOK)
-    assert rig.core.cell.authority.holder is None
-    assert owner.take() is V.LOGIN_NEEDED
-
-
 def test_who_comes_from_outside_sees_the_state_only_after_the_login(rig: GuardedRig) -> None:
     visitor = rig.visitor(state_rate=50)
     rig.wait(200)
@@ -160,33 +137,13 @@ def test_who_is_on_the_machine_looks_on_without_a_login(rig: GuardedRig) -> None
     assert visitor.all(State)
 
 
-def test_a_guest_moves_with_the_code_until_the_lesson_is_over(rig: GuardedRig) -> None:
-    ann, guest = rig.user("ann"), rig.visitor()
-    code = code_in(ann.send(Pairing(5, PairingAction.ISSUE)))
-    assert guest.code(Login(1, LoginKind.PAIRING, "Mia", code)) is V.ACCEPTED
-    assert guest.take() is V.ACCEPTED
-    assert ann.code(Pairing(6, PairingAction.WITHDRAW)) is V.ACCEPTED
-    assert rig.core.cell.authority.holder is None
-    assert guest.take() is V.LOGIN_NEEDED
-
-
-def test_only_an_admin_gets_a_code(rig: GuardedRig) -> None:
-    assert rig.user("otto").code(Pairing(5, PairingAction.ISSUE)) is V.ROLE_TOO_LOW
-
-
 @pytest.mark.parametrize(
     "message", [Login(7, 3, "otto", "otto's password"), Pairing(7, 9)], ids=["login", "pairing"]
 )
 def test_an_unknown_kind_is_refused_with_the_known(rig: GuardedRig, message: Message) -> None:
-    (answer,) = rig.user("ann").send(message)
-    assert isinstance(answer, Verdict)
+    answer = only(Verdict, rig.user("ann").send(message))
     assert answer.code == V.BAD_ARGUMENT
     assert "accepted: 1" in answer.text
-
-
-def test_nobody_logs_in_before_hello(rig: GuardedRig) -> None:
-    stranger: Pendant = rig.stranger(Port.PENDANT)
-    assert log_in(stranger, "otto") is V.HELLO_FIRST
 
 
 def test_logins_are_noted_by_name_and_failures_without_what_was_typed(rig: GuardedRig) -> None:
@@ -199,13 +156,19 @@ def test_logins_are_noted_by_name_and_failures_without_what_was_typed(rig: Guard
 
 
 def guest(rig: GuardedRig, teacher: Pendant, address: str = LAN) -> Pendant:
-    (reply,) = teacher.send(Pairing(5, PairingAction.ISSUE))
-    assert isinstance(reply, PairingReply)
+    reply = only(PairingReply, teacher.send(Pairing(5, PairingAction.ISSUE)))
     paired = rig.visitor(address, state_rate=50)
     request = Login(1, LoginKind.PAIRING, "Mia", reply.code)
     assert paired.code(request) is V.ACCEPTED
     paired.got.clear()
     return paired
+
+
+def lesson_that_is_over(rig: GuardedRig, address: str = LAN) -> tuple[Pendant, Pendant]:
+    ann = rig.user("ann")
+    mia = guest(rig, ann, address)
+    assert ann.code(Pairing(6, PairingAction.WITHDRAW)) is V.ACCEPTED
+    return ann, mia
 
 
 def sent_away(pendant: Pendant) -> list[Outcome]:
@@ -236,13 +199,15 @@ def test_whoever_loses_his_login_hears_that_and_may_not_look_on(
     assert (told.comm_type, told.outcome) == (CommType.TOPIC, OutcomeKind.ABORTED)
     assert told.code == V.LOGIN_NEEDED
     assert "the account was changed; log in again" in told.text
+    assert otto.take() is V.LOGIN_NEEDED
 
 
 def test_a_guest_hears_that_the_lesson_is_over_and_nothing_after_that(rig: GuardedRig) -> None:
     ann = rig.user("ann")
     mia = guest(rig, ann)
-    mia.take()
+    assert mia.take() is V.ACCEPTED
     assert ann.code(Pairing(6, PairingAction.WITHDRAW)) is V.ACCEPTED
+    assert rig.core.cell.authority.holder is None
     assert [news.holder for news in mia.all(AuthorityChanged)] == [mia.session, 0]
     assert "the lesson is over" in sent_away(mia)[-1].text
     mia.got.clear()
@@ -251,28 +216,11 @@ def test_a_guest_hears_that_the_lesson_is_over_and_nothing_after_that(rig: Guard
     assert mia.got == []
 
 
-def test_a_guest_without_control_hears_that_the_lesson_is_over(rig: GuardedRig) -> None:
-    ann = rig.user("ann")
-    mia = guest(rig, ann)
-    ann.code(Pairing(6, PairingAction.WITHDRAW))
-    assert len(sent_away(mia)) == 1
-
-
 def test_whoever_may_still_look_on_goes_on_looking_on(rig: GuardedRig) -> None:
-    ann = rig.user("ann")
-    mia = guest(rig, ann, LOCAL)
-    ann.code(Pairing(6, PairingAction.WITHDRAW))
+    _, mia = lesson_that_is_over(rig, LOCAL)
     assert sent_away(mia) == []
     rig.wait(200)
     assert mia.all(State)
-
-
-def log_out(rig: GuardedRig, otto: Pendant) -> None:
-    otto.send(Management(7, b'{"op": "access.logout"}'))
-
-
-def log_in_anew(rig: GuardedRig, otto: Pendant) -> None:
-    log_in(otto, "vera")
 
 
 def promote(rig: GuardedRig, otto: Pendant) -> None:
@@ -281,11 +229,15 @@ def promote(rig: GuardedRig, otto: Pendant) -> None:
 
 @pytest.mark.parametrize(
     ("change", "times"),
-    [(log_out, 1), (log_in_anew, 0), (promote, 0)],
+    [
+        (lambda _, otto: otto.ask("access.logout"), 1),
+        (lambda _, otto: log_in(otto, "vera"), 0),
+        (promote, 0),
+    ],
     ids=["logs out", "logs in as somebody else", "has another role"],
 )
 def test_only_who_may_not_look_on_any_more_is_sent_away(
-    rig: GuardedRig, change: Callable[[GuardedRig, Pendant], None], times: int
+    rig: GuardedRig, change: Callable[[GuardedRig, Pendant], object], times: int
 ) -> None:
     otto = rig.user("otto")
     change(rig, otto)
@@ -293,9 +245,8 @@ def test_only_who_may_not_look_on_any_more_is_sent_away(
 
 
 def test_whoever_was_sent_away_is_told_why_with_each_refusal(rig: GuardedRig) -> None:
-    ann = rig.user("ann")
-    mia = guest(rig, ann)
-    ann.code(Pairing(6, PairingAction.WITHDRAW))
+    _, mia = lesson_that_is_over(rig)
+    assert len(sent_away(mia)) == 1
     mia.take()
     (_, code), text = mia.verdicts()[-1], mia.got[-1]
     assert code is V.LOGIN_NEEDED
@@ -303,9 +254,7 @@ def test_whoever_was_sent_away_is_told_why_with_each_refusal(rig: GuardedRig) ->
 
 
 def test_whoever_was_sent_away_may_stop_and_log_in_again(rig: GuardedRig) -> None:
-    ann = rig.user("ann")
-    mia = guest(rig, ann)
-    ann.code(Pairing(6, PairingAction.WITHDRAW))
+    ann, mia = lesson_that_is_over(rig)
     assert mia.code(SoftwareStop(7, "still here")) is V.ACCEPTED
     assert log_in(mia, "vera") is V.ACCEPTED
     ann.reset()
@@ -319,7 +268,7 @@ def test_whoever_was_sent_away_may_stop_and_log_in_again(rig: GuardedRig) -> Non
 async def test_a_client_on_another_machine_ends_its_wait_when_its_account_is_disabled(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    """Over sockets, whose addresses count as another machine's."""
+    """Over sockets, whose addresses count as another machine's, by a command beside the server."""
     monkeypatch.setattr(request_gate, "is_loopback", lambda address: False)
     async with served_operator(tmp_path) as (server, otto):
         await otto.next_state()
@@ -328,4 +277,7 @@ async def test_a_client_on_another_machine_ends_its_wait_when_its_account_is_dis
         with pytest.raises(Refused, match=r"LOGIN_NEEDED.*log in again"):
             await otto.wait_until(lambda state: False, within=PATIENCE)
         assert not otto.in_control
+        assert server.app.cells[0].core.cell.authority.holder is None
+        with pytest.raises(Refused, match="LOGIN_NEEDED"):
+            await otto.take_control()
         await otto.stop("nobody is in control")

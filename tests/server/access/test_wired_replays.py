@@ -1,7 +1,7 @@
 """Promise 28: frames that come twice, late, from elsewhere or on a lease that is gone.
 
 Each is refused with a code of the catalogue, nothing is sent to the robot and nobody's authority
-changes; exact on the rig's clock. What TLS does about single records is `test_tls`' subject.
+changes; exact on the rig's clock. What TLS does about single records is `test_exposure`' subject.
 """
 
 import json
@@ -31,6 +31,10 @@ def operation(**body: object) -> Frame:
     return lambda number: messages.Management(number, json.dumps(body).encode())
 
 
+def press(number: int, press: int = 1, state: int = 1) -> Message:
+    return messages.JogStart(number, press, state, 0.15, messages.JogSpace.JOINTS, "", 2, RATES)
+
+
 FRAMES: dict[str, Frame] = {
     "take control": lambda number: messages.Authority(number, messages.AuthorityAction.REQUEST),
     "take over": lambda number: messages.Authority(number, messages.AuthorityAction.FORCE),
@@ -43,9 +47,7 @@ FRAMES: dict[str, Frame] = {
         number, 1, 0.5, "base", (messages.PoseWaypoint(NEAR, UPRIGHT),)
     ),
     "home": lambda number: messages.Home(number, 0.5, "home"),
-    "jog press": lambda number: messages.JogStart(
-        number, 1, 1, 0.15, messages.JogSpace.JOINTS, "", 2, RATES
-    ),
+    "jog press": press,
     "jog step": lambda number: messages.JogStep(
         number, 0.5, messages.JogSpace.JOINTS, "", 2, joint_array((0.01,))
     ),
@@ -66,14 +68,13 @@ NEEDS_AUTHORITY = [
 
 
 def code_of(pendant: Pendant, message: Message) -> V:
-    answers = pendant.send(message)
-    for answer in answers:
+    for answer in pendant.send(message):
         match answer:
             case messages.Verdict(code=code):
                 return V(code)
             case messages.Management(body=body):
                 return V(json.loads(body).get("code", 0))
-    raise AssertionError(f"no answer but {answers}")
+    raise AssertionError("no answer")
 
 
 def points(rig: GuardedRig) -> int:
@@ -164,10 +165,7 @@ def held_press(rig: GuardedRig) -> Pendant:
     assert otto.code(messages.SetMode(20, messages.OperatingMode.MANUAL_REDUCED)) is V.ACCEPTED
     rig.wait(30)
     otto.send(messages.Enabling(1))
-    press = messages.JogStart(
-        21, 1, otto.all(messages.State)[-1].sequence, 0.15, messages.JogSpace.JOINTS, "", 2, RATES
-    )
-    assert otto.code(press) is V.ACCEPTED
+    assert otto.code(press(21, 1, otto.all(messages.State)[-1].sequence)) is V.ACCEPTED
     otto.send(messages.JogBeat(1, 1))
     return otto
 
@@ -205,19 +203,12 @@ def test_promise_28_a_press_that_ended_is_not_begun_again(rig: GuardedRig) -> No
     otto.send(messages.Enabling(1))
     fresh = otto.all(messages.State)[-1].sequence
     before = points(rig)
-    assert (
-        otto.code(messages.JogStart(23, 1, fresh, 0.15, messages.JogSpace.JOINTS, "", 2, RATES))
-        is V.PRESS_DEAD
-    )
-    assert (
-        otto.code(messages.JogStart(24, 2, 1, 0.15, messages.JogSpace.JOINTS, "", 2, RATES))
-        is V.PRESS_STALE
-    )
+    assert otto.code(press(23, 1, fresh)) is V.PRESS_DEAD
+    assert otto.code(press(24, 2, 1)) is V.PRESS_STALE
     assert points(rig) == before
 
 
 def test_promise_28_a_lease_that_ends_during_a_press_ends_the_press(rig: GuardedRig) -> None:
-    """Whoever held it goes on beating, and nothing moves any more."""
     otto = held_press(rig)
     rig.wait(50)
     otto.release()

@@ -9,6 +9,7 @@ from collections.abc import Iterator
 from contextlib import redirect_stderr, redirect_stdout
 from dataclasses import dataclass, field
 from pathlib import Path
+from typing import NamedTuple
 
 import pytest
 from rigs.peers.tls_certificates import make_certificate
@@ -34,12 +35,7 @@ WRONG_CODE = "CANARYCODE"
 
 @dataclass
 class Lesson:
-    """What happened while every secret was used once.
-
-    Attributes:
-        secrets: what was typed and shown.
-        told: what the server answered and what the client says of it.
-    """
+    """What was typed and shown while every secret was used once, and what both ends said of it."""
 
     secrets: list[str] = field(default_factory=lambda: [*PASSWORDS.values()])
     told: list[str] = field(default_factory=list)
@@ -123,14 +119,8 @@ def printed(server: GuardedServer, trace: Path) -> bytes:
     return output.getvalue().encode()
 
 
-@dataclass
-class Lived:
-    """A server that is gone.
-
-    Attributes:
-        lesson: what was done with it.
-        written: all that it left, and what tools and tracebacks would show of it.
-    """
+class Lived(NamedTuple):
+    """What was done with a server that is gone, and all that it left and tools would show of it."""
 
     lesson: Lesson
     written: dict[str, bytes]

@@ -1,25 +1,22 @@
-from __future__ import annotations
-
 import asyncio
 import errno
-import getpass
 import os
-import ssl
 import statistics
 import time
 from contextlib import suppress
 from functools import partial
 from pathlib import Path
+from unittest.mock import Mock
 
 import pytest
+from rigs.cells.expectations import expect, known
 from rigs.clock.busy_machine import PATIENCE
-from rigs.peers.tls_certificates import make_certificate
-from rigs.processes.guarded_server import PASSWORDS, guarded_server, served_operator
+from rigs.peers.server_clients import hello
+from rigs.processes.guarded_server import guarded_server, served_operator
 
 from openpendant.server.access import open_access
 from openpendant.server.access.audit_file import AuditLog
 from openpendant.server.access.passwords import DEFAULT_COST
-from openpendant.server.cli.users_commands import main as users_main
 from openpendant.simplemsg import (
     PENDANT,
     ByteOrder,
@@ -32,8 +29,6 @@ from openpendant.simplemsg import (
 from openpendant.simplemsg import pendant as messages
 from openpendant.simplemsg.verdicts import VerdictCode as V
 from openpendant.tools.pendants.client import PendantClient, Refused
-from openpendant.tools.pendants.connection_errors import PendantError
-from openpendant.tools.pendants.terminal.cli import main as terminal
 
 pytestmark = [pytest.mark.realtime, pytest.mark.asyncio]
 
@@ -64,14 +59,13 @@ async def guess(source: str, port: int, name: str) -> float:
     """Try a wrong password from an address; return how long the answer took [s]."""
     reader, writer = await asyncio.open_connection("127.0.0.1", port, local_addr=(source, 0))
     answers = Connection(Role.CLIENT, PENDANT, ByteOrder.LITTLE, max_frame=65_532)
-    writer.write(answers.send(messages.Hello(messages.PROTOCOL_VERSION, 0.0, "", "")))
+    writer.write(answers.send(hello("")))
     answers.receive(await reader.read(65_536))
     writer.write(answers.send(messages.Login(1, messages.LoginKind.PASSWORD, name, WRONG)))
     began = time.perf_counter()
     (answer,) = answers.receive(await reader.read(65_536))
     taken = time.perf_counter() - began
-    assert isinstance(answer, messages.Verdict)
-    assert answer.code == V.LOGIN_FAILED
+    assert expect(messages.Verdict, answer).code == V.LOGIN_FAILED
     writer.close()
     return taken
 
@@ -112,20 +106,15 @@ def as_recorded(goal: tuple[float, ...]) -> list[Message]:
 
 
 async def test_promise_28_recorded_frames_do_nothing_on_another_connection(tmp_path: Path) -> None:
-    """What an operator sends, pasted byte for byte on a second connection, is refused."""
     async with served_operator(tmp_path) as (server, otto):
         await otto.wait_until(lambda state: state.motion_possible == 1)
         async with otto.control():
             before = otto.joints()
             frames = as_recorded(tuple(angle + 0.2 for angle in before))
             reader, writer = await asyncio.open_connection("127.0.0.1", server.port)
-            writer.write(
-                CODEC.encode(messages.Hello(messages.PROTOCOL_VERSION, 0.0, "", "a thief"))
-            )
-            for frame in frames:
-                writer.write(CODEC.encode(frame))
             answers = Connection(Role.CLIENT, PENDANT, ByteOrder.LITTLE, max_frame=65_532)
-            for frame in (messages.Hello(messages.PROTOCOL_VERSION, 0.0, "", ""), *frames):
+            for frame in (hello("a thief"), *frames):
+                writer.write(CODEC.encode(frame))
                 answers.send(frame)
             codes: list[int] = []
 
@@ -141,89 +130,22 @@ async def test_promise_28_recorded_frames_do_nothing_on_another_connection(tmp_p
             with suppress(TimeoutError):  # nothing else comes
                 await asyncio.wait_for(read_codes(), 0.3)
             assert codes == [V.LOGIN_NEEDED] * 5
-            holder = server.app.cells[0].core.cell.authority.holder
-            assert holder is not None
-            assert holder.client == "otto"
+            assert known(server.app.cells[0].core.cell.authority.holder).client == "otto"
             assert (await otto.next_state()).positions[:6] == pytest.approx(before)
             writer.close()
 
 
-@pytest.fixture(scope="module")
-def certificate(tmp_path_factory: pytest.TempPathFactory) -> tuple[Path, Path]:
-    return make_certificate(tmp_path_factory.mktemp("tls"))
-
-
-async def test_the_pendant_port_speaks_tls_where_there_is_a_certificate(
-    tmp_path: Path, certificate: tuple[Path, Path]
-) -> None:
-    tls = {"certificate": str(certificate[0]), "key": str(certificate[1])}
-    trusted = ssl.create_default_context(cafile=str(certificate[0]))
-    async with guarded_server(tmp_path, tls=tls) as server:
-        async with await PendantClient.connect(
-            port=server.port, tls=trusted, user="otto", password=PASSWORDS["otto"], state_rate=50
-        ) as otto:
-            await otto.wait_until(lambda state: state.motion_possible == 1)
-            async with otto.control():
-                goal = [angle + 0.02 for angle in otto.joints()]
-                await (await otto.move_joints(goal, speed=0.5)).done()
-        with pytest.raises((PendantError, OSError)):
-            await PendantClient.connect(port=server.port, user="otto", password=PASSWORDS["otto"])
-
-
-@pytest.mark.parametrize("trusts", [True, False])
-async def test_the_terminal_pendant_speaks_tls_with_whom_it_trusts(
-    tmp_path: Path,
-    certificate: tuple[Path, Path],
-    trusts: bool,
-    monkeypatch: pytest.MonkeyPatch,
-    capsys: pytest.CaptureFixture[str],
-) -> None:
-    monkeypatch.setattr(getpass, "getpass", lambda _: PASSWORDS["otto"])
-    tls = {"certificate": str(certificate[0]), "key": str(certificate[1])}
-    async with guarded_server(tmp_path, tls=tls) as server:
-        ca = ("--ca", str(certificate[0])) if trusts else ()
-        arguments = [f"127.0.0.1:{server.port}", "--plain", "--user", "otto", *ca]
-        code = await asyncio.to_thread(terminal, arguments)
-    told = capsys.readouterr()
-    assert code == (0 if trusts else 1)
-    assert ("server: up" in told.out) == trusts
-    assert told.err.count("\n") == (0 if trusts else 1)
-
-
-async def test_an_account_that_is_removed_beside_the_server_is_logged_out(tmp_path: Path) -> None:
-    """By `openpendant users`, which writes the store's file while the server runs."""
-    async with served_operator(tmp_path) as (server, otto):
-        await otto.take_control()
-        lost = asyncio.Event()
-        otto.on_authority = lambda _: lost.set()
-        assert users_main(["remove", "otto", "--store", str(server.store)]) == 0
-        async with asyncio.timeout(PATIENCE):
-            await lost.wait()
-        assert server.app.cells[0].core.cell.authority.holder is None
-        with pytest.raises(Refused) as refused:
-            await otto.take_control()
-        assert refused.value.code == V.LOGIN_NEEDED
-
-
-class FullDisk:
-    def open(self, path: Path) -> FullDisk:
-        path.touch()
-        return self
-
-    def write(self, data: bytes) -> int:
-        raise OSError(errno.ENOSPC, os.strerror(errno.ENOSPC))
-
-    def fileno(self) -> int:
-        raise AssertionError("nothing was written, so there is nothing to sync")
-
-    def close(self) -> None:
-        """There is nothing to close."""
+def full_disk(path: Path) -> Mock:
+    path.touch()
+    full = OSError(errno.ENOSPC, os.strerror(errno.ENOSPC))
+    synced = AssertionError("nothing was written, so there is nothing to sync")
+    return Mock(write=Mock(side_effect=full), fileno=Mock(side_effect=synced))
 
 
 async def test_a_full_disk_of_the_audit_log_moves_no_robot_and_is_said_once(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch, caplog: pytest.LogCaptureFixture
 ) -> None:
-    log = partial(AuditLog, retry=0.02, opener=FullDisk().open)
+    log = partial(AuditLog, retry=0.02, opener=full_disk)
     monkeypatch.setattr(open_access, "AuditLog", log)
     async with served_operator(tmp_path) as (_, otto):
         await otto.wait_until(lambda state: state.motion_possible == 1)

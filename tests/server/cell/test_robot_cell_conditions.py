@@ -27,19 +27,16 @@ from openpendant.server.settings.cell_settings import ControllerPath
 from openpendant.simplemsg.pendant import Activity, Verdict
 from openpendant.simplemsg.verdicts import VerdictCode as V
 
+Happening = Callable[[ServerRig, Pendant], object]
 
-def test_a_joint_move_is_accepted_and_completed() -> None:
+
+def test_a_joint_move_leaves_on_the_call_stack_of_its_request_and_arrives() -> None:
     rig, pendant = in_control()
     assert pendant.move(*GOAL) is V.ACCEPTED
+    assert rig.points[0].sequence == 0
     rig.wait(3_000)
     assert codes(pendant) == [V.ACCEPTED]
     assert (rig.controller.position, rig.stops, rig.activity()) == (GOAL, [], Activity.IDLE)
-
-
-def test_the_first_point_leaves_on_the_call_stack_of_the_request() -> None:
-    rig, pendant = in_control()
-    pendant.move(*GOAL)
-    assert rig.points[0].sequence == 0
 
 
 def test_a_planned_path_is_accepted_when_its_plan_is_there() -> None:
@@ -72,7 +69,7 @@ def lease_run_out(rig: ServerRig, pendant: Pendant) -> None:
     rig.report()
 
 
-MISSING: dict[str, tuple[Callable[[ServerRig, Pendant], object], V]] = {
+MISSING: dict[str, tuple[Happening, V]] = {
     "authority": (lambda rig, pendant: pendant.release(), V.NOT_IN_CONTROL),
     "a lease that has not run out": (lease_run_out, V.NOT_IN_CONTROL),
     "no latched stop": (lambda rig, pendant: pendant.stop(), V.STOP_LATCHED),
@@ -92,9 +89,7 @@ MISSING: dict[str, tuple[Callable[[ServerRig, Pendant], object], V]] = {
 
 
 @pytest.mark.parametrize(("spoil", "code"), MISSING.values(), ids=MISSING)
-def test_no_motion_starts_where_a_condition_is_missing(
-    spoil: Callable[[ServerRig, Pendant], object], code: V
-) -> None:
+def test_no_motion_starts_where_a_condition_is_missing(spoil: Happening, code: V) -> None:
     rig, pendant = in_control()
     spoil(rig, pendant)
     before = len(rig.points)
@@ -132,8 +127,7 @@ def test_a_target_beyond_a_limit_is_refused_with_joint_value_and_limit() -> None
     rig, pendant = in_control()
     assert pendant.move(0.0, 2.0000005) is V.OUT_OF_RANGE
     verdict = pendant.all(Verdict)[-1]
-    assert (verdict.joint, verdict.limit) == (1, 2.0)
-    assert verdict.value == 2.0000005
+    assert (verdict.joint, verdict.value, verdict.limit) == (1, 2.0000005, 2.0)
     assert rig.points == []
 
 
@@ -184,9 +178,7 @@ def test_a_plan_is_worth_nothing_once_the_robot_stands_elsewhere() -> None:
 
 
 @pytest.mark.parametrize("spoil", [emergency_stop, error, no_power, stale])
-def test_a_plan_is_worth_nothing_once_a_condition_is_missing(
-    spoil: Callable[[ServerRig, Pendant], None],
-) -> None:
+def test_a_plan_is_worth_nothing_once_a_condition_is_missing(spoil: Happening) -> None:
     rig, pendant = planning()
     spoil(rig, pendant)
     rig.plan()
@@ -196,9 +188,8 @@ def test_a_plan_is_worth_nothing_once_a_condition_is_missing(
 def test_a_plan_that_comes_twice_starts_one_motion() -> None:
     rig, _ = planning()
     job = rig.jobs[0]
-    planned = rig.plan_of(job)
     rig.plan()
-    assert rig.planned(job, planned) == []
+    assert rig.planned(job, rig.plan_of(job)) == []
 
 
 def test_an_answer_that_holds_the_plan_of_another_job_moves_nothing() -> None:

@@ -3,6 +3,7 @@ import socket
 import subprocess
 import sys
 from pathlib import Path
+from typing import Any
 
 import pytest
 
@@ -70,8 +71,7 @@ def test_the_ports_of_ros_i_are_turned_off_by_argument_as_by_file(
     port: str, capsys: Capture
 ) -> None:
     assert main([port, "off", "--print-config"]) == 0
-    name = port.removeprefix("--").replace("-", "_")
-    assert f'{name} = "off"\n' in capsys.readouterr().out
+    assert f'{port[2:].replace("-", "_")} = "off"\n' in capsys.readouterr().out
 
 
 @pytest.mark.parametrize(
@@ -99,24 +99,22 @@ def test_a_file_of_several_cells_is_printed_as_one(tmp_path: Path, capsys: Captu
     assert "pendant_port = 11\n" in printed
 
 
-def test_the_ready_line_of_several_cells_names_them(capsys: Capture) -> None:
-    ports = Ports(11010, {"left": RosPorts(11000, 11002), "right": RosPorts(None, None)})
-    say_ready(ports, json_output=False)
-    say_ready(ports, json_output=True)
+def told_ready(capsys: Capture, **cells: RosPorts) -> tuple[str, dict[str, Any]]:
+    for json_output in (False, True):
+        say_ready(Ports(11010, cells), json_output=json_output)
     text, line = capsys.readouterr().out.splitlines()
-    ready = json.loads(line)
+    return text, json.loads(line)
+
+
+def test_the_ready_line_of_several_cells_names_them(capsys: Capture) -> None:
+    text, ready = told_ready(capsys, left=RosPorts(11000, 11002), right=RosPorts(None, None))
     assert "cell='left' ros_motion=11000 ros_state=11002 cell='right' ros_motion=off" in text
     assert (ready["event"], ready["pendant"]) == ("ready", 11010)
     assert ready["cells"]["left"] == {"ros_motion": 11000, "ros_state": 11002}
     assert ready["cells"]["right"] == {"ros_motion": None, "ros_state": None}
 
 
-def test_the_ready_line_of_one_cell_has_its_ports_beside_the_pendants(
-    capsys: Capture,
-) -> None:
-    ports = Ports(11010, {"cell": RosPorts(11000, 11002)})
-    say_ready(ports, json_output=False)
-    say_ready(ports, json_output=True)
-    text, line = capsys.readouterr().out.splitlines()
+def test_the_ready_line_of_one_cell_has_its_ports_beside_the_pendants(capsys: Capture) -> None:
+    text, ready = told_ready(capsys, cell=RosPorts(11000, 11002))
     assert text.startswith("server ready pendant=11010 ros_motion=11000 ros_state=11002 pid=")
-    assert json.loads(line).items() >= {"ros_motion": 11000, "ros_state": 11002}.items()
+    assert ready.items() >= {"ros_motion": 11000, "ros_state": 11002}.items()

@@ -54,6 +54,13 @@ def run_json(capsys: Capture, *arguments: object) -> Any:
     return json.loads(out)
 
 
+def joints(capsys: Capture, *revision: object) -> list[float]:
+    """Return the first two joints of the program's point."""
+    shown = run_json(capsys, "show", "program", "weld", *revision)
+    first: list[float] = shown["body"]["points"][0]["joints"][:2]
+    return first
+
+
 def test_it_is_a_command_of_openpendant(path: Path, capsys: Capture) -> None:
     assert openpendant(["store", "list"]) == 0
     assert "weld" in capsys.readouterr().out
@@ -73,12 +80,8 @@ def test_documents_are_listed(path: Path, capsys: Capture) -> None:
 
 
 def test_a_document_is_shown_with_its_past(path: Path, capsys: Capture) -> None:
-    assert run_json(capsys, "show", "program", "weld")["body"]["points"][0]["joints"][:2] == [
-        0.5,
-        2.0,
-    ]
-    older = run_json(capsys, "show", "program", "weld", "--revision", 1)
-    assert older["body"]["points"][0]["joints"][:2] == [0.5, 1.0]
+    assert joints(capsys) == [0.5, 2.0]
+    assert joints(capsys, "--revision", 1) == [0.5, 1.0]
     history = run_json(capsys, "show", "program", "weld", "--history")
     assert [item["revision"] for item in history] == [1, 2]
     assert run(capsys, "show", "program", "weld", "--history")[2] == "2 revisions\n"
@@ -95,10 +98,8 @@ def test_all_but_accounts_goes_out_and_comes_in_again(
     assert run(capsys, "export", file)[:2] == (0, f"wrote {file}: 2 documents\n")
     assert "secret" not in file.read_text()
     assert file.stat().st_mode & 0o777 == 0o600
-    assert [item["name"] for item in run_json(capsys, "import", file, "--store", other)] == [
-        "weld",
-        "r",
-    ]
+    came_in = run_json(capsys, "import", file, "--store", other)
+    assert [item["name"] for item in came_in] == ["weld", "r"]
     code, _, err = run(capsys, "import", file, "--store", other)
     assert code == 3
     assert "saved as revision 1 by" in err
@@ -121,14 +122,11 @@ def test_points_and_samples_go_out_and_come_in_as_csv(
     assert run(capsys, "export", samples, "--name", "r")[0] == 0
     assert samples.read_text() == "t,j1\n0.0,0.5\n0.01,0.25\n"
     points.write_text(f"{HEADINGS}\np1,0.5,3.0,0,0,0,0\n")
-    saved = run_json(capsys, "import", points, "--name", "weld", "--replace")
-    assert saved[0]["revision"] == 3
-    joints = run_json(capsys, "show", "program", "weld")["body"]["points"][0]["joints"]
-    assert joints[:2] == [0.5, 3.0]
+    assert run_json(capsys, "import", points, "--name", "weld", "--replace")[0]["revision"] == 3
+    assert joints(capsys) == [0.5, 3.0]
     samples.write_text("t,j1,j2,j3,j4,j5,j6\n0.0,0.5,0,0,0,0,0\n0.01,0.25,0,0,0,0,0\n")
     of_r2 = ["--kind", "recording", "--name", "r2", "--robot", "ur5"]
-    saved = run_json(capsys, "import", samples, *of_r2)
-    assert saved[0]["revision"] == 1
+    assert run_json(capsys, "import", samples, *of_r2)[0]["revision"] == 1
     assert run_json(capsys, "show", "recording", "r2")["size"] == 2 * 7 * 8
 
 
@@ -142,8 +140,7 @@ def test_a_backup_is_a_store_and_overwrites_nothing(
     assert "later" in {item["name"] for item in run_json(capsys, "list", "--store", copy)}
     code, _, err = run(capsys, "backup", copy)
     assert (code, "exists" in err) == (3, True)
-    save_more = ["backup", copy, "--force"]
-    assert run(capsys, *save_more)[0] == 0
+    assert run(capsys, "backup", copy, "--force")[0] == 0
     assert run(capsys, "check", "--store", copy)[0] == 0
 
 

@@ -6,6 +6,7 @@ from functools import cache
 from pathlib import Path
 
 import pytest
+from rigs.cells.expectations import known
 from rigs.data.stored_documents import opened
 
 from openpendant.server.access import passwords
@@ -59,10 +60,13 @@ def book(file: Path) -> AccountBook:
         return StoredAccounts(store, "test").book()
 
 
+def keep(file: Path, name: str, body: str) -> None:
+    with opened(file) as store:
+        store.save(DocumentKind.ACCOUNT, name, body, expected_revision=0, author="test")
+
+
 def account_of(file: Path, name: str) -> Account:
-    found = book(file).find(name)
-    assert found is not None
-    return found
+    return known(book(file).find(name))
 
 
 def test_an_account_that_was_added_is_kept_and_listed(
@@ -76,9 +80,7 @@ def test_an_account_that_was_added_is_kept_and_listed(
         {"name": "Ann", "role": "admin", "disabled": False},
         {"name": "otto", "role": "operator", "disabled": False},
     ]
-    ann = book(file).find("ann")
-    assert ann is not None
-    assert passwords.is_password(passwords.Secret(CANARY), ann.password)
+    assert passwords.is_password(passwords.Secret(CANARY), account_of(file, "ann").password)
 
 
 def test_no_password_is_in_any_output_or_in_the_store(
@@ -110,11 +112,7 @@ def test_no_password_is_in_any_output_or_in_the_store(
     ],
 )
 def test_what_cannot_be_done_is_refused_with_the_reason(
-    users: Users,
-    capsys: Capture,
-    arguments: tuple[str, ...],
-    code: int,
-    reason: str,
+    users: Users, capsys: Capture, arguments: tuple[str, ...], code: int, reason: str
 ) -> None:
     add(users, "ann")
     add(users, "otto", "operator")
@@ -159,19 +157,15 @@ def test_a_list_of_no_store_makes_none(users: Users, file: Path) -> None:
 
 
 def test_a_document_that_is_no_account_is_named_without_its_hash(file: Path) -> None:
-    kind, body = DocumentKind.ACCOUNT, '{"name":"canary"}'
-    with opened(file) as store:
-        store.save(kind, "ann", body, expected_revision=0, author="test")
-        unreadable = StoredAccounts(store, "test").book().unreadable
+    keep(file, "ann", '{"name":"canary"}')
+    unreadable = book(file).unreadable
     assert list(unreadable) == ["ann"]
     assert "canary" not in str(unreadable)
 
 
 @pytest.fixture
 def eve(file: Path) -> None:
-    kind, body = DocumentKind.ACCOUNT, '{"role":"admin"}'
-    with opened(file) as store:
-        store.save(kind, "eve", body, expected_revision=0, author="test")
+    keep(file, "eve", '{"role":"admin"}')
 
 
 @pytest.mark.usefixtures("eve")

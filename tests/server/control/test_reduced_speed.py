@@ -6,6 +6,7 @@ from typing import Any
 
 import numpy as np
 import pytest
+from rigs.cells import jog_undos
 from rigs.cells.emulated_cell import EmulatedCell
 from rigs.cells.expectations import refusal_from
 from rigs.data.program_samples import linked
@@ -37,7 +38,6 @@ from openpendant.simplemsg import joint_array
 from openpendant.simplemsg.pendant import (
     JogSpace,
     JogStep,
-    JogUndo,
     Motion,
     PoseMove,
     ProgramRun,
@@ -102,16 +102,8 @@ def speeds(points: list[JointTrajPtFull]) -> tuple[float, float]:
     return found[0], found[1]
 
 
-def joint_jog(cell: ManualCell) -> None:
-    cell.jogged(JogSpace.JOINTS, (1.0, -1.0, -1.0, 1.0, 1.0, 1.0), "")
-
-
 def tool_jog(cell: ManualCell) -> None:
     cell.jogged(JogSpace.TOOL, (0.0, 0.4, -1.0, 0.0, 0.0, 0.0), "tool")
-
-
-def turning_jog(cell: ManualCell) -> None:
-    cell.jogged(JogSpace.TOOL, (0.0, 1.0, 0.0, 0.5, 0.0, 0.0), "base")
 
 
 def joint_move(cell: ManualCell) -> None:
@@ -147,7 +139,7 @@ def step(cell: ManualCell) -> None:
 def undo(cell: ManualCell) -> None:
     tool_jog(cell)
     assert cell.until_ended() is V.ACCEPTED
-    assert cell.pendant.code(JogUndo(cell._request(), 1.0)) is V.ACCEPTED
+    assert jog_undos.undo(cell) is V.ACCEPTED
 
 
 def program(cell: ManualCell) -> None:
@@ -171,14 +163,21 @@ def cell() -> Iterator[ManualCell]:
     assert made.cell.controller.referee.total == 0
 
 
-@pytest.mark.parametrize(
-    "moves",
-    [
-        *(joint_jog, tool_jog, turning_jog, joint_move, joint_path),
-        *(wrist_turn, line, step, undo, program),
-    ],
-    ids=lambda moves: moves.__name__,
-)
+MOVES: dict[str, Callable[[ManualCell], None]] = {
+    "joint jog": lambda cell: cell.jogged(JogSpace.JOINTS, (1.0, -1.0, -1.0, 1.0, 1.0, 1.0), ""),
+    "tool jog": tool_jog,
+    "turning jog": lambda cell: cell.jogged(JogSpace.TOOL, (0.0, 1.0, 0.0, 0.5, 0.0, 0.0), "base"),
+    "joint move": joint_move,
+    "joint path": joint_path,
+    "wrist turn": wrist_turn,
+    "line": line,
+    "step": step,
+    "undo": undo,
+    "program": program,
+}
+
+
+@pytest.mark.parametrize("moves", MOVES.values(), ids=MOVES)
 def test_the_selected_tool_and_the_elbow_keep_to_250_mm_s(
     cell: ManualCell, moves: Callable[[ManualCell], None]
 ) -> None:
@@ -244,38 +243,35 @@ def pose_job(motion: Motion) -> PoseJob:
     return PoseJob(1, HOME, (goal,), "base", motion, 1.0, CAP)
 
 
+def recording_job() -> RecordingJob:
+    places = [(HOME[0] + ahead, *HOME[1:]) for ahead in (0.0, 0.4, 0.8)]
+    rows = [(0.25 * index, *place, 0.0) for index, place in enumerate(places)]
+    extract = Extract(8, (1, 2, 3, 4, 5, 6))
+    return RecordingJob(1, HOME, "wave", (pack_rows(rows),), extract, 0.01, tool_speed=CAP)
+
+
+def block_job() -> BlockJob:
+    gatherer = Gatherer(ControlFlow(linked("move PTP c\n")))
+    block = gatherer.block((Level("main", 0, ((-1, 1),)),), lambda _: False).block
+    return BlockJob(1, HOME, block, (1,), FrameTree(), 1.0, CAP)
+
+
+JOBS = {
+    "move": JointPathJob(1, HOME, (THERE,), 1.0, CAP),
+    "path": JointPathJob(1, HOME, (THERE, HOME), 1.0, CAP),
+    "PTP": pose_job(Motion.PTP),
+    "LIN": pose_job(Motion.LIN),
+    "playback": recording_job(),
+    "block": block_job(),
+}
+
+
 @pytest.mark.usefixtures("_forgets_the_cap")
-@pytest.mark.parametrize(
-    "job",
-    [
-        JointPathJob(1, HOME, (THERE,), 1.0, CAP),
-        JointPathJob(1, HOME, (THERE, HOME), 1.0, CAP),
-        pose_job(Motion.PTP),
-        pose_job(Motion.LIN),
-    ],
-    ids=["move", "path", "PTP", "LIN"],
-)
+@pytest.mark.parametrize("job", JOBS.values(), ids=JOBS)
 def test_a_plan_that_forgets_the_cap_is_refused_by_the_certificate(job: Job) -> None:
     refusal = refused(job)
     assert refusal.limit == CAP
     assert refusal.value > CAP
-
-
-@pytest.mark.usefixtures("_forgets_the_cap")
-def test_a_playback_that_forgets_the_cap_is_refused_by_the_certificate() -> None:
-    places = [HOME, (HOME[0] + 0.4, *HOME[1:]), (HOME[0] + 0.8, *HOME[1:])]
-    rows = [(0.25 * index, *place, 0.0) for index, place in enumerate(places)]
-    extract = Extract(8, (1, 2, 3, 4, 5, 6))
-    job = RecordingJob(1, HOME, "wave", (pack_rows(rows),), extract, 0.01, tool_speed=CAP)
-    assert refused(job).limit == CAP
-
-
-@pytest.mark.usefixtures("_forgets_the_cap")
-def test_a_block_that_forgets_the_cap_is_refused_by_the_certificate() -> None:
-    gatherer = Gatherer(ControlFlow(linked("move PTP c\n")))
-    block = gatherer.block((Level("main", 0, ((-1, 1),)),), lambda _: False).block
-    job = BlockJob(1, HOME, block, (1,), FrameTree(), 1.0, CAP)
-    assert refused(job).limit == CAP
 
 
 def test_a_plan_that_starts_elsewhere_is_refused_by_the_certificate(

@@ -1,5 +1,6 @@
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from typing import Any, NamedTuple
+from unittest.mock import Mock
 
 import pytest
 from rigs.cells.expectations import only
@@ -49,6 +50,7 @@ class Handled(NamedTuple):
 
 class Room:
     def __init__(self, names: Sequence[str]) -> None:
+        self.failed: list[Effect] = []
         self._server = ServerCore([core(name) for name in names])
         self.cores = self._server.cores
 
@@ -108,8 +110,7 @@ def test_a_second_hello_does_not_lead_to_another_cell() -> None:
 
 
 def test_the_only_cell_needs_no_name() -> None:
-    (answer,) = sent(room("cell").handle(Received(GUEST, hello("tester", 0.0))).outgoing)
-    assert isinstance(answer, HelloReply)
+    only(HelloReply, sent(room("cell").handle(Received(GUEST, hello("tester", 0.0))).outgoing))
 
 
 @pytest.mark.parametrize("name", ["", "nowhere"])
@@ -135,11 +136,9 @@ def test_a_refused_guest_is_heard_no_more() -> None:
 
 def test_before_hello_a_ping_is_answered_and_a_request_refused() -> None:
     cells = room("left", "right")
-    (pong,) = sent(cells.handle(Received(GUEST, Ping())).outgoing)
-    (answer,) = sent(cells.handle(Received(GUEST, SoftwareStop(1, "enough"))).outgoing)
-    assert isinstance(pong, Ping)
-    assert isinstance(answer, Verdict)
-    assert answer.code == V.HELLO_FIRST
+    only(Ping, sent(cells.handle(Received(GUEST, Ping())).outgoing))
+    refused = cells.handle(Received(GUEST, SoftwareStop(1, "enough"))).outgoing
+    assert only(Verdict, sent(refused)).code == V.HELLO_FIRST
 
 
 def test_another_version_is_refused_before_the_cell_is_looked_for() -> None:
@@ -150,11 +149,8 @@ def test_another_version_is_refused_before_the_cell_is_looked_for() -> None:
 
 def test_a_connection_that_says_no_hello_is_closed_in_time() -> None:
     cells = room("left", "right")
-    late = NOW + 2_001 * MS
-    assert [core.handle(TICK, late) for core in cells.cores] == [
-        [Close(GUEST, "no hello in time")],
-        [],
-    ]
+    first, second = (core.handle(TICK, NOW + 2_001 * MS) for core in cells.cores)
+    assert (first, second) == ([Close(GUEST, "no hello in time")], [])
 
 
 def test_a_guest_that_went_on_counts_nowhere_else() -> None:
@@ -173,89 +169,65 @@ def test_a_ros_connection_belongs_to_the_cell_whose_port_it_is() -> None:
 # A fault of the server in one cell.
 
 
-def faulted(*names: str) -> Room:
-    cells = room(*names)
-    cells.handle(Received(GUEST, asking_for(names[0])))
+@pytest.fixture
+def faulted() -> Room:
+    """Two cells, of which the first failed with a guest in it."""
+    cells = room("left", "right")
+    cells.handle(Received(GUEST, asking_for("left")))
+    cells.failed = cells.cores[0].fail("ValueError: boom", NOW)
     return cells
 
 
-def test_a_fault_stops_the_robot_first_and_parts_with_every_pendant() -> None:
-    cells = faulted("left", "right")
-    out = cells.cores[0].fail("ValueError: boom", NOW)
+def test_a_fault_stops_the_robot_first_and_parts_with_every_pendant(faulted: Room) -> None:
+    out = faulted.failed
     assert isinstance(out[0], SendStop)
-    told = only(StopChanged, sent(out))
-    assert told.stop == StopKind.PROTECTIVE
+    assert only(StopChanged, sent(out)).stop == StopKind.PROTECTIVE
     assert isinstance(out[-1], Close)
     assert "boom" in out[-1].reason
 
 
-def test_a_faulted_cell_says_nothing_more_and_welcomes_nobody() -> None:
-    cells = faulted("left", "right")
-    cells.cores[0].fail("ValueError: boom", NOW)
-    assert cells.cores[0].fail("again", NOW) == []
-    assert cells.cores[0].handle(TICK, NOW + 10 * MS) == []
-    cells.handle(Closed(GUEST))
-    cells.handle(Opened(GUEST, Port.PENDANT, "127.0.0.1"))
-    answer = refusal(cells.handle(Received(GUEST, asking_for("left"))).outgoing)
+def test_a_faulted_cell_says_nothing_more_and_welcomes_nobody(faulted: Room) -> None:
+    assert faulted.cores[0].fail("again", NOW) == []
+    assert faulted.cores[0].handle(TICK, NOW + 10 * MS) == []
+    faulted.handle(Closed(GUEST))
+    faulted.handle(Opened(GUEST, Port.PENDANT, "127.0.0.1"))
+    answer = refusal(faulted.handle(Received(GUEST, asking_for("left"))).outgoing)
     assert answer.code == V.CELL_FAULTED
 
 
-def test_the_other_cells_go_on_beside_a_faulted_one() -> None:
-    cells = faulted("left", "right")
-    cells.cores[0].fail("ValueError: boom", NOW)
-    cells.handle(Opened(8, Port.PENDANT, "127.0.0.1"))
-    routed = cells.handle(Received(8, asking_for("right")))
+def test_the_other_cells_go_on_beside_a_faulted_one(faulted: Room) -> None:
+    faulted.handle(Opened(8, Port.PENDANT, "127.0.0.1"))
+    routed = faulted.handle(Received(8, asking_for("right")))
     assert routed.cell == 1
     assert isinstance(sent(routed.outgoing)[0], HelloReply)
 
 
-def test_a_faulted_cell_does_not_hold_up_the_end_of_the_server() -> None:
-    cells = faulted("left", "right")
-    cells.cores[0].fail("ValueError: boom", NOW)
-    assert not cells.is_moving
-    assert cells.cores[0].handle(ShutDown(), NOW) == []
+def test_a_faulted_cell_does_not_hold_up_the_end_of_the_server(faulted: Room) -> None:
+    assert not faulted.is_moving
+    assert faulted.cores[0].handle(ShutDown(), NOW) == []
 
 
-class Connection:
-    def __init__(self) -> None:
-        self.stops = 0
-
-    def stop(self, now: int) -> None:
-        self.stops += 1
-
-
-@pytest.fixture
-def told(monkeypatch: pytest.MonkeyPatch) -> list[int]:
-    said: list[int] = []
-    monkeypatch.setattr(watchdog_main, "_tell", said.append)
-    return said
-
-
-@pytest.fixture
-def stop(told: list[int]) -> Callable[[int], list[int]]:
-    def stopped(cells: int) -> list[int]:
-        process: Any = watchdog_main._Child.__new__(watchdog_main._Child)
-        process._connections = [Connection() for _ in range(4)]
-        process._say = lambda line: None
-        process._stop(cells, "no beat", 0)
-        return [each.stops for each in process._connections]
-
-    return stopped
+def stopped(cells: int, monkeypatch: pytest.MonkeyPatch) -> tuple[list[int], list[int]]:
+    """Have the watchdog stop cells; return how often it stopped each, and what it told."""
+    told: list[int] = []
+    monkeypatch.setattr(watchdog_main, "_tell", told.append)
+    process: Any = watchdog_main._Child.__new__(watchdog_main._Child)
+    process._connections, process._say = [Mock() for _ in range(4)], Mock()
+    process._stop(cells, "no beat", 0)
+    return [each.stop.call_count for each in process._connections], told
 
 
 @pytest.mark.parametrize(
     ("cells", "stops"),
-    [(0b0001, [1, 0, 0, 0]), (0b0010, [0, 1, 0, 0]), (0b1010, [0, 1, 0, 1]), (0b1111, [1] * 4)],
+    [
+        (0b0001, [1, 0, 0, 0]),
+        (0b0010, [0, 1, 0, 0]),
+        (0b1010, [0, 1, 0, 1]),
+        (0b1111, [1] * 4),
+        (0, [0] * 4),
+    ],
 )
-def test_each_cell_that_may_move_is_stopped_and_no_other(
-    stop: Callable[[int], list[int]], told: list[int], cells: int, stops: list[int]
+def test_each_cell_that_may_move_is_stopped_and_told_and_no_other(
+    cells: int, stops: list[int], monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    assert stop(cells) == stops
-    assert told == [cells]
-
-
-def test_where_nothing_may_move_nothing_is_stopped_and_nothing_said(
-    stop: Callable[[int], list[int]], told: list[int]
-) -> None:
-    assert stop(0) == [0] * 4
-    assert told == []
+    assert stopped(cells, monkeypatch) == (stops, [cells] if cells else [])

@@ -9,6 +9,7 @@ from unittest.mock import AsyncMock, Mock
 
 import pytest
 from promises.promise_table import figure
+from rigs.cells.expectations import expect
 from rigs.cells.server_rig import MS
 from rigs.peers.own_network import printed_in_own_network
 from rigs.peers.server_clients import hello
@@ -76,41 +77,36 @@ def owed(cell: Mock) -> list[int]:
     ]
 
 
+def answers(connection: ControllerConnection, transport: Mock, *sequences: int) -> list[bytes]:
+    """Send points, and return the controller's answers to them."""
+    for sequence in sequences:
+        connection.send(point(sequence))
+    controller = Connection(Role.SERVER, STANDARD, ControllerLink().order)
+    controller.receive(b"".join(call.args[0] for call in transport.write.call_args_list))
+    taken = HeaderOnly(
+        MsgType.JOINT_TRAJ_PT, comm_type=CommType.REPLY, reply_code=ReplyCode.SUCCESS
+    )
+    return [controller.send(taken) for _ in sequences]
+
+
 @pytest.mark.parametrize("together", [True, False])
 def test_answers_that_come_together_are_judged_as_if_each_came_alone(
     wire: socket.socket, together: bool
 ) -> None:
     connection, cell, transport = connected(wire)
-    for sequence in (SpecialSequence.STOP, 0, 1):
-        connection.send(point(sequence))
-    controller = Connection(Role.SERVER, STANDARD, ControllerLink().order)
-    controller.receive(b"".join(call.args[0] for call in transport.write.call_args_list))
-    answers = [
-        controller.send(
-            HeaderOnly(
-                MsgType.JOINT_TRAJ_PT, comm_type=CommType.REPLY, reply_code=ReplyCode.SUCCESS
-            )
-        )
-        for _ in range(3)
-    ]
-    for data in [b"".join(answers)] if together else answers:
-        connection.data_received(data)
+    data = answers(connection, transport, SpecialSequence.STOP, 0, 1)
+    for each in [b"".join(data)] if together else data:
+        connection.data_received(each)
     assert owed(cell) == [2, 1, 0]
 
 
 def test_what_is_sent_because_of_an_answer_counts_for_those_behind_it(wire: socket.socket) -> None:
     connection, cell, transport = connected(wire)
-    for sequence in (0, 1):
-        connection.send(point(sequence))
-    controller = Connection(Role.SERVER, STANDARD, ControllerLink().order)
-    controller.receive(b"".join(call.args[0] for call in transport.write.call_args_list))
-    answer = HeaderOnly(
-        MsgType.JOINT_TRAJ_PT, comm_type=CommType.REPLY, reply_code=ReplyCode.SUCCESS
-    )
+    data = answers(connection, transport, 0, 1)
     cell.deliver.side_effect = lambda *_: (
         connection.send(point(2)) if len(owed(cell)) == 1 else None
     )
-    connection.data_received(controller.send(answer) + controller.send(answer))
+    connection.data_received(b"".join(data))
     assert owed(cell) == [1, 1]
 
 
@@ -279,30 +275,33 @@ class Visitor(ClientConnection):
         self.done.append(f"cut off: {reason}")
 
 
-def test_a_hello_is_answered_with_the_advice_and_closed_once() -> None:
-    doors, visitor = Rejections(), Visitor()
+def turned_away(port: Port = Port.PENDANT) -> tuple[Rejections, Visitor]:
+    doors, visitor = Rejections(), Visitor(port=port)
     doors.reject(visitor, FULL, START)
+    return doors, visitor
+
+
+def test_a_hello_is_answered_with_the_advice_and_closed_once() -> None:
+    doors, visitor = turned_away()
     assert not visitor.done
     doors.receive(1, hello("tester"))
     doors.receive(1, hello("tester"))
     doors.check_deadlines(START + 1_000 * MS)
-    said, *ended = visitor.done
-    assert isinstance(said, Verdict)
+    first, *ended = visitor.done
+    said = expect(Verdict, first)
     assert (said.code, said.value, said.text) == (V.NO_PLACE, 5.0, FULL.text)
     assert ended == [f"closed: {FULL.text}"]
 
 
 @pytest.mark.parametrize("other", [Ping(), Verdict(1, 0, -1, 0.0, 0.0, "")])
 def test_whoever_says_something_else_gets_no_answer(other: Received) -> None:
-    doors, visitor = Rejections(), Visitor()
-    doors.reject(visitor, FULL, START)
+    doors, visitor = turned_away()
     doors.receive(1, other)
     assert visitor.done == [f"closed: {FULL.text}"]
 
 
 def test_promise_20_whoever_says_nothing_is_cut_off_after_30_ms() -> None:
-    doors, visitor = Rejections(), Visitor()
-    doors.reject(visitor, FULL, START)
+    doors, visitor = turned_away()
     doors.check_deadlines(START + figure(20, "hearing").ns - 1)
     assert not visitor.done
     doors.check_deadlines(START + figure(20, "hearing").ns)
@@ -311,8 +310,7 @@ def test_promise_20_whoever_says_nothing_is_cut_off_after_30_ms() -> None:
 
 
 def test_whoever_left_is_forgotten() -> None:
-    doors, visitor = Rejections(), Visitor()
-    doors.reject(visitor, FULL, START)
+    doors, visitor = turned_away()
     doors.forget(1)
     doors.check_deadlines(START + 40 * MS)
     doors.receive(1, hello("tester"))
@@ -321,8 +319,7 @@ def test_whoever_left_is_forgotten() -> None:
 
 @pytest.mark.parametrize("port", [Port.ROS_MOTION, Port.ROS_STATE])
 def test_a_ros_client_is_cut_off_at_once(port: Port) -> None:
-    doors, visitor = Rejections(), Visitor(port=port)
-    doors.reject(visitor, FULL, START)
+    _, visitor = turned_away(port)
     assert visitor.done == [f"cut off: {FULL.text}"]
 
 

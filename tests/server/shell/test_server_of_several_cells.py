@@ -7,26 +7,24 @@ from pathlib import Path
 from typing import Any, NoReturn
 
 import pytest
-from rigs.cells.emulated_cell import EmulatedCell
-from rigs.cells.server_rig import MS
 from rigs.clock.virtual_clock import VirtualLoop
-from rigs.peers.server_clients import RosClient
 from rigs.processes.bare_app import bare_app
 from rigs.processes.judged_server import ROBOT, LoopPlanner, running_emulator
 
 from openpendant.motion.description.robot import serial_robot
-from openpendant.motion.kinematics.serial import Kinematics
 from openpendant.server.cli import serve
 from openpendant.server.events.effects import Effect
-from openpendant.server.settings.cell_settings import ControllerPath, make_settings
+from openpendant.server.settings.cell_settings import make_settings
 from openpendant.server.settings.server_settings import ServerSettings, make_server_settings
 from openpendant.server.shell.app import App
 from openpendant.server.shell.cell_shell import CellParts
 from openpendant.simplemsg.journal import Journal
-from openpendant.simplemsg.pendant import Activity, Motion, PoseMove, StopKind
+from openpendant.simplemsg.pendant import Activity, StopKind
 from openpendant.simplemsg.verdicts import VerdictCode as V
 from openpendant.tools.packets.rerun import main as rerun
 from openpendant.tools.pendants.client import Aborted, ConnectionLost, PendantClient, Refused
+
+pytestmark = pytest.mark.virtual_clock
 
 NAMES = ("left", "right")
 
@@ -77,7 +75,6 @@ async def moved(pendant: PendantClient, joint: int) -> None:
 
 
 @pytest.mark.asyncio
-@pytest.mark.virtual_clock
 async def test_each_pendant_moves_the_robot_of_its_cell() -> None:
     async with running_room() as room:
         left, right = [await room.pendant(name) for name in NAMES]
@@ -92,7 +89,6 @@ async def test_each_pendant_moves_the_robot_of_its_cell() -> None:
 
 
 @pytest.mark.asyncio
-@pytest.mark.virtual_clock
 async def test_a_software_stop_stays_in_its_cell() -> None:
     async with running_room() as room:
         left, right = [await room.pendant(name) for name in NAMES]
@@ -117,7 +113,6 @@ def raising(after: int, tick: Callable[[int], list[Effect]]) -> Callable[[int], 
 
 
 @pytest.mark.asyncio
-@pytest.mark.virtual_clock
 async def test_a_fault_in_one_cells_tick_stops_that_robot_and_disturbs_no_other(
     monkeypatch: pytest.MonkeyPatch, caplog: pytest.LogCaptureFixture
 ) -> None:
@@ -141,7 +136,6 @@ async def test_a_fault_in_one_cells_tick_stops_that_robot_and_disturbs_no_other(
 
 
 @pytest.mark.asyncio
-@pytest.mark.virtual_clock
 async def test_the_end_of_the_server_brings_every_robot_to_rest_first(
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
@@ -165,152 +159,34 @@ async def test_the_end_of_the_server_brings_every_robot_to_rest_first(
 
 
 def test_the_journal_of_two_cells_runs_again_to_the_byte(
-    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+    tmp_path: Path, capsys: pytest.CaptureFixture[str], virtual_loop: VirtualLoop
 ) -> None:
     file = tmp_path / "server.journal"
 
     async def live() -> None:
         async with running_room(file) as room:
-            pendants = [await room.pendant(name) for name in NAMES]
-            for pendant in pendants:
+            for name in NAMES:
+                pendant = await room.pendant(name)
                 await moved(pendant, 1)
                 goal = [[value + 0.05 for value in pendant.joints()], list(pendant.joints())]
                 async with pendant.control():
                     await (await pendant.follow_joints(goal)).done()
                 await pendant.close()
 
-    loop = VirtualLoop()
-    try:
-        loop.run_until_complete(live())
-    finally:
-        loop.close()
+    virtual_loop.run_until_complete(live())
     assert rerun([str(file)]) == 0
     assert "identical" in capsys.readouterr().out
 
 
-def violations(cell: EmulatedCell) -> dict[str, int]:
-    return {kind.name: count for kind, count in cell.controller.referee.counts.items() if count}
-
-
-def let_finish(cell: EmulatedCell) -> None:
-    for _ in range(4_000):
-        cell.wait(10)
-        if cell.core.cell.activity is Activity.IDLE:
-            return
-    raise AssertionError("the motion does not end")
-
-
-def test_a_move_onto_the_limits_themselves_arrives() -> None:
-    cell = EmulatedCell(start="zero")
-    pendant = cell.holder()
-    goal = [0.0] * 6
-    goal[2] = cell.limits.upper[2]
-    assert pendant.move(*goal) is V.ACCEPTED
-    let_finish(cell)
-    assert [code for _, code in pendant.outcomes()] == [V.ACCEPTED]
-    assert pendant.move(*([0.0] * 6)) is V.ACCEPTED
-    let_finish(cell)
-    assert violations(cell) == {}
-
-
-@pytest.mark.parametrize("motion", Motion)
-def test_a_pose_is_reached_by_either_motion(motion: Motion) -> None:
-    cell = EmulatedCell()
-    pendant = cell.holder()
-    kinematics = Kinematics(serial_robot("ur5"))
-    pose = kinematics.forward(cell.position)
-    x, y, z = pose.position.tolist()
-    target = (x, y, z - 0.05)
-    request = PoseMove(5, motion, 0.5, "base", target, tuple(pose.quaternion.tolist()))
-    assert pendant.code(request) is V.ACCEPTED
-    let_finish(cell)
-    assert [code for _, code in pendant.outcomes()] == [V.ACCEPTED]
-    reached = kinematics.forward(cell.position).position.tolist()
-    assert reached == pytest.approx(target, abs=1e-4)
-    assert violations(cell) == {}
-
-
-@pytest.mark.parametrize("after", [10, 200, 600])
-def test_a_stop_brings_it_to_rest_and_a_reset_moves_nothing(after: int) -> None:
-    cell = EmulatedCell()
-    pendant = cell.holder()
-    goal = tuple(value + 1.0 for value in cell.position)
-    pendant.move(*goal)
-    cell.wait(after)
-    pendant.stop()
-    cell.wait(1_000)
-    assert pendant.reset() is V.ACCEPTED
-    rest = cell.position
-    cell.wait(500)
-    assert cell.position == rest
-    assert [code for _, code in pendant.outcomes()] == [V.STOPPED]
-    assert pendant.move(*goal) is V.ACCEPTED
-    let_finish(cell)
-    assert cell.position == pytest.approx(goal, abs=1e-6)
-    assert violations(cell) == {}
-
-
-@pytest.mark.parametrize("path", [ControllerPath.MOTION, ControllerPath.STATE])
-def test_a_lost_link_stops_the_robot(path: ControllerPath) -> None:
-    cell = EmulatedCell()
-    pendant = cell.holder()
-    pendant.move(*(value + 1.0 for value in cell.position))
-    cell.wait(300)
-    cell.disconnect(path)
-    cell.wait(1_000)
-    assert not any(cell.controller.motion(cell.now)[1])
-    assert [code for _, code in pendant.outcomes()] == [V.CONTROLLER_LOST]
-    assert violations(cell) == {}
-
-
-def stream(cell: EmulatedCell, client: RosClient, *offsets: float) -> None:
-    home = cell.position
-    """Send points at 5 ms, each asking for 0.4 s."""
-    for index, offset in enumerate(offsets):
-        client.point(index, *(value + offset for value in home), duration=0.4)
-        cell.wait(5)
-
-
-def test_a_streamed_trajectory_is_never_faster_than_asked() -> None:
-    cell = EmulatedCell()
-    client = cell.ros()
-    home = cell.position
-    stream(cell, client, 0.0, 0.05, 0.1, 0.15)
-    cell.wait(160)
-    moved = cell.now
-    assert cell.core.cell.activity is Activity.MOVING
-    let_finish(cell)
-    assert cell.now - moved >= (3 * 400 - 20) * MS
-    assert cell.position == pytest.approx([value + 0.15 for value in home], abs=1e-5)
-    assert violations(cell) == {}
-
-
-def test_a_superseding_trajectory_ends_where_the_new_one_ends() -> None:
-    cell = EmulatedCell()
-    client = cell.ros()
-    home = cell.position
-    stream(cell, client, 0.0, 0.2, 0.4)
-    cell.wait(500)
-    client.point(0, *home, duration=0.5)
-    client.point(1, *(value - 0.1 for value in home), duration=0.5)
-    cell.wait(400)
-    let_finish(cell)
-    cell.wait(100)
-    let_finish(cell)
-    assert cell.position == pytest.approx([value - 0.1 for value in home], abs=1e-5)
-    assert violations(cell) == {}
-
-
 @asynccontextmanager
 async def running_app() -> AsyncIterator[tuple[App, int]]:
-    async with AsyncExitStack() as stack:
-        emulator = await stack.enter_async_context(running_emulator())
+    async with running_emulator() as emulator:
         link = {"motion_port": emulator.motion_port, "state_port": emulator.state_port}
         ports = {"pendant_port": 0, "ros_motion_port": 0, "ros_state_port": 0}
         settings = make_settings({"robot": ROBOT, "listen": ports, "controller": link}, "test")
         app = bare_app([CellParts(settings, serial_robot(ROBOT), LoopPlanner())])
-        listening = await stack.enter_async_context(app.running())
-        yield app, listening.pendant
+        async with app.running() as listening:
+            yield app, listening.pendant
 
 
 async def connected(port: int) -> PendantClient:
@@ -321,42 +197,6 @@ async def connected(port: int) -> PendantClient:
 
 def broken(*_: object) -> NoReturn:
     raise ZeroDivisionError("a fault\nfor the test")
-
-
-@pytest.mark.asyncio
-@pytest.mark.virtual_clock
-async def test_a_fault_on_a_message_stops_the_robot_and_ends_that_connection_alone(
-    monkeypatch: pytest.MonkeyPatch, caplog: pytest.LogCaptureFixture
-) -> None:
-    caplog.set_level(logging.INFO)
-    async with running_app() as (app, port):
-        holder, other = await connected(port), await connected(port)
-        await holder.take_control()
-        goal = [holder.joints()[0] + 1.0, *holder.joints()[1:]]
-        move = await holder.move_joints(goal, speed=0.1)
-        await other.wait_until(lambda state: state.activity == Activity.MOVING)
-        with monkeypatch.context() as patch:
-            patch.setattr(app.cells[0].core.pendants, "receive", broken)
-            with pytest.raises(ConnectionLost):
-                await other.release_control()
-        with pytest.raises(Aborted) as aborted:
-            await move.done()
-        assert aborted.value.code == V.PROTECTIVE_STOP
-        assert "incident" in aborted.value.text
-        state = await holder.wait_until(lambda state: state.activity == Activity.IDLE)
-        assert state.stop == StopKind.PROTECTIVE
-        assert app.cells[0].core.fault is None
-
-        await holder.reset_stop()
-        await (await holder.move_joints(goal, speed=0.5)).done()
-        await holder.close()
-    (line,) = [record for record in caplog.records if record.levelno >= logging.ERROR]
-    assert line.exc_info is None
-    assert line.getMessage().startswith("incident ")
-    assert (
-        "ZeroDivisionError: a fault for the test (test_server_of_several_cells.py:"
-        in line.getMessage()
-    )
 
 
 async def talk(other: PendantClient | None, port: int) -> None:
@@ -373,6 +213,7 @@ def newest(app: App) -> Any:
 FAULTS: dict[str, tuple[Callable[[App], object], str, bool]] = {
     "let in": (lambda app: app.cells[0].core.pendants, "opened", True),
     "count": (lambda app: app.clients, "_place_refusal", True),
+    "handle": (lambda app: app.cells[0].core.pendants, "receive", False),
     "decode": (lambda app: newest(app).wire, "receive", False),
     "encode": (lambda app: newest(app).wire, "send", False),
     "look at deadlines": (newest, "is_clogged", False),
@@ -382,7 +223,6 @@ FAULTS: dict[str, tuple[Callable[[App], object], str, bool]] = {
 
 @pytest.mark.parametrize(("whose", "method", "is_new"), FAULTS.values(), ids=FAULTS)
 @pytest.mark.asyncio
-@pytest.mark.virtual_clock
 async def test_a_fault_anywhere_in_serving_a_client_is_one_incident(
     whose: Callable[[App], object],
     method: str,
@@ -401,14 +241,18 @@ async def test_a_fault_anywhere_in_serving_a_client_is_one_incident(
             patch.setattr(whose(app), method, broken)
             with pytest.raises((ConnectionLost, OSError)):
                 await talk(other, port)
-            with pytest.raises(Aborted) as aborted:
-                await move.done()
+        with pytest.raises(Aborted) as aborted:
+            await move.done()
         assert aborted.value.code == V.PROTECTIVE_STOP
+        assert "incident" in aborted.value.text
         assert app.cells[0].core.fault is None
-        await holder.wait_until(lambda state: state.activity == Activity.IDLE)
+        state = await holder.wait_until(lambda state: state.activity == Activity.IDLE)
+        assert state.stop == StopKind.PROTECTIVE
         await holder.reset_stop()
         await (await holder.move_joints(goal, speed=0.5)).done()
         await holder.close()
     (line,) = [record for record in caplog.records if record.levelno >= logging.ERROR]
     assert line.getMessage().startswith("incident ")
+    where = "test_server_of_several_cells.py:"
+    assert f"ZeroDivisionError: a fault for the test ({where}" in line.getMessage()
     assert not any(record.exc_info for record in caplog.records)

@@ -14,7 +14,7 @@ from rigs.cells.byte_rig import READ, ByteClient, ByteRig
 from rigs.data.example_counts import examples
 from rigs.peers.server_clients import hello
 
-from openpendant.server.events.effects import Ask, SendStop, SendToController
+from openpendant.server.events.effects import Ask, Effect, SendStop, SendToController
 from openpendant.server.events.events import Port
 from openpendant.server.shell.client_connection import REQUESTS_PER_TURN
 from openpendant.simplemsg import (
@@ -79,9 +79,9 @@ FLOODS: dict[str, Callable[[int], Message]] = {
 
 def welcomed(rig: ByteRig, *, in_control: bool = False) -> ByteClient:
     client = rig.client()
-    client.say(client.frames(hello()))
+    client.tell(hello())
     if in_control:
-        client.say(client.frames(Authority(1, AuthorityAction.REQUEST)))
+        client.tell(Authority(1, AuthorityAction.REQUEST))
     client.heard()
     return client
 
@@ -89,6 +89,13 @@ def welcomed(rig: ByteRig, *, in_control: bool = False) -> ByteClient:
 def talking(*, in_control: bool = False) -> tuple[ByteRig, ByteClient]:
     rig = ByteRig()
     return rig, welcomed(rig, in_control=in_control)
+
+
+async def handled(rig: ByteRig, client: ByteClient) -> list[Effect]:
+    """Let all be handled that was said; return what followed."""
+    before = len(rig.log)
+    await client.until_handled()
+    return [item for _, item in rig.log[before:]]
 
 
 def is_stopped(rig: ByteRig) -> bool:
@@ -121,9 +128,7 @@ async def test_promise_19_it_acts_in_the_turn_that_reads_its_last_byte(
     assert not is_stopped(rig)
     client.say(stream[-1:])
     assert is_stopped(rig)
-    before = len(rig.log)
-    await client.until_handled()
-    since = [item for _, item in rig.log[before:]]
+    since = await handled(rig, client)
     assert not any(isinstance(item, SendToController | Ask | SendStop) for item in since)
     assert answers(client.heard())[LAST] == 1
 
@@ -133,8 +138,8 @@ async def test_a_stranger_is_read_ahead_700_frames_and_may_stop() -> None:
     client = welcomed(rig)
     client.say(client.frames(Ping(comm_type=REQUEST)) * 17)
     assert client.shell.wire.more
-    client.say(client.frames(*(FLOODS["moves"](number) for number in range(700))))
-    client.say(client.frames(SoftwareStop(LAST, "now")))
+    client.tell(*(FLOODS["moves"](number) for number in range(700)))
+    client.tell(SoftwareStop(LAST, "now"))
     assert is_stopped(rig)
     await client.until_handled()
     got = codes(client.heard())
@@ -160,25 +165,21 @@ async def test_promise_8_reading_ahead_ends_at_the_bound_and_goes_on_below_it(
         await asyncio.sleep(0)
         turns += 1
         assert turns < 10
-    client.say(client.frames(SoftwareStop(LAST, "now")))
+    client.tell(SoftwareStop(LAST, "now"))
     assert is_stopped(rig)
 
 
 async def test_reset_move_and_stop_in_one_read_move_nothing() -> None:
     rig, client = talking(in_control=True)
-    client.say(client.frames(SoftwareStop(2, "first")))
+    client.tell(SoftwareStop(2, "first"))
     client.heard()
-    client.say(
-        client.frames(ResetStop(3), JointMove(4, 0.5, 2, JOINTS), SoftwareStop(5, "no, stop"))
-    )
-    verdicts = [
-        (each.request_id, V(each.code)) for each in client.heard() if isinstance(each, Verdict)
-    ]
-    assert verdicts == [(5, V.ACCEPTED), (3, V.OVERTAKEN_BY_STOP), (4, V.OVERTAKEN_BY_STOP)]
+    client.tell(ResetStop(3), JointMove(4, 0.5, 2, JOINTS), SoftwareStop(5, "no, stop"))
+    verdicts = [(5, V.ACCEPTED), (3, V.OVERTAKEN_BY_STOP), (4, V.OVERTAKEN_BY_STOP)]
+    assert list(codes(client.heard()).items()) == verdicts
     rig.wait(500)
     assert is_stopped(rig)
     assert not any(isinstance(item, Ask) for _, item in rig.log)
-    client.say(client.frames(ResetStop(6)))
+    client.tell(ResetStop(6))
     assert codes(client.heard())[6] is V.ACCEPTED
 
 
@@ -193,15 +194,13 @@ async def test_a_request_that_was_overtaken_is_not_taken_when_it_comes_again() -
 
 async def test_what_moves_nothing_is_taken_in_its_order_and_answered() -> None:
     rig, client = talking(in_control=True)
-    client.say(
-        client.frames(
-            Subscribe(2, 10.0),
-            Ping(comm_type=REQUEST),
-            Authority(3, AuthorityAction.RELEASE),
-            told(4, op="why"),
-            MotionControl(5, MotionControlAction.PAUSE),
-            SoftwareStop(6, ""),
-        )
+    client.tell(
+        Subscribe(2, 10.0),
+        Ping(comm_type=REQUEST),
+        Authority(3, AuthorityAction.RELEASE),
+        told(4, op="why"),
+        MotionControl(5, MotionControlAction.PAUSE),
+        SoftwareStop(6, ""),
     )
     got = client.heard()
     assert answers(got) == Counter([2, 3, 4, 5, 6])
@@ -212,7 +211,7 @@ async def test_what_moves_nothing_is_taken_in_its_order_and_answered() -> None:
 async def test_several_stops_at_once_stop_once_and_each_is_answered() -> None:
     rig, client = talking()
     before = len(rig.stops)
-    client.say(client.frames(*(SoftwareStop(number, "") for number in range(1, 101))))
+    client.tell(*(SoftwareStop(number, "") for number in range(1, 101)))
     assert len(rig.stops) == before + 1
     await client.until_handled()
     assert answers(client.heard()) == Counter(range(1, 101))
@@ -222,8 +221,8 @@ async def test_several_stops_at_once_stop_once_and_each_is_answered() -> None:
 async def test_a_stop_that_was_handled_late_does_not_stop_what_was_reset_meanwhile() -> None:
     rig = ByteRig()
     holder, client = welcomed(rig, in_control=True), welcomed(rig)
-    client.say(client.frames(*(SoftwareStop(number, "") for number in range(1, 101))))
-    holder.say(holder.frames(ResetStop(2)))
+    client.tell(*(SoftwareStop(number, "") for number in range(1, 101)))
+    holder.tell(ResetStop(2))
     assert codes(holder.heard())[2] is V.ACCEPTED
     await client.until_handled()
     assert not is_stopped(rig)
@@ -231,7 +230,7 @@ async def test_a_stop_that_was_handled_late_does_not_stop_what_was_reset_meanwhi
 
 async def test_what_comes_behind_the_stop_is_handled_behind_it() -> None:
     rig, client = talking(in_control=True)
-    client.say(client.frames(ResetStop(2), SoftwareStop(3, ""), ResetStop(4)))
+    client.tell(ResetStop(2), SoftwareStop(3, ""), ResetStop(4))
     got = codes(client.heard())
     assert got == {3: V.ACCEPTED, 2: V.OVERTAKEN_BY_STOP, 4: V.ACCEPTED}
     assert not is_stopped(rig)
@@ -240,9 +239,7 @@ async def test_what_comes_behind_the_stop_is_handled_behind_it() -> None:
 async def test_hello_and_stop_in_one_read_are_a_hello_and_a_stop() -> None:
     rig = ByteRig()
     client = rig.client()
-    client.say(
-        client.frames(hello(), Authority(1, AuthorityAction.REQUEST), SoftwareStop(2, "now"))
-    )
+    client.tell(hello(), Authority(1, AuthorityAction.REQUEST), SoftwareStop(2, "now"))
     assert is_stopped(rig)
     got = client.heard()
     assert isinstance(got[0], HelloReply)
@@ -252,7 +249,7 @@ async def test_hello_and_stop_in_one_read_are_a_hello_and_a_stop() -> None:
 async def test_without_a_hello_a_stop_is_refused_like_anything_else() -> None:
     rig = ByteRig()
     client = rig.client()
-    client.say(client.frames(ResetStop(1), SoftwareStop(2, "now"), SoftwareStop(3, "")))
+    client.tell(ResetStop(1), SoftwareStop(2, "now"), SoftwareStop(3, ""))
     assert not is_stopped(rig)
     assert codes(client.heard()) == dict.fromkeys((1, 2, 3), V.HELLO_FIRST)
 
@@ -264,7 +261,7 @@ async def test_a_pendants_stop_that_is_too_short_or_whose_reason_is_no_text_stop
 ) -> None:
     rig = ByteRig()
     client = rig.client(order=order)
-    client.say(client.frames(hello()))
+    client.tell(hello())
     client.heard()
     header = (12 + len(body), SoftwareStop.PLACE.msg_type, REQUEST, 0)
     client.say(struct.pack(f"{order.value}4i", *header) + body)
@@ -325,10 +322,10 @@ async def test_nothing_else_that_is_read_then_is_handled() -> None:
 async def test_others_are_handled_between_the_parts_of_a_backlog() -> None:
     rig = ByteRig()
     client, other = welcomed(rig), welcomed(rig)
-    client.say(client.frames(*(told(number, op="why") for number in range(1, 101))))
+    client.tell(*(told(number, op="why") for number in range(1, 101)))
     handled = []
     while client.shell.wire.more:
-        other.say(other.frames(Ping(comm_type=REQUEST)))
+        other.tell(Ping(comm_type=REQUEST))
         assert isinstance(other.heard()[0], Ping)
         handled.append(len(client.heard()))
         await asyncio.sleep(0)
@@ -422,7 +419,7 @@ async def test_a_ros_stop_that_ends_behind_its_sequence_stops_and_is_refused_as_
 async def test_points_behind_a_ros_stop_begin_a_fresh_trajectory() -> None:
     rig = ByteRig()
     client = rig.client(Port.ROS_MOTION)
-    client.say(client.frames(point(0), point(-4), point(0), point(1), point(-3)))
+    client.tell(point(0), point(-4), point(0), point(1), point(-3))
     replies = [each.reply_code for each in client.heard()]
     assert replies == [ReplyCode.FAILURE, *[ReplyCode.SUCCESS] * 4]
     assert any(isinstance(item, Ask) for _, item in rig.log)
@@ -431,7 +428,7 @@ async def test_points_behind_a_ros_stop_begin_a_fresh_trajectory() -> None:
 async def test_topics_in_front_of_a_ros_stop_are_dropped_and_not_answered() -> None:
     rig = ByteRig()
     client = rig.client(Port.ROS_MOTION)
-    client.say(client.frames(point(0, TOPIC), point(-4, TOPIC)))
+    client.tell(point(0, TOPIC), point(-4, TOPIC))
     assert client.heard() == []
     rig.wait(500)
     assert not any(isinstance(item, Ask) for _, item in rig.log)
@@ -470,7 +467,7 @@ async def test_promise_19_each_request_is_answered_once_and_none_moves_after_the
 ) -> None:
     rig = ByteRig()
     client = rig.client(order=order)
-    client.say(client.frames(hello(), Authority(1, AuthorityAction.REQUEST)))
+    client.tell(hello(), Authority(1, AuthorityAction.REQUEST))
     client.heard()
     wanted = [*chosen[:behind], _CHOICES[-1]]
     stream = client.frames(*(make(number) for number, make in enumerate(wanted, 2)))
@@ -482,9 +479,7 @@ async def test_promise_19_each_request_is_answered_once_and_none_moves_after_the
         if size % 2:
             await asyncio.sleep(0)
     assert is_stopped(rig)
-    before = len(rig.log)
-    await client.until_handled()
-    since = [item for _, item in rig.log[before:]]
+    since = await handled(rig, client)
     assert not any(isinstance(item, SendToController | Ask) for item in since)
     assert is_stopped(rig)
     assert answers(client.heard()) == Counter(range(2, len(wanted) + 2))

@@ -4,13 +4,16 @@ Over real sockets on a virtual clock: what the kernel holds when a connection en
 """
 
 import asyncio
+import itertools
 import select
 import socket
 import struct
 from collections.abc import Callable
 from pathlib import Path
+from unittest.mock import Mock
 
 import pytest
+from rigs.cells.expectations import known
 from rigs.cells.journalled_cell import journalled_cell
 from rigs.clock.virtual_clock import VirtualLoop
 from rigs.processes.app_on_loop import AppOnLoop, app_on_loop, clients_of, said, until
@@ -26,6 +29,8 @@ from openpendant.simplemsg.pendant import (
     SoftwareStop,
 )
 from openpendant.tools.packets.journals.reenactment import rerun
+
+pytestmark = pytest.mark.virtual_clock
 
 CODEC = codec_for(PENDANT)
 STOP = CODEC.encode(SoftwareStop(1_000, "now"))
@@ -59,23 +64,13 @@ def is_stopped(served: AppOnLoop) -> bool:
 
 def await_arrival(client: ClientConnection) -> None:
     """Wait, by the kernel's clock, until what was sent can be read; the loop does nothing."""
-    assert client._transport is not None
-    accepted = client._transport.get_extra_info("socket").fileno()
+    accepted = known(client._transport).get_extra_info("socket").fileno()
     assert select.select([accepted], [], [], 10.0)[0]
 
 
 def write(client: ClientConnection, data: bytes) -> None:
     """Write what is in no journal, as it answers nothing."""
-    assert client._transport is not None
-    client._transport.write(data)
-
-
-def aborted(sock: socket.socket, client: ClientConnection) -> None:
-    client.abort("for a test")
-
-
-def closed(sock: socket.socket, client: ClientConnection) -> None:
-    client.close("for a test")
+    known(client._transport).write(data)
 
 
 def reset_and_written_to(sock: socket.socket, client: ClientConnection) -> None:
@@ -90,9 +85,16 @@ def ended_and_written_to(sock: socket.socket, client: ClientConnection) -> None:
     write(client, PING)
 
 
+ENDS: dict[str, Callable[[socket.socket, ClientConnection], None]] = {
+    "aborted": lambda _, client: client.abort("for a test"),
+    "closed": lambda _, client: client.close("for a test"),
+    "reset and written to": reset_and_written_to,
+    "ended and written to": ended_and_written_to,
+}
+
+
 @pytest.mark.asyncio
-@pytest.mark.virtual_clock
-@pytest.mark.parametrize("end", [aborted, closed, reset_and_written_to, ended_and_written_to])
+@pytest.mark.parametrize("end", ENDS.values(), ids=ENDS)
 async def test_promise_19_what_has_arrived_when_a_connection_ends_is_read(
     end: Callable[[socket.socket, ClientConnection], None],
 ) -> None:
@@ -110,7 +112,6 @@ async def test_promise_19_what_has_arrived_when_a_connection_ends_is_read(
 
 
 @pytest.mark.asyncio
-@pytest.mark.virtual_clock
 async def test_who_asks_and_does_not_read_is_cut_off_and_his_stop_is_not_lost() -> None:
     """The answers of the first few questions are more than may wait; the rest is still to come."""
     async with app_on_loop() as served:
@@ -124,7 +125,6 @@ async def test_who_asks_and_does_not_read_is_cut_off_and_his_stop_is_not_lost() 
 
 
 @pytest.mark.asyncio
-@pytest.mark.virtual_clock
 async def test_a_stop_acts_while_the_last_answers_wait_to_leave() -> None:
     async with app_on_loop() as served:
         sock = await served.visitor(window=1_024, begin=said())
@@ -145,7 +145,9 @@ async def test_a_stop_acts_while_the_last_answers_wait_to_leave() -> None:
         assert served.connections == 1
 
 
-def test_a_journal_with_stops_ahead_runs_again_with_identical_bytes(tmp_path: Path) -> None:
+def test_a_journal_with_stops_ahead_runs_again_with_identical_bytes(
+    tmp_path: Path, virtual_loop: VirtualLoop
+) -> None:
     file = tmp_path / "server.journal"
 
     async def live() -> None:
@@ -178,9 +180,31 @@ def test_a_journal_with_stops_ahead_runs_again_with_identical_bytes(tmp_path: Pa
             holder.close()
             cut.close()
 
-    loop = VirtualLoop()
-    loop.run_until_complete(live())
-    loop.close()
+    virtual_loop.run_until_complete(live())
     outcome = rerun(file)
     assert (outcome.difference, outcome.is_cut) == (None, False)
     assert '"ask": "gone"' in file.read_text()
+
+
+def test_a_run_with_a_watchdogs_stop_runs_again_exactly(
+    tmp_path: Path, virtual_loop: VirtualLoop
+) -> None:
+    file = tmp_path / "server.journal"
+
+    async def live() -> None:
+        async with journalled_cell(tmp_path / "emulator.journal", file) as cell:
+            pendant = await cell.pendant()
+            async with pendant.control():
+                at = pendant.joints()
+                await pendant.move_joints([at[0] + 0.5, *at[1:]], speed=0.1)
+                await asyncio.sleep(0.5)
+                tells_once = Mock(side_effect=itertools.chain([1], itertools.repeat(0)))
+                cell.app._watchdog = Mock(beat=tells_once)
+                await asyncio.sleep(0.1)
+                assert cell.app.cells[0].core.cell.stop is not None
+            await pendant.close()
+
+    virtual_loop.run_until_complete(live())
+    assert '"ask": "stopped"' in file.read_text()
+    outcome = rerun(file)
+    assert (outcome.difference, outcome.is_cut) == (None, False)

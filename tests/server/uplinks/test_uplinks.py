@@ -1,5 +1,3 @@
-from collections.abc import Sequence
-
 import pytest
 from rigs.cells.emulated_cell import EmulatedCell
 from rigs.cells.expectations import expect, refusal_from
@@ -8,7 +6,7 @@ from rigs.cells.server_rig import MS, ServerRig, ready
 from openpendant.controller_emulator.error_codes import ErrorCode
 from openpendant.motion.trajectory.trajectory import Row
 from openpendant.server import uplinks
-from openpendant.server.events.effects import Effect, SendStop, SendToController
+from openpendant.server.events.effects import SendStop, SendToController
 from openpendant.server.settings.cell_settings import ControllerLink, ControllerPath
 from openpendant.server.uplinks.generic import GenericUplink
 from openpendant.server.uplinks.uplink import WORDS, ControllerDialect, error_text
@@ -64,8 +62,7 @@ def test_a_simple_point_carries_the_speed_ratio_and_the_time_of_its_segment() ->
 
 
 def test_a_simple_point_of_rest_names_a_speed_because_0_means_none_given() -> None:
-    message = expect(JointTrajPt, make(points="simple").point(*REST, 0))
-    assert message.velocity == 0.1
+    assert expect(JointTrajPt, make(points="simple").point(*REST, 0)).velocity == 0.1
 
 
 def test_a_stop_is_sequence_minus_4_without_joints_and_ends_the_waiting() -> None:
@@ -75,17 +72,21 @@ def test_a_stop_is_sequence_minus_4_without_joints_and_ends_the_waiting() -> Non
     assert not uplink.awaiting
 
 
-def test_success_is_success() -> None:
-    uplink = awaiting()
+@pytest.mark.parametrize(
+    ("points", "number"),
+    [
+        ("full", MsgType.JOINT_TRAJ_PT_FULL),
+        ("simple", MsgType.JOINT_TRAJ_PT),
+        ("simple", MsgType.JOINT_POSITION),
+    ],
+)
+def test_a_point_is_answered_as_a_point_or_a_simple_one_as_a_position(
+    points: str, number: int
+) -> None:
+    uplink = awaiting(points=points)
     assert uplink.awaiting
-    assert uplink.answer(FULL_DONE, 0) is None
-    assert not uplink.awaiting
-
-
-@pytest.mark.parametrize("number", [MsgType.JOINT_TRAJ_PT, MsgType.JOINT_POSITION])
-def test_a_simple_point_may_be_answered_as_a_point_or_as_a_position(number: int) -> None:
-    uplink = awaiting(points="simple")
     assert uplink.answer(answer(number), 0) is None
+    assert not uplink.awaiting
 
 
 @pytest.mark.parametrize("code", [ReplyCode.FAILURE, ReplyCode.UNUSED, 77])
@@ -132,19 +133,14 @@ def test_of_several_points_each_answer_counts_and_none_from_before_them() -> Non
     assert refusal_from(uplink.answer(failure, 1)).code is V.CONTROLLER_REFUSED
 
 
-def test_of_several_points_the_oldest_is_overdue_first() -> None:
+@pytest.mark.parametrize(("is_answered", "overdue"), [(False, 500), (True, 900)])
+def test_of_several_points_each_waits_by_itself(is_answered: bool, overdue: int) -> None:
     uplink = awaiting(points_in_flight=2, reply_deadline=0.5)
     uplink.point(*POINT, 400 * MS)
-    assert uplink.answer(FULL_DONE, 1) is None
-    assert uplink.overdue(899 * MS) is None
-    assert uplink.overdue(900 * MS) is not None
-
-
-def test_of_several_points_each_waits_by_itself() -> None:
-    uplink = awaiting(points_in_flight=2, reply_deadline=0.5)
-    uplink.point(*POINT, 400 * MS)
-    assert uplink.overdue(499 * MS) is None
-    assert uplink.overdue(500 * MS) is not None
+    if is_answered:
+        assert uplink.answer(FULL_DONE, 1) is None
+    assert uplink.overdue(overdue * MS - 1) is None
+    assert uplink.overdue(overdue * MS) is not None
 
 
 def test_an_answer_after_a_stop_is_nobodys_business() -> None:
@@ -224,12 +220,8 @@ class ToyUplink(GenericUplink):
         return TOY_STOP
 
 
-def _toy_uplink(link: ControllerLink, velocity_limits: Sequence[float]) -> ToyUplink:
-    return ToyUplink(link, velocity_limits)
-
-
 TOY = ControllerDialect(
-    _toy_uplink, stop=TOY_STOP, stopped=HeaderOnly(MsgType.PING, reply_code=ReplyCode.SUCCESS)
+    ToyUplink, stop=TOY_STOP, stopped=HeaderOnly(MsgType.PING, reply_code=ReplyCode.SUCCESS)
 )
 
 
@@ -239,26 +231,21 @@ def rig(monkeypatch: pytest.MonkeyPatch) -> ServerRig:
     return ready(plans_at_once=False)
 
 
-def _performed(rig: ServerRig) -> list[Effect]:
-    return [item for _, item in rig.log]
-
-
 def test_points_and_stops_of_a_cell_are_the_dialects(rig: ServerRig) -> None:
     pendant = rig.holder()
     pendant.path((0.1, 0.1), GOAL)
     rig.plan()
     rig.wait(20)
-    points = [item.message for item in _performed(rig) if isinstance(item, SendToController)]
+    points = [item.message for _, item in rig.log if isinstance(item, SendToController)]
     assert points
     assert all(isinstance(each, JointTrajPtFull) and each.robot_id == 7 for each in points)
     pendant.stop()
-    (stop,) = [item.message for item in _performed(rig) if isinstance(item, SendStop)]
+    (stop,) = [item.message for _, item in rig.log if isinstance(item, SendStop)]
     assert stop is TOY_STOP
 
 
 def test_the_last_stop_of_a_cell_that_failed_is_the_dialects(rig: ServerRig) -> None:
-    stop = expect(SendStop, rig.core.fail("ValueError: boom", rig.now)[0])
-    assert stop.message is TOY_STOP
+    assert expect(SendStop, rig.core.fail("ValueError: boom", rig.now)[0]).message is TOY_STOP
 
 
 def test_the_watchdog_stops_with_the_bytes_of_the_dialect(rig: ServerRig) -> None:

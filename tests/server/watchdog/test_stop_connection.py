@@ -5,6 +5,7 @@ import threading
 import time
 from collections.abc import Iterator
 from typing import Any
+from unittest.mock import Mock
 
 import pytest
 
@@ -59,6 +60,14 @@ class Rig:
 
     def connected(self) -> socket.socket:
         self.link.keep_up(self.now)
+        return self.again()
+
+    def stopped(self) -> socket.socket:
+        connection = self.connected()
+        self.link.stop(self.now)
+        return connection
+
+    def again(self) -> socket.socket:
         connection = self.accept()
         self.take()
         return connection
@@ -73,25 +82,22 @@ class Rig:
 
 
 @pytest.fixture
-def rig() -> Iterator[Rig]:
-    made = Rig()
+def rig(request: pytest.FixtureRequest) -> Iterator[Rig]:
+    made = Rig(is_kept=getattr(request, "param", True))
     yield made
     made.close()
 
 
 @pytest.fixture
-def full() -> Iterator[tuple[Rig, list[socket.socket]]]:
+def full() -> Iterator[Rig]:
     made = Rig(backlog=0)
-    others = [socket.create_connection(made.listener.getsockname())]
-    yield made, others
-    for each in others:
-        each.close()
+    with socket.create_connection(made.listener.getsockname()):
+        yield made
     made.close()
 
 
 def test_an_answered_stop_is_owed_no_longer(rig: Rig) -> None:
-    peer = rig.connected()
-    rig.link.stop(rig.now)
+    peer = rig.stopped()
     assert peer.recv(100) == STOP
     assert not rig.link.is_done
     peer.sendall(frame(ANSWER))
@@ -101,8 +107,7 @@ def test_an_answered_stop_is_owed_no_longer(rig: Rig) -> None:
 
 @pytest.mark.parametrize("heard", [b"", frame(REFUSAL), frame(ANSWER)[:-1]])
 def test_an_unanswered_stop_is_sent_again_on_a_new_connection(rig: Rig, heard: bytes) -> None:
-    peer = rig.connected()
-    rig.link.stop(rig.now)
+    peer = rig.stopped()
     if heard:
         peer.sendall(heard)
         rig.take()
@@ -110,15 +115,12 @@ def test_an_unanswered_stop_is_sent_again_on_a_new_connection(rig: Rig, heard: b
     first = rig.own
     rig.wait(1)
     assert rig.own is not first
-    again = rig.accept()
-    rig.take()
-    assert again.recv(100) == STOP
+    assert rig.again().recv(100) == STOP
     assert not rig.link.is_done
 
 
 def test_each_time_the_controller_is_given_longer_to_answer(rig: Rig) -> None:
-    rig.connected()
-    rig.link.stop(rig.now)
+    rig.stopped()
     gaps = []
     for _ in range(6):
         used, gap = rig.own, 0
@@ -126,49 +128,40 @@ def test_each_time_the_controller_is_given_longer_to_answer(rig: Rig) -> None:
             rig.wait(10)
             gap += 10
         gaps.append(gap)
-        rig.accept()
-        rig.take()
+        rig.again()
     assert gaps == [100, 200, 400, 800, 1_000, 1_000]
 
 
 def test_a_stop_into_a_reset_connection_is_sent_again_at_once(rig: Rig) -> None:
-    peer = rig.connected()
-    rig.link.stop(rig.now)
+    peer = rig.stopped()
     peer.setsockopt(socket.SOL_SOCKET, socket.SO_LINGER, struct.pack("ii", 1, 0))
     peer.close()
     rig.take()
     rig.wait(0)
-    again = rig.accept()
-    rig.take()
-    assert again.recv(100) == STOP
+    assert rig.again().recv(100) == STOP
 
 
-def test_a_stop_waits_for_no_attempt_that_hangs(full: tuple[Rig, list[socket.socket]]) -> None:
-    rig, _ = full
-    rig.link.keep_up(rig.now)
-    hanging = rig.own.getsockname()
-    rig.wait(10)
-    rig.accept()
-    rig.link.stop(rig.now)
-    assert rig.own.getsockname() != hanging
-    peer = rig.accept()
-    rig.take()
-    assert peer.recv(100) == STOP
+def test_a_stop_waits_for_no_attempt_that_hangs(full: Rig) -> None:
+    full.link.keep_up(full.now)
+    hanging = full.own.getsockname()
+    full.wait(10)
+    full.accept()
+    full.link.stop(full.now)
+    assert full.own.getsockname() != hanging
+    assert full.again().recv(100) == STOP
 
 
-def test_an_attempt_is_given_up_after_a_second(full: tuple[Rig, list[socket.socket]]) -> None:
-    rig, _ = full
-    rig.link.keep_up(rig.now)
-    hanging = rig.own.getsockname()
-    rig.wait(999)
-    assert rig.own.getsockname() == hanging
-    rig.wait(1)
-    assert rig.own.getsockname() != hanging
+def test_an_attempt_is_given_up_after_a_second(full: Rig) -> None:
+    full.link.keep_up(full.now)
+    hanging = full.own.getsockname()
+    full.wait(999)
+    assert full.own.getsockname() == hanging
+    full.wait(1)
+    assert full.own.getsockname() != hanging
 
 
 def test_a_stop_that_nobody_answers_is_given_up_at_its_limit(rig: Rig) -> None:
-    rig.connected()
-    rig.link.stop(rig.now)
+    rig.stopped()
     rig.link.limit(rig.now + 50 * MS)
     done = []
     for milliseconds in (49, 1):
@@ -178,19 +171,15 @@ def test_a_stop_that_nobody_answers_is_given_up_at_its_limit(rig: Rig) -> None:
     assert "not answered" in rig.said[-1]
 
 
-def test_a_controller_that_takes_one_connection_is_left_once_it_answered() -> None:
-    rig = Rig(is_kept=False)
-    try:
-        rig.link.keep_up(rig.now)
-        rig.link.stop(rig.now)
-        peer = rig.accept()
-        rig.take()
-        assert peer.recv(100) == STOP
-        peer.sendall(frame(ANSWER))
-        rig.take()
-        assert peer.recv(100) == b""
-    finally:
-        rig.close()
+@pytest.mark.parametrize("rig", [False], indirect=True)
+def test_a_controller_that_takes_one_connection_is_left_once_it_answered(rig: Rig) -> None:
+    rig.link.keep_up(rig.now)
+    rig.link.stop(rig.now)
+    peer = rig.again()
+    assert peer.recv(100) == STOP
+    peer.sendall(frame(ANSWER))
+    rig.take()
+    assert peer.recv(100) == b""
 
 
 @pytest.mark.parametrize(
@@ -207,8 +196,7 @@ PATIENCE_S = 20.0
 
 
 def found(*hosts: str) -> list[Any]:
-    kind = socket.SOCK_STREAM
-    return [(socket.AF_INET, kind, 0, "", (host, 12000)) for host in hosts]
+    return [(socket.AF_INET, socket.SOCK_STREAM, 0, "", (host, 12000)) for host in hosts]
 
 
 def known(address: ControllerAddress) -> tuple[int, Any]:
@@ -220,10 +208,7 @@ def known(address: ControllerAddress) -> tuple[int, Any]:
 
 
 def test_an_address_in_digits_is_known_at_once_and_never_looked_up() -> None:
-    def never(*_: object, **__: object) -> list[Any]:
-        raise AssertionError
-
-    address = ControllerAddress("127.0.0.1", 12000, never)
+    address = ControllerAddress("127.0.0.1", 12000, Mock(side_effect=AssertionError))
     assert address.current == (socket.AF_INET, ("127.0.0.1", 12000))
 
 
@@ -241,9 +226,8 @@ def test_a_name_server_that_does_not_answer_holds_nothing_up() -> None:
 
 
 def test_the_addresses_of_a_name_are_tried_in_turn() -> None:
-    address = ControllerAddress(
-        "arm.invalid", 12000, lambda *_, **__: found("192.0.2.1", "192.0.2.2")
-    )
+    both = Mock(return_value=found("192.0.2.1", "192.0.2.2"))
+    address = ControllerAddress("arm.invalid", 12000, both)
     tried = []
     for _ in range(3):
         tried.append(known(address)[1][0])

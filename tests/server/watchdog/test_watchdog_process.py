@@ -10,6 +10,7 @@ from contextlib import contextmanager
 from pathlib import Path
 
 import pytest
+from rigs.cells.expectations import known
 from rigs.peers.full_pipe import filled_pipe
 
 from openpendant.server.settings.cell_settings import make_settings
@@ -166,8 +167,7 @@ def test_a_controller_of_one_connection_is_called_only_in_need(
 
 def test_a_watchdog_that_died_is_started_again(controller: socket.socket) -> None:
     with Watchdog([target(controller)], DEADLINES, 0.01) as watchdog:
-        first = watchdog.process
-        assert first is not None
+        first = known(watchdog.process)
         first.kill()
         first.wait()
         until_another_runs(watchdog, first)
@@ -177,8 +177,7 @@ def test_a_watchdog_that_hangs_is_killed_and_another_started(
     controller: socket.socket, caplog: pytest.LogCaptureFixture
 ) -> None:
     with watched(controller) as (watchdog, _):
-        first = watchdog.process
-        assert first is not None
+        first = known(watchdog.process)
         # It is up, so it answers; from its first answer on half a second is allowed.
         beat_for(watchdog, 0.3 * SCALE)
         first.send_signal(signal.SIGSTOP)
@@ -197,8 +196,7 @@ def test_an_orderly_end_stops_nothing_and_leaves_no_process(controller: socket.s
     with Watchdog([target(controller)], Deadlines(deadline, deadline), 0.01) as watchdog:
         connection, _ = controller.accept()
         beat_for(watchdog, 0.1)
-        process = watchdog.process
-    assert process is not None
+        process = known(watchdog.process)
     assert process.returncode == 0
     with connection:
         assert received(connection, 1.5 * deadline) == b""

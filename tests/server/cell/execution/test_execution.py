@@ -19,13 +19,7 @@ from openpendant.server.events.effects import ReconnectController, SendStop
 from openpendant.server.refusal import Refusal
 from openpendant.server.settings.cell_settings import ControllerLink, ControllerPath
 from openpendant.server.uplinks.generic import GenericUplink
-from openpendant.simplemsg import (
-    ControllerMode,
-    HeaderOnly,
-    JointTrajPtFull,
-    MsgType,
-    Status,
-)
+from openpendant.simplemsg import ControllerMode, HeaderOnly, JointTrajPtFull, MsgType, Status
 from openpendant.simplemsg.verdicts import VerdictCode as V
 
 LINK = ControllerLink()
@@ -236,26 +230,23 @@ def ended(taken: int = END) -> Player:
 
 
 @pytest.mark.parametrize(
-    ("position", "arrives"),
+    ("position", "speed", "arrives"),
     [
-        (GOAL, True),
-        ((0.4009, -0.2009), True),
-        ((0.4011, -0.2), False),
-        ((0.3989, -0.2), False),
-        ((0.4, -0.1989), False),
-        ((0.4, -0.2011), False),
-        ((0.0, 0.0), False),
+        (GOAL, 0.0, True),
+        (GOAL, 0.0009, True),
+        (GOAL, 0.0011, False),
+        ((0.4009, -0.2009), 0.0, True),
+        ((0.4011, -0.2), 0.0, False),
+        ((0.3989, -0.2), 0.0, False),
+        ((0.4, -0.1989), 0.0, False),
+        ((0.4, -0.2011), 0.0, False),
+        ((0.0, 0.0), 0.0, False),
     ],
 )
-def test_a_motion_arrives_where_each_joint_is_at_its_goal(
-    position: Sequence[float], arrives: bool
+def test_a_motion_arrives_where_the_robot_stands_with_each_joint_at_its_goal(
+    position: Sequence[float], speed: float, arrives: bool
 ) -> None:
-    assert ended().arrives(position, 0.0, END) is arrives
-
-
-@pytest.mark.parametrize(("speed", "arrives"), [(0.0009, True), (0.0011, False)])
-def test_a_motion_arrives_where_the_robot_stands(speed: float, arrives: bool) -> None:
-    assert ended().arrives(GOAL, speed, END) is arrives
+    assert ended().arrives(position, speed, END) is arrives
 
 
 def test_no_report_from_before_the_end_of_a_motion_tells_of_it() -> None:
@@ -306,11 +297,13 @@ WHY = Refusal(V.STOPPED, "why")
 
 
 @pytest.fixture
-def driving() -> TrajectoryExecution:
-    link = ControllerLink()
-    return TrajectoryExecution(
-        link, LIMITS, Feedback(2, link), lambda *_: [], lambda *_: [], lambda _: []
-    )
+def feedback() -> Feedback:
+    return Feedback(2, LINK)
+
+
+@pytest.fixture
+def driving(feedback: Feedback) -> TrajectoryExecution:
+    return TrajectoryExecution(LINK, LIMITS, feedback, lambda *_: [], lambda *_: [], lambda _: [])
 
 
 @pytest.mark.parametrize(
@@ -353,13 +346,8 @@ def test_a_stop_on_a_link_that_was_lost_since_is_waited_for_no_more(
     ("path", "is_known"), [(ControllerPath.STATE, False), (ControllerPath.MOTION, True)]
 )
 def test_nothing_of_a_state_link_that_was_lost_is_believed(
-    path: ControllerPath, is_known: bool
+    driving: TrajectoryExecution, feedback: Feedback, path: ControllerPath, is_known: bool
 ) -> None:
-    link = ControllerLink()
-    feedback = Feedback(2, link)
-    driving = TrajectoryExecution(
-        link, LIMITS, feedback, lambda *_: [], lambda *_: [], lambda _: []
-    )
     feedback.take(joint_report(()), 0)
     driving.path_changed(path, False)
     assert (feedback.position is not None) is is_known

@@ -29,10 +29,7 @@ from openpendant.server.cell.execution.setpoint_sources import StoredRows
 from openpendant.server.refusal import Refusal
 from openpendant.server.settings.cell_settings import ControllerLink
 from openpendant.server.uplinks.generic import GenericUplink
-from openpendant.simplemsg import (
-    HeaderOnly,
-    MsgType,
-)
+from openpendant.simplemsg import HeaderOnly, MsgType
 from openpendant.simplemsg.verdicts import VerdictCode as V
 
 # No two joints, and no two sides, are alike: a rule that reads the wrong one shows.
@@ -68,8 +65,10 @@ def timed(rows: list[Row], time: float) -> list[Row]:
     return [*rows[:-1], Row(time, rows[-1].position, rows[-1].velocity, [])]
 
 
-def judged(rows: list[Row], start: Sequence[float] | None = None) -> tuple[int, Refusal | None]:
-    check = SetpointGuard(UNEVEN, start)
+def judged(
+    rows: list[Row], start: Sequence[float] | None = None, limits: JointLimits = UNEVEN
+) -> tuple[int, Refusal | None]:
+    check = SetpointGuard(limits, start)
     for index, row in enumerate(rows):
         if (refusal := check.check(row)) is not None:
             return index, refusal
@@ -207,23 +206,12 @@ def test_a_joint_that_came_back_inside_has_its_whole_range(outside: float, inwar
     assert (count, refusal.limit) == (8, 1.5 if outside > 0.0 else -1.0)
 
 
-GOAL = (1.0, -0.5)
-
-
-def check_all(rows: list[Row]) -> int | None:
-    check = SetpointGuard(LIMITS)
-    for index, row in enumerate(rows):
-        refusal = check.check(row)
-        if refusal is not None:
-            return index
-    return None
-
-
 @pytest.mark.parametrize("speed", [0.01, 0.5, 1.0])
 @pytest.mark.parametrize("goal", [(1.0, -0.5), (2.0, 2.0), (1e-4, 0.0), (-2.0, 0.003)])
 def test_what_was_certified_leaves(goal: tuple[float, float], speed: float) -> None:
     move = straight_move((0.0, 0.0), goal, LIMITS, speed=speed)
-    assert check_all([move.row(index) for index in range(len(move))]) is None
+    rows = [move.row(index) for index in range(len(move))]
+    assert judged(rows, limits=LIMITS) == (len(rows), None)
 
 
 def walk(chance: Random) -> list[Row]:
@@ -254,24 +242,15 @@ def test_a_glance_lets_nothing_leave_that_a_look_at_each_joint_would_hold(
     """The same verdict on each sample, word for word, up to the first that is held."""
     rows = walk(Random(seed))
 
-    def told() -> list[Refusal | None]:
-        check = SetpointGuard(LIMITS, start)
-        verdicts = []
-        for row in rows:
-            verdicts.append(check.check(row))
-            if verdicts[-1] is not None:
-                break
-        return verdicts
-
-    at_a_glance = told()
+    at_a_glance = judged(rows, start, LIMITS)
     monkeypatch.setattr(SetpointGuard, "_is_surely_sound", lambda *_: False)
-    assert at_a_glance == told()
+    assert at_a_glance == judged(rows, start, LIMITS)
 
 
 def test_a_glance_is_enough_for_nearly_all_of_a_slow_motion(
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
-    move = straight_move((0.0, 0.0), GOAL, LIMITS, speed=0.3)
+    move = straight_move((0.0, 0.0), (1.0, -0.5), LIMITS, speed=0.3)
     look, looks = SetpointGuard._fault, 0
 
     def counted(check: SetpointGuard, row: Row, last: Row, step: float) -> Refusal | None:
@@ -280,7 +259,8 @@ def test_a_glance_is_enough_for_nearly_all_of_a_slow_motion(
         return look(check, row, last, step)
 
     monkeypatch.setattr(SetpointGuard, "_fault", counted)
-    assert check_all([move.row(index) for index in range(len(move))]) is None
+    rows = [move.row(index) for index in range(len(move))]
+    assert judged(rows, limits=LIMITS) == (len(rows), None)
     assert looks < 0.3 * len(move)
 
 

@@ -171,20 +171,6 @@ def test_a_speed_that_no_joint_has_is_worked_out_from_places(
     assert not feedback.is_standing
 
 
-@pytest.mark.parametrize(
-    ("period", "fresh", "lost"), [(0.01, 100, 250), (0.04, 100, 250), (0.1, 250, 400)]
-)
-def test_a_controller_that_reports_slowly_has_more_time(
-    period: float, fresh: int, lost: int
-) -> None:
-    feedback = Feedback(2, ControllerLink(state_period=period))
-    take(feedback, 0, (0.0, 0.0))
-    assert feedback.is_fresh(fresh * MS)
-    assert not feedback.is_fresh(fresh * MS + 1)
-    assert not feedback.is_lost(lost * MS)
-    assert feedback.is_lost(lost * MS + 1)
-
-
 def told(speed: float, seconds: float, period_ms: int = 10) -> list[tuple[int, float]]:
     watch = StandstillWatch(LIMITS)
     found = []

@@ -6,6 +6,7 @@ from collections.abc import Callable, Iterator
 
 import pytest
 from promises.promise_table import figure
+from rigs.cells.broken_conditions import stop_the_controller
 from rigs.cells.robot_cell_situations import at_a_pad, enabled
 from rigs.cells.server_rig import LIMITS, MS, TICK, ServerRig, ready
 from rigs.motion.jog_pad import JogPad
@@ -257,10 +258,6 @@ def test_a_changed_override_rules_the_jog_at_once_and_smoothly() -> None:
 # What ends a jog besides its press.
 
 
-def controller_emergency_stop(rig: ServerRig, pad: JogPad) -> None:
-    rig.controller.e_stopped = True
-
-
 ENDS: dict[str, tuple[Callable[[ServerRig, JogPad], object], V]] = {
     "let go": (lambda _, pad: pad.let_go(), V.ENABLING_LOST),
     "panic": (lambda _, pad: pad.squeeze(EnablingPosition.PANIC), V.ENABLING_LOST),
@@ -268,7 +265,7 @@ ENDS: dict[str, tuple[Callable[[ServerRig, JogPad], object], V]] = {
     "software stop": (lambda _, pad: pad.pendant.stop(), V.STOPPED),
     "an observer's stop": (lambda rig, _: rig.pendant("observer").stop(), V.STOPPED),
     "authority given back": (lambda _, pad: pad.pendant.release(), V.AUTHORITY_LOST),
-    "emergency stop": (controller_emergency_stop, V.CONTROLLER_STOPPED),
+    "emergency stop": (stop_the_controller, V.CONTROLLER_STOPPED),
 }
 
 
@@ -317,8 +314,7 @@ def test_promise_12_the_tool_keeps_below_its_cap_at_every_tick(mode: str, cap: f
 
 
 def test_promise_12_what_is_planned_in_t1_is_told_the_cap() -> None:
-    rig, pad = at_a_pad(plans_at_once=False, modes={"initial": "manual_reduced"})
-    pad.squeeze()
+    rig, pad = enabled(plans_at_once=False)
     pad.pendant.move(0.5, 0.5)
     assert getattr(rig.jobs[0], "tool_speed", None) == 0.25
 
@@ -334,11 +330,16 @@ def test_jogging_into_a_limit_stays_inside_and_leaves_again() -> None:
     assert rig.controller.position[0] < 1.5
 
 
-def test_recovery_leads_a_joint_back_inside_and_never_farther_out() -> None:
-    rig, pad = at_a_pad(modes={"initial": "recovery"})
+def outside(mode: str) -> tuple[ServerRig, JogPad]:
+    rig, pad = at_a_pad(modes={"initial": mode})
     rig.controller.position = (2.05, 0.0)
     rig.wait(20)
     pad.squeeze()
+    return rig, pad
+
+
+def test_recovery_leads_a_joint_back_inside_and_never_farther_out() -> None:
+    rig, pad = outside("recovery")
     assert pad.press(-1.0, 0.0) is V.ACCEPTED
     pad.hold(1_500)
     pad.release()
@@ -350,10 +351,7 @@ def test_recovery_leads_a_joint_back_inside_and_never_farther_out() -> None:
 
 @pytest.mark.parametrize("mode", ["manual_reduced", "manual_high"])
 def test_a_joint_outside_its_limits_is_moved_in_recovery_only(mode: str) -> None:
-    rig, pad = at_a_pad(modes={"initial": mode})
-    rig.controller.position = (2.05, 0.0)
-    rig.wait(20)
-    pad.squeeze()
+    _, pad = outside(mode)
     assert pad.press(-1.0, 0.0) is V.OUTSIDE_LIMITS
     assert pad.pendant.move(0.0, 0.0) is V.OUTSIDE_LIMITS
 

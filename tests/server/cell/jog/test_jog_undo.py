@@ -4,7 +4,6 @@ The model remembers what began last and where that jog began; an undo leads ther
 """
 
 from collections.abc import Callable
-from typing import NamedTuple
 
 import pytest
 from hypothesis import settings
@@ -96,6 +95,11 @@ def let_go(pad: JogPad) -> None:
     pad.hold(20)
 
 
+def enable(pad: JogPad) -> None:
+    pad.let_go()
+    pad.squeeze()
+
+
 @pytest.mark.parametrize("ends", [software_stop, program_stop, let_go, lambda pad: pad.mode(2)])
 def test_an_undo_that_was_ended_on_its_way_goes_on_where_it_is_asked_for_again(
     stepped: JogPad, ends: Callable[[JogPad], V | None]
@@ -105,8 +109,7 @@ def test_an_undo_that_was_ended_on_its_way_goes_on_where_it_is_asked_for_again(
     assert ends(stepped) in (V.ACCEPTED, None)
     halfway = at_rest(stepped)
     assert 0.0 < halfway[0] < 0.3
-    stepped.let_go()
-    stepped.squeeze()
+    enable(stepped)
     stepped.hold(500)
     assert stepped.rig.controller.position == halfway, "nothing resumes by itself"
     assert undo(stepped) is V.ACCEPTED
@@ -123,8 +126,7 @@ def test_an_undo_that_is_stopped_after_its_last_set_point_can_still_be_ended_wel
         stepped.hold(10)
     software_stop(stepped)
     assert at_rest(stepped) != START
-    stepped.let_go()
-    stepped.squeeze()
+    enable(stepped)
     assert undo(stepped) is V.ACCEPTED
     assert at_rest(stepped) == pytest.approx(START)
 
@@ -147,11 +149,10 @@ def test_a_robot_that_its_own_pendant_moved_away_is_not_led_back(
     stepped.hold(100)
     if stops:
         software_stop(stepped)
-        stepped.let_go()
-        stepped.squeeze()
+        enable(stepped)
     points = len(stepped.rig.points)
     assert undo(stepped) is V.NO_JOG_TO_UNDO
-    (verdict,) = stepped.pendant.all(Verdict)[-1:]
+    verdict = stepped.pendant.all(Verdict)[-1]
     assert (verdict.joint, verdict.value, verdict.limit) == (1, -0.02, 0.0)
     stepped.hold(100)
     assert len(stepped.rig.points) == points
@@ -169,8 +170,7 @@ def test_an_undo_goes_on_only_from_where_its_stop_left_the_robot(stepped: JogPad
     assert undo(stepped) is V.ACCEPTED
     stepped.hold(500)
     software_stop(stepped)
-    stepped.let_go()
-    stepped.squeeze()
+    enable(stepped)
     x, y = at_rest(stepped)
     stepped.rig.controller.be_moved((x, y + 0.02))
     stepped.hold(100)
@@ -214,8 +214,7 @@ def test_a_jog_is_not_taken_back_where_nobody_saw_the_robot_come_to_rest(
         pad.pendant.stop()
     pad.hold(300)
     pad.pendant.reset()
-    pad.let_go()
-    pad.squeeze()
+    enable(pad)
     assert undo(pad) is V.NO_JOG_TO_UNDO
 
 
@@ -243,10 +242,6 @@ ends = st.sampled_from(ENDS)
 while_ticks = st.integers(1, 60)
 
 
-class Jog(NamedTuple):
-    began_at: tuple[float, ...]
-
-
 class Undo(RuleBasedStateMachine):
     @initialize(mode=st.sampled_from(MODES))
     def start(self, mode: OperatingMode) -> None:
@@ -255,7 +250,7 @@ class Undo(RuleBasedStateMachine):
         self.pad = JogPad(self.rig)
         self.pad.squeeze()
         self.mode = mode
-        self.last: Jog | None = None
+        self.last_began_at: tuple[float, ...] | None = None
         self.stood = self.rig.controller.position
 
     @property
@@ -271,27 +266,20 @@ class Undo(RuleBasedStateMachine):
         has_ended = not self.rig.core.cell.is_busy
         match how:
             case "software stop":
-                self.pad.pendant.stop()
-                self.pad.hold(300)
-                assert self.pad.pendant.reset() is V.ACCEPTED
+                software_stop(self.pad)
             case "program stop":
                 self.pad.control(MotionControlAction.PROGRAM_STOP)
             case "mode":
                 self._turn(MODES[(MODES.index(self.mode) + 1) % len(MODES)])
             case "enabling":
-                self.pad.let_go()
-                self.pad.hold(20)
+                let_go(self.pad)
         at_rest(self.pad)
-        self._enable()
+        enable(self.pad)
         return has_ended
 
     def _turn(self, mode: OperatingMode) -> None:
         assert self.pad.mode(mode) is V.ACCEPTED
         self.mode = mode
-
-    def _enable(self) -> None:
-        self.pad.let_go()
-        self.pad.squeeze()
 
     # Jogs.
 
@@ -299,7 +287,7 @@ class Undo(RuleBasedStateMachine):
     def press(self, rates: tuple[float, float], how: str, ticks: int) -> None:
         began_at = self.here
         assert self.pad.press(*rates) is V.ACCEPTED
-        self.last = Jog(began_at)
+        self.last_began_at = began_at
         self.pad.hold(10 * ticks)
         if how == "arrival":
             self.pad.release()
@@ -313,16 +301,16 @@ class Undo(RuleBasedStateMachine):
         if code is V.OUT_OF_RANGE:
             return
         assert code is V.ACCEPTED
-        self.last = Jog(began_at)
+        self.last_began_at = began_at
         self._end(how, ticks)
 
     @rule(how=ends, ticks=while_ticks)
     def undo(self, how: str, ticks: int) -> None:
         code = undo(self.pad)
-        if self.last is None:
+        if self.last_began_at is None:
             assert code is V.NO_JOG_TO_UNDO
             return
-        if self.last.began_at == pytest.approx(self.here, abs=1e-6):
+        if self.last_began_at == pytest.approx(self.here, abs=1e-6):
             # It was ended before it moved.
             assert code in (V.ACCEPTED, V.NO_MOTION)
         else:
@@ -330,8 +318,8 @@ class Undo(RuleBasedStateMachine):
         if code is not V.ACCEPTED:
             return
         if self._end(how, ticks):
-            assert self.here == pytest.approx(self.last.began_at, abs=2e-3)
-            self.last = None
+            assert self.here == pytest.approx(self.last_began_at, abs=2e-3)
+            self.last_began_at = None
 
     # Anything else.
 
@@ -339,13 +327,13 @@ class Undo(RuleBasedStateMachine):
     @rule(goal=st.tuples(st.floats(-1.8, 1.8), st.floats(-1.8, 1.8)), how=ends, ticks=while_ticks)
     def move(self, goal: tuple[float, float], how: str, ticks: int) -> None:
         if self.pad.pendant.move(*goal) is V.ACCEPTED:
-            self.last = None
+            self.last_began_at = None
             self._end(how, ticks)
 
     @rule(mode=st.sampled_from(MODES))
     def turn_selector(self, mode: OperatingMode) -> None:
         self._turn(mode)
-        self._enable()
+        enable(self.pad)
 
     @rule()
     def stop_and_reset(self) -> None:
@@ -360,7 +348,7 @@ class Undo(RuleBasedStateMachine):
 
     @rule()
     def undo_that_the_planner_refuses(self) -> None:
-        if self.last is not None:
+        if self.last_began_at is not None:
             refused_by_the_planner(self.rig, lambda: undo(self.pad))
 
     @precondition(lambda self: self.mode is not OperatingMode.RECOVERY)

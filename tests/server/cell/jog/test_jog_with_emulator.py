@@ -7,20 +7,14 @@ from typing import Any
 import numpy as np
 import pytest
 from rigs.cells.emulated_cell import EmulatedCell
+from rigs.cells.jog_undos import undo
 from rigs.clock.busy_machine import SCALE
 from rigs.motion.jog_pad import EmulatedPad
 
 from openpendant.motion.description.robot import serial_robot
 from openpendant.motion.kinematics.serial import Kinematics
 from openpendant.simplemsg import joint_array
-from openpendant.simplemsg.pendant import (
-    JogEnd,
-    JogEnded,
-    JogSpace,
-    JogStep,
-    JogUndo,
-    OperatingMode,
-)
+from openpendant.simplemsg.pendant import JogEnd, JogEnded, JogSpace, JogStep, OperatingMode
 from openpendant.simplemsg.verdicts import VerdictCode as V
 
 UR5 = Kinematics(serial_robot("ur5"))
@@ -31,10 +25,6 @@ def pad() -> Iterator[EmulatedPad]:
     made = EmulatedPad(EmulatedCell("ur5"))
     yield made
     assert made.cell.controller.referee.total == 0
-
-
-def undo(pad: EmulatedPad) -> V | None:
-    return pad.pendant.code(JogUndo(pad._request(), 1.0))
 
 
 def test_a_held_joint_key_moves_that_joint_and_release_ends_it(pad: EmulatedPad) -> None:
@@ -166,6 +156,12 @@ class Jogged(EmulatedPad):
     def go(self, way: dict[str, Any]) -> None:
         self.jog(way["space"], tuple(way["values"]), way["frame"], LEAVING_MS)
 
+    def put_below(self, name: str, distance: float, revision: int = 0) -> None:
+        x, y, z = self.newest_state.tool_position
+        box = {"type": "box", "size": [0.3, 0.3, 0.05]}
+        body = {"name": name, "shape": box, "position": [x, y, z - distance]}
+        self.ask("scene.add", object=body, expected_revision=revision)
+
     def stand_at(self, **joints: float) -> None:
         goal = list(self.cell.position)
         for name, value in joints.items():
@@ -238,10 +234,7 @@ def test_out_of_a_stretched_arm_leads_the_tool_back_or_a_joint(jogged: Jogged) -
 
 
 def test_out_of_a_contact_leads_the_opposite_of_the_key_that_led_there(jogged: Jogged) -> None:
-    x, y, z = jogged.newest_state.tool_position
-    box = {"type": "box", "size": [0.3, 0.3, 0.05]}
-    table = {"name": "table", "shape": box, "position": [x, y, z - 0.2]}
-    jogged.ask("scene.add", object=table, expected_revision=0)
+    jogged.put_below("table", 0.2)
     jogged.jog(JogSpace.TOOL, DOWN, "base", 3_000)
     (hold,) = jogged.holds()
     assert hold["reason"] == "collision"
@@ -265,12 +258,8 @@ def test_the_way_out_is_told_once_the_robot_stands(jogged: Jogged) -> None:
 
 
 def test_an_answer_takes_less_than_2_ms_of_the_event_loop(jogged: Jogged) -> None:
-    x, y, z = jogged.newest_state.tool_position
-    box = {"type": "box", "size": [0.3, 0.3, 0.05]}
     for number in range(10):
-        place = [x, y, z - 0.2 - 0.1 * number]
-        body = {"name": f"plate {number}", "shape": box, "position": place}
-        jogged.ask("scene.add", object=body, expected_revision=number)
+        jogged.put_below(f"plate {number}", 0.2 + 0.1 * number, revision=number)
     jogged.jog(JogSpace.TOOL, DOWN, "base", 3_000)
     assert jogged.holds()
     least = 1.0

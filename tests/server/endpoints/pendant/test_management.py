@@ -1,28 +1,21 @@
 import json
+from functools import cache
 from typing import Any, get_args, get_type_hints
 
 import pytest
 from rigs.cells.emulated_cell import EmulatedCell
-from rigs.cells.expectations import only
-from rigs.cells.server_rig import ServerRig, ready
+from rigs.cells.expectations import expect, only
+from rigs.cells.server_rig import ready
 from rigs.peers.server_clients import Pendant
 
-from openpendant.server.endpoints.pendant.access_requests import AccessRequests
-from openpendant.server.endpoints.pendant.jog_requests import EscapeRequests
-from openpendant.server.endpoints.pendant.management import Failure, ManagementRequests
+from openpendant.server.endpoints.pendant.management import Failure
 from openpendant.server.events.effects import Effect, Send
 from openpendant.server.events.management_requests import ReplyTo, handlers_of, handles
-from openpendant.server.programs.execution.breakpoints import Breakpoints
-from openpendant.server.programs.execution.dry_run_service import DryRunService
-from openpendant.server.programs.library.program_changes import ProgramChanges
-from openpendant.server.programs.library.program_library import ProgramLibrary
-from openpendant.server.recording.recording_service import RecordingService
 from openpendant.server.refusal import Refusal
-from openpendant.server.scene.scene_service import SceneService
 from openpendant.simplemsg import ReplyCode
 from openpendant.simplemsg.pendant import MAX_PENDANT_FRAME, Capability, HelloReply, Management
 from openpendant.simplemsg.pendant.management import OPERATIONS
-from openpendant.simplemsg.pendant.management.declaration import Done
+from openpendant.simplemsg.pendant.management.declaration import Done, Request
 from openpendant.simplemsg.pendant.management.devices import ClearTrace
 from openpendant.simplemsg.verdicts import VerdictCode as V
 
@@ -34,14 +27,8 @@ def ask(pendant: Pendant, body: bytes) -> tuple[int, Any]:
     return reply.reply_code, json.loads(reply.body)
 
 
-def snapshot(rig: ServerRig) -> Any:
-    code, body = ask(rig.pendant(), b'{"op": "snapshot"}')
-    assert code == ReplyCode.SUCCESS
-    return body
-
-
 def test_a_snapshot_describes_robot_and_cell() -> None:
-    body = snapshot(ready())
+    body = ready().pendant().ask("snapshot")
     assert body["cell"] == "cell"
     assert body["joints"][1] == {
         "name": "elbow",
@@ -58,21 +45,19 @@ def test_a_snapshot_describes_robot_and_cell() -> None:
 def test_a_snapshot_names_the_owner_the_stop_and_the_obstacle() -> None:
     rig = ready()
     rig.holder("anna").stop("tea")
-    body = snapshot(rig)
+    body = rig.pendant().ask("snapshot")
     assert body["owner"] == {"session": 1, "client": "anna"}
     assert body["stop"] == {"session": 1, "client": "anna", "reason": "tea"}
     assert "tea" in body["obstacle"]
 
 
 def test_a_pendant_is_told_which_cells_there_are() -> None:
-    code, body = ask(ready().pendant(), b'{"op": "cells"}')
-    assert code == ReplyCode.SUCCESS
-    assert body == {"cells": [{"cell": "cell", "robot": "two-joints"}]}
+    assert ready().pendant().ask("cells") == {"cells": [{"cell": "cell", "robot": "two-joints"}]}
 
 
 def test_a_cell_without_surroundings_offers_nothing_of_them() -> None:
     rig = ready()
-    body = snapshot(rig)
+    body = rig.pendant().ask("snapshot")
     assert body["signals"] == {"offered": False, "inputs": [], "outputs": []}
     assert (body["tool"], body["recording"], body["program"]) == (None, None, None)
     assert body["recording_problem"] == ""
@@ -112,9 +97,7 @@ def _refusals() -> list[dict[str, Any]]:
     in_text = reply_to.refuse(Refusal(V.PROGRAM_SYNTAX), line=3, column=4)
     bodies = [ask(ready().pendant(), b'{"op": "nonsense"}')[1]]
     for (out,) in (later, in_text):
-        assert isinstance(out, Send)
-        assert isinstance(out.message, Management)
-        bodies.append(json.loads(out.message.body))
+        bodies.append(json.loads(expect(Management, expect(Send, out).message).body))
     return bodies
 
 
@@ -131,46 +114,27 @@ def test_every_refusal_is_of_the_published_schema() -> None:
         assert Failure.model_validate(body).model_dump(exclude_none=True) == body
 
 
-SERVICES = (
-    AccessRequests,
-    Breakpoints,
-    DryRunService,
-    ManagementRequests,
-    ProgramChanges,
-    ProgramLibrary,
-    RecordingService,
-    EscapeRequests,
-    SceneService,
-)
+@cache
+def handlers() -> dict[type[Request[Any]], Any]:
+    return dict(EmulatedCell(has_surroundings=True).core.pendants._management._handlers)
 
 
-def methods() -> dict[str, Any]:
-    return {
-        f"{service.__name__}.{name}": method
-        for service in SERVICES
-        for name, method in vars(service).items()
-        if hasattr(method, "handles")
-    }
-
-
-def test_every_operation_has_one_handler() -> None:
-    handled = [method.handles for method in methods().values()]
+def test_a_cell_has_one_handler_for_every_operation() -> None:
+    assert set(handlers()) == set(OPERATIONS.values())
+    methods = [
+        method
+        for service in {type(handler.__self__) for handler in handlers().values()}
+        for method in vars(service).values()
+    ]
+    handled = [method.handles for method in methods if hasattr(method, "handles")]
     assert len(handled) == len(set(handled))
-    assert set(handled) == set(OPERATIONS.values())
 
 
-def test_a_cell_finds_a_handler_for_every_operation() -> None:
-    core = EmulatedCell(has_surroundings=True).core
-    handlers = core.pendants._management._handlers
-    assert set(handlers) == set(OPERATIONS.values())
-
-
-@pytest.mark.parametrize("name", methods())
-def test_a_handler_takes_its_request_and_answers_with_its_reply(name: str) -> None:
-    method = methods()[name]
-    hints = list(get_type_hints(method).values())
-    assert hints[0] is method.handles
-    assert get_args(hints[1]) == (method.handles.reply(),)
+@pytest.mark.parametrize("kind", OPERATIONS.values(), ids=OPERATIONS)
+def test_a_handler_takes_its_request_and_answers_with_its_reply(kind: type[Request[Any]]) -> None:
+    hints = list(get_type_hints(handlers()[kind]).values())
+    assert hints[0] is kind
+    assert get_args(hints[1]) == (kind.reply(),)
 
 
 class Twice:

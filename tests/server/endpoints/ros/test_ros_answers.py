@@ -142,27 +142,23 @@ def test_positions_that_are_not_fresh_are_not_repeated() -> None:
 
 
 @pytest.mark.parametrize(
-    ("spoil", "error_code", "in_error", "possible"),
+    ("spoil", "told"),
     [
-        (lambda rig: None, 0, 0, 1),
-        (manual, 0, 0, 1),
-        (latched, 1_000_020, 1, 0),
-        (down, 1_000_023, 1, 0),
-        (e_stopped, 1_000_025, 1, 0),
-        (lambda rig: rig.holder().move(0.5, 0.5), 0, 0, 1),
+        (lambda rig: None, (0, 0, 1)),
+        (manual, (0, 0, 1)),
+        (latched, (1_000_020, 1, 0)),
+        (down, (1_000_023, 1, 0)),
+        (e_stopped, (1_000_025, 1, 0)),
+        (lambda rig: rig.holder().move(0.5, 0.5), (0, 0, 1)),
     ],
 )
 def test_status_is_the_controllers_narrowed_by_our_own_obstacles(
-    spoil: Callable[[ServerRig], None], error_code: int, in_error: int, possible: int
+    spoil: Callable[[ServerRig], None], told: tuple[int, int, int]
 ) -> None:
     rig = ready()
     spoil(rig)
     status = status_of(rig)
-    assert (status.error_code, status.in_error, status.motion_possible) == (
-        error_code,
-        in_error,
-        possible,
-    )
+    assert (status.error_code, status.in_error, status.motion_possible) == told
 
 
 def test_status_says_in_motion_as_long_as_the_motion_lasts() -> None:
@@ -241,12 +237,6 @@ def test_an_address_that_is_not_allowed_may_not_move_but_may_stop() -> None:
     assert rig.core.ros.refused is V.ADDRESS_NOT_ALLOWED
     assert stranger.stop() is SUCCESS
     assert len(rig.stops) == 1
-
-
-def test_an_unknown_mode_is_taken_for_automatic_where_the_cell_says_so() -> None:
-    rig = ready(ros_i={"unknown_mode_is_automatic": True})
-    unknown_mode(rig)
-    assert rig.ros().point(0, 0.0, 0.0) is SUCCESS
 
 
 def test_a_mode_that_changes_while_points_are_collected_ends_it() -> None:

@@ -96,21 +96,7 @@ SET_BACKS: dict[str, tuple[Callable[[], Situation], Happens, str, V]] = {
 
 
 @pytest.mark.parametrize(("begin", "happens", "done", "code"), SET_BACKS.values(), ids=SET_BACKS)
-def test_each_set_back_has_one_line_that_says_whose_how_far_and_why(
-    begin: Callable[[], Situation], happens: Happens, done: str, code: V
-) -> None:
-    rig, client = begin()
-    happens(rig, client)
-    rig.controller.coasts = False
-    rig.wait(500)
-    (line,) = lines(rig)
-    whose = f"ROS-I trajectory of 127.0.0.1 (session {client.session})"
-    what = "broken off" if begin is moving else "refused"
-    assert line.startswith(f"{whose} {what}, {done} points done: {code.name} ({code:d}): ")
-
-
-@pytest.mark.parametrize(("begin", "happens", "done", "code"), SET_BACKS.values(), ids=SET_BACKS)
-def test_each_set_back_stands_in_status_with_the_offset_of_verdicts(
+def test_each_set_back_stands_in_status_and_in_one_line_that_says_whose_how_far_and_why(
     begin: Callable[[], Situation], happens: Happens, done: str, code: V
 ) -> None:
     rig, client = begin()
@@ -119,6 +105,11 @@ def test_each_set_back_stands_in_status_with_the_offset_of_verdicts(
     rig.wait(20)
     status = status_of(rig)
     assert (status.error_code, status.in_error) == (STATUS_ERROR_OFFSET + code, TriState.TRUE)
+    rig.wait(480)
+    (line,) = lines(rig)
+    whose = f"ROS-I trajectory of 127.0.0.1 (session {client.session})"
+    what = "broken off" if begin is moving else "refused"
+    assert line.startswith(f"{whose} {what}, {done} points done: {code.name} ({code:d}): ")
 
 
 def test_a_point_is_done_where_the_robot_has_passed_it_and_not_only_its_set_point() -> None:
@@ -375,16 +366,13 @@ def test_a_goal_that_is_broken_off_is_aborted_within_1_1_s(
     assert f"broken off, 3 of 5 points done: {code.name} ({code:d})" in line
 
 
-def test_a_goal_that_is_refused_is_aborted(stack: Stack) -> None:
+def test_a_goal_that_is_refused_is_aborted_and_the_next_taken_once_positions_come_again(
+    stack: Stack,
+) -> None:
     stack.send_goal(offsets=(0.0, 9.0))
     assert stack.goal_ends_within(1_100) is Goal.ABORTED
     assert len(stack.cell.lines) == 1
-
-
-def test_the_next_goal_is_taken_once_positions_come_again(stack: Stack) -> None:
-    stack.send_goal(offsets=(0.0, 9.0))
-    assert stack.goal_ends_within(1_600) is Goal.ABORTED
-    stack.run(600)
+    stack.run(1_100)
     stack.send_goal()
     assert stack.goal_ends_within(6_000) is Goal.SUCCEEDED
 

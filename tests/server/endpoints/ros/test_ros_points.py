@@ -116,37 +116,34 @@ def test_a_limit_that_was_rounded_to_4_bytes_is_taken_as_the_limit() -> None:
     assert point.position == (2.0, -2.0)
 
 
-def test_times_of_full_points_must_increase() -> None:
+def test_times_of_full_points_increase_and_each_has_the_time_since_the_one_before_it() -> None:
     collection = Collection(JointSlots(LIMITS), 100)
-    assert collection.take(full(time=1.0)) is None
-    second = full((0.2, 0.2), time=1.0)
-    second.sequence = 1
-    assert refusal_from(collection.take(second)).code is V.BAD_ARGUMENT
-
-
-def test_a_full_point_has_the_time_since_the_one_before_it() -> None:
-    collection = Collection(JointSlots(LIMITS), 100)
-    for sequence, time in enumerate((1.0, 2.5, 3.0)):
+    answers: list[Refusal | None] = []
+    for sequence, time in enumerate((1.0, 2.5, 3.0, 3.0)):
         point = full((0.1 * sequence, 0.2), time=time)
         point.sequence = sequence
-        assert collection.take(point) is None
+        answers.append(collection.take(point))
+    assert answers[:3] == [None] * 3
+    assert refusal_from(answers[3]).code is V.BAD_ARGUMENT
     assert [point.min_duration for point in collection.points] == [1.0, 1.5, 0.5]
 
 
-@pytest.mark.parametrize("bad", [(9.0, 0.0), (float("nan"), 0.0)])
-def test_one_bad_point_discards_the_whole_trajectory(bad: tuple[float, float]) -> None:
+@pytest.mark.parametrize(
+    ("bad", "code"), [((9.0, 0.0), V.OUT_OF_RANGE), ((math.nan, 0.0), V.NOT_FINITE)]
+)
+def test_one_bad_point_discards_the_whole_trajectory(bad: tuple[float, float], code: V) -> None:
     rig, client = idle()
-    assert client.trajectory((0.0, 0.0), bad, (0.1, 0.1)) == [SUCCESS, FAILURE, FAILURE]
+    answers = client.trajectory(PATH[0], bad, PATH[1], PATH[2])
+    assert answers == [SUCCESS, FAILURE, FAILURE, FAILURE]
     rig.wait(500)
-    assert jobs(rig) == []
-    assert status_of(rig).in_error == TriState.TRUE
+    assert (jobs(rig), rig.core.ros.refused) == ([], code)
+    status = status_of(rig)
+    assert (status.error_code, status.in_error) == (STATUS_ERROR_OFFSET + code, TriState.TRUE)
 
 
 def test_valid_fields_of_the_real_client_are_read_by_their_low_bits() -> None:
     assert ValidField(0x46F48B4F & 15) == ValidField.ALL
-    message = full()
-    message.valid_fields = 0x46F48B40 | 3
-    assert isinstance(read(message), RosPoint)
+    assert isinstance(read(full(valid=0x46F48B40 | 3)), RosPoint)
 
 
 def test_a_streamed_trajectory_is_moved_when_no_point_follows() -> None:
@@ -169,16 +166,6 @@ def test_the_gap_ends_exactly_150_ms_after_the_last_reply(wait_ns: int, planned:
     rig.report()
     rig.tick()
     assert len(jobs(rig)) == planned
-
-
-def test_a_download_is_moved_at_its_end_and_never_answered() -> None:
-    rig, client = idle()
-    for sequence, joints in zip((-1, 1, -3), PATH, strict=True):
-        assert client.point(sequence, *joints, comm_type=TOPIC) is None
-    assert [point.position for point in jobs(rig)[0].points] == list(PATH)
-    rig.wait(3_000)
-    assert rig.controller.position == PATH[-1]
-    assert client.got == []
 
 
 def test_a_download_of_one_point_is_sent_twice() -> None:
@@ -290,14 +277,6 @@ def test_a_whole_trajectory_with_a_stop_in_it_is_a_stop_and_nothing_else() -> No
     assert client.got[-1].reply_code == SUCCESS
     rig.wait(500)
     assert jobs(rig) == []
-
-
-def test_the_rest_of_a_discarded_trajectory_does_not_hide_why_it_was_discarded() -> None:
-    rig, client = idle()
-    answers = client.trajectory(PATH[0], (math.nan, 0.0), PATH[1], PATH[2])
-    assert answers == [SUCCESS, FAILURE, FAILURE, FAILURE]
-    assert rig.core.ros.refused is V.NOT_FINITE
-    assert status_of(rig).error_code == STATUS_ERROR_OFFSET + V.NOT_FINITE
 
 
 def test_a_client_that_waits_for_the_robot_to_stand_keeps_the_authority() -> None:

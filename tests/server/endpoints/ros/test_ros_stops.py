@@ -24,11 +24,11 @@ from openpendant.simplemsg import JointTrajPt, TriState, joint_array
 from openpendant.simplemsg.pendant import Activity
 from openpendant.simplemsg.verdicts import VerdictCode as V
 
+Situation = Callable[[], tuple[ServerRig, RosClient]]
+
 
 @pytest.mark.parametrize("phase", [idle, collecting, planning, moving, superseding])
-def test_a_stop_acts_at_once_is_answered_and_leaves_nothing_queued(
-    phase: Callable[[], tuple[ServerRig, RosClient]],
-) -> None:
+def test_a_stop_acts_at_once_is_answered_and_leaves_nothing_queued(phase: Situation) -> None:
     rig, client = phase()
     planned = len(jobs(rig))
     stop = JointTrajPt(-4, joint_array(()), 0.0, 0.0)
@@ -44,26 +44,39 @@ def test_a_stop_acts_at_once_is_answered_and_leaves_nothing_queued(
     assert client.trajectory(*PATH) == [SUCCESS] * 3
 
 
-@pytest.mark.parametrize("phase", [collecting, planning, moving, superseding])
-def test_a_pendants_stop_leaves_nothing_queued_either(
-    phase: Callable[[], tuple[ServerRig, RosClient]],
+def late_point(rig: ServerRig, client: RosClient) -> None:
+    assert client.point(3, 1.1, 0.3) is FAILURE
+    assert rig.core.ros.refused is V.SEQUENCE
+
+
+ENDS: dict[str, tuple[Callable[[ServerRig, RosClient], object], list[Situation]]] = {
+    "a pendant's stop": (
+        lambda rig, _: rig.pendant().stop(),
+        [collecting, planning, moving, superseding],
+    ),
+    "another client's stop": (lambda rig, _: rig.ros().stop(), [collecting]),
+    "a lost link": (lambda _, client: client.close(), [planning, superseding]),
+    "a point that follows too late": (late_point, [planning, superseding]),
+}
+
+
+@pytest.mark.parametrize(
+    ("end", "phase"),
+    [
+        pytest.param(end, phase, id=f"{name}, {phase.__name__}")
+        for name, (end, phases) in ENDS.items()
+        for phase in phases
+    ],
+)
+def test_what_ends_a_trajectory_leaves_nothing_queued(
+    end: Callable[[ServerRig, RosClient], object], phase: Situation
 ) -> None:
     rig, client = phase()
-    planned = len(jobs(rig))
-    rig.pendant().stop()
-    before = len(rig.points)
+    planned, before = len(jobs(rig)), len(rig.points)
+    end(rig, client)
     rig.come_to_rest()
     rig.wait(1_000)
     assert (len(jobs(rig)), len(rig.points)) == (planned, before)
-    assert client.point(0, 0.0, 0.0) is FAILURE
-    assert client.closed_for
-
-
-def test_a_stop_of_another_client_forgets_the_points_of_this_one() -> None:
-    rig, _ = collecting()
-    rig.ros().stop()
-    rig.wait(500)
-    assert jobs(rig) == []
 
 
 def test_a_stop_as_topic_stops_and_is_not_answered() -> None:
@@ -73,9 +86,7 @@ def test_a_stop_as_topic_stops_and_is_not_answered() -> None:
 
 
 @pytest.mark.parametrize("phase", [moving, planning])
-def test_a_new_trajectory_stops_the_old_one_and_follows_it(
-    phase: Callable[[], tuple[ServerRig, RosClient]],
-) -> None:
+def test_a_new_trajectory_stops_the_old_one_and_follows_it(phase: Situation) -> None:
     rig, client = phase()
     assert client.trajectory((0.2, 0.0), (-0.5, 0.0)) == [SUCCESS, SUCCESS]
     assert len(rig.stops) == (1 if phase is moving else 0)
@@ -155,12 +166,14 @@ def test_a_download_without_its_end_moves_nothing(silence_ms: int) -> None:
     assert (jobs(rig), rig.core.ros.refused) == ([], None)
 
 
-def test_a_download_is_waited_for_until_its_end_comes() -> None:
+def test_a_download_is_waited_for_until_its_end_comes_then_moved_and_never_answered() -> None:
     rig, client = idle()
     for sequence, joints in zip((-1, 1, -3), PATH, strict=True):
-        client.point(sequence, *joints, comm_type=TOPIC)
+        assert client.point(sequence, *joints, comm_type=TOPIC) is None
         rig.wait(900 if sequence != -3 else 0)
-    assert len(jobs(rig)[0].points) == 3
+    assert [point.position for point in jobs(rig)[0].points] == list(PATH)
+    rig.wait(3_000)
+    assert (rig.controller.position, client.got) == (PATH[-1], [])
 
 
 @pytest.mark.parametrize(("wait_ns", "told"), [(1_000 * MS - 1, False), (1_000 * MS, True)])
@@ -280,18 +293,6 @@ def test_a_point_that_follows_too_late_breaks_off_what_moves_already() -> None:
     assert len(jobs(rig)) == 1
 
 
-@pytest.mark.parametrize("phase", [planning, superseding])
-def test_a_point_that_follows_too_late_ends_what_has_not_begun(phase: object) -> None:
-    assert callable(phase)
-    rig, client = phase()
-    planned, before = len(jobs(rig)), len(rig.points)
-    assert client.point(3, 1.1, 0.3) is FAILURE
-    rig.come_to_rest()
-    rig.wait(1_000)
-    assert (len(jobs(rig)), len(rig.points)) == (planned, before)
-    assert rig.core.ros.refused is V.SEQUENCE
-
-
 @pytest.mark.parametrize("again", [1, 2])
 def test_a_client_that_comes_back_goes_on_where_it_was(again: int) -> None:
     rig = left()
@@ -340,15 +341,3 @@ def test_a_link_lost_in_motion_stops_it_and_frees_the_authority() -> None:
     assert rig.core.cell.authority.holder is None
     rig.wait(2_500)
     assert len(jobs(rig)) == 1
-
-
-@pytest.mark.parametrize("phase", [planning, superseding])
-def test_a_link_lost_before_the_motion_began_leaves_nothing(
-    phase: Callable[[], tuple[ServerRig, RosClient]],
-) -> None:
-    rig, client = phase()
-    planned, before = len(jobs(rig)), len(rig.points)
-    client.close()
-    rig.come_to_rest()
-    rig.wait(1_000)
-    assert (len(jobs(rig)), len(rig.points)) == (planned, before)

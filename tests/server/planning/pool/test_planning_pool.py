@@ -30,6 +30,11 @@ from openpendant.server.settings.cell_settings import EventLoop
 from openpendant.simplemsg.verdicts import VerdictCode as V
 
 
+@pytest.fixture
+def children(monkeypatch: pytest.MonkeyPatch) -> Children:
+    return Children(monkeypatch)
+
+
 def path_job(number: int) -> JointPathJob:
     return JointPathJob(number, (0.0,), ((1.0,),), 0.5)
 

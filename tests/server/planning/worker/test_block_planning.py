@@ -2,7 +2,6 @@
 
 import dataclasses
 import json
-import math
 import pickle
 from collections.abc import Mapping
 
@@ -12,10 +11,8 @@ from rigs.cells.expectations import expect, known, only, refusal_from
 from rigs.cells.server_rig import LIMITS
 from rigs.data.program_samples import linked
 
-from openpendant.motion.description.robot import serial_robot
 from openpendant.motion.frames.frame_tree import BASE, FrameTree
 from openpendant.motion.kinematics.ik.configuration import configuration_of
-from openpendant.motion.kinematics.serial import Kinematics
 from openpendant.motion.paths.paths import plan_path
 from openpendant.motion.paths.segments import Circ, Lin, Ptp, Spline, ThroughPoint
 from openpendant.motion.pose import Array, Pose
@@ -142,14 +139,8 @@ def test_moving_a_user_frame_moves_the_points_taught_in_it_in_their_configuratio
     reached = Places(UR5, moved).forward(joints, "fixture", "gripper")
     assert reached.position_distance(pose_of(point.pose)) < 1e-6
     assert max(abs(np.subtract(joints, point.joints))) > 0.01
-    before, after = configuration_of(UR5, point.joints), configuration_of(UR5, joints)
-    assert before is not None
-    assert after is not None
-    assert (before.shoulder, before.elbow, before.wrist) == (
-        after.shoulder,
-        after.elbow,
-        after.wrist,
-    )
+    before, after = (known(configuration_of(UR5, each)) for each in (point.joints, joints))
+    assert dataclasses.replace(after, turns=before.turns) == before
 
 
 def test_a_refusal_names_program_line_and_point() -> None:
@@ -166,10 +157,8 @@ def test_a_frame_that_is_not_there_is_refused_by_name() -> None:
     point = dataclasses.replace(taught(AT_A), name="b")
     moves = block("move PTP b\n")
     moves = MotionBlock((dataclasses.replace(moves.moves[0], target=point),))
-    assert (
-        refusal_from(answer("ur5", BlockJob(3, AT_A, moves, (8,), FrameTree(), 1.0)).result).code
-        is V.UNKNOWN_FRAME
-    )
+    result = answer("ur5", BlockJob(3, AT_A, moves, (8,), FrameTree(), 1.0)).result
+    assert refusal_from(result).code is V.UNKNOWN_FRAME
 
 
 def test_a_dry_run_in_slices_finds_what_one_in_one_piece_finds() -> None:
@@ -183,8 +172,7 @@ def test_a_dry_run_in_slices_finds_what_one_in_one_piece_finds() -> None:
     while isinstance(found := sliced.slice(UR5, job, lambda: True), DryRunSlice):
         slices += 1
         assert found.planned == slices
-    assert isinstance(found, DryRunFound)
-    assert found == whole
+    assert found == expect(DryRunFound, whole)
     assert slices >= 3
     assert all(verdict.refusal is None for verdict in found.points)
 
@@ -194,8 +182,8 @@ def test_a_dry_run_judges_points_that_no_statement_moves_to() -> None:
     main: Program = program.programs["main"]
     far = dataclasses.replace(main.points[2], joints=(0.0, -9.0, *AT_A[2:]))
     program.programs["main"] = dataclasses.replace(main, points=(*main.points[:2], far))  # type: ignore[index]
-    found = DryRuns().slice(UR5, DryRunJob(1, "cell 2", AT_A, program, TREE), lambda: False)
-    assert isinstance(found, DryRunFound)
+    job = DryRunJob(1, "cell 2", AT_A, program, TREE)
+    found = expect(DryRunFound, DryRuns().slice(UR5, job, lambda: False))
     assert [each.point for each in found.points if each.refusal is not None] == ["c"]
 
 
@@ -226,33 +214,29 @@ def test_a_point_of_the_robots_own_frame_goes_to_its_joints() -> None:
 
 def test_a_point_of_a_users_frame_goes_where_the_frame_is_now() -> None:
     segment = only(Lin, segments_of(block_of(Way.LIN, ON_TABLE), to_base, forward))
-    assert isinstance(segment.target, Pose)
-    assert segment.target.position.tolist() == [1.1, 0.0, 0.0]
+    assert expect(Pose, segment.target).position.tolist() == [1.1, 0.0, 0.0]
 
 
 @pytest.mark.parametrize(("via", "x"), [(BARE, 0.3), (ON_TABLE, 1.1)])
 def test_a_circle_goes_through_the_place_of_its_via_point(via: TeachPoint, x: float) -> None:
     segment = only(Circ, segments_of(block_of(Way.CIRC, IN_BASE, via), to_base, forward))
-    assert isinstance(segment.way, ThroughPoint)
-    assert np.asarray(segment.way.via).tolist() == [x, 0.0, 0.0]
+    assert np.asarray(expect(ThroughPoint, segment.way).via).tolist() == [x, 0.0, 0.0]
 
 
 def test_a_spline_goes_through_all_its_points() -> None:
-    (segment,) = segments_of(block_of(Way.SPLINE, IN_BASE, BARE, IN_BASE), to_base, forward)
-    assert isinstance(segment, Spline)
+    block = block_of(Way.SPLINE, IN_BASE, BARE, IN_BASE)
+    segment = only(Spline, segments_of(block, to_base, forward))
     assert list(segment.targets) == [(0.3,) * 6, (0.1,) * 6, (0.1,) * 6]
 
 
 def test_the_planner_takes_a_block_with_zones_as_one_path() -> None:
-    kinematics = Kinematics(serial_robot("ur5"))
-    start = (0.0, -math.pi / 2, math.pi / 2, -math.pi / 2, -math.pi / 2, 0.0)
-    points = [TeachPoint(name, (angle, *start[1:])) for name, angle in [("a", 0.3), ("b", 0.6)]]
+    points = [TeachPoint(name, (angle, *AT_A[1:])) for name, angle in [("a", 0.3), ("b", 0.6)]]
     moves = tuple(
         BlockMove("p", index, Move(Way.LIN, point.name, zone=zone), point)
         for index, (point, zone) in enumerate(zip(points, (0.02, 0.0), strict=True))
     )
-    segments = segments_of(MotionBlock(moves), to_base, kinematics.forward)
-    (path,) = plan_path(kinematics, start, segments)
+    segments = segments_of(MotionBlock(moves), to_base, UR5.forward)
+    (path,) = plan_path(UR5, AT_A, segments)
     end = path.evaluate(np.array([path.length]))[0]
     assert end.ravel() == pytest.approx(points[1].joints, abs=1e-6)
 
@@ -358,8 +342,7 @@ def test_an_answer_of_long_texts_fits_a_frame_and_cuts_none_of_them() -> None:
 
 
 def rows(answer: Mapping[str, object], kind: str) -> list[dict[str, object]]:
-    found = expect(list, answer[kind])
-    return found
+    return expect(list, answer[kind])
 
 
 def test_statements_that_cannot_be_run_come_before_those_that_can() -> None:
