@@ -256,10 +256,13 @@ class Outbox:
             client = self._clients.get(session)
             if client is None:
                 continue
-            if client.is_clogged():
-                skipped.append(session)
-                continue
-            wire = client.wire
-            if frame is None or wire.byte_order is not order:
-                frame, order = wire.send(message), wire.byte_order
-            client.write(frame)
+            try:
+                if client.is_clogged():
+                    skipped.append(session)
+                    continue
+                wire = client.wire
+                if frame is None or wire.byte_order is not order:
+                    frame, order = wire.send(message), wire.byte_order
+                client.write(frame)
+            except Exception as error:
+                client.failed(error)  # everybody else is told all the same

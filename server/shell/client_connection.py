@@ -253,10 +253,14 @@ class ClientConnection(asyncio.Protocol):
         try:
             frame = self.wire.send(message)
         except Exception as error:
-            # Not here: what the core wants done may go on behind this message, and a stop with it.
-            self._unsent = self._unsent or error
+            self.failed(error)
             return
         self.write(frame)
+
+    def failed(self, error: Exception) -> None:
+        """Take note of what went wrong with a message to it; the next tick ends the connection."""
+        # Not here: what the core wants done may go on behind this message, and a stop with it.
+        self._unsent = self._unsent or error
 
     def write(self, frame: bytes) -> None:
         """Write a frame that was encoded for this conversation."""

@@ -49,6 +49,9 @@ class Client(Protocol):
     def write(self, frame: bytes) -> None:
         """Write a frame that was encoded for this conversation."""
 
+    def failed(self, error: Exception) -> None:
+        """Take note of what went wrong with a message to it, for `check_deadlines`."""
+
     def is_clogged(self) -> bool:
         """Return True if the client reads too slowly for another state message."""
 

@@ -190,7 +190,7 @@ async def running_app() -> AsyncIterator[tuple[App, int]]:
 
 
 async def connected(port: int) -> PendantClient:
-    pendant = await PendantClient.connect("127.0.0.1", port)
+    pendant = await PendantClient.connect("127.0.0.1", port, state_rate=100)
     await pendant.wait_until(lambda state: state.motion_possible == 1)
     return pendant
 
@@ -200,7 +200,7 @@ def broken(*_: object) -> NoReturn:
 
 
 async def talk(other: PendantClient | None, port: int) -> None:
-    pendant = other or await PendantClient.connect("127.0.0.1", port)
+    pendant = other or await PendantClient.connect("127.0.0.1", port, state_rate=100)
     while True:
         await pendant.next_state()
         await pendant.release_control()
