@@ -249,13 +249,11 @@ class ClientConnection(asyncio.Protocol):
             self.data_received(data)
 
     def send(self, message: Message) -> None:
-        """Write a message; the next tick ends the connection where we failed to make its bytes."""
+        """Write a message; the next tick ends the connection where we failed to."""
         try:
-            frame = self.wire.send(message)
+            self.write(self.wire.send(message))
         except Exception as error:
             self.failed(error)
-            return
-        self.write(frame)
 
     def failed(self, error: Exception) -> None:
         """Take note of what went wrong with a message to it; the next tick ends the connection."""
@@ -301,8 +299,9 @@ class ClientConnection(asyncio.Protocol):
         if self._is_ending and self._transport is not None:
             # Its last bytes may need a while to leave. An event of its own, not of the tick.
             asyncio.get_running_loop().call_soon(self._read_the_rest)
-        if self._unsent is not None:
-            unsent, self._unsent = self._unsent, None
+        unsent, self._unsent = self._unsent, None
+        # One that ends was told of already, and may stay for as long as its peer does not read.
+        if unsent is not None and not self._is_ending:
             raise unsent
         if self._frame_begun is not None and now - self._frame_begun > FRAME_DEADLINE_NS:
             self.abort("a frame was begun and not completed within 1 s")

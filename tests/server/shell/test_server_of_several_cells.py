@@ -210,6 +210,20 @@ def newest(app: App) -> Any:
     return app.clients.by_session[max(app.clients.by_session)]
 
 
+async def test_a_client_that_stays_after_our_fault_is_one_incident_all_the_same(
+    monkeypatch: pytest.MonkeyPatch, caplog: pytest.LogCaptureFixture
+) -> None:
+    async with running_app() as (app, port):
+        other = await connected(port)
+        with monkeypatch.context() as patch:
+            patch.setattr(newest(app)._transport, "close", lambda: None)
+            patch.setattr(newest(app).wire, "send", broken)
+            await asyncio.sleep(0.3)
+        incidents = [each for each in caplog.records if each.levelno >= logging.ERROR]
+        await other.close()
+    assert len(incidents) == 1
+
+
 FAULTS: dict[str, tuple[Callable[[App], object], str, bool]] = {
     "let in": (lambda app: app.cells[0].core.pendants, "opened", True),
     "count": (lambda app: app.clients, "_place_refusal", True),
