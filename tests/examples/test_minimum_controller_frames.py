@@ -33,7 +33,7 @@ from rigs.peers.minimum_controller import (
 
 from openpendant.simplemsg import GetVersion, JointTrajPt, Ping, Status
 
-pytestmark = [pytest.mark.realtime, pytest.mark.asyncio]
+pytestmark = pytest.mark.realtime
 
 BUFFER = 32
 STEP = 0.05

@@ -21,7 +21,6 @@ from openpendant.tools.pendants.client import Aborted, Pose
 
 pytestmark = [
     pytest.mark.realtime,
-    pytest.mark.asyncio,
     pytest.mark.skipif(
         find_spec("uvloop") is None,
         reason="uvloop is not installed: the extra 'fast' of openpendant adds it",

@@ -115,7 +115,7 @@ async def start() -> AsyncIterator[Start]:
         await emulator.close()
 
 
-pytestmark = [pytest.mark.asyncio, pytest.mark.virtual_clock]
+pytestmark = pytest.mark.virtual_clock
 
 
 async def test_points_are_answered_and_moved_through(start: Start) -> None:

@@ -182,7 +182,6 @@ def job(number: int, kept: PasswordHash, password: str = "correct horse") -> Ver
     return VerifyJob(number, 1, Secret(password), kept)
 
 
-@pytest.mark.asyncio
 @pytest.mark.virtual_clock
 async def test_an_answer_comes_later_with_its_job(kept: PasswordHash) -> None:
     worker = PasswordWorker()
@@ -195,7 +194,6 @@ async def test_an_answer_comes_later_with_its_job(kept: PasswordHash) -> None:
     worker.close()
 
 
-@pytest.mark.asyncio
 @pytest.mark.realtime
 async def test_the_loop_goes_on_while_passwords_are_checked(kept: PasswordHash) -> None:
     worker = PasswordWorker(most_waiting=4)

@@ -264,7 +264,6 @@ def test_whoever_was_sent_away_may_stop_and_log_in_again(rig: GuardedRig) -> Non
 
 
 @pytest.mark.realtime
-@pytest.mark.asyncio
 async def test_a_client_on_another_machine_ends_its_wait_when_its_account_is_disabled(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:

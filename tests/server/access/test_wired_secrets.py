@@ -164,7 +164,6 @@ def test_promise_30_no_secret_is_in_anything_that_is_written(lived: Lived) -> No
     assert b"controller motion link is up" in lived.written["log"]
 
 
-@pytest.mark.asyncio
 async def test_promise_30_no_line_of_the_tls_key_is_in_anything_that_is_written(
     tmp_path: Path, caplog: pytest.LogCaptureFixture
 ) -> None:

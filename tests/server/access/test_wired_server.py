@@ -30,7 +30,7 @@ from openpendant.simplemsg import pendant as messages
 from openpendant.simplemsg.verdicts import VerdictCode as V
 from openpendant.tools.pendants.client import PendantClient, Refused
 
-pytestmark = [pytest.mark.realtime, pytest.mark.asyncio]
+pytestmark = pytest.mark.realtime
 
 WRONG = "canary-that-is-wrong-5511"
 

@@ -176,7 +176,6 @@ _SAME_TURN = 5e-10
 """A timer that is due so much earlier runs in the same turn of the loop, before the other [s]."""
 
 
-@pytest.mark.asyncio
 @pytest.mark.virtual_clock
 async def test_what_arrives_in_the_turn_of_a_late_tick_is_read_before_it() -> None:
     async with app_on_loop() as served:
@@ -194,7 +193,6 @@ async def test_what_arrives_in_the_turn_of_a_late_tick_is_read_before_it() -> No
         assert served.connections == 1
 
 
-@pytest.mark.asyncio
 @pytest.mark.virtual_clock
 async def test_what_does_not_arrive_is_judged_by_the_late_tick() -> None:
     async with app_on_loop() as served:

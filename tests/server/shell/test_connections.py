@@ -110,7 +110,6 @@ def test_what_is_sent_because_of_an_answer_counts_for_those_behind_it(wire: sock
     assert owed(cell) == [1, 1]
 
 
-@pytest.mark.asyncio
 @pytest.mark.virtual_clock
 @pytest.mark.parametrize(
     ("fault", "said"),
@@ -154,7 +153,6 @@ def test_why_a_connection_was_lost_is_logged(
     inbox.closed.assert_called_once_with(client)
 
 
-@pytest.mark.asyncio
 @pytest.mark.parametrize(
     ("port", "taken"), [(Port.PENDANT, [16, 32, 40]), (Port.ROS_MOTION, [40, 40, 40])]
 )

@@ -74,7 +74,6 @@ async def moved(pendant: PendantClient, joint: int) -> None:
         await (await pendant.move_joints(goal, speed=0.5)).done()
 
 
-@pytest.mark.asyncio
 async def test_each_pendant_moves_the_robot_of_its_cell() -> None:
     async with running_room() as room:
         left, right = [await room.pendant(name) for name in NAMES]
@@ -88,7 +87,6 @@ async def test_each_pendant_moves_the_robot_of_its_cell() -> None:
         await right.close()
 
 
-@pytest.mark.asyncio
 async def test_a_software_stop_stays_in_its_cell() -> None:
     async with running_room() as room:
         left, right = [await room.pendant(name) for name in NAMES]
@@ -112,7 +110,6 @@ def raising(after: int, tick: Callable[[int], list[Effect]]) -> Callable[[int], 
     return broken
 
 
-@pytest.mark.asyncio
 async def test_a_fault_in_one_cells_tick_stops_that_robot_and_disturbs_no_other(
     monkeypatch: pytest.MonkeyPatch, caplog: pytest.LogCaptureFixture
 ) -> None:
@@ -135,7 +132,6 @@ async def test_a_fault_in_one_cells_tick_stops_that_robot_and_disturbs_no_other(
         await left.close()
 
 
-@pytest.mark.asyncio
 async def test_the_end_of_the_server_brings_every_robot_to_rest_first(
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
@@ -236,7 +232,6 @@ FAULTS: dict[str, tuple[Callable[[App], object], str, bool]] = {
 
 
 @pytest.mark.parametrize(("whose", "method", "is_new"), FAULTS.values(), ids=FAULTS)
-@pytest.mark.asyncio
 async def test_a_fault_anywhere_in_serving_a_client_is_one_incident(
     whose: Callable[[App], object],
     method: str,

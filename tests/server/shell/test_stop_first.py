@@ -54,8 +54,6 @@ from openpendant.simplemsg.pendant import (
 )
 from openpendant.simplemsg.verdicts import VerdictCode as V
 
-pytestmark = pytest.mark.asyncio
-
 REQUEST, TOPIC = CommType.REQUEST, CommType.TOPIC
 NOTHING = joint_array([])
 LAST = 1_000_000

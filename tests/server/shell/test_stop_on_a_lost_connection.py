@@ -93,7 +93,6 @@ ENDS: dict[str, Callable[[socket.socket, ClientConnection], None]] = {
 }
 
 
-@pytest.mark.asyncio
 @pytest.mark.parametrize("end", ENDS.values(), ids=ENDS)
 async def test_promise_19_what_has_arrived_when_a_connection_ends_is_read(
     end: Callable[[socket.socket, ClientConnection], None],
@@ -111,7 +110,6 @@ async def test_promise_19_what_has_arrived_when_a_connection_ends_is_read(
             core.cell.stop = None
 
 
-@pytest.mark.asyncio
 async def test_who_asks_and_does_not_read_is_cut_off_and_his_stop_is_not_lost() -> None:
     """The answers of the first few questions are more than may wait; the rest is still to come."""
     async with app_on_loop() as served:
@@ -124,7 +122,6 @@ async def test_who_asks_and_does_not_read_is_cut_off_and_his_stop_is_not_lost() 
         await asyncio.gather(sending, return_exceptions=True)
 
 
-@pytest.mark.asyncio
 async def test_a_stop_acts_while_the_last_answers_wait_to_leave() -> None:
     async with app_on_loop() as served:
         sock = await served.visitor(window=1_024, begin=said())

@@ -16,7 +16,7 @@ from openpendant.server.watchdog.watchdog_protocol import BeatWatch
 from openpendant.simplemsg import Message
 from openpendant.tools.pendants.client import PendantClient
 
-pytestmark = [pytest.mark.virtual_clock, pytest.mark.asyncio]
+pytestmark = pytest.mark.virtual_clock
 
 MS = 1_000_000
 DEADLINE, EMULATED = figure(26, "stop").ns, figure(26, "emulated").ns
