@@ -76,6 +76,9 @@ class _Sink:
     def write(self, frame: bytes) -> None:
         self.taken += len(frame)
 
+    def failed(self, error: Exception) -> None:
+        raise error
+
     def abort(self, reason: str) -> None:
         """Nothing is open."""
 
