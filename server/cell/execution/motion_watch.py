@@ -13,7 +13,9 @@ way. But they arrive in the order in which they were measured, and a controller 
 steady rhythm: between report i and report k lie k - i periods, however bunched both arrive. The
 time between them is taken to be the longer of that and the time between their arrivals. What a
 stalled sender left out is not counted so; therefore the first report after a silence is neither
-judged nor compared with.
+judged nor compared with. And where the older one was itself late, by what those of the 50 ms before
+it show, less than a silence, the time between their arrivals is longer by that: otherwise a report
+that waited and one that was left out behind it would look like a robot that is too fast.
 
 Owns what counts as a motion that nobody commanded (`StandstillWatch`): a joint that is reported
 0.02 rad (10 mm on a sliding one) from where it was within the last second. It stops nothing,
@@ -62,12 +64,14 @@ class TimedReport:
         time: when it arrived [ns].
         number: how many came before it.
         position: (n,) the joints [rad or m].
+        late: so much later than it was measured it may have come, by the rhythm [ns].
         points: where that puts the watched points of the arm [m]; empty while nobody asked.
     """
 
     time: int
     number: int
     position: Place
+    late: int = 0
     points: tuple[Place, ...] = field(default=())
 
 
@@ -130,6 +134,7 @@ class ReportTiming:
             elif now - since >= _LEARN_NS:
                 self._period = (now - since) // (self._count - number)
                 self._anchor = (now, self._count)
+        report.late = self._lateness(before, report)
         if self.is_sure:
             recent.append(report)
         older = self._older
@@ -145,7 +150,22 @@ class ReportTiming:
         newest = self.newest
         assert newest is not None
         counted = (newest.number - base.number) * self._period
-        return max(newest.time - base.time, counted) / 1e9
+        return max(newest.time - base.time + base.late, counted) / 1e9
+
+    def _lateness(self, before: TimedReport, report: TimedReport) -> int:
+        """Return how late a report may be [ns]: against the earliest of the reports before it.
+
+        No more than what would be a silence, and forgotten with those that it was compared with:
+        after a report that was left out all others seem late.
+        """
+        period = self._period
+        if not before.late and report.time - before.time <= period:
+            return 0
+        late = 0
+        for each in self._recent:
+            due = each.time + (report.number - each.number) * period
+            late = max(late, report.time - due)
+        return min(late, round((_SILENCE - 1.0) * period))
 
 
 SPEED_SLACK = 1.1

@@ -188,7 +188,7 @@ COMPARED: dict[str, tuple[list[int], float, int, float]] = {
     "over a pause, which tells nothing of the rhythm": (
         *([*range(0, 1_001, 10), *range(3_000, 3_501, 10)], 0.01, 5, 0.05),
     ),
-    "before the rhythm is known, as they arrived": ([*range(0, 501, 20)], 0.01, 3, 0.06),
+    "before the rhythm is known, as they arrived": ([*range(0, 501, 20)], 0.01, 3, 0.075),
     "by the rhythm that was learned": ([*range(0, 6_000, 4)], 0.01, 13, 0.052),
     # Ten reports wait on their way, and then come 1 ms after each other.
     "bunched ones as they were measured": (
@@ -242,6 +242,49 @@ def test_no_delay_makes_the_time_seem_shorter_by_a_tenth(seed: int) -> None:
     for number in range(1_500):
         delay = chance.choice((chance.randint(0, most), number % most, 0))
         arrived = max(arrived, number * 10 * MS + delay * MS)
+        measured.append(number * 10)
+        report = timing.take((0.0,), arrived)
+        for base in (timing.joint_base, timing.point_base):
+            if base is not None and timing.is_sure:
+                true = (measured[report.number] - measured[base.number]) / 1e3
+                assert timing.elapsed(base) * 1.1 >= true
+
+
+def test_a_report_that_waited_and_one_left_out_behind_it_are_no_speed() -> None:
+    """The one of 200 ms comes 9 ms late, that of 210 ms never, those from 220 ms on in time."""
+    timing = taken(*range(0, 200, 10), 209, *range(220, 261, 10))
+    base = known(timing.joint_base)
+    assert base.time == 209 * MS
+    assert timing.elapsed(base) == pytest.approx(0.06)
+
+
+@pytest.mark.parametrize(("left_out", "elapsed"), [(1, 0.06), (3, 0.065)])
+def test_what_seems_late_after_reports_left_out_counts_for_less_than_a_silence(
+    left_out: int, elapsed: float
+) -> None:
+    again = 200 + 10 * left_out
+    timing = taken(*range(0, 200, 10), *range(again, again + 61, 10))
+    assert known(timing.joint_base).time == (again + 10) * MS
+    assert timing.elapsed(known(timing.joint_base)) == pytest.approx(elapsed)
+
+
+def test_what_seems_late_after_a_report_left_out_is_forgotten() -> None:
+    timing = taken(*range(0, 200, 10), *range(210, 321, 10))
+    assert timing.elapsed(known(timing.joint_base)) == 0.05
+
+
+@pytest.mark.parametrize("seed", range(20))
+def test_no_delay_makes_the_time_seem_shorter_where_reports_are_left_out(seed: int) -> None:
+    """Each twentieth report is up to 14 ms late, and another is missing; not the first ten."""
+    chance = Random(seed)
+    timing = ReportTiming(0.01)
+    measured: list[int] = []
+    arrived = 0
+    for number in range(3_000):
+        if number > 10 and chance.random() < 0.05:
+            continue
+        delay = chance.uniform(0.0, 14.0) if number > 10 and chance.random() < 0.05 else 0.0
+        arrived = max(arrived, number * 10 * MS + round(delay * MS))
         measured.append(number * 10)
         report = timing.take((0.0,), arrived)
         for base in (timing.joint_base, timing.point_base):
