@@ -72,6 +72,8 @@ async def in_control(port: int) -> AsyncIterator[Pendant]:
         assert pendant.state is not None
         if pendant.state.stop != messages.StopKind.NONE:  # of an attempt before
             await pendant.reset_stop()
+        # The one before may have ended while the robot still braked.
+        await pendant.wait_until(lambda state: state.activity == messages.Activity.IDLE)
         await pendant.set_mode(messages.OperatingMode.AUTOMATIC)
         await pendant.set_speed(1.0)
         if (await pendant.snapshot())["tool"] is not None:

@@ -134,7 +134,8 @@ class ReportTiming:
             elif now - since >= _LEARN_NS:
                 self._period = (now - since) // (self._count - number)
                 self._anchor = (now, self._count)
-        report.late = self._lateness(before, report)
+        if before.late or silence > self._period:  # none is later than the one before otherwise
+            report.late = self._lateness(report)
         if self.is_sure:
             recent.append(report)
         older = self._older
@@ -152,16 +153,13 @@ class ReportTiming:
         counted = (newest.number - base.number) * self._period
         return max(newest.time - base.time + base.late, counted) / 1e9
 
-    def _lateness(self, before: TimedReport, report: TimedReport) -> int:
+    def _lateness(self, report: TimedReport) -> int:
         """Return how late a report may be [ns]: against the earliest of the reports before it.
 
         No more than what would be a silence, and forgotten with those that it was compared with:
         after a report that was left out all others seem late.
         """
-        period = self._period
-        if not before.late and report.time - before.time <= period:
-            return 0
-        late = 0
+        period, late = self._period, 0
         for each in self._recent:
             due = each.time + (report.number - each.number) * period
             late = max(late, report.time - due)
