@@ -44,7 +44,9 @@ MIXED = """
 import pathlib
 import pytest
 
-def test_fails(): assert 1 + 1 == 3
+def test_fails():
+    pathlib.Path("begun").touch()
+    assert 1 + 1 == 3
 
 @pytest.mark.realtime
 def test_begins_when_lint_has_ended():
@@ -81,7 +83,8 @@ def test_both_lanes_run_with_lint_beside_the_first_and_all_is_told(project: Path
     (project / "test_computing.py").write_text(COMPUTING, encoding="utf-8")
     (project / "test_mixed.py").write_text(MIXED, encoding="utf-8")
     (project / "test_not_on_the_real_clock.py").write_text(COMPUTING, encoding="utf-8")
-    lint = "sh -c 'sleep 3; echo 12 problems; touch \"lint ended\"; exit 1'"
+    begun = "until test -e begun; do sleep 0.1; done; sleep 1"
+    lint = f"sh -c '{begun}; echo 12 problems; touch \"lint ended\"; exit 1'"
     done = run(project, "--workers=0", f"--beside={lint}", "--beside=true", "--", "--junitxml=both")
     assert done.returncode == FAILED, done.stdout + done.stderr
     assert f"\n{lint}:\n12 problems\n" in done.stdout
