@@ -374,7 +374,7 @@ class NoPathFound(MotionError, code="no-path-found"):
 
 
 class CircleFault(Enum):
-    """Why points determine no circle."""
+    """The reason why points determine no circle."""
 
     COINCIDENT = "coincident"
     COLLINEAR = "collinear"

@@ -26,7 +26,7 @@ from .settings.cell_settings import Modes
 
 @dataclass(frozen=True, slots=True)
 class Holder:
-    """Who holds the authority."""
+    """The holder of the motion authority."""
 
     session: int
     client: str
@@ -131,7 +131,7 @@ _MIRRORED = {
 
 
 class MotionKind(Enum):
-    """What somebody wants to move the robot for; each mode allows some of them."""
+    """The purpose of a motion; each mode allows some of them."""
 
     JOG = "a jog"
     MOVE = "a single motion"

@@ -29,7 +29,7 @@ _TRACE_NS = 40_000_000
 
 
 class CellEnvironment:
-    """What belongs to a cell beside its motion; what a program does beside moving, too."""
+    """The parts of a cell beside its motion, as programs use them too."""
 
     def __init__(
         self,

@@ -35,14 +35,14 @@ Name: TypeAlias = Annotated[str, StringConstraints(min_length=1, max_length=64)]
 
 
 class Kind(StrEnum):
-    """How the links are joined."""
+    """The kind of a mechanism: how its links are joined."""
 
     SERIAL = "serial"
     PARALLEL = "parallel"
 
 
 class JointType(StrEnum):
-    """What a joint does; a fixed joint only places a link."""
+    """The motion of a joint; a fixed one only places a link."""
 
     REVOLUTE = "revolute"
     PRISMATIC = "prismatic"
@@ -64,7 +64,7 @@ class Variable(StrEnum):
 
 
 class AllowedReason(StrEnum):
-    """Why a pair of links is left out of collision checks."""
+    """The reason why a pair of links is left out of collision checks."""
 
     ADJACENT = "adjacent"
     OVERLAP = "overlap"
@@ -246,7 +246,7 @@ Shape: TypeAlias = Annotated[CapsuleFacts | BoxFacts | SphereFacts, Field(discri
 
 
 class RobotFacts(Facts):
-    """What every robot file holds, whatever its kind."""
+    """The content of every robot file, whatever its kind."""
 
     schema_: Literal["robot-facts/1"] = Field(alias="schema")
     name: Name
@@ -270,7 +270,7 @@ class RobotFacts(Facts):
 
 
 class Anchor(Facts):
-    """Where a leg of a parallel robot is fastened, in the base or platform frame [m]."""
+    """The end of a leg of a parallel robot, in the base or platform frame [m]."""
 
     leg: Name
     angle: Real

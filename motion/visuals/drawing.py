@@ -38,7 +38,7 @@ _TILE_COLOURS = ("#f4f6f8", "#e9edf1")
 
 @dataclass(frozen=True, slots=True)
 class View:
-    """Where the camera stands: it looks at the middle of the robot, z up.
+    """The direction of the camera: it looks at the middle of the robot, z up.
 
     Attributes:
         azimuth: from the root's x towards its y [rad].

@@ -58,7 +58,7 @@ _HOLD = "it is held until it is known whether the way through the changed scene 
 
 
 class CellMotions:
-    """What a cell has planned and what it moves, for whoever holds the authority.
+    """The planned and the running motion of a cell, commanded by the holder of the authority.
 
     Attributes:
         scene: what motions must not touch, the robot itself included; None to check nothing.

@@ -72,7 +72,7 @@ class Interlock(NamedTuple):
 
 
 class InterlockQuery(NamedTuple):
-    """What is found elsewhere, for the whole answer; a motion that begins has passed the role.
+    """Facts that the interlocks do not find themselves; a motion that begins has passed the role.
 
     Attributes:
         role: returns why the role of a connection does not let it move the robot.
@@ -102,7 +102,7 @@ class Driven(Protocol):
 
 
 class Situation(Protocol):
-    """What the conditions look at; a `RobotCell`."""
+    """The view of a `RobotCell` that the conditions need."""
 
     authority: MotionAuthority
     feedback: Feedback

@@ -139,7 +139,7 @@ def joint_position_message(cell: RobotCell, now: int) -> JointPosition | None:
 
 
 class Reason(Protocol):
-    """Why the last trajectory of a ROS-I client did not come to its end."""
+    """The reason why the last trajectory of a ROS-I client did not come to its end."""
 
     def beside(self, standing: VerdictCode | None) -> VerdictCode:
         """Return the newer of it and of the condition that is broken now; None for none."""

@@ -227,7 +227,7 @@ def _journal_failed(error: OSError) -> None:
 
 @dataclass(frozen=True, slots=True)
 class ServerParts:
-    """What a server has before its loop runs.
+    """The parts of a server that exist before its loop runs.
 
     Attributes:
         robots: one for each cell.

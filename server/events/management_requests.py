@@ -50,7 +50,7 @@ _LONGEST_NAME = 40
 
 
 class _Named(BaseModel):
-    """What all requests have, to say what is wrong with one of no known operation."""
+    """The fields of every request, to say what is wrong with one of no known operation."""
 
     op: str
 

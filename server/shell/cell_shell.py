@@ -154,7 +154,7 @@ def backends(
 
 
 class Outbox:
-    """What leaves a cell.
+    """The way out of a cell: messages to pendants, ROS-I clients and controller.
 
     Attributes:
         is_watched: the watchdog knows that this robot may move.

@@ -39,7 +39,7 @@ from .loop_timing import Gap
 
 
 class Observations:
-    """What the operating system and the watchdog say, and the frames that leave."""
+    """Observations of the operating system and the watchdog, and the frames that leave."""
 
     def __init__(self, journal: Journal) -> None:
         """Note answers in a journal."""
@@ -96,7 +96,7 @@ class EventTaker(Protocol):
 
 
 class Inbox:
-    """Where everything that happens to a server comes in.
+    """The one entrance for everything that happens to a server.
 
     Attributes:
         wire_bytes: notes bytes that came on a link, secrets masked; returns the time [ns].

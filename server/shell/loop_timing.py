@@ -66,7 +66,7 @@ _EVENTS = {
 
 
 class LoopLog:
-    """Which late ticks are worth a line: those above 30 ms, one line a second."""
+    """The log of late ticks: those above 30 ms, one line a second."""
 
     def __init__(self, period_ns: int) -> None:
         """Make a log for a loop that ticks every `period_ns`."""

@@ -74,7 +74,7 @@ class RecordingDocument(BaseModel):
 
 @dataclass(frozen=True, slots=True)
 class Extract:
-    """What a recording's description says of its rows.
+    """The facts of a recording's rows that its description holds.
 
     Attributes:
         width: values of a row.

@@ -76,7 +76,7 @@ class Uplink(Protocol):
 
 @dataclass(frozen=True, slots=True)
 class ControllerDialect:
-    """How controllers of one kind are spoken to.
+    """The dialect of controllers of one kind.
 
     Attributes:
         uplink: makes an uplink with nothing under way, from the link's settings and the largest

@@ -54,7 +54,7 @@ JOG_ENDS = {
 
 @dataclass(frozen=True, slots=True)
 class Pose:
-    """Where the tool is.
+    """The place and the orientation of the tool.
 
     Attributes:
         position: x, y, z [m].

@@ -62,7 +62,7 @@ LARGEST_VALUE = 1e3
 
 
 class Shown(NamedTuple):
-    """What of a status may end what is under way.
+    """The parts of a status that may end a motion under way.
 
     Attributes:
         fault: its emergency stop or the loss of drive power, in words; empty for neither.

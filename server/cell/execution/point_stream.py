@@ -52,7 +52,7 @@ point, such as the ramp of a key that nobody holds any more, would begin a tick 
 
 
 class StreamPhase(Enum):
-    """How far a motion has come."""
+    """The phases of a motion from its first set-point to standstill."""
 
     SENDING = "points are being sent"
     SETTLING = "all points are sent, the robot has not come to rest at the goal yet"

@@ -58,7 +58,7 @@ EMULATED = {"path_tolerance": 0.01, "lag": 0.01, "noise": 0.0}
 
 
 class TrackingTolerances(NamedTuple):
-    """What is accepted of the reports of one motion.
+    """The deviations that are accepted in the reports of one motion.
 
     Attributes:
         path: (n,) distance of each joint from the path while it stands [rad or m].
@@ -110,7 +110,7 @@ _SURELY = 1.0 - 1e-9
 
 
 class JogPace(NamedTuple):
-    """How the set-points of a jog are paced.
+    """The pacing of a jog's set-points.
 
     Attributes:
         lag: how far reports are behind the controller's clock where they may be [s].

@@ -54,7 +54,7 @@ Waypoints = tuple[JointVector, ...]
 
 @dataclass(frozen=True, slots=True)
 class UndoPlan:
-    """What a motion says of its undo when it is asked for.
+    """The undo of a motion, as it is asked for with the motion.
 
     Attributes:
         waypoints: returns those back to where the jog began, the start last.
@@ -158,7 +158,7 @@ CancelJob = Callable[[int], list[Effect]]
 
 
 class TrajectoryExecution:
-    """What a cell plans or moves, and how it stops.
+    """Executor of one cell: the motion it plans or moves, and its stop.
 
     Attributes:
         work: the motion between its request and its end; None for none.

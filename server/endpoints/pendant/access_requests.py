@@ -68,7 +68,7 @@ def _single_user() -> Admission:
 
 @dataclass(frozen=True, slots=True)
 class CoreAccess:
-    """What a core needs to know who is who; left out, everybody on this machine is its user.
+    """Accounts, sessions and audit of a core; without it everybody on this machine is its user.
 
     Attributes:
         record: takes what is to be noted in the audit log; must not block.
@@ -89,7 +89,7 @@ _Answer = Callable[[Refusal | None], list[Effect]]
 
 
 class AccessRequests:
-    """Who the pendants of one cell are.
+    """The identities of the pendants of one cell.
 
     Attributes:
         gate: what each of their requests passes first.
@@ -341,7 +341,7 @@ _LEAST_RATE, _GREATEST_RATE = 1.0, 125.0
 
 @dataclass(frozen=True, slots=True)
 class Identity:
-    """What hello says of this server.
+    """The description of this server in a hello.
 
     Attributes:
         server: name and version of the program.

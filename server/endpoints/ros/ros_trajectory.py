@@ -230,7 +230,7 @@ class HandedOn:
 
 @dataclass(slots=True)
 class NewestReason:
-    """Why the last trajectory was refused or broken off."""
+    """The reason why the last trajectory was refused or broken off."""
 
     code: VerdictCode
     _beside: VerdictCode | None = None
@@ -249,7 +249,7 @@ class NewestReason:
 
 
 class RosOutcomes:
-    """What is told of trajectories that did not come to their end.
+    """The reports about trajectories that did not come to their end.
 
     Attributes:
         newest: why the last one was refused or broken off; None once the next one is taken.

@@ -43,7 +43,7 @@ _FAREWELL = 0.5
 
 
 class Child(Protocol):
-    """What is used of an `asyncio.subprocess.Process`."""
+    """The used part of an `asyncio.subprocess.Process`."""
 
     pid: int
     stdin: asyncio.StreamWriter | None

@@ -84,7 +84,7 @@ class _Comment(NamedTuple):
 
 
 class _Parser:
-    """What was read so far."""
+    """The part of a program that was read so far."""
 
     def __init__(self, file: str) -> None:
         self._file = file

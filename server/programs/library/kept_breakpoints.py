@@ -26,7 +26,7 @@ RunPlaces: TypeAlias = Mapping[str, Places]
 
 
 class KeptFields(TypedDict, total=False):
-    """What an answer about a revision says of its breakpoints; nothing where it has had none.
+    """The breakpoints in an answer about a revision; empty where it has had none.
 
     Attributes:
         breakpoints: the statements to pause before, from 0.

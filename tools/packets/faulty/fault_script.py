@@ -26,7 +26,7 @@ Count = Annotated[int, Field(ge=1, le=1_000_000)]
 
 
 class FaultDirection(Enum):
-    """Which way a frame travels, as a script says it."""
+    """The direction of a frame, as a script says it."""
 
     TO_SERVER = "to_server"
     TO_CLIENT = "to_client"
@@ -52,7 +52,7 @@ class RuleTable(BaseModel):
 
 
 class Match(RuleTable):
-    """Which frames a rule fits; everything that is given must hold.
+    """The frames that a rule fits; everything that is given must hold.
 
     Frames that an earlier rule took are not seen, and so not counted, by a later one.
     """
@@ -86,7 +86,7 @@ class Match(RuleTable):
 
 
 class _Rule(RuleTable):
-    """What every rule has."""
+    """The fields of every rule."""
 
     match: Match = Match()
 
@@ -144,7 +144,7 @@ class Duplicate(_Rule):
 
 
 class Corruption(Enum):
-    """What `corrupt` does to a frame."""
+    """The damage that `corrupt` does to a frame."""
 
     BITS = "bits"
     LENGTH = "length"
