@@ -11,11 +11,11 @@ Owns the rule that a late report makes no alarm (`ReportTiming`). A report tells
 not when it was measured, so the speed between two is a matter of doubt where they waited on their
 way. But they arrive in the order in which they were measured, and a controller measures them at a
 steady rhythm: between report i and report k lie k - i periods, however bunched both arrive. The
-time between them is taken to be the longer of that and the time between their arrivals. What a
-stalled sender left out is not counted so; therefore the first report after a silence is neither
-judged nor compared with. And where the older one was itself late, by what those of the 50 ms before
-it show, less than a silence, the time between their arrivals is longer by that: otherwise a report
-that waited and one that was left out behind it would look like a robot that is too fast.
+time between them is taken to be the longer of that and the time between their arrivals. The latter
+is longer by what the older one was late, as far as the reports of about 50 ms before it show that:
+otherwise a report that waited and one left out behind it would look like a robot that is too fast.
+What a stalled sender left out is not counted; therefore the first report after a silence is neither
+judged nor compared with.
 
 Owns what counts as a motion that nobody commanded (`StandstillWatch`): a joint that is reported
 0.02 rad (10 mm on a sliding one) from where it was within the last second. It stops nothing,
@@ -49,6 +49,9 @@ POINT_SPAN_NS = 250_000_000
 _SILENCE = 2.5
 """A pause of so many periods is a silence."""
 
+_MOST_LATE = _SILENCE - 1.0
+"""So many periods is a report taken to be late at most."""
+
 _LEARN_NS = 2_500_000_000
 """The rhythm is measured over so much time: reports that are up to 0.2 s late then put it 8 % wrong
 at most, which is less than what is accepted of each speed."""
@@ -64,7 +67,7 @@ class TimedReport:
         time: when it arrived [ns].
         number: how many came before it.
         position: (n,) the joints [rad or m].
-        late: so much later than it was measured it may have come, by the rhythm [ns].
+        late: how much later than by the rhythm it came [ns].
         points: where that puts the watched points of the arm [m]; empty while nobody asked.
     """
 
@@ -101,6 +104,7 @@ class ReportTiming:
         self.point_base: TimedReport | None = None
         self._recent: deque[TimedReport] = deque()  # younger than JOINT_SPAN_NS
         self._older: deque[TimedReport] = deque()  # younger than POINT_SPAN_NS
+        self._gaps: deque[int] = deque(maxlen=3)  # between the newest reports
         self._count = 0
         self._period = self._declared
         self._anchor = (0, 0)  # time and number from which on the rhythm is measured
@@ -126,6 +130,7 @@ class ReportTiming:
             self._anchor = (now, self._count)
             return report
         silence = now - before.time
+        self._gaps.append(silence)
         if silence:
             self.is_sure = silence <= _SILENCE * self._period
             since, number = self._anchor
@@ -134,7 +139,7 @@ class ReportTiming:
             elif now - since >= _LEARN_NS:
                 self._period = (now - since) // (self._count - number)
                 self._anchor = (now, self._count)
-        if before.late or silence > self._period:  # none is later than the one before otherwise
+        if before.late or silence > self._period:  # else it is in time as the one before was
             report.late = self._lateness(report)
         if self.is_sure:
             recent.append(report)
@@ -147,23 +152,24 @@ class ReportTiming:
         return report
 
     def elapsed(self, base: TimedReport) -> float:
-        """Return the longest time that may lie between an older report and the newest one [s]."""
+        """Return the time between a report and the newest, the longest by their rhythm [s]."""
         newest = self.newest
         assert newest is not None
         counted = (newest.number - base.number) * self._period
         return max(newest.time - base.time + base.late, counted) / 1e9
 
     def _lateness(self, report: TimedReport) -> int:
-        """Return how late a report may be [ns]: against the earliest of the reports before it.
+        """Return how late a report is [ns]: against the earliest of those of about 50 ms before.
 
-        No more than what would be a silence, and forgotten with those that it was compared with:
-        after a report that was left out all others seem late.
+        After one that was left out, all of the next 50 ms seem late, and speeds of the next 100 ms
+        are judged more mildly, by 1.5 periods at most. A slower rhythm is no delay: three gaps in a
+        row that are longer than the known period are taken for the rhythm that is to be learned.
         """
-        period, late = self._period, 0
+        period, late = max(self._period, min(self._gaps)), 0
         for each in self._recent:
             due = each.time + (report.number - each.number) * period
             late = max(late, report.time - due)
-        return min(late, round((_SILENCE - 1.0) * period))
+        return min(late, round(_MOST_LATE * self._period))
 
 
 SPEED_SLACK = 1.1

@@ -188,8 +188,15 @@ COMPARED: dict[str, tuple[list[int], float, int, float]] = {
     "over a pause, which tells nothing of the rhythm": (
         *([*range(0, 1_001, 10), *range(3_000, 3_501, 10)], 0.01, 5, 0.05),
     ),
-    "before the rhythm is known, as they arrived": ([*range(0, 501, 20)], 0.01, 3, 0.075),
+    "before the rhythm is known, as they arrived": ([*range(0, 501, 20)], 0.01, 3, 0.06),
     "by the rhythm that was learned": ([*range(0, 6_000, 4)], 0.01, 13, 0.052),
+    "by a slower one that was learned": ([*range(0, 6_000, 20)], 0.01, 3, 0.06),
+    "by a slower one that has just begun": (
+        [*range(0, 501, 10), *range(520, 641, 20)],
+        0.01,
+        3,
+        0.06,
+    ),
     # Ten reports wait on their way, and then come 1 ms after each other.
     "bunched ones as they were measured": (
         *([*range(0, 501, 10), *range(520, 580)], 0.01, 50, 0.5),
@@ -250,12 +257,22 @@ def test_no_delay_makes_the_time_seem_shorter_by_a_tenth(seed: int) -> None:
                 assert timing.elapsed(base) * 1.1 >= true
 
 
-def test_a_report_that_waited_and_one_left_out_behind_it_are_no_speed() -> None:
+@pytest.mark.parametrize(("newest", "elapsed"), [(260, 0.06), (460, 0.26)])
+def test_a_report_that_waited_and_one_left_out_behind_it_are_no_speed(
+    newest: int, elapsed: float
+) -> None:
     """The one of 200 ms comes 9 ms late, that of 210 ms never, those from 220 ms on in time."""
-    timing = taken(*range(0, 200, 10), 209, *range(220, 261, 10))
-    base = known(timing.joint_base)
+    timing = taken(*range(0, 200, 10), 209, *range(220, newest + 1, 10))
+    base = known(timing.joint_base if newest == 260 else timing.point_base)
     assert base.time == 209 * MS
-    assert timing.elapsed(base) == pytest.approx(0.06)
+    assert timing.elapsed(base) == pytest.approx(elapsed)
+
+
+def test_lateness_is_not_added_to_what_is_counted_by_the_rhythm() -> None:
+    timing = taken(*range(0, 200, 10), 214, 218, 220, 230, 240, 250, 264)
+    base = known(timing.joint_base)
+    assert base.time == 214 * MS  # 14 ms late, 60 ms before the newest by their number
+    assert timing.elapsed(base) == pytest.approx(0.064)
 
 
 @pytest.mark.parametrize(("left_out", "elapsed"), [(1, 0.06), (3, 0.065)])
@@ -275,7 +292,7 @@ def test_what_seems_late_after_a_report_left_out_is_forgotten() -> None:
 
 @pytest.mark.parametrize("seed", range(20))
 def test_no_delay_makes_the_time_seem_shorter_where_reports_are_left_out(seed: int) -> None:
-    """Each twentieth report is up to 14 ms late, and another is missing; not the first ten."""
+    """Each twentieth report is up to 14 ms late, another missing, once ten have come in time."""
     chance = Random(seed)
     timing = ReportTiming(0.01)
     measured: list[int] = []
