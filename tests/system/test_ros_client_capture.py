@@ -1,20 +1,26 @@
 """What the real ROS-I client sent, against the real server and emulator.
 
+A few scenarios go to processes on the real clock; all of them to server and emulator on one virtual
+clock, by the same ports and with the same bytes.
+
 The client's side of the capture is sent packet by packet, waiting for replies as the client does.
 A patient replay lets the robot arrive before a further trajectory or the client's closing STOP.
 """
 
 import asyncio
+import contextlib
 import json
 import math
 import struct
-from collections.abc import Iterator
+from collections.abc import AsyncIterator, Awaitable, Callable, Iterator
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
 import pytest
+import pytest_asyncio
 from rigs.clock.busy_machine import SCALE
+from rigs.processes.judged_server import HALF_RATE, running_emulator, served_cell
 
 from openpendant.simplemsg.pendant import State
 from openpendant.tools.pendants.client import PendantClient
@@ -137,6 +143,34 @@ class RosClient:
             self._streams[1].close()
             await self._streams[1].wait_closed()
             self._streams = None
+
+
+@dataclass
+class CellOnThisLoop:
+    """A served cell as far as these tests ask for one."""
+
+    ports: dict[str, Any]
+    _stack: contextlib.AsyncExitStack
+
+    async def ready_pendant(self) -> PendantClient:
+        connect = PendantClient.connect("127.0.0.1", self.ports["pendant"], state_rate=100)
+        pendant = await self._stack.enter_async_context(await connect)
+        await pendant.wait_until(lambda state: state.motion_possible == 1)
+        return pendant
+
+    def at_end(self, close: Callable[[], Awaitable[None]]) -> None:
+        self._stack.push_async_callback(close)
+
+
+@pytest_asyncio.fixture
+async def cell_at_zero() -> AsyncIterator[CellOnThisLoop]:
+    async with contextlib.AsyncExitStack() as stack:
+        emulator = await stack.enter_async_context(running_emulator(start="zero"))
+        link = {"motion_port": emulator.motion_port, "state_port": emulator.state_port}
+        app, settings = served_cell(controller=link)
+        listening = await stack.enter_async_context(app.running())
+        ros = listening.ros[settings.name].motion
+        yield CellOnThisLoop({"pendant": listening.pendant, "ros_motion": ros}, stack)
 
 
 async def at_zero(cell: Any) -> tuple[PendantClient, RosClient]:
