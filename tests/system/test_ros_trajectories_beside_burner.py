@@ -1,6 +1,6 @@
 """Trajectories at the pace of the captured ROS-I client: none is broken off but by the machine.
 
-Two hundred of 3 to 1,000 points beside a process that burns one core in bursts; a few without it.
+Two hundred of 3 to 1,000 points beside a process that burns one core in bursts; four without it.
 What went wrong must be visible, in STATUS and in the log, each time and in one line.
 """
 
@@ -19,6 +19,7 @@ from pathlib import Path
 from typing import Any
 
 import pytest
+import pytest_asyncio
 from promises.promise_figures import tell
 from rigs.clock.busy_machine import PATIENCE, PATIENT
 from rigs.processes.burner import MOST_VOID, VoidTime, burner
@@ -208,7 +209,7 @@ class Client:
             await asyncio.sleep(0.02)
         return False
 
-    async def recover(self, ports: dict[str, Any]) -> None:
+    async def recover(self, ports: dict[str, Any], settling: float) -> None:
         from openpendant.tools.pendants.client import PendantClient, PendantError
 
         async with asyncio.timeout(PATIENCE):
@@ -220,7 +221,7 @@ class Client:
                         break
                     except PendantError:
                         await asyncio.sleep(0.2)
-            await asyncio.sleep(2.0)
+            await asyncio.sleep(settling)
 
 
 async def _peer(port: int) -> Peer:
@@ -242,8 +243,14 @@ async def a_client(
 
 
 async def drive(
-    client: Client, cell: Any, counts: list[int], spoiled: set[int], void: VoidTime
+    client: Client,
+    cell: Any,
+    counts: list[int],
+    spoiled: set[int],
+    void: VoidTime,
+    settling: float = 2.0,
 ) -> Outcomes:
+    """Send trajectories; so long after each that was broken off another line would be seen [s]."""
     outcomes = Outcomes()
     run_began = time.monotonic()
     for number, count in enumerate(counts):
@@ -263,25 +270,39 @@ async def drive(
             outcomes.void.append(told)
         else:
             outcomes.broken_off.append(told)
-        await client.recover(cell.ports)
+        await client.recover(cell.ports, settling)
         outcomes.invisible += [f"{told}, and then {more}" for more in client.further_lines()]
     took = time.monotonic() - run_began
     outcomes.void_share = void.within(run_began, run_began + took) / took
     return outcomes
 
 
+@pytest_asyncio.fixture(scope="module", loop_scope="module")
+async def undisturbed(
+    start_cell_of_the_file: Any, tmp_path_factory: pytest.TempPathFactory
+) -> AsyncIterator[tuple[Client, Any]]:
+    settings = f"{PATIENT}ros_i.idle_release = 0.2\n"
+    async with a_client(start_cell_of_the_file, tmp_path_factory.mktemp("log"), settings) as pair:
+        yield pair
+
+
 @pytest.mark.realtime
-async def test_a_few_trajectories_arrive_and_a_spoiled_one_is_seen(
-    start_cell: Any, tmp_path: Path
+@pytest.mark.parametrize(
+    ("counts", "spoiled"),
+    [([3], set()), ([40], set()), ([5, 3], {0})],
+    ids=["a few points", "many points", "a spoiled one and the next"],
+)
+@pytest.mark.asyncio(loop_scope="module")
+async def test_a_trajectory_arrives_and_a_spoiled_one_is_seen(
+    undisturbed: tuple[Client, Any], counts: list[int], spoiled: set[int]
 ) -> None:
     void = VoidTime()
     try:
-        async with a_client(start_cell, tmp_path, PATIENT) as (client, cell):
-            outcomes = await drive(client, cell, [3, 40, 5, 3], {2}, void)
+        outcomes = await drive(*undisturbed, counts, spoiled, void, settling=0.5)
     finally:
         void.end()
     assert (outcomes.invisible, outcomes.void, outcomes.broken_off) == ([], [], [])
-    assert (outcomes.arrived, outcomes.spoiled) == (3, 1)
+    assert (outcomes.arrived, outcomes.spoiled) == (1, len(spoiled))
 
 
 @pytest.mark.soak
