@@ -129,7 +129,8 @@ async def judged(program: Path, part: str) -> Results:
             return await judged_by_command(controller, part)
         options = replace(AS_JUDGED, motion_port=controller.motion, state_port=controller.state)
         judgement = await judge(options, checks=checks_of(part))
-        return json.loads(as_json(judgement))["results"]  # type: ignore[no-any-return]  # a list
+        results: Results = json.loads(as_json(judgement))["results"]
+        return results
     finally:
         await controller.end()
 
@@ -151,7 +152,8 @@ async def judged_by_command(controller: Controller, part: str) -> Results:
             tester.kill()
             await tester.wait()
     assert errors.decode() == ""
-    return json.loads(output)["results"]  # type: ignore[no-any-return]  # a list
+    results: Results = json.loads(output)["results"]
+    return results
 
 
 @pytest_asyncio.fixture(scope="module", loop_scope="module")

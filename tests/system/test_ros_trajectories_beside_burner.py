@@ -122,6 +122,9 @@ class Outcomes:
 
 
 class Client:
+    settling = 2.0
+    """So long after a recovery a second line about what went wrong would be seen [s]."""
+
     def __init__(self, ports: dict[str, Any], log: Path) -> None:
         self._ports = ports
         self._log = log
@@ -209,7 +212,7 @@ class Client:
             await asyncio.sleep(0.02)
         return False
 
-    async def recover(self, ports: dict[str, Any], settling: float) -> None:
+    async def recover(self, ports: dict[str, Any]) -> None:
         from openpendant.tools.pendants.client import PendantClient, PendantError
 
         async with asyncio.timeout(PATIENCE):
@@ -221,7 +224,7 @@ class Client:
                         break
                     except PendantError:
                         await asyncio.sleep(0.2)
-            await asyncio.sleep(settling)
+            await asyncio.sleep(self.settling)
 
 
 async def _peer(port: int) -> Peer:
@@ -243,14 +246,8 @@ async def a_client(
 
 
 async def drive(
-    client: Client,
-    cell: Any,
-    counts: list[int],
-    spoiled: set[int],
-    void: VoidTime,
-    settling: float = 2.0,
+    client: Client, cell: Any, counts: list[int], spoiled: set[int], void: VoidTime
 ) -> Outcomes:
-    """Send trajectories; so long after each that was broken off another line would be seen [s]."""
     outcomes = Outcomes()
     run_began = time.monotonic()
     for number, count in enumerate(counts):
@@ -270,7 +267,7 @@ async def drive(
             outcomes.void.append(told)
         else:
             outcomes.broken_off.append(told)
-        await client.recover(cell.ports, settling)
+        await client.recover(cell.ports)
         outcomes.invisible += [f"{told}, and then {more}" for more in client.further_lines()]
     took = time.monotonic() - run_began
     outcomes.void_share = void.within(run_began, run_began + took) / took
@@ -283,6 +280,7 @@ async def undisturbed(
 ) -> AsyncIterator[tuple[Client, Any]]:
     settings = f"{PATIENT}ros_i.idle_release = 0.2\n"
     async with a_client(start_cell_of_the_file, tmp_path_factory.mktemp("log"), settings) as pair:
+        pair[0].settling = 0.5
         yield pair
 
 
@@ -298,7 +296,7 @@ async def test_a_trajectory_arrives_and_a_spoiled_one_is_seen(
 ) -> None:
     void = VoidTime()
     try:
-        outcomes = await drive(*undisturbed, counts, spoiled, void, settling=0.5)
+        outcomes = await drive(*undisturbed, counts, spoiled, void)
     finally:
         void.end()
     assert (outcomes.invisible, outcomes.void, outcomes.broken_off) == ([], [], [])
