@@ -10,7 +10,7 @@ import contextlib
 import json
 import math
 import struct
-from collections.abc import AsyncIterator, Awaitable, Callable, Iterator
+from collections.abc import AsyncIterator, Iterator
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -146,25 +146,8 @@ class RosClient:
             self._streams = None
 
 
-@dataclass
-class CellOnThisLoop:
-    """A served cell as far as these tests ask for one."""
-
-    ports: dict[str, Any]
-    _stack: contextlib.AsyncExitStack
-
-    async def ready_pendant(self) -> PendantClient:
-        connect = PendantClient.connect("127.0.0.1", self.ports["pendant"], state_rate=100)
-        pendant = await self._stack.enter_async_context(await connect)
-        await pendant.wait_until(lambda state: state.motion_possible == 1)
-        return pendant
-
-    def at_end(self, close: Callable[[], Awaitable[None]]) -> None:
-        self._stack.push_async_callback(close)
-
-
 @pytest_asyncio.fixture
-async def cell_at_zero() -> AsyncIterator[CellOnThisLoop]:
+async def both_at_zero() -> AsyncIterator[tuple[PendantClient, RosClient]]:
     emulated = EmulatorSettings(robot="ur5", start="zero", motion_port=0, state_port=0)
     now = round(asyncio.get_running_loop().time() * 1e9)
     service = Service(build_controller(emulated, now), emulated)
@@ -173,8 +156,13 @@ async def cell_at_zero() -> AsyncIterator[CellOnThisLoop]:
     async with contextlib.AsyncExitStack() as stack:
         stack.push_async_callback(service.close)
         ports = await stack.enter_async_context(app.running())
-        ros_motion = ports.ros[settings.name].motion
-        yield CellOnThisLoop({"pendant": ports.pendant, "ros_motion": ros_motion}, stack)
+        connect = PendantClient.connect("127.0.0.1", ports.pendant, state_rate=100)
+        pendant = await stack.enter_async_context(await connect)
+        await pendant.wait_until(lambda state: state.motion_possible == 1)
+        assert distance(pendant, ZERO) < EXACT
+        client = RosClient(ports.ros[settings.name].motion or 0)
+        stack.push_async_callback(client.close)
+        yield pendant, client
     assert service.controller.referee.kept == []
 
 
@@ -247,8 +235,7 @@ def final_pose(scenario: str) -> tuple[float, ...]:
     return named
 
 
-async def ends_where_it_was_sent(scenario: str, cell: Any) -> None:
-    pendant, client = await at_zero(cell)
+async def ends_where_it_was_sent(scenario: str, pendant: PendantClient, client: RosClient) -> None:
     packets = motion_packets(scenario)
 
     await replay(client, pendant, packets)
@@ -282,7 +269,7 @@ async def test_a_stop_while_idle_is_answered_and_moves_nothing(
 async def test_the_robot_of_a_process_ends_where_the_real_client_sent_it(
     scenario: str, shared_cell: Any
 ) -> None:
-    await ends_where_it_was_sent(scenario, shared_cell)
+    await ends_where_it_was_sent(scenario, *await at_zero(shared_cell))
 
 
 @pytest.mark.realtime
@@ -307,16 +294,16 @@ async def test_a_stop_in_motion_brings_the_robot_to_rest_on_the_way(shared_cell:
 @pytest.mark.virtual_clock
 @pytest.mark.parametrize("scenario", ENDS)
 async def test_the_robot_ends_where_the_real_client_sent_it(
-    scenario: str, cell_at_zero: CellOnThisLoop
+    scenario: str, both_at_zero: tuple[PendantClient, RosClient]
 ) -> None:
-    await ends_where_it_was_sent(scenario, cell_at_zero)
+    await ends_where_it_was_sent(scenario, *both_at_zero)
 
 
 @pytest.mark.virtual_clock
 async def test_the_robot_arrives_no_sooner_than_the_durations_allow(
-    cell_at_zero: CellOnThisLoop,
+    both_at_zero: tuple[PendantClient, RosClient],
 ) -> None:
-    pendant, client = await at_zero(cell_at_zero)
+    pendant, client = both_at_zero
     group = next(trajectories(motion_packets("stream_no_velocities")))
     asked = sum(packet.duration for packet in group[1:])
 
@@ -333,9 +320,9 @@ async def test_the_robot_arrives_no_sooner_than_the_durations_allow(
 
 @pytest.mark.virtual_clock
 async def test_a_trajectory_broken_by_the_clients_stop_is_discarded(
-    cell_at_zero: CellOnThisLoop,
+    both_at_zero: tuple[PendantClient, RosClient],
 ) -> None:
-    pendant, client = await at_zero(cell_at_zero)
+    pendant, client = both_at_zero
     packets = motion_packets("stream_new_trajectory_while_streaming")
     assert [packet.sequence for packet in packets] == [0, 1, STOP, STOP]
 
@@ -348,9 +335,9 @@ async def test_a_trajectory_broken_by_the_clients_stop_is_discarded(
 
 @pytest.mark.virtual_clock
 async def test_points_before_a_lost_link_are_forgotten_when_the_client_begins_anew(
-    cell_at_zero: CellOnThisLoop,
+    both_at_zero: tuple[PendantClient, RosClient],
 ) -> None:
-    pendant, client = await at_zero(cell_at_zero)
+    pendant, client = both_at_zero
     before, after = list(trajectories(motion_packets("stream_server_gone_then_back")))[:2]
     assert before[0].connection != after[0].connection
 
@@ -365,9 +352,9 @@ async def test_points_before_a_lost_link_are_forgotten_when_the_client_begins_an
 
 @pytest.mark.virtual_clock
 async def test_the_whole_client_stack_gets_its_goal_and_its_cancel(
-    cell_at_zero: CellOnThisLoop,
+    both_at_zero: tuple[PendantClient, RosClient],
 ) -> None:
-    pendant, client = await at_zero(cell_at_zero)
+    pendant, client = both_at_zero
     groups = list(trajectories(motion_packets("full_stack_action")))
     goal, cancelled, cancel = groups[0], groups[1], groups[2]
     assert cancel[0].sequence == STOP
