@@ -175,12 +175,19 @@ async def start_cell(tmp_path: Path) -> AsyncIterator[StartCell]:
 
 
 @pytest_asyncio.fixture(scope="module", loop_scope="module")
-async def cell_of_the_file(
-    request: pytest.FixtureRequest, tmp_path_factory: pytest.TempPathFactory
-) -> AsyncIterator[RunningCell]:
+async def start_cell_of_the_file(
+    tmp_path_factory: pytest.TempPathFactory,
+) -> AsyncIterator[StartCell]:
     cells = StartCell(tmp_path_factory.mktemp("cell"))
-    yield await cells(**getattr(request.module, "CELL", {}))
+    yield cells
     await cells.end()
+
+
+@pytest_asyncio.fixture(scope="module", loop_scope="module")
+async def cell_of_the_file(
+    request: pytest.FixtureRequest, start_cell_of_the_file: StartCell
+) -> RunningCell:
+    return await start_cell_of_the_file(**getattr(request.module, "CELL", {}))
 
 
 @pytest_asyncio.fixture(loop_scope="module")

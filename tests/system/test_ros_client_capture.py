@@ -2,20 +2,27 @@
 
 The client's side of the capture is sent packet by packet, waiting for replies as the client does.
 A patient replay lets the robot arrive before a further trajectory or the client's closing STOP.
+A few scenarios go to processes on the real clock, all of them to the same ports on a virtual one.
 """
 
 import asyncio
+import contextlib
 import json
 import math
 import struct
-from collections.abc import Iterator
+from collections.abc import AsyncIterator, Iterator
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
 import pytest
+import pytest_asyncio
 from rigs.clock.busy_machine import SCALE
+from rigs.processes.judged_server import served_cell
 
+from openpendant.controller_emulator.shell.build import build_controller
+from openpendant.controller_emulator.shell.service import Service
+from openpendant.controller_emulator.shell.settings import EmulatorSettings
 from openpendant.simplemsg.pendant import State
 from openpendant.tools.pendants.client import PendantClient
 
@@ -139,6 +146,26 @@ class RosClient:
             self._streams = None
 
 
+@pytest_asyncio.fixture
+async def both_at_zero() -> AsyncIterator[tuple[PendantClient, RosClient]]:
+    emulated = EmulatorSettings(robot="ur5", start="zero", motion_port=0, state_port=0)
+    now = round(asyncio.get_running_loop().time() * 1e9)
+    service = Service(build_controller(emulated, now), emulated)
+    robot = await service.start()
+    app, settings = served_cell(controller={"motion_port": robot.motion, "state_port": robot.state})
+    async with contextlib.AsyncExitStack() as stack:
+        stack.push_async_callback(service.close)
+        ports = await stack.enter_async_context(app.running())
+        connect = PendantClient.connect("127.0.0.1", ports.pendant, state_rate=100)
+        pendant = await stack.enter_async_context(await connect)
+        await pendant.wait_until(lambda state: state.motion_possible == 1)
+        assert distance(pendant, ZERO) < EXACT
+        client = RosClient(ports.ros[settings.name].motion or 0)
+        stack.push_async_callback(client.close)
+        yield pendant, client
+    assert service.controller.referee.kept == []
+
+
 async def at_zero(cell: Any) -> tuple[PendantClient, RosClient]:
     pendant: PendantClient = await cell.ready_pendant()
     if distance(pendant, ZERO) > EXACT:
@@ -195,10 +222,8 @@ ENDS = {
 }
 """Scenario: the pose where it ends; None where the last point of the capture says it."""
 
-SLOW = {"stream_no_velocities", "stream_reordered_joints", "stream_invalid_reply_header"}
-"""Near to others in what the server does with them, and seconds long: for the soak run."""
-
-QUICK = [scenario for scenario in ENDS if scenario not in SLOW]
+QUICK = "download_with_replies"
+"""The one for real processes in every run; the others follow there in the soak."""
 
 
 def final_pose(scenario: str) -> tuple[float, ...]:
@@ -210,15 +235,7 @@ def final_pose(scenario: str) -> tuple[float, ...]:
     return named
 
 
-@pytest.mark.realtime
-@pytest.mark.parametrize(
-    "scenario", [*QUICK, *(pytest.param(n, marks=pytest.mark.soak) for n in sorted(SLOW))]
-)
-@pytest.mark.asyncio(loop_scope="module")
-async def test_the_robot_ends_where_the_real_client_sent_it(
-    scenario: str, shared_cell: Any
-) -> None:
-    pendant, client = await at_zero(shared_cell)
+async def ends_where_it_was_sent(scenario: str, pendant: PendantClient, client: RosClient) -> None:
     packets = motion_packets(scenario)
 
     await replay(client, pendant, packets)
@@ -226,24 +243,6 @@ async def test_the_robot_ends_where_the_real_client_sent_it(
     requests = {packet.data for packet in packets if packet.comm_type == REQUEST}
     assert client.answered >= len(requests)
     await arrive(pendant, final_pose(scenario))
-
-
-@pytest.mark.realtime
-@pytest.mark.asyncio(loop_scope="module")
-async def test_the_robot_arrives_no_sooner_than_the_durations_allow(shared_cell: Any) -> None:
-    pendant, client = await at_zero(shared_cell)
-    group = next(trajectories(motion_packets("stream_no_velocities")))
-    asked = sum(packet.duration for packet in group[1:])
-
-    seen: list[State] = []
-    pendant.on_state = seen.append
-    await client.send(*group)
-    arrived = await arrive(pendant, group[-1].joints)
-    await client.close()
-    begun = next(state for state in seen if state.in_motion == 1)
-
-    # One report period at either end is all that the observer may have missed.
-    assert arrived - (begun.time_s + begun.time_ns / 1e9) >= asked - 0.05
 
 
 @pytest.mark.realtime
@@ -262,6 +261,18 @@ async def test_a_stop_while_idle_is_answered_and_moves_nothing(
 
 
 @pytest.mark.realtime
+@pytest.mark.parametrize(
+    "scenario",
+    [QUICK, *(pytest.param(each, marks=pytest.mark.soak) for each in ENDS if each != QUICK)],
+)
+@pytest.mark.asyncio(loop_scope="module")
+async def test_the_robot_of_a_process_ends_where_the_real_client_sent_it(
+    scenario: str, shared_cell: Any
+) -> None:
+    await ends_where_it_was_sent(scenario, *await at_zero(shared_cell))
+
+
+@pytest.mark.realtime
 @pytest.mark.asyncio(loop_scope="module")
 async def test_a_stop_in_motion_brings_the_robot_to_rest_on_the_way(shared_cell: Any) -> None:
     pendant, client = await at_zero(shared_cell)
@@ -276,14 +287,42 @@ async def test_a_stop_in_motion_brings_the_robot_to_rest_on_the_way(shared_cell:
 
     at_rest = state.positions
     assert 0.2 < max(at_rest) < max(STEPS) - 0.05
-    later = await pendant.wait_until(lambda later: later.sequence > state.sequence + 50)
+    later = await pendant.wait_until(lambda later: later.sequence > state.sequence + 30)
     assert later.positions == at_rest
 
 
-@pytest.mark.realtime
-@pytest.mark.asyncio(loop_scope="module")
-async def test_a_trajectory_broken_by_the_clients_stop_is_discarded(shared_cell: Any) -> None:
-    pendant, client = await at_zero(shared_cell)
+@pytest.mark.virtual_clock
+@pytest.mark.parametrize("scenario", ENDS)
+async def test_the_robot_ends_where_the_real_client_sent_it(
+    scenario: str, both_at_zero: tuple[PendantClient, RosClient]
+) -> None:
+    await ends_where_it_was_sent(scenario, *both_at_zero)
+
+
+@pytest.mark.virtual_clock
+async def test_the_robot_arrives_no_sooner_than_the_durations_allow(
+    both_at_zero: tuple[PendantClient, RosClient],
+) -> None:
+    pendant, client = both_at_zero
+    group = next(trajectories(motion_packets("stream_no_velocities")))
+    asked = sum(packet.duration for packet in group[1:])
+
+    seen: list[State] = []
+    pendant.on_state = seen.append
+    await client.send(*group)
+    arrived = await arrive(pendant, group[-1].joints)
+    await client.close()
+    begun = next(state for state in seen if state.in_motion == 1)
+
+    # One report period at either end is all that the observer may have missed.
+    assert arrived - (begun.time_s + begun.time_ns / 1e9) >= asked - 0.05
+
+
+@pytest.mark.virtual_clock
+async def test_a_trajectory_broken_by_the_clients_stop_is_discarded(
+    both_at_zero: tuple[PendantClient, RosClient],
+) -> None:
+    pendant, client = both_at_zero
     packets = motion_packets("stream_new_trajectory_while_streaming")
     assert [packet.sequence for packet in packets] == [0, 1, STOP, STOP]
 
@@ -294,12 +333,11 @@ async def test_a_trajectory_broken_by_the_clients_stop_is_discarded(shared_cell:
     assert distance(pendant, ZERO) < EXACT
 
 
-@pytest.mark.realtime
-@pytest.mark.asyncio(loop_scope="module")
+@pytest.mark.virtual_clock
 async def test_points_before_a_lost_link_are_forgotten_when_the_client_begins_anew(
-    shared_cell: Any,
+    both_at_zero: tuple[PendantClient, RosClient],
 ) -> None:
-    pendant, client = await at_zero(shared_cell)
+    pendant, client = both_at_zero
     before, after = list(trajectories(motion_packets("stream_server_gone_then_back")))[:2]
     assert before[0].connection != after[0].connection
 
@@ -312,10 +350,11 @@ async def test_points_before_a_lost_link_are_forgotten_when_the_client_begins_an
     await arrive(pendant, STEPS)
 
 
-@pytest.mark.realtime
-@pytest.mark.asyncio(loop_scope="module")
-async def test_the_whole_client_stack_gets_its_goal_and_its_cancel(shared_cell: Any) -> None:
-    pendant, client = await at_zero(shared_cell)
+@pytest.mark.virtual_clock
+async def test_the_whole_client_stack_gets_its_goal_and_its_cancel(
+    both_at_zero: tuple[PendantClient, RosClient],
+) -> None:
+    pendant, client = both_at_zero
     groups = list(trajectories(motion_packets("full_stack_action")))
     goal, cancelled, cancel = groups[0], groups[1], groups[2]
     assert cancel[0].sequence == STOP
