@@ -33,10 +33,11 @@ async def main() -> None:
             pendant.setblocking(False)
             await loop.sock_sendall(pendant, begin)
             pendants.append(pendant)
-            await asyncio.sleep(0.2)
+            # Until it is welcome.
+            assert await loop.sock_recv(pendant, 65_536)
         talking, idle = app.clients.by_session
         # Read, so that it is the cable alone that ends it.
-        pendants[0].recv(65_536)
+        await loop.sock_recv(pendants[0], 65_536)
         loopback("down")
         pulled, gone = time.monotonic(), dict[int, float]()
         while len(gone) < 2 and time.monotonic() < pulled + _PATIENCE:
