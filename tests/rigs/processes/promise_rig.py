@@ -94,7 +94,6 @@ class RecordingController:
     def __post_init__(self) -> None:
         self._news = threading.Condition()
         self._selector = selectors.DefaultSelector()
-        self._listeners: list[socket.socket] = []
         self._upstream: dict[int, int] = {}
         self._is_led = threading.Event()
         self.motion = self._listen()
@@ -106,7 +105,6 @@ class RecordingController:
 
     def _listen(self) -> int:
         listener = socket.create_server(("127.0.0.1", 0))
-        self._listeners.append(listener)
         port: int = listener.getsockname()[1]
         self._selector.register(listener, selectors.EVENT_READ, port)
         return port
