@@ -21,18 +21,18 @@ async def main() -> None:
             await pendant.next_state()
             before = pendant.joints()
             ready = [before[0], -1.2, 1.4, -1.8, -1.5, 0.0]
-            await (await pendant.move_joints(ready, speed=0.5)).done()
+            await (await pendant.move_joints(ready, speed=0.8)).done()
             await pendant.next_state()
             start = pendant.tool_pose()
             x, y, z = start.position
-            goal = replace(start, position=(x, y + 0.05, z - 0.1))
+            goal = replace(start, position=(x, y + 0.03, z - 0.05))
             move = await pendant.move_to_pose(goal, motion=Motion.LIN, speed=0.2)
             await move.done()
             await pendant.next_state()
             reached = pendant.tool_pose()
             back = await pendant.move_to_pose(start, motion=Motion.LIN, speed=0.2)
             await back.done()
-            await (await pendant.move_joints(before, speed=0.5)).done()
+            await (await pendant.move_joints(before, speed=0.8)).done()
     error = 1e3 * math.dist(reached.position, goal.position)
     print(f"reached the pose in frame {goal.frame!r}, {error:.2f} mm off")
 

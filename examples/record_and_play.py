@@ -28,7 +28,7 @@ async def main() -> None:
             await pendant.next_state()
             here = pendant.joints()
             await pendant.recordings.start(NAME)
-            for target in ([here[0] + 0.3, *here[1:]], here):
+            for target in ([here[0] + 0.15, *here[1:]], here):
                 await (await pendant.move_joints(target, speed=0.1)).done()
             made = await pendant.recordings.stop()
             print(f"recorded {made['samples']} samples in {made['duration']:.2f} s,", end=" ")

@@ -20,7 +20,7 @@ async def main() -> None:
             start = pendant.joints()
             taught = []
             async with pendant.enabling():
-                for increments in ({0: 0.1}, {1: -0.05, 2: 0.05}, {0: -0.1}):
+                for increments in ({0: 0.05}, {1: -0.03, 2: 0.03}, {0: -0.05}):
                     await (await pendant.step(increments)).done()
                     await pendant.next_state()
                     taught.append(pendant.joints())

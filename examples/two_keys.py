@@ -18,11 +18,11 @@ async def main() -> None:
             await pendant.set_mode(OperatingMode.MANUAL_REDUCED)
             async with pendant.enabling():
                 async with pendant.jog({0: 0.5, 2: -0.3}) as jog:
-                    await jog.hold(0.3)
+                    await jog.hold(0.2)
                     await jog.aim({0: 0.5})  # the second key was let go
-                    await jog.hold(0.3)
+                    await jog.hold(0.2)
                     await jog.aim_tool(z=0.5, frame="tool")
-                    await jog.hold(0.3)
+                    await jog.hold(0.2)
                 there = pendant.joints()
                 await (await pendant.undo_jog()).done()
         await pendant.next_state()

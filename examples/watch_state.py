@@ -1,4 +1,4 @@
-"""Look on: ten states, five of them a second, and whatever else happens. Needs no authority.
+"""Look on: ten states in a second, and whatever else happens. Needs no authority.
 
 python examples/watch_state.py [PORT]
 """
@@ -17,7 +17,7 @@ STATES = 10
 async def main() -> None:
     """Print states; the newest only, however slow this program is."""
     async with await PendantClient.connect(
-        "127.0.0.1", PORT, client="watcher", state_rate=5
+        "127.0.0.1", PORT, client="watcher", state_rate=10
     ) as pendant:
         pendant.on_authority = lambda change: print(f"in control: {change.client or 'nobody'}")
         pendant.on_stop = lambda change: print(f"stop {change.stop}: {change.reason}")

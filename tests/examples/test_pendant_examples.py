@@ -87,11 +87,6 @@ def test_no_example_is_left_out() -> None:
     assert {path.name for path in EXAMPLES.glob("*.py")} == set(PRINTS)
 
 
-@pytest.mark.parametrize("name", sorted(PRINTS))
-def test_the_python_example_does_what_it_says(port: int, name: str) -> None:
-    assert PRINTS[name] in run(sys.executable, name, str(port))
-
-
 def run_here(name: str, port: int, monkeypatch: pytest.MonkeyPatch) -> str:
     """Run a Python example to its end in this process; return with what it exited, else nothing."""
     monkeypatch.setattr(sys, "argv", [name, str(port)])
@@ -100,6 +95,22 @@ def run_here(name: str, port: int, monkeypatch: pytest.MonkeyPatch) -> str:
     except SystemExit as ended:
         return str(ended.code)
     return ""
+
+
+@pytest.mark.parametrize("name", sorted(set(PRINTS) - {"watch_state.py"}))
+def test_an_example_says_in_one_line_that_somebody_else_moves_the_robot(
+    port: int, robot: SyncPendantClient, name: str, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    robot.take_control()
+    said = run_here(name, port, monkeypatch)
+    assert said.startswith("HELD_BY_OTHER: ")
+    assert CATALOGUE[VerdictCode.HELD_BY_OTHER].remedy in said
+    assert "\n" not in said
+
+
+@pytest.mark.parametrize("name", sorted(PRINTS))
+def test_the_python_example_does_what_it_says(port: int, name: str) -> None:
+    assert PRINTS[name] in run(sys.executable, name, str(port))
 
 
 @pytest.mark.parametrize("name", ["record_and_play.py", "teach_a_program.py"])
@@ -116,17 +127,6 @@ def test_without_a_server_an_example_says_in_one_line_how_to_start_one(
 ) -> None:
     said = run_here(name, unused_tcp_port, monkeypatch)
     assert said.startswith(f"nobody listens at 127.0.0.1:{unused_tcp_port}; start a server: ")
-    assert "\n" not in said
-
-
-@pytest.mark.parametrize("name", sorted(set(PRINTS) - {"watch_state.py"}))
-def test_an_example_says_in_one_line_that_somebody_else_moves_the_robot(
-    port: int, robot: SyncPendantClient, name: str, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    robot.take_control()
-    said = run_here(name, port, monkeypatch)
-    assert said.startswith("HELD_BY_OTHER: ")
-    assert CATALOGUE[VerdictCode.HELD_BY_OTHER].remedy in said
     assert "\n" not in said
 
 

@@ -5,7 +5,9 @@ import gc
 import itertools
 import os
 import socket
+import subprocess
 import tracemalloc
+from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
 
@@ -14,7 +16,7 @@ from promises.promise_figures import tell
 from promises.promise_table import figure
 from rigs.cells.server_rig import MS, TICK, ServerRig, ready
 from rigs.motion.jog_pad import JogPad
-from rigs.peers.own_network import printed_in_own_network
+from rigs.peers.own_network import begun_in_own_network, last_words
 from rigs.processes.app_on_loop import app_on_loop, clients_of, said, until
 from rigs.processes.promise_rig import promise_rig
 
@@ -65,9 +67,25 @@ async def test_promise_3_the_kernel_is_told_to_look_for_dead_peers() -> None:
         await asyncio.sleep(0)
 
 
+@pytest.fixture(scope="module")
+def cable() -> Iterator[subprocess.Popen[str]]:
+    """A server and two pendants, and the cable between them, which is pulled once."""
+    with begun_in_own_network(CABLE) as process:
+        assert process.stdout is not None
+        assert process.stdout.readline() == "2\n"
+        yield process
+
+
 @pytest.mark.realtime
-def test_promise_3_a_pulled_cable_is_noticed_within_three_seconds() -> None:
-    talking, listening = map(float, printed_in_own_network(CABLE).split())
+def test_nobody_is_gone_before_the_cable_is_pulled(cable: subprocess.Popen[str]) -> None:
+    assert cable.poll() is None
+
+
+@pytest.mark.realtime
+def test_promise_3_a_pulled_cable_is_noticed_within_three_seconds(
+    cable: subprocess.Popen[str],
+) -> None:
+    talking, listening = map(float, last_words(cable).split())
     tell(f"promise 3: noticed after {talking:.2f} s with state under way, {listening:.2f} s idle")
     assert talking <= CLOSED.seconds
     assert listening <= CLOSED.seconds

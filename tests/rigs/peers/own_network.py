@@ -4,6 +4,8 @@ import os
 import shutil
 import subprocess
 import sys
+from collections.abc import Iterator
+from contextlib import contextmanager
 from pathlib import Path
 
 import pytest
@@ -11,8 +13,9 @@ import pytest
 TESTS = Path(__file__).parents[2]
 
 
-def printed_in_own_network(script: Path) -> str:
-    """Run a script in a network whose only cable is its loopback; return what it printed.
+@contextmanager
+def begun_in_own_network(script: Path) -> Iterator[subprocess.Popen[str]]:
+    """Run a script in a network whose only cable is its loopback; it ends by itself or is killed.
 
     Skips the test where such a network cannot be had.
     """
@@ -20,13 +23,28 @@ def printed_in_own_network(script: Path) -> str:
     probe = [unshare or "", "--net", "true"]
     if unshare is None or subprocess.run(probe, capture_output=True, check=False).returncode:
         pytest.skip("a network of its own cannot be had here")
-    done = subprocess.run(
+    with subprocess.Popen(
         [unshare, "--net", sys.executable, str(script)],
-        capture_output=True,
+        stdin=subprocess.PIPE,
+        stdout=subprocess.PIPE,
+        stderr=subprocess.PIPE,
         text=True,
-        timeout=60,
-        check=False,
         env=os.environ | {"PYTHONPATH": str(TESTS)},
-    )
-    assert done.returncode == 0, done.stderr
-    return done.stdout
+    ) as process:
+        try:
+            yield process
+        finally:
+            process.kill()
+
+
+def printed_in_own_network(script: Path) -> str:
+    """Run a script in such a network to its end; return what it printed."""
+    with begun_in_own_network(script) as process:
+        return last_words(process)
+
+
+def last_words(process: subprocess.Popen[str]) -> str:
+    """End what a script reads, let it come to its end, and return what it printed since."""
+    said, complained = process.communicate(timeout=60)
+    assert process.returncode == 0, complained
+    return said

@@ -1,7 +1,8 @@
 """Pulls the cable between a server and two pendants, one told states and one told nothing.
 
-Run in a network of its own (`unshare --net`), whose loopback it takes down. Prints after how many
-seconds the server gave up each connection.
+Run in a network of its own (`unshare --net`), whose loopback it takes down when its input ends.
+Prints how many connections there are before, and then after how many seconds the server gave up
+each.
 """
 
 import asyncio
@@ -33,10 +34,15 @@ async def main() -> None:
             pendant.setblocking(False)
             await loop.sock_sendall(pendant, begin)
             pendants.append(pendant)
-            await asyncio.sleep(0.2)
+            # Until it is welcome.
+            assert await loop.sock_recv(pendant, 65_536)
         talking, idle = app.clients.by_session
-        # Read, so that it is the cable alone that ends it.
-        pendants[0].recv(65_536)
+        sys.stdout.write(f"{len(app.clients.by_session)}\n")
+        sys.stdout.flush()
+        pulling = loop.run_in_executor(None, sys.stdin.read)
+        while not pulling.done():
+            # Read, so that it is the cable alone that ends it.
+            await loop.sock_recv(pendants[0], 65_536)
         loopback("down")
         pulled, gone = time.monotonic(), dict[int, float]()
         while len(gone) < 2 and time.monotonic() < pulled + _PATIENCE:

@@ -85,34 +85,38 @@ class RecordingController:
 
     Attributes:
         arrivals: what came from the server, in order.
-        motion, state: where the server is to connect.
+        motion, state: where the server is to connect; it waits there until `lead_to` was called.
         control: where the idle control is to connect.
     """
 
-    motion_upstream: int
-    state_upstream: int
     arrivals: list[Arrival] = field(default_factory=list)
 
     def __post_init__(self) -> None:
         self._news = threading.Condition()
         self._selector = selectors.DefaultSelector()
-        self._listeners: list[socket.socket] = []
-        self.motion = self._listen(self.motion_upstream)
-        self.state = self._listen(self.state_upstream)
-        self.control = self._listen(None)
+        self._upstream: dict[int, int] = {}
+        self._is_led = threading.Event()
+        self.motion = self._listen()
+        self.state = self._listen()
+        self.control = self._listen()
         self._is_over = False
         self._thread = threading.Thread(target=self._run, daemon=True)
         self._thread.start()
 
-    def _listen(self, upstream: int | None) -> int:
+    def _listen(self) -> int:
         listener = socket.create_server(("127.0.0.1", 0))
-        self._listeners.append(listener)
-        self._selector.register(listener, selectors.EVENT_READ, upstream or 0)
         port: int = listener.getsockname()[1]
+        self._selector.register(listener, selectors.EVENT_READ, port)
         return port
+
+    def lead_to(self, motion: int, state: int) -> None:
+        """Say on which ports the emulated controller listens."""
+        self._upstream = {self.motion: motion, self.state: state}
+        self._is_led.set()
 
     def close(self) -> None:
         self._is_over = True
+        self._is_led.set()
         self._thread.join()
         for key in list(self._selector.get_map().values()):
             assert isinstance(key.fileobj, socket.socket)
@@ -130,12 +134,16 @@ class RecordingController:
                     assert isinstance(key.fileobj, socket.socket)
                     self._accept(key.fileobj, key.data)
 
-    def _accept(self, listener: socket.socket, upstream: int) -> None:
+    def _accept(self, listener: socket.socket, port: int) -> None:
         near, _ = listener.accept()
         near.setsockopt(socket.IPPROTO_TCP, socket.TCP_NODELAY, 1)
-        heard = _End(near, is_heard=True, is_control=not upstream)
-        if upstream:
-            far = socket.create_connection(("127.0.0.1", upstream))
+        heard = _End(near, is_heard=True, is_control=port == self.control)
+        if not heard.is_control:
+            self._is_led.wait()
+            if self._is_over:
+                near.close()
+                return
+            far = socket.create_connection(("127.0.0.1", self._upstream[port]))
             far.setsockopt(socket.IPPROTO_TCP, socket.TCP_NODELAY, 1)
             heard.other = _End(far, is_heard=False, other=heard)
             self._selector.register(far, selectors.EVENT_READ, heard.other)
@@ -222,6 +230,15 @@ PRIORITY = 0
 
 _PEERS = Path(__file__).with_name("promise_peers.py")
 
+_SERVER = ("-m", "openpendant.server")
+
+_OPEN_SERVER = (
+    "-c",
+    "from openpendant.server.shell import listening; listening._INTERVAL_NS = 0;"
+    "from openpendant.server.__main__ import _main; raise SystemExit(_main())",
+)
+"""The same server, which takes connections as soon as they come."""
+
 
 @dataclass
 class PromiseRig:
@@ -239,14 +256,16 @@ class PromiseRig:
         self._stack.callback(pendant.close)
         return pendant
 
-    def beside(self, what: str, *arguments: object) -> None:
-        """Start a process of `promise_peers` and wait until it is ready."""
-        self._stack.enter_context(_peer(what, self.pendant_port, *arguments))
-
     @contextmanager
-    def storm(self) -> Iterator[None]:
-        """Have another process connect as often as it can."""
-        with _peer("storm", self.pendant_port):
+    def beside(self, *peers: tuple[object, ...]) -> Iterator[None]:
+        """Run processes of `promise_peers`, each a name and its arguments; all are ready."""
+        with ExitStack() as stack:
+            started = [
+                stack.enter_context(_peer(what, self.pendant_port, *arguments))
+                for what, *arguments in peers
+            ]
+            for ready in started:
+                ready()
             yield
 
     def idle_delay(self) -> float:
@@ -299,31 +318,40 @@ class PromiseRig:
 
 
 @contextmanager
-def promise_rig(folder: Path, **settings: Any) -> Iterator[PromiseRig]:
-    """Run an emulated UR5 and a server in T1 for it, on free ports."""
+def promise_rig(folder: Path, *, is_open: bool = False, **settings: Any) -> Iterator[PromiseRig]:
+    """Run an emulated UR5 and a server in T1 for it, on free ports.
+
+    Args:
+        folder: for what they write.
+        is_open: the server takes connections at any rate.
+        settings: tables of the server's settings.
+    """
     with ExitStack() as stack:
         referee = folder / "referee.json"
+        # All start side by side; most of it is importing.
         emulator = stack.enter_context(
             _process(
-                *("openpendant.controller_emulator", "--robot", "ur5", "--json"),
+                *("-m", "openpendant.controller_emulator", "--robot", "ur5", "--json"),
                 *("--motion-port", "0", "--state-port", "0", "--report", str(referee)),
             )
         )
-        controller = RecordingController(emulator["motion"], emulator["state"])
+        controller = RecordingController()
         stack.callback(controller.close)
         config = folder / "cell.toml"
         config.write_text(_config(controller, folder, settings), encoding="utf-8")
-        server = stack.enter_context(
-            _process("openpendant.server", "--json", "--config", str(config))
-        )
+        begin = _OPEN_SERVER if is_open else _SERVER
+        server = stack.enter_context(_process(*begin, "--json", "--config", str(config)))
         control = stack.enter_context(_peer("forwarder", controller.control))
-        line = stack.enter_context(socket.create_connection(("127.0.0.1", control)))
+        emulated = emulator()
+        controller.lead_to(emulated["motion"], emulated["state"])
+        line = stack.enter_context(socket.create_connection(("127.0.0.1", control())))
         line.setsockopt(socket.IPPROTO_TCP, socket.TCP_NODELAY, 1)
+        served = server()
         # Left first of all, so that pendants are gone before what they talk to.
         yield PromiseRig(
             controller,
-            server["pendant"],
-            server["pid"],
+            served["pendant"],
+            served["pid"],
             referee,
             stack.enter_context(ExitStack()),
             line,
@@ -357,15 +385,12 @@ def _config(controller: RecordingController, folder: Path, settings: dict[str, A
 
 
 @contextmanager
-def _process(module: str, *arguments: str) -> Iterator[dict[str, Any]]:
-    """Run a module until the context is left; yields its ready line."""
-    command = [sys.executable, "-m", module, *arguments]
+def _process(*arguments: str) -> Iterator[Callable[[], dict[str, Any]]]:
+    """Run a program in Python until the context is left; yields what waits for its ready line."""
+    command = [sys.executable, *arguments]
     with subprocess.Popen(command, stdin=subprocess.DEVNULL, stdout=subprocess.PIPE) as process:
         try:
-            assert process.stdout is not None
-            line = process.stdout.readline()
-            assert line, f"{module} ended before it was ready"
-            yield json.loads(line)
+            yield lambda: json.loads(_ready_line(process))
         finally:
             process.terminate()
             try:
@@ -375,15 +400,19 @@ def _process(module: str, *arguments: str) -> Iterator[dict[str, Any]]:
 
 
 @contextmanager
-def _peer(*arguments: object) -> Iterator[int]:
-    """Run a process of `promise_peers`; yields the number that it is ready with."""
+def _peer(*arguments: object) -> Iterator[Callable[[], int]]:
+    """Run a process of `promise_peers`; yields what waits for the number that it is ready with."""
     command = [sys.executable, str(_PEERS), *map(str, arguments)]
     with subprocess.Popen(command, stdin=subprocess.PIPE, stdout=subprocess.PIPE) as process:
         try:
-            assert process.stdout is not None
-            line = process.stdout.readline()
-            assert line, f"{arguments[0]} ended before it was ready"
-            yield int(line)
+            yield lambda: int(_ready_line(process))
             assert process.poll() is None, f"{arguments[0]} ended before the test did"
         finally:
             process.kill()
+
+
+def _ready_line(process: subprocess.Popen[bytes]) -> bytes:
+    assert process.stdout is not None
+    line = process.stdout.readline()
+    assert line, f"{process.args!r} ended before it was ready"
+    return line
