@@ -20,9 +20,9 @@ HOME = serial_robot("ur5").home_position
 AWAY = 0.3
 """How far the first joint stands from home [rad]."""
 
-SLOW = 0.15
+SLOW = 0.25
 """Of the joints' largest speed, at which the program goes from one end of its way to the other in
-about a second."""
+nearly half a second."""
 
 Main = Callable[[list[str]], int]
 
@@ -114,7 +114,7 @@ async def test_who_holds_the_authority_is_named(
 async def taught(pendant: PendantClient) -> str:
     async with pendant.control():
         made: Any = await pendant.programs.create("slow")
-        for number, offset in enumerate((0.0, -AWAY)):
+        for number, offset in enumerate((0.0, -AWAY / 2)):
             if offset:
                 at = pendant.joints()
                 await (await pendant.move_joints([at[0] + offset, *at[1:]], speed=1.0)).done()
