@@ -43,5 +43,5 @@ loopback("up")
 # Both are probed for the second time when two seconds are over, and the pendant's ends then.
 while is_up(connections[0]) and time.monotonic() < began + 4.1:
     time.sleep(0.02)
-time.sleep(0.25)
+time.sleep(0.15)
 sys.stdout.write(" ".join("up" if is_up(each) else "down" for each in connections))
