@@ -13,6 +13,7 @@ from typing import Any, ClassVar
 import pytest
 from rigs.clock.busy_machine import PATIENCE
 
+from openpendant.motion.description.robot import serial_robot
 from openpendant.simplemsg import pendant as messages
 from openpendant.simplemsg.verdicts import VerdictCode as V
 from openpendant.tools.pendants.client import Aborted, Motion, PendantClient, Pose, Refused, RunKind
@@ -25,6 +26,9 @@ on_a_loop_of_its_own = pytest.mark.asyncio(loop_scope="function")
 SECRET = "a long enough password"
 
 CELL = {"has_store": True, "server": ("--signals", "openpendant")}
+
+AHEAD = 0.06
+"""How far before its limit a jog begins [rad]."""
 
 NUMBERS = count(1)
 """For what is kept under a name, so that a test can begin anew."""
@@ -160,26 +164,26 @@ async def test_looking_on_hellos_states_snapshots_and_news(port: int) -> None:
 async def test_each_motion_arrives_where_it_was_asked_to(port: int) -> None:
     async with in_control(port) as pendant:
         home = pendant.joints()
-        target = [home[0] + 0.2, *home[1:]]
-        await (await pendant.move_joints(target, speed=0.5)).done()
+        target = [home[0] + 0.1, *home[1:]]
+        await (await pendant.move_joints(target, speed=1.0)).done()
         await pendant.next_state()
         assert pendant.joints() == pytest.approx(target, abs=1e-5)
 
-        lower = shifted(pendant.tool_pose(), z=-0.05)
-        await (await pendant.move_to_pose(lower, motion=Motion.LIN, speed=0.5)).done()
+        lower = shifted(pendant.tool_pose(), z=-0.02)
+        await (await pendant.move_to_pose(lower, motion=Motion.LIN, speed=1.0)).done()
         await pendant.next_state()
         assert pendant.tool_pose().position == pytest.approx(lower.position, abs=2e-4)
 
-        await (await pendant.follow_joints([target, home], speed=0.5)).done()
+        await (await pendant.follow_joints([target, home], speed=1.0)).done()
         await pendant.next_state()
         assert pendant.joints() == pytest.approx(home, abs=1e-4)
 
-        corners = [shifted(pendant.tool_pose(), y=0.05), shifted(pendant.tool_pose(), z=-0.05)]
-        assert (await (await pendant.follow_poses(corners, speed=0.5)).done()).motion_time > 0
+        corners = [shifted(pendant.tool_pose(), y=0.02), shifted(pendant.tool_pose(), z=-0.02)]
+        assert (await (await pendant.follow_poses(corners, speed=1.0)).done()).motion_time > 0
         await pendant.next_state()
         assert pendant.tool_pose().position == pytest.approx(corners[1].position, abs=2e-4)
 
-        await (await pendant.home("home", speed=0.5)).done()
+        await (await pendant.home("home", speed=1.0)).done()
         await pendant.next_state()
         assert pendant.joints() == pytest.approx(home, abs=1e-4)
 
@@ -239,7 +243,7 @@ JOGS: list[tuple[str, Callable[[Pendant], Any], Callable[[list[float], list[floa
 async def jogged(pendant: Pendant, press: Callable[[Pendant], Any]) -> tuple[list[float], ...]:
     joints, tool = pendant.joints(), pendant.tool_pose().position
     async with pendant.enabling(), press(pendant) as jog:
-        await jog.hold(0.25)
+        await jog.hold(0.15)
     await pendant.next_state()
     assert jog.account.reason == messages.JogEnd.RELEASED
     assert jog.account.stop_time > 0.0
@@ -251,16 +255,19 @@ async def jogged(pendant: Pendant, press: Callable[[Pendant], Any]) -> tuple[lis
     return list(joints), *ways
 
 
-async def test_each_way_to_jog_moves_the_robot_so_and_no_other(port: int) -> None:
+@pytest.mark.parametrize("jogs", [JOGS[:5], JOGS[5:]], ids=["joints-base", "frames-turns"])
+async def test_each_way_to_jog_moves_the_robot_so_and_no_other(port: int, jogs: Any) -> None:
     """Features J01, J06 to J13, J15 to J17."""
     async with in_control(port) as pendant:
         turned = (0.0, 0.0, math.sin(math.pi / 4), math.cos(math.pi / 4))
         table = {"position": (0.1, 0.0, 0.0), "orientation": turned}
-        await pendant.manage(
-            {"op": "frames.add", "name": "table", "pose": table, "expected_revision": 0}
-        )
+        shown = await pendant.manage({"op": "frames.show"})
+        if shown["frames_revision"] == 0:  # the first to come here
+            await pendant.manage(
+                {"op": "frames.add", "name": "table", "pose": table, "expected_revision": 0}
+            )
         await pendant.set_mode(messages.OperatingMode.MANUAL_REDUCED)
-        for name, press, moved in JOGS:
+        for name, press, moved in jogs:
             _, *ways = await jogged(pendant, press)
             assert moved(*ways), (name, ways)
 
@@ -285,32 +292,6 @@ async def test_a_jog_is_undone_and_a_step_is_as_long_as_it_is_asked_for(port: in
             assert pendant.tool_pose().position == pytest.approx(
                 shifted(before, z=0.005).position, abs=2e-4
             )
-
-
-async def test_a_jog_into_a_limit_says_why_and_which_way_leads_out(port: int) -> None:
-    """Features J20, J21, J23: scaled before the limit, the reason and the joint in the state."""
-    async with in_control(port) as pendant:
-        at_limit = [2 * math.pi - 0.15, *pendant.joints()[1:]]
-        await (await pendant.move_joints(at_limit, speed=1.0)).done()
-        await pendant.set_mode(messages.OperatingMode.MANUAL_REDUCED)
-        seen: list[messages.State] = []
-        pendant.on_state = seen.append
-        async with pendant.enabling(), pendant.jog({0: 1.0}, deadline=DEADLINE) as jog:
-            await jog.hold(1.0)
-        assert max(state.positions[0] for state in seen) < 2 * math.pi
-        slowed = [state for state in seen if state.jog_reason == messages.JogReason.JOINT_LIMIT]
-        assert {state.jog_joint for state in slowed} == {0}
-        assert min(state.jog_scale for state in slowed) < 0.5
-        await pendant.wait_until(lambda state: state.activity == messages.Activity.IDLE)
-        (hold,) = await pendant.retreat()
-        assert hold["text"].startswith("joint 1 stands at ")
-        (way,) = hold["ways"]
-        assert way["press"] == "joint 1 towards -"
-        async with pendant.enabling(), pendant.jog_out(way, deadline=DEADLINE) as back:
-            await back.hold(1.0)
-        await pendant.wait_until(lambda state: state.activity == messages.Activity.IDLE)
-        assert pendant.joints()[0] < 2 * math.pi - 0.15
-        assert await pendant.retreat() == []
 
 
 async def test_programs_recordings_signals_and_tools_by_management(port: int) -> None:
@@ -354,9 +335,9 @@ async def test_programs_recordings_signals_and_tools_by_management(port: int) ->
         assert (await pendant.snapshot())["tool"] == "torch"
 
 
-async def test_the_twelve_calls_move_the_robot_as_they_say(port: int) -> None:
+async def test_the_calls_of_joints_move_the_robot_as_they_say(port: int) -> None:
     def calls() -> None:
-        with RoboAnalyzer("127.0.0.1", port, speed=0.5) as robot:
+        with RoboAnalyzer("127.0.0.1", port, speed=1.0) as robot:
             (name,) = robot.ShowAvailableRobots()
             robot.LoadRobot(name)
             display = robot.DisplayRobot()
@@ -371,6 +352,14 @@ async def test_the_twelve_calls_move_the_robot_as_they_say(port: int) -> None:
             robot.UpdateJointAngles(home.joints)
             assert robot.UpdateRobot().joints == pytest.approx(home.joints, abs=0.01)
 
+    async with in_control(port):
+        pass  # nothing is left of a test before
+    await asyncio.to_thread(calls)
+
+
+async def test_the_calls_of_the_tool_move_the_robot_as_they_say(port: int) -> None:
+    def calls() -> None:
+        with RoboAnalyzer("127.0.0.1", port, speed=1.0) as robot:
             for axis in "xyz":
                 before = robot.UpdateRobot()
                 getattr(robot, f"Increment{axis.upper()}")(-20.0)
@@ -396,6 +385,34 @@ async def test_the_twelve_calls_move_the_robot_as_they_say(port: int) -> None:
     async with await connected(port) as pendant:
         trace = await pendant.manage({"op": "trace.show"})
         assert trace["total"] <= 1
+
+
+@on_a_loop_of_its_own
+async def test_a_jog_into_a_limit_says_why_and_which_way_leads_out(start_cell: Any) -> None:
+    """Features J20, J21, J23: scaled before the limit, the reason and the joint in the state."""
+    limit = 2 * math.pi
+    _, *others = serial_robot("ur5").home_position
+    cell = await start_cell(start=str([limit - AHEAD, *others]))
+    async with await connected(cell.ports["pendant"]) as pendant, pendant.control():
+        await pendant.set_mode(messages.OperatingMode.MANUAL_REDUCED)
+        seen: list[messages.State] = []
+        pendant.on_state = seen.append
+        async with pendant.enabling(), pendant.jog({0: 1.0}, deadline=DEADLINE) as jog:
+            await jog.hold(0.4)
+        assert max(state.positions[0] for state in seen) < limit
+        slowed = [state for state in seen if state.jog_reason == messages.JogReason.JOINT_LIMIT]
+        assert {state.jog_joint for state in slowed} == {0}
+        assert min(state.jog_scale for state in slowed) < 0.5
+        await pendant.wait_until(lambda state: state.activity == messages.Activity.IDLE)
+        (hold,) = await pendant.retreat()
+        assert hold["text"].startswith("joint 1 stands at ")
+        (way,) = hold["ways"]
+        assert way["press"] == "joint 1 towards -"
+        async with pendant.enabling(), pendant.jog_out(way, deadline=DEADLINE) as back:
+            await back.hold(0.4)
+        await pendant.wait_until(lambda state: state.activity == messages.Activity.IDLE)
+        assert pendant.joints()[0] < limit - AHEAD
+        assert await pendant.retreat() == []
 
 
 @on_a_loop_of_its_own

@@ -1,11 +1,11 @@
 import asyncio
 import json
-from pathlib import Path
+from itertools import count
 from typing import Any
 
 import pytest
 from pydantic import TypeAdapter
-from rigs.clock.busy_machine import PATIENCE, PATIENT
+from rigs.clock.busy_machine import PATIENCE
 
 from openpendant.simplemsg.pendant import AccountRole, Activity, OperatingMode
 from openpendant.simplemsg.pendant.management.declaration import PlacedPose
@@ -16,12 +16,14 @@ from openpendant.tools.pendants.motions import quaternion_of, roll_pitch_yaw
 from openpendant.tools.pendants.sync_client import SyncPendantClient
 from openpendant.tools.reference.operations import published_operations
 
-pytestmark = pytest.mark.realtime
+pytestmark = [pytest.mark.realtime, pytest.mark.asyncio(loop_scope="module")]
 
-CONFIG = f'{PATIENT}controller.signals = "openpendant"\n'
-BOX = {"name": "box", "shape": {"type": "box", "size": [0.1, 0.1, 0.1]}, "position": [0, 2, 0]}
+CELL = {"has_store": True, "server": ("--signals", "openpendant")}
+NUMBERS = count(1)
+"""For what is kept under a name, so that a test can begin anew."""
+BOX = {"shape": {"type": "box", "size": [0.1, 0.1, 0.1]}, "position": [0, 2, 0]}
 AHEAD: PlacedPose = {"position": (0.5, 0.0, 0.25)}
-TURNS = ((0.0, 0.1, 0.0), (0.4, 0.0, 0.0), (0.0, 0.4, 0.0), (-0.4, 0.0, 0.4))
+TURNS = ((0.0, 0.1, 0.0), (0.2, 0.0, 0.0), (0.0, 0.2, 0.0), (-0.2, 0.0, 0.2))
 ABOVE: PlacedPose = {"position": (0.0, 0.0, 0.125), "orientation": (0.0, 0.0, 0.0, 1.0)}
 
 
@@ -61,7 +63,7 @@ async def refused(asked: Any) -> V | int:
 async def go_aside(pendant: Pendant, by: float) -> None:
     await pendant.next_state()
     first, *rest = pendant.joints()
-    await (await pendant.move_joints([first + by, *rest], speed=0.3)).done()
+    await (await pendant.move_joints([first + by, *rest], speed=1.0)).done()
     await pendant.next_state()
 
 
@@ -79,7 +81,7 @@ async def the_cell(pendant: Pendant) -> None:
 
 
 async def programs(pendant: Pendant) -> None:
-    calls, name = pendant.programs, "taught"
+    calls, name, renamed = pendant.programs, f"taught {next(NUMBERS)}", f"new {next(NUMBERS)}"
     at = (await calls.create(name))["revision"]
     at = (await calls.record(name, at, "p1", move=move("p1")))["revision"]
     await go_aside(pendant, 0.1)
@@ -96,7 +98,7 @@ async def programs(pendant: Pendant) -> None:
     assert (trial["revision"], trial["refused"], trial["complete"]) == (at, 0, True)
     assert not (await calls.dry_run_progress())["running"]
     assert await refused(calls.run(name, revision=at - 1)) is V.REVISION_CONFLICT
-    await (await calls.run(name, speed=0.5, revision=at)).done()
+    await (await calls.run(name, speed=1.0, revision=at)).done()
     text = (await calls.load(name))["body"]
     assert (await calls.check(text))["statements"] == 3
     assert await refused(calls.check("no program")) is V.PROGRAM_SYNTAX
@@ -104,53 +106,59 @@ async def programs(pendant: Pendant) -> None:
     first = await calls.save(name, text[:half], at, part=1, parts=2)
     assert first == {"part": 1, "parts": 2}
     at = (await calls.save(name, text[half:], at, part=2, parts=2))["revision"]
-    at = (await calls.rename(name, "renamed", at))["revision"]
-    assert [each["name"] for each in (await calls.list())["programs"]] == ["renamed"]
-    assert (await calls.history("renamed"))["programs"][0]["revision"] == at
-    await calls.delete("renamed", at)
+    before = [each["name"] for each in (await calls.list())["programs"]]
+    at = (await calls.rename(name, renamed, at))["revision"]
+    after = [each["name"] for each in (await calls.list())["programs"]]
+    assert set(after) == {*before, renamed} - {name}
+    assert (await calls.history(renamed))["programs"][0]["revision"] == at
+    await calls.delete(renamed, at)
 
 
 async def recordings(pendant: Pendant) -> None:
-    calls = pendant.recordings
-    await calls.start("swing")
+    calls, swing = pendant.recordings, f"swing {next(NUMBERS)}"
+    before = await calls.list()
+    if before["recording"] is not None:  # of an attempt before
+        await calls.stop()
+    await calls.start(swing)
     assert (await calls.list())["recording"] is not None
-    await go_aside(pendant, 0.2)
+    await go_aside(pendant, 0.1)
     assert (await calls.stop())["finished"]
-    playback = await calls.play("swing", factor=2, tolerance=0.05)
+    playback = await calls.play(swing, factor=2, tolerance=0.05)
     assert playback.account["approach"] > 0
     await playback.done()
-    await calls.trim("swing", "part", ends=0.2)
+    await calls.trim(swing, "part", ends=0.2)
     assert (await calls.describe("part"))["robot"] == "ur5"
     renamed = await calls.rename("part", "piece", (await calls.describe("part"))["revision"])
     await calls.delete("piece", renamed["revision"])
     assert await refused(calls.play("piece")) is V.NOT_FOUND
-    assert (await calls.list())["total"] == 1
+    assert (await calls.list())["total"] == before["total"] + 1
 
 
 async def frames(pendant: Pendant) -> None:
-    calls = pendant.frames
+    calls, number = pendant.frames, next(NUMBERS)
+    table, bench, taught_frame = f"table {number}", f"bench {number}", f"taught {number}"
     shown = await calls.show()
-    at = (await calls.add("table", AHEAD, shown["frames_revision"]))["revision"]
-    at = (await calls.move("table", ABOVE, at))["revision"]
-    at = (await calls.rename("table", "bench", at))["revision"]
-    found = await calls.transform("bench", "base", pose=AHEAD)
+    at = (await calls.add(table, AHEAD, shown["frames_revision"]))["revision"]
+    at = (await calls.move(table, ABOVE, at))["revision"]
+    at = (await calls.rename(table, bench, at))["revision"]
+    found = await calls.transform(bench, "base", pose=AHEAD)
     assert found["pose"]["position"] == pytest.approx([0.5, 0.0, 0.375])
     taught = await calls.teach([(0.0, 0.0, 0.0), (1.0, 0.0, 0.0), (0.0, 1.0, 0.0)])
-    at = (await calls.add("taught", taught["pose"], at, parent="bench"))["revision"]
+    at = (await calls.add(taught_frame, taught["pose"], at, parent=bench))["revision"]
     content = (await calls.show())["content"]
-    at = (await calls.remove("taught", at))["revision"]
+    at = (await calls.remove(taught_frame, at))["revision"]
     await calls.import_({**content, "tools": [], "selected_tool": None}, at)
 
 
 async def tools(pendant: Pendant) -> None:
-    calls = pendant.tools
+    calls, torch = pendant.tools, f"torch {next(NUMBERS)}"
     at = (await pendant.frames.show())["tools_revision"]
-    at = (await calls.add("torch", ABOVE, at))["revision"]
-    at = (await calls.move("torch", {"position": (0.0, 0.0, 0.25)}, at))["revision"]
-    at = (await calls.select("torch", at))["revision"]
+    at = (await calls.add(torch, ABOVE, at))["revision"]
+    at = (await calls.move(torch, {"position": (0.0, 0.0, 0.25)}, at))["revision"]
+    at = (await calls.select(torch, at))["revision"]
     at = (await calls.select(None, at))["revision"]
     content = (await pendant.frames.show())["content"]
-    at = (await calls.remove("torch", at))["revision"]
+    at = (await calls.remove(torch, at))["revision"]
     await calls.import_({**content, "frames": []}, at)
     found = await calls.calibrate([await turned(pendant, *angles) for angles in TURNS])
     assert found["position"] == pytest.approx([0.0, 0.0, 0.0], abs=1e-3)
@@ -166,18 +174,19 @@ async def turned(pendant: Pendant, *angles: float) -> tuple[float, ...]:
 
 
 async def scene(pendant: Pendant) -> None:
-    calls = pendant.scene
+    calls, number = pendant.scene, next(NUMBERS)
+    box, lid = f"box {number}", f"lid {number}"
     at = (await calls.show())["revision"]
-    at = (await calls.add(BOX, at))["revision"]
+    at = (await calls.add({**BOX, "name": box}, at))["revision"]
     assert (await calls.nearest())["distance"] is not None
-    at = (await calls.move("box", {"position": (0.0, 1.5, 0.0)}, at))["revision"]
-    at = (await calls.attach("box", at))["revision"]
-    at = (await calls.detach("box", at))["revision"]
-    at = (await calls.add({**BOX, "name": "lid"}, at))["revision"]
-    at = (await calls.allow("box", "lid", at))["revision"]
-    at = (await calls.forbid("box", "lid", at))["revision"]
+    at = (await calls.move(box, {"position": (0.0, 1.5, 0.0)}, at))["revision"]
+    at = (await calls.attach(box, at))["revision"]
+    at = (await calls.detach(box, at))["revision"]
+    at = (await calls.add({**BOX, "name": lid}, at))["revision"]
+    at = (await calls.allow(box, lid, at))["revision"]
+    at = (await calls.forbid(box, lid, at))["revision"]
     content = (await calls.show())["content"]
-    at = (await calls.remove("lid", at))["revision"]
+    at = (await calls.remove(lid, at))["revision"]
     await calls.import_(content, at)
 
 
@@ -209,14 +218,62 @@ async def accounts(pendant: Pendant) -> None:
     await pendant.access.logout()
 
 
+PARTS = {
+    ("cells", "snapshot", "why", "jog"): the_cell,
+    ("programs",): programs,
+    ("recordings",): recordings,
+    ("frames",): frames,
+    ("tools",): tools,
+    ("scene",): scene,
+    ("signals", "robots", "trace"): devices,
+}
+ACCOUNTS = ("access", "users")
+
+
+def operations_of(*groups: str) -> set[str]:
+    return {name for name in published_operations() if name.partition(".")[0] in groups}
+
+
+async def test_every_operation_is_asked_for_below() -> None:
+    groups = [group for part in (*PARTS, ACCOUNTS) for group in part]
+    assert operations_of(*groups) == set(published_operations())
+
+
+@pytest.mark.parametrize("groups", PARTS, ids="+".join)
+async def test_every_operation_is_answered_as_it_is_published(
+    groups: tuple[str, ...], cell_of_the_file: Any
+) -> None:
+    async with await Pendant.connect("127.0.0.1", cell_of_the_file.ports["pendant"]) as pendant:
+        await pendant.wait_until(lambda state: state.motion_possible == 1, within=PATIENCE)
+        async with pendant.control():
+            await pendant.set_mode(OperatingMode.AUTOMATIC)
+            await PARTS[groups](pendant)
+            await pendant.wait_until(lambda state: state.activity == Activity.IDLE)
+    assert pendant.asked >= operations_of(*groups)
+
+
+@pytest.mark.asyncio(loop_scope="function")
+async def test_every_operation_on_accounts_is_answered_as_it_is_published(start_cell: Any) -> None:
+    cell = await start_cell(**CELL)
+    async with await Pendant.connect("127.0.0.1", cell.ports["pendant"]) as pendant:
+        await accounts(pendant)
+    assert pendant.asked >= operations_of(*ACCOUNTS)
+    assert (await cell.end())["violations"] == 0
+
+
 def blocking(port: int) -> None:
+    waits, swing = f"waits {next(NUMBERS)}", f"swing {next(NUMBERS)}"
     with SyncPendantClient.connect("127.0.0.1", port) as pendant, pendant.control():
         pendant.set_mode(OperatingMode.AUTOMATIC)
-        at = pendant.programs.create("waits")["revision"]
+        at = pendant.programs.create(waits)["revision"]
         pause: Any = {"statement": "wait", "duration": 0.0}
-        pendant.programs.edit("waits", at, {"edit": "insert", "statements": [pause]})
-        pendant.programs.run("waits").done()
-        playback = pendant.recordings.play("swing", tolerance=0.05)
+        pendant.programs.edit(waits, at, {"edit": "insert", "statements": [pause]})
+        pendant.programs.run(waits).done()
+        pendant.recordings.start(swing)
+        first, *rest = pendant.joints()
+        pendant.move_joints([first + 0.1, *rest], speed=1.0).done()
+        pendant.recordings.stop()
+        playback = pendant.recordings.play(swing, tolerance=0.05)
         assert playback.account["total"] >= playback.account["possible"]
         playback.done(within=PATIENCE)
         assert playback.is_over
@@ -225,21 +282,7 @@ def blocking(port: int) -> None:
             pendant.programs.load("nothing")
 
 
-async def test_every_operation_is_answered_as_it_is_published(
-    start_cell: Any, tmp_path: Path
-) -> None:
-    config = tmp_path / "cell.toml"
-    config.write_text(CONFIG, encoding="utf-8")
-    cell = await start_cell(server=("--config", str(config), "--store", str(tmp_path / "store.db")))
-    port = cell.ports["pendant"]
-    async with await Pendant.connect("127.0.0.1", port) as pendant:
+async def test_calls_that_block_are_answered_the_same(cell_of_the_file: Any) -> None:
+    async with await Pendant.connect("127.0.0.1", cell_of_the_file.ports["pendant"]) as pendant:
         await pendant.wait_until(lambda state: state.motion_possible == 1, within=PATIENCE)
-        async with pendant.control():
-            await pendant.set_mode(OperatingMode.AUTOMATIC)
-            for part in (the_cell, programs, recordings, frames, tools, scene, devices):
-                await part(pendant)
-            await pendant.wait_until(lambda state: state.activity == Activity.IDLE)
-        await asyncio.to_thread(blocking, port)
-        await accounts(pendant)
-    assert pendant.asked == set(published_operations())
-    assert (await cell.end())["violations"] == 0
+    await asyncio.to_thread(blocking, cell_of_the_file.ports["pendant"])

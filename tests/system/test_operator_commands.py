@@ -20,6 +20,10 @@ HOME = serial_robot("ur5").home_position
 AWAY = 0.3
 """How far the first joint stands from home [rad]."""
 
+SLOW = 0.25
+"""Of the joints' largest speed, at which the program goes from one end of its way to the other in
+nearly half a second."""
+
 Main = Callable[[list[str]], int]
 
 
@@ -110,12 +114,12 @@ async def test_who_holds_the_authority_is_named(
 async def taught(pendant: PendantClient) -> str:
     async with pendant.control():
         made: Any = await pendant.programs.create("slow")
-        for number, offset in enumerate((0.0, -AWAY)):
+        for number, offset in enumerate((0.0, -AWAY / 2)):
             if offset:
                 at = pendant.joints()
                 await (await pendant.move_joints([at[0] + offset, *at[1:]], speed=1.0)).done()
                 await pendant.next_state()
-            speed = {"kind": "fraction", "value": 0.05}
+            speed = {"kind": "fraction", "value": SLOW}
             move = {"way": "PTP", "point": f"p{number}", "speed": speed}
             made = await pendant.manage(
                 {
@@ -144,7 +148,7 @@ async def test_run_tells_the_lines_and_ctrl_c_stops_the_robot_on_its_way(
         stderr=asyncio.subprocess.PIPE,
     )
     await pendant.wait_until(lambda state: state.in_motion == 1)
-    await asyncio.sleep(0.3)
+    await asyncio.sleep(0.1)
     process.send_signal(signal.SIGINT)
     out_bytes, err_bytes = await asyncio.wait_for(process.communicate(), PATIENCE)
     events = [json.loads(line) for line in out_bytes.decode().splitlines()]

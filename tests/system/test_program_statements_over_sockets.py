@@ -9,7 +9,7 @@ pytestmark = pytest.mark.realtime
 
 UPRIGHT = (0.0, 0.0, 0.0, 1.0)
 TABLE_X = 0.1
-LIFT = 0.05
+LIFT = 0.03
 SHIFT = 0.02
 PROGRAM = """openpendant-program/1
 program "cycle" robot ur5 tool gripper frame table
@@ -20,7 +20,7 @@ point up
   joints {joints} rad
   pose {x} {y} {above} m quat {quat}
 
-move LIN up speed 100 mm/s
+move LIN up speed 200 mm/s
 attach part
 wait input 1 on timeout 20 s
 if input 2 on
@@ -28,9 +28,9 @@ if input 2 on
 else
   set output 4 on
 end
-move LIN down speed 100 mm/s
+move LIN down speed 200 mm/s
 detach part
-move LIN up speed 100 mm/s
+move LIN up speed 200 mm/s
 """
 
 

@@ -40,5 +40,8 @@ time.sleep(began + 0.7 - time.monotonic())
 loopback("down")
 time.sleep(0.9)
 loopback("up")
-time.sleep(2.5)
+# Both are probed for the second time when two seconds are over, and the pendant's ends then.
+while is_up(connections[0]) and time.monotonic() < began + 4.1:
+    time.sleep(0.02)
+time.sleep(0.15)
 sys.stdout.write(" ".join("up" if is_up(each) else "down" for each in connections))
