@@ -21,7 +21,7 @@ async def main() -> None:
             await pendant.next_state()
             before = pendant.joints()
             ready = [before[0], -1.2, 1.4, -1.8, -1.5, 0.0]
-            await (await pendant.move_joints(ready, speed=0.8)).done()
+            await (await pendant.move_joints(ready, speed=0.5)).done()
             await pendant.next_state()
             start = pendant.tool_pose()
             x, y, z = start.position
@@ -32,7 +32,7 @@ async def main() -> None:
             reached = pendant.tool_pose()
             back = await pendant.move_to_pose(start, motion=Motion.LIN, speed=0.2)
             await back.done()
-            await (await pendant.move_joints(before, speed=0.8)).done()
+            await (await pendant.move_joints(before, speed=0.5)).done()
     error = 1e3 * math.dist(reached.position, goal.position)
     print(f"reached the pose in frame {goal.frame!r}, {error:.2f} mm off")
 

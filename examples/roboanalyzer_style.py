@@ -13,7 +13,7 @@ PORT = int(sys.argv[1]) if len(sys.argv) > 1 else 11010
 
 def main() -> None:
     """Go home, move a joint and the tool a little, and go back."""
-    with RoboAnalyzerClient("127.0.0.1", PORT, speed=0.8) as robot:
+    with RoboAnalyzerClient("127.0.0.1", PORT, speed=0.4) as robot:
         print("robot:", robot.DisplayRobot().name)
         robot.SetHomePosition()
         before = robot.UpdateRobot()
