@@ -299,5 +299,5 @@ class IkProblem:
         """Return the refusal with the errors of a position: the given one, or the best found."""
         best = nearest or self.search.best
         errors = (best.position_error, best.rotation_error) if best else (math.inf, math.inf)
-        x, y, z = (float(value) for value in self.asked.position)
+        x, y, z = self.asked.position.tolist()
         return PoseUnreachable((x, y, z), self.frame, *errors, self.effort[0])
