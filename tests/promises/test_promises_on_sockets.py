@@ -196,6 +196,7 @@ def test_promise_19_a_stop_passes_200_listeners_and_a_planning_job_within_20_ms(
             assert stop is not None
             figures.take(asked, (stop.time - asked) / 1e6)
             figures.idle.append(rig.idle_delay())
+            pendant.wait_until(lambda state: state.stop != messages.StopKind.NONE)
             pendant.come_to_rest()
             observer.listen(0.001)
             assert pendant.reset() is V.ACCEPTED
