@@ -274,11 +274,11 @@ class SharedCell(EmulatedCell):
 LID: dict[str, Any] = {**BOX, "name": "lid", "position": [0, -2, 0]}
 LONG = {"position": [0.0, 0.0, 0.2]}
 SCENE = {"schema": "openpendant-scene/1"}
-FRAMES = {"schema": "openpendant-frames/1", "frames": [], "tools": [], "selected_tool": None}
+TOOLS: dict[str, Any] = {"schema": "openpendant-frames/1", "tools": [], "selected_tool": None}
 HELD = [
     ({"op": "signals.set", "output": 2, "value": True}, ""),
     ({"op": "tools.select", "name": None, "expected_revision": 3}, ""),
-    ({"op": "tools.import", "content": FRAMES, "expected_revision": 3}, ""),
+    ({"op": "tools.import", "content": TOOLS, "expected_revision": 3}, ""),
     (
         {"op": "tools.move", "name": "torch", "tcp": LONG, "expected_revision": 3},
         " for 'torch', the selected tool",
