@@ -387,6 +387,12 @@ class RequestGate:
         if permission_of(message) in IN_ORDER:
             self._note_refused(session, message, refusal, now)
 
+    def without_authority(
+        self, session: int, message: Management, operation: str, refusal: Refusal, now: int
+    ) -> None:
+        """Note that an operation passed the gate and was refused for want of the authority."""
+        self._note_refused(session, message, refusal, now, operation)
+
     def overtaken(self, session: int, message: Message, operation: str, now: int) -> Refusal:
         """Return the refusal of a request that a STOP has overtaken; its id is used up.
 
@@ -405,9 +411,11 @@ class RequestGate:
                 self._note_refused(session, message, refusal, now)
         return refusal
 
-    def _note_refused(self, session: int, message: Message, refusal: Refusal, now: int) -> None:
+    def _note_refused(
+        self, session: int, message: Message, refusal: Refusal, now: int, operation: str = ""
+    ) -> None:
         about: dict[str, Detail] = {
-            "wanted": type(message).PLACE.name,
+            "wanted": operation or type(message).PLACE.name,
             "request": getattr(message, "request_id", 0),
             "code": int(refusal.code),
             "text": refusal.sentence,

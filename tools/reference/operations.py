@@ -19,7 +19,7 @@ from openpendant.server.cell.why import WhyReply
 from openpendant.server.endpoints.pendant.jog_requests import RetreatReply
 from openpendant.server.endpoints.pendant.management import ServedCells, Snapshot
 from openpendant.simplemsg.pendant.management import OPERATIONS as DECLARED
-from openpendant.simplemsg.pendant.management.declaration import Request
+from openpendant.simplemsg.pendant.management.declaration import NeedsAuthority, Request
 from openpendant.simplemsg.pendant.roles import LEAST_ROLE, Permission, Role
 
 from ..pendants.management.calls import call, function_of
@@ -94,6 +94,11 @@ class PublishedOperation:
     def permission(self) -> Permission | None:
         """What whoever asks needs; None for nothing."""
         return self.request.NEEDS
+
+    @property
+    def authority(self) -> NeedsAuthority:
+        """When whoever asks must hold the motion authority."""
+        return self.request.AUTHORITY
 
     @property
     def role(self) -> Role | None:

@@ -1,4 +1,4 @@
-"""The page of the management operations: request, reply, role and refusals of each."""
+"""The page of the management operations: request, reply, role, authority, refusals of each."""
 
 from __future__ import annotations
 
@@ -28,6 +28,12 @@ them at work.
 - A refused operation is answered with reply code 2 and [code and text](schemas/failure-reply.json),
   with `joint`, `value` and `limit` where known, and for a program's text with `line` and `column`.
 - Whoever has not the role that an operation needs gets LOGIN_NEEDED or ROLE_TOO_LOW.
+- Where an operation needs the motion authority of the cell, as a motion does, whoever does not hold
+  it gets HELD_BY_OTHER with the name of its holder, or NOT_IN_CONTROL where nobody holds it:
+  *always*; *while the robot moves*, which is also while a motion is planned or a program is under
+  way; *for the selected tool*, *for what it carries* and *for a program under way*, where the
+  operation is about such a one. It is judged when the operation is carried out, not when it was
+  sent. A stop never needs it.
 - What is kept may be refused with NO_STORE, DISK_FULL, STORE_READ_ONLY, STORE_FAILED or STORE_BUSY.
 - `expected_revision` is the revision that the change was made from, 0 for something new. Where
   another is kept by now the change is refused with REVISION_CONFLICT, and nothing is lost.
@@ -55,10 +61,15 @@ def operations_page() -> str:
 
 def _overview(operations: Iterable[PublishedOperation]) -> Iterator[str]:
     rows = (
-        (f"[`{each.name}`](#{_anchor(each)})", _role(each), each.told.about.splitlines()[0])
+        (
+            f"[`{each.name}`](#{_anchor(each)})",
+            _role(each),
+            each.authority.value,
+            each.told.about.splitlines()[0],
+        )
         for each in operations
     )
-    return table(("operation", "role", "what it is for"), rows)
+    return table(("operation", "role", "motion authority", "what it is for"), rows)
 
 
 def _anchor(operation: PublishedOperation) -> str:
@@ -78,7 +89,8 @@ def _operation(operation: PublishedOperation) -> list[str]:
         "",
         _in_json(operation.told.about),
         "",
-        f"- Role: {_role(operation)}{permission}. Schemas: {schemas}.",
+        f"- Role: {_role(operation)}{permission}. Motion authority: {operation.authority.value}.",
+        f"- Schemas: {schemas}.",
         f"- Client: `pendant.{operation.usage}`.",
     ]
     refused = operation.told.section("Raises").get("Refused")

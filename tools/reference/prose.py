@@ -83,7 +83,9 @@ Version {PROTOCOL_VERSION}. They use ids 65000 to 65535, which REP-I0004 leaves 
   outcomes are never dropped; of `state` a slow reader gets the newest only.
 - **Authority.** One connection at a time may move the robot. It asks with `authority`, sends an
   `authority_beat` each second, and loses the authority {_PENDANTS.authority_timeout:g} s after the
-  last, or with its connection. Nothing resumes by itself.
+  last, or with its connection. Nothing resumes by itself. Outputs, the selected tool, what the
+  robot carries, and changes of the scene while it moves need the authority as a motion does:
+  HELD_BY_OTHER or NOT_IN_CONTROL without it. A stop never needs it.
 - **Sent away.** A connection whose login or pairing ends, and which may not look on without, is
   told by an `outcome` of request id 0 with LOGIN_NEEDED and the reason. Nothing of the cell is sent
   to it until it logs in again; it may still stop.

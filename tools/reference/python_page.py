@@ -13,6 +13,8 @@ from dataclasses import is_dataclass
 from types import UnionType
 from typing import Any, Literal, Union, get_args, get_origin, get_type_hints
 
+from openpendant.simplemsg.pendant.management.declaration import NeedsAuthority
+
 from ..pendants import client
 from ..pendants.client import PendantClient
 from .docstrings import Docstring
@@ -33,7 +35,9 @@ and `async` before `with` and `for`. [pendant-apps.md](../pendant-apps.md) shows
 - What the server refuses raises `Refused`, a motion that ends before its goal `Aborted`; both have
   the code of the [catalogue](../errors.md), cause, remedy and the numbers.
 - A call that needs a role which the connection has not raises `Refused` with LOGIN_NEEDED or
-  ROLE_TOO_LOW; one that sends anything may raise `ConnectionLost`.
+  ROLE_TOO_LOW, one that needs the motion authority while another has it, or nobody, with
+  HELD_BY_OTHER or NOT_IN_CONTROL: call it inside `async with pendant.control()`. One that sends
+  anything may raise `ConnectionLost`.
 - Arguments behind `*` are given by name. A reply is a dictionary with the keys that stand there.
 - `pendant.programs.run` is `pendant.run_program`.
 """
@@ -124,6 +128,8 @@ def _operation(operation: PublishedOperation) -> Iterator[str]:
     role = "anybody" if operation.role is None else operation.role.value
     anchor = operation.name.replace(".", "")
     yield f"- Operation: [`{operation.name}`](operations.md#{anchor}). Role: {role}."
+    if operation.authority is not NeedsAuthority.NEVER:
+        yield f"- Needs the motion authority {operation.authority.value}."
     refused = operation.told.section("Raises").get("Refused")
     if refused:
         yield f"- May be refused: {linked(refused)}"

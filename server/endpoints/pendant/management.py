@@ -1,7 +1,8 @@
 """Management requests of pendants: each is given to who handles it; and the snapshot of a cell.
 
 Owns the handlers of the operations that are about the cell as a whole, the table of all handlers
-of a cell, and under which name an asker is noted.
+of a cell, the place where the motion authority is asked for, and under which name an asker is
+noted.
 """
 
 from __future__ import annotations
@@ -18,7 +19,7 @@ from openpendant.motion.errors import MotionError
 from openpendant.simplemsg import CommType, ReplyCode
 from openpendant.simplemsg.pendant import Management
 from openpendant.simplemsg.pendant.management import cell as op
-from openpendant.simplemsg.pendant.management.declaration import Request
+from openpendant.simplemsg.pendant.management.declaration import NeedsAuthority, Request
 from openpendant.simplemsg.pendant.management.program_values import ProgramError
 
 from ...cell.robot_cell import RobotCell
@@ -37,6 +38,7 @@ from ...programs.program_service import ProgramService
 from ...refusal import JsonBody, Refusal, refusal_of
 from ...settings.cell_settings import CellSettings
 from .access_requests import AccessRequests
+from .authority_need import AuthorityNeed
 from .jog_requests import EscapeRequests
 from .notifications import Listeners
 
@@ -239,6 +241,9 @@ class Failure(JsonBody):
     column: int | None = Field(None, description="Likewise.")
 
 
+_NEVER = NeedsAuthority.NEVER  # asked of each request, and members of an enumeration are slow
+
+
 class ManagementRequests:
     """The management requests of one cell."""
 
@@ -260,6 +265,7 @@ class ManagementRequests:
         self._served = served
         self._access = access
         self._environment = environment
+        self._authority = AuthorityNeed(cell, programs.executor, environment)
         services = () if environment is None else (environment.service, environment.recordings)
         self._handlers = handlers_of(self, access, retreats, *services) | dict(programs.handlers)
 
@@ -273,6 +279,9 @@ class ManagementRequests:
     ) -> list[Effect]:
         """Have a request answered by whom it is about, at once or later.
 
+        Whether it needs the motion authority, and who holds that, is judged here and now, however
+        long ago its body came.
+
         Args:
             operation: what its body names; empty for nothing.
         """
@@ -282,6 +291,11 @@ class ManagementRequests:
         handler = self._handlers.get(type(asked))
         if handler is None:
             return _failed(unknown(operation), reply)
+        if asked.AUTHORITY is not _NEVER:
+            fault = self._authority.fault(asked, session, now)
+            if fault is not None:
+                self._access.gate.without_authority(session, message, operation, fault, now)
+                return reply.refuse(fault)
         return carry_out(handler, asked, reply, now)
 
     def reply_to(self, session: int, message: Management) -> ReplyTo[Any]:

@@ -1,8 +1,8 @@
 """Breakpoint requests of pendants: only before statements that the program has.
 
-Owns that check, against the program as the store has it now, and the rule that changing those of a
-program in its run needs the motion authority. `kept_breakpoints` keeps them, and the runner pauses
-at them.
+Owns that check, against the program as the store has it now. Changing those of a program in its run
+needs the motion authority, as the operation declares; what has to be loaded first is judged again
+before it is set. `kept_breakpoints` keeps them, and the runner pauses at them.
 """
 
 from __future__ import annotations
@@ -42,9 +42,6 @@ class Breakpoints:
         """Replace the breakpoints of a program; the answer may come later."""
         name = asked.name
         places = frozenset(asked.statements)
-        refusal = self.executor.breakpoint_fault(name, reply_to.session, now)
-        if refusal is not None:
-            return reply_to.refuse(refusal)
         if not places:
             # The breakpoints of a deleted program must be removable, too.
             self.kept.forget(name)

@@ -319,10 +319,14 @@ class ProgramExecutor:
             return None
         return self._run.linked.revisions[program], self._run.linked.sources[program]
 
+    def is_in_run(self, program: str) -> bool:
+        """Return True if a program is being loaded to run, or is part of the present run."""
+        is_loading = self._loading is not None and self._loading.message.program == program
+        return is_loading or self.under_way(program) is not None
+
     def breakpoint_fault(self, program: str, session: int, now: int) -> Refusal | None:
         """Return why a connection may not set breakpoints; a program in its run needs authority."""
-        is_loading = self._loading is not None and self._loading.message.program == program
-        if not is_loading and self.under_way(program) is None:
+        if not self.is_in_run(program):
             return None
         return permission(self._cell.authority, session, now)
 

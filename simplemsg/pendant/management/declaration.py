@@ -10,6 +10,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import MISSING, Field, asdict, dataclass, field, fields, make_dataclass
+from enum import Enum
 from functools import cache
 from importlib import import_module
 from typing import (
@@ -37,11 +38,27 @@ _CLOSED: Mapping[str, str] = {"extra": "forbid"}
 """What pydantic is told of a request, and of an object in one: an unknown key is refused."""
 
 
+class NeedsAuthority(Enum):
+    """When whoever asks must hold the motion authority of the cell; in the words of the pages."""
+
+    NEVER = "never"
+    WHILE_MOVING = "while the robot moves"
+    """While a motion or a program is under way, or the controller reports motion."""
+    MOVING_OR_CARRIED = "while the robot moves, or for what it carries"
+    """As `WHILE_MOVING`, and where an object would be taken, changed or left that it carries."""
+    SELECTED_TOOL = "for the selected tool"
+    """Where `name` is that of the selected tool: its centre point is where the robot is."""
+    PROGRAM_UNDER_WAY = "for a program under way"
+    """Where `name` is that of a program that runs, is paused or is being loaded."""
+    ALWAYS = "always"
+
+
 class Request(Generic[Reply]):
     """One management request; what answers it is a `Reply`.
 
     Attributes:
         NEEDS: what whoever asks must be permitted; None for nothing.
+        AUTHORITY: when whoever asks must hold the motion authority.
         IN_ORDER: whether it may move the robot or its surroundings, so that a connection's requests
             of this kind are taken in order and once.
         OVERTAKEN: whether it is refused where a stop of its connection has overtaken it; None where
@@ -52,6 +69,7 @@ class Request(Generic[Reply]):
     __pydantic_config__: ClassVar[Mapping[str, str]] = _CLOSED
 
     NEEDS: ClassVar[Permission | None]
+    AUTHORITY: ClassVar[NeedsAuthority]
     IN_ORDER: ClassVar[bool]
     OVERTAKEN: ClassVar[bool | None]
     __dataclass_fields__: ClassVar[dict[str, Field[Any]]]
@@ -74,6 +92,7 @@ def operation(
     name: str,
     *,
     needs: Permission | None,
+    authority: NeedsAuthority = NeedsAuthority.NEVER,
     in_order: bool = False,
     overtaken: bool | None = None,
 ) -> Callable[[type[_Declared]], type[_Declared]]:
@@ -91,7 +110,8 @@ def operation(
         declared.op = tag
         # Nobody compares requests, and each method that is made costs every pendant's start.
         made = dataclass(frozen=True, slots=True, eq=False)(declared)
-        made.NEEDS, made.IN_ORDER, made.OVERTAKEN = needs, in_order, overtaken
+        made.NEEDS, made.AUTHORITY = needs, authority
+        made.IN_ORDER, made.OVERTAKEN = in_order, overtaken
         OPERATIONS[name] = made
         return made
 

@@ -6,7 +6,7 @@ from dataclasses import field
 from typing import Annotated, Any, NotRequired, TypedDict
 
 from ..roles import Permission
-from .declaration import Count, Done, Request, operation
+from .declaration import Count, Done, NeedsAuthority, Request, operation
 
 
 class SignalValues(TypedDict):
@@ -28,7 +28,9 @@ class ReadAllSignals(Request[SignalValues]):
     """Return all inputs and outputs."""
 
 
-@operation("signals.set", needs=Permission.SET_OUTPUT, in_order=True)
+@operation(
+    "signals.set", needs=Permission.SET_OUTPUT, authority=NeedsAuthority.ALWAYS, in_order=True
+)
 class SetSignal(Request[Done]):
     """Give an output a value; answered once the controller has done it.
 

@@ -17,6 +17,7 @@ from .declaration import (
     Content,
     FoundPose,
     Length,
+    NeedsAuthority,
     Number,
     Placed,
     ReadAs,
@@ -205,7 +206,7 @@ class CalibratedTool(TypedDict):
     uncertainty: float | None
 
 
-@operation("tools.import", needs=Permission.CHANGE_TOOLS)
+@operation("tools.import", needs=Permission.CHANGE_TOOLS, authority=NeedsAuthority.ALWAYS)
 class ImportTools(Request[Changed]):
     """Replace all tools by those of a file's content.
 
@@ -235,7 +236,7 @@ class AddTool(Request[Changed]):
     """the one of the tools that the change was made from."""
 
 
-@operation("tools.move", needs=Permission.CHANGE_TOOLS)
+@operation("tools.move", needs=Permission.CHANGE_TOOLS, authority=NeedsAuthority.SELECTED_TOOL)
 class MoveTool(Request[Changed]):
     """Give a tool another centre point.
 
@@ -265,7 +266,9 @@ class RemoveTool(Request[Changed]):
     """the one of the tools that the change was made from."""
 
 
-@operation("tools.select", needs=Permission.CHANGE_TOOLS, overtaken=True)
+@operation(
+    "tools.select", needs=Permission.CHANGE_TOOLS, authority=NeedsAuthority.ALWAYS, overtaken=True
+)
 class SelectTool(Request[Changed]):
     """Select a tool; in force once it is answered.
 

@@ -11,7 +11,16 @@ from dataclasses import field
 from typing import Annotated, Literal, NotRequired, TypeAlias, TypedDict
 
 from ..roles import Permission
-from .declaration import Count, Length, ReadAs, ReadAsFrom, Request, Revision, operation
+from .declaration import (
+    Count,
+    Length,
+    NeedsAuthority,
+    ReadAs,
+    ReadAsFrom,
+    Request,
+    Revision,
+    operation,
+)
 from .edits import Edit, Move
 
 MOST_PARTS = 1_000
@@ -496,7 +505,12 @@ class RedoEdit(Request[SavedProgram]):
     """the one that the change was made from."""
 
 
-@operation("programs.breakpoints", needs=Permission.RUN_PROGRAM, overtaken=False)
+@operation(
+    "programs.breakpoints",
+    needs=Permission.RUN_PROGRAM,
+    authority=NeedsAuthority.PROGRAM_UNDER_WAY,
+    overtaken=False,
+)
 class SetBreakpoints(Request[BreakpointsSet]):
     """Name the statements of a program to pause before; they follow its edits.
 

@@ -9,7 +9,7 @@ from dataclasses import field
 from typing import Annotated, NotRequired, TypeAlias, TypedDict
 
 from ..roles import Permission
-from .declaration import Count, Number, Request, operation
+from .declaration import Count, NeedsAuthority, Number, Request, operation
 
 SLOWEST, FASTEST = 0.1, 4.0
 """Bounds of the speed of a playback, relative to its recording."""
@@ -267,7 +267,9 @@ class DeleteRecording(Request[ChangedRecording]):
     """the one that the change was made from."""
 
 
-@operation("recordings.play", needs=Permission.RUN_PROGRAM, in_order=True)
+@operation(
+    "recordings.play", needs=Permission.RUN_PROGRAM, authority=NeedsAuthority.ALWAYS, in_order=True
+)
 class PlayRecording(Request[PlaybackAccount]):
     """Play a recording back; answered when it is planned, and the motion begins with the answer.
 

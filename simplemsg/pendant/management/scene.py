@@ -9,7 +9,7 @@ from dataclasses import field
 from typing import Any, NotRequired, TypedDict
 
 from ..roles import Permission
-from .declaration import Changed, Content, Placed, Request, Revision, operation
+from .declaration import Changed, Content, NeedsAuthority, Placed, Request, Revision, operation
 
 
 class Scene(TypedDict):
@@ -47,7 +47,7 @@ class ShowScene(Request[Scene]):
     """Return the scene as a file's content, and its revision."""
 
 
-@operation("scene.add", needs=Permission.CHANGE_SCENE)
+@operation("scene.add", needs=Permission.CHANGE_SCENE, authority=NeedsAuthority.MOVING_OR_CARRIED)
 class AddObject(Request[Changed]):
     """Add an object, also while the robot moves.
 
@@ -61,7 +61,9 @@ class AddObject(Request[Changed]):
     """the one that the change was made from."""
 
 
-@operation("scene.remove", needs=Permission.CHANGE_SCENE)
+@operation(
+    "scene.remove", needs=Permission.CHANGE_SCENE, authority=NeedsAuthority.MOVING_OR_CARRIED
+)
 class RemoveObject(Request[Changed]):
     """Remove an object.
 
@@ -75,7 +77,7 @@ class RemoveObject(Request[Changed]):
     """the one that the change was made from."""
 
 
-@operation("scene.move", needs=Permission.CHANGE_SCENE)
+@operation("scene.move", needs=Permission.CHANGE_SCENE, authority=NeedsAuthority.MOVING_OR_CARRIED)
 class MoveObject(Request[Changed]):
     """Put an object elsewhere.
 
@@ -91,7 +93,7 @@ class MoveObject(Request[Changed]):
     """the one that the change was made from."""
 
 
-@operation("scene.allow", needs=Permission.CHANGE_SCENE)
+@operation("scene.allow", needs=Permission.CHANGE_SCENE, authority=NeedsAuthority.WHILE_MOVING)
 class AllowContact(Request[Changed]):
     """Let two bodies touch.
 
@@ -107,7 +109,7 @@ class AllowContact(Request[Changed]):
     """the one that the change was made from."""
 
 
-@operation("scene.forbid", needs=Permission.CHANGE_SCENE)
+@operation("scene.forbid", needs=Permission.CHANGE_SCENE, authority=NeedsAuthority.WHILE_MOVING)
 class ForbidContact(Request[Changed]):
     """Let two bodies touch no more.
 
@@ -123,7 +125,9 @@ class ForbidContact(Request[Changed]):
     """the one that the change was made from."""
 
 
-@operation("scene.attach", needs=Permission.CHANGE_SCENE, overtaken=True)
+@operation(
+    "scene.attach", needs=Permission.CHANGE_SCENE, authority=NeedsAuthority.ALWAYS, overtaken=True
+)
 class AttachObject(Request[Changed]):
     """Let a link take an object where both are now.
 
@@ -139,7 +143,9 @@ class AttachObject(Request[Changed]):
     """the one that the change was made from."""
 
 
-@operation("scene.detach", needs=Permission.CHANGE_SCENE, overtaken=True)
+@operation(
+    "scene.detach", needs=Permission.CHANGE_SCENE, authority=NeedsAuthority.ALWAYS, overtaken=True
+)
 class DetachObject(Request[Changed]):
     """Leave an object that the robot carries where it is now.
 
@@ -155,7 +161,9 @@ class DetachObject(Request[Changed]):
     """the one that the change was made from."""
 
 
-@operation("scene.import", needs=Permission.CHANGE_SCENE)
+@operation(
+    "scene.import", needs=Permission.CHANGE_SCENE, authority=NeedsAuthority.MOVING_OR_CARRIED
+)
 class ImportScene(Request[Changed]):
     """Replace the scene by that of a file's content.
 
