@@ -76,6 +76,7 @@ class Peer:
 
     Attributes:
         splitter: knows the byte order that the peer speaks.
+        is_here: its address is one of this machine's.
     """
 
     def __init__(
@@ -83,6 +84,8 @@ class Peer:
     ) -> None:
         self.name = name
         self.splitter = Splitter(Mode.ONLOOKER)
+        own, peer = (writer.get_extra_info(end) for end in ("sockname", "peername"))
+        self.is_here = peer[0] == own[0] or is_loopback(peer[0])
         self._reader = reader
         self._writer = writer
         self._pieces: deque[Cut] = deque()

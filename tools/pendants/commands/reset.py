@@ -10,7 +10,7 @@ from functools import cache, partial
 
 from openpendant.simplemsg.pendant.management.cell import LatchedStop
 
-from ...console import ExitCode
+from ...console import ExitCode, one_line
 from ..client import PendantClient, Refused
 from .running import CommandOutput, facts_of, parser, run, server_access
 
@@ -70,7 +70,8 @@ def _ask(output: CommandOutput, latched: LatchedStop) -> int:
     if not sys.stdin.isatty():
         output.complain("wrong", "nobody is there to be asked; a script says --yes")
         return ExitCode.USAGE
-    print(f"Reset the stop by {_told(latched)}? [y/N] ", end="", file=sys.stderr, flush=True)
+    question = one_line(f"Reset the stop by {_told(latched)}?", "?")
+    print(f"{question} [y/N] ", end="", file=sys.stderr, flush=True)
     try:
         answer = sys.stdin.readline()
     except KeyboardInterrupt:
