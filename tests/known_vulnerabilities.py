@@ -127,8 +127,7 @@ def main(run: Run = run, environment: Path = TOOL_ENVIRONMENT, pinned: Path = PI
     """Look, print what is known, and return the exit code."""
     python, problem = tool(environment, run)
     code, lines = (OK, [f"not checked: {problem}"]) if problem else audit(python, pinned, run)
-    for line in lines:
-        print(f"audit: {line}")
+    sys.stdout.writelines(f"audit: {line}\n" for line in lines)
     return code
 
 

@@ -1,8 +1,9 @@
 """Console: how a command line is run, what it exits with, and how it writes to a terminal.
 
 Owns the exit codes, the way from an error to one line on standard error, the layout of tables and
-of JSON, and what of a text of others a terminal is shown. The one module of `tools` that the command line of every room may import. The standard
-library is enough to load it: who has no typer and no rich runs the emulator and the packet tools.
+of JSON, and what a terminal is shown of a text of others. The one module of `tools` that the
+command line of every room may import. The standard library is enough to load it: who has no typer
+and no rich runs the emulator and the packet tools.
 """
 
 from __future__ import annotations
@@ -190,17 +191,17 @@ def one_line(text: str, mark: str | None = None, longest: int = LONGEST_LINE) ->
     """
     kept, over = text[:longest], len(text) - longest
     if not (kept.isascii() and kept.isprintable()):
-        kept = _clean(kept, mark)
+        kept = _clean(kept, lambda sign: mark or _escaped(sign))
     return kept if over <= 0 else f"{kept}… ({over} signs more)"
 
 
-def _clean(text: str, mark: str | None) -> str:
+def _clean(text: str, substitute: Callable[[str], str]) -> str:
     clean: list[str] = []
     stacked = 0
     for sign in text:
         stacked = stacked + 1 if unicodedata.category(sign) in ("Mn", "Me") else 0
         is_shown = sign.isprintable() and not _is_invisible(sign) and stacked <= _LONGEST_STACK
-        clean.append(sign if is_shown else mark or _escaped(sign))
+        clean.append(sign if is_shown else substitute(sign))
     return "".join(clean)
 
 
@@ -240,10 +241,7 @@ def clean_json(line: str) -> str:
     if line.isascii() and line.isprintable():
         return line
     # Whatever else there is stands in a string: JSON itself is printable ASCII.
-    return "".join(
-        sign if sign.isprintable() and not _is_invisible(sign) else _json_escaped(sign)
-        for sign in line
-    )
+    return _clean(line, _json_escaped)
 
 
 def _json_escaped(sign: str) -> str:
@@ -254,7 +252,8 @@ def _json_escaped(sign: str) -> str:
 def emit_json(value: object, *, compact: bool = False, flush: bool = False) -> None:
     """Print plain data of finite numbers as one line of JSON, `compact` without blanks."""
     separators = (",", ":") if compact else None
-    print(json.dumps(value, separators=separators, allow_nan=False), flush=flush)
+    line = json.dumps(value, separators=separators, allow_nan=False)
+    print(clean_json(line), flush=flush)
 
 
 def table(*columns: str) -> Table:

@@ -219,10 +219,8 @@ def unreachable(error: OSError, host: str, port: int, *, tls: bool) -> Unreachab
         text = f"nobody listens at {at}; start a server: openpendant serve --robot NAME"
     elif tls and isinstance(error, ssl.SSLError | ConnectionResetError | ConnectionAbortedError):
         why = error.strerror or str(error) or "it closed the connection"
-        text = (
-            f"{at} may not speak TLS ({why}): check the port, and that the server has a certificate"
-        )
-        text += " ([tls] of its configuration); passwords need TLS on a network"
+        text = f"{at} may not speak TLS ({why}): check the port, and that the server has a"
+        text += " certificate ([tls] of its configuration); passwords need TLS on a network"
     else:
         why = error.strerror or str(error) or type(error).__name__
         text = f"{at} cannot be reached: {why}; check the address and the network"

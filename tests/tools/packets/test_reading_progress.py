@@ -7,7 +7,7 @@ import subprocess
 import sys
 import threading
 from collections.abc import Iterator
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 from pathlib import Path
 
 import pytest
@@ -85,7 +85,8 @@ def test_progress_is_shown_twice_a_second_and_no_more(monkeypatch: pytest.Monkey
     monkeypatch.setattr(sys, "stderr", errors)
     times = iter(n / 10 for n in range(100))
     watch = WatchedInput(io.BytesIO(5_000 * b"x"), 5_000, lambda: next(times))
-    assert len(io.BufferedReader(watch, 100).read()) == 5_000
+    stream = io.BufferedReader(watch, 100)
+    assert sum(len(stream.read(100)) for _ in range(50)) == 5_000
     assert 9 <= errors.getvalue().count("\r") <= 11
 
 
@@ -126,7 +127,13 @@ def shown(*arguments: str, terminal: int | None = None) -> Iterator[subprocess.P
         yield process
     finally:
         process.kill()
-        process.communicate()
+        process.wait()
+        for stream in (process.stdout, process.stderr):
+            if stream is not None:
+                stream.close()
+        if process.stdin is not None:
+            with suppress(BrokenPipeError):
+                process.stdin.close()
 
 
 def feed(process: subprocess.Popen[bytes], stop: threading.Event) -> None:

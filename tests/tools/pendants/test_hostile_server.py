@@ -34,7 +34,8 @@ TITLE = "\x1b]0;x\x07"
 SHORT = "\x1b[2J\u202e[b]\x9b"
 """Fits into the shortest field of the wire."""
 
-EVIL = f"{SHORT}{TITLE}[bold red]red[/] [link=http://x]y[/link]\r\nSTOPPED: all is well\x7f\u2028\u3164"
+MARKUP = "[bold red]red[/] [link=http://x]y[/link]"
+EVIL = f"{SHORT}{TITLE}{MARKUP}\r\nSTOPPED: all is well\x7f\u2028\u3164"
 STACK = "o" + 300 * "\u0336"
 """A letter whose marks paint over the rows around it."""
 
@@ -336,8 +337,8 @@ async def test_the_running_screen_shows_markup_as_it_is_and_acts_on_nothing() ->
             refuse(server, messages.JogStep, messages.SetMode)
             await pilot.press("question_mark")
             await until(lambda: any("move" in line or "jog" in line for line in panel_why(app)))
-            await pilot.press("n", "enter")
-            await until(lambda: "open which" in text("program"))
+            await pilot.press("n")
+            await until(lambda: "type a part" in text("program"))
             await pilot.press("enter")
             await until(lambda: "revision 2" in text("program"))
             await pilot.press("space")

@@ -119,12 +119,13 @@ class CellView:
         named = (str(name) for name in snapshot["frames"] if name not in ("base", "tool"))
         frames = ("base", "tool", *named)
         owner, stop, run = snapshot["owner"], snapshot["stop"], snapshot["program"]
-        self.owner = "" if owner is None else str(owner["client"])
-        self.stopped_by = "" if stop is None else str(stop["client"])
-        self.stop_reason = "" if stop is None else str(stop["reason"])
-        self.joints, self.frames = joints, frames
+        place = None if run is None else _place(run)
+        holder = "" if owner is None else str(owner["client"])
+        by, why = ("", "") if stop is None else (str(stop["client"]), str(stop["reason"]))
+        self.joints, self.frames, self.owner = joints, frames, holder
+        self.stopped_by, self.stop_reason = by, why
         if not self._is_told:  # a report may overtake the snapshot, and is never older
-            self._place = None if run is None else _place(run)
+            self._place = place
 
     def lost(self, reason: str) -> None:
         """Take the end of the connection or a failed attempt; the last values stay, stale."""
