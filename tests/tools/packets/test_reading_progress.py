@@ -74,10 +74,11 @@ def test_a_line_is_renewed_while_it_is_read_and_taken_away_before_anything_else(
 
 
 def test_nothing_is_said_where_nobody_sits(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(sys, "stderr", io.StringIO())
+    errors = io.StringIO()
+    monkeypatch.setattr(sys, "stderr", errors)
     watch = WatchedInput(io.BytesIO(1_000 * b"x"), 1_000, Clock())
     assert io.BufferedReader(watch).read() == 1_000 * b"x"
-    assert sys.stderr.getvalue() == ""
+    assert errors.getvalue() == ""
 
 
 def test_progress_is_shown_twice_a_second_and_no_more(monkeypatch: pytest.MonkeyPatch) -> None:

@@ -4,6 +4,7 @@ The scripted server is on this machine; where a test says so, its address counts
 """
 
 import asyncio
+import re
 import ssl
 import warnings
 from collections.abc import Awaitable, Callable
@@ -18,11 +19,13 @@ from openpendant.simplemsg.pendant import Login, SetAccount, SoftwareStop
 from openpendant.tools import why
 from openpendant.tools.pendants import conversation
 from openpendant.tools.pendants.client import (
+    ConnectionLost,
     PendantClient,
     SecretUnprotected,
     SecretUnprotectedWarning,
 )
 from openpendant.tools.pendants.commands import home, reset, run, stop
+from openpendant.tools.pendants.connection_errors import unanswered, unreachable
 from openpendant.tools.pendants.conversation import Conversation, is_own_address
 from openpendant.tools.pendants.roboanalyzer import RoboAnalyzerClient
 from openpendant.tools.pendants.sync_client import SyncPendantClient
@@ -94,6 +97,23 @@ def test_what_is_unprotected_is_known_from_addresses_and_certificate(
     assert talk.unprotected == said
 
 
+@pytest.mark.parametrize("tls", [False, True])
+@pytest.mark.parametrize(
+    "error",
+    [
+        ConnectionRefusedError(),
+        ConnectionResetError(),
+        ssl.SSLError(1, "WRONG_VERSION_NUMBER"),
+        OSError("away"),
+    ],
+    ids=lambda error: type(error).__name__,
+)
+def test_no_failure_to_connect_advises_to_go_without_tls(error: OSError, tls: bool) -> None:
+    told = str(unreachable(error, "robot", 7, tls=tls))
+    told += str(unanswered(ConnectionLost("it ended"), "robot", 7, tls=tls))
+    assert not re.search(r"\bleave\b|\bwithout\b|\bomit|\bdrop", told)
+
+
 Send = Callable[[PendantClient], Awaitable[None]]
 
 SECRETS: dict[str, tuple[Send, type[Login] | type[SetAccount]]] = {
@@ -129,7 +149,7 @@ async def test_a_strict_client_sends_no_secret_in_clear_text(name: str, elsewher
     send, kind = SECRETS[name]
     async with scripted_server() as server:
         async with await PendantClient.connect(port=server.port, strict=True) as client:
-            with pytest.raises(SecretUnprotected, match="not sent: .* in clear text for 127") as no:
+            with pytest.raises(SecretUnprotected, match=r"not sent: .* clear text for 127") as no:
                 await send(client)
             assert PASSWORD not in str(no.value)
             assert CODE not in str(no.value)

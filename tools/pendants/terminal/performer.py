@@ -46,13 +46,13 @@ class OpenPrograms:
     async def names(self) -> list[str]:
         """Return the names of all programs."""
         names: list[str] = []
-        first: int | None = 0
+        first = 0
         for _ in range(_MOST_PARTS):
             answer = await self._client.programs.list(first=first)
             names += [str(each["name"]) for each in answer["programs"]]
-            first = answer["next"]
-            if first is None:
+            if answer["next"] is None:
                 return names
+            first = answer["next"]
         raise NotUnderstood("the server's list of programs does not end")
 
     async def create(self, name: str) -> None:
