@@ -76,7 +76,6 @@ class Peer:
 
     Attributes:
         splitter: knows the byte order that the peer speaks.
-        is_here: its address is one of this machine's.
     """
 
     def __init__(
@@ -84,8 +83,6 @@ class Peer:
     ) -> None:
         self.name = name
         self.splitter = Splitter(Mode.ONLOOKER)
-        own, peer = (writer.get_extra_info(end) for end in ("sockname", "peername"))
-        self.is_here = peer[0] == own[0] or is_loopback(peer[0])
         self._reader = reader
         self._writer = writer
         self._pieces: deque[Cut] = deque()
@@ -102,6 +99,12 @@ class Peer:
         except (OSError, UnicodeError) as error:
             raise PeerError(f"cannot connect to {endpoint}: {in_short(error)}") from None
         return cls(str(endpoint), *streams)
+
+    @property
+    def is_here(self) -> bool:
+        """True if its address is one of this machine's."""
+        own, peer = (self._writer.get_extra_info(end)[0] for end in ("sockname", "peername"))
+        return peer == own or is_loopback(peer)
 
     async def send(self, data: bytes, within: float) -> None:
         """Write bytes in one piece.
