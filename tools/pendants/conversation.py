@@ -112,9 +112,10 @@ class Conversation(asyncio.Protocol):
         if transport is None:
             return ""
         here, there = (transport.get_extra_info(name) for name in ("sockname", "peername"))
-        if is_own_address(there[0], here[0]):
+        # A connection that is broken already has no addresses any more.
+        if here and there and is_own_address(there[0], here[0]):
             return ""
-        at = f"for {there[0]}"
+        at = f"for {there[0]}" if there else "for an unknown address"
         encrypted = transport.get_extra_info("ssl_object")
         if encrypted is None:
             return f"in clear text {at}"

@@ -97,6 +97,12 @@ def test_what_is_unprotected_is_known_from_addresses_and_certificate(
     assert talk.unprotected == said
 
 
+def test_what_goes_to_an_address_that_is_not_known_is_unprotected() -> None:
+    talk = Conversation(lambda _: None)
+    talk._transport = asyncio.Transport({"peername": None, "sockname": ("192.0.2.6", 2)})
+    assert talk.unprotected == "in clear text for an unknown address"
+
+
 @pytest.mark.parametrize("tls", [False, True])
 @pytest.mark.parametrize(
     "error",
