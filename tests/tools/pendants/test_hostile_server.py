@@ -272,6 +272,7 @@ def test_no_text_of_the_screen_commands_the_terminal(rig: PanelRig) -> None:
     changes: list[Callable[[], object]] = [
         lambda: panel.cell.take_state(state(1), rig.now),
         lambda: panel.messages.add(EVIL + LONG),
+        lambda: panel.messages.add(EVIL),
         lambda: panel.explained((EVIL, LONG, *(1_000 * [STACK]))),
         lambda: panel.jog.turn_frame(2),
         lambda: panel.cell.stop_changed(

@@ -49,7 +49,7 @@ def elsewhere(monkeypatch: pytest.MonkeyPatch) -> None:
         ("127.0.0.1", "127.0.0.1", True),
         ("127.8.9.1", "127.0.0.1", True),
         ("::1", "::1", True),
-        ("::ffff:127.0.0.1", "::ffff:127.0.0.1", True),
+        ("::ffff:127.0.0.1", "::ffff:127.0.0.2", True),
         ("192.0.2.5", "192.0.2.5", True),
         ("fe80::1%eth0", "fe80::1%eth0", True),
         ("192.0.2.5", "192.0.2.6", False),
