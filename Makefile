@@ -43,7 +43,7 @@ MUTANTS_ARGS ?=
 WALK ?=
 WALK_ARGS ?=
 
-.PHONY: help demo test conformance bench lint format soak mutants walk fuzz reference clean stale
+.PHONY: help demo test conformance bench lint format soak mutants walk fuzz audit reference clean stale
 
 ## help     this list
 help:
@@ -96,6 +96,10 @@ walk: $(VENV)/dev.stamp
 ## fuzz     atheris on decoder, connection, JSON bodies and capture loader, FUZZ_SECONDS=60 in all
 fuzz: $(VENV)/fuzz.stamp
 	$(PY) tests/fuzz/run.py --seconds $(FUZZ_SECONDS)
+
+## audit    known vulnerabilities of the versions in constraints.txt, by pip-audit where a network is
+audit: $(VENV)/demo.stamp
+	$(PY) tests/known_vulnerabilities.py
 
 ## reference  write docs/protocol.md, docs/generated, docs/command-to-motion.md and the tables of promises.md
 reference: $(VENV)/dev.stamp

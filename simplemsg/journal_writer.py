@@ -1,6 +1,7 @@
 """A journal's file, written by a thread of its own: a slow disk must not hold up a robot.
 
-The one module of this folder that owns a file and a thread. It spells out what is long, and lets
+The one module of this folder that owns a file and a thread. What people type is in a journal, so
+it belongs to its owner alone from its first byte. It spells out what is long, and lets
 the other threads run after each piece. Nothing is overwritten: a journal that is there already,
 perhaps of a process that crashed, is kept under a number.
 """
@@ -8,7 +9,9 @@ perhaps of a process that crashed, is kept under a number.
 from __future__ import annotations
 
 import errno
+import os
 import stat
+import sys
 import threading
 from pathlib import Path
 from typing import TextIO
@@ -21,6 +24,7 @@ MOST_WAITING = 64 * 1024 * 1024
 _FAREWELL = 2.0
 _BREATH = 1e-4  # s after a piece: an event that waits for this thread gets its turn
 _MOST_KEPT = 10_000
+_OWNER_ONLY = 0o600
 
 
 class JournalWriter:
@@ -33,7 +37,7 @@ class JournalWriter:
             OSError: it cannot be opened, or is a pipe, which nobody may be reading.
         """
         _make_way(path)
-        self._file = path.open("w", encoding="ascii")
+        self._file = os.fdopen(open_for_owner(path), "w", encoding="ascii")
         self._turn = threading.Condition()
         self._waiting: list[Part] = []
         self._size = 0
@@ -101,6 +105,31 @@ class JournalWriter:
             parts, self._waiting = self._waiting, []
             self._size = 0
             return parts
+
+
+def open_for_owner(path: Path) -> int:
+    """Open a file for writing, emptied, that its owner alone can read; return its descriptor.
+
+    A device is opened as it is. A file that is there already loses the rights of others before a
+    byte is written.
+
+    Raises:
+        OSError: it cannot be opened, or it is another user's and open to more than its owner.
+    """
+    flags = os.O_WRONLY | getattr(os, "O_CLOEXEC", 0) | getattr(os, "O_BINARY", 0)
+    try:
+        return os.open(path, flags | os.O_CREAT | os.O_EXCL, _OWNER_ONLY)
+    except FileExistsError:
+        opened = os.open(path, flags | os.O_CREAT | os.O_TRUNC, _OWNER_ONLY)
+    try:
+        mode = os.fstat(opened).st_mode
+        # Windows has no such rights; there a file is private by the folder that it is in.
+        if sys.platform != "win32" and stat.S_ISREG(mode) and stat.S_IMODE(mode) != _OWNER_ONLY:
+            os.fchmod(opened, _OWNER_ONLY)
+    except OSError as error:
+        os.close(opened)
+        raise OSError(error.errno, error.strerror, str(path)) from None
+    return opened
 
 
 def _make_way(path: Path) -> None:

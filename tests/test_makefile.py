@@ -81,7 +81,17 @@ def project(tmp_path: Path) -> Project:
 def test_help_is_the_default_and_lists_the_targets(project: Project) -> None:
     shown = project.make()
     assert shown.returncode == 0
-    for target in ("demo", "test", "conformance", "bench", "lint", "soak", "walk", "clean"):
+    for target in (
+        "demo",
+        "test",
+        "conformance",
+        "bench",
+        "lint",
+        "soak",
+        "walk",
+        "audit",
+        "clean",
+    ):
         assert f"  make {target} " in shown.stdout
     assert project.calls == []
 
@@ -108,6 +118,12 @@ def test_a_target_installs_what_it_needs_and_runs_its_command(
     assert project.make(*arguments).returncode == 0
     assert project.installed == ["hatchling", f"{RUN}{extras}"]
     assert project.calls[-1] == call
+
+
+def test_audit_installs_what_runs_and_nothing_of_the_tests(project: Project) -> None:
+    assert project.make("audit").returncode == 0
+    assert project.installed == ["hatchling", f"{RUN}]"]
+    assert project.calls[-1] == "tests/known_vulnerabilities.py"
 
 
 def test_lint_runs_the_same_commands(project: Project) -> None:

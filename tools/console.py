@@ -1,8 +1,9 @@
 """Console: how a command line is run, what it exits with, and how it writes to a terminal.
 
-Owns the exit codes, the way from an error to one line on standard error, and the layout of tables
-and of JSON. The one module of `tools` that the command line of every room may import. The standard
-library is enough to load it: who has no typer and no rich runs the emulator and the packet tools.
+Owns the exit codes, the way from an error to one line on standard error, the layout of tables and
+of JSON, and what a terminal is shown of a text of others. The one module of `tools` that the
+command line of every room may import. The standard library is enough to load it: who has no typer
+and no rich runs the emulator and the packet tools.
 """
 
 from __future__ import annotations
@@ -10,6 +11,7 @@ from __future__ import annotations
 import json
 import os
 import sys
+import unicodedata
 from collections.abc import Callable, Mapping, Sequence
 from enum import IntEnum
 from typing import TYPE_CHECKING, Any
@@ -26,6 +28,12 @@ Faults = Mapping[type[Exception], int]
 """The errors that are told to the user, with their exit codes; the first that fits counts."""
 
 _PIPED_WIDTH = 140
+
+LONGEST_LINE = 4_000
+"""A line longer than this is cut, and says so [signs]: fifty rows of eighty columns."""
+
+_LONGEST_STACK = 4
+"""So many combining marks on a letter are shown; more of them would paint over the rows beside."""
 
 
 class ExitCode(IntEnum):
@@ -169,24 +177,83 @@ def fail(text: str, code: int) -> int:
 
 
 def complain(line: str) -> None:
-    """Write one line to standard error."""
+    """Write one line to standard error, clean as `one_line` makes it."""
     if sys.stderr is not None:  # else it would go where the output goes
-        print(line, file=sys.stderr, flush=True)
+        print(one_line(line), file=sys.stderr, flush=True)
 
 
-def one_line(text: str, mark: str | None = None) -> str:
-    """Return text of others with a mark, or its escape, for each sign that a terminal acts on."""
-    return "".join(sign if sign.isprintable() else mark or _escaped(sign) for sign in text)
+def one_line(text: str, mark: str | None = None, longest: int = LONGEST_LINE) -> str:
+    """Return a text of others as one line that a terminal only shows.
+
+    What a terminal would act on gets a mark, or its escape: control characters and the escape
+    sequences that begin with them, line ends, signs that turn the direction of writing, and signs
+    that nobody sees. What is longer than `longest` is cut, with the number of signs left out.
+    """
+    kept, over = text[:longest], len(text) - longest
+    if not (kept.isascii() and kept.isprintable()):
+        kept = _clean(kept, lambda sign: mark or _escaped(sign))
+    return kept if over <= 0 else f"{kept}… ({over} signs more)"
+
+
+def _clean(text: str, substitute: Callable[[str], str]) -> str:
+    clean: list[str] = []
+    stacked = 0
+    for sign in text:
+        stacked = stacked + 1 if unicodedata.category(sign) in ("Mn", "Me") else 0
+        is_shown = sign.isprintable() and not _is_invisible(sign) and stacked <= _LONGEST_STACK
+        clean.append(sign if is_shown else substitute(sign))
+    return "".join(clean)
+
+
+_INVISIBLE = (
+    (0x034F, 0x034F),
+    (0x115F, 0x1160),
+    (0x17B4, 0x17B5),
+    (0x180B, 0x180F),
+    (0x2800, 0x2800),
+    (0x3164, 0x3164),
+    (0xFE00, 0xFE0D),
+    (0xFFA0, 0xFFA0),
+    (0xE0100, 0xE01EF),
+)
+"""First and last of the letters and marks that no terminal shows, which `isprintable` lets pass."""
+
+
+def _is_invisible(sign: str) -> bool:
+    return any(first <= ord(sign) <= last for first, last in _INVISIBLE)
 
 
 def _escaped(sign: str) -> str:
     return sign.encode("unicode_escape").decode()
 
 
+def json_text(value: object, *, indent: int | None = None) -> str:
+    """Return plain data as JSON for people and programs: letters as they are.
+
+    What a terminal would act on stands as an escape of JSON, so a program reads the same value.
+    """
+    lines = json.dumps(value, indent=indent, ensure_ascii=False).split("\n")
+    return "\n".join(map(clean_json, lines))
+
+
+def clean_json(line: str) -> str:
+    """Return JSON on one line that says the same, without signs that a terminal acts on."""
+    if line.isascii() and line.isprintable():
+        return line
+    # Whatever else there is stands in a string: JSON itself is printable ASCII.
+    return _clean(line, _json_escaped)
+
+
+def _json_escaped(sign: str) -> str:
+    # Of ASCII this is DEL alone, which `json` lets pass.
+    return json.dumps(sign)[1:-1] if ord(sign) > 0x7F else f"\\u{ord(sign):04x}"
+
+
 def emit_json(value: object, *, compact: bool = False, flush: bool = False) -> None:
     """Print plain data of finite numbers as one line of JSON, `compact` without blanks."""
     separators = (",", ":") if compact else None
-    print(json.dumps(value, separators=separators, allow_nan=False), flush=flush)
+    line = json.dumps(value, separators=separators, allow_nan=False)
+    print(clean_json(line), flush=flush)
 
 
 def table(*columns: str) -> Table:

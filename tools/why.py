@@ -9,7 +9,6 @@ from __future__ import annotations
 
 import argparse
 import asyncio
-import json
 import ssl
 import sys
 from pathlib import Path
@@ -17,10 +16,23 @@ from pathlib import Path
 from openpendant.simplemsg.pendant.management.cell import Why
 from openpendant.simplemsg.verdicts import VerdictCode
 
-from .console import ExitCode, complain
-from .pendants.client import DEFAULT_PORT, PendantClient, PendantError, Refused, WrongArgument
+from .console import ExitCode, complain, json_text, one_line
+from .pendants.client import (
+    DEFAULT_PORT,
+    PendantClient,
+    PendantError,
+    Refused,
+    SecretUnprotected,
+    WrongArgument,
+)
 from .pendants.commands.running import address_argument
-from .pendants.credentials import PASSWORD_VARIABLE, password_of, tls_context
+from .pendants.credentials import (
+    PASSWORD_VARIABLE,
+    STRICT,
+    password_of,
+    tls_context,
+    told_of_unprotected_secrets,
+)
 
 _TIMEOUT = 5.0
 _KINDS = ("move", "jog", "program")
@@ -38,10 +50,11 @@ def main(argv: list[str] | None = None) -> int:
     except KeyboardInterrupt:
         return _complain("interrupted", ExitCode.INTERRUPTED)
     try:
-        answer = asyncio.run(_ask(arguments, tls, password))
+        with told_of_unprotected_secrets(_warn):
+            answer = asyncio.run(_ask(arguments, tls, password))
     except TimeoutError:
         return _complain(f"{host}:{port} did not answer within {_TIMEOUT:g} s; {_IS_IT}")
-    except WrongArgument as error:
+    except (SecretUnprotected, WrongArgument) as error:
         return _complain(str(error), ExitCode.USAGE)
     except Refused as refused:
         if refused.code == VerdictCode.UNKNOWN_CELL:
@@ -49,8 +62,13 @@ def main(argv: list[str] | None = None) -> int:
         return _complain(f"{host}:{port}: {refused.explained}")
     except PendantError as error:
         return _complain(str(error))
-    print(json.dumps(answer, indent=2, ensure_ascii=False) if arguments.json else table(answer))
-    return ExitCode.OK if answer["ready"] else ExitCode.FAILED
+    try:
+        said = json_text(answer, indent=2) if arguments.json else table(answer)
+        is_ready = answer["ready"]
+    except (KeyError, TypeError, StopIteration) as error:
+        return _complain(f"{host}:{port}: its answer cannot be read ({error!r}); {_IS_IT}")
+    print(said)
+    return ExitCode.OK if is_ready else ExitCode.FAILED
 
 
 def _parser() -> argparse.ArgumentParser:
@@ -79,6 +97,7 @@ def _parser() -> argparse.ArgumentParser:
         metavar="NAME",
         help=f"account; its password is asked for, or taken from {PASSWORD_VARIABLE}",
     )
+    parser.add_argument("--strict", action="store_true", help=STRICT)
     parser.add_argument("--json", action="store_true", help="print the whole answer as JSON")
     return parser
 
@@ -97,6 +116,7 @@ async def _ask(
             tls=tls,
             user=arguments.user,
             password=password,
+            strict=arguments.strict,
         )
         async with pendant:
             return await pendant.why(kind=arguments.kind)
@@ -128,7 +148,11 @@ def table(answer: Why) -> str:
             f"remedy: {ended['remedy']}",
         ]
     lines += [f"note:   {remark}" for remark in answer.get("remarks", ())]
-    return "\n".join(lines)
+    return "\n".join(map(one_line, lines))
+
+
+def _warn(text: str) -> None:
+    complain(f"openpendant why: warning: {text}")
 
 
 def _complain(text: str, code: int = ExitCode.UNAVAILABLE) -> int:

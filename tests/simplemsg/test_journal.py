@@ -5,6 +5,8 @@ import errno
 import io
 import json
 import os
+import stat
+from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
 from unittest.mock import Mock
@@ -186,6 +188,64 @@ def test_an_older_journal_is_kept_under_a_number(tmp_path: Path) -> None:
     assert (tmp_path / "journal").read_text() == "third"
     assert (tmp_path / "journal.1").read_text() == "first"
     assert (tmp_path / "journal.2").read_text() == "second"
+
+
+@pytest.fixture
+def open_umask() -> Iterator[None]:
+    """Files that are made without a mode of their own can be read by everybody."""
+    before = os.umask(0)
+    yield
+    os.umask(before)
+
+
+def mode(file: Path) -> int:
+    return stat.S_IMODE(file.stat().st_mode)
+
+
+def test_a_journal_is_its_owners_alone_from_its_first_byte(
+    tmp_path: Path, open_umask: None
+) -> None:
+    JournalWriter(tmp_path / "journal").close()
+    assert mode(tmp_path / "journal") == 0o600
+
+
+@pytest.mark.parametrize("content", ["", "an older journal"])
+def test_a_file_that_was_open_to_others_is_not_when_a_journal_is_in_it(
+    content: str, tmp_path: Path, open_umask: None
+) -> None:
+    file = tmp_path / "journal"
+    file.write_text(content)
+    assert mode(file) == 0o666
+    writer = JournalWriter(file)
+    assert mode(file) == 0o600
+    assert file.read_text() == ""
+    writer.close()
+
+
+def test_a_journal_behind_a_link_is_its_owners_alone(tmp_path: Path, open_umask: None) -> None:
+    (tmp_path / "link").symlink_to(tmp_path / "journal")
+    JournalWriter(tmp_path / "link").close()
+    assert mode(tmp_path / "journal") == 0o600
+
+
+def test_a_journal_to_a_device_leaves_it_as_it_is(open_umask: None) -> None:
+    before = mode(Path("/dev/null"))
+    JournalWriter(Path("/dev/null")).close()
+    assert mode(Path("/dev/null")) == before
+
+
+def test_a_file_that_cannot_be_made_its_owners_alone_takes_no_journal(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    def refuse(_: int, mode: int) -> None:
+        raise PermissionError(errno.EPERM, "Operation not permitted")
+
+    (tmp_path / "journal").touch(0o644)
+    (tmp_path / "journal").chmod(0o644)
+    monkeypatch.setattr(os, "fchmod", refuse)
+    with pytest.raises(PermissionError) as told:
+        JournalWriter(tmp_path / "journal")
+    assert told.value.filename == str(tmp_path / "journal")
 
 
 def test_a_full_disk_is_told_at_the_latest_when_the_file_is_closed() -> None:

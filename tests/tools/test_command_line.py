@@ -2,6 +2,7 @@
 
 import argparse
 import importlib
+import json
 import signal
 import subprocess
 import sys
@@ -19,9 +20,12 @@ from openpendant.tools.console import (
     ExitCode,
     Faults,
     cells,
+    clean_json,
     command,
+    complain,
     emit_json,
     fail,
+    json_text,
     one_line,
     run,
     run_alone,
@@ -370,10 +374,40 @@ def test_a_parsed_command_whose_findings_nobody_sees_has_failed(
         ("turned\u202eround", None, "turned\\u202eround"),
         ("\x1b[2J\n", " ", " [2J "),
         ("\x1b[2J\n", "?", "?[2J?"),
+        ("\x9b31m", None, "\\x9b31m"),
+        ("\x7f", None, "\\x7f"),
+        ("\u2028next", None, "\\u2028next"),
+        ("half\udcff", None, "half\\udcff"),
+        ("ann\u200b", None, "ann\\u200b"),
+        ("ann\u3164", None, "ann\\u3164"),
+        ("ann\ufe00", "?", "ann?"),
+        ("a" + 6 * "\u0301", "?", "a" + 4 * "\u0301" + "??"),
+        ("naïve, ñandú, 中文, Ω", None, "naïve, ñandú, 中文, Ω"),
     ],
 )
 def test_text_of_others_commands_no_terminal(text: str, mark: str | None, shown: str) -> None:
     assert one_line(text, mark) == shown
+    assert one_line(shown, mark) == shown
+
+
+def test_a_text_of_others_that_is_too_long_is_cut_and_says_so() -> None:
+    assert one_line(4_000 * "x") == 4_000 * "x"
+    assert one_line(4_001 * "x") == f"{4_000 * 'x'}… (1 signs more)"
+    assert one_line("abcdef\x1b", longest=3) == "abc… (4 signs more)"
+
+
+def test_no_complaint_commands_the_terminal(capsys: pytest.CaptureFixture[str]) -> None:
+    complain("a peer said: \x1b[2J\u202e\r\nall is well")
+    assert capsys.readouterr().err == "a peer said: \\x1b[2J\\u202e\\r\\nall is well\n"
+
+
+def test_json_for_people_says_the_same_and_commands_no_terminal() -> None:
+    value = {"é\x9b": ["\u202e", "\x7f", "\u3164", "\U000e0041", "\x1b[2J\n", 1.5, None]}
+    for shown in (json_text(value), json_text(value, indent=2)):
+        assert json.loads(shown) == value
+        assert all(line.isprintable() and "\u3164" not in line for line in shown.split("\n"))
+        assert "é" in shown
+    assert clean_json('{"a": "\x7f"}') == '{"a": "\\u007f"}'
 
 
 def test_a_process_without_standard_error_writes_no_fault_elsewhere(

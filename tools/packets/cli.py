@@ -35,7 +35,7 @@ def main(argv: list[str] | None = None) -> int:
             run: Callable[[list[str]], int] = module.main
             return run(rest)
         case []:
-            complain(_help())
+            print(_help(), file=sys.stderr)
         case [name, *_]:
             complain(f"openpendant packets: unknown tool {name!r}; known: {', '.join(TOOLS)}")
     return ExitCode.USAGE

@@ -17,6 +17,7 @@ from openpendant.simplemsg.packet_text import packet_to_json
 from ..console import ExitCode, complain
 from .console import LineError, lines_of, open_input, parser, run, text_of
 from .reading.presentation import Format, Output, add_presentation, frame_as_tree, message_as_line
+from .reading.progress import watched
 from .reading.reader import add_reading_form, codec_of, reader_of
 from .reading.trace_files import FileKind, detect, read_trace
 
@@ -47,7 +48,8 @@ def main(argv: list[str] | None = None) -> int:
 
 def _decode(arguments: argparse.Namespace) -> int:
     output = Output(arguments)
-    with open_input(arguments.file) as stream:
+    with open_input(arguments.file) as opened, watched(opened) as (stream, progress):
+        output.before_text = progress.clear
         if arguments.input:
             kind = FileKind(arguments.input)
         else:

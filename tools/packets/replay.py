@@ -11,7 +11,7 @@ import os
 from collections.abc import Iterable, Iterator
 from pathlib import Path
 
-from ..console import complain
+from ..console import complain, one_line
 from .console import PacketToolError, open_input, parser, run
 from .live.consent import add_consent, may_act, require_consent
 from .live.endpoints import Endpoint, listen_endpoint, target_endpoint
@@ -169,6 +169,6 @@ def _say_summary(summary: ReplaySummary, *, as_json: bool) -> None:
             flush=True,
         )
         if summary.first:
-            print(f"first difference: {summary.first}", flush=True)
+            print(one_line(f"first difference: {summary.first}"), flush=True)
     if summary.failure:
         complain(summary.failure)

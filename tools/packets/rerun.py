@@ -15,7 +15,7 @@ from openpendant.simplemsg import PENDANT, Connection, Malformed, Role, Unasked,
 from openpendant.simplemsg.pendant import MAX_PENDANT_FRAME
 from openpendant.simplemsg.standard import message_type
 
-from ..console import ExitCode, complain
+from ..console import ExitCode, complain, one_line
 from .console import parser, run
 from .journals.journal_file import BytesOut, Effect, GrantedQuestion
 from .journals.reenactment import RerunOutcome, Until, rerun
@@ -41,7 +41,7 @@ def _context(outcome: RerunOutcome) -> list[str]:
     lines = []
     for happening in outcome.before:
         marker = ">" if happening is outcome.before[-1] else " "
-        what = f"{happening.event} {happening.link}".rstrip()
+        what = one_line(f"{happening.event} {happening.link}".rstrip())
         said = _names(happening.data)
         lines.append(f"{marker} #{happening.number} {happening.time / 1e9:.6f} s: {what}{said}")
     expected, actual = difference.expected, difference.actual
@@ -58,9 +58,9 @@ def _context(outcome: RerunOutcome) -> list[str]:
 def _effect(effect: Effect | str | None) -> str:
     match effect:
         case BytesOut(link, data):
-            return f"to {link}: {data.hex()}{_names(data)}"
+            return f"to {one_line(link)}: {data.hex()}{_names(data)}"
         case GrantedQuestion(question, link):
-            return f"{link} was {question}"
+            return one_line(f"{link} was {question}")
         case None:
             return "nothing more"
     return effect

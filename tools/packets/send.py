@@ -10,8 +10,9 @@ from collections.abc import Sequence
 from openpendant.simplemsg import Codec, CommType, ProtocolError
 from openpendant.simplemsg.errors import shown
 from openpendant.simplemsg.framing import HEADER_SIZE, Cut, Frame, detect_byte_order
+from openpendant.simplemsg.masking import masked_frame
 
-from ..console import ExitCode
+from ..console import ExitCode, complain
 from .console import (
     LineError,
     PacketToolError,
@@ -70,6 +71,7 @@ def _parser() -> argparse.ArgumentParser:
     add("--timeout", type=seconds, default=5.0, metavar="S", help="for each answer (default: 5)")
     add("--topics", type=_count, default=0, metavar="N", help="then print the next N topics")
     add("--json", action="store_true", help="print JSON objects")
+    add("--strict", action="store_true", help="send no password to another machine: end instead")
     add_wire_form(command)
     add_consent(command)
     return command
@@ -140,6 +142,7 @@ async def _talk(packets: Sequence[bytes], arguments: argparse.Namespace, codec: 
         within=arguments.timeout,
         topics=arguments.topics,
         as_json=arguments.json,
+        strict=arguments.strict,
     )
 
 
@@ -151,15 +154,21 @@ async def talk(
     within: float,
     topics: int = 0,
     as_json: bool = False,
+    strict: bool = False,
 ) -> int:
     """Send packets one after the other, print what comes back, return the exit code.
 
     Raises:
         PeerError: the peer cannot be reached, hangs up or does not answer.
+        PacketToolError: a packet holds a password for another machine, and this is `strict`.
     """
     peer = await Peer.connect(endpoint, within)
     printer = AnswerPrinter(codec, as_json=as_json)
     try:
+        if not peer.is_here and any(masked_frame(packet) != packet for packet in packets):
+            if strict:
+                raise PacketToolError(f"not sent: it holds a password in clear text for {endpoint}")
+            complain(f"warning: a password leaves in clear text for {endpoint}; this has no TLS")
         for packet in packets:
             before = time.perf_counter()
             await peer.send(packet, within)

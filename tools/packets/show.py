@@ -21,6 +21,7 @@ from ..console import ExitCode, complain
 from .console import PacketToolError, open_input, parser, run
 from .reading.filters import Filters, add_filters, filters_of
 from .reading.presentation import Format, Output, add_presentation, comm_name
+from .reading.progress import watched
 from .reading.reader import Reading, add_reading_form, reader_of
 from .reading.trace_files import FileKind, read_trace
 from .trace import Event, TraceDirection
@@ -296,7 +297,8 @@ def _show(arguments: argparse.Namespace) -> int:
     output, filters = Output(arguments), filters_of(arguments)
     reader = reader_of(arguments)
     kind = FileKind(arguments.input) if arguments.input else None
-    with open_input(arguments.file) as stream:
+    with open_input(arguments.file) as opened, watched(opened) as (stream, progress):
+        output.before_text = progress.clear
         items = (reader.read(entry) for entry in read_trace(stream, kind))
         if arguments.follow is not None:
             return _follow(items, filters, arguments.follow, output)

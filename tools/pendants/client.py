@@ -36,6 +36,8 @@ from .connection_errors import (
     NotUnderstood,
     PendantError,
     Refused,
+    SecretUnprotected,
+    SecretUnprotectedWarning,
     StateSilent,
     Unanswered,
     Unreachable,
@@ -69,6 +71,8 @@ __all__ = [
     "Pose",
     "Refused",
     "RunKind",
+    "SecretUnprotected",
+    "SecretUnprotectedWarning",
     "Snapshot",
     "State",
     "StateSilent",
@@ -123,9 +127,11 @@ class Admitting(PendantSession):
         Raises:
             Refused: name or password is not taken, or this connection is no admin's.
             WrongArgument: name or password is too long, or there is no such role.
+            SecretUnprotected: others could read the password, and the connection is `strict`.
             ConnectionLost: the connection ended.
         """
         meant = _role(role)
+        self._guard_secret("a password")
         await self._ask(
             lambda request_id: SetAccount(
                 request_id=request_id, role=meant, name=name, secret=password

@@ -17,9 +17,18 @@ from openpendant.simplemsg import Message, ReplyCode
 from openpendant.simplemsg.pendant import Management, Verdict
 from openpendant.simplemsg.verdicts import CATALOGUE, VerdictCode
 
+from ..console import one_line
+
 
 class PendantError(Exception):
-    """Base of what this library raises."""
+    """Base of what this library raises.
+
+    Its text is one line that a terminal only shows, whatever the server put into it.
+    """
+
+    def __str__(self) -> str:
+        """Return the text, without what a terminal would act on."""
+        return one_line(super().__str__())
 
     @property
     def explained(self) -> str:
@@ -51,7 +60,7 @@ class Unreachable(PendantError, OSError):
 
     def __str__(self) -> str:
         """Return the sentence; the number is in `errno`."""
-        return str(self.args[-1])
+        return one_line(str(self.args[-1]))
 
 
 class NotTrusted(Unreachable, ssl.SSLCertVerificationError):
@@ -62,12 +71,23 @@ class WrongArgument(PendantError):
     """A request that cannot even be written: too many joints, no waypoints, a text too long."""
 
 
+class SecretUnprotected(PendantError):
+    """A password or pairing code was not sent, because others could have read it on its way.
+
+    Only a connection that is `strict` raises it; any other warns, `SecretUnprotectedWarning`.
+    """
+
+
+class SecretUnprotectedWarning(UserWarning):
+    """A password or pairing code leaves for another machine where others can read it."""
+
+
 class Refused(PendantError):
     """The server refused a request; nothing moved because of it.
 
     Attributes:
         code: entry of the catalogue.
-        text: one sentence with the numbers.
+        text: one sentence with the numbers, as the server sent it; `str` and `explained` are clean.
         joint: index of the joint at fault, -1 for none.
         value: the value at fault, SI.
         limit: the limit that it breaks, SI.
@@ -115,25 +135,47 @@ def judged(verdict: asyncio.Future[Message], within: float | None) -> Message:
     if isinstance(reply, Verdict) and reply.reply_code != ReplyCode.SUCCESS:
         raise Refused(reply.code, reply.text, reply.joint, reply.value, reply.limit)
     if isinstance(reply, Management) and reply.reply_code != ReplyCode.SUCCESS:
-        raise _refused(json.loads(reply.body))
+        raise _refused(answer_of(reply))
     return reply
 
 
+def answer_of(reply: Management) -> dict[str, Any]:
+    """Return the JSON object of an answer.
+
+    Raises:
+        NotUnderstood: it is none.
+    """
+    try:
+        answer = json.loads(reply.body)
+    except (ValueError, RecursionError):
+        answer = None
+    if not isinstance(answer, dict):
+        raise NotUnderstood("the server's answer is no JSON object; is it a pendant server?")
+    return answer
+
+
 def _refused(answer: dict[str, Any]) -> Refused:
-    """Return the refusal that the answer to a management request tells."""
-    return Refused(
-        answer.get("code", 0),
-        answer.get("text", ""),
-        answer.get("joint", -1),
-        answer.get("value", 0.0),
-        answer.get("limit", 0.0),
-    )
+    """Return the refusal that the answer to a management request tells.
+
+    Raises:
+        NotUnderstood: it tells none.
+    """
+    code, joint = answer.get("code", 0), answer.get("joint", -1)
+    text = answer.get("text", "")
+    numbers = [answer.get("value", 0.0), answer.get("limit", 0.0)]
+    if not (isinstance(text, str) and all(isinstance(each, int) for each in (code, joint))):
+        raise NotUnderstood("the server refused without a code and a text that are such")
+    if not all(isinstance(each, int | float) for each in numbers):
+        raise NotUnderstood("the server refused with a value or limit that is no number")
+    return Refused(code, text, joint, *numbers)
 
 
 DEFAULT_PORT = 11010
 """The server's pendant port where its configuration says nothing else."""
 
-_WITH_TLS = "--ca FILE, in Python tls="
+WITH_TLS = "--ca FILE, in Python tls="
+"""How TLS is asked for."""
+
 _PENDANT_PORT = f"a pendant port (default {DEFAULT_PORT})"
 
 
@@ -168,7 +210,7 @@ def unreachable(error: OSError, host: str, port: int, *, tls: bool) -> Unreachab
     at = f"{host}:{port}"
     if isinstance(error, ssl.SSLCertVerificationError):
         text = f"the certificate of {at} is not trusted: {error.verify_message or error}"
-        remedy = f"trust the server's own, or that of who signed it ({_WITH_TLS})"
+        remedy = f"trust the server's own, or that of who signed it ({WITH_TLS})"
         return NotTrusted(error.errno, f"{text}; {remedy}")
     if isinstance(error, socket.gaierror):
         why = error.strerror or error
@@ -177,7 +219,8 @@ def unreachable(error: OSError, host: str, port: int, *, tls: bool) -> Unreachab
         text = f"nobody listens at {at}; start a server: openpendant serve --robot NAME"
     elif tls and isinstance(error, ssl.SSLError | ConnectionResetError | ConnectionAbortedError):
         why = error.strerror or str(error) or "it closed the connection"
-        text = f"{at} may not speak TLS ({why}): leave --ca out, in Python tls="
+        text = f"{at} may not speak TLS ({why}): check the port, and that the server has a"
+        text += " certificate ([tls] of its configuration); passwords need TLS on a network"
     else:
         why = error.strerror or str(error) or type(error).__name__
         text = f"{at} cannot be reached: {why}; check the address and the network"
@@ -189,7 +232,7 @@ def unanswered(error: ConnectionLost, host: str, port: int, *, tls: bool) -> Con
     at = f"{host}:{port}"
     if isinstance(error, NotUnderstood):
         return NotUnderstood(f"{at} is not {_PENDANT_PORT}: {error}")
-    wants = "a certificate of yours" if tls else f"TLS ({_WITH_TLS})"
+    wants = "a certificate of yours" if tls else f"TLS ({WITH_TLS})"
     text = f"{at} did not answer the hello ({error}); the server may want {wants}"
     return ConnectionLost(f"{text}, or this is not {_PENDANT_PORT}")
 

@@ -9,7 +9,9 @@ from __future__ import annotations
 
 import asyncio
 import contextlib
+import ipaddress
 import socket
+import ssl
 from collections.abc import Callable
 from typing import TypeVar, cast
 
@@ -102,6 +104,24 @@ class Conversation(asyncio.Protocol):
         self._transport = None
         self._end(exc)
         self.closed.set()
+
+    @property
+    def unprotected(self) -> str:
+        """How others could read what is sent; empty with TLS, or within this machine."""
+        transport = self._transport
+        if transport is None:
+            return ""
+        here, there = (transport.get_extra_info(name) for name in ("sockname", "peername"))
+        # A connection that is broken already has no addresses any more.
+        if here and there and is_own_address(there[0], here[0]):
+            return ""
+        at = f"for {there[0]}" if there else "for an unknown address"
+        encrypted = transport.get_extra_info("ssl_object")
+        if encrypted is None:
+            return f"in clear text {at}"
+        if encrypted.context.verify_mode != ssl.CERT_REQUIRED:
+            return f"{at} behind a certificate that nobody verified"
+        return ""
 
     def close(self) -> None:
         """Close the connection; `closed` tells when it is."""
@@ -244,6 +264,22 @@ class Conversation(asyncio.Protocol):
         self._waiting.clear()
         if isinstance(cause, FramingFault):
             self.abort()
+
+
+def is_own_address(peer: str, own: str) -> bool:
+    """Return True if the address of a peer is one of this machine's.
+
+    Args:
+        peer: address of the other end of a connection.
+        own: of this end; what speaks to an address of its own machine uses that same address.
+    """
+    return peer == own or _is_loopback(peer)
+
+
+def _is_loopback(address: str) -> bool:
+    parsed = ipaddress.ip_address(address.partition("%")[0])
+    mapped = parsed.ipv4_mapped if isinstance(parsed, ipaddress.IPv6Address) else None
+    return (mapped or parsed).is_loopback
 
 
 def _complete(future: asyncio.Future[_T] | None, value: _T) -> None:

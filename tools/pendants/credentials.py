@@ -1,7 +1,7 @@
 """Credentials of a command: trusted certificate, password, pairing code and name of a guest.
 
 Owns the source of a secret: the environment or a prompt, never an argument, which every user of the
-machine could read.
+machine could read; and that a person is told before it leaves where others can read it.
 """
 
 from __future__ import annotations
@@ -11,12 +11,46 @@ import os
 import ssl
 import sys
 import warnings
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
 from pathlib import Path
+from typing import TextIO
 
-from .connection_errors import WrongArgument
+from .connection_errors import SecretUnprotectedWarning, WrongArgument
 
 PASSWORD_VARIABLE = "OPENPENDANT_PASSWORD"
 """Environment variable with the password, for unattended scripts."""
+
+
+STRICT = "send no password and no pairing code to another machine in clear text: end instead"
+"""Help of the option `--strict`."""
+
+
+@contextmanager
+def told_of_unprotected_secrets(tell: Callable[[str], None]) -> Iterator[None]:
+    """Give the text of each `SecretUnprotectedWarning` to `tell`, whatever filters say.
+
+    For a process that does one thing: the filters of `warnings` are those of the whole process.
+    """
+    with warnings.catch_warnings():
+        warnings.simplefilter("always", SecretUnprotectedWarning)
+        show_other = warnings.showwarning
+
+        def show(
+            message: Warning | str,
+            category: type[Warning],
+            filename: str,
+            lineno: int,
+            file: TextIO | None = None,
+            line: str | None = None,
+        ) -> None:
+            if issubclass(category, SecretUnprotectedWarning):
+                tell(str(message))
+            else:
+                show_other(message, category, filename, lineno, file, line)
+
+        warnings.showwarning = show
+        yield
 
 
 def tls_context(ca: Path | None) -> ssl.SSLContext | None:

@@ -20,10 +20,12 @@ from pathlib import Path
 from rich.console import Console
 from rich.live import Live
 from rich.table import Table
+from rich.text import Text
 
 from openpendant.simplemsg.pendant import Activity, State, StateField
 from openpendant.simplemsg.pendant.management.cell import JointFacts
 
+from ..console import cells
 from .client import PendantClient, PendantError
 from .demo_tour import Tour, TourReport
 from .motions import roll_pitch_yaw
@@ -34,7 +36,7 @@ _MODES = {1: "manual", 2: "automatic"}
 
 def live_table(state: State | None, joints: Sequence[JointFacts], doing: str) -> Table:
     """Return the table of the newest state: degrees, millimetres, mode and speed."""
-    table = Table(title=doing, title_justify="left", min_width=64)
+    table = Table(title=Text(doing), title_justify="left", min_width=64)
     for heading in ("joint", "position", "velocity"):
         table.add_column(heading, justify="left" if heading == "joint" else "right")
     if state is None:
@@ -42,7 +44,7 @@ def live_table(state: State | None, joints: Sequence[JointFacts], doing: str) ->
     for index, joint in enumerate(joints):
         scale, unit = (180 / math.pi, "°") if joint["unit"] == "rad" else (1000.0, " mm")
         table.add_row(
-            joint["name"],
+            *cells(joint["name"]),
             f"{state.positions[index] * scale:z9.2f}{unit}",
             f"{state.velocities[index] * scale:z9.2f}{unit}/s",
         )
@@ -88,7 +90,7 @@ class LiveTour:
         async with self._shown(), pendant.control():
             await tour.run()
         for what in tour.report.left_out:
-            self._console.print(f"left out: {what}")
+            self._console.print(*cells(f"left out: {what}"))
         return tour.report
 
     @contextlib.asynccontextmanager

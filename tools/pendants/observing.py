@@ -12,7 +12,7 @@ from openpendant.simplemsg import JOINT_SLOTS, Message
 from openpendant.simplemsg.pendant import Management, State, StateField, Subscribe
 from openpendant.simplemsg.verdicts import VerdictCode
 
-from .connection_errors import PendantError, Refused, StateSilent, WrongArgument
+from .connection_errors import PendantError, Refused, StateSilent, WrongArgument, answer_of
 from .conversation import REPLY_TIMEOUT
 from .management.calls import AsyncCalls
 from .management.groups import GroupedCalls
@@ -249,5 +249,4 @@ def _body(request: dict[str, Any]) -> bytes:
 def _answer(reply: Message) -> dict[str, Any]:
     if not isinstance(reply, Management):
         raise PendantError(f"the server answered with {type(reply).__name__}")
-    answer: dict[str, Any] = json.loads(reply.body)
-    return answer
+    return answer_of(reply)

@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import asyncio
 import ssl
+import warnings
 from collections.abc import Callable
 from types import TracebackType
 from typing import Self, TypeVar
@@ -32,8 +33,11 @@ from openpendant.simplemsg.pendant import (
 
 from .connection_errors import (
     DEFAULT_PORT,
+    WITH_TLS,
     ConnectionLost,
     Refused,
+    SecretUnprotected,
+    SecretUnprotectedWarning,
     WrongArgument,
     check_port,
     unanswered,
@@ -84,6 +88,7 @@ class PendantSession:
         self._conversation = Conversation(self._take_notification)
         self._client = ""
         self._state_rate = 0.0
+        self._is_strict = False
         self._keeping: asyncio.Task[None] | None = None
         self._logged_in: float | None = None
         """Time of the last granted login, by the loop's clock [s]; None without one."""
@@ -100,6 +105,7 @@ class PendantSession:
         cell: str = "",
         state_rate: float = 25.0,
         tls: ssl.SSLContext | None = None,
+        strict: bool = False,
         user: str = "",
         password: str | None = None,
         pairing: str | None = None,
@@ -113,6 +119,9 @@ class PendantSession:
             cell: name of the cell, empty for the only one.
             state_rate: state messages wanted, Hz; 0 for none, which also rules out jogs.
             tls: how to encrypt and whom to trust; None for an unencrypted connection.
+            strict: send no password and no pairing code to another machine where others can read
+                it on its way, without TLS or with a certificate that nobody verified; otherwise
+                `SecretUnprotectedWarning` says so before it leaves.
             user: account, or with a pairing code the name of a guest, which no account and no
                 other guest has; a guest who gives none is called as `client`.
             password: of the account.
@@ -125,9 +134,11 @@ class PendantSession:
             ConnectionLost: the connection ended before the hello was answered.
             WrongArgument: a text is too long, host or port is none, or both password and pairing
                 code are given.
+            SecretUnprotected: the secret would leave in clear text, and this is `strict`.
         """
         check_port(port)
         pendant = cls()
+        pendant._is_strict = strict
         encrypted = tls is not None
         try:
             await pendant._open(host, port, tls)
@@ -218,18 +229,40 @@ class PendantSession:
         Raises:
             Refused: name, password or code is wrong, or there were too many attempts.
             WrongArgument: not exactly one of password and pairing code is given.
+            SecretUnprotected: others could read the secret, and the connection is `strict`.
             ConnectionLost: the connection ended.
         """
         if (password is None) == (pairing is None):
             raise WrongArgument("give either a password or a pairing code")
         kind = LoginKind.PASSWORD if pairing is None else LoginKind.PAIRING
         secret = password if pairing is None else pairing
+        self._guard_secret("a password" if pairing is None else "a pairing code")
         request_id = self._conversation.new_request()
         name = user if pairing is None else user or self._client
         request = Login(request_id=request_id, kind=kind, name=name, secret=secret or "")
         await self._conversation.ask(request, request_id)
         self._logged_in = asyncio.get_running_loop().time()
         self._away = None
+
+    def _guard_secret(self, what: str) -> None:
+        """Warn before a secret leaves where others can read it; refuse where this is strict.
+
+        Raises:
+            SecretUnprotected: it does, and this is strict.
+        """
+        why = self._conversation.unprotected
+        if not why:
+            return
+        text = f"{what} leaves {why}"
+        if self._is_strict:
+            raise SecretUnprotected(
+                f"not sent: {text}; trust the server's certificate ({WITH_TLS})"
+            )
+        warnings.warn(
+            f"{text}: whoever is on the way can read it; use TLS ({WITH_TLS})",
+            SecretUnprotectedWarning,
+            stacklevel=2,
+        )
 
     @property
     def is_open(self) -> bool:

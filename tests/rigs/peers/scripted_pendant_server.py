@@ -73,6 +73,7 @@ class ScriptedPendantServer:
         mutes_all_but: what is answered even then; None for nothing.
         completes: motions other than jogs are completed at once.
         cells: what a hello has to name one of; empty for a server of one cell.
+        called: name of the robot in the answer to hello, and of the cell where the hello has none.
     """
 
     def __init__(self) -> None:
@@ -84,6 +85,7 @@ class ScriptedPendantServer:
         self.mutes_all_but: type[wire.Message] | None = None
         self.completes = True
         self.cells: tuple[str, ...] = ()
+        self.called = ("ur5", "cell")
         self.sequence = 0
         self.port = 0
         self._jogs: dict[int, int] = {}
@@ -141,8 +143,7 @@ class ScriptedPendantServer:
                 self.sequence += 1
                 line.send(state(self.sequence, mode=self.mode))
 
-    @staticmethod
-    def _welcome(hello: messages.Hello) -> messages.HelloReply:
+    def _welcome(self, hello: messages.Hello) -> messages.HelloReply:
         return messages.HelloReply(
             protocol_version=hello.protocol_version,
             session=SESSION,
@@ -152,8 +153,8 @@ class ScriptedPendantServer:
             tick_rate=100.0,
             max_state_rate=100.0,
             authority_timeout=3.0,
-            cell=hello.cell or "cell",
-            robot="ur5",
+            cell=hello.cell or self.called[1],
+            robot=self.called[0],
             server="scripted",
         )
 
@@ -279,9 +280,10 @@ def _verdict(request_id: int, code: VerdictCode, text: str) -> messages.Verdict:
 @asynccontextmanager
 async def scripted_server(
     tls: ssl.SSLContext | None = None,
+    make: type[ScriptedPendantServer] = ScriptedPendantServer,
 ) -> AsyncIterator[ScriptedPendantServer]:
     """Listen on a free port of loopback."""
-    server = ScriptedPendantServer()
+    server = make()
     listener = await asyncio.get_running_loop().create_server(
         lambda: _Line(server), "127.0.0.1", 0, ssl=tls
     )

@@ -7,7 +7,9 @@ the user of `record` is told when the arguments are wrong.
 import argparse
 import asyncio
 import json
+import os
 import socket
+import stat
 from collections.abc import AsyncIterator, Awaitable, Callable
 from pathlib import Path
 from typing import Any, cast
@@ -200,6 +202,20 @@ async def test_a_port_in_use_leaves_nothing_open(start: Start, tmp_path: Path) -
     pairs = [recording.server.pair(), Pair(listen, listen)]
     with pytest.raises(PeerError, match="Address already in use"):
         await PacketRecorder(pairs, str(tmp_path / "other")).start()
+
+
+async def test_a_recording_is_its_owners_alone(start: Start) -> None:
+    before = os.umask(0)
+    try:
+        recording = await start()
+        assert stat.S_IMODE(recording.file.stat().st_mode) == 0o600
+        await recording.end()
+        recording.file.chmod(0o666)
+        again = await start()
+        assert stat.S_IMODE(again.file.stat().st_mode) == 0o600
+        await again.end()
+    finally:
+        os.umask(before)
 
 
 async def test_connections_are_numbered_by_port(start: Start) -> None:

@@ -21,10 +21,10 @@ from openpendant.simplemsg import (
     Ping,
     codec_for,
 )
-from openpendant.simplemsg.pendant import Management
+from openpendant.simplemsg.pendant import Login, Management
 from openpendant.tools.packets.console import PacketToolError, PeerError
 from openpendant.tools.packets.live.consent import may_act
-from openpendant.tools.packets.live.endpoints import Endpoint
+from openpendant.tools.packets.live.endpoints import Endpoint, Peer
 from openpendant.tools.packets.live.typed_message import message_from_words
 from openpendant.tools.packets.send import main, talk
 
@@ -339,3 +339,51 @@ async def test_a_failure_of_motomans_is_explained_to_people(
     assert await talk(endpoint, [packet], codec_for(MOTOMAN), within=1.0, as_json=as_json) == 1
     _, *remarks = capsys.readouterr().out.splitlines()
     assert [line[: len(remark)] for line in remarks] == ([] if as_json else [remark])
+
+
+@pytest.mark.parametrize("strict", [False, True])
+async def test_a_login_for_another_machine_is_warned_of_and_not_sent_where_it_is_strict(
+    strict: bool, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    monkeypatch.setattr(Peer, "is_here", False)
+    secret = "canary-of-send"
+    codec = codec_for(PENDANT)
+    login = codec.encode(Login(request_id=1, kind=1, name="ann", secret=secret))
+    server = Server()
+    await server.start()
+    where = Endpoint(LOOPBACK, server.port)
+    task = asyncio.create_task(talk(where, [login], codec, within=5.0, strict=strict))
+    peer = await server.next()
+    if strict:
+        with pytest.raises(PacketToolError, match="not sent: it holds a password in clear text"):
+            await task
+        assert await peer.rest() == b""
+    else:
+        assert await peer.read(len(login)) == login
+        peer.write(PONG)
+        await task
+        told = capsys.readouterr().err
+        assert told.startswith("warning: a password leaves in clear text for 127.0.0.1:")
+        assert secret not in told
+    await server.close()
+
+
+async def test_what_holds_no_secret_or_stays_on_this_machine_has_no_warning(
+    capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    codec = codec_for(PENDANT)
+    login = codec.encode(Login(request_id=1, kind=1, name="ann", secret="canary"))
+    for packet, is_here in ((login, True), (PING, False)):
+        with monkeypatch.context() as patched:
+            if not is_here:
+                patched.setattr(Peer, "is_here", False)
+            server = Server()
+            await server.start()
+            where = Endpoint(LOOPBACK, server.port)
+            task = asyncio.create_task(talk(where, [packet], codec, within=5.0, strict=True))
+            peer = await server.next()
+            assert await peer.read(len(packet)) == packet
+            peer.write(PONG)
+            await task
+            await server.close()
+    assert "clear text" not in capsys.readouterr().err

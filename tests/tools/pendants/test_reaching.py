@@ -45,7 +45,7 @@ REFUSED = f"[Errno {errno.ECONNREFUSED}] Connect call failed"
         ),
         (OSError(errno.EHOSTUNREACH, "No route to host"), False, "robot:7 cannot be reached: No r"),
         (OSError(), False, "robot:7 cannot be reached: OSError; check"),
-        (ConnectionResetError(), True, r"robot:7 may not speak TLS \(it closed.*: leave --ca out"),
+        (ConnectionResetError(), True, r"robot:7 may not speak TLS \(it closed.*: check the port"),
         (ssl.SSLError(1, "WRONG_VERSION_NUMBER"), True, r"may not speak TLS \(.*WRONG_VERSION"),
     ],
 )
@@ -164,5 +164,5 @@ async def test_plain_and_tls_ends_tell_each_other_s_user_what_to_change(tmp_path
             await pendant.next_state()
         assert server.one(Login).name == "ada"
     async with peer(lambda writer: writer.transport.abort()) as port:
-        with pytest.raises(Unreachable, match=r"may not speak TLS .*: leave --ca out"):
+        with pytest.raises(Unreachable, match=r"may not speak TLS .*: check the port"):
             await PendantClient.connect("127.0.0.1", port, tls=trusting)

@@ -12,6 +12,7 @@ from itertools import groupby
 from typing import Any
 from xml.etree import ElementTree
 
+from ...console import one_line
 from .check import CheckVerdict, Judgement, Result
 
 FORMAT = "openpendant-conformance/1"
@@ -143,6 +144,4 @@ def _printable(text: str) -> str:
 
     XML knows no control characters at all, and a terminal obeys them.
     """
-    return "".join(
-        letter if letter.isprintable() else "\N{REPLACEMENT CHARACTER}" for letter in text
-    )
+    return one_line(text, "\N{REPLACEMENT CHARACTER}")

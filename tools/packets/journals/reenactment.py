@@ -24,6 +24,7 @@ from pydantic import ValidationError
 from openpendant.simplemsg.journal import Journal
 
 from ..console import PacketToolError
+from ..reading.progress import watched
 from .journal_file import (
     BytesOut,
     Effect,
@@ -274,7 +275,7 @@ def rerun(path: Path, until: Until | None = None) -> RerunOutcome:
 
 def _rerun(path: Path, limit: Until) -> RerunOutcome:
     began = time.perf_counter()
-    with path.open("rb") as stream:
+    with path.open("rb") as opened, watched(opened) as (stream, _):
         journal = JournalFile(path, stream)
         replayed = ReplayedJournal(journal.header)
         process = _process_of(journal.header)(journal.header, replayed)

@@ -29,7 +29,7 @@ from openpendant.simplemsg.motoman import MotomanMotionCtrl, MotomanMotionReply
 from openpendant.simplemsg.packet_text import packet_to_json
 from openpendant.simplemsg.pendant import Hello, Management, Verdict
 
-from ...console import complain
+from ...console import clean_json, complain
 from ..reading.field_table import is_failed_verdict, remark_on
 
 COMMAND_AT = HEADER_SIZE + 8
@@ -136,7 +136,8 @@ class AnswerPrinter:
         if answer.latency is not None:
             self._latencies.append(answer.latency)
             shown_as["latency_ms"] = round(1e3 * answer.latency, 3)
-        print(json.dumps(shown_as) if self._as_json else _in_a_line(shown_as), flush=True)
+        said = json.dumps(shown_as) if self._as_json else _in_a_line(shown_as)
+        print(clean_json(said), flush=True)
         remark = remark_on(message) if message is not None else ""
         if remark:
             self.note(f"    {remark}")

@@ -100,6 +100,12 @@ class Peer:
             raise PeerError(f"cannot connect to {endpoint}: {in_short(error)}") from None
         return cls(str(endpoint), *streams)
 
+    @property
+    def is_here(self) -> bool:
+        """True if its address is one of this machine's."""
+        own, peer = (self._writer.get_extra_info(end) for end in ("sockname", "peername"))
+        return bool(own and peer) and (peer[0] == own[0] or is_loopback(peer[0]))
+
     async def send(self, data: bytes, within: float) -> None:
         """Write bytes in one piece.
 

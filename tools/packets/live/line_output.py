@@ -1,7 +1,8 @@
 """Line output to a file that never holds up the traffic.
 
 Owns the buffer in front of the file, the size limit, and what happens when the file cannot be
-written: writing ends for good and says why; nobody is stopped by it. Lines are collected here and
+written: writing ends for good and says why; nobody is stopped by it. The file is its owner's alone:
+what people typed is in the frames. Lines are collected here and
 written by an executor, since a full pipe or a slow disk blocks.
 """
 
@@ -14,7 +15,10 @@ import stat
 import sys
 from collections.abc import Callable
 from concurrent.futures import ThreadPoolExecutor
+from pathlib import Path
 from threading import Event as Flag
+
+from openpendant.simplemsg.journal_writer import open_for_owner
 
 FLUSH_PERIOD = 0.1
 """Lines reach the file within this time [s]."""
@@ -142,4 +146,4 @@ class LineOutput:
 def _open(path: str) -> int:
     if path == "-":
         return os.dup(sys.stdout.fileno())
-    return os.open(path, os.O_WRONLY | os.O_CREAT | os.O_TRUNC, 0o666)
+    return open_for_owner(Path(path))

@@ -22,7 +22,7 @@ from openpendant.simplemsg.framing import Frame
 from openpendant.simplemsg.masking import masked_frame
 from openpendant.simplemsg.packet_text import packet_to_json
 
-from ...console import ExitCode
+from ...console import ExitCode, clean_json, one_line
 from ..trace import Event, TraceDirection, entry_to_json
 from .field_table import FieldValue, Value, field_values, remark_on
 from .reader import Reading
@@ -71,15 +71,6 @@ def on_terminal() -> bool:
     return sys.stdout is not None and sys.stdout.isatty()
 
 
-def harmless(text: str) -> str:
-    """Return a text without control characters; they are written as escapes."""
-    if text.isprintable():
-        return text
-    return "".join(
-        character if character.isprintable() else repr(character)[1:-1] for character in text
-    )
-
-
 def item_as_json(item: Reading | Event) -> dict[str, Any]:
     """Return a packet or an event as a JSON object: its place in the trace, then what it says."""
     if isinstance(item, Event):
@@ -102,7 +93,7 @@ def item_as_line(item: Reading | Event, paint: Paint) -> str:
     """Return a packet or an event as one line."""
     if isinstance(item, Event):
         where = f"{item.port}/{item.connection}" if item.port else ""
-        text = paint(harmless(item.text), Style.YELLOW)
+        text = paint(one_line(item.text), Style.YELLOW)
         return f"{'':>6} {item.time / _NANOSECONDS:11.6f}  * {where:<9} {text}"
     packet = item.packet
     arrow = "->" if packet.direction is TraceDirection.TO_SERVER else "<-"
@@ -120,7 +111,7 @@ def item_as_line(item: Reading | Event, paint: Paint) -> str:
 def _malformed(header: Frame | None, name: str, fault: str, data: bytes, paint: Paint) -> str:
     what = f"{name} " if header is not None else ""
     digits = masked_frame(data)[:24].hex() + ("..." if len(data) > 24 else "")
-    return paint(f"MALFORMED {what}{harmless(fault)}", Style.RED) + f" [{digits}]"
+    return paint(f"MALFORMED {what}{one_line(fault)}", Style.RED) + f" [{digits}]"
 
 
 def message_as_line(message: Message, codec: Codec, paint: Paint) -> str:
@@ -161,7 +152,7 @@ def _short(field: FieldValue) -> str:
 def _value(value: Value, *, short: bool) -> str:
     match value:
         case str():
-            text = harmless(value)
+            text = one_line(value)
             if short and len(text) > _LONGEST_TEXT:
                 text = text[:_LONGEST_TEXT] + "..."
             return f'"{text}"'
@@ -197,13 +188,13 @@ def item_as_tree(item: Reading | Event, paint: Paint) -> str:
     }
     title = f"{item.number}  {packet.time / _NANOSECONDS:.6f} s  {ways[packet.direction]}"
     where = f"port {packet.port}, connection {packet.connection}"
-    scenario = f", {harmless(packet.scenario)}" if packet.scenario else ""
+    scenario = f", {one_line(packet.scenario)}" if packet.scenario else ""
     lines = [f"{paint(title, Style.BOLD)}  {where}{scenario}, {len(packet.data)} bytes"]
     if item.latency is not None:
         lines.append(f"      answers {item.answers} after {item.latency / 1e6:.3f} ms")
     lines += frame_as_tree(packet.data, item.message, item.codec, paint)
     if item.message is None:
-        lines.append(paint(f"      MALFORMED {harmless(item.fault)}", Style.RED))
+        lines.append(paint(f"      MALFORMED {one_line(item.fault)}", Style.RED))
         lines += _hex_rows(packet.data)
     return "\n".join(lines)
 
@@ -317,6 +308,8 @@ class Output:
         usual = Format.LINE if on_terminal() else Format.JSON
         self.form = Format(arguments.format) if arguments.format else usual
         self.paint: Paint = painter(arguments.color)
+        self.before_text: Callable[[], None] = lambda: None
+        """Called before each text: takes a progress line off the terminal."""
         self._left: int | None = arguments.max_packets
         self._scenario = ""
 
@@ -340,11 +333,11 @@ class Output:
         """Print a packet or an event in the chosen format."""
         scenario = item.scenario if isinstance(item, Event) else item.packet.scenario
         if scenario != self._scenario and self.form is not Format.JSON:
-            self.print_text(self.paint(f"== {harmless(scenario)}", Style.BOLD))
+            self.print_text(self.paint(f"== {one_line(scenario)}", Style.BOLD))
         self._scenario = scenario
         match self.form:
             case Format.JSON:
-                self.print_text(json.dumps(item_as_json(item), allow_nan=False))
+                self.print_text(clean_json(json.dumps(item_as_json(item), allow_nan=False)))
             case Format.LINE:
                 self.print_text(item_as_line(item, self.paint))
             case Format.TREE:
@@ -359,4 +352,5 @@ class Output:
 
     def print_text(self, text: str) -> None:
         """Print lines at once, so that a reader sees each packet before the next one comes."""
+        self.before_text()
         print(text, flush=True)

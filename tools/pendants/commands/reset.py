@@ -10,8 +10,8 @@ from functools import cache, partial
 
 from openpendant.simplemsg.pendant.management.cell import LatchedStop
 
-from ...console import ExitCode
-from ..client import PendantClient, Refused
+from ...console import ExitCode, one_line
+from ..client import NotUnderstood, PendantClient, Refused
 from .running import CommandOutput, facts_of, parser, run, server_access
 
 
@@ -36,7 +36,7 @@ def main(argv: list[str] | None = None) -> int:
 
 async def _look(shown: list[LatchedStop], pendant: PendantClient, output: CommandOutput) -> int:
     """Read the latched stop into `shown`."""
-    latched = (await pendant.snapshot())["stop"]
+    latched = await _latched(pendant)
     if latched is None:
         output.say("nothing", "no stop is latched")
     else:
@@ -46,7 +46,7 @@ async def _look(shown: list[LatchedStop], pendant: PendantClient, output: Comman
 
 async def _reset(shown: list[LatchedStop], pendant: PendantClient, output: CommandOutput) -> int:
     """Reset the stop that was shown, or any latched stop if none was shown."""
-    latched = (await pendant.snapshot())["stop"]
+    latched = await _latched(pendant)
     if latched is None:
         output.say("nothing", "no stop is latched")
         return ExitCode.OK
@@ -65,12 +65,29 @@ async def _reset(shown: list[LatchedStop], pendant: PendantClient, output: Comma
     return ExitCode.OK
 
 
+async def _latched(pendant: PendantClient) -> LatchedStop | None:
+    """Return the latched stop; None for none.
+
+    Raises:
+        NotUnderstood: the server's snapshot does not say.
+    """
+    try:
+        latched = (await pendant.snapshot())["stop"]
+        if latched is not None:
+            _told(latched)
+    except (KeyError, TypeError) as error:
+        text = f"the server's snapshot cannot be read ({error!r}); is it another version?"
+        raise NotUnderstood(text) from None
+    return latched
+
+
 def _ask(output: CommandOutput, latched: LatchedStop) -> int:
     """Ask for a confirmation; return `ExitCode.OK` for yes, else the exit code of the command."""
     if not sys.stdin.isatty():
         output.complain("wrong", "nobody is there to be asked; a script says --yes")
         return ExitCode.USAGE
-    print(f"Reset the stop by {_told(latched)}? [y/N] ", end="", file=sys.stderr, flush=True)
+    question = one_line(f"Reset the stop by {_told(latched)}?", "?")
+    print(f"{question} [y/N] ", end="", file=sys.stderr, flush=True)
     try:
         answer = sys.stdin.readline()
     except KeyboardInterrupt:

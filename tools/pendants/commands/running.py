@@ -8,17 +8,31 @@ from __future__ import annotations
 
 import argparse
 import asyncio
-import json
 from collections.abc import Awaitable, Callable
 from functools import partial
 from pathlib import Path
 
 from openpendant.simplemsg.verdicts import VerdictCode
 
-from ...console import ExitCode, complain, one_line
-from ..client import DEFAULT_PORT, PendantClient, PendantError, Refused, WrongArgument
+from ...console import ExitCode, complain, json_text, one_line
+from ..client import (
+    DEFAULT_PORT,
+    PendantClient,
+    PendantError,
+    Refused,
+    SecretUnprotected,
+    WrongArgument,
+)
 from ..connection_errors import server_address
-from ..credentials import PASSWORD_VARIABLE, guest_name, pairing_code, password_of, tls_context
+from ..credentials import (
+    PASSWORD_VARIABLE,
+    STRICT,
+    guest_name,
+    pairing_code,
+    password_of,
+    tls_context,
+    told_of_unprotected_secrets,
+)
 
 EPILOG = (
     "Exit codes: 0 done, 1 refused or not done, 2 wrong usage, 69 no server answered or it does"
@@ -55,6 +69,7 @@ def parser(name: str, description: str, *, logs_in: bool = True) -> argparse.Arg
             " with --pairing: your name in the class",
         )
         reader.add_argument("--pairing", action="store_true", help="ask for the code of a class")
+        reader.add_argument("--strict", action="store_true", help=STRICT)
     reader.add_argument(
         "--json", action="store_true", help="one JSON object a line on standard output"
     )
@@ -83,6 +98,7 @@ def server_access(arguments: argparse.Namespace) -> Connect:
     connect = partial(PendantClient.connect, host, port, cell=arguments.cell, tls=tls)
     if "user" not in arguments:
         return connect
+    connect = partial(connect, strict=arguments.strict)
     if arguments.pairing:
         code = pairing_code()
         return partial(connect, user=arguments.user or guest_name("terminal"), pairing=code)
@@ -126,7 +142,7 @@ class CommandOutput:
         """Write an event to standard output."""
         line = one_line(sentence, "?")
         if self._is_json:
-            line = json.dumps({"event": event, "text": sentence, **facts}, ensure_ascii=False)
+            line = json_text({"event": event, "text": sentence, **facts})
         print(line, flush=True)
 
     def complain(self, event: str, sentence: str, **facts: object) -> None:
@@ -150,15 +166,20 @@ def run(
         act: what the command does on the connection; returns the exit code.
         state_rate: of the state messages [Hz].
     """
+
+    def warn(text: str) -> None:
+        complain(f"openpendant {output.name}: warning: {text}")
+
     try:
-        return asyncio.run(_connected(enter(), act, output, state_rate))
+        with told_of_unprotected_secrets(warn):
+            return asyncio.run(_connected(enter(), act, output, state_rate))
     except KeyboardInterrupt:
         output.complain("interrupted", "interrupted")
         return ExitCode.INTERRUPTED
     except TimeoutError:
         text = f"no answer within {CONNECT_WITHIN:g} s; is it a pendant port?"
         return _unavailable(output, text)
-    except WrongArgument as error:
+    except (SecretUnprotected, WrongArgument) as error:
         output.complain("wrong", str(error))
         return ExitCode.USAGE
     except Refused as refused:

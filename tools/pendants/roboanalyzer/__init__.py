@@ -65,6 +65,7 @@ class RoboAnalyzerClient:
         speed: float = 0.2,
         client: str = "RoboAnalyzer",
         tls: ssl.SSLContext | None = None,
+        strict: bool = False,
         user: str = "",
         password: str | None = None,
         pairing: str | None = None,
@@ -78,6 +79,7 @@ class RoboAnalyzerClient:
             speed: of every motion, a fraction of the joints' largest speed.
             client: name that others are shown; at most 32 bytes.
             tls: how to encrypt and whom to trust; None for an unencrypted connection.
+            strict: refuse to log in where others could read the secret; see `PendantClient`.
             user: account, or with a pairing code the name of a guest, `client` if empty.
             pairing: code of a class, instead of a password; where the server has several cells,
                 `cell` says which.
@@ -100,6 +102,7 @@ class RoboAnalyzerClient:
                 cell=cell,
                 state_rate=50.0,
                 tls=tls,
+                strict=strict,
                 user=user,
                 password=password,
                 pairing=pairing,

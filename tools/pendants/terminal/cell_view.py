@@ -8,6 +8,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass, field
 
+from openpendant.simplemsg import JOINT_SLOTS
 from openpendant.simplemsg.pendant import (
     Activity,
     AuthorityChanged,
@@ -21,7 +22,9 @@ from openpendant.simplemsg.pendant import (
     StopChanged,
     StopKind,
 )
-from openpendant.simplemsg.pendant.management.cell import JointFacts, Snapshot
+from openpendant.simplemsg.pendant.management.cell import JointFacts, ProgramUnderWay, Snapshot
+
+from ..connection_errors import NotUnderstood
 
 STALE_NS = 300_000_000
 """A state that came longer ago is called stale, and nothing is jogged on it."""
@@ -40,6 +43,18 @@ class ProgramPlace:
     name: str
     revision: int
     line: int
+
+
+def _joint(told: JointFacts) -> JointFacts:
+    """Return a joint of a snapshot whose name and limits are such."""
+    if told["unit"] not in ("rad", "m"):
+        raise ValueError(told["unit"])
+    lower, upper = float(told["lower"]), float(told["upper"])
+    return {**told, "name": str(told["name"]), "lower": lower, "upper": upper}
+
+
+def _place(told: ProgramUnderWay) -> ProgramPlace:
+    return ProgramPlace(str(told["name"]), int(told["revision"]), int(told["line"]))
 
 
 @dataclass(slots=True)
@@ -82,21 +97,34 @@ class CellView:
         self.is_connected, self.absence = False, reason
 
     def connected(self, hello: HelloReply, snapshot: Snapshot) -> None:
-        """Start with a new connection: discard everything of the last one."""
+        """Start with a new connection: discard everything of the last one.
+
+        Raises:
+            NotUnderstood: the snapshot lacks something, or has something else in its place.
+        """
+        try:
+            self._read(snapshot)
+        except (KeyError, TypeError, ValueError) as error:
+            text = f"the server's snapshot cannot be read ({error!r}); is it another version?"
+            raise NotUnderstood(text) from None
         self.is_greeted = self.is_connected = True
         self.absence = ""
         self.robot, self.cell, self.session = hello.robot, hello.cell, hello.session
-        self.joints = tuple(snapshot["joints"])
-        named = (name for name in snapshot["frames"] if name not in ("base", "tool"))
-        self.frames = ("base", "tool", *named)
         self.state = None
-        owner, stop = snapshot["owner"], snapshot["stop"]
-        self.owner = "" if owner is None else owner["client"]
-        self.stopped_by = "" if stop is None else stop["client"]
-        self.stop_reason = "" if stop is None else stop["reason"]
-        run = snapshot["program"]
+
+    def _read(self, snapshot: Snapshot) -> None:
+        joints = tuple(map(_joint, snapshot["joints"]))
+        if len(joints) > JOINT_SLOTS:
+            raise ValueError(f"{len(joints)} joints")
+        named = (str(name) for name in snapshot["frames"] if name not in ("base", "tool"))
+        frames = ("base", "tool", *named)
+        owner, stop, run = snapshot["owner"], snapshot["stop"], snapshot["program"]
+        place = None if run is None else _place(run)
+        holder = "" if owner is None else str(owner["client"])
+        by, why = ("", "") if stop is None else (str(stop["client"]), str(stop["reason"]))
+        self.joints, self.frames, self.owner = joints, frames, holder
+        self.stopped_by, self.stop_reason = by, why
         if not self._is_told:  # a report may overtake the snapshot, and is never older
-            place = None if run is None else ProgramPlace(run["name"], run["revision"], run["line"])
             self._place = place
 
     def lost(self, reason: str) -> None:

@@ -24,9 +24,24 @@ import typer
 from openpendant.simplemsg.verdicts import VerdictCode
 
 from ...console import ExitCode, command, complain, run
-from ..client import DEFAULT_PORT, PendantClient, PendantError, Refused, WrongArgument
+from ..client import (
+    DEFAULT_PORT,
+    PendantClient,
+    PendantError,
+    Refused,
+    SecretUnprotected,
+    WrongArgument,
+)
 from ..connection_errors import server_address
-from ..credentials import PASSWORD_VARIABLE, guest_name, pairing_code, password_of, tls_context
+from ..credentials import (
+    PASSWORD_VARIABLE,
+    STRICT,
+    guest_name,
+    pairing_code,
+    password_of,
+    tls_context,
+    told_of_unprotected_secrets,
+)
 from .connection import Connect, LogIn
 from .screen_text import status_once
 from .stop_key import REMEDY
@@ -80,6 +95,9 @@ def pendant(
     ca: Annotated[
         Path | None, typer.Option(help="Certificate of the server; encrypts the connection.")
     ] = None,
+    strict: Annotated[
+        bool, typer.Option("--strict", help=f"{STRICT[0].upper()}{STRICT[1:]}.")
+    ] = False,
     plain: Annotated[
         bool, typer.Option(help="Print once how the robot stands, and end; needs no terminal.")
     ] = False,
@@ -115,6 +133,7 @@ def pendant(
             cell=cell,
             state_rate=_STATE_RATE,
             tls=tls,
+            strict=strict,
         )
 
     async def log_in(client: PendantClient) -> None:
@@ -124,13 +143,15 @@ def pendant(
             await client.login(user, password=secret)
 
     if plain:
-        print(_status(connect, log_in))
+        with told_of_unprotected_secrets(lambda text: _complain(f"warning: {text}")):
+            print(_status(connect, log_in))
     else:
         from .app import PendantApp
 
         end_with_terminal([sys.stdin.fileno(), sys.stderr.fileno()])
         screen = PendantApp(connect, log_in)
-        gave_up = screen.run(mouse=False)
+        with told_of_unprotected_secrets(screen.panel.messages.add):
+            gave_up = screen.run(mouse=False)
         if screen.panel.stop_key.is_owed:
             how, why = ("was left", "") if gave_up is None else ("ended", f" ({gave_up})")
             raise _Failed(f"it {how} before its stop was confirmed: {REMEDY}{why}")
@@ -142,7 +163,7 @@ def _status(connect: Connect, log_in: LogIn) -> str:
     """Return the state of the robot as text."""
     try:
         return asyncio.run(status_once(connect, log_in))
-    except (Refused, WrongArgument) as error:
+    except (Refused, SecretUnprotected, WrongArgument) as error:
         _give_up(error)
     except (OSError, PendantError, TimeoutError) as error:
         raise _Failed(str(error) or type(error).__name__) from None
@@ -153,7 +174,8 @@ def _give_up(error: PendantError) -> NoReturn:
     if isinstance(error, Refused):
         wrong = error.code == VerdictCode.UNKNOWN_CELL
         raise (_Unusable if wrong else _Failed)(connection_refused(error))
-    raise (_Unusable if isinstance(error, WrongArgument) else _Failed)(str(error))
+    wrong = isinstance(error, SecretUnprotected | WrongArgument)
+    raise (_Unusable if wrong else _Failed)(str(error))
 
 
 def end_with_terminal(descriptors: Sequence[int]) -> None:

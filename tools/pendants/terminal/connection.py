@@ -13,7 +13,14 @@ from collections.abc import Awaitable, Callable
 
 from openpendant.simplemsg.verdicts import VerdictCode
 
-from ..client import ConnectionLost, PendantClient, PendantError, Refused, WrongArgument
+from ..client import (
+    ConnectionLost,
+    PendantClient,
+    PendantError,
+    Refused,
+    SecretUnprotected,
+    WrongArgument,
+)
 from .commands import Command
 from .panel import Panel
 from .performer import Performer
@@ -64,7 +71,7 @@ class TerminalConnection:
         self._connect = connect
         self._log_in = log_in
         self._performer: Performer | None = None
-        self._turned_away: Refused | WrongArgument | None = None
+        self._turned_away: Refused | SecretUnprotected | WrongArgument | None = None
 
     def perform(self, commands: list[Command]) -> None:
         """Carry out commands; without a connection they are dropped."""
@@ -76,13 +83,14 @@ class TerminalConnection:
 
         Raises:
             Refused: the server refuses the connection, and would refuse each further attempt.
+            SecretUnprotected: others could read the password, and the connection is strict.
             WrongArgument: a request cannot be written as a message.
         """
         while True:
             pause = RETRY
             try:
                 await self._once()
-            except WrongArgument:
+            except (SecretUnprotected, WrongArgument):
                 raise
             except Refused as refused:
                 if is_hopeless(refused):
@@ -93,8 +101,6 @@ class TerminalConnection:
             except (OSError, PendantError, TimeoutError) as error:
                 reason = str(error) or type(error).__name__
                 self._panel.lost(f"{reason}; trying again in {pause:g} s")
-            except KeyError as error:
-                self._panel.lost(f"the server's snapshot has no {error}; is it another version?")
             await asyncio.sleep(pause)
 
     async def _once(self) -> None:
@@ -106,7 +112,7 @@ class TerminalConnection:
                 # So that a stop leaves before the login, and the snapshot knows of it.
                 await asyncio.sleep(0)
                 await self._stay(client)
-            except (Refused, WrongArgument) as error:
+            except (Refused, SecretUnprotected, WrongArgument) as error:
                 if self._panel.stop_key.is_awaited:
                     performer.perform(self._panel.turned_away(str(error)))
                     await self._stop_answered(client)
@@ -125,8 +131,8 @@ class TerminalConnection:
             self.perform(self._panel.connected())
             async for _ in client.states():
                 pass
-        except (Refused, WrongArgument) as error:
-            if isinstance(error, WrongArgument) or is_hopeless(error):
+        except (Refused, SecretUnprotected, WrongArgument) as error:
+            if not isinstance(error, Refused) or is_hopeless(error):
                 # Not tried again on a later connection for the stop: wrong secrets are counted.
                 self._turned_away = error
             raise

@@ -1,7 +1,7 @@
 """Messages of the pendant to its user: refusals, ends of motions, events.
 
 Owns their order, and that repetitions of one message become one line with a count: a held key that
-is refused thirty times a second leaves one line.
+is refused thirty times a second leaves one line. A message is one line, whatever a server put in.
 """
 
 from __future__ import annotations
@@ -9,7 +9,10 @@ from __future__ import annotations
 from collections import deque
 from dataclasses import dataclass, field
 
+from ...console import one_line
+
 _KEPT = 100
+_LONGEST = 1_000
 
 
 @dataclass(slots=True)
@@ -20,6 +23,7 @@ class Messages:
 
     def add(self, text: str) -> None:
         """Add a message, or increment the count of the last one if it is the same."""
+        text = one_line(text, "?", _LONGEST)
         if self._texts and self._texts[-1][0] == text:
             self._texts[-1] = (text, self._texts[-1][1] + 1)
         else:

@@ -20,6 +20,7 @@ from openpendant.simplemsg.pendant import (
     StopKind,
 )
 
+from ...console import one_line
 from . import commands as do
 from . import wording
 from .cell_view import CellView
@@ -43,6 +44,9 @@ from .teaching import Teaching
 from .wording import MODES, in_screen_units
 
 Question: TypeAlias = Choice | TextEntry | ProgramChoice
+
+_MOST_LINES, _LONGEST_LINE = 200, 1_000
+"""Of an answer of the server; more than that nobody reads on a display of four rows."""
 
 
 class Panel:
@@ -156,7 +160,7 @@ class Panel:
 
     def explained(self, lines: tuple[str, ...]) -> None:
         """Take the answer to why the robot does not move."""
-        self.why = lines
+        self.why = tuple(one_line(line, "?", _LONGEST_LINE) for line in lines[:_MOST_LINES])
         self._show(Page.WHY)
 
     def _let_go(self) -> list[Command]:

@@ -15,7 +15,15 @@ from typing import Any
 from openpendant.simplemsg.pendant import Motion, RunKind
 from openpendant.simplemsg.verdicts import VerdictCode
 
-from ..client import EnablingDevice, Hold, PendantClient, PendantError, Pose, Refused
+from ..client import (
+    EnablingDevice,
+    Hold,
+    NotUnderstood,
+    PendantClient,
+    PendantError,
+    Pose,
+    Refused,
+)
 from ..motions import MotionHandle
 from . import commands as do
 from .cell_view import CellView
@@ -23,6 +31,9 @@ from .commands import JOINTS, Command
 from .panel import Panel
 from .taught_program import DryRunFindings, ProgramEdit, TaughtProgram
 from .wording import refusal_line, why_lines, why_request
+
+_MOST_PARTS = 1_000
+"""A list or a text that comes in more parts than that is taken for endless."""
 
 
 class OpenPrograms:
@@ -35,12 +46,14 @@ class OpenPrograms:
     async def names(self) -> list[str]:
         """Return the names of all programs."""
         names: list[str] = []
-        first: int | None = 0
-        while first is not None:
+        first = 0
+        for _ in range(_MOST_PARTS):
             answer = await self._client.programs.list(first=first)
-            names += [each["name"] for each in answer["programs"]]
+            names += [str(each["name"]) for each in answer["programs"]]
+            if answer["next"] is None:
+                return names
             first = answer["next"]
-        return names
+        raise NotUnderstood("the server's list of programs does not end")
 
     async def create(self, name: str) -> None:
         """Create an empty program and show it."""
@@ -110,13 +123,14 @@ class OpenPrograms:
         """Load one form of a program; a long one arrives in parts."""
         parts: list[str] = []
         offset: int | None = 0
-        while offset is not None:
+        for _ in range(_MOST_PARTS):
             request = {"op": "programs.load", "name": name, "format": form, "offset": offset}
             answer = await self._client.manage(request | {"revision": revision})
             parts.append(answer["body"])
             revision, offset = int(answer["revision"]), answer["next"]
-        assert revision is not None
-        return "".join(parts), revision
+            if offset is None:
+                return "".join(parts), revision
+        raise NotUnderstood(f"the server's text of program {name} does not end")
 
 
 MOVE_SPEED = 0.1
@@ -161,7 +175,7 @@ class Performer:
                 self.perform(self._panel.not_enabled())
         except PendantError as error:
             self._panel.messages.add(str(error))
-        except (KeyError, ValueError) as error:
+        except (AttributeError, KeyError, TypeError, ValueError) as error:
             self._panel.messages.add(f"the server's answer cannot be read: {error!r}")
 
     async def close(self) -> None:

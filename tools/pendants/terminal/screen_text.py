@@ -1,7 +1,8 @@
 """Texts of the full screen around the display: lamps, status, joints, program, messages.
 
 Owns these texts, and the same once as plain text for pipes, logs and screen readers. Each state is
-given in words; `app` adds the colours.
+given in words; `app` adds the colours. Whatever a server put into a name or a sentence, a row stays
+one row of bounded length, without signs that a terminal acts on.
 """
 
 from __future__ import annotations
@@ -10,6 +11,9 @@ import math
 import textwrap
 import time
 
+from openpendant.simplemsg.pendant.management.cell import JointFacts
+
+from ...console import one_line
 from . import wording
 from .commands import JOINTS
 from .connection import Connect, LogIn
@@ -20,8 +24,18 @@ from .stop_key import TIMEOUT_NS
 from .taught_program import REACHABLE
 from .teaching import Teaching
 
+_LONGEST_ROW = 400
+_LONGEST_NAME = 40
 _BAR = 16
 _SHOWN_LINES = 6
+
+
+def _row(text: str) -> str:
+    return one_line(text, "?", _LONGEST_ROW)
+
+
+def _rows(*texts: str) -> str:
+    return "\n".join(map(_row, texts))
 
 
 def lamp_line(panel: Panel, now: int) -> str:
@@ -31,7 +45,7 @@ def lamp_line(panel: Panel, now: int) -> str:
 
 def banner(panel: Panel, now: int) -> str:
     """Return the most important sentence; a stop that is not confirmed comes first."""
-    return panel.stop_key.doubt(now) or wording.banner(panel.cell, now)
+    return _row(panel.stop_key.doubt(now) or wording.banner(panel.cell, now))
 
 
 def status_line(panel: Panel, now: int) -> str:
@@ -41,7 +55,7 @@ def status_line(panel: Panel, now: int) -> str:
     speed = "?" if state is None else f"{100 * state.override:.0f} %"
     mode = "?" if cell.mode is None else "{} ({})".format(*wording.MODES[cell.mode])
     who = f"{cell.robot} in {cell.cell}" if cell.robot else "no cell yet"
-    return (
+    return _row(
         f"{who}   control: {wording.owner(cell)}   mode: {mode}   "
         f"speed: {speed}   {wording.activity(cell)}   {stale}{_age(cell.age(now))}"
     )
@@ -67,7 +81,7 @@ def jog_line(panel: Panel, now: int) -> str:
         enabling = f"HELD, {panel.enabling.seconds_left(now)} s left"
     else:
         enabling = f"let go; v holds it until {limit} s without a key"
-    return f"jog: {frame}, {how}\nenabling (training): {enabling}"
+    return _rows(f"jog: {frame}, {how}", f"enabling (training): {enabling}")
 
 
 def joint_table(panel: Panel) -> str:
@@ -75,19 +89,25 @@ def joint_table(panel: Panel) -> str:
     positions = panel.cell.positions
     if positions is None:
         return "no joint values"
-    width = max(len(joint["name"]) for joint in panel.cell.joints)
+    names = [one_line(joint["name"], "?", _LONGEST_NAME) for joint in panel.cell.joints]
+    width = max(map(len, names))
     rows = []
-    for number, (joint, value) in enumerate(
-        zip(panel.cell.joints, positions, strict=True), start=1
+    for number, (joint, name, value) in enumerate(
+        zip(panel.cell.joints, names, positions, strict=True), start=1
     ):
         shown = (
             f"{math.degrees(value):z9.2f} °"
             if joint["unit"] == "rad"
             else f"{1000 * value:z9.1f} mm"
         )
-        part = (value - joint["lower"]) / (joint["upper"] - joint["lower"])
-        rows.append(f"{number:2} {joint['name']:<{width}} {shown} {_bar(part)}")
+        rows.append(f"{number:2} {name:<{width}} {shown} {_bar(_part(joint, value))}")
     return "\n".join(rows)
+
+
+def _part(joint: JointFacts, value: float) -> float:
+    """Return where a value is between its joint's limits, 0 to 1."""
+    room = joint["upper"] - joint["lower"]
+    return (value - joint["lower"]) / room if room else 0.0
 
 
 def _bar(part: float) -> str:
@@ -108,7 +128,7 @@ def program_list(panel: Panel) -> str:
     program = panel.teaching.program
     other = [line] if (line := other_line(panel)) else []
     if program is None:
-        return "\n".join(["no program is open; n opens one", *other])
+        return _rows("no program is open; n opens one", *other)
     running = running_statement(panel)
     selected = panel.teaching.selected
     room = _SHOWN_LINES - len(other)
@@ -122,8 +142,8 @@ def program_list(panel: Panel) -> str:
         for i, line in shown
     ]
     if not rows:
-        return "\n".join([head, *other, "empty; 1 records where the robot stands"])
-    return "\n".join([head, *other, _dry_run(panel.teaching), *rows])
+        return _rows(head, *other, "empty; 1 records where the robot stands")
+    return _rows(head, *other, _dry_run(panel.teaching), *rows)
 
 
 def _program_choice(choice: ProgramChoice) -> str:
@@ -137,7 +157,7 @@ def _program_choice(choice: ProgramChoice) -> str:
     first = max(0, min(choice.selected - _SHOWN_LINES // 2, len(offers) - _SHOWN_LINES))
     shown = list(enumerate(offers))[first : first + _SHOWN_LINES]
     rows = [f"{'>' if index == choice.selected else ' '} {name}" for index, name in shown]
-    return "\n".join([head, *rows, "type a part of its name, ↑ ↓, Enter"])
+    return _rows(head, *rows, "type a part of its name, ↑ ↓, Enter")
 
 
 def _reach(refusal: str | None) -> str:
@@ -183,7 +203,7 @@ async def status_once(connect: Connect, log_in: LogIn) -> str:
         texts = (
             lamp_line(panel, now),
             status_line(panel, now),
-            wording.banner(panel.cell, now),
+            banner(panel, now),
             joint_table(panel),
         )
     return "\n".join(text for text in texts if text)
