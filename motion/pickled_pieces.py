@@ -13,7 +13,7 @@ from typing import Any, Generic, TypeVar
 A_PIECE = 64
 """Number of values of a piece."""
 
-PER_VALUE = 12.0
+PER_VALUE = 5.0
 """About how long it takes to pickle one on an ordinary machine [µs]."""
 
 _PER_KEPT = 0.1  # µs

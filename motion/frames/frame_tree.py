@@ -21,7 +21,7 @@ of `FrameTree.transform`.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Collection, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from types import MappingProxyType
 from typing import TypeAlias
@@ -268,6 +268,25 @@ class FrameTree:
         if users:
             raise FrameInUse(name, tuple(users))
         frames = {key: frame for key, frame in self.frames.items() if key != name}
+        return replace(self, frames=MappingProxyType(frames))
+
+    def without(self, names: Collection[str]) -> FrameTree:
+        """Return the tree without some frames; `FrameInUse` where one that stays needs one of them.
+
+        As if they were removed one by one, those that need others first.
+        """
+        for name in names:
+            self._own(name, "removed")
+        needed: dict[str, list[str]] = {}
+        for frame in self.frames.values():
+            if frame.parent in names and frame.name not in names:
+                needed.setdefault(frame.parent, []).append(frame.name)
+        if self.selected_tool in names:
+            needed.setdefault(self.selected_tool, []).append(TOOL)
+        for name in names:
+            if name in needed:
+                raise FrameInUse(name, tuple(needed[name]))
+        frames = {key: frame for key, frame in self.frames.items() if key not in names}
         return replace(self, frames=MappingProxyType(frames))
 
     def ancestors(self, name: str) -> tuple[str, ...]:

@@ -45,10 +45,10 @@ from ..pose import Array
 from .mesh_file import read_mesh
 from .scene import Box, Capsule, Cylinder, Mesh, Scene, SceneObject, Shape, Sphere
 
-MOST_BODIES = 48
+MOST_BODIES = 40
 """Greatest number of bodies of a part."""
 
-MOST_CHECKS = 256
+MOST_CHECKS = 192
 """Greatest number of pairs of a part."""
 
 
@@ -65,18 +65,20 @@ class BuildStep(NamedTuple):
 
 
 # About how long it takes on an ordinary machine [µs].
-_PER_NAME = 0.5
+_PER_NAME = 0.2
 _PER_BODY = 1.0
+_PER_SORTED = 0.2  # pair
 _PER_CELL = 0.03  # of the table of bodies by bodies
 _PER_CUT = 0.6  # pair
 _PER_KEPT = 0.3  # body or pair of a part that is taken over, and of every part at the end
-_PER_PLACED = 18.0  # body
-_PER_CHECK = 2.5  # pair
+_PER_PLACED = 15.0  # body
+_PER_CHECK = 2.0  # pair
 _PER_DISTANCE = 2.5  # pair
-_PART = 60.0
+_PART = 50.0
 
 _BODIES_A_STEP = 256
 _CELLS_A_STEP = 8192
+_PAIRS_A_STEP = 512
 
 
 @dataclass(slots=True)
@@ -166,20 +168,26 @@ class _PairRule:
         return int((~self._is_link[pairs].all(axis=1)).sum())
 
 
-def _cut(pairs: NDArray[np.intp]) -> list[list[tuple[int, int]]]:
-    """Return (p, 2) pairs cut into parts, each in its order; one part where there are none.
+def _cut(
+    pairs: NDArray[np.intp],
+) -> Generator[BuildStep, None, list[list[tuple[int, int]]]]:
+    """Cut (p, 2) pairs into parts in steps; return each in its order, one where there are none.
 
     In the order of the later body: one that is added to the end of a scene changes the last part.
     """
+    yield BuildStep(_PER_SORTED * len(pairs), fits=True)
     parts: list[list[tuple[int, int]]] = [[]]
     seen: set[int] = set()
     ordered = pairs[np.lexsort((pairs[:, 0], pairs[:, 1]))].tolist()
-    for first, second in ordered:
-        seen |= {first, second}
-        if len(parts[-1]) == MOST_CHECKS or len(seen) > MOST_BODIES:
-            parts.append([])
-            seen = {first, second}
-        parts[-1].append((first, second))
+    for index in range(0, len(ordered), _PAIRS_A_STEP):
+        some = ordered[index : index + _PAIRS_A_STEP]
+        yield BuildStep(_PER_CUT * len(some), fits=True)
+        for first, second in some:
+            seen |= {first, second}
+            if len(parts[-1]) == MOST_CHECKS or len(seen) > MOST_BODIES:
+                parts.append([])
+                seen = {first, second}
+            parts[-1].append((first, second))
     return [sorted(part) for part in parts]
 
 
@@ -325,7 +333,8 @@ class _Part:
         """Return True if it is the part of some pairs of bodies, which have the names of its."""
         same = self._inside == inside and len(self._sources) == len(bodies)
         return same and all(
-            known == body.source for known, body in zip(self._sources, bodies, strict=True)
+            known is body.source or known == body.source
+            for known, body in zip(self._sources, bodies, strict=True)
         )
 
     def proximity(self, number: int) -> Proximity:
@@ -441,8 +450,7 @@ class CollisionModel:
         if count > most_pairs:
             raise SceneTooLarge(count, int(most_pairs), len(scene.objects))
         checked = np.concatenate(found)
-        yield BuildStep(_PER_CUT * len(checked), fits=True)
-        parts = _cut(checked)
+        parts = yield from _cut(checked)
         kept = {} if before is None else {part.names: part for part in before._parts}
         self._parts: list[_Part] = []
         for part in parts:
@@ -490,6 +498,15 @@ class CollisionModel:
         self.sweep = parts[0].sweep if len(parts) == 1 else np.vstack([one.sweep for one in parts])
         # For each pair its part, and its number there.
         self._in_part = [(part, number) for part in parts for number in range(len(part.pairs))]
+
+    def parts_to_drop(self) -> list[object]:
+        """Return all that takes long to be freed, a millisecond or less each, to be dropped apart.
+
+        What another model shares, or this one still needs, is not freed by that.
+        """
+        objects = list(self._objects.values())
+        pieces = range(0, len(objects), _BODIES_A_STEP)
+        return [*self._parts, *(objects[first : first + _BODIES_A_STEP] for first in pieces)]
 
     def collides(self, joint_position: Sequence[float] | Array) -> bool:
         """Return True if any checked pair touches at a (n,) controller-side position [rad or m]."""
@@ -617,7 +634,7 @@ class CollisionModel:
     def _object_body(self, each: SceneObject, known: Mapping[str, _Body]) -> _Body:
         """Return the body of an object, the known one where it is the same."""
         before = known.get(each.name)
-        if before is not None and before.source == each:
+        if before is not None and (before.source is each or before.source == each):
             return before
         links = self.kinematics.robot.links
         if each.link is not None and each.link not in links:

@@ -67,14 +67,10 @@ def with_frames(kind: DocumentKind, body: str, tree: FrameTree) -> FrameTree:
     """
     selected = tree.selected_tool
     if kind is DocumentKind.TOOLS:
-        bare = tree.select_tool(None)
-        for tool in tree.tools:
-            bare = bare.remove(tool.name)
+        bare = tree.select_tool(None).without({tool.name: None for tool in tree.tools})
         grown = frames_from_json(body, "tools", bare)
         return grown
-    bare = tree
-    for frame in reversed(tree.user_frames):
-        bare = bare.remove(frame.name)
+    bare = tree.without({frame.name: None for frame in tree.user_frames})
     grown = frames_from_json(body, "frames", bare)
     # A document of frames selects no tool, which is not to say that none is selected.
     return grown if grown.selected_tool == selected else grown.select_tool(selected)
@@ -231,14 +227,16 @@ class _Building(NamedTuple):
 _Then: TypeAlias = Callable[[Refusal | None, int], list[Effect]]
 """Takes why a scene was not put in force, None where it was, and the time."""
 
-TURN_EFFORT = 1_000.0
+TURN_EFFORT = 1_200.0
 """Most that is built in one turn [µs]; a single step may take longer, and then has it for itself.
 
 By the effort that the steps announce, which is counted: a rerun of a journal makes the same turns.
 Half of what a turn may take, for machines that are slower.
 """
 
-_SWAP = 400.0  # µs: to put in force what is built, and to have it saved
+_SWAP = 500.0  # µs: to put in force what is built, and to have it saved
+_PER_OBJECT = 0.3  # µs: to make a scene of another
+_PER_ALLOWED = 0.2  # µs
 
 _BUILT = "a change of the scene is being put in force"
 
@@ -508,7 +506,9 @@ class PlanningScene:
         building = _Building(scene, _only_adds(before, scene))
         self._building = building
         self._tell_cell()
-        turns, is_announced = _Turns(), False
+        # That the scene was made belongs to the first turn, too.
+        spent = _PER_OBJECT * len(scene.objects) + _PER_ALLOWED * len(scene.allowed)
+        turns, is_announced = _Turns(spent), False
         steps = self._view.scene_steps(scene)
 
         def built(found: Any, at: int) -> list[Effect]:
@@ -553,11 +553,13 @@ class PlanningScene:
         return found
 
     def _put_in_force(self, building: _Building, built: Any, now: int) -> list[Effect]:
+        before = self._view.built
         is_changed = building.scene != self.scene
         self._view.apply_scene(self.frames, built)
+        out = [] if before is built else self._pending.run(_dropped(before), _nothing, now)
         if not is_changed or building.only_adds:
-            return []
-        return self._watcher.planned_in(building.scene, now, now)
+            return out
+        return out + self._watcher.planned_in(building.scene, now, now)
 
     def _end_building(self, refused: Refusal | None, then: _Then, now: int) -> list[Effect]:
         self._building = None
@@ -671,8 +673,8 @@ def _in_turns(making: Making) -> Steps[str]:
 class _Turns:
     """Turns of one build: how much of its work is done in each."""
 
-    def __init__(self) -> None:
-        self._spent = 0.0
+    def __init__(self, spent: float = 0.0) -> None:
+        self._spent = spent
 
     def spend(self, effort: float) -> Steps[None]:
         """Wait for the next tick where a step would make this turn too long."""
@@ -715,6 +717,21 @@ def _until_it_fits(
     for effort in scene.pickle_steps(before):
         yield from turns.spend(effort)
     return None
+
+
+def _dropped(built: Any) -> Steps[None]:
+    """Drop what is no longer in force, a part in each turn: to be freed takes as long as to build.
+
+    A jog that comes to rest with it keeps it that long.
+    """
+    parts = built.parts_to_drop()
+    while parts:
+        yield Turn.LAST
+        del parts[-1]
+
+
+def _nothing(_: object, now: int) -> list[Effect]:
+    return []
 
 
 def _only_adds(before: Scene, after: Scene) -> bool:

@@ -51,7 +51,7 @@ loop, in steps of about a millisecond. On an arm of eight moving shapes 250 stan
 many; each held one makes one more with each that stands.
 """
 
-_PROOF = 150.0  # µs: the proof of clear ways for a model
+_PROOF = 50.0  # µs: the proof of clear ways for a model
 
 
 @dataclass(frozen=True, slots=True)
@@ -67,6 +67,10 @@ class BuiltScene:
     scene: Scene
     collision: CollisionModel
     clear_path: ClearPath
+
+    def parts_to_drop(self) -> list[object]:
+        """Return all that takes long to be freed, to be dropped apart."""
+        return self.collision.parts_to_drop()
 
 
 _NAMED_POSITIONS = ("home", "zero")

@@ -9,7 +9,7 @@ from rigs.cells.surrounded_cell import SurroundedCell, robot
 
 from openpendant.motion.frames.frame_tree import FrameTree
 from openpendant.motion.pose import Pose
-from openpendant.motion.scene.scene import MAX_ALLOWED, Scene, SceneObject, Sphere
+from openpendant.motion.scene.scene import MAX_ALLOWED, Box, Scene, SceneObject
 from openpendant.server.refusal import Refusal
 from openpendant.server.shell.robot_kinematics import MOST_PAIRS
 from openpendant.server.store.documents import DocumentKind
@@ -31,20 +31,21 @@ UNCHECKED = MAX_ALLOWED // len(LINKS)
 FRAMES = 960
 
 
-def ball(number: int, *, z: float = 0.0) -> SceneObject:
-    place = (1.5 + 0.1 * (number % 20), 0.1 * (number // 20), z)
-    return SceneObject(f"ball {number}", Sphere(0.01 + 1e-6 * number), place)
+def box(number: int, *, z: float = 0.0) -> SceneObject:
+    place = (0.6 + 0.1 * (number % 20), 0.1 * (number // 20), z)
+    turn = (0.5, 0.5, 0.5, 0.5) if number % 2 else (0.6, 0.0, 0.8, 0.0)
+    return SceneObject(f"box {number}", Box((0.03, 0.02, 0.01 + 1e-6 * number)), place, turn)
 
 
 def full(*, room: int = 0, z: float = 0.0) -> Scene:
     """Return the fullest scene of a UR5, but for room for some objects that are checked."""
     count = CHECKED - room + UNCHECKED
     allowed = {
-        (min(link, f"ball {number}"), max(link, f"ball {number}"))
+        (min(link, f"box {number}"), max(link, f"box {number}"))
         for number in range(CHECKED - room, count)
         for link in LINKS
     }
-    return Scene(tuple(ball(number, z=z) for number in range(count)), frozenset(allowed))
+    return Scene(tuple(box(number, z=z) for number in range(count)), frozenset(allowed))
 
 
 def chain() -> FrameTree:
@@ -125,37 +126,37 @@ class Row(NamedTuple):
 
 ROWS = {
     "an object added": Row(ask("scene.add", object=NEW, **WITH)),
-    "an object removed": Row(ask("scene.remove", name="ball 0", **WITH)),
-    "an object moved": Row(ask("scene.move", name="ball 3", pose=POSE, **WITH)),
+    "an object removed": Row(ask("scene.remove", name="box 0", **WITH)),
+    "an object moved": Row(ask("scene.move", name="box 3", pose=POSE, **WITH)),
     "a contact allowed": Row(
-        ask("scene.allow", first="ball 1", second=LINKS[0], expected_revision=2),
-        ask("scene.forbid", first=f"ball {CHECKED}", second=LINKS[0], **WITH),
+        ask("scene.allow", first="box 1", second=LINKS[0], expected_revision=2),
+        ask("scene.forbid", first=f"box {CHECKED}", second=LINKS[0], **WITH),
     ),
     "a contact forbidden": Row(
-        ask("scene.forbid", first=f"ball {CHECKED}", second=LINKS[0], **WITH)
+        ask("scene.forbid", first=f"box {CHECKED}", second=LINKS[0], **WITH)
     ),
     "an object attached": Row(
-        ask("scene.attach", name="ball 0", expected_revision=2),
-        lambda cell: cell.put(full(room=40)),
+        ask("scene.attach", name="box 0", expected_revision=2),
+        lambda cell: cell.put(full(room=70)),
     ),
     "an object detached": Row(
-        ask("scene.detach", name="ball 0", expected_revision=3),
+        ask("scene.detach", name="box 0", expected_revision=3),
         lambda cell: (
-            cell.put(full(room=40)),
-            cell.ask("scene.attach", name="ball 0", expected_revision=2),
+            cell.put(full(room=70)),
+            cell.ask("scene.attach", name="box 0", expected_revision=2),
         ),
     ),
     "the whole replaced": Row(lambda cell: cell.put(full(z=0.5))),
     "a scene of twenty": Row(lambda cell: cell.put(Scene(full().objects[:20], revision=7))),
     "an object taken by a program": Row(
-        lambda cell: cell.rearrange(cell.around.world.carry, "ball 0"),
-        lambda cell: cell.put(full(room=40)),
+        lambda cell: cell.rearrange(cell.around.world.carry, "box 0"),
+        lambda cell: cell.put(full(room=70)),
     ),
     "an object put down by a program": Row(
-        lambda cell: cell.rearrange(cell.around.world.put_down, "ball 0"),
+        lambda cell: cell.rearrange(cell.around.world.put_down, "box 0"),
         lambda cell: (
-            cell.put(full(room=40)),
-            cell.rearrange(cell.around.world.carry, "ball 0"),
+            cell.put(full(room=70)),
+            cell.rearrange(cell.around.world.carry, "box 0"),
         ),
     ),
     "the scene told": Row(lambda cell: cell.refused("scene.show")),
