@@ -70,7 +70,8 @@ _PER_BODY = 1.0
 _PER_SORTED = 0.2  # pair
 _PER_CELL = 0.03  # of the table of bodies by bodies
 _PER_CUT = 0.6  # pair
-_PER_KEPT = 0.3  # body or pair of a part that is taken over, and of every part at the end
+_PER_KEPT = 0.8  # pair of a part that is taken over
+_PER_JOINED = 0.1  # pair
 _PER_PLACED = 15.0  # body
 _PER_CHECK = 2.0  # pair
 _PER_DISTANCE = 2.5  # pair
@@ -386,7 +387,7 @@ class CollisionModel:
             UnknownObject: an allowed pair or a held object names what is neither object nor link.
             MeshFileError: a mesh cannot be read.
         """
-        self._begin(kinematics, Scene() if scene is None else scene)
+        self._begin(kinematics, Scene() if scene is None else scene, None)
         for _ in self._build(most_pairs, None):
             pass
 
@@ -409,17 +410,29 @@ class CollisionModel:
             MotionError: as in `__init__`; after a step that `fits`, `MeshFileError` only.
         """
         model = cls.__new__(cls)
-        model._begin(kinematics, scene)
+        model._begin(kinematics, scene, before)
         yield from model._build(most_pairs, before)
         return model
 
-    def _begin(self, kinematics: Kinematics, scene: Scene) -> None:
+    def _begin(self, kinematics: Kinematics, scene: Scene, before: CollisionModel | None) -> None:
         self.kinematics = kinematics
         self.scene = scene
         self._model = kinematics.model
+        robot = kinematics.robot
+        if before is not None:
+            # Of the robot alone; the data are scratch memory that each call fills anew.
+            self._data = before._data
+            self._gain, self._offset, self._plain = before._gain, before._offset, before._plain
+            self._lengths, self._travel = before._lengths, before._travel
+            self._prismatic = before._prismatic
+            return
         self._data = self._model.createData()
-        self._gain, self._offset = model_map(kinematics.robot)
+        self._gain, self._offset = model_map(robot)
         self._plain = np.array_equal(self._gain, np.eye(kinematics.dof)) and not self._offset.any()
+        placements = self._model.jointPlacements[1:]
+        self._lengths = [float(np.linalg.norm(each.translation)) for each in placements]
+        self._travel = greatest_travel(robot)
+        self._prismatic = [each.prismatic for each in robot.moving]
 
     def _build(
         self, most_pairs: float, before: CollisionModel | None
@@ -455,7 +468,7 @@ class CollisionModel:
         self._parts: list[_Part] = []
         for part in parts:
             yield from self._add_part(part, bodies, kept)
-        yield BuildStep(_PER_KEPT * len(checked))
+        yield BuildStep(_PER_JOINED * len(checked), fits=True)
         self._join_parts()
 
     def _add_part(
@@ -471,7 +484,7 @@ class CollisionModel:
         own = [bodies[number] for number in used]
         same = kept.get(tuple([body.name for body in own]))
         if same is not None and same.is_of(own, inside):
-            yield BuildStep(_PER_KEPT * (len(own) + len(inside)), fits=True)
+            yield BuildStep(_PER_KEPT * len(inside), fits=True)
             self._parts.append(same)
             return
         missing = [body for body in own if body.placed is None]
@@ -486,9 +499,7 @@ class CollisionModel:
         return sweep_of(
             np.array([body.joint for body in bodies], dtype=np.intp)[numbers],
             np.array([body.reach for body in bodies])[numbers],
-            [float(np.linalg.norm(each.translation)) for each in self._model.jointPlacements[1:]],
-            greatest_travel(self.kinematics.robot),
-            [each.prismatic for each in self.kinematics.robot.moving],
+            *(self._lengths, self._travel, self._prismatic),
         )
 
     def _join_parts(self) -> None:

@@ -17,6 +17,8 @@ from openpendant.motion.frames.frame_tree import Frame, FrameTree
 from openpendant.motion.scene.scene import Scene, SceneObject
 from openpendant.motion.scene.scene_file import SCENE_SCHEMA, object_to_data
 
+from ..store.documents import DocumentKind
+
 SPACED, COMPACT = (", ", ": "), (",", ":")
 """Separators of a document, and of a reply."""
 
@@ -133,3 +135,16 @@ def joined(parts: Mapping[str, str], separators: tuple[str, str]) -> str:
     return (
         f"{{{between.join([f'{json.dumps(key)}{behind}{text}' for key, text in parts.items()])}}}"
     )
+
+
+def document_of(kind: DocumentKind, frames: FrameTree, scene: Scene) -> str:
+    """Return the body of a document of a planning scene, made at once."""
+    making = SceneText().steps(scene)
+    if kind is not DocumentKind.SCENE:
+        is_tools = kind is DocumentKind.TOOLS
+        making = FramesText().steps(frames, frames=not is_tools, tools=is_tools)
+    while True:
+        try:
+            next(making)
+        except StopIteration as end:
+            return str(end.value)

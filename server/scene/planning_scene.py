@@ -28,7 +28,7 @@ from __future__ import annotations
 import json
 from collections import deque
 from collections.abc import Callable, Generator, Mapping, Sequence
-from typing import TYPE_CHECKING, Any, NamedTuple, Protocol, TypeAlias
+from typing import TYPE_CHECKING, Any, NamedTuple, Protocol, TypeAlias, TypedDict
 
 from openpendant.motion.errors import FrameInUse, MotionError, SceneFileError
 from openpendant.motion.frames.frame_file import frames_from_json
@@ -212,6 +212,15 @@ class Watcher(Protocol):
         """Take note whether the model in force has all that is planned around."""
 
 
+class FramesFacts(TypedDict):
+    """The fields of a reply that tells frames and tools, but for their content."""
+
+    names: list[str]
+    frames_revision: int
+    tools_revision: int
+    problems: dict[str, str]
+
+
 class _Building(NamedTuple):
     """A change of the scene that is being built.
 
@@ -227,7 +236,7 @@ class _Building(NamedTuple):
 _Then: TypeAlias = Callable[[Refusal | None, int], list[Effect]]
 """Takes why a scene was not put in force, None where it was, and the time."""
 
-TURN_EFFORT = 1_200.0
+TURN_EFFORT = 1_000.0
 """Most that is built in one turn [µs]; a single step may take longer, and then has it for itself.
 
 By the effort that the steps announce, which is counted: a rerun of a journal makes the same turns.
@@ -461,7 +470,7 @@ class PlanningScene:
         return self._pending.run(_Turns().take(self._view.nearest_steps(position)), then, now)
 
     def show_scene(self, then: Callable[[str, int], list[Effect]], now: int) -> list[Effect]:
-        """Tell the scene in force with its revision, as the JSON of a reply."""
+        """Tell the scene in force with its revision, as the JSON of a reply, in as many turns."""
         scene, revision = self.scene, self.revisions[DocumentKind.SCENE]
 
         def made(content: str, at: int) -> list[Effect]:
@@ -469,15 +478,19 @@ class PlanningScene:
 
         return self._pending.run(_in_turns(self._shown_scene.steps(scene)), made, now)
 
-    def show_frames(self, then: Callable[[str, int], list[Effect]], now: int) -> list[Effect]:
-        """Tell frames and tools in force with their revisions, as the JSON of a reply."""
-        tree = self.frames
-        told = {
-            "names": list(tree.frames),
+    @property
+    def frames_facts(self) -> FramesFacts:
+        """What is told of frames and tools beside the content of a file of them."""
+        return {
+            "names": list(self.frames.frames),
             "frames_revision": self.revisions[DocumentKind.FRAMES],
             "tools_revision": self.revisions[DocumentKind.TOOLS],
             "problems": {str(kind): each.sentence for kind, each in self.problems.items()},
         }
+
+    def show_frames(self, then: Callable[[str, int], list[Effect]], now: int) -> list[Effect]:
+        """Tell `frames_facts` with the content of a file, as the JSON of a reply, likewise."""
+        tree, told = self.frames, self.frames_facts
 
         def made(content: str, at: int) -> list[Effect]:
             rest = {

@@ -11,6 +11,7 @@ from collections.abc import Mapping
 from typing import TYPE_CHECKING, Any, Protocol, cast
 
 from openpendant.motion.description.robot import robot_names
+from openpendant.motion.frames.frame_file import frames_to_json
 from openpendant.motion.frames.frame_teaching import frame_from_four_points, frame_from_three_points
 from openpendant.motion.frames.frame_tree import FLANGE
 from openpendant.motion.frames.tool_calibration import tool_centre
@@ -43,6 +44,9 @@ if TYPE_CHECKING:
 
 _FRAMES, _TOOLS = DocumentKind.FRAMES, DocumentKind.TOOLS
 _POINTS_OF_AN_ANSWER = 800
+_TOLD_AT_ONCE = 64
+"""Frames that are told in the turn in which they are asked for; more are told in several."""
+
 _NO_ROTATION = (0.0, 0.0, 0.0, 1.0)
 
 
@@ -79,7 +83,11 @@ class SceneService:
     def _show_frames(
         self, asked: frames.ShowFrames, reply: ReplyTo[frames.Frames], now: int
     ) -> list[Effect]:
-        return self._world.show_frames(lambda text, _: reply.answer_text(text), now)
+        world, tree = self._world, self._view.frames
+        if len(tree.frames) <= _TOLD_AT_ONCE:
+            content = json.loads(frames_to_json(tree))
+            return reply.answer({"content": content, **world.frames_facts})
+        return world.show_frames(lambda text, _: reply.answer_text(text), now)
 
     @handles(frames.TeachFrame)
     def _teach_frame(
