@@ -159,23 +159,18 @@ class FrameTree:
         """Frames of users that are no tools, parents before children."""
         own = [frame for frame in self.frames.values() if not frame.predefined]
         frames = [frame for frame in own if frame.parent != FLANGE]
-        depths = self._depths()
-        return tuple(sorted(frames, key=lambda frame: depths[frame.name]))
-
-    def _depths(self) -> dict[str, int]:
-        """Return how many frames are above each."""
-        depths: dict[str, int] = {}
-        for name in self.frames:
+        depths: dict[str, int] = {}  # how many frames are above each
+        for frame in frames:
             way: list[str] = []
-            upper: str | None = name
+            upper: str | None = frame.name
             while upper is not None and upper not in depths:
                 way.append(upper)
                 upper = self.frames[upper].parent
             depth = -1 if upper is None else depths[upper]
-            for each in reversed(way):
+            while way:
                 depth += 1
-                depths[each] = depth
-        return depths
+                depths[way.pop()] = depth
+        return tuple(sorted(frames, key=lambda frame: depths[frame.name]))
 
     @property
     def tools(self) -> tuple[Frame, ...]:
@@ -279,9 +274,9 @@ class FrameTree:
             self._own(name, "removed")
         needed: dict[str, list[str]] = {}
         for frame in self.frames.values():
-            if frame.parent in names and frame.name not in names:
+            if frame.parent is not None and frame.parent in names and frame.name not in names:
                 needed.setdefault(frame.parent, []).append(frame.name)
-        if self.selected_tool in names:
+        if self.selected_tool is not None and self.selected_tool in names:
             needed.setdefault(self.selected_tool, []).append(TOOL)
         for name in names:
             if name in needed:

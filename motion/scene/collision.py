@@ -372,6 +372,13 @@ class CollisionModel:
 
     pairs: tuple[tuple[str, str], ...]
     sweep: Array
+    _data: Any
+    _gain: Array
+    _offset: Array
+    _plain: bool
+    _lengths: list[float]
+    _travel: list[float]
+    _prismatic: list[bool]
 
     def __init__(
         self, kinematics: Kinematics, scene: Scene | None = None, *, most_pairs: float = math.inf

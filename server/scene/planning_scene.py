@@ -28,7 +28,7 @@ from __future__ import annotations
 import json
 from collections import deque
 from collections.abc import Callable, Generator, Mapping, Sequence
-from typing import TYPE_CHECKING, Any, NamedTuple, Protocol, TypeAlias, TypedDict
+from typing import TYPE_CHECKING, Any, NamedTuple, Protocol, TypeAlias
 
 from openpendant.motion.errors import FrameInUse, MotionError, SceneFileError
 from openpendant.motion.frames.frame_file import frames_from_json
@@ -210,15 +210,6 @@ class Watcher(Protocol):
 
     def seen(self, *, is_whole: bool) -> None:
         """Take note whether the model in force has all that is planned around."""
-
-
-class FramesFacts(TypedDict):
-    """The fields of a reply that tells frames and tools, but for their content."""
-
-    names: list[str]
-    frames_revision: int
-    tools_revision: int
-    problems: dict[str, str]
 
 
 class _Building(NamedTuple):
@@ -478,28 +469,23 @@ class PlanningScene:
 
         return self._pending.run(_in_turns(self._shown_scene.steps(scene)), made, now)
 
-    @property
-    def frames_facts(self) -> FramesFacts:
-        """What is told of frames and tools beside the content of a file of them."""
-        return {
-            "names": list(self.frames.frames),
-            "frames_revision": self.revisions[DocumentKind.FRAMES],
-            "tools_revision": self.revisions[DocumentKind.TOOLS],
-            "problems": {str(kind): each.sentence for kind, each in self.problems.items()},
-        }
+    def show_frames(
+        self, facts: Mapping[str, Any], then: Callable[[str, int], list[Effect]], now: int
+    ) -> list[Effect]:
+        """Tell frames and tools in force as the JSON of a reply, in as many turns.
 
-    def show_frames(self, then: Callable[[str, int], list[Effect]], now: int) -> list[Effect]:
-        """Tell `frames_facts` with the content of a file, as the JSON of a reply, likewise."""
-        tree, told = self.frames, self.frames_facts
+        Args:
+            facts: what is told beside their content, by its key.
+        """
 
         def made(content: str, at: int) -> list[Effect]:
             rest = {
                 key: json.dumps(value, ensure_ascii=False, separators=COMPACT)
-                for key, value in told.items()
+                for key, value in facts.items()
             }
             return then(joined({"content": content, **rest}, COMPACT), at)
 
-        return self._pending.run(_in_turns(self._shown_frames.steps(tree)), made, now)
+        return self._pending.run(_in_turns(self._shown_frames.steps(self.frames)), made, now)
 
     # To put something in force.
 

@@ -84,10 +84,18 @@ class SceneService:
         self, asked: frames.ShowFrames, reply: ReplyTo[frames.Frames], now: int
     ) -> list[Effect]:
         world, tree = self._world, self._view.frames
-        if len(tree.frames) <= _TOLD_AT_ONCE:
-            content = json.loads(frames_to_json(tree))
-            return reply.answer({"content": content, **world.frames_facts})
-        return world.show_frames(lambda text, _: reply.answer_text(text), now)
+        is_small = len(tree.frames) <= _TOLD_AT_ONCE
+        told: frames.Frames = {
+            "content": json.loads(frames_to_json(tree)) if is_small else {},
+            "names": list(tree.frames),
+            "frames_revision": world.revisions[_FRAMES],
+            "tools_revision": world.revisions[_TOOLS],
+            "problems": {str(k): v.sentence for k, v in world.problems.items()},
+        }
+        if is_small:
+            return reply.answer(told)
+        facts = {key: value for key, value in told.items() if key != "content"}
+        return world.show_frames(facts, lambda text, _: reply.answer_text(text), now)
 
     @handles(frames.TeachFrame)
     def _teach_frame(

@@ -14,7 +14,7 @@ from openpendant.motion.description.schema import CapsuleFacts as LinkCapsule
 from openpendant.motion.kinematics.pinocchio_model import greatest_travel
 from openpendant.motion.kinematics.serial import Kinematics
 from openpendant.motion.pose import Array, Pose
-from openpendant.motion.scene.collision import TOUCHING, CollisionModel
+from openpendant.motion.scene.collision import MOST_CHECKS, TOUCHING, CollisionModel
 from openpendant.motion.scene.scene import Box, Capsule, Mesh, Scene, SceneObject, Sphere
 
 UR5 = arm("ur5")
@@ -295,11 +295,19 @@ def plain_pairs(kinematics: Kinematics, scene: Scene) -> list[tuple[str, str]]:
 
 
 @pytest.mark.parametrize("name", ROBOTS)
-def test_the_pairs_are_those_of_the_rule_and_in_its_order(kinematics: Kinematics) -> None:
+def test_the_pairs_are_those_of_the_rule_and_where_few_in_its_order(
+    kinematics: Kinematics,
+) -> None:
     random = np.random.default_rng(11)
+    few = 0
     for _ in range(10):
         scene = random_scene(kinematics.robot.links, random)
-        assert list(CollisionModel(kinematics, scene).pairs) == plain_pairs(kinematics, scene)
+        pairs, expected = CollisionModel(kinematics, scene).pairs, plain_pairs(kinematics, scene)
+        assert sorted(pairs) == sorted(expected)
+        if len(expected) <= MOST_CHECKS:
+            few += 1
+            assert list(pairs) == expected
+    assert few
 
 
 @pytest.mark.parametrize("name", ROBOTS)
