@@ -68,18 +68,20 @@ class BuildStep(NamedTuple):
 _PER_NAME = 0.2
 _PER_BODY = 1.0
 _PER_SORTED = 0.2  # pair
-_PER_CELL = 0.03  # of the table of bodies by bodies
+_ROWS = 100.0
+_PER_CELL = 0.015  # of the table of bodies by bodies
 _PER_CUT = 0.6  # pair
-_PER_KEPT = 0.8  # pair of a part that is taken over
+_PER_KEPT = 1.2  # pair of a part that is taken over
 _PER_JOINED = 0.1  # pair
-_PER_PLACED = 15.0  # body
-_PER_CHECK = 2.0  # pair
+_PER_PLACED = 25.0  # body
+_PER_CHECK = 2.5  # pair
 _PER_DISTANCE = 2.5  # pair
 _PART = 50.0
 
 _BODIES_A_STEP = 256
 _CELLS_A_STEP = 8192
 _PAIRS_A_STEP = 512
+_PLACED_A_STEP = 16
 
 
 @dataclass(slots=True)
@@ -451,9 +453,9 @@ class CollisionModel:
         self._links: list[_Body] = list(self._link_bodies()) if before is None else before._links
         self._objects: dict[str, _Body] = {}
         for index in range(0, len(scene.objects), _BODIES_A_STEP):
-            some = scene.objects[index : index + _BODIES_A_STEP]
-            yield BuildStep(_PER_BODY * len(some))
-            self._objects.update((each.name, self._object_body(each, known)) for each in some)
+            objects = scene.objects[index : index + _BODIES_A_STEP]
+            yield BuildStep(_PER_BODY * len(objects))
+            self._objects.update((each.name, self._object_body(each, known)) for each in objects)
         bodies = [*self._links, *self._objects.values()]
         allowed = (*robot.allowed_collisions, *scene.allowed)
         yield BuildStep(_PER_NAME * (len(bodies) + len(allowed)))
@@ -462,8 +464,9 @@ class CollisionModel:
         count = 0
         rows = max(_CELLS_A_STEP // max(len(bodies), 1), 1)
         for index in range(0, len(rule.moving), rows):
-            yield BuildStep(_PER_CELL * rows * len(bodies))
-            pairs = rule.pairs_of(rule.moving[index : index + rows])
+            some = rule.moving[index : index + rows]
+            yield BuildStep(_ROWS + _PER_CELL * len(some) * len(bodies))
+            pairs = rule.pairs_of(some)
             count += rule.with_object(pairs)
             if count <= most_pairs:
                 found.append(pairs)
@@ -495,10 +498,12 @@ class CollisionModel:
             self._parts.append(same)
             return
         missing = [body for body in own if body.placed is None]
-        effort = _PART + _PER_PLACED * len(missing) + _PER_CHECK * len(inside)
-        yield BuildStep(effort, fits=True)
-        for body in missing:
-            self._place(body)
+        for index in range(0, len(missing), _PLACED_A_STEP):
+            some = missing[index : index + _PLACED_A_STEP]
+            yield BuildStep(_PER_PLACED * len(some), fits=True)
+            for body in some:
+                self._place(body)
+        yield BuildStep(_PART + _PER_CHECK * len(inside), fits=True)
         self._parts.append(_Part(own, inside, self._sweep_of(own, inside)))
 
     def _sweep_of(self, bodies: Sequence[_Body], pairs: Sequence[tuple[int, int]]) -> Array:

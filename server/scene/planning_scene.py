@@ -227,14 +227,17 @@ class _Building(NamedTuple):
 _Then: TypeAlias = Callable[[Refusal | None, int], list[Effect]]
 """Takes why a scene was not put in force, None where it was, and the time."""
 
-TURN_EFFORT = 1_000.0
-"""Most that is built in one turn [µs]; a single step may take longer, and then has it for itself.
+FIRST_EFFORT = 1_600.0
+"""Most that is built in the turn of the request [µs], so that a few objects take no other."""
+
+TURN_EFFORT = 900.0
+"""Most that is built in each other turn [µs]; a longer step has one for itself.
 
 By the effort that the steps announce, which is counted: a rerun of a journal makes the same turns.
-Half of what a turn may take, for machines that are slower.
+As it is an estimate, both are well below the 2 ms that a turn may take.
 """
 
-_SWAP = 500.0  # µs: to put in force what is built, and to have it saved
+_SWAP = 800.0  # µs: to put in force what is built, and to have it saved
 _PER_OBJECT = 0.3  # µs: to make a scene of another
 _PER_ALLOWED = 0.2  # µs
 
@@ -673,13 +676,13 @@ class _Turns:
     """Turns of one build: how much of its work is done in each."""
 
     def __init__(self, spent: float = 0.0) -> None:
-        self._spent = spent
+        self._spent, self._most = spent, FIRST_EFFORT
 
     def spend(self, effort: float) -> Steps[None]:
         """Wait for the next tick where a step would make this turn too long."""
-        if self._spent and self._spent + effort > TURN_EFFORT:
+        if self._spent and self._spent + effort > self._most:
             yield Turn.NEXT
-            self._spent = 0.0
+            self._spent, self._most = 0.0, TURN_EFFORT
         self._spent += effort
 
     def make(self, making: Making) -> Steps[str]:
