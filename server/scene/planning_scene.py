@@ -240,6 +240,7 @@ As it is an estimate, both are well below the 2 ms that a turn may take.
 _SWAP = 800.0  # µs: to put in force what is built, and to have it saved
 _PER_OBJECT = 0.3  # µs: to make a scene of another
 _PER_ALLOWED = 0.2  # µs
+_PER_FRAME = 1.3  # µs: to make a tree of another, and to compare the two
 
 _BUILT = "a change of the scene is being put in force"
 
@@ -372,7 +373,8 @@ class PlanningScene:
 
         self._saving.add(kind)
         self._tell_cell()
-        return self._pending.run(_in_turns(self._kept(kind, tree)), made, now)
+        spent = _PER_FRAME * len(tree.frames)
+        return self._pending.run(_in_turns(self._kept(kind, tree), spent), made, now)
 
     def _kept(self, kind: DocumentKind, tree: FrameTree) -> Making:
         """Make frames ready for planning, and the text of a document of them."""
@@ -667,9 +669,9 @@ def _of_the_other(kind: DocumentKind, tree: FrameTree) -> list[object]:
     return said
 
 
-def _in_turns(making: Making) -> Steps[str]:
-    """Make a text in turns of its own."""
-    return _Turns().make(making)
+def _in_turns(making: Making, spent: float = 0.0) -> Steps[str]:
+    """Make a text in turns of its own, of the first of which some is spent [µs]."""
+    return _Turns(spent).make(making)
 
 
 class _Turns:
