@@ -6,6 +6,7 @@ Owns how these parts are joined and what of the cell they are told. Decides noth
 from __future__ import annotations
 
 from collections.abc import Callable
+from typing import TYPE_CHECKING
 
 from openpendant.motion.errors import StartInCollision
 from openpendant.motion.scene.scene import Scene
@@ -18,12 +19,15 @@ from .events.pending import Pending
 from .programs.interpreter.run_events import Offer
 from .recording.recording_service import RecordingService
 from .refusal import Refusal, refusal_of
-from .scene.planning_scene import PlanningScene, RobotEnvironment
+from .scene.planning_scene import PlanningScene, Rearranged, RobotEnvironment
 from .scene.scene_monitor import SceneMonitor
 from .scene.scene_service import SceneService
 from .scene.signals import CellSignals
 from .scene.trace import ToolTrace
 from .settings.cell_settings import CellSettings
+
+if TYPE_CHECKING:
+    from openpendant.motion.scene.collision import Proximity
 
 _TRACE_NS = 40_000_000
 
@@ -43,7 +47,7 @@ class CellEnvironment:
         self._cell = cell
         self._view = view
         self.monitor = SceneMonitor(cell, settings.controller, pending)
-        self.world = PlanningScene(settings.name, view, cell, pending.ask, self._scene_changed)
+        self.world = PlanningScene(settings.name, view, cell, pending, self)
         self.signals = CellSignals(is_offered=settings.controller.signals == "openpendant")
         self.trace = ToolTrace()
         self.recordings = RecordingService(
@@ -65,17 +69,36 @@ class CellEnvironment:
         offered = Capability.RECORDING | Capability.SCENE
         return offered | Capability.SIGNALS if self.signals.is_offered else offered
 
-    def contact(self) -> Refusal | None:
-        """Return what the robot touches where it stands, of what it must not touch."""
+    def contact(
+        self, then: Callable[[Refusal | None, int], list[Effect]], now: int
+    ) -> list[Effect]:
+        """Find what the robot touches where it stands, of what it must not touch."""
         position = self._cell.feedback.position
-        nearest = None if position is None else self._view.nearest(position)
-        if nearest is None or not nearest.touching:
-            return None
-        return refusal_of(StartInCollision(nearest.first, nearest.second, nearest.distance))
+        if position is None:
+            return then(None, now)
 
-    def _scene_changed(self, scene: Scene, now: int) -> list[Effect]:
+        def found(nearest: Proximity | None, at: int) -> list[Effect]:
+            if nearest is None or not nearest.touching:
+                return then(None, at)
+            touched = StartInCollision(nearest.first, nearest.second, nearest.distance)
+            return then(refusal_of(touched), at)
+
+        return self.world.nearest(position, found, now)
+
+    # For the planning scene.
+
+    def planned_in(self, scene: Scene, now: int, asked: int) -> list[Effect]:
+        """Plan in another scene from now on, and check the motion under way against it."""
         self._cell.motions.scene = scene
-        return self.monitor.changed(scene, now)
+        return self.monitor.changed(scene, now, asked)
+
+    def announced(self, now: int) -> list[Effect]:
+        """Take the motion under way for unchecked from now on; `planned_in` will come."""
+        return self.monitor.announced(now)
+
+    def seen(self, *, is_whole: bool) -> None:
+        """Let ways be proved free here only while the model has all that is planned around."""
+        self._cell.motions.is_surely_free = self._view.is_surely_free if is_whole else None
 
     # What happens in the cell.
 
@@ -118,16 +141,18 @@ class CellEnvironment:
         """Give an output a value."""
         return self.signals.set_output(signal, value, now)
 
-    def attach(self, scene_object: str, now: int) -> list[Effect] | Refusal:
+    def attach(self, scene_object: str, now: int, then: Rearranged) -> list[Effect]:
         """Let the tool carry an object."""
         position = self._cell.feedback.position
         if position is None:
-            return Refusal(VerdictCode.FEEDBACK_STALE)
-        return self.world.carry(scene_object, position, now)
+            then(Refusal(VerdictCode.FEEDBACK_STALE))
+            return []
+        return self.world.carry(scene_object, position, now, then)
 
-    def detach(self, scene_object: str, now: int) -> list[Effect] | Refusal:
+    def detach(self, scene_object: str, now: int, then: Rearranged) -> list[Effect]:
         """Leave an object where it is."""
         position = self._cell.feedback.position
         if position is None:
-            return Refusal(VerdictCode.FEEDBACK_STALE)
-        return self.world.put_down(scene_object, position, now)
+            then(Refusal(VerdictCode.FEEDBACK_STALE))
+            return []
+        return self.world.put_down(scene_object, position, now, then)

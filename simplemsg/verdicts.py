@@ -460,7 +460,9 @@ CATALOGUE: dict[VerdictCode, CatalogueEntry] = {
         "Read the system's words in the text; run the check of the store.",
     ),
     VerdictCode.STORE_BUSY: _entry(
-        "The disk does not keep up, or another program holds the store.", "Save again later."
+        "The disk does not keep up, another program holds the store, or the change before is not"
+        " in force and saved yet.",
+        "Save again later.",
     ),
     VerdictCode.BAD_NAME: _entry(
         "A document cannot have this name.",
@@ -632,8 +634,10 @@ CATALOGUE: dict[VerdictCode, CatalogueEntry] = {
     ),
     VerdictCode.CHANGE_WHILE_MOVING: _entry(
         "Frames, tools and what may touch what are not changed while a motion is under way, and no"
-        " motion begins while frames or tools are being saved or read.",
-        "Wait until the robot stands, or stop it; what is being saved is saved soon: ask again.",
+        " motion begins while frames or tools are being saved or read, or a changed scene is being"
+        " put in force; while objects are being added, no jog begins.",
+        "Wait until the robot stands, or stop it; what is being saved or put in force is so soon:"
+        " ask again.",
     ),
     VerdictCode.SIGNALS_UNAVAILABLE: _entry(
         "The controller does not offer its inputs and outputs to us, or did not answer.",

@@ -63,9 +63,9 @@ def frames_to_json(tree: FrameTree) -> str:
     """Return the frames and tools of users as the text of a file."""
     document = {
         "schema": SCHEMA,
-        "tools": [_placed(tool) for tool in tree.tools],
+        "tools": [tool_to_data(tool) for tool in tree.tools],
         "selected_tool": tree.selected_tool,
-        "frames": [{**_placed(frame), "parent": frame.parent} for frame in tree.user_frames],
+        "frames": [frame_to_data(frame) for frame in tree.user_frames],
     }
     return json.dumps(document, indent=2, ensure_ascii=False, allow_nan=False) + "\n"
 
@@ -122,7 +122,13 @@ def _refused_at(file: str, where: str) -> Iterator[None]:
         raise FrameFileError(file, where, str(error)) from error
 
 
-def _placed(frame: Frame) -> dict[str, Any]:
+def frame_to_data(frame: Frame) -> dict[str, Any]:
+    """Return a user frame as plain data of the schema."""
+    return {**tool_to_data(frame), "parent": frame.parent}
+
+
+def tool_to_data(frame: Frame) -> dict[str, Any]:
+    """Return a tool as plain data of the schema."""
     pose = frame.pose or Pose.identity()  # users' frames do not move
     return {"name": frame.name, "xyz": pose.position.tolist(), "quat": pose.quaternion.tolist()}
 

@@ -21,7 +21,7 @@ of `FrameTree.transform`.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Mapping, Sequence
+from collections.abc import Callable, Collection, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from types import MappingProxyType
 from typing import TypeAlias
@@ -29,6 +29,7 @@ from typing import TypeAlias
 import numpy as np
 
 from ..errors import BadArgument, FrameCycle, FrameExists, FrameInUse, FramePredefined, FrameUnknown
+from ..pickled_pieces import PickledPieces, unpickled
 from ..pose import Array, Pose, checked_vector
 
 BASE, ROOT, FLANGE, TOOL = "base", "root", "flange", "tool"
@@ -107,6 +108,7 @@ class FrameTree:
 
     frames: Mapping[str, Frame] = field(default_factory=predefined_frames)
     selected_tool: str | None = None
+    _pickles: PickledPieces[Frame] | None = field(default=None, init=False, repr=False)
 
     @classmethod
     def of_robot(cls, root: Pose | None = None, links: Iterable[str] = ()) -> FrameTree:
@@ -129,8 +131,21 @@ class FrameTree:
         return tree
 
     def __reduce__(self) -> tuple[Callable[..., FrameTree], tuple[object, ...]]:
-        # A read-only view of a mapping cannot be pickled for the planning process.
-        return _restore, (dict(self.frames), self.selected_tool)
+        if self._pickles is None:
+            for _ in self.pickle_steps(None):
+                pass
+        assert self._pickles is not None
+        return _restore, (self._pickles.pickles, self.selected_tool)
+
+    def pickle_steps(self, before: FrameTree | None) -> Iterator[float]:
+        """Pickle the frames in steps, and keep that; yield before each how long it takes [µs].
+
+        Args:
+            before: a tree of which what is the same is kept.
+        """
+        known = None if before is None else before._pickles
+        pickles = yield from PickledPieces.steps(tuple(self.frames.values()), known)
+        object.__setattr__(self, "_pickles", pickles)
 
     def __getitem__(self, name: str) -> Frame:
         """Return a frame, or raise `FrameUnknown`."""
@@ -144,7 +159,18 @@ class FrameTree:
         """Frames of users that are no tools, parents before children."""
         own = [frame for frame in self.frames.values() if not frame.predefined]
         frames = [frame for frame in own if frame.parent != FLANGE]
-        return tuple(sorted(frames, key=lambda frame: len(self.ancestors(frame.name))))
+        depths: dict[str, int] = {}  # how many frames are above each
+        for frame in frames:
+            way: list[str] = []
+            upper: str | None = frame.name
+            while upper is not None and upper not in depths:
+                way.append(upper)
+                upper = self.frames[upper].parent
+            depth = -1 if upper is None else depths[upper]
+            while way:
+                depth += 1
+                depths[way.pop()] = depth
+        return tuple(sorted(frames, key=lambda frame: depths[frame.name]))
 
     @property
     def tools(self) -> tuple[Frame, ...]:
@@ -217,13 +243,15 @@ class FrameTree:
         if new_name == name:
             return self
         self._new_name(new_name)
-        names: dict[str | None, str] = {name: new_name}
         frames = {}
         for frame in self.frames.values():
-            called = names.get(frame.name, frame.name)
-            parent = names.get(frame.parent, frame.parent)
-            frames[called] = replace(frame, name=called, parent=parent)
-        selected = names.get(self.selected_tool, self.selected_tool)
+            if frame.name == name:
+                frames[new_name] = replace(frame, name=new_name)
+            elif frame.parent == name:
+                frames[frame.name] = replace(frame, parent=new_name)
+            else:
+                frames[frame.name] = frame
+        selected = new_name if self.selected_tool == name else self.selected_tool
         return FrameTree(MappingProxyType(frames), selected)
 
     def remove(self, name: str) -> FrameTree:
@@ -235,6 +263,25 @@ class FrameTree:
         if users:
             raise FrameInUse(name, tuple(users))
         frames = {key: frame for key, frame in self.frames.items() if key != name}
+        return replace(self, frames=MappingProxyType(frames))
+
+    def without(self, names: Collection[str]) -> FrameTree:
+        """Return the tree without some frames; `FrameInUse` where one that stays needs one of them.
+
+        As if they were removed one by one, those that need others first.
+        """
+        for name in names:
+            self._own(name, "removed")
+        needed: dict[str, list[str]] = {}
+        for frame in self.frames.values():
+            if frame.parent is not None and frame.parent in names and frame.name not in names:
+                needed.setdefault(frame.parent, []).append(frame.name)
+        if self.selected_tool is not None and self.selected_tool in names:
+            needed.setdefault(self.selected_tool, []).append(TOOL)
+        for name in names:
+            if name in needed:
+                raise FrameInUse(name, tuple(needed[name]))
+        frames = {key: frame for key, frame in self.frames.items() if key not in names}
         return replace(self, frames=MappingProxyType(frames))
 
     def ancestors(self, name: str) -> tuple[str, ...]:
@@ -315,7 +362,8 @@ class FrameTree:
         return name
 
 
-def _restore(frames: dict[str, Frame], selected_tool: str | None) -> FrameTree:
+def _restore(pickles: Sequence[bytes], selected_tool: str | None) -> FrameTree:
+    frames = {frame.name: frame for frame in unpickled(pickles)}
     return FrameTree(MappingProxyType(frames), selected_tool)
 
 

@@ -9,8 +9,14 @@ frame.
 The model checks all pairs of bodies except these: links of one joint or of consecutive ones, the
 first and last link of the wrist of an arm of six axes or more, pairs that the robot file or the
 scene allows, and fixed objects with fixed links, which no motion changes. An attached object is
-checked against everything, also against the link that holds it. Pairs are chosen for all bodies at
-once, because the server's event loop waits for it when a scene changes.
+checked against everything, also against the link that holds it.
+
+A model is made of parts, each a geometry model of its own with at most so many bodies and pairs:
+pinocchio's takes time and memory by the square of its bodies. So a model can be built in steps, on
+an event loop that does other work in between (`CollisionModel.in_steps`), and takes over from the
+model before it each part that a change of the scene leaves as it was. Which pairs make a part
+depends on the scene alone, not on the models before; a scene of few bodies is one part. The effort
+of a step is counted, not timed, so that a journal that is run again has the same steps.
 
 The wrist is left out because its maker limits the middle joint so that its links do not meet, while
 our shapes of them are coarse: on a UR5 they would meet in a quarter of all positions.
@@ -19,8 +25,9 @@ our shapes of them are coarse: on a UR5 they would meet in a quarter of all posi
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable, Iterator, Sequence
+from collections.abc import Generator, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
+from itertools import chain
 from typing import Any, NamedTuple
 
 import coal
@@ -38,9 +45,47 @@ from ..pose import Array
 from .mesh_file import read_mesh
 from .scene import Box, Capsule, Cylinder, Mesh, Scene, SceneObject, Shape, Sphere
 
+MOST_BODIES = 40
+"""Greatest number of bodies of a part."""
 
-@dataclass(frozen=True, slots=True)
-class CollisionBody:
+MOST_CHECKS = 192
+"""Greatest number of pairs of a part."""
+
+
+class BuildStep(NamedTuple):
+    """Step of building, announced before it is made.
+
+    Attributes:
+        effort: about how long it will take [µs], by the number of bodies and pairs.
+        fits: True once it is known that the scene fits the robot and is not too large.
+    """
+
+    effort: float
+    fits: bool = False
+
+
+# About how long it takes on an ordinary machine [µs].
+_PER_NAME = 0.2
+_PER_BODY = 1.0
+_PER_SORTED = 0.2  # pair
+_ROWS = 100.0
+_PER_CELL = 0.015  # of the table of bodies by bodies
+_PER_CUT = 0.6  # pair
+_PER_KEPT = 1.2  # pair of a part that is taken over
+_PER_JOINED = 0.1  # pair
+_PER_PLACED = 25.0  # body
+_PER_CHECK = 2.5  # pair
+_PER_DISTANCE = 2.5  # pair
+_PART = 50.0
+
+_BODIES_A_STEP = 256
+_CELLS_A_STEP = 8192
+_PAIRS_A_STEP = 512
+_PLACED_A_STEP = 16
+
+
+@dataclass(slots=True)
+class _Body:
     """Shape on the model.
 
     Attributes:
@@ -48,50 +93,105 @@ class CollisionBody:
         joint: moving joint of the model that carries it, counted from 1; 0 for none.
         is_link: True if it is a shape of the robot.
         is_held: True if a link holds it.
+        source: the shape of the link, or the object.
+        placed: it on the model, as a pinocchio geometry object; None until it is needed.
+        reach: radius of a ball about the origin of its joint that holds it [m], likewise.
     """
 
     name: str
     joint: int
     is_link: bool
     is_held: bool
+    source: LinkShape | SceneObject
+    placed: Any = None
+    reach: float = 0.0
 
 
-def checked_pairs(
-    bodies: Sequence[CollisionBody], allowed: Iterable[Sequence[str]], wrist: Sequence[int]
-) -> NDArray[np.bool_]:
-    """Return which pairs of bodies are checked: (b, b), true above the diagonal only.
+class _PairRule:
+    """Rule of which bodies are checked against which."""
 
-    Args:
-        allowed: pairs of names that are not checked against one another.
-        wrist: first and last joint of the wrist, whose links are not; empty for none.
+    def __init__(
+        self, bodies: Sequence[_Body], allowed: Iterable[Sequence[str]], wrist: Sequence[int]
+    ) -> None:
+        """Take note of the bodies.
+
+        Args:
+            allowed: pairs of names that are not checked against one another.
+            wrist: first and last joint of the wrist, whose links are not; empty for none.
+        """
+        self._joint = np.array([body.joint for body in bodies], dtype=np.intp)
+        self._is_link = np.array([body.is_link for body in bodies], dtype=bool)
+        is_held = np.array([body.is_held for body in bodies], dtype=bool)
+        self._stands = (self._joint == 0) & ~is_held
+        numbers: dict[str, int] = {}
+        names = [numbers.setdefault(body.name, len(numbers)) for body in bodies]
+        self._name = np.array(names, dtype=np.intp)
+        self._count = len(numbers)
+        self._wrist = wrist
+        self._allowed: dict[int, list[int]] = {}
+        for first, second, *_ in allowed:
+            # A link without a shape has no number.
+            if first in numbers and second in numbers:
+                one, other = numbers[first], numbers[second]
+                self._allowed.setdefault(one, []).append(other)
+                self._allowed.setdefault(other, []).append(one)
+        self.moving: list[int] = np.flatnonzero(~self._stands).tolist()
+        """The bodies that do not stand; of two that stand no motion changes anything."""
+
+    def pairs_of(self, bodies: Sequence[int]) -> NDArray[np.intp]:
+        """Return the (p, 2) checked pairs of some bodies that do not stand, each pair sorted.
+
+        A pair of two that do not stand comes with the first of them.
+        """
+        rows = np.array(bodies, dtype=np.intp)
+        joint, is_link, name = self._joint, self._is_link, self._name
+        own_joint, own_link = joint[rows, np.newaxis], is_link[rows, np.newaxis]
+        # Pairs that need no check, first among links, then among objects, then among all.
+        unchecked = np.abs(own_joint - joint) <= 1
+        if self._wrist:
+            first, last = self._wrist
+            unchecked |= (own_joint == first) & (joint == last)
+            unchecked |= (own_joint == last) & (joint == first)
+        unchecked &= own_link & is_link
+        unchecked |= (own_joint == joint) & ~(own_link | is_link)
+        unchecked |= name[rows, np.newaxis] == name
+        if self._allowed:
+            may_touch = np.zeros((len(rows), self._count), dtype=bool)
+            for row, number in enumerate(name[rows].tolist()):
+                may_touch[row, self._allowed.get(number, [])] = True
+            unchecked |= may_touch[:, name]
+        others = np.arange(len(joint))
+        unchecked |= ~self._stands & (others <= rows[:, np.newaxis])
+        found = np.argwhere(~unchecked)
+        found[:, 0] = rows[found[:, 0]]
+        return np.sort(found, axis=1)
+
+    def with_object(self, pairs: NDArray[np.intp]) -> int:
+        """Return how many of (p, 2) pairs have an object of the scene."""
+        return int((~self._is_link[pairs].all(axis=1)).sum())
+
+
+def _cut(
+    pairs: NDArray[np.intp],
+) -> Generator[BuildStep, None, list[list[tuple[int, int]]]]:
+    """Cut (p, 2) pairs into parts in steps; return each in its order, one where there are none.
+
+    In the order of the later body: one that is added to the end of a scene changes the last part.
     """
-    joint = np.array([body.joint for body in bodies], dtype=np.intp)
-    is_link = np.array([body.is_link for body in bodies], dtype=bool)
-    stands = (joint == 0) & ~np.array([body.is_held for body in bodies], dtype=bool)
-    numbers: dict[str, int] = {}
-    name = np.array([numbers.setdefault(body.name, len(numbers)) for body in bodies], dtype=np.intp)
-    # Pairs that need no check, first among links, then among objects, then among all.
-    unchecked = np.abs(joint[:, np.newaxis] - joint) <= 1
-    if wrist:
-        first, last = joint == wrist[0], joint == wrist[1]
-        unchecked |= (first[:, np.newaxis] & last) | (last[:, np.newaxis] & first)
-    unchecked &= is_link[:, np.newaxis] & is_link
-    unchecked |= (joint[:, np.newaxis] == joint) & ~(is_link[:, np.newaxis] | is_link)
-    unchecked |= stands[:, np.newaxis] & stands
-    unchecked |= name[:, np.newaxis] == name
-    unchecked |= _allowed(numbers, allowed)[name[:, np.newaxis], name]
-    return np.triu(~unchecked, 1)
-
-
-def _allowed(numbers: dict[str, int], allowed: Iterable[Sequence[str]]) -> NDArray[np.bool_]:
-    """Return which names, by their numbers, may touch."""
-    found = np.zeros((len(numbers), len(numbers)), dtype=bool)
-    for first, second, *_ in allowed:
-        # A link without a shape has no number.
-        if first in numbers and second in numbers:
-            row, column = numbers[first], numbers[second]
-            found[row, column] = found[column, row] = True
-    return found
+    yield BuildStep(_PER_SORTED * len(pairs), fits=True)
+    parts: list[list[tuple[int, int]]] = [[]]
+    seen: set[int] = set()
+    ordered = pairs[np.lexsort((pairs[:, 0], pairs[:, 1]))].tolist()
+    for index in range(0, len(ordered), _PAIRS_A_STEP):
+        some = ordered[index : index + _PAIRS_A_STEP]
+        yield BuildStep(_PER_CUT * len(some), fits=True)
+        for first, second in some:
+            seen |= {first, second}
+            if len(parts[-1]) == MOST_CHECKS or len(seen) > MOST_BODIES:
+                parts.append([])
+                seen = {first, second}
+            parts[-1].append((first, second))
+    return [sorted(part) for part in parts]
 
 
 def sweep_of(
@@ -192,6 +292,72 @@ class Proximity(NamedTuple):
         return self.distance <= TOUCHING
 
 
+class _Part:
+    """Some of the pairs of a model, with a geometry model of their own.
+
+    Models of one robot share it, so that what is in its data is valid until the next call only.
+
+    Attributes:
+        names: of its bodies, in their order.
+        pairs: names of the two bodies of each pair.
+        sweep: as `CollisionModel.sweep`.
+        geometry: the pinocchio geometry model.
+        exact: data of the distances.
+    """
+
+    def __init__(
+        self, bodies: Sequence[_Body], inside: Sequence[tuple[int, int]], sweep: Array
+    ) -> None:
+        """Build the geometry.
+
+        Args:
+            bodies: all of them placed.
+            inside: indices of the two bodies of each pair, in order.
+        """
+        self.names = tuple([body.name for body in bodies])
+        self.pairs = tuple([(self.names[one], self.names[other]) for one, other in inside])
+        self.sweep = sweep
+        self._sources = [body.source for body in bodies]
+        self._inside = list(inside)
+        self.geometry = pin.GeometryModel()
+        for number, body in enumerate(bodies):
+            # A copy is added; pinocchio wants names that tell the shapes of a link apart.
+            body.placed.name = f"{body.name}/{number}"
+            self.geometry.addGeometryObject(body.placed)
+        checked = np.zeros((len(bodies), len(bodies)), dtype=bool)
+        if inside:
+            rows, columns = np.array(inside, dtype=np.intp).T
+            checked[rows, columns] = True
+        self.geometry.setCollisionPairs(checked)
+        self.exact = pin.GeometryData(self.geometry)
+        self._padded: dict[float, Any] = {}
+
+    def is_of(self, bodies: Sequence[_Body], inside: Sequence[tuple[int, int]]) -> bool:
+        """Return True if it is the part of some pairs of bodies, which have the names of its."""
+        same = self._inside == inside and len(self._sources) == len(bodies)
+        return same and all(
+            known is body.source or known == body.source
+            for known, body in zip(self._sources, bodies, strict=True)
+        )
+
+    def proximity(self, number: int) -> Proximity:
+        """Return the distance of a pair that was computed last."""
+        result = self.exact.distanceResults[number]
+        first, second = result.getNearestPoint1(), result.getNearestPoint2()
+        return Proximity(
+            float(result.min_distance), *self.pairs[number], np.array(first), np.array(second)
+        )
+
+    def with_margin(self, margin: float) -> Any:
+        """Return the data for checks that call bodies nearer than this touching [m]."""
+        if margin not in self._padded:
+            data = pin.GeometryData(self.geometry)
+            for request in data.collisionRequests:
+                request.security_margin = margin
+            self._padded[margin] = data
+        return self._padded[margin]
+
+
 class CollisionModel:
     """Robot and scene for collision checks, for one thread: calls share scratch memory.
 
@@ -205,6 +371,16 @@ class CollisionModel:
     Raises:
         WrongJointCount, NotFinite: in the methods that take a single position.
     """
+
+    pairs: tuple[tuple[str, str], ...]
+    sweep: Array
+    _data: Any
+    _gain: Array
+    _offset: Array
+    _plain: bool
+    _lengths: list[float]
+    _travel: list[float]
+    _prismatic: list[bool]
 
     def __init__(
         self, kinematics: Kinematics, scene: Scene | None = None, *, most_pairs: float = math.inf
@@ -220,31 +396,140 @@ class CollisionModel:
             UnknownObject: an allowed pair or a held object names what is neither object nor link.
             MeshFileError: a mesh cannot be read.
         """
+        self._begin(kinematics, Scene() if scene is None else scene, None)
+        for _ in self._build(most_pairs, None):
+            pass
+
+    @classmethod
+    def in_steps(
+        cls,
+        kinematics: Kinematics,
+        scene: Scene,
+        *,
+        most_pairs: float = math.inf,
+        before: CollisionModel | None = None,
+    ) -> Generator[BuildStep, None, CollisionModel]:
+        """Build the model in steps, each announced before it is made; return it at the end.
+
+        Args:
+            before: a model of the same robot in another scene, from which is taken over what is
+                the same; it may be used meanwhile and afterwards, in the same thread.
+
+        Raises:
+            MotionError: as in `__init__`; after a step that `fits`, `MeshFileError` only.
+        """
+        model = cls.__new__(cls)
+        model._begin(kinematics, scene, before)
+        yield from model._build(most_pairs, before)
+        return model
+
+    def _begin(self, kinematics: Kinematics, scene: Scene, before: CollisionModel | None) -> None:
         self.kinematics = kinematics
-        self.scene = Scene() if scene is None else scene
+        self.scene = scene
         self._model = kinematics.model
+        robot = kinematics.robot
+        if before is not None:
+            # Of the robot alone; the data are scratch memory that each call fills anew.
+            self._data = before._data
+            self._gain, self._offset, self._plain = before._gain, before._offset, before._plain
+            self._lengths, self._travel = before._lengths, before._travel
+            self._prismatic = before._prismatic
+            return
         self._data = self._model.createData()
-        self._gain, self._offset = model_map(kinematics.robot)
+        self._gain, self._offset = model_map(robot)
         self._plain = np.array_equal(self._gain, np.eye(kinematics.dof)) and not self._offset.any()
-        self._geometry = pin.GeometryModel()
-        _check_names(self.scene, kinematics.robot.links)
-        bodies = tuple(self._bodies())
-        allowed = (*kinematics.robot.allowed_collisions, *self.scene.allowed)
-        checked = checked_pairs(bodies, allowed, self._wrist)
-        self._check_size(bodies, checked, most_pairs)
-        reaches = [*self._place_links(), *self._place_objects()]
-        self._geometry.setCollisionPairs(checked)
-        pairs = np.argwhere(checked)
-        self.pairs = tuple((bodies[one].name, bodies[other].name) for one, other in pairs.tolist())
-        self.sweep: Array = sweep_of(
-            np.array([body.joint for body in bodies], dtype=np.intp)[pairs],
-            np.array(reaches)[pairs],
-            [float(np.linalg.norm(each.translation)) for each in self._model.jointPlacements[1:]],
-            greatest_travel(kinematics.robot),
-            [each.prismatic for each in kinematics.robot.moving],
+        placements = self._model.jointPlacements[1:]
+        self._lengths = [float(np.linalg.norm(each.translation)) for each in placements]
+        self._travel = greatest_travel(robot)
+        self._prismatic = [each.prismatic for each in robot.moving]
+
+    def _build(
+        self, most_pairs: float, before: CollisionModel | None
+    ) -> Generator[BuildStep, None, None]:
+        robot, scene = self.kinematics.robot, self.scene
+        yield BuildStep(_PER_NAME * (len(scene.objects) + 2 * len(scene.allowed)))
+        _check_names(scene, robot.links)
+        known = {} if before is None else before._objects
+        self._links: list[_Body] = list(self._link_bodies()) if before is None else before._links
+        self._objects: dict[str, _Body] = {}
+        for index in range(0, len(scene.objects), _BODIES_A_STEP):
+            objects = scene.objects[index : index + _BODIES_A_STEP]
+            yield BuildStep(_PER_BODY * len(objects))
+            self._objects.update((each.name, self._object_body(each, known)) for each in objects)
+        bodies = [*self._links, *self._objects.values()]
+        allowed = (*robot.allowed_collisions, *scene.allowed)
+        yield BuildStep(_PER_NAME * (len(bodies) + len(allowed)))
+        rule = _PairRule(bodies, allowed, self._wrist)
+        found = [np.empty((0, 2), dtype=np.intp)]
+        count = 0
+        rows = max(_CELLS_A_STEP // max(len(bodies), 1), 1)
+        for index in range(0, len(rule.moving), rows):
+            some = rule.moving[index : index + rows]
+            yield BuildStep(_ROWS + _PER_CELL * len(some) * len(bodies))
+            pairs = rule.pairs_of(some)
+            count += rule.with_object(pairs)
+            if count <= most_pairs:
+                found.append(pairs)
+        if count > most_pairs:
+            raise SceneTooLarge(count, int(most_pairs), len(scene.objects))
+        checked = np.concatenate(found)
+        parts = yield from _cut(checked)
+        kept = {} if before is None else {part.names: part for part in before._parts}
+        self._parts: list[_Part] = []
+        for part in parts:
+            yield from self._add_part(part, bodies, kept)
+        yield BuildStep(_PER_JOINED * len(checked), fits=True)
+        self._join_parts()
+
+    def _add_part(
+        self,
+        pairs: list[tuple[int, int]],
+        bodies: Sequence[_Body],
+        kept: Mapping[tuple[str, ...], _Part],
+    ) -> Generator[BuildStep, None, None]:
+        """Take over the part of some pairs, or build it."""
+        used = sorted({*chain.from_iterable(pairs)})
+        local = {number: index for index, number in enumerate(used)}
+        inside = [(local[first], local[second]) for first, second in pairs]
+        own = [bodies[number] for number in used]
+        same = kept.get(tuple([body.name for body in own]))
+        if same is not None and same.is_of(own, inside):
+            yield BuildStep(_PER_KEPT * len(inside), fits=True)
+            self._parts.append(same)
+            return
+        missing = [body for body in own if body.placed is None]
+        for index in range(0, len(missing), _PLACED_A_STEP):
+            some = missing[index : index + _PLACED_A_STEP]
+            yield BuildStep(_PER_PLACED * len(some), fits=True)
+            for body in some:
+                self._place(body)
+        yield BuildStep(_PART + _PER_CHECK * len(inside), fits=True)
+        self._parts.append(_Part(own, inside, self._sweep_of(own, inside)))
+
+    def _sweep_of(self, bodies: Sequence[_Body], pairs: Sequence[tuple[int, int]]) -> Array:
+        numbers = np.array(pairs, dtype=np.intp).reshape(-1, 2)
+        return sweep_of(
+            np.array([body.joint for body in bodies], dtype=np.intp)[numbers],
+            np.array([body.reach for body in bodies])[numbers],
+            *(self._lengths, self._travel, self._prismatic),
         )
-        self._exact = pin.GeometryData(self._geometry)
-        self._padded: dict[float, Any] = {}
+
+    def _join_parts(self) -> None:
+        """Number the pairs of all parts."""
+        parts = self._parts
+        self.pairs = tuple(chain.from_iterable(part.pairs for part in parts))
+        self.sweep = parts[0].sweep if len(parts) == 1 else np.vstack([one.sweep for one in parts])
+        # For each pair its part, and its number there.
+        self._in_part = [(part, number) for part in parts for number in range(len(part.pairs))]
+
+    def parts_to_drop(self) -> list[object]:
+        """Return all that takes long to be freed, a millisecond or less each, to be dropped apart.
+
+        What another model shares, or this one still needs, is not freed by that.
+        """
+        objects = list(self._objects.values())
+        pieces = range(0, len(objects), _BODIES_A_STEP)
+        return [*self._parts, *(objects[first : first + _BODIES_A_STEP] for first in pieces)]
 
     def collides(self, joint_position: Sequence[float] | Array) -> bool:
         """Return True if any checked pair touches at a (n,) controller-side position [rad or m]."""
@@ -256,10 +541,12 @@ class CollisionModel:
         Args:
             joint_positions: (m, n) controller-side, finite float64; not checked, for speed.
         """
-        data = self._with_margin(max(margin, TOUCHING))
+        least = max(margin, TOUCHING)
+        padded = [(part.geometry, part.with_margin(least)) for part in self._parts]
         return any(
-            pin.computeCollisions(self._model, self._data, self._geometry, data, position, True)
+            pin.computeCollisions(self._model, self._data, geometry, data, position, True)
             for position in self.model_positions(joint_positions)
+            for geometry, data in padded
         )
 
     def contacts(self, joint_position: Sequence[float] | Array) -> tuple[Proximity, ...]:
@@ -277,16 +564,38 @@ class CollisionModel:
         distances = self.clearances(self._checked(joint_position))
         return self._proximity(int(np.argmin(distances))) if self.pairs else None
 
+    def distance_in_steps(
+        self, joint_position: Sequence[float] | Array
+    ) -> Generator[BuildStep, None, Proximity | None]:
+        """Find what `distance` returns in steps, each announced before it is made.
+
+        The model may be used for something else between two steps.
+        """
+        position = self.model_positions(self._checked(joint_position))
+        least: Proximity | None = None
+        for part in self._parts:
+            yield BuildStep(_PER_DISTANCE * len(part.pairs), fits=True)
+            if not part.pairs:
+                continue
+            pin.computeDistances(self._model, self._data, part.geometry, part.exact, position)
+            distances = [result.min_distance for result in part.exact.distanceResults]
+            nearest = distances.index(min(distances))
+            if least is None or distances[nearest] < least.distance:
+                least = part.proximity(nearest)
+        return least
+
     def clearances(self, joint_position: Array) -> Array:
         """Return the (p,) distance of each pair [m], negative where they overlap; unchecked."""
-        pin.computeDistances(
-            self._model,
-            self._data,
-            self._geometry,
-            self._exact,
-            self.model_positions(joint_position),
+        model, data, parts = self._model, self._data, self._parts
+        position = self.model_positions(joint_position)
+        pin.computeDistances(model, data, parts[0].geometry, parts[0].exact, position)
+        for part in parts[1:]:
+            # The joints are where they belong already; the shapes of each part follow them.
+            pin.updateGeometryPlacements(model, data, part.geometry, part.exact)
+            pin.computeDistances(part.geometry, part.exact)
+        return np.array(
+            [result.min_distance for part in parts for result in part.exact.distanceResults]
         )
-        return np.array([result.min_distance for result in self._exact.distanceResults])
 
     def clearances_of(self, pairs: Iterable[int], joint_position: Array) -> list[float]:
         """Return the distances of some pairs [m], as `clearances` has them; unchecked.
@@ -296,9 +605,25 @@ class CollisionModel:
             joint_position: (n,) controller-side [rad or m].
         """
         position = self.model_positions(joint_position)
-        geometry, data = self._geometry, self._exact
+        if len(self._parts) > 1:
+            return self._clearances_in_parts(pairs, position)
+        geometry, data = self._parts[0].geometry, self._parts[0].exact
         pin.updateGeometryPlacements(self._model, self._data, geometry, data, position)
         return [pin.computeDistance(geometry, data, pair).min_distance for pair in pairs]
+
+    def _clearances_in_parts(self, pairs: Iterable[int], position: Array) -> list[float]:
+        model, data = self._model, self._data
+        pin.forwardKinematics(model, data, position)
+        placed: set[_Part] = set()
+        distances: list[float] = []
+        for pair in pairs:
+            part, number = self._in_part[pair]
+            if part not in placed:
+                placed.add(part)
+                pin.updateGeometryPlacements(model, data, part.geometry, part.exact)
+            found = pin.computeDistance(part.geometry, part.exact, number)
+            distances.append(found.min_distance)
+        return distances
 
     def model_positions(self, joint_positions: Array) -> Array:
         """Return the model's (…, j) moving joints of controller-side (…, n) positions."""
@@ -321,72 +646,46 @@ class CollisionModel:
 
     def _proximity(self, pair: int) -> Proximity:
         """Return the result of the last call of `clearances` for a pair."""
-        result = self._exact.distanceResults[pair]
-        first, second = result.getNearestPoint1(), result.getNearestPoint2()
-        return Proximity(
-            float(result.min_distance), *self.pairs[pair], np.array(first), np.array(second)
-        )
+        part, number = self._in_part[pair]
+        return part.proximity(number)
 
-    def _with_margin(self, margin: float) -> Any:
-        if margin not in self._padded:
-            data = pin.GeometryData(self._geometry)
-            for request in data.collisionRequests:
-                request.security_margin = margin
-            self._padded[margin] = data
-        return self._padded[margin]
-
-    def _bodies(self) -> Iterator[CollisionBody]:
-        """Return the shapes in the order of the geometry model."""
-        links = self.kinematics.robot.links
+    def _link_bodies(self) -> Iterator[_Body]:
         for link, shapes in self.kinematics.robot.collision.items():
-            for _ in shapes:
-                yield CollisionBody(link, self._joint(link), is_link=True, is_held=False)
-        for each in self.scene.objects:
-            if each.link is not None and each.link not in links:
-                raise FrameUnknown(each.link, links)
-            joint = 0 if each.link is None else self._joint(each.link)
-            yield CollisionBody(each.name, joint, is_link=False, is_held=each.link is not None)
+            for shape in shapes:
+                yield _Body(link, self._joint(link), is_link=True, is_held=False, source=shape)
+
+    def _object_body(self, each: SceneObject, known: Mapping[str, _Body]) -> _Body:
+        """Return the body of an object, the known one where it is the same."""
+        before = known.get(each.name)
+        if before is not None and (before.source is each or before.source == each):
+            return before
+        links = self.kinematics.robot.links
+        if each.link is not None and each.link not in links:
+            raise FrameUnknown(each.link, links)
+        joint = 0 if each.link is None else self._joint(each.link)
+        return _Body(each.name, joint, is_link=False, is_held=each.link is not None, source=each)
 
     def _joint(self, link: str) -> int:
         """Return the number of the moving joint that carries a link, 0 for none."""
         return int(self._model.frames[self._model.getFrameId(link)].parentJoint)
 
-    def _place_links(self) -> Iterator[float]:
-        for link, shapes in self.kinematics.robot.collision.items():
-            for shape in shapes:
-                placement = pin.SE3(pin.rpy.rpyToMatrix(*shape.rpy), np.array(shape.xyz))
-                yield self._place(link, link, placement, link_geometry(shape))
-
-    def _place_objects(self) -> Iterator[float]:
-        for each in self.scene.objects:
-            geometry = object_geometry(each.shape)
-            yield self._place(each.name, each.link, self._placement(each), geometry)
-
-    def _placement(self, each: SceneObject) -> Any:
-        pose = each.pose
-        if each.link is None:
-            pose = self.kinematics.to_base(pose, each.frame)
-        return pin.SE3(pose.rotation, pose.position)
-
-    def _place(self, name: str, link: str | None, placement: Any, geometry: Any) -> float:
-        """Add a shape; return the radius of a ball about its joint that holds it [m]."""
-        joint = 0
+    def _place(self, body: _Body) -> None:
+        """Put a shape on the model."""
+        shape = body.source
+        if isinstance(shape, SceneObject):
+            geometry, pose, link = object_geometry(shape.shape), shape.pose, shape.link
+            if link is None:
+                pose = self.kinematics.to_base(pose, shape.frame)
+            placement = pin.SE3(pose.rotation, pose.position)
+        else:
+            geometry, link = link_geometry(shape), body.name
+            placement = pin.SE3(pin.rpy.rpyToMatrix(*shape.rpy), np.array(shape.xyz))
         if link is not None:
-            frame = self._model.frames[self._model.getFrameId(link)]
-            joint, placement = frame.parentJoint, frame.placement * placement
-        self._geometry.addGeometryObject(
-            pin.GeometryObject(f"{name}/{self._geometry.ngeoms}", joint, placement, geometry)
-        )
+            placement = self._model.frames[self._model.getFrameId(link)].placement * placement
         geometry.computeLocalAABB()
         centre = placement.act(geometry.aabb_center)
-        return float(np.linalg.norm(centre)) + float(geometry.aabb_radius)
-
-    def _check_size(self, bodies: Sequence[CollisionBody], checked: Any, most_pairs: float) -> None:
-        """Refuse a model that takes too long, before any of it is built."""
-        of_links = [number for number, body in enumerate(bodies) if body.is_link]
-        pairs = int(checked.sum()) - int(checked[np.ix_(of_links, of_links)].sum())
-        if pairs > most_pairs:
-            raise SceneTooLarge(pairs, int(most_pairs), len(self.scene.objects))
+        body.reach = float(np.linalg.norm(centre)) + float(geometry.aabb_radius)
+        body.placed = pin.GeometryObject(body.name, body.joint, placement, geometry)
 
     @property
     def _wrist(self) -> tuple[int, ...]:

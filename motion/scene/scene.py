@@ -10,12 +10,20 @@ x, y, z, w; shapes stand in their own frame.
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Iterable, Sequence
-from dataclasses import dataclass, replace
+from collections import Counter
+from collections.abc import Callable, Iterable, Iterator, Sequence
+from dataclasses import dataclass, field, replace
 from typing import TypeAlias
 
 from ..errors import BadArgument, DuplicateObject, FrameUnknown, NotFinite, UnknownObject
+from ..pickled_pieces import PickledPieces, unpickled
 from ..pose import Pose
+
+MAX_OBJECTS = 1000
+"""Greatest number of objects of a scene."""
+
+MAX_ALLOWED = 2000
+"""Greatest number of pairs of a scene that may touch."""
 
 LEAST_SIZE = 1e-6
 """Smallest edge, radius or scale of a shape [m]."""
@@ -180,23 +188,45 @@ class Scene:
     Raises:
         DuplicateObject: two objects bear one name.
         UnknownObject: an allowed pair, or what a method is to change, is no object of the scene.
-        BadArgument: an allowed pair names the same twice.
+        BadArgument: an allowed pair names the same twice; or there are too many objects or pairs.
     """
 
     objects: tuple[SceneObject, ...] = ()
     allowed: frozenset[Pair] = frozenset()
     revision: int = 0
+    _pickles: PickledPieces[SceneObject] | None = field(
+        default=None, init=False, repr=False, compare=False
+    )
 
     def __post_init__(self) -> None:
-        names: set[str] = set()
-        for each in self.objects:
-            if each.name in names:
-                raise DuplicateObject(each.name)
-            names.add(each.name)
-        object.__setattr__(self, "allowed", frozenset(_pair(*pair) for pair in self.allowed))
-        for first, second in sorted(self.allowed):
-            if not names & {first, second}:
-                raise UnknownObject(first, tuple(sorted(names)))
+        _check_count("objects", len(self.objects), MAX_OBJECTS)
+        _check_count("allowed pairs", len(self.allowed), MAX_ALLOWED)
+        names = {each.name for each in self.objects}
+        if len(names) < len(self.objects):
+            raise DuplicateObject(_first_twice(self.objects))
+        # One that comes from another scene is in order, and is the same frozen set.
+        if not all(len(pair) == 2 and pair[0] < pair[1] for pair in self.allowed):
+            object.__setattr__(self, "allowed", frozenset(_pair(*pair) for pair in self.allowed))
+        unknown = [pair for pair in self.allowed if not (pair[0] in names or pair[1] in names)]
+        if unknown:
+            raise UnknownObject(min(unknown)[0], tuple(sorted(names)))
+
+    def __reduce__(self) -> tuple[Callable[..., Scene], tuple[object, ...]]:
+        if self._pickles is None:
+            for _ in self.pickle_steps(None):
+                pass
+        assert self._pickles is not None
+        return _restored, (self._pickles.pickles, self.allowed, self.revision)
+
+    def pickle_steps(self, before: Scene | None) -> Iterator[float]:
+        """Pickle the objects in steps, and keep that; yield before each how long it takes [µs].
+
+        Args:
+            before: a scene of which what is the same is kept.
+        """
+        known = None if before is None else before._pickles
+        pickles = yield from PickledPieces.steps(self.objects, known)
+        object.__setattr__(self, "_pickles", pickles)
 
     def __repr__(self) -> str:
         # A set of texts has another order in each process, and a journal is run again in another.
@@ -301,6 +331,20 @@ class Scene:
             self.allowed if allowed is None else allowed,
             self.revision + 1,
         )
+
+
+def _restored(pickles: Sequence[bytes], allowed: frozenset[Pair], revision: int) -> Scene:
+    return Scene(unpickled(pickles), allowed, revision)
+
+
+def _check_count(what: str, count: int, most: int) -> None:
+    if count > most:
+        raise BadArgument(f"number of {what} of a scene", count, f"at most {most:,}")
+
+
+def _first_twice(objects: Iterable[SceneObject]) -> str:
+    counts = Counter(each.name for each in objects)
+    return next(name for name, count in counts.items() if count > 1)
 
 
 def _pair(first: str, second: str) -> Pair:

@@ -26,11 +26,20 @@ from ..description.field_problems import Problem, field_problems
 from ..description.schema import Name, Real
 from ..description.yaml_file import read_mapping
 from ..errors import MeshFileError, MotionError, RobotFileError, SceneFileError
-from .scene import Box, Capsule, Cylinder, Mesh, Scene, SceneObject, Shape, Sphere
+from .scene import (
+    MAX_ALLOWED,
+    MAX_OBJECTS,
+    Box,
+    Capsule,
+    Cylinder,
+    Mesh,
+    Scene,
+    SceneObject,
+    Shape,
+    Sphere,
+)
 
 SCENE_SCHEMA = "openpendant-scene/1"
-
-MAX_OBJECTS = 1000
 
 _SHOWN = 12  # names in a message
 
@@ -96,7 +105,7 @@ class _Object(_Entry):
 class _File(_Entry):
     schema_: Literal["openpendant-scene/1"] = Field(alias="schema")
     objects: Annotated[tuple[_Object, ...], Field(max_length=MAX_OBJECTS)] = ()
-    allowed: tuple[tuple[Name, Name], ...] = ()
+    allowed: Annotated[tuple[tuple[Name, Name], ...], Field(max_length=MAX_ALLOWED)] = ()
     revision: Annotated[int, Field(strict=True, ge=0)] = 0
 
 
@@ -189,10 +198,13 @@ def scene_from_data(
 
 def _name_problems(read: _File, links: Sequence[str] | None) -> Iterator[Problem]:
     # `Scene` and `CollisionModel` have these rules too, but do not know the file's fields.
-    names = [entry.name for entry in read.objects]
+    names = {entry.name: None for entry in read.objects}
+    before: set[str] = set()
     for index, entry in enumerate(read.objects):
         where = f"objects[{index}]"
-        if entry.name in names[:index] or entry.name in (links or ()):
+        is_taken = entry.name in before or entry.name in (links or ())
+        before.add(entry.name)
+        if is_taken:
             accepted = "a name of no other object and no link"
             yield f"{where}.name", f"is {entry.name!r}, which is taken; accepted: {accepted}"
         if links is not None and entry.link is not None and entry.link not in links:
@@ -202,12 +214,12 @@ def _name_problems(read: _File, links: Sequence[str] | None) -> Iterator[Problem
         where = f"allowed[{index}]"
         if pair[0] == pair[1]:
             yield where, f"is {list(pair)}; accepted: two different names"
-        elif not set(pair) & set(names):
-            yield where, f"is {list(pair)}; accepted: a pair with an object: {_list(names)}"
+        elif pair[0] not in names and pair[1] not in names:
+            yield where, f"is {list(pair)}; accepted: a pair with an object: {_list(tuple(names))}"
         elif links is not None:
             for place, name in enumerate(pair):
                 if name not in names and name not in links:
-                    accepted = f"an object: {_list(names)}; or a link: {_list(links)}"
+                    accepted = f"an object: {_list(tuple(names))}; or a link: {_list(links)}"
                     yield f"{where}[{place}]", f"is {name!r}; accepted: {accepted}"
 
 
@@ -221,12 +233,13 @@ def scene_to_data(scene: Scene) -> dict[str, Any]:
     return {
         "schema": SCENE_SCHEMA,
         "revision": scene.revision,
-        "objects": [_object_data(each) for each in scene.objects],
+        "objects": [object_to_data(each) for each in scene.objects],
         "allowed": [list(pair) for pair in sorted(scene.allowed)],
     }
 
 
-def _object_data(each: SceneObject) -> dict[str, Any]:
+def object_to_data(each: SceneObject) -> dict[str, Any]:
+    """Return an object of a scene as plain data of the schema."""
     data: dict[str, Any] = {
         "name": each.name,
         "shape": _shape_data(each.shape),

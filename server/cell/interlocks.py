@@ -76,11 +76,11 @@ class InterlockQuery(NamedTuple):
 
     Attributes:
         role: returns why the role of a connection does not let it move the robot.
-        contact: returns what the robot touches where it stands; asked last, because it takes long.
+        contact: what the robot touches where it stands; None for nothing.
     """
 
     role: Callable[[int], Refusal | None]
-    contact: Callable[[], Refusal | None]
+    contact: Refusal | None
 
 
 class Holdable(Protocol):
@@ -112,6 +112,7 @@ class Situation(Protocol):
     program: RunningProgram | None
     awaited: str
     unread: str
+    unbuilt: str
 
     @property
     def motions(self) -> Holdable:
@@ -158,7 +159,11 @@ def examine_motion(
     held = planned and _is_paused(cell.program)
     yield Interlock(InterlockKind.OVERRIDE, None if held else modes.override_fault())
     unread = None if recovers else _unread(cell)
-    contact = None if unread is not None or asked is None else asked.contact()
+    if cell.unbuilt and kind is MotionKind.JOG and not planned:
+        # Whatever is planned sees what was added; a jog would not yet.
+        text = f"no jog begins while {cell.unbuilt}"
+        unread = unread or Refusal(VerdictCode.CHANGE_WHILE_MOVING, text)
+    contact = None if asked is None else asked.contact
     yield Interlock(InterlockKind.SCENE, unread or contact)
     yield Interlock(InterlockKind.PROGRAM, _program_fault(cell.program, kind))
     if not steered:

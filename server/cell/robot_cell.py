@@ -119,9 +119,11 @@ class RobotCell:
         motions: what is planned and moved.
         stop: the latched stop, None where there is none.
         program: the program under way, None where there is none; `show_program` says it.
-        awaited: what of frames and tools awaits the store's answer, in words; by `show_scene`.
+        awaited: what of frames and tools awaits the store's answer, or is being put in force, in
+            words; by `show_scene`.
         ended: why the last motion ended before its goal; None where it arrived or another began.
         unread: what is kept of frames, tools and scene and is not in force, in words; likewise.
+        unbuilt: what was added to the scene and a jog would not see yet, in words; likewise.
     """
 
     def __init__(
@@ -146,7 +148,7 @@ class RobotCell:
         self.stop: StopLatch | None = None
         self.ended: Refusal | None = None
         self.program: RunningProgram | None = None
-        self.awaited = self.unread = ""
+        self.awaited = self.unread = self.unbuilt = ""
         self.is_closing = False
         self._publish = publish
         self.driving = TrajectoryExecution(
@@ -164,9 +166,9 @@ class RobotCell:
         """Take note of the program that is under way; None for none."""
         self.program = program
 
-    def show_scene(self, awaited: str, unread: str) -> None:
+    def show_scene(self, awaited: str, unread: str, unbuilt: str) -> None:
         """Take note of what of frames, tools and scene is awaited and not in force, in words."""
-        self.awaited, self.unread = awaited, unread
+        self.awaited, self.unread, self.unbuilt = awaited, unread, unbuilt
 
     def _tool_speed_cap(self) -> float | None:
         return self.modes.tool_speed_cap(self.feedback.mode)

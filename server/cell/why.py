@@ -56,9 +56,6 @@ class WhyReply(JsonBody):
     """What else is to be known; keeps nothing from moving."""
 
 
-Contact = Callable[[], Refusal | None]
-"""Returns what the robot touches where it stands."""
-
 RoleFault = Callable[[int], Refusal | None]
 """Returns why the role of a connection does not let it move the robot."""
 
@@ -69,13 +66,13 @@ def why(
     request: WhyRequest,
     session: int,
     now: int,
-    contact: Contact | None = None,
+    contact: Refusal | None = None,
     role: RoleFault | None = None,
 ) -> WhyReply:
     """Examine every condition of a motion.
 
     Args:
-        contact: tells what the robot touches; None where nothing is looked for.
+        contact: what the robot touches where it stands; None for nothing.
         role: tells whose role is too low; None where everybody may move the robot.
     """
     holder = cell.authority.holder
@@ -83,10 +80,7 @@ def why(
         session = holder.session
     wish = Wish(request.kind)
     kind = MotionKind[wish.name]
-    if kind is MotionKind.JOG:
-        # A jog may always lead away from a contact, so none is in its way.
-        contact = None
-    asked = InterlockQuery(role=role or (lambda _: None), contact=contact or (lambda: None))
+    asked = InterlockQuery(role=role or (lambda _: None), contact=contact)
     chain = examine_motion(cell, kind, session, now, asked=asked)
     reports = tuple(_report(finding, cell.stop) for finding in chain)
     broken = next((report.condition for report in reports if not report.holds), "")

@@ -12,7 +12,7 @@ from collections.abc import Callable, Mapping
 from dataclasses import fields
 from functools import reduce
 from operator import or_
-from typing import Annotated, Any, Generic, TypeAlias, TypeVar, cast
+from typing import Annotated, Any, Generic, TypeAlias, TypeVar
 
 from pydantic import BaseModel, Field, TypeAdapter, ValidationError
 
@@ -156,7 +156,13 @@ class ReplyTo(Generic[Answer]):
 
     def answer(self, body: Answer) -> list[Effect]:
         """Return the answer to a request that was carried out."""
-        return self._reply(cast(Mapping[str, Any], body), ReplyCode.SUCCESS)
+        return self._reply(
+            json.dumps(body, ensure_ascii=False, separators=(",", ":")), ReplyCode.SUCCESS
+        )
+
+    def answer_text(self, text: str) -> list[Effect]:
+        """Return the answer whose body is JSON already, without blanks between its parts."""
+        return self._reply(text, ReplyCode.SUCCESS)
 
     def refuse(self, refusal: Refusal, **fields: Any) -> list[Effect]:
         """Return the answer to a request that was refused."""
@@ -167,7 +173,9 @@ class ReplyTo(Generic[Answer]):
             "value": refusal.value,
             "limit": refusal.limit,
         }
-        return self._reply(about | fields, ReplyCode.FAILURE)
+        return self._reply(
+            json.dumps(about | fields, ensure_ascii=False, separators=(",", ":")), ReplyCode.FAILURE
+        )
 
     def refuse_program(self, error: ProgramError) -> list[Effect]:
         """Return the answer that says what is wrong with a program, and where in its text."""
@@ -181,11 +189,11 @@ class ReplyTo(Generic[Answer]):
             return self.refuse(refused.refusal)
         return self.refuse(refused.refusal, line=refused.line, column=refused.column)
 
-    def _reply(self, fields: Mapping[str, Any], code: ReplyCode) -> list[Effect]:
-        body = json.dumps(fields, ensure_ascii=False, separators=(",", ":")).encode()
+    def _reply(self, text: str, code: ReplyCode) -> list[Effect]:
+        body = text.encode()
         if len(body) > MOST_ANSWER:
-            text = f"the answer has {len(body)} bytes; accepted by a frame: {MOST_ANSWER}"
-            refusal = Refusal(VerdictCode.TOO_LARGE, text, value=len(body), limit=MOST_ANSWER)
+            told = f"the answer has {len(body)} bytes; accepted by a frame: {MOST_ANSWER}"
+            refusal = Refusal(VerdictCode.TOO_LARGE, told, value=len(body), limit=MOST_ANSWER)
             return self.refuse(refusal)
         reply = Management(self.request_id, body, comm_type=CommType.REPLY, reply_code=code)
         return [Send(self.session, reply)]

@@ -40,6 +40,7 @@ class Turn(Enum):
 
     FIRST = "go on at once where nobody waits for a turn"
     NEXT = "go on with the next tick"
+    LAST = "go on with a later tick, behind whoever waits for a turn"
 
 
 _T = TypeVar("_T")
@@ -151,8 +152,8 @@ class Pending:
             then = self._running.pop(steps)
             return then(end.value, now)
         if isinstance(wanted, Turn):
-            # The task that has the turn keeps it; a new one waits behind all others.
-            take = self._turns.append if wanted is Turn.FIRST else self._turns.appendleft
+            # The task that has the turn keeps it; a new one, or one that can wait, is the last.
+            take = self._turns.appendleft if wanted is Turn.NEXT else self._turns.append
             take(steps)
             return []
         return self.ask(wanted, partial(self._advance, steps))

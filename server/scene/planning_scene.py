@@ -6,6 +6,17 @@ always stored; until the store has acknowledged or refused it, no motion starts.
 added to the scene counts at once, because it may be in the path. Knows no files; the mathematics
 are behind `SceneModel`.
 
+Owns how a scene comes into force. It is built beside the one in force, in steps of about a
+millisecond, one turn of them in a tick; then it takes that one's place and is saved. One is built
+at a time. What a program takes or puts down waits for its turn; any other change is refused
+meanwhile. A scene of few objects is built, and in force, before the request returns: the steps are
+counted by their effort, not timed, so that a journal that is run again has the same turns.
+
+Objects that are added count for whatever is planned as soon as it is known that they fit, and a
+motion under way is checked against them from then on (promise 17). Until their model is in force
+no jog begins, as it would not see them, and no way is taken for free without the planning process.
+After any other change no motion begins until it is in force.
+
 Owns which document of the store holds what: `frames` the user frames, `tools` the tools and which
 is selected, `scene` the objects and the pairs that may touch; each is named after its cell.
 `motion` owns what the values mean. Meshes are files of the server, so a document from outside must
@@ -15,44 +26,34 @@ not name one.
 from __future__ import annotations
 
 import json
-from collections.abc import Callable, Mapping, Sequence
-from typing import TYPE_CHECKING, Any, Protocol, TypeAlias
+from collections import deque
+from collections.abc import Callable, Generator, Mapping, Sequence
+from typing import TYPE_CHECKING, Any, NamedTuple, Protocol, TypeAlias
 
 from openpendant.motion.errors import FrameInUse, MotionError, SceneFileError
-from openpendant.motion.frames.frame_file import frames_from_json, frames_to_json
-from openpendant.motion.frames.frame_tree import FrameTree
+from openpendant.motion.frames.frame_file import frames_from_json
+from openpendant.motion.frames.frame_tree import FLANGE, FrameTree
 from openpendant.motion.pose import Pose
 from openpendant.motion.scene.scene import Mesh, Scene, left, taken
-from openpendant.motion.scene.scene_file import scene_from_data, scene_to_data
+from openpendant.motion.scene.scene_file import scene_from_data
 from openpendant.simplemsg.verdicts import VerdictCode
 
 from ..cell.execution.feedback import JointHistory, JointVector
 from ..events.effects import Effect
-from ..events.pending import AskStore
+from ..events.pending import Pending, Steps, Turn
 from ..planning.jobs import PoseGoal
 from ..refusal import Refusal, refusal_of
 from ..store.documents import Document, DocumentKind, Heading
 from ..store.requests import Answer, Load, Save
 from ..store.store_errors import NotFound, StoreError
+from .document_texts import COMPACT, FramesText, Making, SceneText, joined
 
 if TYPE_CHECKING:
-    from openpendant.motion.scene.collision import Proximity
+    from openpendant.motion.scene.collision import BuildStep, Proximity
 
 
 WORLD_KINDS = (DocumentKind.TOOLS, DocumentKind.FRAMES, DocumentKind.SCENE)
 """In the order in which they are read: a user frame may hang from a tool."""
-
-
-def document_of(kind: DocumentKind, frames: FrameTree, scene: Scene) -> str:
-    """Return the body of a document of the planning scene."""
-    if kind is DocumentKind.SCENE:
-        return json.dumps(scene_to_data(scene), ensure_ascii=False)
-    whole = json.loads(frames_to_json(frames))
-    if kind is DocumentKind.TOOLS:
-        whole["frames"] = []
-    else:
-        whole["tools"], whole["selected_tool"] = [], None
-    return json.dumps(whole, ensure_ascii=False)
 
 
 def with_frames(kind: DocumentKind, body: str, tree: FrameTree) -> FrameTree:
@@ -66,14 +67,10 @@ def with_frames(kind: DocumentKind, body: str, tree: FrameTree) -> FrameTree:
     """
     selected = tree.selected_tool
     if kind is DocumentKind.TOOLS:
-        bare = tree.select_tool(None)
-        for tool in tree.tools:
-            bare = bare.remove(tool.name)
+        bare = tree.select_tool(None).without({tool.name: None for tool in tree.tools})
         grown = frames_from_json(body, "tools", bare)
         return grown
-    bare = tree
-    for frame in reversed(tree.user_frames):
-        bare = bare.remove(frame.name)
+    bare = tree.without({frame.name: None for frame in tree.user_frames})
     grown = frames_from_json(body, "frames", bare)
     # A document of frames selects no tool, which is not to say that none is selected.
     return grown if grown.selected_tool == selected else grown.select_tool(selected)
@@ -103,17 +100,37 @@ class SceneModel(Protocol):
     """The robot's mathematics, as far as the planning scene needs them."""
 
     frames: FrameTree
-    scene: Scene
+
+    @property
+    def built(self) -> Any:
+        """The scene in force with what its checks are made with."""
+
+    @property
+    def scene(self) -> Scene:
+        """The scene in force."""
 
     @property
     def flange_link(self) -> str:
         """Name of the link that tools are bolted to."""
 
-    def apply_scene(self, frames: FrameTree, scene: Scene) -> None:
-        """Put frames, tools and scene in force.
+    def scene_steps(self, scene: Scene) -> Generator[BuildStep, None, Any]:
+        """Build a scene in steps, each announced before it is made; return it for `apply_scene`.
 
         Raises:
-            MotionError: the scene does not fit the robot; all stays as it was.
+            MotionError: the scene does not fit the robot; before a step that `fits`, but for a mesh
+                that cannot be read.
+        """
+
+    def apply_scene(self, frames: FrameTree, built: Any) -> None:
+        """Put frames, tools and a scene that is built in force."""
+
+    def nearest_steps(
+        self, position: Sequence[float]
+    ) -> Generator[BuildStep, None, Proximity | None]:
+        """Find the nearest two bodies at (n,) joints in steps, each announced before it is made.
+
+        Returns:
+            None where there is nothing to check.
         """
 
     def flange(self, position: JointVector) -> Pose:
@@ -130,12 +147,13 @@ class SceneModel(Protocol):
 class Ground(Protocol):
     """The cell, as far as the planning scene asks it and reports to it."""
 
-    def show_scene(self, awaited: str, unread: str) -> None:
+    def show_scene(self, awaited: str, unread: str, unbuilt: str) -> None:
         """Take the reasons why no motion may start.
 
         Args:
-            awaited: which frames and tools the store is asked about, in words; empty for none.
+            awaited: what the store is asked about, or being put in force, in words; empty for none.
             unread: what the store keeps and could not be put in force, in words; empty for nothing.
+            unbuilt: what a jog would not see yet, in words; empty for nothing.
         """
 
     def under_way(self) -> str:
@@ -152,9 +170,6 @@ class RobotEnvironment(SceneModel, Protocol):
     @property
     def tool_in_flange(self) -> PoseGoal | None:
         """The centre point of the selected tool in the flange; None for the flange itself."""
-
-    def nearest(self, position: Sequence[float]) -> Proximity | None:
-        """Return the nearest two bodies at (n,) joints; None where there is nothing to check."""
 
     def is_surely_free(self, start: Sequence[float], goal: Sequence[float]) -> bool:
         """Return True if a straight move between (n,) joints surely touches nothing in the scene.
@@ -173,8 +188,61 @@ Told: TypeAlias = Callable[[int | Refusal, int], list[Effect]]
 
 FrameChange: TypeAlias = Callable[[FrameTree], FrameTree]
 SceneChange: TypeAlias = Callable[[Scene], Scene]
-Watcher: TypeAlias = Callable[[Scene, int], list[Effect]]
-"""Takes the changed scene, and the time."""
+Rearranged: TypeAlias = Callable[[Refusal | None], None]
+"""Takes why an object was not taken or put down, None where it was; called once."""
+
+
+class Watcher(Protocol):
+    """The parts of the cell that have to know of a changed scene."""
+
+    def planned_in(self, scene: Scene, now: int, asked: int) -> list[Effect]:
+        """Plan in another scene from now on, and check the motion under way against it.
+
+        Args:
+            asked: when the change was asked for [ns]; from then the time for the check runs.
+        """
+
+    def announced(self, now: int) -> list[Effect]:
+        """Take the motion under way for unchecked from now on; `planned_in` will come.
+
+        What is being added may be in its way, and it is not known yet whether that fits.
+        """
+
+    def seen(self, *, is_whole: bool) -> None:
+        """Take note whether the model in force has all that is planned around."""
+
+
+class _Building(NamedTuple):
+    """A change of the scene that is being built.
+
+    Attributes:
+        scene: what it leads to.
+        only_adds: it leaves objects and pairs as they are.
+    """
+
+    scene: Scene
+    only_adds: bool
+
+
+_Then: TypeAlias = Callable[[Refusal | None, int], list[Effect]]
+"""Takes why a scene was not put in force, None where it was, and the time."""
+
+FIRST_EFFORT = 1_600.0
+"""Most that is built in the turn of the request [µs], so that a few objects take no other."""
+
+TURN_EFFORT = 900.0
+"""Most that is built in each other turn [µs]; a longer step has one for itself.
+
+By the effort that the steps announce, which is counted: a rerun of a journal makes the same turns.
+As it is an estimate, both are well below the 2 ms that a turn may take.
+"""
+
+_SWAP = 800.0  # µs: to put in force what is built, and to have it saved
+_PER_OBJECT = 0.3  # µs: to make a scene of another
+_PER_ALLOWED = 0.2  # µs
+_PER_FRAME = 1.3  # µs: to make a tree of another, and to compare the two
+
+_BUILT = "a change of the scene is being put in force"
 
 _IN_ONE_TREE = (DocumentKind.FRAMES, DocumentKind.TOOLS)
 """Kinds that share one frame tree: a saved change of one puts the other in force as it was."""
@@ -190,7 +258,7 @@ class PlanningScene:
     """
 
     def __init__(
-        self, name: str, view: SceneModel, ground: Ground, ask: AskStore, watcher: Watcher
+        self, name: str, view: SceneModel, ground: Ground, pending: Pending, watcher: Watcher
     ) -> None:
         """Make a scene with the robot's own frames and no objects."""
         self.revisions = dict.fromkeys(WORLD_KINDS, 0)
@@ -199,10 +267,15 @@ class PlanningScene:
         self._name = name
         self._view = view
         self._ground = ground
-        self._ask = ask
+        self._pending = pending
         self._watcher = watcher
         self._saving: set[DocumentKind] = set()
         self._reading: list[DocumentKind] = []
+        self._building: _Building | None = None
+        self._waiting: deque[Callable[[int], list[Effect]]] = deque()
+        self._scene_text, self._shown_scene = SceneText(), SceneText(COMPACT)
+        self._frames_text, self._shown_frames = FramesText(), FramesText(COMPACT)
+        self._body = ""  # of the scene that was built last
 
     @property
     def frames(self) -> FrameTree:
@@ -213,6 +286,11 @@ class PlanningScene:
     def scene(self) -> Scene:
         """The objects in force."""
         return self._view.scene
+
+    @property
+    def is_busy(self) -> bool:
+        """Whether something is being read, built or saved."""
+        return bool(self._reading or self._building or self._saving)
 
     # From the store.
 
@@ -227,34 +305,45 @@ class PlanningScene:
             return []
         kind = self._reading[0]
 
-        def loaded(answer: Answer, now: int) -> list[Effect]:
+        def put_in_force(refusal: Refusal | None, now: int) -> list[Effect]:
+            if refusal is not None:
+                self.problems[kind] = refusal
             del self._reading[0]
-            out = self._take_document(kind, answer, now)
-            return out + self._load_next()
+            return self._load_next()
 
-        return self._ask(Load(kind, self._name), loaded)
+        def loaded(answer: Answer, now: int) -> list[Effect]:
+            return self._take_document(kind, answer, put_in_force, now)
 
-    def _take_document(self, kind: DocumentKind, answer: Answer, now: int) -> list[Effect]:
+        return self._pending.ask(Load(kind, self._name), loaded)
+
+    def _take_document(
+        self, kind: DocumentKind, answer: Answer, then: _Then, now: int
+    ) -> list[Effect]:
         if isinstance(answer, NotFound):
-            return []
+            return then(None, now)
         if isinstance(answer, StoreError):
-            self.problems[kind] = answer.refusal()
-            return []
+            return then(answer.refusal(), now)
         if not isinstance(answer, Document):
-            return []
+            return then(None, now)
         self.revisions[kind] = answer.heading.revision
         try:
             if kind is DocumentKind.SCENE:
-                return self._stand(self.frames, scene_from_json(answer.body), now)
-            return self._stand(with_frames(kind, answer.body, self.frames), self.scene, now)
+                return self._build(scene_from_json(answer.body), now, then)
+            self._stand(with_frames(kind, answer.body, self.frames), now)
         except MotionError as error:
-            self.problems[kind] = refusal_of(error)
-            return []
+            return then(refusal_of(error), now)
+        return then(None, now)
 
     # Changes.
 
     def change_frames(
-        self, kind: DocumentKind, change: FrameChange, expected: int, author: str, told: Told
+        self,
+        kind: DocumentKind,
+        change: FrameChange,
+        expected: int,
+        author: str,
+        now: int,
+        told: Told,
     ) -> Refusal | list[Effect]:
         """Change user frames or tools while the robot is at rest; in force once it is saved.
 
@@ -272,21 +361,33 @@ class PlanningScene:
         except MotionError as error:
             return refusal_of(error)
 
-        def saved(answer: Answer, now: int) -> list[Effect]:
+        def saved(answer: Answer, at: int) -> list[Effect]:
             refused = self._saved(kind, answer)
             if refused is not None:
-                return told(refused, now)
-            out = self._stand(tree, self.scene, now)
-            return out + told(self.revisions[kind], now)
+                return told(refused, at)
+            self._stand(tree, at)
+            return told(self.revisions[kind], at)
 
-        return self._save(kind, tree, self.scene, author, saved)
+        def made(body: str, at: int) -> list[Effect]:
+            return self._save(kind, body, author, saved)
+
+        self._saving.add(kind)
+        self._tell_cell()
+        spent = _PER_FRAME * len(tree.frames)
+        return self._pending.run(_in_turns(self._kept(kind, tree), spent), made, now)
+
+    def _kept(self, kind: DocumentKind, tree: FrameTree) -> Making:
+        """Make frames ready for planning, and the text of a document of them."""
+        yield from tree.pickle_steps(self.frames)
+        is_tools = kind is DocumentKind.TOOLS
+        return (yield from self._frames_text.steps(tree, frames=not is_tools, tools=is_tools))
 
     def change_scene(
         self, change: SceneChange, expected: int, author: str, now: int, told: Told
     ) -> Refusal | list[Effect]:
         """Change the scene; while the robot moves, objects may only be added to it.
 
-        Added objects are in force at once, and after a restart once they are saved.
+        It is in force once it is built, and after a restart once it is saved, too.
         """
         refusal = self._stale(DocumentKind.SCENE, expected)
         if refusal is not None:
@@ -294,13 +395,12 @@ class PlanningScene:
         before = self.scene
         try:
             scene = change(before)
-            if not _only_adds(before, scene):
-                refusal = self._not_now(DocumentKind.SCENE)
-                if refusal is not None:
-                    return refusal
-            out = self._stand(self.frames, scene, now)
         except MotionError as error:
             return refusal_of(error)
+        if not _only_adds(before, scene):
+            refusal = self._not_now(DocumentKind.SCENE)
+            if refusal is not None:
+                return refusal
 
         def saved(answer: Answer, at: int) -> list[Effect]:
             refused = self._saved(DocumentKind.SCENE, answer)
@@ -309,53 +409,181 @@ class PlanningScene:
             text = f"in force until the server ends, but not kept: {refused.sentence}"
             return told(Refusal(refused.code, text, value=refused.value, limit=refused.limit), at)
 
-        return out + self._save(DocumentKind.SCENE, self.frames, scene, author, saved)
+        def put_in_force(refused: Refusal | None, at: int) -> list[Effect]:
+            if refused is not None:
+                return told(refused, at)
+            return self._save(DocumentKind.SCENE, self._body, author, saved)
 
-    def carry(self, name: str, at: JointVector, now: int) -> Refusal | list[Effect]:
+        return self._build(scene, now, put_in_force, is_kept=True)
+
+    def carry(self, name: str, at: JointVector, now: int, then: Rearranged) -> list[Effect]:
         """Attach an object to the flange's link where it is, for a program.
 
         The document of the scene is not changed: a restart puts each object where it was taught.
+
+        Args:
+            at: (n,) joints; of the robot now, which stands until `then` is called.
         """
         link = self._view.flange_link
         pose = self._view.link_pose(at, link)
-        return self._in_passing(lambda scene: taken(scene, name, link, pose), now)
+        return self._in_passing(lambda scene: taken(scene, name, link, pose), now, then)
 
-    def put_down(self, name: str, at: JointVector, now: int) -> Refusal | list[Effect]:
-        """Detach a carried object where it is, for a program."""
+    def put_down(self, name: str, at: JointVector, now: int, then: Rearranged) -> list[Effect]:
+        """Detach a carried object where it is, for a program; arguments as of `carry`."""
         view = self._view
 
         def changed(scene: Scene) -> Scene:
             return left(scene, name, view.flange_link, lambda link: view.link_pose(at, link))
 
-        return self._in_passing(changed, now)
+        return self._in_passing(changed, now, then)
 
-    def _in_passing(self, change: SceneChange, now: int) -> Refusal | list[Effect]:
+    def _in_passing(self, change: SceneChange, now: int, then: Rearranged) -> list[Effect]:
+        def put_in_force(refusal: Refusal | None, at: int) -> list[Effect]:
+            then(refusal)
+            return []
+
+        def begin(at: int) -> list[Effect]:
+            try:
+                scene = change(self.scene)
+            except MotionError as error:
+                return put_in_force(refusal_of(error), at)
+            return self._build(scene, at, put_in_force)
+
+        if self._building is not None:
+            self._waiting.append(begin)
+            return []
+        return begin(now)
+
+    # Questions.
+
+    def nearest(
+        self,
+        position: Sequence[float],
+        then: Callable[[Proximity | None, int], list[Effect]],
+        now: int,
+    ) -> list[Effect]:
+        """Find the nearest two bodies at (n,) joints in the scene in force, in as many turns."""
+        return self._pending.run(_Turns().take(self._view.nearest_steps(position)), then, now)
+
+    def show_scene(self, then: Callable[[str, int], list[Effect]], now: int) -> list[Effect]:
+        """Tell the scene in force with its revision, as the JSON of a reply, in as many turns."""
+        scene, revision = self.scene, self.revisions[DocumentKind.SCENE]
+
+        def made(content: str, at: int) -> list[Effect]:
+            return then(joined({"content": content, "revision": str(revision)}, COMPACT), at)
+
+        return self._pending.run(_in_turns(self._shown_scene.steps(scene)), made, now)
+
+    def show_frames(
+        self, facts: Mapping[str, Any], then: Callable[[str, int], list[Effect]], now: int
+    ) -> list[Effect]:
+        """Tell frames and tools in force as the JSON of a reply, in as many turns.
+
+        Args:
+            facts: what is told beside their content, by its key.
+        """
+
+        def made(content: str, at: int) -> list[Effect]:
+            rest = {
+                key: json.dumps(value, ensure_ascii=False, separators=COMPACT)
+                for key, value in facts.items()
+            }
+            return then(joined({"content": content, **rest}, COMPACT), at)
+
+        return self._pending.run(_in_turns(self._shown_frames.steps(self.frames)), made, now)
+
+    # To put something in force.
+
+    def _stand(self, frames: FrameTree, now: int) -> None:
+        """Put frames in force."""
+        self._view.apply_scene(frames, self._view.built)
+        self.history.define(now, frames)
+
+    def _build(self, scene: Scene, now: int, then: _Then, *, is_kept: bool = False) -> list[Effect]:
+        """Build a scene, and put it in force.
+
+        Args:
+            then: called once it is in force, or will not be.
+            is_kept: it will be saved, so that its text is made, too.
+        """
+        before = self.scene
+        building = _Building(scene, _only_adds(before, scene))
+        self._building = building
+        self._tell_cell()
+        # That the scene was made belongs to the first turn, too.
+        spent = _PER_OBJECT * len(scene.objects) + _PER_ALLOWED * len(scene.allowed)
+        turns, is_announced = _Turns(spent), False
+        steps = self._view.scene_steps(scene)
+
+        def built(found: Any, at: int) -> list[Effect]:
+            if isinstance(found, Refusal):
+                # What was planned around meanwhile is not there.
+                out = self._watcher.planned_in(before, at, at) if building.only_adds else []
+                return out + self._end_building(found, then, at)
+            return self._put_in_force(building, found, at) + self._end_building(None, then, at)
+
+        def fitting(refused: Refusal | None, at: int) -> list[Effect]:
+            nonlocal is_announced
+            was_announced, is_announced = is_announced, True
+            if refused is not None:
+                out: list[Effect] = (
+                    self._watcher.planned_in(before, at, at) if was_announced else []
+                )
+                return out + self._end_building(refused, then, at)
+            out = []
+            if building.only_adds and scene != before:
+                self._watcher.seen(is_whole=False)
+                out += self._watcher.planned_in(scene, at, now)
+            made = self._made(steps, turns, scene if is_kept else None)
+            return out + self._pending.run(made, built, at)
+
+        out = self._pending.run(_until_it_fits(scene, before, steps, turns), fitting, now)
+        if building.only_adds and not is_announced:
+            is_announced = True
+            out += self._watcher.announced(now)
+        return out
+
+    def _made(
+        self, steps: Generator[BuildStep, None, Any], turns: _Turns, kept: Scene | None
+    ) -> Steps[Any]:
+        """Make a scene that fits, and the text of one to be kept; return why it cannot be made."""
         try:
-            return self._stand(self.frames, change(self.scene), now)
+            found = yield from turns.take(steps)
         except MotionError as error:
             return refusal_of(error)
+        if kept is not None:
+            self._body = yield from turns.make(self._scene_text.steps(kept))
+        yield from turns.spend(_SWAP)
+        return found
 
-    def _stand(self, frames: FrameTree, scene: Scene, now: int) -> list[Effect]:
-        """Put frames and scene in force."""
-        changed = scene != self.scene
-        new_frames = frames is not self.frames
-        self._view.apply_scene(frames, scene)
-        if new_frames:
-            self.history.define(now, frames)
-        return self._watcher(scene, now) if changed else []
+    def _put_in_force(self, building: _Building, built: Any, now: int) -> list[Effect]:
+        before = self._view.built
+        is_changed = building.scene != self.scene
+        self._view.apply_scene(self.frames, built)
+        out = [] if before is built else self._pending.run(_dropped(before), _nothing, now)
+        if not is_changed or building.only_adds:
+            return out
+        return out + self._watcher.planned_in(building.scene, now, now)
+
+    def _end_building(self, refused: Refusal | None, then: _Then, now: int) -> list[Effect]:
+        self._building = None
+        self._watcher.seen(is_whole=True)
+        self._tell_cell()
+        out = then(refused, now)
+        while self._waiting and self._building is None:
+            out += self._waiting.popleft()(now)
+        return out
 
     def _save(
         self,
         kind: DocumentKind,
-        frames: FrameTree,
-        scene: Scene,
+        body: str,
         author: str,
         saved: Callable[[Answer, int], list[Effect]],
     ) -> list[Effect]:
         self._saving.add(kind)
         self._tell_cell()
-        body = document_of(kind, frames, scene)
-        return self._ask(Save(kind, self._name, body, self.revisions[kind], author), saved)
+        return self._pending.ask(Save(kind, self._name, body, self.revisions[kind], author), saved)
 
     def _saved(self, kind: DocumentKind, answer: Answer) -> Refusal | None:
         self._saving.discard(kind)
@@ -378,8 +606,14 @@ class PlanningScene:
             for kind, problem in self.problems.items()
             if self.revisions[kind]  # else the store could not even say that there is any
         ]
+        building = self._building
         awaited = self._being_read() or self._being_saved(_IN_ONE_TREE)
-        self._ground.show_scene(awaited, "; ".join(texts))
+        unbuilt = ""
+        if building is not None and building.only_adds:
+            unbuilt = _BUILT
+        elif building is not None:
+            awaited = awaited or _BUILT
+        self._ground.show_scene(awaited, "; ".join(texts), unbuilt)
 
     def _being_read(self) -> str:
         return f"what is kept as {', '.join(self._reading)} is being read" if self._reading else ""
@@ -401,6 +635,8 @@ class PlanningScene:
         """Return why a change does not fit the kept revision; names both revisions."""
         together = _IN_ONE_TREE if kind in _IN_ONE_TREE else (kind,)
         busy = self._being_read() or self._being_saved(together)
+        if not busy and kind is DocumentKind.SCENE and self._building is not None:
+            busy = _BUILT
         if busy:
             return Refusal(VerdictCode.STORE_BUSY, f"not changed while {busy}")
         current = self.revisions[kind]
@@ -415,11 +651,91 @@ class PlanningScene:
         Raises:
             FrameInUse: a tool was changed from which user frames hang.
         """
-        other = DocumentKind.FRAMES if kind is DocumentKind.TOOLS else DocumentKind.TOOLS
-        before = document_of(other, self.frames, self.scene)
-        if document_of(other, tree, self.scene) != before:
+        if _of_the_other(kind, tree) != _of_the_other(kind, self.frames):
             hanging = tuple(frame.name for frame in self.frames.user_frames)
             raise FrameInUse("tool", hanging)
+
+
+def _of_the_other(kind: DocumentKind, tree: FrameTree) -> list[object]:
+    """Return what the document of the other kind says; a pose that stays is the same object."""
+    has_tools = kind is DocumentKind.FRAMES
+    own = [each for each in tree.frames.values() if not each.predefined]
+    said: list[object] = [tree.selected_tool] if has_tools else []
+    said += [
+        (each.name, each.parent, id(each.pose))
+        for each in own
+        if (each.parent == FLANGE) is has_tools
+    ]
+    return said
+
+
+def _in_turns(making: Making, spent: float = 0.0) -> Steps[str]:
+    """Make a text in turns of its own, of the first of which some is spent [µs]."""
+    return _Turns(spent).make(making)
+
+
+class _Turns:
+    """Turns of one build: how much of its work is done in each."""
+
+    def __init__(self, spent: float = 0.0) -> None:
+        self._spent, self._most = spent, FIRST_EFFORT
+
+    def spend(self, effort: float) -> Steps[None]:
+        """Wait for the next tick where a step would make this turn too long."""
+        if self._spent and self._spent + effort > self._most:
+            yield Turn.NEXT
+            self._spent, self._most = 0.0, TURN_EFFORT
+        self._spent += effort
+
+    def make(self, making: Making) -> Steps[str]:
+        """Make a text."""
+        while True:
+            try:
+                effort = next(making)
+            except StopIteration as end:
+                return str(end.value)
+            yield from self.spend(effort)
+
+    def take(
+        self, steps: Generator[BuildStep, None, Any], *, until_fits: bool = False
+    ) -> Steps[Any]:
+        """Take steps, all or until it is known that the scene fits; return what they return."""
+        while True:
+            try:
+                step = next(steps)
+            except StopIteration as end:
+                return end.value
+            yield from self.spend(step.effort)
+            if step.fits and until_fits:
+                return None
+
+
+def _until_it_fits(
+    scene: Scene, before: Scene, steps: Generator[BuildStep, None, Any], turns: _Turns
+) -> Steps[Refusal | None]:
+    """Find out whether a scene fits, and make it ready for planning; return why it does not."""
+    try:
+        yield from turns.take(steps, until_fits=True)
+    except MotionError as error:
+        return refusal_of(error)
+    for effort in scene.pickle_steps(before):
+        yield from turns.spend(effort)
+    return None
+
+
+def _dropped(built: Any) -> Steps[None]:
+    """Drop what is no longer in force, a part in each turn: to be freed takes as long as to build.
+
+    A jog that comes to rest with it keeps it that long.
+    """
+    parts = built.parts_to_drop()
+    while parts:
+        yield Turn.LAST
+        del parts[-1]
+
+
+def _nothing(_: object, now: int) -> list[Effect]:
+    return []
 
 
 def _only_adds(before: Scene, after: Scene) -> bool:

@@ -67,8 +67,13 @@ class SceneMonitor:
         self.is_planned_before = False
         self._job_id = 0
 
-    def changed(self, scene: Scene, now: int) -> list[Effect]:
-        """Check the motion in progress against the changed scene; a jog ends."""
+    def changed(self, scene: Scene, now: int, asked: int | None = None) -> list[Effect]:
+        """Check the motion in progress against the changed scene; a jog ends.
+
+        Args:
+            asked: when the change was asked for, which is when the deadline begins to run [ns];
+                now where left out.
+        """
         cell = self._cell
         jog = cell.driving.driven_jog
         if jog is not None:
@@ -78,7 +83,26 @@ class SceneMonitor:
             self.is_planned_before = True
             return []
         rows = cell.motions.playing
-        return [] if rows is None else self._look_along(rows, scene, now)
+        if rows is None:
+            return []
+        return self._look_along(rows, scene, now if asked is None else asked)
+
+    def announced(self, now: int) -> list[Effect]:
+        """Take note that objects are being added: `changed` will come with the scene, or the old.
+
+        Until then the motion in progress counts as unchecked; a jog ends.
+        """
+        jog = self._cell.driving.driven_jog
+        if jog is not None:
+            jog.release(JogEnd.STOPPED, now)
+            return []
+        rows = self._cell.motions.playing
+        if rows is None:
+            return []
+        at = rows.path_time
+        self._look = _Look(rows, Scene(), now, at, at)
+        # What was asked before is about a scene that is no longer the one that counts.
+        return self._pending.cancel(self._job_id)
 
     def motion_started(self, now: int) -> list[Effect]:
         """Check a motion that started after the scene changed during its planning.
@@ -94,9 +118,9 @@ class SceneMonitor:
         self.is_planned_before = False
         return self._look_along(rows, motions.scene, now)
 
-    def _look_along(self, rows: StoredRows, scene: Scene, now: int) -> list[Effect]:
+    def _look_along(self, rows: StoredRows, scene: Scene, asked: int) -> list[Effect]:
         at = rows.path_time
-        self._look = _Look(rows, scene, now, at + NEAR, at)
+        self._look = _Look(rows, scene, asked, at + NEAR, at)
         return self._ask(self._look, at - self._behind, at + NEAR)
 
     def _ask(self, look: _Look, begins: float, ends: float) -> list[Effect]:

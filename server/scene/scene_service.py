@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import json
 from collections.abc import Mapping
-from typing import Any, Protocol, cast
+from typing import TYPE_CHECKING, Any, Protocol, cast
 
 from openpendant.motion.description.robot import robot_names
 from openpendant.motion.frames.frame_file import frames_to_json
@@ -17,7 +17,7 @@ from openpendant.motion.frames.frame_tree import FLANGE
 from openpendant.motion.frames.tool_calibration import tool_centre
 from openpendant.motion.pose import Pose
 from openpendant.motion.scene.scene import Scene
-from openpendant.motion.scene.scene_file import SCENE_SCHEMA, scene_to_data
+from openpendant.motion.scene.scene_file import SCENE_SCHEMA
 from openpendant.simplemsg.pendant.management import devices, frames, scene
 from openpendant.simplemsg.pendant.management.declaration import AnyPose, Changed, Done, FoundPose
 from openpendant.simplemsg.verdicts import VerdictCode
@@ -39,8 +39,14 @@ from .planning_scene import (
 from .signals import CellSignals
 from .trace import ToolTrace
 
-_FRAMES, _TOOLS, _SCENE = DocumentKind.FRAMES, DocumentKind.TOOLS, DocumentKind.SCENE
+if TYPE_CHECKING:
+    from openpendant.motion.scene.collision import Proximity
+
+_FRAMES, _TOOLS = DocumentKind.FRAMES, DocumentKind.TOOLS
 _POINTS_OF_AN_ANSWER = 800
+_TOLD_AT_ONCE = 64
+"""Frames that are told in the turn in which they are asked for; more are told in several."""
+
 _NO_ROTATION = (0.0, 0.0, 0.0, 1.0)
 
 
@@ -78,15 +84,18 @@ class SceneService:
         self, asked: frames.ShowFrames, reply: ReplyTo[frames.Frames], now: int
     ) -> list[Effect]:
         world, tree = self._world, self._view.frames
-        return reply.answer(
-            {
-                "content": json.loads(frames_to_json(tree)),
-                "names": list(tree.frames),
-                "frames_revision": world.revisions[_FRAMES],
-                "tools_revision": world.revisions[_TOOLS],
-                "problems": {str(k): v.sentence for k, v in world.problems.items()},
-            }
-        )
+        is_small = len(tree.frames) <= _TOLD_AT_ONCE
+        told: frames.Frames = {
+            "content": json.loads(frames_to_json(tree)) if is_small else {},
+            "names": list(tree.frames),
+            "frames_revision": world.revisions[_FRAMES],
+            "tools_revision": world.revisions[_TOOLS],
+            "problems": {str(k): v.sentence for k, v in world.problems.items()},
+        }
+        if is_small:
+            return reply.answer(told)
+        facts = {key: value for key, value in told.items() if key != "content"}
+        return world.show_frames(facts, lambda text, _: reply.answer_text(text), now)
 
     @handles(frames.TeachFrame)
     def _teach_frame(
@@ -118,6 +127,7 @@ class SceneService:
             _FRAMES,
             asked,
             reply,
+            now,
             lambda tree: tree.add(asked.name, pose_of(asked.pose), asked.parent),
         )
 
@@ -129,6 +139,7 @@ class SceneService:
             _FRAMES,
             asked,
             reply,
+            now,
             lambda tree: tree.move(asked.name, pose_of(asked.pose), asked.parent),
         )
 
@@ -137,52 +148,58 @@ class SceneService:
         self, asked: frames.RenameFrame, reply: ReplyTo[Changed], now: int
     ) -> list[Effect]:
         return self._change_frames(
-            _FRAMES, asked, reply, lambda tree: tree.rename(asked.name, asked.new_name)
+            _FRAMES, asked, reply, now, lambda tree: tree.rename(asked.name, asked.new_name)
         )
 
     @handles(frames.RemoveFrame)
     def _remove_frame(
         self, asked: frames.RemoveFrame, reply: ReplyTo[Changed], now: int
     ) -> list[Effect]:
-        return self._change_frames(_FRAMES, asked, reply, lambda tree: tree.remove(asked.name))
+        return self._change_frames(_FRAMES, asked, reply, now, lambda tree: tree.remove(asked.name))
 
     @handles(frames.ImportFrames)
     def _import_frames(
         self, asked: frames.ImportFrames, reply: ReplyTo[Changed], now: int
     ) -> list[Effect]:
         change = _importing(_FRAMES, asked.content)
-        return self._change_frames(_FRAMES, asked, reply, change)
+        return self._change_frames(_FRAMES, asked, reply, now, change)
 
     @handles(frames.AddTool)
     def _add_tool(self, asked: frames.AddTool, reply: ReplyTo[Changed], now: int) -> list[Effect]:
         return self._change_frames(
-            _TOOLS, asked, reply, lambda tree: tree.add_tool(asked.name, pose_of(asked.tcp))
+            _TOOLS, asked, reply, now, lambda tree: tree.add_tool(asked.name, pose_of(asked.tcp))
         )
 
     @handles(frames.MoveTool)
     def _move_tool(self, asked: frames.MoveTool, reply: ReplyTo[Changed], now: int) -> list[Effect]:
         return self._change_frames(
-            _TOOLS, asked, reply, lambda tree: tree.move(asked.name, pose_of(asked.tcp), FLANGE)
+            _TOOLS,
+            asked,
+            reply,
+            now,
+            lambda tree: tree.move(asked.name, pose_of(asked.tcp), FLANGE),
         )
 
     @handles(frames.RemoveTool)
     def _remove_tool(
         self, asked: frames.RemoveTool, reply: ReplyTo[Changed], now: int
     ) -> list[Effect]:
-        return self._change_frames(_TOOLS, asked, reply, lambda tree: tree.remove(asked.name))
+        return self._change_frames(_TOOLS, asked, reply, now, lambda tree: tree.remove(asked.name))
 
     @handles(frames.SelectTool)
     def _select_tool(
         self, asked: frames.SelectTool, reply: ReplyTo[Changed], now: int
     ) -> list[Effect]:
-        return self._change_frames(_TOOLS, asked, reply, lambda tree: tree.select_tool(asked.name))
+        return self._change_frames(
+            _TOOLS, asked, reply, now, lambda tree: tree.select_tool(asked.name)
+        )
 
     @handles(frames.ImportTools)
     def _import_tools(
         self, asked: frames.ImportTools, reply: ReplyTo[Changed], now: int
     ) -> list[Effect]:
         change = _importing(_TOOLS, asked.content)
-        return self._change_frames(_TOOLS, asked, reply, change)
+        return self._change_frames(_TOOLS, asked, reply, now, change)
 
     @handles(frames.CalibrateTool)
     def _calibrate_tool(
@@ -199,10 +216,15 @@ class SceneService:
         )
 
     def _change_frames(
-        self, kind: DocumentKind, asked: _Change, reply: ReplyTo[Changed], change: FrameChange
+        self,
+        kind: DocumentKind,
+        asked: _Change,
+        reply: ReplyTo[Changed],
+        now: int,
+        change: FrameChange,
     ) -> list[Effect]:
         expected, told = asked.expected_revision, _revision(reply)
-        changed = self._world.change_frames(kind, change, expected, reply.name, told)
+        changed = self._world.change_frames(kind, change, expected, reply.name, now, told)
         return reply.refuse(changed) if isinstance(changed, Refusal) else changed
 
     # The scene.
@@ -211,8 +233,7 @@ class SceneService:
     def _show_scene(
         self, asked: scene.ShowScene, reply: ReplyTo[scene.Scene], now: int
     ) -> list[Effect]:
-        content = scene_to_data(self._world.scene)
-        return reply.answer({"content": content, "revision": self._world.revisions[_SCENE]})
+        return self._world.show_scene(lambda text, _: reply.answer_text(text), now)
 
     @handles(scene.NearestBodies)
     def _nearest_bodies(
@@ -221,18 +242,21 @@ class SceneService:
         position = self._cell.feedback.position
         if position is None:
             return reply.refuse(Refusal(VerdictCode.FEEDBACK_STALE))
-        found = self._view.nearest(position)
-        if found is None:
-            return reply.answer({"distance": None})
-        return reply.answer(
-            {
-                "distance": found.distance,
-                "first": found.first,
-                "second": found.second,
-                "first_point": found.first_point.tolist(),
-                "second_point": found.second_point.tolist(),
-            }
-        )
+
+        def told(found: Proximity | None, at: int) -> list[Effect]:
+            if found is None:
+                return reply.answer({"distance": None})
+            return reply.answer(
+                {
+                    "distance": found.distance,
+                    "first": found.first,
+                    "second": found.second,
+                    "first_point": found.first_point.tolist(),
+                    "second_point": found.second_point.tolist(),
+                }
+            )
+
+        return self._world.nearest(position, told, now)
 
     @handles(scene.AddObject)
     def _add_object(

@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Generator, Sequence
+from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
@@ -29,7 +30,7 @@ from openpendant.motion.kinematics.serial import Kinematics
 from openpendant.motion.pose import Pose
 from openpendant.motion.robot_report.robot_report import robot_data
 from openpendant.motion.scene.clearance import ClearPath
-from openpendant.motion.scene.collision import CollisionModel, Proximity
+from openpendant.motion.scene.collision import BuildStep, CollisionModel, Proximity
 from openpendant.motion.scene.scene import Scene
 from openpendant.motion.trajectory.point_speed import elbow_link
 
@@ -43,12 +44,34 @@ _ToolMotion = tuple[tuple[float, ...], tuple[float, ...], float]
 """Place [m], quaternion and speed [m/s] of the tool in the base frame."""
 
 MOST_PAIRS = 2_000
-"""How many pairs of bodies a scene may have to be checked, as its model is built on the event loop.
+"""How many pairs of bodies a scene may have to be checked.
 
-That takes ten milliseconds or so, one look at all of them five, on a slow machine a few times as
-long: less than the 100 ms after which the watchdog stops the robots. On an arm of eight moving
-shapes 250 standing objects make so many; each held one makes one more with each that stands.
+One look at all of them takes five milliseconds or so. The model of a scene is built on the event
+loop, in steps of about a millisecond. On an arm of eight moving shapes 250 standing objects make so
+many; each held one makes one more with each that stands.
 """
+
+_PROOF = 50.0  # µs: the proof of clear ways for a model
+
+
+@dataclass(frozen=True, slots=True)
+class BuiltScene:
+    """A scene with what its checks are made with.
+
+    Attributes:
+        scene: the objects, and what may touch.
+        collision: the model of the robot among them.
+        clear_path: proves ways clear on it.
+    """
+
+    scene: Scene
+    collision: CollisionModel
+    clear_path: ClearPath
+
+    def parts_to_drop(self) -> list[object]:
+        """Return all that takes long to be freed, to be dropped apart."""
+        return self.collision.parts_to_drop()
+
 
 _NAMED_POSITIONS = ("home", "zero")
 
@@ -58,6 +81,7 @@ class RobotKinematics:
 
     Attributes:
         frames: the named frames and tools in force; `apply_scene` changes them.
+        built: the scene in force with its model; likewise.
         tool_in_flange: the centre point of the selected tool; None for the flange itself.
         lever_arms: for the tool and the elbow, if any, (n,) how fast each joint can make it
             [m/rad or 1].
@@ -70,24 +94,39 @@ class RobotKinematics:
         self._rest = np.zeros(self._kinematics.dof)
         self._elbow = elbow_link(self._kinematics)
         self.frames = FrameTree.of_robot(self._kinematics.to_base(Pose.identity(), "root"))
-        self.scene = Scene()
+        collision = CollisionModel(self._kinematics)
+        self.built = BuiltScene(Scene(), collision, ClearPath(collision))
         self._mount(Pose.identity())
-        self._collision = CollisionModel(self._kinematics)
-        self._clear_path = ClearPath(self._collision)
-        self._jogs = JogModel(self._kinematics, collision=self._collision)
+        self._jogs = JogModel(self._kinematics, collision=collision)
 
-    def apply_scene(self, frames: FrameTree, scene: Scene) -> None:
-        """Let frames, tools and scene rule from now on; a jog under way keeps those that it has.
+    @property
+    def scene(self) -> Scene:
+        """The objects in force."""
+        return self.built.scene
+
+    def scene_steps(self, scene: Scene) -> Generator[BuildStep, None, BuiltScene]:
+        """Build what a scene needs in steps, each announced before it is made; return it.
+
+        What is in force stays as it is.
 
         Raises:
-            MotionError: the scene does not fit the robot or is too large; all stays as it was.
+            MotionError: the scene does not fit the robot or is too large; before a step that
+                `fits`, but for a mesh.
         """
-        if scene != self.scene:
-            collision = CollisionModel(self._kinematics, scene, most_pairs=MOST_PAIRS)
-            self._collision, self._clear_path = collision, ClearPath(collision)
+        if scene == self.scene:
+            yield BuildStep(0.0, fits=True)
+            return self.built
+        collision = yield from CollisionModel.in_steps(
+            self._kinematics, scene, most_pairs=MOST_PAIRS, before=self.built.collision
+        )
+        yield BuildStep(_PROOF, fits=True)
+        return BuiltScene(scene, collision, ClearPath(collision))
+
+    def apply_scene(self, frames: FrameTree, built: BuiltScene) -> None:
+        """Let frames, tools and scene rule from now on; a jog under way keeps those that it has."""
         tcp = frames[TOOL].pose or Pose.identity()
-        self._jogs = JogModel(self._kinematics, tcp, self._collision)
-        self.frames, self.scene = frames, scene
+        self._jogs = JogModel(self._kinematics, tcp, built.collision)
+        self.frames, self.built = frames, built
         self._mount(tcp)
 
     def _mount(self, tcp: Pose) -> None:
@@ -134,16 +173,22 @@ class RobotKinematics:
         """
         return self._kinematics.forward(position, link=link)
 
-    def nearest(self, position: Sequence[float]) -> Proximity | None:
-        """Return the nearest two bodies at (n,) joints; None where there is nothing to check."""
-        return self._collision.distance(position)
+    def nearest_steps(
+        self, position: Sequence[float]
+    ) -> Generator[BuildStep, None, Proximity | None]:
+        """Find the nearest two bodies at (n,) joints in steps, each announced before it is made.
+
+        Returns:
+            None where there is nothing to check.
+        """
+        return self.built.collision.distance_in_steps(position)
 
     def is_surely_free(self, start: Sequence[float], goal: Sequence[float]) -> bool:
         """Return True if a straight move between (n,) joints surely touches nothing in the scene.
 
         Takes a millisecond or so at most; a no says only that more must be looked at.
         """
-        return self._clear_path.is_sure(start, goal)
+        return self.built.clear_path.is_sure(start, goal)
 
     def tool_pose(self, position: Sequence[float]) -> tuple[tuple[float, ...], tuple[float, ...]]:
         """Return x, y, z [m] and quaternion x, y, z, w of the tool in the base frame."""

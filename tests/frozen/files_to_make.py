@@ -23,7 +23,7 @@ from openpendant.server.access.audit import AuditEntry, AuditEvent, Link, write_
 from openpendant.server.access.passwords import ScryptCost, Secret, hash_password
 from openpendant.server.programs.language.parser import parse
 from openpendant.server.programs.language.program_json import program_to_json
-from openpendant.server.scene.planning_scene import document_of
+from openpendant.server.scene.document_texts import document_of
 from openpendant.server.store.documents import DocumentKind
 from openpendant.server.store.recording_format import RecordingDocument, pack_rows
 from openpendant.server.store.sqlite_store import SqliteStore, open_store

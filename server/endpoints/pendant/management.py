@@ -320,11 +320,15 @@ class ManagementRequests:
 
     @handles(op.WhyRequest)
     def _why(self, asked: op.WhyRequest, reply: ReplyTo[op.Why], now: int) -> list[Effect]:
-        contact = None if self._environment is None else self._environment.contact
-        role = self._access.move_fault
-        name = self._settings.name
-        found = why(self._cell, name, asked, reply.session, now, contact, role)
-        return reply.answer(cast(op.Why, found.model_dump(mode="json")))
+        def told(contact: Refusal | None, at: int) -> list[Effect]:
+            role, name = self._access.move_fault, self._settings.name
+            found = why(self._cell, name, asked, reply.session, at, contact, role)
+            return reply.answer(cast(op.Why, found.model_dump(mode="json")))
+
+        if self._environment is None or asked.kind == "jog":
+            # A jog may always lead away from a contact, so none is in its way.
+            return told(None, now)
+        return self._environment.contact(told, now)
 
 
 def _failed(refusal: Refusal, reply: ReplyTo[Any]) -> list[Effect]:

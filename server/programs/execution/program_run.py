@@ -58,6 +58,9 @@ from ..interpreter.run_events import (
 from ..interpreter.runner import Runner
 from ..language.linking import Linked
 
+Rearranged = Callable[[Refusal | None], None]
+"""Takes why an object was not attached or detached, None where it was; called once."""
+
 
 class RunEnvironment(Protocol):
     """Signals and objects of one cell; each call returns a refusal if it is not possible."""
@@ -72,11 +75,11 @@ class RunEnvironment(Protocol):
     def set_output(self, signal: int, value: bool, now: int) -> list[Effect] | Refusal:
         """Set an output."""
 
-    def attach(self, scene_object: str, now: int) -> list[Effect] | Refusal:
-        """Attach an object to the tool."""
+    def attach(self, scene_object: str, now: int, then: Rearranged) -> list[Effect]:
+        """Attach an object to the tool; `then` may be called later."""
 
-    def detach(self, scene_object: str, now: int) -> list[Effect] | Refusal:
-        """Detach an object where it is."""
+    def detach(self, scene_object: str, now: int, then: Rearranged) -> list[Effect]:
+        """Detach an object where it is; `then` may be called later."""
 
 
 class BareEnvironment:
@@ -95,21 +98,29 @@ class BareEnvironment:
         """Refuse: there is no such output."""
         return Refusal(VerdictCode.NO_SIGNAL, f"output {signal}: this cell has no outputs")
 
-    def attach(self, scene_object: str, now: int) -> list[Effect] | Refusal:
+    def attach(self, scene_object: str, now: int, then: Rearranged) -> list[Effect]:
         """Refuse: there is no such object."""
-        return _no_object(scene_object)
+        then(_no_object(scene_object))
+        return []
 
-    def detach(self, scene_object: str, now: int) -> list[Effect] | Refusal:
+    def detach(self, scene_object: str, now: int, then: Rearranged) -> list[Effect]:
         """Refuse: there is no such object."""
-        return _no_object(scene_object)
+        then(_no_object(scene_object))
+        return []
 
 
-def answered(
+def carry_out(
     environment: RunEnvironment,
     action: QueryInput | WriteOutput | AttachToTool | DetachFromTool,
+    answer: Callable[[Event], None],
     now: int,
-) -> tuple[Event, list[Effect]]:
-    """Carry out a program's request; return the event for its runner, and the effects."""
+) -> list[Effect]:
+    """Carry out a program's request; `answer` takes the event for its runner, now or later."""
+
+    def rearranged(refusal: Refusal | None) -> None:
+        request = action.request
+        answer(RequestDone(request) if refusal is None else RequestAborted(request, refusal))
+
     done: bool | list[Effect] | Refusal
     match action:
         case QueryInput(_, signal):
@@ -117,14 +128,17 @@ def answered(
         case WriteOutput(_, signal, value):
             done = environment.set_output(signal, value, now)
         case AttachToTool(_, scene_object):
-            done = environment.attach(scene_object, now)
+            return environment.attach(scene_object, now, rearranged)
         case DetachFromTool(_, scene_object):
-            done = environment.detach(scene_object, now)
+            return environment.detach(scene_object, now, rearranged)
     if isinstance(done, Refusal):
-        return RequestAborted(action.request, done), []
+        answer(RequestAborted(action.request, done))
+        return []
     if isinstance(done, bool):
-        return InputValue(action.request, done), []
-    return RequestDone(action.request), done
+        answer(InputValue(action.request, done))
+        return []
+    answer(RequestDone(action.request))
+    return done
 
 
 def _no_object(name: str) -> Refusal:
@@ -437,12 +451,13 @@ class ProgramExecution:
                 case (
                     run.QueryInput() | run.WriteOutput() | run.AttachToTool() | run.DetachFromTool()
                 ):
-                    answer, done = answered(self.environment, action, now)
-                    self._answers.append(answer)
-                    out += done
+                    out += carry_out(self.environment, action, self._take_answer, now)
                 case run.RunReport(status):
                     out += self.report(status, ended, now)
         return out + self._close(ended)
+
+    def _take_answer(self, event: run.Event) -> None:
+        self._answers.append(event)
 
     def _close(self, ended: Refusal | None) -> list[Effect]:
         """Send the outcome of requests that the present state of the run completes."""

@@ -1,6 +1,8 @@
 """A cell with a UR5, its surroundings and a store in memory, and requests to them as JSON."""
 
 import json
+import time
+from collections.abc import Callable
 from functools import cache
 from pathlib import Path
 from typing import Any
@@ -33,7 +35,11 @@ def robot() -> SerialRobot:
 
 
 class SurroundedCell:
-    """One cell whose robot stands at home; the store answers at once."""
+    """One cell whose robot stands at home; the store answers at once.
+
+    Attributes:
+        turns: processor time of each turn of the last request, that which took it first [ns].
+    """
 
     def __init__(self, folder: Path) -> None:
         settings = make_settings({"controller": {"signals": "openpendant"}}, "test")
@@ -48,7 +54,9 @@ class SurroundedCell:
         self.answers: list[tuple[bool, dict[str, Any]]] = []
         self.outcomes: list[Outcome] = []
         self.queries: list[Message] = []
+        self.turns: list[int] = []
         self.perform(self.around.world.load())
+        self.until(lambda: not self.around.world.is_busy)
 
     def _news(self, news: CellEvent, now: int) -> list[Effect]:
         return []
@@ -68,7 +76,7 @@ class SurroundedCell:
 
     def _run(self, asked: Ask) -> None:
         answer = self.refuse_with or answer_of(self.store, asked.question)
-        self.perform(self.pending.resume(asked, answer, self.now))
+        self.turn(lambda: self.pending.resume(asked, answer, self.now))
 
     def report(self, position: tuple[float, ...] | None = None, after_ms: int = 10) -> None:
         self.now += after_ms * MS
@@ -96,10 +104,35 @@ class SurroundedCell:
 
     def _answer(self, op: str, fields: dict[str, Any]) -> tuple[bool, dict[str, Any]]:
         before = len(self.answers)
-        body = json.dumps({"op": op, **fields}).encode()
-        self.perform(self.answered(body))
+        self.turns = []
+        self.send(op, **fields)
+        self.until(lambda: len(self.answers) > before)
         (answer,) = self.answers[before:]
         return answer
+
+    def send(self, op: str, **fields: Any) -> None:
+        """Make a request, whose answer may come later."""
+        body = json.dumps({"op": op, **fields}).encode()
+        self.turn(lambda: self.answered(body))
+
+    def turn(self, event: Callable[[], list[Effect]]) -> None:
+        """Let something happen, and note its processor time and that of what follows at once."""
+        began = time.thread_time_ns()
+        outgoing = event()
+        self.turns.append(time.thread_time_ns() - began)
+        self.perform(outgoing)
+
+    def tick(self) -> None:
+        self.now += 10 * MS
+        self.turn(lambda: self.pending.tick(self.now) + self.around.monitor.tick(self.now))
+
+    def until(self, is_so: Callable[[], bool]) -> int:
+        """Let time pass until something is so; return how many ticks that took."""
+        for ticks in range(10_000):
+            if is_so():
+                return ticks
+            self.tick()
+        raise AssertionError("nothing came of it")
 
     def answered(self, body: bytes) -> list[Effect]:
         reply: ReplyTo[Any] = ReplyTo(1, 7, "ann")

@@ -204,3 +204,30 @@ def test_a_server_that_withdrew_jobs_runs_again_from_its_journal(
     assert (len(asked), len(answers)) == (4, 1)
     assert main([str(file), "--json"]) == 0
     assert json.loads(capsys.readouterr().out)["identical"]
+
+
+def test_work_that_can_wait_goes_on_behind_whoever_asks_for_a_turn(book: Book) -> None:
+    done: list[str] = []
+
+    def patient() -> Steps[str]:
+        for number in range(2):
+            yield Turn.LAST
+            done.append(f"patient {number}")
+        return ""
+
+    def urgent() -> Steps[str]:
+        for number in range(2):
+            yield Turn.NEXT
+            done.append(f"urgent {number}")
+        return ""
+
+    def polite() -> Steps[str]:
+        yield Turn.FIRST
+        done.append("polite")
+        return ""
+
+    for steps in (patient(), polite(), urgent()):
+        book.pending.run(steps, book.take, 0)
+    for now in range(6):
+        book.pending.tick(now)
+    assert done == ["urgent 0", "urgent 1", "patient 0", "polite", "patient 1"]

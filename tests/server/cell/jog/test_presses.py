@@ -250,7 +250,7 @@ def add_to_the_scene(pad: EmulatedPad) -> None:
 
 def swap_tools(pad: EmulatedPad) -> None:
     view = known(pad.cell.core.environment)
-    view.world._view.apply_scene(view.world.frames, view.world.scene)
+    view.world._view.apply_scene(view.world.frames, view.world._view.built)
 
 
 @pytest.mark.parametrize("change", [add_to_the_scene, swap_tools])
