@@ -18,12 +18,14 @@ from promises.promise_table import figure
 from rigs.peers.server_clients import hello
 from rigs.processes.app_on_loop import app_on_loop, said, until
 
+from openpendant.server.access.arrivals import AcceptRate
+from openpendant.server.access.places import place_refusal
 from openpendant.server.cli.serve import main
 from openpendant.server.settings.cell_settings import make_settings
 from openpendant.server.settings.config_file import ConfigurationError
 from openpendant.server.settings.server_settings import ServerSettings, make_server_settings
-from openpendant.server.shell.clients import MOST_TURNED_AWAY, place_refusal
-from openpendant.server.shell.listening import AcceptRate, Listening
+from openpendant.server.shell.clients import MOST_TURNED_AWAY
+from openpendant.server.shell.listening import Listening
 from openpendant.server.shell.server_process import files_needed, provide_files
 from openpendant.simplemsg import PENDANT, ByteOrder, Connection, Received, Role
 from openpendant.simplemsg.pendant import Verdict

@@ -261,7 +261,9 @@ class ManagementRequests:
         self._access = access
         self._environment = environment
         services = () if environment is None else (environment.service, environment.recordings)
-        self._handlers = handlers_of(self, access, retreats, *services) | dict(programs.handlers)
+        self._handlers = handlers_of(self, access, access.connections, retreats, *services) | dict(
+            programs.handlers
+        )
 
     def answer(
         self,
