@@ -23,11 +23,6 @@ class Load:
     received: int = 0
     cost_ns: int = 0
 
-    @property
-    def numbers(self) -> tuple[int, int, int]:
-        """The load as it is now, in the order of the attributes."""
-        return self.frames, self.received, self.cost_ns
-
 
 @dataclass(frozen=True, slots=True)
 class LoadQuestion:

@@ -305,7 +305,12 @@ def check_from_json(record: dict[str, Any]) -> bool | None:
 
 def loads_to_json(loads: Mapping[int, Load]) -> dict[str, Any]:
     """Return as plain data what connections took of the loop, by their numbers."""
-    return {"loads": {str(session): load.numbers for session, load in loads.items()}}
+    return {
+        "loads": {
+            str(session): (load.frames, load.received, load.cost_ns)
+            for session, load in loads.items()
+        }
+    }
 
 
 def loads_from_json(record: dict[str, Any]) -> dict[int, Load]:

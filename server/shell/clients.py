@@ -206,7 +206,7 @@ STRANGERS_READ_AHEAD = 64 * 1024
 """The same of a pendant that has not logged in; a frame is not larger."""
 
 
-_NOTHING = Load().numbers
+_NOTHING = (0, 0, 0)
 
 
 class Clients:
@@ -326,7 +326,10 @@ class Clients:
 
     def count_loads(self, now: int) -> None:
         """Note what each connection took so far; to be called once a second."""
-        counted = {session: client.load.numbers for session, client in self.by_session.items()}
+        counted = {
+            session: (client.load.frames, client.load.received, client.load.cost_ns)
+            for session, client in self.by_session.items()
+        }
         self._counted_before, self._counted = self._counted, (now, counted)
         self.loads_due = now + SECOND_NS
 

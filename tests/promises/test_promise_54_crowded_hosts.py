@@ -99,6 +99,19 @@ async def guarded(
         yield app, bound.pendant
 
 
+def is_open(sock: socket.socket) -> bool:
+    """Return True if the server has not closed a connection; else close it, too."""
+    try:
+        while data := sock.recv(4_096):
+            assert data
+    except BlockingIOError:
+        return True
+    except ConnectionResetError:
+        pass
+    sock.close()
+    return False
+
+
 class Host:
     """A host that connects all the time, says hello, and holds what it gets."""
 
@@ -120,16 +133,40 @@ class Host:
         except OSError:  # reset already, or not accepted by the system yet
             return
 
-    def let_go(self, most: int = 0) -> None:
-        while len(self._held) > most:
-            self._held.pop(0).close()
+    @property
+    def held(self) -> int:
+        """How many connections it holds; what was closed is let go of."""
+        self._held = [sock for sock in self._held if is_open(sock)]
+        return len(self._held)
+
+    def let_go(self) -> None:
+        for sock in self._held:
+            sock.close()
+        self._held.clear()
 
     async def flood(self) -> None:
         while True:
             for _ in range(CONNECTS // 100):
                 self.connect()
-            self.let_go(200)
             await asyncio.sleep(0.01)
+            assert self.held < 100
+
+
+@asynccontextmanager
+async def flooded(port: int, hosts: int) -> AsyncIterator[list[Host]]:
+    """Have hosts connect all the time."""
+    crowd = [Host(f"127.0.1.{number}", port) for number in range(1, hosts + 1)]
+    floods = [asyncio.create_task(host.flood()) for host in crowd]
+    try:
+        yield crowd
+        assert not any(flood.done() for flood in floods)
+    finally:
+        for flood in floods:
+            flood.cancel()
+        await asyncio.gather(*floods, return_exceptions=True)
+        for host in crowd:
+            host.let_go()
+        await asyncio.sleep(0.05)
 
 
 class Visitor:
@@ -173,28 +210,22 @@ def by_address(app: App) -> Counter[str]:
 async def test_promise_54_whoever_comes_from_elsewhere_is_let_in_beside_a_flood(
     hosts: int,
 ) -> None:
-    async with guarded() as (app, port):
-        crowd = [Host(f"127.0.1.{number}", port) for number in range(1, hosts + 1)]
-        floods = [asyncio.create_task(host.flood()) for host in crowd]
-        try:
-            for trial in range(4):
-                await asyncio.sleep(0.3 + 0.0037 * trial)
-                took = await asyncio.gather(
-                    Visitor(f"127.0.2.{trial + 1}", port).log_in(),
-                    Visitor(f"127.0.3.{trial + 1}", port).stop(),
-                )
-                assert took[0] <= LET_IN + CHECK + TURNS
-                assert took[1] <= LET_IN + TURNS
-                assert app.cells[0].core.cell.stop is not None
-                held = by_address(app)
-                assert all(held[host.address] <= OF_ADDRESS for host in crowd)
-                assert held.total() <= IN_ALL + 3
-            assert app.overruns == 0
-        finally:
-            for flood in floods:
-                flood.cancel()
-            for host in crowd:
-                host.let_go()
+    async with guarded() as (app, port), flooded(port, hosts) as crowd:
+        for trial in range(6):
+            await asyncio.sleep(0.3 + 0.0037 * trial)
+            took = await asyncio.gather(
+                Visitor(f"127.0.2.{trial + 1}", port).log_in(),
+                Visitor(f"127.0.3.{trial + 1}", port).stop(),
+            )
+            assert took[0] <= LET_IN + CHECK + TURNS
+            assert took[1] <= LET_IN + TURNS
+            assert app.cells[0].core.cell.stop is not None
+            held = by_address(app)
+            assert all(held[host.address] <= OF_ADDRESS for host in crowd), held
+        # They hold what they may, and that is shared.
+        assert all(8 < held[host.address] for host in crowd), held
+        assert min(hosts * OF_ADDRESS, IN_ALL) <= held.total() <= IN_ALL + 3
+        assert app.overruns == 0
 
 
 async def test_promise_54_a_journal_of_crowded_hosts_is_run_again_to_the_byte(
@@ -202,9 +233,7 @@ async def test_promise_54_a_journal_of_crowded_hosts_is_run_again_to_the_byte(
 ) -> None:
     journal, file = Journal(), tmp_path / "journal"
     with kept_journal(journal, file, SETTINGS):
-        async with guarded(journal=journal) as (app, port):
-            crowd = [Host(f"127.0.1.{number}", port) for number in range(1, 6)]
-            floods = [asyncio.create_task(host.flood()) for host in crowd]
+        async with guarded(journal=journal) as (_, port), flooded(port, 5):
             await asyncio.sleep(1.0)
             ann = await PendantClient.connect(HOST, port, user="ann", password="ann's password")
             async with ann:
@@ -212,14 +241,8 @@ async def test_promise_54_a_journal_of_crowded_hosts_is_run_again_to_the_byte(
                 assert {each["address"] for each in listed["connections"]} >= {"127.0.1.3", HOST}
                 assert any(each["cost"] > 0 for each in listed["connections"])
                 await ann.access.close(listed["connections"][0]["session"])
-                assert (await ann.access.bar("127.0.1.4"))["closed"] > 0
+                assert (await ann.access.bar("192.0.2.66"))["closed"] == 0
                 await asyncio.sleep(0.5)
-                assert not by_address(app)["127.0.1.4"]
-            for flood in floods:
-                flood.cancel()
-            for host in crowd:
-                host.let_go()
-            await asyncio.sleep(0.1)
     with ThreadPoolExecutor(1) as thread:  # a rerun has a loop of its own
         outcome = thread.submit(rerun, file).result()
     assert outcome.difference is None
@@ -238,16 +261,9 @@ async def test_promise_54_of_a_flood_an_address_gets_its_rate_and_the_rest_is_cl
             host.connect()
             await asyncio.sleep(0.001)
         await asyncio.sleep(0.5)
-        ended = 0
-        for sock in host._held:
-            try:
-                ended += sock.recv(1) == b""
-            except BlockingIOError:
-                pass
-            except ConnectionResetError:
-                ended += 1
-        assert 100 - AT_ONCE - 1 <= ended + by_address(app).total() - OF_ADDRESS <= 100
-        assert app.clients.next_session() <= AT_ONCE + RATE // 10 + 2
+        assert host.held == by_address(app)["127.0.1.1"] == OF_ADDRESS
+        # Within 0.1 s its burst and one of its rate are let in, and no more has a number.
+        assert AT_ONCE <= app.clients.next_session() - 1 <= AT_ONCE + RATE // 10
         host.let_go()
 
 

@@ -24,6 +24,7 @@ class GuardedBytes(ByteRig):
         self.checks_at_once = checks_at_once
         self.connected: list[ByteClient] = []
         super().__init__(self.desk.login, listen=listen)
+        self.desk.login.places.most = self.settings.listen.max_connections
 
     def come(self, address: str, port: Port = Port.PENDANT) -> ByteClient:
         """Have a connection come."""

@@ -38,9 +38,6 @@ SERVER, PORT = "10.54.0.1", 12_000
 CONNECTS = 1_000
 """A second, of each host."""
 
-_HELD = 300
-"""Sockets that a host keeps; the server lets it have far fewer."""
-
 _NICENESS = 10  # of the server's thread for passwords
 _STARTED_WITHIN = 60.0
 _ANSWERED_WITHIN = 30.0
@@ -54,22 +51,43 @@ def connected(address: str, within: float = _ANSWERED_WITHIN) -> socket.socket:
     return socket.create_connection((SERVER, PORT), within, (address, 0))
 
 
+def is_open(sock: socket.socket) -> bool:
+    """Return True if the server has not closed a connection; else close it, too."""
+    try:
+        while sock.recv(4_096):
+            pass
+    except BlockingIOError:
+        return True
+    except OSError:  # reset, or refused by the system
+        pass
+    sock.close()
+    return False
+
+
 def flood(address: str) -> None:
     """Connect all the time, say hello, and hold what one gets; ends when it is killed."""
     greeting = Connection(Role.CLIENT, PENDANT, ByteOrder.LITTLE).send(hello("a host"))
-    held = deque[socket.socket]()
+    fresh, held = deque[socket.socket](), deque[socket.socket]()
     due = time.monotonic()
     while True:
         sock = socket.socket()
         sock.setblocking(False)
         sock.bind((address, 0))
-        held.append(sock)
-        if sock.connect_ex((SERVER, PORT)) not in (0, errno.EINPROGRESS):
-            held.pop().close()
-        with contextlib.suppress(OSError):
-            sock.send(greeting)
-        while len(held) > _HELD:
-            held.popleft().close()
+        if sock.connect_ex((SERVER, PORT)) in (0, errno.EINPROGRESS):
+            fresh.append(sock)
+            with contextlib.suppress(OSError):
+                sock.send(greeting)
+        else:
+            sock.close()
+        # What is closed at once is, after a tenth of a second; of what is held one is looked at.
+        if len(fresh) > CONNECTS // 10 and is_open(fresh[0]):
+            held.append(fresh.popleft())
+        elif len(fresh) > CONNECTS // 10:
+            fresh.popleft()
+        if held and is_open(held[0]):
+            held.rotate(-1)
+        elif held:
+            held.popleft()
         due += 1.0 / CONNECTS
         time.sleep(max(due - time.monotonic(), 0.0))
 

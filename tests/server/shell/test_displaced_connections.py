@@ -30,18 +30,17 @@ STOP_TIME = figure(54, "stop_time").seconds
 CROWDED = "192.0.2.7"
 
 
-def waiting_login(rig: GuardedBytes, address: str = CROWDED) -> None:
-    client = rig.come(address)
-    client.tell(hello("pupil"), Login(1, LoginKind.PASSWORD, "otto", "wrong"))
-    client.heard()
+def crowd(rig: GuardedBytes) -> GuardedBytes:
+    """Have the logins of all strangers of an address wait."""
+    for number in range(OF_ADDRESS):
+        client = rig.come(CROWDED)
+        client.tell(hello("pupil"), Login(1, LoginKind.PASSWORD, f"pupil {number}", "wrong"))
+        assert not [each for each in client.heard() if isinstance(each, Verdict)]
+    return rig
 
 
 def crowded() -> GuardedBytes:
-    """Return a server at which the logins of all strangers of an address wait."""
-    rig = GuardedBytes(checks_at_once=False)
-    for _ in range(OF_ADDRESS):
-        waiting_login(rig)
-    return rig
+    return crowd(GuardedBytes(checks_at_once=False))
 
 
 async def test_promise_54_who_gives_up_his_place_is_told_so_and_closed_at_once() -> None:
@@ -172,8 +171,7 @@ async def test_promise_54_who_neither_stops_nor_goes_is_cut_off_after_2_s() -> N
 async def test_promise_54_no_state_is_sent_to_who_may_only_stop() -> None:
     rig = GuardedBytes(checks_at_once=False)
     rig.desk.login.visitors._observe_without_login = True
-    for _ in range(OF_ADDRESS):
-        waiting_login(rig)
+    crowd(rig)
     client = rig.come(CROWDED)
     client.tell(hello("a stranger", 25.0))
     rig.wait(500)
