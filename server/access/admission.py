@@ -24,7 +24,7 @@ from .exposure import is_loopback
 from .lockout import SECOND_NS, Charge, Lockout
 from .pairing import Chooser, PairingCode, PairingCodes
 from .passwords import NOBODYS_HASH, PasswordHash, Secret
-from .places import Places
+from .places import ConnectionPlaces
 from .request_gate import Basis, Granted, GrantEnded, Record, Visitor, Visitors
 
 GUEST_ROLE = Role.OPERATOR
@@ -77,7 +77,7 @@ class Admission:
             observe_without_login: whoever reaches the server may look on.
         """
         self.visitors = Visitors(record, observe_without_login=observe_without_login)
-        self.places = Places(self.visitors, max_connections)
+        self.places = ConnectionPlaces(self.visitors, max_connections)
         self._book = book
         self.single_user_host = single_user_host
         self._lockout = Lockout()

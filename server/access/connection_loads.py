@@ -10,7 +10,7 @@ from dataclasses import dataclass
 
 
 @dataclass(slots=True)
-class Load:
+class ConnectionLoad:
     """What a connection sent, and took.
 
     Attributes:

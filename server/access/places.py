@@ -64,7 +64,7 @@ _GIVEN_UP_AT_ONCE = 2
 than there are places for, they become fewer again."""
 
 
-class Standing(StrEnum):
+class ConnectionStanding(StrEnum):
     """Standing of a connection."""
 
     ACCOUNT = "account"
@@ -76,14 +76,14 @@ class Standing(StrEnum):
 
 
 _OF_BASIS = {
-    Basis.ACCOUNT: Standing.ACCOUNT,
-    Basis.PAIRING: Standing.PAIRING,
-    Basis.SINGLE_USER: Standing.SINGLE_USER,
+    Basis.ACCOUNT: ConnectionStanding.ACCOUNT,
+    Basis.PAIRING: ConnectionStanding.PAIRING,
+    Basis.SINGLE_USER: ConnectionStanding.SINGLE_USER,
 }
 
 
 @dataclass(slots=True)
-class Place:
+class ConnectionPlace:
     """Place of one connection.
 
     Attributes:
@@ -105,7 +105,7 @@ class Place:
 
 
 @dataclass(frozen=True, slots=True)
-class Admitted:
+class PlaceGiven:
     """A newcomer has a place.
 
     Attributes:
@@ -144,7 +144,7 @@ def _no_place(why: str, again: int) -> Refusal:
     return Refusal(VerdictCode.NO_PLACE, f"{why}; come again in {again} s", value=again)
 
 
-class Places:
+class ConnectionPlaces:
     """The places of one process.
 
     Attributes:
@@ -159,27 +159,27 @@ class Places:
         """
         self.most = most
         self._visitors = visitors
-        self._places: dict[int, Place] = {}
+        self._places: dict[int, ConnectionPlace] = {}
         self._bars: dict[str, int] = {}
 
-    def __iter__(self) -> Iterator[Place]:
+    def __iter__(self) -> Iterator[ConnectionPlace]:
         """Return the places in the order in which they were taken."""
         return iter(self._places.values())
 
-    def find(self, session: int) -> Place | None:
+    def find(self, session: int) -> ConnectionPlace | None:
         """Return the place of a connection; None where it has none."""
         return self._places.get(session)
 
-    def standing(self, place: Place) -> Standing:
+    def standing(self, place: ConnectionPlace) -> ConnectionStanding:
         """Return whom a connection counts as now."""
         if place.is_for_stop:
-            return Standing.STOP
+            return ConnectionStanding.STOP
         if not place.is_pendant:
-            return Standing.ROS
+            return ConnectionStanding.ROS
         grant = self._grant_of(place)
-        return Standing.STRANGER if grant is None else _OF_BASIS[grant.basis]
+        return ConnectionStanding.STRANGER if grant is None else _OF_BASIS[grant.basis]
 
-    def _grant_of(self, place: Place) -> Granted | None:
+    def _grant_of(self, place: ConnectionPlace) -> Granted | None:
         visitor = self._visitors.find(place.session)
         return None if visitor is None else visitor.grant
 
@@ -187,7 +187,7 @@ class Places:
 
     def opened(
         self, session: int, address: str, now: int, *, is_pendant: bool, by_standing: bool
-    ) -> Admitted | Refusal:
+    ) -> PlaceGiven | Refusal:
         """Give a new connection a place, or return why there is none.
 
         The value of a NO_PLACE, and of an ADDRESS_BARRED, is when to come again [s].
@@ -196,7 +196,7 @@ class Places:
             by_standing: there are accounts.
         """
         source, is_own = source_of(address), is_loopback(address)
-        newcomer = Place(session, address, source, is_own, is_pendant, now)
+        newcomer = ConnectionPlace(session, address, source, is_own, is_pendant, now)
         decided = self._barred(source, now)
         if decided is None:
             decided = self._by_standing(newcomer) if by_standing else self._by_count(newcomer)
@@ -212,7 +212,7 @@ class Places:
         """Take the place of a connection that ended."""
         self._places.pop(session, None)
 
-    def _taken(self) -> list[Place]:
+    def _taken(self) -> list[ConnectionPlace]:
         """Return all places that count: not those for a stop, nor those that are given up."""
         return [
             place
@@ -220,16 +220,16 @@ class Places:
             if not place.is_given_up and not place.is_for_stop
         ]
 
-    def _by_count(self, newcomer: Place) -> Admitted | Refusal:
+    def _by_count(self, newcomer: ConnectionPlace) -> PlaceGiven | Refusal:
         taken = self._taken()
         silent = sum(self._is_silent(place) for place in taken)
         pendant = newcomer.is_pendant
-        return place_refusal(len(taken), silent, self.most, is_pendant=pendant) or Admitted()
+        return place_refusal(len(taken), silent, self.most, is_pendant=pendant) or PlaceGiven()
 
-    def _is_silent(self, place: Place) -> bool:
+    def _is_silent(self, place: ConnectionPlace) -> bool:
         return place.is_pendant and self._visitors.find(place.session) is None
 
-    def _by_standing(self, newcomer: Place) -> Admitted | Refusal:
+    def _by_standing(self, newcomer: ConnectionPlace) -> PlaceGiven | Refusal:
         taken = self._taken()
         strangers = [place for place in taken if self._is_displaceable(place)]
         is_full = len(taken) >= self.most
@@ -243,13 +243,13 @@ class Places:
         given_up = self._given_up(newcomer, strangers) if is_full else ()
         if is_full and not given_up:
             return _no_place(f"more than {self.most} connections", _AGAIN_WHEN_STRANGE)
-        return Admitted(given_up)
+        return PlaceGiven(given_up)
 
-    def _is_displaceable(self, place: Place) -> bool:
-        return not place.is_own and self.standing(place) is Standing.STRANGER
+    def _is_displaceable(self, place: ConnectionPlace) -> bool:
+        return not place.is_own and self.standing(place) is ConnectionStanding.STRANGER
 
     def _counted_refusal(
-        self, newcomer: Place, taken: Sequence[Place], others: int
+        self, newcomer: ConnectionPlace, taken: Sequence[ConnectionPlace], others: int
     ) -> Refusal | None:
         """Return why one of this machine, or of ROS-Industrial, gets no place."""
         silent = sum(self._is_silent(place) for place in taken if place.is_own)
@@ -271,26 +271,28 @@ class Places:
         return max(self.most // SHARES, 1)
 
     def _stranger(
-        self, newcomer: Place, strangers: Sequence[Place], is_full: bool
-    ) -> Admitted | Refusal:
+        self, newcomer: ConnectionPlace, strangers: Sequence[ConnectionPlace], is_full: bool
+    ) -> PlaceGiven | Refusal:
         of_address = [place for place in strangers if place.source == newcomer.source]
         if len(of_address) >= STRANGERS_OF_ADDRESS:
             given_up = self._longest(of_address, STRANGERS_OF_ADDRESS)
         elif is_full or len(strangers) >= MOST_STRANGERS:
             given_up = self._given_up(newcomer, strangers)
         else:
-            return Admitted()
-        return Admitted(given_up) if given_up else self._for_stop(newcomer)
+            return PlaceGiven()
+        return PlaceGiven(given_up) if given_up else self._for_stop(newcomer)
 
-    def _given_up(self, newcomer: Place, strangers: Sequence[Place]) -> tuple[int, ...]:
+    def _given_up(
+        self, newcomer: ConnectionPlace, strangers: Sequence[ConnectionPlace]
+    ) -> tuple[int, ...]:
         """Return whose place a newcomer gets of the address that has most; nobody's if empty."""
-        by_source: dict[str, list[Place]] = {}
+        by_source: dict[str, list[ConnectionPlace]] = {}
         for place in strangers:
             by_source.setdefault(place.source, []).append(place)
         own = len(by_source.get(newcomer.source, ()))
         # Of as many the newcomer's own address, and nobody of one that has fewer than that.
 
-        def rank(each: tuple[str, list[Place]]) -> tuple[int, bool]:
+        def rank(each: tuple[str, list[ConnectionPlace]]) -> tuple[int, bool]:
             return -len(each[1]), each[0] != newcomer.source
 
         for source, places in sorted(by_source.items(), key=rank):
@@ -300,7 +302,7 @@ class Places:
                     return given_up
         return ()
 
-    def _longest(self, places: Sequence[Place], most: int) -> tuple[int, ...]:
+    def _longest(self, places: Sequence[ConnectionPlace], most: int) -> tuple[int, ...]:
         """Return who of an address gives up his place; nobody where all have a login waiting."""
         wanted = _GIVEN_UP_AT_ONCE if len(places) > most else 1
         free = [place for place in places if not self._waits(place)]
@@ -310,19 +312,19 @@ class Places:
         failed = (place.session for place in places if self._has_failed(place))
         return tuple(failed)[:1]
 
-    def _waits(self, place: Place) -> bool:
+    def _waits(self, place: ConnectionPlace) -> bool:
         visitor = self._visitors.find(place.session)
         return visitor is not None and visitor.checking
 
-    def _looks_on(self, place: Place) -> bool:
+    def _looks_on(self, place: ConnectionPlace) -> bool:
         visitor = self._visitors.find(place.session)
         return visitor is not None and visitor.looks_on
 
-    def _has_failed(self, place: Place) -> bool:
+    def _has_failed(self, place: ConnectionPlace) -> bool:
         visitor = self._visitors.find(place.session)
         return visitor is not None and visitor.has_failed
 
-    def _for_stop(self, newcomer: Place) -> Admitted | Refusal:
+    def _for_stop(self, newcomer: ConnectionPlace) -> PlaceGiven | Refusal:
         """Give a stranger without a place the one that its address has for a stop."""
         stops = [
             place for place in self._places.values() if place.is_for_stop and not place.is_given_up
@@ -330,7 +332,7 @@ class Places:
         if any(place.source == newcomer.source for place in stops):
             return no_place_for_strangers()
         oldest = tuple(place.session for place in stops[:1])
-        return Admitted(oldest if len(stops) >= MOST_STOP_PLACES else (), is_for_stop=True)
+        return PlaceGiven(oldest if len(stops) >= MOST_STOP_PLACES else (), is_for_stop=True)
 
     # Who logs in.
 
@@ -361,7 +363,7 @@ class Places:
         text = f"{who} {alike} connections, and a quarter of all places is {self._share}"
         return Refusal(VerdictCode.ACCOUNT_FULL, text, value=alike, limit=self._share)
 
-    def _is_alike(self, other: Place, place: Place, granted: Granted) -> bool:
+    def _is_alike(self, other: ConnectionPlace, place: ConnectionPlace, granted: Granted) -> bool:
         """Return True if another place counts with that of who is to be granted something.
 
         A guest chooses his name, so that all guests of an address count as one account.

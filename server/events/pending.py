@@ -17,7 +17,7 @@ from typing import Any, NamedTuple, TypeAlias, TypeVar, overload
 
 from ..access.accounts import AccountChange
 from ..access.admission import VerifyJob
-from ..access.connection_loads import Load, LoadQuestion
+from ..access.connection_loads import ConnectionLoad, LoadQuestion
 from ..planning.jobs import Job, PlanAnswer
 from ..refusal import Refusal
 from ..store.requests import Answer, Request
@@ -84,7 +84,9 @@ class Pending:
 
     @overload
     def ask(
-        self, question: LoadQuestion, then: Callable[[Mapping[int, Load], int], list[Effect]]
+        self,
+        question: LoadQuestion,
+        then: Callable[[Mapping[int, ConnectionLoad], int], list[Effect]],
     ) -> list[Effect]: ...
 
     def ask(self, question: Question, then: Callable[[Any, int], list[Effect]]) -> list[Effect]:

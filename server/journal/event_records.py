@@ -35,7 +35,7 @@ from openpendant.simplemsg.pendant.roles import Role
 from openpendant.simplemsg.verdicts import VerdictCode
 
 from ..access.accounts import Account, AccountBook
-from ..access.connection_loads import Load
+from ..access.connection_loads import ConnectionLoad
 from ..access.passwords import DIGEST_BYTES, NOBODYS_HASH, PasswordHash
 from ..events.effects import Ask, Backend, Question
 from ..planning.jobs import DryRunFound, DryRunSlice, Job, PathFree, PlanAnswer, PlaybackPlan
@@ -303,7 +303,7 @@ def check_from_json(record: dict[str, Any]) -> bool | None:
         return _Check.model_validate(record).right
 
 
-def loads_to_json(loads: Mapping[int, Load]) -> dict[str, Any]:
+def loads_to_json(loads: Mapping[int, ConnectionLoad]) -> dict[str, Any]:
     """Return as plain data what connections took of the loop, by their numbers."""
     return {
         "loads": {
@@ -313,7 +313,7 @@ def loads_to_json(loads: Mapping[int, Load]) -> dict[str, Any]:
     }
 
 
-def loads_from_json(record: dict[str, Any]) -> dict[int, Load]:
+def loads_from_json(record: dict[str, Any]) -> dict[int, ConnectionLoad]:
     """Return what connections took of the loop, by their numbers.
 
     Raises:
@@ -321,7 +321,7 @@ def loads_from_json(record: dict[str, Any]) -> dict[int, Load]:
     """
     with _damage_named():
         read = _Loads.model_validate(record)
-    return {session: Load(*numbers) for session, numbers in read.loads.items()}
+    return {session: ConnectionLoad(*numbers) for session, numbers in read.loads.items()}
 
 
 def outcome_to_json(refusal: Refusal | None) -> dict[str, Any]:

@@ -29,7 +29,7 @@ from openpendant.simplemsg import (
 from openpendant.simplemsg.masking import SecretMask
 from openpendant.simplemsg.pendant import MAX_PENDANT_FRAME, Hello
 
-from ..access.connection_loads import Load
+from ..access.connection_loads import ConnectionLoad
 from ..events.events import Port
 from .inbox import Inbox, Observations
 
@@ -78,7 +78,7 @@ class ClientConnection(asyncio.Protocol):
         self.session = 0
         self.address = ""
         self.wire: Connection
-        self.load = Load()
+        self.load = ConnectionLoad()
         self._inbox = inbox
         self._observations = observations
         # For good, as each message would have to ask: a journal is kept from the start or never.

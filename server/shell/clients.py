@@ -11,8 +11,8 @@ system then resets the connection. Such a connection belongs to no cell, takes n
 whatever else it says is not read. A connection on the place of its address for a stop belongs to
 its cell like any other, but nothing of it goes there beside a hello and a stop.
 
-Owns how much of the loop each connection takes (`Load`): counted by the connections, and compared
-once a second.
+Owns how much of the loop each connection takes: counted by the connections, and compared once a
+second.
 """
 
 from __future__ import annotations
@@ -34,11 +34,11 @@ from openpendant.simplemsg.pendant import Hello, SoftwareStop
 from openpendant.simplemsg.verdicts import VerdictCode
 
 from ..access.admission import Admission
-from ..access.connection_loads import Load, LoadQuestion
+from ..access.connection_loads import ConnectionLoad, LoadQuestion
 from ..access.exposure import clear_text_fault
 from ..access.lockout import SECOND_NS
 from ..access.open_access import exposure_of
-from ..access.places import STOP_PLACE_NS, Admitted, no_place_for_strangers
+from ..access.places import STOP_PLACE_NS, PlaceGiven, no_place_for_strangers
 from ..events.events import Port
 from ..events.replies import sent_away, verdict
 from ..refusal import Refusal
@@ -58,7 +58,7 @@ class Client(Protocol):
     cell: int | None
     address: str
     wire: Connection
-    load: Load
+    load: ConnectionLoad
 
     def send(self, message: Message) -> None:
         """Write a message."""
@@ -253,7 +253,7 @@ class Clients:
             is_pendant=client.port is Port.PENDANT,
             by_standing=not self._login.accounts.is_empty,
         )
-        if not isinstance(decided, Admitted):
+        if not isinstance(decided, PlaceGiven):
             self.rejections.reject(client, decided, now)
             return False
         for given_up in decided.given_up:
@@ -333,14 +333,14 @@ class Clients:
         self._counted_before, self._counted = self._counted, (now, counted)
         self.loads_due = now + SECOND_NS
 
-    def loads(self, question: LoadQuestion) -> dict[int, Load]:
+    def loads(self, question: LoadQuestion) -> dict[int, ConnectionLoad]:
         """Return what connections took in the last second that was counted."""
         (began, before), (ended, after) = self._counted_before, self._counted
         share = SECOND_NS / max(ended - began, SECOND_NS)
         found = {}
         for session in question.sessions:
             pairs = zip(after.get(session, _NOTHING), before.get(session, _NOTHING), strict=True)
-            found[session] = Load(*(round((new - old) * share) for new, old in pairs))
+            found[session] = ConnectionLoad(*(round((new - old) * share) for new, old in pairs))
         return found
 
     # The byte order of ROS-Industrial connections.

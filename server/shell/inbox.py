@@ -20,7 +20,7 @@ from openpendant.simplemsg import Arrival, Message
 from openpendant.simplemsg.journal import Journal
 
 from ..access.accounts import AccountBook
-from ..access.connection_loads import Load, LoadQuestion
+from ..access.connection_loads import ConnectionLoad, LoadQuestion
 from ..core.server_core import ServerCore
 from ..events.effects import BACKENDS, Ask
 from ..events.events import (
@@ -252,7 +252,7 @@ class Inbox:
         taker.deliver(Answered(asked, answer), now)
 
     def measure(
-        self, question: LoadQuestion, deliver: Callable[[Mapping[int, Load]], None]
+        self, question: LoadQuestion, deliver: Callable[[Mapping[int, ConnectionLoad]], None]
     ) -> None:
         """Tell what connections take of the loop; in a later turn."""
         asyncio.get_running_loop().call_soon(deliver, self.clients.loads(question))

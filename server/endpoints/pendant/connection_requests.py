@@ -16,9 +16,9 @@ from openpendant.simplemsg.verdicts import VerdictCode
 
 from ...access.admission import Admission
 from ...access.audit import AuditEvent, Detail
-from ...access.connection_loads import Load, LoadQuestion
+from ...access.connection_loads import ConnectionLoad, LoadQuestion
 from ...access.lockout import SECOND_NS
-from ...access.places import Place
+from ...access.places import ConnectionPlace
 from ...events.effects import CutOff, Effect
 from ...events.management_requests import ReplyTo, handles
 from ...events.pending import Pending
@@ -56,7 +56,7 @@ class ConnectionRequests:
         listed: tuple[int, ...],
         more: int,
         reply: ReplyTo[access.Connections],
-        loads: Mapping[int, Load],
+        loads: Mapping[int, ConnectionLoad],
         now: int,
     ) -> list[Effect]:
         """Tell of the connections that are still there once their load is known."""
@@ -66,10 +66,14 @@ class ConnectionRequests:
             {"address": source, "remaining": round((until - now) / SECOND_NS, 1)}
             for source, until in places.bars(now).items()
         ]
-        reports = [self._report(place, loads.get(place.session, Load()), now) for place in found]
+        reports = [
+            self._report(place, loads.get(place.session, ConnectionLoad()), now) for place in found
+        ]
         return reply.answer({"connections": reports, "more": more, "barred": barred})
 
-    def _report(self, place: Place, load: Load, now: int) -> access.ConnectionReport:
+    def _report(
+        self, place: ConnectionPlace, load: ConnectionLoad, now: int
+    ) -> access.ConnectionReport:
         visitor = self._login.visitors.find(place.session)
         grant = None if visitor is None else visitor.grant
         return {
@@ -100,7 +104,7 @@ class ConnectionRequests:
         self._note(AuditEvent.CONNECTION_CLOSED, reply.session, now, **self._about(place))
         return [*reply.answer({}), self._cut_off(place.session, reply)]
 
-    def _about(self, place: Place) -> dict[str, Detail]:
+    def _about(self, place: ConnectionPlace) -> dict[str, Detail]:
         visitor = self._login.visitors.find(place.session)
         grant = None if visitor is None else visitor.grant
         name = "" if grant is None else grant.name
@@ -108,7 +112,7 @@ class ConnectionRequests:
 
     @handles(access.BarAddress)
     def _bar_address(
-        self, asked: access.BarAddress, reply: ReplyTo[access.Closed], now: int
+        self, asked: access.BarAddress, reply: ReplyTo[access.ClosedConnections], now: int
     ) -> list[Effect]:
         until = now + asked.minutes * _MINUTE_NS
         barred = self._login.places.bar(asked.address, until, reply.session, now)
@@ -130,7 +134,7 @@ class ConnectionRequests:
         return reply.answer({})
 
     @staticmethod
-    def _cut_off(session: int, reply: ReplyTo[Done] | ReplyTo[access.Closed]) -> Effect:
+    def _cut_off(session: int, reply: ReplyTo[Done] | ReplyTo[access.ClosedConnections]) -> Effect:
         return CutOff(session, f"closed by {reply.name}, session {reply.session}")
 
     def _note(self, event: AuditEvent, session: int, now: int, **detail: Detail) -> None:

@@ -135,7 +135,7 @@ class Connections(TypedDict):
     barred: list[Bar]
 
 
-class Closed(TypedDict):
+class ClosedConnections(TypedDict):
     """What was closed.
 
     Attributes:
@@ -166,7 +166,7 @@ class CloseConnection(Request[Done]):
 
 
 @operation("access.bar", needs=Permission.MANAGE_USERS)
-class BarAddress(Request[Closed]):
+class BarAddress(Request[ClosedConnections]):
     """Let nobody of an address in, not even to stop, and close what is open from there.
 
     A bar ends by itself, and with the server.

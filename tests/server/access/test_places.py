@@ -8,10 +8,10 @@ from promises.promise_table import figure
 from openpendant.server.access.audit import AuditEntry
 from openpendant.server.access.places import (
     MOST_BARS,
-    Admitted,
-    Place,
-    Places,
-    Standing,
+    ConnectionPlace,
+    ConnectionPlaces,
+    ConnectionStanding,
+    PlaceGiven,
 )
 from openpendant.server.access.request_gate import Basis, Granted, Visitor, Visitors
 from openpendant.server.refusal import Refusal
@@ -35,18 +35,20 @@ class Hall:
 
     def __init__(self, most: int = 256, *, by_standing: bool = True) -> None:
         self.visitors = Visitors(_forget, observe_without_login=True)
-        self.places = Places(self.visitors, most)
+        self.places = ConnectionPlaces(self.visitors, most)
         self.by_standing = by_standing
         self.last = 0
         self.gone: list[int] = []
 
-    def decide(self, address: str, *, now: int = START, pendant: bool = True) -> Admitted | Refusal:
+    def decide(
+        self, address: str, *, now: int = START, pendant: bool = True
+    ) -> PlaceGiven | Refusal:
         """Have a connection come; who gives up a place for it is closed."""
         self.last += 1
         decided = self.places.opened(
             self.last, address, now, is_pendant=pendant, by_standing=self.by_standing
         )
-        if isinstance(decided, Admitted):
+        if isinstance(decided, PlaceGiven):
             for session in decided.given_up:
                 self.gone.append(session)
                 self.leave(session)
@@ -55,7 +57,7 @@ class Hall:
     def come(self, address: str, *, pendant: bool = True) -> int:
         """Have a connection come that gets a usual place; return its number."""
         decided = self.decide(address, pendant=pendant)
-        assert isinstance(decided, Admitted)
+        assert isinstance(decided, PlaceGiven)
         assert not decided.is_for_stop
         return self.last
 
@@ -158,10 +160,10 @@ def test_promise_54_where_nobody_gives_up_a_place_one_may_stop_and_the_next_is_t
     hall = Hall()
     for _ in range(OF_ADDRESS):
         hall.hello("192.0.2.7", checking=True)
-    assert hall.decide("192.0.2.7") == Admitted(is_for_stop=True)
+    assert hall.decide("192.0.2.7") == PlaceGiven(is_for_stop=True)
     stopping = hall.places.find(hall.last)
     assert stopping is not None
-    assert hall.places.standing(stopping) is Standing.STOP
+    assert hall.places.standing(stopping) is ConnectionStanding.STOP
     told = hall.decide("192.0.2.7")
     assert isinstance(told, Refusal)
     assert (told.code, told.value) == (V.NO_PLACE, 2)
@@ -169,7 +171,7 @@ def test_promise_54_where_nobody_gives_up_a_place_one_may_stop_and_the_next_is_t
     # It takes no other's place: whoever comes from elsewhere has one.
     hall.come("192.0.2.8")
     hall.leave(stopping.session)
-    assert hall.decide("192.0.2.7") == Admitted(is_for_stop=True)
+    assert hall.decide("192.0.2.7") == PlaceGiven(is_for_stop=True)
 
 
 def test_promise_54_of_more_stop_places_than_there_are_the_oldest_goes() -> None:
@@ -179,9 +181,9 @@ def test_promise_54_of_more_stop_places_than_there_are_the_oldest_goes() -> None
             hall.hello(f"192.0.2.{number}", checking=True)
     first = hall.last + 1
     for number in range(STOPS):
-        assert hall.decide(f"198.51.100.{number}") == Admitted(is_for_stop=True)
-    assert hall.decide("203.0.113.1") == Admitted((first,), is_for_stop=True)
-    assert hall.decide("203.0.113.2") == Admitted((first + 1,), is_for_stop=True)
+        assert hall.decide(f"198.51.100.{number}") == PlaceGiven(is_for_stop=True)
+    assert hall.decide("203.0.113.1") == PlaceGiven((first,), is_for_stop=True)
+    assert hall.decide("203.0.113.2") == PlaceGiven((first + 1,), is_for_stop=True)
     stops = [place for place in hall.places if place.is_for_stop]
     assert len(stops) == STOPS
     assert hall.gone == [first, first + 1]
@@ -199,12 +201,12 @@ def test_promise_54_a_network_of_ipv6_is_one_address() -> None:
 
 def test_promise_54_a_connection_that_gives_up_its_place_is_counted_no_more() -> None:
     """It is closed in a later turn, and until then others may come."""
-    places = Places(Visitors(_forget, observe_without_login=False))
+    places = ConnectionPlaces(Visitors(_forget, observe_without_login=False))
     for session in range(1, OF_ADDRESS + 1):
         places.opened(session, "192.0.2.7", START, is_pendant=True, by_standing=True)
     for late in range(3):
         decided = places.opened(100 + late, "192.0.2.7", START, is_pendant=True, by_standing=True)
-        assert decided == Admitted((late + 1,))
+        assert decided == PlaceGiven((late + 1,))
 
 
 # This machine, and a server without accounts.
@@ -273,7 +275,7 @@ def test_promise_54_one_account_has_at_most_a_quarter_of_all_places() -> None:
     assert (full.code, full.value, full.limit) == (V.ACCOUNT_FULL, SHARE, SHARE)
     stranger = hall.places.find(hall.last)
     assert stranger is not None
-    assert hall.places.standing(stranger) is Standing.STRANGER
+    assert hall.places.standing(stranger) is ConnectionStanding.STRANGER
     assert hall.log_in("192.0.2.1", "vera") is None
     hall.leave(hall.here()[0])
     assert hall.log_in("198.51.100.2", "otto") is None
@@ -291,7 +293,7 @@ def test_promise_54_the_last_places_are_for_admins() -> None:
     for _ in range(KEPT):
         assert hall.log_in("198.51.100.1", "ann", Role.ADMIN) is None
     assert len(hall.here()) == 256
-    assert hall.decide("198.51.100.2") == Admitted(is_for_stop=True)
+    assert hall.decide("198.51.100.2") == PlaceGiven(is_for_stop=True)
 
 
 def test_promise_54_an_admin_comes_in_where_logged_in_people_and_strangers_have_all_places() -> (
@@ -357,7 +359,7 @@ def test_no_order_of_comers_breaks_the_bounds(steps: list[tuple[int, str]]) -> N
             case "wait" if not isinstance(hall.decide(address), Refusal):
                 if not any(p.is_for_stop for p in hall.places if p.session == hall.last):
                     hall.visitors.add(Visitor(hall.last, address, "", "", checking=True), START)
-            case "in" if isinstance(decided := hall.decide(address), Admitted):
+            case "in" if isinstance(decided := hall.decide(address), PlaceGiven):
                 if not decided.is_for_stop:
                     hall.visitors.add(Visitor(hall.last, address, "", ""), START)
                     granted = Granted(hall.last, Role.OPERATOR, f"user {who}", Basis.ACCOUNT)
@@ -365,16 +367,16 @@ def test_no_order_of_comers_breaks_the_bounds(steps: list[tuple[int, str]]) -> N
                         hall.visitor(hall.last).grant = granted
             case "go" if hall.here():
                 hall.leave(hall.here()[0])
-        standing: list[Place] = [place for place in hall.places if not place.is_for_stop]
+        standing: list[ConnectionPlace] = [place for place in hall.places if not place.is_for_stop]
         assert len(standing) <= 40
         kinds = [hall.places.standing(place) for place in standing]
-        assert kinds.count(Standing.ACCOUNT) <= 40 - KEPT
+        assert kinds.count(ConnectionStanding.ACCOUNT) <= 40 - KEPT
         for number in range(10):
             strangers = [
                 place
                 for place in standing
                 if place.address == f"192.0.2.{number}"
-                and hall.places.standing(place) is Standing.STRANGER
+                and hall.places.standing(place) is ConnectionStanding.STRANGER
             ]
             assert len(strangers) <= OF_ADDRESS
 
@@ -395,8 +397,8 @@ def test_nobody_of_a_barred_address_comes_in_until_the_bar_ends() -> None:
     assert isinstance(told, Refusal)
     assert (told.code, told.value) == (V.ADDRESS_BARRED, 60)
     assert isinstance(hall.decide("192.0.2.7", now=START + 60 * SECOND - 1), Refusal)
-    assert isinstance(hall.decide("192.0.2.8"), Admitted)
-    assert isinstance(hall.decide("192.0.2.7", now=START + 60 * SECOND), Admitted)
+    assert isinstance(hall.decide("192.0.2.8"), PlaceGiven)
+    assert isinstance(hall.decide("192.0.2.7", now=START + 60 * SECOND), PlaceGiven)
     assert hall.places.bars(START + 60 * SECOND) == {}
 
 
@@ -408,7 +410,7 @@ def test_a_bar_of_ipv6_is_one_of_its_network_and_is_taken_back_as_it_is_shown() 
     (shown,) = hall.places.bars(START)
     assert shown == "2001:db8:0:7::/64"
     assert hall.places.unbar(shown, START) is None
-    assert isinstance(hall.decide("2001:db8:0:7:8::1"), Admitted)
+    assert isinstance(hall.decide("2001:db8:0:7:8::1"), PlaceGiven)
     refused = hall.places.unbar(shown, START)
     assert refused is not None
     assert refused.code is V.BAD_ARGUMENT
@@ -439,7 +441,7 @@ def test_some_addresses_are_not_barred(address: str, code: V, named: str) -> Non
     assert told.code is code
     assert named in told.text
     assert hall.places.bars(START) == {}
-    assert isinstance(hall.decide("192.0.2.3"), Admitted)
+    assert isinstance(hall.decide("192.0.2.3"), PlaceGiven)
 
 
 def test_bars_are_bounded() -> None:
