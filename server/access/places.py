@@ -197,9 +197,9 @@ class ConnectionPlaces:
         """
         source, is_own = source_of(address), is_loopback(address)
         newcomer = ConnectionPlace(session, address, source, is_own, is_pendant, now)
-        decided = self._barred(source, now)
-        if decided is None:
-            decided = self._by_standing(newcomer) if by_standing else self._by_count(newcomer)
+        decided = self._barred(source, now) or (
+            self._by_standing(newcomer) if by_standing else self._by_count(newcomer)
+        )
         if isinstance(decided, Refusal):
             return decided
         newcomer.is_for_stop = decided.is_for_stop

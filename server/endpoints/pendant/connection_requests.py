@@ -118,8 +118,8 @@ class ConnectionRequests:
         barred = self._login.places.bar(asked.address, until, reply.session, now)
         if isinstance(barred, Refusal):
             return reply.refuse(barred)
-        about = {"address": asked.address, "minutes": asked.minutes, "closed": len(barred)}
-        self._note(AuditEvent.ADDRESS_BARRED, reply.session, now, **about)
+        about: dict[str, Detail] = {"address": asked.address, "minutes": asked.minutes}
+        self._note(AuditEvent.ADDRESS_BARRED, reply.session, now, **about, closed=len(barred))
         ended = [self._cut_off(session, reply) for session in barred]
         return [*reply.answer({"closed": len(barred)}), *ended]
 

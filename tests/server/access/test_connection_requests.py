@@ -108,11 +108,11 @@ async def test_a_connection_is_closed_at_once_and_what_it_holds_is_free() -> Non
     rig = GuardedBytes()
     ann, otto = user(rig, "ann"), user(rig, "otto", "192.0.2.2")
     otto.tell(Authority(9, AuthorityAction.REQUEST))
-    assert rig.core.cell.authority.holder is not None
+    assert rig.core.cell.authority.is_held_by(otto.session)
     assert ask(ann, "access.close", session=otto.session) == {}
     assert otto.transport.is_over
     rig.settle()
-    assert rig.core.cell.authority.holder is None
+    assert not rig.core.cell.authority.is_held_by(otto.session)
     assert noted(rig, AuditEvent.CONNECTION_CLOSED) == [
         {"closed": otto.session, "address": "192.0.2.2", "account": "otto"}
     ]
