@@ -3,8 +3,8 @@
 Run in a network of its own (`unshare --net`), whose loopback has an address for each host. Reads
 how many hosts there are; then for each further line it has a stranger stop the robot and a teacher
 log in, each from an address that was not there before, and prints how long that took, as JSON:
-`stop` and `login` from connect to verdict, `check` one password check beside them at the priority
-of the server's, `idle` how late a sleep ended [ms], and `began` [ns]. Ends with its input.
+`stop` and `login` from connect to verdict, `check` one password check of another process beside
+that login, at the priority of the server's, `idle` how late a sleep ended [ms], and `began` [ns]. Ends with its input.
 """
 
 import contextlib
@@ -127,9 +127,9 @@ def trial(number: int, checker: subprocess.Popen[str]) -> dict[str, float]:
     assert checker.stdout is not None
     checker.stdin.write("\n")
     checker.stdin.flush()
-    checked = float(checker.stdout.readline()) * 1e3
     password = Login(1, LoginKind.PASSWORD, "ann", PASSWORDS["ann"])
     login = accepted(teacher, hello("a teacher"), password)
+    checked = float(checker.stdout.readline()) * 1e3
     slept = time.monotonic()
     time.sleep(0.01)
     idle = (time.monotonic() - slept) * 1e3 - 10.0
