@@ -84,7 +84,7 @@ def files_needed(settings: ServerSettings) -> int:
     connections = settings.cells[0].listen.max_connections
     # Those that wait to be let in, agree on TLS, or wait for their answer, have no place yet, or
     # none any more. Of this machine and of others so many may wait.
-    passing = MOST_WAITING + 2 * BACKLOG + MOST_STRANGERS + MOST_TURNED_AWAY + MOST_STOP_PLACES
+    passing = MOST_WAITING + BACKLOG + MOST_STRANGERS + MOST_TURNED_AWAY + MOST_STOP_PLACES
     return connections + passing + _PER_CELL * len(settings.cells) + _FOR_ALL
 
 

@@ -4,7 +4,8 @@ Run in a network of its own (`unshare --net`), whose loopback has an address for
 how many hosts there are; then for each further line it has a stranger stop the robot and a teacher
 log in, each from an address that was not there before, and prints how long that took, as JSON:
 `stop` and `login` from connect to verdict, `check` one password check of another process beside
-that login, at the priority of the server's, `idle` how late a sleep ended [ms], and `began` [ns]. Ends with its input.
+that login, at the priority of the server's, `idle` how late a sleep ended [ms], and `began` [ns].
+Ends with its input.
 """
 
 import contextlib
