@@ -290,12 +290,12 @@ class ConnectionPlaces:
         for place in strangers:
             by_source.setdefault(place.source, []).append(place)
         own = len(by_source.get(newcomer.source, ()))
-        # Of as many the newcomer's own address, and nobody of one that has fewer than that.
 
         def rank(each: tuple[str, list[ConnectionPlace]]) -> tuple[int, bool]:
             return -len(each[1]), each[0] != newcomer.source
 
         for source, places in sorted(by_source.items(), key=rank):
+            # An address never gives one up to another that has as many: it would be its turn next.
             if source == newcomer.source or len(places) > own:
                 given_up = self._longest(places, len(places))
                 if given_up:

@@ -210,8 +210,8 @@ async def accounts(pendant: Pendant, port: int) -> None:
     assert (await pendant.access.whoami())["role"] == "admin"
     assert (await pendant.access.sessions())["sessions"]
     async with await PendantClient.connect("127.0.0.1", port) as other:
-        found = (await pendant.access.connections())["connections"]
-        assert other.hello.session in [each["session"] for each in found]
+        listed = (await pendant.access.connections())["connections"]
+        assert other.hello.session in [each["session"] for each in listed]
         await pendant.access.close(other.hello.session)
     await pendant.access.bar("192.0.2.66", minutes=5)
     await pendant.access.unbar("192.0.2.66")
