@@ -138,7 +138,11 @@ class VerdictCode(IntEnum):
     UNKNOWN_ACCOUNT = 140
     LAST_ADMIN = 141
     REQUEST_REPEATED = 142
+    ACCOUNT_FULL = 143
+    ADDRESS_BARRED = 144
+    BAR_REFUSED = 145
     NO_JOG_TO_UNDO = 146
+    UNKNOWN_CONNECTION = 147
     OUTSIDE_LIMITS = 148
     SERVER_LATE = 149
     CELL_FAULTED = 150
@@ -198,7 +202,7 @@ CATALOGUE: dict[VerdictCode, CatalogueEntry] = {
         "Request the authority again; nothing resumes by itself.",
     ),
     VerdictCode.NO_PLACE: _entry(
-        "The server has as many connections as it may have, or too many that did not say hello.",
+        "The server has as many connections as it may have, or too many that did not log in.",
         "Wait as many seconds as the value says, then connect again.",
     ),
     VerdictCode.NO_TAKE_OVER: _entry(
@@ -615,6 +619,24 @@ CATALOGUE: dict[VerdictCode, CatalogueEntry] = {
     VerdictCode.REQUEST_REPEATED: _entry(
         "The request came twice, or behind one that was sent after it.",
         "Count request ids up on each connection; send anew what is still wanted.",
+    ),
+    VerdictCode.ACCOUNT_FULL: _entry(
+        "The account, or the guests of one address, have a quarter of all connections already.",
+        "Close some of them; an admin sees all by access.connections, and closes one.",
+    ),
+    VerdictCode.ADDRESS_BARRED: _entry(
+        "An admin has barred the address, so that nobody of it is let in, nor may stop from there.",
+        "Wait as many seconds as the value says, connect from elsewhere, or ask an admin.",
+    ),
+    VerdictCode.BAR_REFUSED: _entry(
+        "The address is this machine's, your own, or one from which an admin is logged in, or too"
+        " many are barred.",
+        "Close single connections by access.close, disable the account that misbehaves, or unbar"
+        " another address.",
+    ),
+    VerdictCode.UNKNOWN_CONNECTION: _entry(
+        "There is no connection of this number, or no longer.",
+        "Ask for access.connections, and use a number that it shows.",
     ),
     VerdictCode.RECORDING_RUNNING: _entry(
         "A recording is under way already.", "Stop it first; the text names it."

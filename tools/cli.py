@@ -54,6 +54,10 @@ COMMANDS: Mapping[str, Command] = {
         "openpendant.server.cli.store_commands", "show, carry and check saved documents"
     ),
     "users": Command("openpendant.server.cli.users_commands", "list, add and change the accounts"),
+    "connections": Command(
+        "openpendant.tools.pendants.commands.connections",
+        "show and close the connections of a server, bar an address",
+    ),
     "audit": Command("openpendant.server.cli.audit_commands", "show and check the audit log"),
     "program": Command(
         "openpendant.server.cli.program_commands", "check, print and convert programs"

@@ -19,11 +19,12 @@ from openpendant.simplemsg.verdicts import VerdictCode
 
 from ..refusal import Refusal
 from .accounts import Account, AccountBook, account_key, name_fault
-from .audit import AuditEvent
+from .audit import AuditEvent, Detail
 from .exposure import is_loopback
 from .lockout import SECOND_NS, Charge, Lockout
 from .pairing import Chooser, PairingCode, PairingCodes
 from .passwords import NOBODYS_HASH, PasswordHash, Secret
+from .places import ConnectionPlaces
 from .request_gate import Basis, Granted, GrantEnded, Record, Visitor, Visitors
 
 GUEST_ROLE = Role.OPERATOR
@@ -56,6 +57,7 @@ class Admission:
 
     Attributes:
         single_user_host: without accounts, a connection from this machine is admin.
+        places: the connections, and which of them has a place as what.
     """
 
     def __init__(
@@ -66,6 +68,7 @@ class Admission:
         record: Record,
         observe_without_login: bool = False,
         pairing: PairingCodes | None = None,
+        max_connections: int = 256,
     ) -> None:
         """Admit nobody yet.
 
@@ -74,6 +77,7 @@ class Admission:
             observe_without_login: whoever reaches the server may look on.
         """
         self.visitors = Visitors(record, observe_without_login=observe_without_login)
+        self.places = ConnectionPlaces(self.visitors, max_connections)
         self._book = book
         self.single_user_host = single_user_host
         self._lockout = Lockout()
@@ -149,12 +153,17 @@ class Admission:
         is_current = account is not None and self._book.find(account.name) == account
         if account is None or account.disabled or not (is_right and is_current):
             self._lockout.failed(check.charge, now)
+            visitor.has_failed = True
             self._note_failure(visitor, account, now)
             return Refusal(VerdictCode.LOGIN_FAILED)
         self._lockout.succeeded(check.charge)
         if self.visitors.find(visitor.session) is not visitor:
             return Refusal(VerdictCode.LOGIN_FAILED, "the connection ended meanwhile")
-        visitor.grant = Granted(visitor.session, account.role, account.name, Basis.ACCOUNT)
+        granted = Granted(visitor.session, account.role, account.name, Basis.ACCOUNT)
+        full = self._room_refusal(visitor, granted, now)
+        if full is not None:
+            return full
+        visitor.grant = granted
         self.visitors.note(AuditEvent.LOGIN, visitor, now, client=visitor.client)
         return visitor.grant
 
@@ -246,14 +255,27 @@ class Admission:
         found = self._pairing.redeem(code, now)
         if found is None or found.cell != visitor.cell:
             self._lockout.failed(charge, now)
+            visitor.has_failed = True
             self.visitors.note(AuditEvent.LOGIN_FAILED, visitor, now, by="pairing")
             return Refusal(VerdictCode.PAIRING_WRONG)
         self._lockout.succeeded(charge)
         if self._is_taken(name, visitor):
             return Refusal(VerdictCode.NAME_TAKEN, f"somebody is called {name!r} already")
-        visitor.grant = Granted(session, GUEST_ROLE, name, Basis.PAIRING)
+        granted = Granted(session, GUEST_ROLE, name, Basis.PAIRING)
+        full = self._room_refusal(visitor, granted, now)
+        if full is not None:
+            return full
+        visitor.grant = granted
         self.visitors.note(AuditEvent.PAIRED, visitor, now, issuer=found.issuer)
         return visitor.grant
+
+    def _room_refusal(self, visitor: Visitor, granted: Granted, now: int) -> Refusal | None:
+        """Return why there is no place for who proved who he is; he stays who he was."""
+        full = self.places.login_refusal(visitor.session, granted)
+        if full is not None:
+            about: dict[str, Detail] = {"wanted": "login", "account": granted.name}
+            self.visitors.note(AuditEvent.REFUSED, visitor, now, **about, code=int(full.code))
+        return full
 
     def _is_taken(self, name: str, visitor: Visitor) -> bool:
         """Return True if an account, or another connection, has this name."""

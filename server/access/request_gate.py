@@ -226,6 +226,8 @@ class Visitor:
     Attributes:
         session: its number, never used again.
         ended: why its last grant ended; empty where none did.
+        has_failed: a login or a pairing of it failed.
+        looks_on: it may look on, and wants to be sent state.
     """
 
     session: int
@@ -235,6 +237,8 @@ class Visitor:
     grant: Granted | None = None
     checking: bool = False
     ended: str = ""
+    has_failed: bool = False
+    looks_on: bool = False
 
 
 Record = Callable[[AuditEntry], None]

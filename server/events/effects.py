@@ -15,12 +15,13 @@ from openpendant.simplemsg import Message
 
 from ..access.accounts import AccountChange
 from ..access.admission import VerifyJob
+from ..access.connection_loads import LoadQuestion
 from ..planning.jobs import Job
 from ..planning.plan_store import StoredMotion
 from ..settings.cell_settings import ControllerPath
 from ..store.requests import Request
 
-Question: TypeAlias = Job | Request | VerifyJob | AccountChange
+Question: TypeAlias = Job | Request | VerifyJob | AccountChange | LoadQuestion
 """Questions that a core can ask of a backend, which answers later."""
 
 
@@ -31,6 +32,7 @@ class Backend(Enum):
     STORE = "store"
     PASSWORDS = "passwords"
     ACCOUNTS = "accounts"
+    LOADS = "loads"
 
 
 BACKENDS: Mapping[type[Question], Backend] = {
@@ -38,6 +40,7 @@ BACKENDS: Mapping[type[Question], Backend] = {
     **dict.fromkeys(get_args(Request), Backend.STORE),
     VerifyJob: Backend.PASSWORDS,
     AccountChange: Backend.ACCOUNTS,
+    LoadQuestion: Backend.LOADS,
 }
 """Backend of each class of questions."""
 
@@ -61,6 +64,18 @@ class Broadcast:
 @dataclass(frozen=True, slots=True)
 class Close:
     """Close a connection after what was written.
+
+    Attributes:
+        reason: for the log.
+    """
+
+    session: int
+    reason: str
+
+
+@dataclass(frozen=True, slots=True)
+class CutOff:
+    """Close a connection at once, of whatever cell; what was not written is lost.
 
     Attributes:
         reason: for the log.
@@ -171,6 +186,7 @@ Effect = (
     Send
     | Broadcast
     | Close
+    | CutOff
     | SendToController
     | SendStop
     | AnswerController

@@ -9,7 +9,7 @@ Owns work of several steps, too: a generator that yields questions and is sent t
 from __future__ import annotations
 
 from collections import deque
-from collections.abc import Callable, Generator
+from collections.abc import Callable, Generator, Mapping
 from enum import Enum
 from functools import partial
 from itertools import count
@@ -17,6 +17,7 @@ from typing import Any, NamedTuple, TypeAlias, TypeVar, overload
 
 from ..access.accounts import AccountChange
 from ..access.admission import VerifyJob
+from ..access.connection_loads import ConnectionLoad, LoadQuestion
 from ..planning.jobs import Job, PlanAnswer
 from ..refusal import Refusal
 from ..store.requests import Answer, Request
@@ -80,6 +81,13 @@ class Pending:
     @overload
     def ask(
         self, question: AccountChange, then: Callable[[Refusal | None, int], list[Effect]]
+    ) -> list[Effect]: ...
+
+    @overload
+    def ask(
+        self,
+        question: LoadQuestion,
+        then: Callable[[Mapping[int, ConnectionLoad], int], list[Effect]],
     ) -> list[Effect]: ...
 
     def ask(self, question: Question, then: Callable[[Any, int], list[Effect]]) -> list[Effect]:

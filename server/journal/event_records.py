@@ -35,6 +35,7 @@ from openpendant.simplemsg.pendant.roles import Role
 from openpendant.simplemsg.verdicts import VerdictCode
 
 from ..access.accounts import Account, AccountBook
+from ..access.connection_loads import ConnectionLoad
 from ..access.passwords import DIGEST_BYTES, NOBODYS_HASH, PasswordHash
 from ..events.effects import Ask, Backend, Question
 from ..planning.jobs import DryRunFound, DryRunSlice, Job, PathFree, PlanAnswer, PlaybackPlan
@@ -81,6 +82,7 @@ ANSWERED: Mapping[Backend, str] = {
     Backend.STORE: "stored",
     Backend.PASSWORDS: "checked",
     Backend.ACCOUNTS: "account",
+    Backend.LOADS: "loads",
 }
 """The event of a journal that is an answer, by who gave it."""
 
@@ -120,6 +122,8 @@ def answer_to_record(asked: Ask, answer: Any) -> dict[str, Any]:
             return {"right": answer}
         case Backend.ACCOUNTS:
             return outcome_to_json(answer)
+        case Backend.LOADS:
+            return loads_to_json(answer)
 
 
 def answer_from_record(asked: Ask, record: dict[str, Any], limits: JointLimits) -> object:
@@ -140,6 +144,8 @@ def answer_from_record(asked: Ask, record: dict[str, Any], limits: JointLimits) 
             return answer_from_json(record)
         case Backend.PASSWORDS:
             return check_from_json(record)
+        case Backend.LOADS:
+            return loads_from_json(record)
         case _:
             return outcome_from_json(record)
 
@@ -233,6 +239,10 @@ class _Check(BaseModel):
     right: bool | None
 
 
+class _Loads(BaseModel):
+    loads: dict[int, tuple[int, int, int]]
+
+
 class _Outcome(BaseModel):
     code: int
     text: str
@@ -291,6 +301,27 @@ def check_from_json(record: dict[str, Any]) -> bool | None:
     """
     with _damage_named():
         return _Check.model_validate(record).right
+
+
+def loads_to_json(loads: Mapping[int, ConnectionLoad]) -> dict[str, Any]:
+    """Return as plain data what connections took of the loop, by their numbers."""
+    return {
+        "loads": {
+            str(session): (load.frames, load.received, load.cost_ns)
+            for session, load in loads.items()
+        }
+    }
+
+
+def loads_from_json(record: dict[str, Any]) -> dict[int, ConnectionLoad]:
+    """Return what connections took of the loop, by their numbers.
+
+    Raises:
+        AnswerRecordError: the record is damaged.
+    """
+    with _damage_named():
+        read = _Loads.model_validate(record)
+    return {session: ConnectionLoad(*numbers) for session, numbers in read.loads.items()}
 
 
 def outcome_to_json(refusal: Refusal | None) -> dict[str, Any]:

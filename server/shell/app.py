@@ -119,7 +119,7 @@ class App:
         }
         outbox = Outbox(
             *(self._journal, core.name, label, links, self.clients.by_session, planner),
-            submit=backends(planner, self._store, self._access),
+            submit=backends(planner, self._store, self._access, self.inbox.measure),
             answered=partial(self.inbox.answered, number),
             plans=served.plans,
             watch=None if self._watchdog is None else self._tell_watchdog,
@@ -140,6 +140,7 @@ class App:
             record=self._access.record,
             observe_without_login=first.access.observe_without_login,
             pairing=codes,
+            max_connections=first.listen.max_connections,
         )
 
     @property
@@ -244,7 +245,7 @@ class App:
             self.take_accounts()
             self._note(AuditEvent.SERVER_STARTED)
             stack.callback(self._note, AuditEvent.SERVER_STOPPED)
-            listening = Listening()
+            listening = Listening(lambda: not self.login.accounts.is_empty)
             stack.callback(listening.close)
             ports = await listen_for(self._settings, listening, self.connect, self._tls)
             keepers = [link.keep_up() for cell in self.cells for link in cell.links.values()]

@@ -25,6 +25,7 @@ from openpendant.simplemsg.verdicts import CATALOGUE, VerdictCode
 from ..access.access_backend import AccessBackend
 from ..access.accounts import AccountChange
 from ..access.admission import VerifyJob
+from ..access.connection_loads import LoadQuestion
 from ..core.cell_core import CellCore
 from ..events.effects import (
     AnswerController,
@@ -32,6 +33,7 @@ from ..events.effects import (
     Broadcast,
     Cancel,
     Close,
+    CutOff,
     Effect,
     LogLine,
     QueryController,
@@ -142,7 +144,10 @@ Submit: TypeAlias = Callable[[Any, Callable[[Any], None]], None]
 
 
 def backends(
-    planner: Planner, store: StoreClient, access: AccessBackend
+    planner: Planner,
+    store: StoreClient,
+    access: AccessBackend,
+    measure: Callable[[LoadQuestion, Callable[[Any], None]], None],
 ) -> Mapping[type[Question], Submit]:
     """Return who answers which class of questions."""
     return {
@@ -150,6 +155,7 @@ def backends(
         **dict.fromkeys(get_args(Request), store.submit),
         VerifyJob: access.check,
         AccountChange: access.change,
+        LoadQuestion: measure,
     }
 
 
@@ -227,6 +233,10 @@ class Outbox:
                     client = self._clients.get(session)
                     if client is not None:
                         client.close(reason)
+                case CutOff(session=session, reason=reason):
+                    client = self._clients.get(session)
+                    if client is not None:
+                        client.abort(reason)
                 case ReconnectController(reason=reason):
                     self._motion_link.drop(reason)
                 case Ask(question=question):

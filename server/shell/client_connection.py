@@ -10,6 +10,7 @@ from __future__ import annotations
 import asyncio
 import logging
 import socket
+import time
 from collections.abc import Iterator, Sequence
 from typing import cast
 
@@ -28,6 +29,7 @@ from openpendant.simplemsg import (
 from openpendant.simplemsg.masking import SecretMask
 from openpendant.simplemsg.pendant import MAX_PENDANT_FRAME, Hello
 
+from ..access.connection_loads import ConnectionLoad
 from ..events.events import Port
 from .inbox import Inbox, Observations
 
@@ -60,6 +62,7 @@ class ClientConnection(asyncio.Protocol):
 
     Attributes:
         cell: number of the cell whose port that is; None for the pendant port of all.
+        load: what it sent and took since it was opened.
     """
 
     def __init__(
@@ -75,6 +78,7 @@ class ClientConnection(asyncio.Protocol):
         self.session = 0
         self.address = ""
         self.wire: Connection
+        self.load = ConnectionLoad()
         self._inbox = inbox
         self._observations = observations
         # For good, as each message would have to ask: a journal is kept from the start or never.
@@ -123,6 +127,7 @@ class ClientConnection(asyncio.Protocol):
 
     def data_received(self, data: bytes) -> None:
         """Decode what came and hand each message to the core; a fault of ours ends this, not us."""
+        began = time.thread_time_ns()
         masks = self._is_noted and self._has_secrets
         noted = self._heard_mask.feed(data) if masks else data
         now = self._inbox.wire_bytes(self.session, noted)
@@ -130,6 +135,8 @@ class ClientConnection(asyncio.Protocol):
             self._take(data, now)
         except Exception as error:
             self._inbox.client_failed(self, error, now)
+        self.load.received += len(data)
+        self.load.cost_ns += time.thread_time_ns() - began
 
     def _take(self, data: bytes, now: int) -> None:
         """Decode what came and hand each message to the core, on this call stack."""
@@ -143,6 +150,7 @@ class ClientConnection(asyncio.Protocol):
         if wire.stops:
             self._stop_first(now)
         complete: Sequence[Arrival] = wire.marked(decoded) if wire.overtaking else decoded
+        self.load.frames += len(complete)
         for received in complete:
             self._inbox.received(self.session, received, now)
             if self._early_stops:

@@ -1,31 +1,46 @@
 """Client connections of a server: numbered, admitted or rejected, and their byte orders remembered.
 
-Owns how many connections there may be at once, which addresses may speak in clear text, and the
-byte order in which each ROS-Industrial address is spoken to. Must not know what a message means;
-whose a connection is, is `server_core`'s business.
+Owns that what `places` decides is done, which addresses may speak in clear text, and the byte order
+in which each ROS-Industrial address is spoken to. Must not know what a message means; whose a
+connection is, is `server_core`'s business.
 
 Owns the moment between a connection without a place and its end (promises 20 and 21): a pendant is
 told why and when to come again, then closed. An answer has to wait for the hello, whose bytes tell
 the order in which to write it; closing before it came would lose the answer as well, because the
 system then resets the connection. Such a connection belongs to no cell, takes no place, and
-whatever else it says is not read.
+whatever else it says is not read. A connection on the place of its address for a stop belongs to
+its cell like any other, but nothing of it goes there beside a hello and a stop.
+
+Owns how much of the loop each connection takes: counted by the connections, and compared once a
+second.
 """
 
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Protocol
 
-from openpendant.simplemsg import Arrival, ByteOrder, CommType, Connection, Message
-from openpendant.simplemsg.pendant import Hello
+from openpendant.simplemsg import (
+    Arrival,
+    ByteOrder,
+    CommType,
+    Connection,
+    Message,
+    Overtaken,
+    WaitingStop,
+)
+from openpendant.simplemsg.pendant import Hello, SoftwareStop
 from openpendant.simplemsg.verdicts import VerdictCode
 
 from ..access.admission import Admission
+from ..access.connection_loads import ConnectionLoad, LoadQuestion
 from ..access.exposure import clear_text_fault
+from ..access.lockout import SECOND_NS
 from ..access.open_access import exposure_of
+from ..access.places import STOP_PLACE_NS, PlaceGiven, no_place_for_strangers
 from ..events.events import Port
-from ..events.replies import verdict
+from ..events.replies import sent_away, verdict
 from ..refusal import Refusal
 from ..settings.cell_settings import CellSettings
 
@@ -35,6 +50,7 @@ class Client(Protocol):
 
     Attributes:
         cell: number of the cell whose port that is; None for the pendant port of all.
+        load: what it took of the loop since it was opened.
     """
 
     session: int
@@ -42,6 +58,7 @@ class Client(Protocol):
     cell: int | None
     address: str
     wire: Connection
+    load: ConnectionLoad
 
     def send(self, message: Message) -> None:
         """Write a message."""
@@ -67,46 +84,6 @@ class Client(Protocol):
 
     def abort(self, reason: str) -> None:
         """Close at once; what was not written is lost."""
-
-
-MOST_STRANGERS = 64
-"""Pendants that have not said hello, at once."""
-
-STOP_PLACES = 8
-"""Places that only pendants get: whoever wants to stop a robot finds one free of ROS-I clients."""
-
-_AGAIN_WHEN_FULL = 5
-"""Advice to whom all places are taken [s]: some may have left by then."""
-
-_AGAIN_WHEN_STRANGE = 2
-"""Advice to whom strangers take the places [s]: by then these have said hello, or are gone."""
-
-
-def place_refusal(
-    connections: int, strangers: int, max_connections: int, *, is_pendant: bool
-) -> Refusal | None:
-    """Return why there is no place for one more connection; None where there is.
-
-    Its value is how long to wait before coming again [s].
-
-    Args:
-        strangers: pendants among them that have not said hello.
-        max_connections: how many there may be, as configured.
-    """
-    if connections >= max_connections:
-        return _no_place(f"more than {max_connections} connections", _AGAIN_WHEN_FULL)
-    places = max(max_connections - STOP_PLACES, 1)
-    if not is_pendant and connections >= places:
-        text = f"more than {places} connections; the last {STOP_PLACES} are for pendants"
-        return _no_place(text, _AGAIN_WHEN_FULL)
-    if is_pendant and strangers >= MOST_STRANGERS:
-        text = f"more than {MOST_STRANGERS} pendants that did not say hello yet"
-        return _no_place(text, _AGAIN_WHEN_STRANGE)
-    return None
-
-
-def _no_place(why: str, again: int) -> Refusal:
-    return Refusal(VerdictCode.NO_PLACE, f"{why}; come again in {again} s", value=again)
 
 
 MOST_TURNED_AWAY = 32
@@ -177,6 +154,48 @@ class Rejections:
         self._waiting.clear()
 
 
+_DISPLACED = Refusal(
+    VerdictCode.NO_PLACE, "who came later has this place; log in to keep one", value=1
+)
+
+
+class StopPlaces:
+    """The connections on which nothing but a stop is taken.
+
+    Attributes:
+        until: when each is closed [ns], by its number, in the order in which they came.
+    """
+
+    def __init__(self) -> None:
+        """Have nobody on such a place."""
+        self.until: dict[int, int] = {}
+
+    def admitted(self, client: Client, received: Arrival) -> Arrival | None:
+        """Return what of a message goes to the cell; anything asked beside it ends the connection.
+
+        A hello asks for no state.
+        """
+        message = received.received if isinstance(received, Overtaken) else received
+        match message:
+            case Hello():
+                return replace(message, state_rate=0.0)
+            case SoftwareStop() | WaitingStop():
+                return message
+            case Message(comm_type=CommType.TOPIC | CommType.REPLY):
+                return None
+        refusal = no_place_for_strangers()
+        client.send(verdict(getattr(message, "request_id", 0), refusal))
+        client.close(refusal.sentence)
+        return None
+
+    def overdue(self, now: int) -> list[int]:
+        """Return the connections whose time is over, and forget them."""
+        ended = [session for session, until in self.until.items() if now >= until]
+        for session in ended:
+            del self.until[session]
+        return ended
+
+
 MOST_ORDERS = 256
 """Addresses without a connection whose byte order is remembered; of more the oldest go."""
 
@@ -187,25 +206,34 @@ STRANGERS_READ_AHEAD = 64 * 1024
 """The same of a pendant that has not logged in; a frame is not larger."""
 
 
+_NOTHING = (0, 0, 0)
+
+
 class Clients:
     """All client connections of a server.
 
     Attributes:
         rejections: those for which there is no place.
+        stop_places: those that may only stop.
+        loads_due: when `count_loads` is to be called again [ns].
     """
 
     def __init__(self, settings: Sequence[CellSettings], login: Admission) -> None:
         """Know no connection yet.
 
         Args:
-            settings: of each cell; the most connections are those of the first.
+            settings: of each cell.
         """
         self.by_session: dict[int, Client] = {}
         self.rejections = Rejections()
+        self.stop_places = StopPlaces()
         self._settings = settings
         self._login = login
         self._orders: dict[tuple[int | None, str], ByteOrder] = {}
         self._last_session = 0
+        self._counted: tuple[int, dict[int, tuple[int, int, int]]] = (0, {})
+        self._counted_before = self._counted
+        self.loads_due = 0
 
     def next_session(self) -> int:
         """Return the number of a new connection."""
@@ -218,27 +246,38 @@ class Clients:
         if fault is not None:
             client.abort(fault)
             return False
-        refusal = self._place_refusal(client.port)
-        if refusal is not None:
-            self.rejections.reject(client, refusal, now)
+        decided = self._login.places.opened(
+            client.session,
+            client.address,
+            now,
+            is_pendant=client.port is Port.PENDANT,
+            by_standing=not self._login.accounts.is_empty,
+        )
+        if not isinstance(decided, PlaceGiven):
+            self.rejections.reject(client, decided, now)
             return False
+        for given_up in decided.given_up:
+            self._displace(given_up)
         self.by_session[client.session] = client
+        if decided.is_for_stop:
+            self.stop_places.until[client.session] = now + STOP_PLACE_NS
         return True
+
+    def _displace(self, session: int) -> None:
+        """End a connection whose place another one got, at once: it may not be one that reads."""
+        client = self.by_session.get(session)
+        if client is None:
+            return
+        if self._login.visitors.find(session) is not None:
+            client.send(sent_away(_DISPLACED))
+        client.abort(_DISPLACED.sentence)
 
     def forget(self, session: int) -> bool:
         """Forget a connection that ended; return False if it was not let in."""
         self.rejections.forget(session)
+        self.stop_places.until.pop(session, None)
+        self._login.places.closed(session)
         return self.by_session.pop(session, None) is not None
-
-    def _place_refusal(self, port: Port) -> Refusal | None:
-        """Return why there is no place for one more connection; None where there is."""
-        pendants = sum(client.port is Port.PENDANT for client in self.by_session.values())
-        return place_refusal(
-            len(self.by_session),
-            pendants - len(self._login.visitors),
-            self._settings[0].listen.max_connections,
-            is_pendant=port is Port.PENDANT,
-        )
 
     def _clear_text_fault(self, client: Client) -> str | None:
         """Return why an address may not speak in clear text to the port of a cell."""
@@ -260,6 +299,49 @@ class Clients:
         self.rejections.hang_up()
         for client in list(self.by_session.values()):
             client.close(reason)
+
+    # Connections on the place of their address for a stop.
+
+    def admitted_for_stop(self, session: int, received: Arrival) -> Arrival | None:
+        """Return what of a message goes to the cell."""
+        return self.stop_places.admitted(self.by_session[session], received)
+
+    def has_stopped(self, session: int, received: Arrival) -> None:
+        """Close a connection that may only stop, once it has: the next of its address may want to.
+
+        A stop in front of the hello was none.
+        """
+        is_stop = isinstance(received, SoftwareStop | WaitingStop)
+        if is_stop and self._login.visitors.find(session) is not None:
+            self.by_session[session].close("it has stopped, and may do nothing else here")
+
+    def end_stop_places(self, now: int) -> None:
+        """Close those that neither stopped nor went in time."""
+        for session in self.stop_places.overdue(now):
+            client = self.by_session.get(session)
+            if client is not None:
+                client.abort("did not stop in time, and may do nothing else here")
+
+    # What each connection takes.
+
+    def count_loads(self, now: int) -> None:
+        """Note what each connection took so far; to be called once a second."""
+        counted = {
+            session: (client.load.frames, client.load.received, client.load.cost_ns)
+            for session, client in self.by_session.items()
+        }
+        self._counted_before, self._counted = self._counted, (now, counted)
+        self.loads_due = now + SECOND_NS
+
+    def loads(self, question: LoadQuestion) -> dict[int, ConnectionLoad]:
+        """Return what connections took in the last second that was counted."""
+        (began, before), (ended, after) = self._counted_before, self._counted
+        share = SECOND_NS / max(ended - began, SECOND_NS)
+        found = {}
+        for session in question.sessions:
+            pairs = zip(after.get(session, _NOTHING), before.get(session, _NOTHING), strict=True)
+            found[session] = ConnectionLoad(*(round((new - old) * share) for new, old in pairs))
+        return found
 
     # The byte order of ROS-Industrial connections.
 

@@ -12,7 +12,7 @@ noted. A rerun asks nobody: it finds in the journal what the world answered then
 from __future__ import annotations
 
 import asyncio
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from functools import partial
 from typing import Any, Protocol
 
@@ -20,6 +20,7 @@ from openpendant.simplemsg import Arrival, Message
 from openpendant.simplemsg.journal import Journal
 
 from ..access.accounts import AccountBook
+from ..access.connection_loads import ConnectionLoad, LoadQuestion
 from ..core.server_core import ServerCore
 from ..events.effects import BACKENDS, Ask
 from ..events.events import (
@@ -182,11 +183,20 @@ class Inbox:
             cell.deliver(event, now)
         elif session not in self.clients.by_session:
             self.clients.rejections.receive(session, message)
+        elif session in self.clients.stop_places.until:
+            self._received_for_stop(session, message, now)
         else:
             self._route(event, now)
             home = self._server.settled(session)
             if home is not None:
                 self._settled[session] = self._cells[home]
+
+    def _received_for_stop(self, session: int, message: Arrival, now: int) -> None:
+        """Hand a stop, or the hello in front of it, to the cell; nothing else of such a client."""
+        admitted = self.clients.admitted_for_stop(session, message)
+        if admitted is not None:
+            self._route(Received(session, admitted), now)
+            self.clients.has_stopped(session, admitted)
 
     def closed(self, client: Client) -> None:
         """Tell its cell that a connection ended."""
@@ -206,6 +216,10 @@ class Inbox:
     def check_deadlines(self, now: int) -> None:
         """Close the connections that read or write too slowly."""
         self.clients.rejections.check_deadlines(now)
+        if self.clients.stop_places.until:
+            self.clients.end_stop_places(now)
+        if now >= self.clients.loads_due:
+            self.clients.count_loads(now)
         for client in list(self.clients.by_session.values()):
             try:
                 client.check_deadlines(now)
@@ -236,6 +250,12 @@ class Inbox:
         event = ANSWERED[BACKENDS[type(asked.question)]]
         now = self._begin(event, f"{taker.label}{asked.id}", **record)
         taker.deliver(Answered(asked, answer), now)
+
+    def measure(
+        self, question: LoadQuestion, deliver: Callable[[Mapping[int, ConnectionLoad]], None]
+    ) -> None:
+        """Tell what connections take of the loop; in a later turn."""
+        asyncio.get_running_loop().call_soon(deliver, self.clients.loads(question))
 
     def accounts_read(self, book: AccountBook, *, single_user: bool) -> int:
         """Note accounts that are in force from now on; return the time [ns]."""

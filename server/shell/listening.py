@@ -2,10 +2,12 @@
 
 asyncio's own servers take up to a whole backlog of connections in one turn, which delays the
 control tick by what all of them cost. Here those that have to wait do so in the system's queue
-(promises 20 and 21).
+(promises 20 and 21), which says nothing of whom it holds. So where there are accounts, up to 32 are
+taken of it in a turn, what an address opens beyond its rate is closed at once, and the others wait
+here, in turn by address, to be let in at the same rate (promise 54).
 
-Owns the rate and the burst of connections, what is listened on where, and what is said where a
-port cannot be had. Must not know who connects; how many there may be is `clients`' business.
+Owns what is listened on where, when a connection is begun, and what is said where a port cannot be
+had. The rates and the order are those of `arrivals`; how many there may be is `places`' business.
 """
 
 from __future__ import annotations
@@ -16,28 +18,31 @@ import logging
 import os
 import socket
 import ssl
-from collections import deque
+import struct
+from collections import Counter, deque
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
-from functools import partial
+from functools import lru_cache, partial
 from typing import Any
 
+from ..access.arrivals import AcceptRate, AddressRates, FairQueue
+from ..access.exposure import is_loopback
+from ..access.lockout import source_of
+from ..access.places import MOST_STRANGERS, STRANGERS_OF_ADDRESS
 from ..events.events import Port
 from ..settings.cell_settings import CellSettings
-from .clients import MOST_STRANGERS
 
 log = logging.getLogger("openpendant.server")
 
-PER_SECOND = 50
-"""Connections taken in one second, all ports together."""
-
-BURST = 20
-"""Connections taken at once after a quiet time."""
-
-_INTERVAL_NS = 1_000_000_000 // PER_SECOND
-
 BACKLOG = 32
 """Connections that wait in the system's queue of each port; the system turns away any more."""
+
+CROWD_BACKLOG = 512
+"""The same where they are taken quickly: whoever is turned away there tries again after a second
+only, so that one host's flood must not fill it between two turns of the loop."""
+
+TAKEN_IN_A_TURN = 32
+"""Connections taken of the system's queue in one turn, to be let in or closed."""
 
 EXHAUSTED_PAUSE = 1.0
 """So long nobody is taken after the system had no descriptor or memory for one [s]."""
@@ -47,31 +52,10 @@ _HANDSHAKE_DEADLINE = 2.0
 
 _EXHAUSTED = {errno.EMFILE, errno.ENFILE, errno.ENOBUFS, errno.ENOMEM}
 
+_RESET_AT_ONCE = struct.pack("ii", 1, 0)
+"""Linger for no time: what is closed is reset, and nothing of it stays in the system."""
+
 Protocol = Callable[[], asyncio.Protocol]
-
-
-class AcceptRate:
-    """A token bucket: `BURST` connections at once, one more each 20 ms.
-
-    It is kept as one number, the time at which the bucket would be full again.
-    """
-
-    def __init__(self) -> None:
-        """Make a full bucket."""
-        self._full_at = 0
-
-    def take(self, now: int) -> int:
-        """Take a connection if one may be taken.
-
-        Returns:
-            0 where it is taken; else how long to wait before asking again [ns].
-        """
-        begin = max(self._full_at, now)
-        wait = begin - now - (BURST - 1) * _INTERVAL_NS
-        if wait > 0:
-            return wait
-        self._full_at = begin + _INTERVAL_NS
-        return 0
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -87,17 +71,39 @@ class _ListeningSocket:
     tls: ssl.SSLContext | None
 
 
+@dataclass(frozen=True, slots=True, eq=False)
+class _Arrival:
+    """A connection that waits to be let in."""
+
+    socket: socket.socket
+    source: str
+    listener: _ListeningSocket
+
+
+def _never() -> bool:
+    return False
+
+
 class Listening:
     """All listening sockets of a server."""
 
-    def __init__(self) -> None:
-        """Listen nowhere yet."""
+    def __init__(self, by_address: Callable[[], bool] = _never) -> None:
+        """Listen nowhere yet.
+
+        Args:
+            by_address: returns whether connections are told apart by their addresses now.
+        """
         self._loop = asyncio.get_running_loop()
+        self._by_address = by_address
         self._rate = AcceptRate()
+        self._rates = AddressRates()
+        self._arrivals: FairQueue[_Arrival] = FairQueue()
+        self._letting_in: asyncio.Handle | None = None
         self._sockets: list[_ListeningSocket] = []
         self._waiting: deque[_ListeningSocket] = deque()
         self._timer: asyncio.TimerHandle | None = None
-        self._greetings: set[asyncio.Task[None]] = set()
+        # Whose TLS is being agreed on, in the order in which that began.
+        self._greetings: dict[asyncio.Task[None], str] = {}
         self._is_exhausted = False
 
     async def listen(
@@ -123,7 +129,8 @@ class Listening:
                 sockets.append(
                     _ListeningSocket(socket.socket(family, socket.SOCK_STREAM), protocol, tls)
                 )
-                _bind(sockets[-1].socket, family, address)
+                backlog = CROWD_BACKLOG if self._by_address() else BACKLOG
+                _bind(sockets[-1].socket, family, address, backlog)
         except OSError:
             for listener in sockets:
                 listener.socket.close()
@@ -138,6 +145,10 @@ class Listening:
         """Listen no more; connections that were taken stay."""
         if self._timer is not None:
             self._timer.cancel()
+        if self._letting_in is not None:
+            self._letting_in.cancel()
+        for arrival in self._arrivals.clear():
+            arrival.socket.close()
         self._waiting.clear()
         for listener in self._sockets:
             self._loop.remove_reader(listener.socket)
@@ -148,6 +159,9 @@ class Listening:
 
     def _on_readable(self, listener: _ListeningSocket) -> None:
         """Take one connection, or have its port wait behind those that wait already."""
+        if self._by_address():
+            self._take_many(listener)
+            return
         wait = 0 if self._waiting else self._rate.take(self._now())
         if not self._waiting and not wait:
             self._take(listener)
@@ -161,13 +175,13 @@ class Listening:
         """Take as many as may be taken by now, one from each port in turn."""
         self._timer = None
         while self._waiting:
-            wait = self._rate.take(self._now())
+            wait = 0 if self._by_address() else self._rate.take(self._now())
             if wait:
                 self._go_on_in(wait / 1e9)
                 return
             listener = self._waiting.popleft()
             self._loop.add_reader(listener.socket, self._on_readable, listener)
-            if not self._take(listener):
+            if not self._by_address() and not self._take(listener):
                 return
 
     def _go_on_in(self, pause: float) -> None:
@@ -181,25 +195,100 @@ class Listening:
 
     def _take(self, listener: _ListeningSocket) -> bool:
         """Take a connection that may be there; return True if the system has means for more."""
+        accepted, has_means = self._accepted(listener)
+        if accepted is not None:
+            sock, address = accepted
+            self._join(_Arrival(sock, _charged(address)[0], listener))
+        return has_means
+
+    def _accepted(
+        self, listener: _ListeningSocket
+    ) -> tuple[tuple[socket.socket, str] | None, bool]:
+        """Return a connection and its address, if there is one, and if there are means for more."""
         try:
             accepted, address = listener.socket.accept()
         except OSError as error:
             if error.errno in _EXHAUSTED:
                 self._pause(error)
-                return False
+                return None, False
             if not isinstance(error, BlockingIOError | ConnectionAbortedError):
                 log.info("a connection was lost before it was taken: %s", error.strerror)
-            return True
+            return None, True
         self._is_exhausted = False
         accepted.setblocking(False)
-        if len(self._greetings) >= MOST_STRANGERS:
-            log.info("%s: more than %d connections agree on TLS", address[0], MOST_STRANGERS)
-            accepted.close()
+        return (accepted, address[0]), True
+
+    def _join(self, arrival: _Arrival) -> None:
+        """Begin the conversation on a connection, where it may agree on TLS before."""
+        if not self._may_greet(arrival.source):
+            log.info("%s: more than %d connections agree on TLS", arrival.source, MOST_STRANGERS)
+            arrival.socket.close()
+            return
+        greeting = self._loop.create_task(self._greet(arrival.socket, arrival.listener))
+        self._greetings[greeting] = arrival.source
+        greeting.add_done_callback(lambda done: self._greetings.pop(done, None))
+
+    def _may_greet(self, source: str) -> bool:
+        """Return True if one more may agree on TLS.
+
+        Where addresses are told apart, the longest of the same makes room for it, or where all
+        places are taken that of the address that has most.
+        """
+        if not self._by_address() or is_loopback(source):
+            return len(self._greetings) < MOST_STRANGERS
+        counts = Counter(each for each in self._greetings.values() if not is_loopback(each))
+        if counts[source] >= STRANGERS_OF_ADDRESS:
+            fullest = source
+        elif counts.total() >= MOST_STRANGERS:
+            fullest = max(counts, key=lambda each: (counts[each], each == source))
+        else:
             return True
-        greeting = self._loop.create_task(self._greet(accepted, listener))
-        self._greetings.add(greeting)
-        greeting.add_done_callback(self._greetings.discard)
+        longest = next(task for task, each in self._greetings.items() if each == fullest)
+        # It has begun, as one is let in a turn; so its socket is closed by asyncio.
+        del self._greetings[longest]
+        longest.cancel()
         return True
+
+    # Where addresses are told apart.
+
+    def _take_many(self, listener: _ListeningSocket) -> None:
+        """Take what waits of one port: close what is beyond its rate, and queue the rest."""
+        now = self._now()
+        for _ in range(TAKEN_IN_A_TURN):
+            if self._arrivals.own >= BACKLOG:
+                # As if there were no accounts: whoever is on this machine waits in the system.
+                self._loop.remove_reader(listener.socket)
+                self._waiting.append(listener)
+                break
+            accepted, _ = self._accepted(listener)
+            if accepted is None:
+                break
+            sock, address = accepted
+            source, is_own = _charged(address)
+            if not is_own and not self._rates.is_within(source, now):
+                _reset(sock)
+                continue
+            gone = self._arrivals.add(source, _Arrival(sock, source, listener), now)
+            if gone is not None:
+                _reset(gone.socket)
+        if self._letting_in is not None:
+            self._letting_in.cancel()  # it may be the turn of somebody else now
+        self._let_in()
+
+    def _let_in(self) -> None:
+        """Begin one conversation, if that may be now; the next in another turn, or in its time."""
+        self._letting_in = None
+        if not self._arrivals:
+            return
+        now = self._now()
+        wait = self._rate.take(now, self._arrivals.next_spare(now))
+        if wait:
+            self._letting_in = self._loop.call_later(wait / 1e9, self._let_in)
+            return
+        self._join(self._arrivals.take(now))
+        if self._waiting and not self._is_exhausted and self._arrivals.own < BACKLOG:
+            self._go_on_in(0.0)
+        self._letting_in = self._loop.call_soon(self._let_in)
 
     def _pause(self, error: OSError) -> None:
         """Take nobody for a while; said once, however long it lasts."""
@@ -227,14 +316,26 @@ class Listening:
             log.info("a connection ended before it began: %s", error)
 
 
-def _bind(listener: socket.socket, family: int, address: tuple[Any, ...]) -> None:
+@lru_cache(1_024)
+def _charged(address: str) -> tuple[str, bool]:
+    """Return what an address is charged to, and whether it is this machine's own."""
+    return source_of(address), is_loopback(address)
+
+
+def _reset(sock: socket.socket) -> None:
+    """Close a connection at once."""
+    sock.setsockopt(socket.SOL_SOCKET, socket.SO_LINGER, _RESET_AT_ONCE)
+    sock.close()
+
+
+def _bind(listener: socket.socket, family: int, address: tuple[Any, ...], backlog: int) -> None:
     listener.setsockopt(socket.SOL_SOCKET, socket.SO_REUSEADDR, 1)
     if family == socket.AF_INET6:
         # Else "::" would take the port of "0.0.0.0" as well.
         listener.setsockopt(socket.IPPROTO_IPV6, socket.IPV6_V6ONLY, 1)
     listener.setblocking(False)
     listener.bind(address)
-    listener.listen(BACKLOG)
+    listener.listen(backlog)
 
 
 Connect = Callable[[Port, int | None], asyncio.Protocol]

@@ -26,10 +26,13 @@ from contextlib import contextmanager
 
 from openpendant.motion.errors import LibraryMissing
 
+from ..access.arrivals import MOST_WAITING
+from ..access.places import MOST_STOP_PLACES, MOST_STRANGERS
 from ..settings.cell_settings import EventLoop
 from ..settings.config_file import ConfigurationError
 from ..settings.server_settings import ServerSettings
-from .clients import MOST_STRANGERS, MOST_TURNED_AWAY
+from .clients import MOST_TURNED_AWAY
+from .listening import BACKLOG
 
 log = logging.getLogger(__name__)
 
@@ -79,8 +82,9 @@ _FOR_ALL = 64
 def files_needed(settings: ServerSettings) -> int:
     """Return how many descriptors may be open at once, every place taken."""
     connections = settings.cells[0].listen.max_connections
-    # Those that agree on TLS, or wait for their answer, have no place yet, or none any more.
-    passing = MOST_STRANGERS + MOST_TURNED_AWAY
+    # Those that wait to be let in, agree on TLS, or wait for their answer, have no place yet, or
+    # none any more. Of this machine and of others so many may wait.
+    passing = MOST_WAITING + BACKLOG + MOST_STRANGERS + MOST_TURNED_AWAY + MOST_STOP_PLACES
     return connections + passing + _PER_CELL * len(settings.cells) + _FOR_ALL
 
 

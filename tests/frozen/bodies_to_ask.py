@@ -35,6 +35,7 @@ from openpendant.server.access.accounts import (
 )
 from openpendant.server.access.admission import Admission, VerifyJob
 from openpendant.server.access.audit import AuditEntry
+from openpendant.server.access.connection_loads import ConnectionLoad, LoadQuestion
 from openpendant.server.endpoints.pendant.access_requests import CoreAccess
 from openpendant.server.events.effects import Ask, Effect
 from openpendant.server.events.events import Port, Regranted
@@ -135,6 +136,7 @@ class AskedCell(EmulatedCell):
 
     def _visitor(self) -> Pendant:
         pendant = self.stranger(Port.PENDANT, LAN)
+        self.login.places.opened(pendant.session, LAN, self.now, is_pendant=True, by_standing=True)
         pendant.hello("an app")
         return pendant
 
@@ -146,6 +148,9 @@ class AskedCell(EmulatedCell):
                     self.answered(item, is_right(job))
                 case Ask(question=AccountChange() as change):
                     self._change(item, change)
+                case Ask(question=LoadQuestion() as question):
+                    load = ConnectionLoad(frames=4, received=256, cost_ns=500_000)
+                    self.answered(item, dict.fromkeys(question.sessions, load))
         return outgoing
 
     def _change(self, asked: Ask, change: AccountChange) -> None:

@@ -1,4 +1,4 @@
-"""One question of each kind to planner, store, passwords and accounts, as a journal notes it.
+"""One question of each kind to planner, store, passwords, accounts and loads, as journals note it.
 
 A journal has such a question as the words of its `repr`: the names of classes, of fields and of
 every value inside are part of what is compared when it is run again.
@@ -14,6 +14,7 @@ from openpendant.motion.pose import Pose
 from openpendant.motion.scene import scene
 from openpendant.server.access.accounts import AccountAction, AccountChange
 from openpendant.server.access.admission import VerifyJob
+from openpendant.server.access.connection_loads import LoadQuestion
 from openpendant.server.access.passwords import PasswordHash, Secret
 from openpendant.server.journal.event_records import request_to_bytes
 from openpendant.server.planning import jobs
@@ -149,6 +150,8 @@ CHANGES: tuple[Any, ...] = (
     AccountChange(20, "ann", AccountAction.ADD, "bob", Role.VIEWER, Secret("a secret")),
 )
 
+LOADS: tuple[Any, ...] = (LoadQuestion(1, (4, 7)),)
+
 KINDS: Mapping[str, tuple[Any, tuple[Any, ...]]] = {
     "planner": (jobs.Job, JOBS),
     "program": (program_tasks.Task, TASKS),
@@ -158,6 +161,7 @@ KINDS: Mapping[str, tuple[Any, tuple[Any, ...]]] = {
     "store": (requests.Request, REQUESTS),
     "passwords": (VerifyJob, CHECKS),
     "accounts": (AccountChange, CHANGES),
+    "loads": (LoadQuestion, LOADS),
 }
 """Of each kind of question the type of all of them, and one of each."""
 
@@ -174,5 +178,6 @@ def lines() -> list[str]:
         *(f"store {request_to_bytes(request).decode()}" for request in REQUESTS),
         *(f"passwords {job!r}" for job in CHECKS),
         *(f"accounts {change!r}" for change in CHANGES),
+        *(f"loads {question!r}" for question in LOADS),
     ]
     return [line.replace("\n", "\\n") for line in asked]

@@ -18,12 +18,14 @@ from promises.promise_table import figure
 from rigs.peers.server_clients import hello
 from rigs.processes.app_on_loop import app_on_loop, said, until
 
+from openpendant.server.access.arrivals import MOST_WAITING, AcceptRate
+from openpendant.server.access.places import MOST_STOP_PLACES, place_refusal
 from openpendant.server.cli.serve import main
 from openpendant.server.settings.cell_settings import make_settings
 from openpendant.server.settings.config_file import ConfigurationError
 from openpendant.server.settings.server_settings import ServerSettings, make_server_settings
-from openpendant.server.shell.clients import MOST_TURNED_AWAY, place_refusal
-from openpendant.server.shell.listening import AcceptRate, Listening
+from openpendant.server.shell.clients import MOST_TURNED_AWAY
+from openpendant.server.shell.listening import Listening
 from openpendant.server.shell.server_process import files_needed, provide_files
 from openpendant.simplemsg import PENDANT, ByteOrder, Connection, Received, Role
 from openpendant.simplemsg.pendant import Verdict
@@ -303,7 +305,7 @@ def settings(connections: int = 256) -> ServerSettings:
 
 
 def test_promise_21_connections_that_agree_on_tls_are_counted_beside_all_places() -> None:
-    at_once = 256 + MOST_TURNED_AWAY + MOST_STRANGERS
+    at_once = 256 + MOST_TURNED_AWAY + MOST_STRANGERS + MOST_STOP_PLACES + MOST_WAITING + BACKLOG
     assert files_needed(settings()) - at_once >= 64
 
 
@@ -329,10 +331,10 @@ def test_a_limit_that_is_high_enough_is_left_alone(system: list[tuple[int, int]]
 def test_promise_21_a_hard_limit_that_is_too_low_is_refused_with_what_would_do(
     system: list[tuple[int, int]],
 ) -> None:
-    system[:] = [(200, 200)]
+    system[:] = [(400, 400)]
     with pytest.raises(ConfigurationError) as refused:
         provide_files(settings(), "cell.toml")
-    most = 200 - (files_needed(settings()) - 256)
+    most = 400 - (files_needed(settings()) - 256)
     assert f"at most {most} connections" in str(refused.value)
     provide_files(settings(most), "cell.toml")
     system[:] = [(40, 40)]

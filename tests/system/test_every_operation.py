@@ -201,7 +201,7 @@ async def devices(pendant: Pendant) -> None:
     await pendant.trace.clear()
 
 
-async def accounts(pendant: Pendant) -> None:
+async def accounts(pendant: Pendant, port: int) -> None:
     calls = pendant.users
     secret = "a long enough password"
     await pendant.add_account("ada", AccountRole.ADMIN, secret)
@@ -209,6 +209,12 @@ async def accounts(pendant: Pendant) -> None:
     await pendant.add_account("bob", AccountRole.OPERATOR, secret)
     assert (await pendant.access.whoami())["role"] == "admin"
     assert (await pendant.access.sessions())["sessions"]
+    async with await PendantClient.connect("127.0.0.1", port) as other:
+        listed = (await pendant.access.connections())["connections"]
+        assert other.hello.session in [each["session"] for each in listed]
+        await pendant.access.close(other.hello.session)
+    await pendant.access.bar("192.0.2.66", minutes=5)
+    await pendant.access.unbar("192.0.2.66")
     await calls.set_role("bob", "programmer")
     await calls.disable("bob")
     found = (await calls.list())["users"]
@@ -256,7 +262,7 @@ async def test_every_operation_is_answered_as_it_is_published(
 async def test_every_operation_on_accounts_is_answered_as_it_is_published(start_cell: Any) -> None:
     cell = await start_cell(**CELL)
     async with await Pendant.connect("127.0.0.1", cell.ports["pendant"]) as pendant:
-        await accounts(pendant)
+        await accounts(pendant, cell.ports["pendant"])
     assert pendant.asked >= operations_of(*ACCOUNTS)
     assert (await cell.end())["violations"] == 0
 

@@ -15,6 +15,7 @@ from openpendant.motion.description.robot import serial_robot
 from openpendant.motion.trajectory.ptp import straight_move
 from openpendant.server.access.access_backend import ProcessAccess
 from openpendant.server.access.accounts import AccountBook
+from openpendant.server.access.connection_loads import ConnectionLoad
 from openpendant.server.cell.execution.motion_watch import MotionWatch, ReportTiming
 from openpendant.server.cell.execution.tracking import tracking_tolerances
 from openpendant.server.control import REDUCED_SPEED
@@ -67,6 +68,7 @@ class _Sink:
         self.cell: int | None = None
         self.session = 0
         self.taken = 0
+        self.load = ConnectionLoad()
         self.wire = Connection(Role.SERVER, PENDANT, ByteOrder.LITTLE, max_frame=MAX_PENDANT_FRAME)
         app.inbox.opened(self)
 

@@ -48,6 +48,7 @@ from ...events.pending import Pending
 from ...events.replies import NAME_BYTES, claimed, cut, verdict
 from ...refusal import Refusal
 from ...settings.cell_settings import CellSettings
+from .connection_requests import ConnectionRequests
 from .notifications import Listener, Listeners
 
 _ROLES = {
@@ -93,6 +94,7 @@ class AccessRequests:
 
     Attributes:
         gate: what each of their requests passes first.
+        connections: what admins ask of the connections of the whole server.
     """
 
     def __init__(
@@ -111,6 +113,7 @@ class AccessRequests:
         self._pending = pending
         self.gate = RequestGate(access.login.visitors)
         self._numbers = access.numbers
+        self.connections = ConnectionRequests(access.login, pending)
 
     # Who is here.
 
@@ -134,6 +137,12 @@ class AccessRequests:
     def move_fault(self, session: int) -> Refusal | None:
         """Return why the role of a connection does not let it move the robot."""
         return self._login.may(session, Permission.MOVE)
+
+    def wants_state(self, session: int, wants: bool) -> None:
+        """Take note whether a connection that said hello wants to be sent state."""
+        visitor = self._login.visitors.find(session)
+        if visitor is not None:
+            visitor.looks_on = wants and self.may(session, Permission.OBSERVE)
 
     def name_of(self, session: int, client: str) -> str:
         """Return how others are shown a connection; a name that no login proved says so."""
@@ -412,6 +421,7 @@ class Greeting:
         listener.holder = Holder(session, self._access.name_of(session, listener.hello_name))
         listener.looks_on = self._access.may(session, Permission.OBSERVE)
         self._listeners.set_rate(session, hello.state_rate, now)
+        self._access.wants_state(session, hello.state_rate > 0)
 
     def _reply(self, session: int) -> HelloReply:
         return HelloReply(
@@ -433,6 +443,7 @@ class Greeting:
         refusal = rate_fault(message.state_rate)
         if refusal is None:
             self._listeners.set_rate(session, message.state_rate, now)
+            self._access.wants_state(session, message.state_rate > 0)
         return refusal
 
 

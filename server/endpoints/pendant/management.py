@@ -267,7 +267,9 @@ class ManagementRequests:
         self._environment = environment
         self._authority = AuthorityNeed(cell, programs.executor, environment)
         services = () if environment is None else (environment.service, environment.recordings)
-        self._handlers = handlers_of(self, access, retreats, *services) | dict(programs.handlers)
+        self._handlers = handlers_of(self, access, access.connections, retreats, *services) | dict(
+            programs.handlers
+        )
 
     def answer(
         self,

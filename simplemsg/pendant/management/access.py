@@ -9,7 +9,7 @@ from __future__ import annotations
 from typing import Annotated, Literal, TypeAlias, TypedDict
 
 from ..roles import Permission, Role
-from .declaration import Done, ReadAs, Request, operation
+from .declaration import Count, Done, ReadAs, Request, operation
 
 
 class WhoIAm(TypedDict):
@@ -71,6 +71,127 @@ class Logout(Request[Done]):
 @operation("access.sessions", needs=Permission.PAIR_GUESTS)
 class ListSessions(Request[Sessions]):
     """Return who is connected to this cell."""
+
+
+StandingName: TypeAlias = Literal[
+    "account", "pairing", "single user", "ros-industrial", "stranger", "stop"
+]
+
+
+class ConnectionReport(TypedDict):
+    """One connection of the server, to whichever cell.
+
+    Attributes:
+        session: its number.
+        address: where it comes from.
+        standing: as what it has its place: an account or a pairing code, this machine's only user,
+            ROS-Industrial, a stranger who has not logged in, or a stranger who may only stop.
+        client: name of the pendant; empty where it has not said hello.
+        cell: name of its cell; likewise.
+        name: name of the account or guest; empty where nobody logged in.
+        role: likewise.
+        since: how long it has been open [s].
+        frames: frames that it sent in the last second.
+        bytes: bytes that it sent in the last second.
+        cost: share of one processor core that the server spent on it in the last second, 0 to 1.
+    """
+
+    session: int
+    address: str
+    standing: StandingName
+    client: str
+    cell: str
+    name: str
+    role: str
+    since: float
+    frames: int
+    bytes: int
+    cost: float
+
+
+class Bar(TypedDict):
+    """One barred address.
+
+    Attributes:
+        address: the address, or the /64 network of one of IPv6.
+        remaining: for how much longer [s].
+    """
+
+    address: str
+    remaining: float
+
+
+class Connections(TypedDict):
+    """Who is connected to the server, in the order of the numbers.
+
+    Attributes:
+        connections: at most a hundred.
+        more: how many follow; ask again with the last number as `after`.
+        barred: addresses of which nobody is let in, the soonest to be let in again first.
+    """
+
+    connections: list[ConnectionReport]
+    more: int
+    barred: list[Bar]
+
+
+class ClosedConnections(TypedDict):
+    """What was closed.
+
+    Attributes:
+        closed: how many connections.
+    """
+
+    closed: int
+
+
+@operation("access.connections", needs=Permission.MANAGE_USERS)
+class ListConnections(Request[Connections]):
+    """Return every connection of the server with its address, standing, rate and cost."""
+
+    after: Annotated[int, Count(0)] = 0
+    """only connections with a greater number."""
+
+
+@operation("access.close", needs=Permission.MANAGE_USERS)
+class CloseConnection(Request[Done]):
+    """Close a connection at once, of whatever cell; what it moves is stopped.
+
+    Raises:
+        Refused: UNKNOWN_CONNECTION; BAD_ARGUMENT for one's own.
+    """
+
+    session: Annotated[int, Count(1)]
+    """its number."""
+
+
+@operation("access.bar", needs=Permission.MANAGE_USERS)
+class BarAddress(Request[ClosedConnections]):
+    """Let nobody of an address in, not even to stop, and close what is open from there.
+
+    A bar ends by itself, and with the server.
+
+    Raises:
+        Refused: BAR_REFUSED for this machine, for one's own address, and for one from which an
+            admin is logged in; BAD_ARGUMENT.
+    """
+
+    address: str
+    """of IPv4, or of IPv6 for its whole /64 network."""
+    minutes: Annotated[int, Count(1, 1440)] = 60
+    """for so long, at most a day."""
+
+
+@operation("access.unbar", needs=Permission.MANAGE_USERS)
+class UnbarAddress(Request[Done]):
+    """Let an address in again.
+
+    Raises:
+        Refused: BAD_ARGUMENT where it is not barred.
+    """
+
+    address: str
+    """as it was barred, or as `access.connections` shows it."""
 
 
 RoleName: TypeAlias = Literal["viewer", "operator", "programmer", "admin"]

@@ -17,7 +17,7 @@ from openpendant.server.access.admission import Admission
 from openpendant.server.core.cell_core import CellCore
 from openpendant.server.core.server_core import ServerCore
 from openpendant.server.endpoints.pendant.access_requests import CoreAccess
-from openpendant.server.events.effects import Close, Effect
+from openpendant.server.events.effects import Close, CutOff, Effect
 from openpendant.server.events.events import Event, Port
 from openpendant.server.shell.client_connection import ClientConnection
 from openpendant.server.shell.clients import Clients
@@ -41,8 +41,8 @@ READ = 256 * 1024
 class ListTransport(asyncio.Transport):
     """Keeps what is written."""
 
-    def __init__(self) -> None:
-        super().__init__({"peername": ("127.0.0.1", 0), "socket": _NoSocket()})
+    def __init__(self, address: str = "127.0.0.1") -> None:
+        super().__init__({"peername": (address, 0), "socket": _NoSocket()})
         self.written = bytearray()
         self.reads = True
         self.is_over = False
@@ -76,10 +76,10 @@ class _NoSocket:
 class ByteClient:
     """One client: its bytes go in as the loop would read them."""
 
-    def __init__(self, rig: ByteRig, port: Port, order: ByteOrder) -> None:
+    def __init__(self, rig: ByteRig, port: Port, order: ByteOrder, address: str) -> None:
         dialect, most = (PENDANT, MAX_PENDANT_FRAME) if port is Port.PENDANT else (STANDARD, 1_023)
         self.shell = rig.connect(port, None if port is Port.PENDANT else 0)
-        self.transport = ListTransport()
+        self.transport = ListTransport(address)
         self.shell.connection_made(self.transport)
         self.session = self.shell.session
         self._wire = Connection(Role.CLIENT, dialect, order, max_frame=most)
@@ -125,12 +125,17 @@ class ByteRig(ServerRig):
         self.label = ""
         self.clients = Clients([self.settings], access.login)
         server = ServerCore([self.core])
-        inbox = Inbox(journal, server, [self], self.clients, lambda: self.now)
+        self.inbox = inbox = Inbox(journal, server, [self], self.clients, lambda: self.now)
         self.connect = partial(ClientConnection, inbox, Observations(journal))
         self.connect_controller()
 
-    def client(self, port: Port = Port.PENDANT, order: ByteOrder = ByteOrder.LITTLE) -> ByteClient:
-        client = ByteClient(self, port, order)
+    def client(
+        self,
+        port: Port = Port.PENDANT,
+        order: ByteOrder = ByteOrder.LITTLE,
+        address: str = "127.0.0.1",
+    ) -> ByteClient:
+        client = ByteClient(self, port, order, address)
         # Where the rig notes for what reason a connection was closed.
         self._peers[client.session] = Peer(self, client.session)
         return client
@@ -140,6 +145,8 @@ class ByteRig(ServerRig):
             super().perform([item])
             if isinstance(item, Close):
                 self.clients.by_session[item.session].close(item.reason)
+            elif isinstance(item, CutOff):
+                self.clients.by_session[item.session].abort(item.reason)
         return outgoing
 
     def _deliver(self, session: int, message: Message) -> None:

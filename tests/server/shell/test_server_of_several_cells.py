@@ -222,7 +222,7 @@ async def test_a_client_that_stays_after_our_fault_is_one_incident_all_the_same(
 
 FAULTS: dict[str, tuple[Callable[[App], object], str, bool]] = {
     "let in": (lambda app: app.cells[0].core.pendants, "opened", True),
-    "count": (lambda app: app.clients, "_place_refusal", True),
+    "count": (lambda app: app.login.places, "_by_count", True),
     "handle": (lambda app: app.cells[0].core.pendants, "receive", False),
     "decode": (lambda app: newest(app).wire, "receive", False),
     "encode": (lambda app: newest(app).wire, "send", False),

@@ -133,6 +133,10 @@ class AccessCalls(CallGroup[Way]):
     whoami = call(access.WhoAmI)
     logout = call(access.Logout)
     sessions = call(access.ListSessions)
+    connections = call(access.ListConnections)
+    close = call(access.CloseConnection)
+    bar = call(access.BarAddress)
+    unbar = call(access.UnbarAddress)
 
 
 @calls_of("users")

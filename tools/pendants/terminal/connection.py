@@ -95,8 +95,10 @@ class TerminalConnection:
             except Refused as refused:
                 if is_hopeless(refused):
                     raise
-                if refused.code == VerdictCode.NO_PLACE:
+                if refused.code in (VerdictCode.NO_PLACE, VerdictCode.ADDRESS_BARRED):
                     pause = min(max(refused.value, RETRY), LONGEST_PAUSE)
+                elif refused.code == VerdictCode.ACCOUNT_FULL:
+                    pause = LONGEST_PAUSE  # each attempt costs the server a password check
                 self._panel.lost(f"{refused}; trying again in {pause:g} s")
             except (OSError, PendantError, TimeoutError) as error:
                 reason = str(error) or type(error).__name__

@@ -453,6 +453,8 @@ async def test_a_login_that_ends_while_a_stop_waits_ends_the_pendant_after_its_a
         (Refused(VerdictCode.NO_PLACE, "more than 256 connections", -1, 5.0, 0.0), 5.0),
         (Refused(VerdictCode.NO_PLACE, "", -1, 0.0, 0.0), RETRY),
         (Refused(VerdictCode.NO_PLACE, "", -1, 3e38, 0.0), LONGEST_PAUSE),
+        (Refused(VerdictCode.ADDRESS_BARRED, "an admin has barred it", -1, 7.0, 0.0), 7.0),
+        (Refused(VerdictCode.ACCOUNT_FULL, "", -1, 64.0, 64.0), LONGEST_PAUSE),
         (Refused(VerdictCode.CELL_FAULTED, "", -1, 5.0, 0.0), RETRY),
     ],
 )
