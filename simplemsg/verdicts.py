@@ -625,7 +625,7 @@ CATALOGUE: dict[VerdictCode, CatalogueEntry] = {
         "Close some of them; an admin sees all by access.connections, and closes one.",
     ),
     VerdictCode.ADDRESS_BARRED: _entry(
-        "An admin has barred the address, so that nobody of it is let in, nor may stop from there.",
+        "An admin has barred the address, so that nobody of it may do more than stop.",
         "Wait as many seconds as the value says, connect from elsewhere, or ask an admin.",
     ),
     VerdictCode.BAR_REFUSED: _entry(

@@ -110,11 +110,16 @@ class PlaceGiven:
 
     Attributes:
         given_up: connections that are to be closed for it.
-        is_for_stop: it may only stop.
+        but_stop: why it may do nothing but stop; None where it may do more.
     """
 
     given_up: tuple[int, ...] = ()
-    is_for_stop: bool = False
+    but_stop: Refusal | None = None
+
+    @property
+    def is_for_stop(self) -> bool:
+        """True if it may do nothing but stop."""
+        return self.but_stop is not None
 
 
 def place_refusal(
@@ -197,9 +202,12 @@ class ConnectionPlaces:
         """
         source, is_own = source_of(address), is_loopback(address)
         newcomer = ConnectionPlace(session, address, source, is_own, is_pendant, now)
-        decided = self._barred(source, now) or (
-            self._by_standing(newcomer) if by_standing else self._by_count(newcomer)
-        )
+        barred = self._barred(source, now)
+        if barred is not None:
+            # Somebody may stand beside a robot there: whoever is barred may stop it all the same.
+            decided = self._for_stop(newcomer, barred) if is_pendant else barred
+        else:
+            decided = self._by_standing(newcomer) if by_standing else self._by_count(newcomer)
         if isinstance(decided, Refusal):
             return decided
         newcomer.is_for_stop = decided.is_for_stop
@@ -280,7 +288,9 @@ class ConnectionPlaces:
             given_up = self._given_up(newcomer, strangers)
         else:
             return PlaceGiven()
-        return PlaceGiven(given_up) if given_up else self._for_stop(newcomer)
+        if given_up:
+            return PlaceGiven(given_up)
+        return self._for_stop(newcomer, no_place_for_strangers())
 
     def _given_up(
         self, newcomer: ConnectionPlace, strangers: Sequence[ConnectionPlace]
@@ -324,15 +334,19 @@ class ConnectionPlaces:
         visitor = self._visitors.find(place.session)
         return visitor is not None and visitor.has_failed
 
-    def _for_stop(self, newcomer: ConnectionPlace) -> PlaceGiven | Refusal:
-        """Give a stranger without a place the one that its address has for a stop."""
+    def _for_stop(self, newcomer: ConnectionPlace, refusal: Refusal) -> PlaceGiven | Refusal:
+        """Give a stranger without a place the one that its address has for a stop.
+
+        Args:
+            refusal: why it has no other.
+        """
         stops = [
             place for place in self._places.values() if place.is_for_stop and not place.is_given_up
         ]
         if any(place.source == newcomer.source for place in stops):
-            return no_place_for_strangers()
+            return refusal
         oldest = tuple(place.session for place in stops[:1])
-        return PlaceGiven(oldest if len(stops) >= MOST_STOP_PLACES else (), is_for_stop=True)
+        return PlaceGiven(oldest if len(stops) >= MOST_STOP_PLACES else (), but_stop=refusal)
 
     # Who logs in.
 
@@ -393,7 +407,7 @@ class ConnectionPlaces:
         return Refusal(VerdictCode.ADDRESS_BARRED, text, value=seconds)
 
     def bar(self, address: str, until: int, by: int, now: int) -> tuple[int, ...] | Refusal:
-        """Let nobody of an address in until a time [ns].
+        """Let nobody of an address in until a time [ns], but for its stop.
 
         Args:
             by: connection of who asks.

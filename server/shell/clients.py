@@ -38,7 +38,7 @@ from ..access.connection_loads import ConnectionLoad, LoadQuestion
 from ..access.exposure import clear_text_fault
 from ..access.lockout import SECOND_NS
 from ..access.open_access import exposure_of
-from ..access.places import STOP_PLACE_NS, PlaceGiven, no_place_for_strangers
+from ..access.places import STOP_PLACE_NS, PlaceGiven
 from ..events.events import Port
 from ..events.replies import sent_away, verdict
 from ..refusal import Refusal
@@ -169,6 +169,22 @@ class StopPlaces:
     def __init__(self) -> None:
         """Have nobody on such a place."""
         self.until: dict[int, int] = {}
+        self._refusals: dict[int, Refusal] = {}
+
+    def take(self, session: int, until: int, refusal: Refusal) -> None:
+        """Take a connection.
+
+        Args:
+            until: when it is closed [ns].
+            refusal: of all that it asks beside a stop.
+        """
+        self.until[session] = until
+        self._refusals[session] = refusal
+
+    def forget(self, session: int) -> None:
+        """Forget a connection that ended."""
+        self.until.pop(session, None)
+        self._refusals.pop(session, None)
 
     def admitted(self, client: Client, received: Arrival) -> Arrival | None:
         """Return what of a message goes to the cell; anything asked beside it ends the connection.
@@ -183,7 +199,7 @@ class StopPlaces:
                 return message
             case Message(comm_type=CommType.TOPIC | CommType.REPLY):
                 return None
-        refusal = no_place_for_strangers()
+        refusal = self._refusals[client.session]
         client.send(verdict(getattr(message, "request_id", 0), refusal))
         client.close(refusal.sentence)
         return None
@@ -192,7 +208,7 @@ class StopPlaces:
         """Return the connections whose time is over, and forget them."""
         ended = [session for session, until in self.until.items() if now >= until]
         for session in ended:
-            del self.until[session]
+            self.forget(session)
         return ended
 
 
@@ -259,8 +275,8 @@ class Clients:
         for given_up in decided.given_up:
             self._displace(given_up)
         self.by_session[client.session] = client
-        if decided.is_for_stop:
-            self.stop_places.until[client.session] = now + STOP_PLACE_NS
+        if decided.but_stop is not None:
+            self.stop_places.take(client.session, now + STOP_PLACE_NS, decided.but_stop)
         return True
 
     def _displace(self, session: int) -> None:
@@ -275,7 +291,7 @@ class Clients:
     def forget(self, session: int) -> bool:
         """Forget a connection that ended; return False if it was not let in."""
         self.rejections.forget(session)
-        self.stop_places.until.pop(session, None)
+        self.stop_places.forget(session)
         self._login.places.closed(session)
         return self.by_session.pop(session, None) is not None
 

@@ -127,7 +127,7 @@ class Connections(TypedDict):
     Attributes:
         connections: at most a hundred.
         more: how many follow; ask again with the last number as `after`.
-        barred: addresses of which nobody is let in, the soonest to be let in again first.
+        barred: addresses of which nobody may do more than stop, the soonest to be free first.
     """
 
     connections: list[ConnectionReport]

@@ -11,7 +11,7 @@ from rigs.peers.server_clients import hello
 from openpendant.server.access.audit import AuditEvent
 from openpendant.server.events.events import Port
 from openpendant.simplemsg import Ping
-from openpendant.simplemsg.pendant import Authority, AuthorityAction, Management, Verdict
+from openpendant.simplemsg.pendant import Authority, AuthorityAction, Management, Subscribe, Verdict
 from openpendant.simplemsg.verdicts import VerdictCode as V
 
 TEACHER = "192.0.2.1"
@@ -137,8 +137,8 @@ async def test_a_barred_address_is_cut_off_and_told_how_long() -> None:
     assert not elsewhere.transport.is_over
     rig.settle()
     late = rig.come("192.0.2.7")
-    late.tell(hello("again"))
-    (said,) = late.heard()
+    late.tell(hello("again"), Subscribe(1, 25.0))
+    *_, said = late.heard()
     assert isinstance(said, Verdict)
     assert (said.code, said.value) == (V.ADDRESS_BARRED, 1_800.0)
     rig.now += 60_000_000_000

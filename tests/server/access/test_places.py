@@ -12,6 +12,7 @@ from openpendant.server.access.places import (
     ConnectionPlaces,
     ConnectionStanding,
     PlaceGiven,
+    no_place_for_strangers,
 )
 from openpendant.server.access.request_gate import Basis, Granted, Visitor, Visitors
 from openpendant.server.refusal import Refusal
@@ -160,7 +161,7 @@ def test_promise_54_where_nobody_gives_up_a_place_one_may_stop_and_the_next_is_t
     hall = Hall()
     for _ in range(OF_ADDRESS):
         hall.hello("192.0.2.7", checking=True)
-    assert hall.decide("192.0.2.7") == PlaceGiven(is_for_stop=True)
+    assert hall.decide("192.0.2.7") == PlaceGiven(but_stop=no_place_for_strangers())
     stopping = hall.places.find(hall.last)
     assert stopping is not None
     assert hall.places.standing(stopping) is ConnectionStanding.STOP
@@ -171,7 +172,7 @@ def test_promise_54_where_nobody_gives_up_a_place_one_may_stop_and_the_next_is_t
     # It takes no other's place: whoever comes from elsewhere has one.
     hall.come("192.0.2.8")
     hall.leave(stopping.session)
-    assert hall.decide("192.0.2.7") == PlaceGiven(is_for_stop=True)
+    assert hall.decide("192.0.2.7") == PlaceGiven(but_stop=no_place_for_strangers())
 
 
 def test_promise_54_of_more_stop_places_than_there_are_the_oldest_goes() -> None:
@@ -181,9 +182,9 @@ def test_promise_54_of_more_stop_places_than_there_are_the_oldest_goes() -> None
             hall.hello(f"192.0.2.{number}", checking=True)
     first = hall.last + 1
     for number in range(STOPS):
-        assert hall.decide(f"198.51.100.{number}") == PlaceGiven(is_for_stop=True)
-    assert hall.decide("203.0.113.1") == PlaceGiven((first,), is_for_stop=True)
-    assert hall.decide("203.0.113.2") == PlaceGiven((first + 1,), is_for_stop=True)
+        assert hall.decide(f"198.51.100.{number}") == PlaceGiven(but_stop=no_place_for_strangers())
+    assert hall.decide("203.0.113.1") == PlaceGiven((first,), no_place_for_strangers())
+    assert hall.decide("203.0.113.2") == PlaceGiven((first + 1,), no_place_for_strangers())
     stops = [place for place in hall.places if place.is_for_stop]
     assert len(stops) == STOPS
     assert hall.gone == [first, first + 1]
@@ -293,7 +294,7 @@ def test_promise_54_the_last_places_are_for_admins() -> None:
     for _ in range(KEPT):
         assert hall.log_in("198.51.100.1", "ann", Role.ADMIN) is None
     assert len(hall.here()) == 256
-    assert hall.decide("198.51.100.2") == PlaceGiven(is_for_stop=True)
+    assert hall.decide("198.51.100.2") == PlaceGiven(but_stop=no_place_for_strangers())
 
 
 def test_promise_54_an_admin_comes_in_where_logged_in_people_and_strangers_have_all_places() -> (
@@ -388,29 +389,42 @@ def barred(hall: Hall, address: str, by: int, minutes: int = 60) -> tuple[int, .
     return hall.places.bar(address, START + minutes * 60 * SECOND, by, START)
 
 
-def test_nobody_of_a_barred_address_comes_in_until_the_bar_ends() -> None:
+def test_nobody_of_a_barred_address_does_more_than_stop_until_the_bar_ends() -> None:
     hall = Hall()
     ann = hall.hello("192.0.2.1")
     here = [hall.come("192.0.2.7"), hall.come("192.0.2.7")]
     assert barred(hall, "192.0.2.7", ann, minutes=1) == tuple(here)
-    told = hall.decide("192.0.2.7", now=START + 1)
+    given = hall.decide("192.0.2.7", now=START + 1)
+    assert isinstance(given, PlaceGiven)
+    assert given.but_stop is not None
+    assert (given.but_stop.code, given.but_stop.value) == (V.ADDRESS_BARRED, 60)
+    told = hall.decide("192.0.2.7", now=START + 60 * SECOND - 1)
     assert isinstance(told, Refusal)
-    assert (told.code, told.value) == (V.ADDRESS_BARRED, 60)
-    assert isinstance(hall.decide("192.0.2.7", now=START + 60 * SECOND - 1), Refusal)
-    assert isinstance(hall.decide("192.0.2.8"), PlaceGiven)
-    assert isinstance(hall.decide("192.0.2.7", now=START + 60 * SECOND), PlaceGiven)
+    assert (told.code, told.value) == (V.ADDRESS_BARRED, 1)
+    assert hall.decide("192.0.2.8") == PlaceGiven()
+    assert hall.decide("192.0.2.7", now=START + 60 * SECOND) == PlaceGiven()
     assert hall.places.bars(START + 60 * SECOND) == {}
+
+
+def test_ros_industrial_of_a_barred_address_has_no_place_at_all() -> None:
+    hall = Hall()
+    barred(hall, "192.0.2.7", hall.hello("192.0.2.1"))
+    told = hall.decide("192.0.2.7", pendant=False)
+    assert isinstance(told, Refusal)
+    assert told.code is V.ADDRESS_BARRED
 
 
 def test_a_bar_of_ipv6_is_one_of_its_network_and_is_taken_back_as_it_is_shown() -> None:
     hall = Hall()
     ann = hall.hello("192.0.2.1")
     assert barred(hall, "2001:db8:0:7::5", ann) == ()
-    assert isinstance(hall.decide("2001:db8:0:7:8::1"), Refusal)
+    given = hall.decide("2001:db8:0:7:8::1")
+    assert isinstance(given, PlaceGiven)
+    assert given.is_for_stop
     (shown,) = hall.places.bars(START)
     assert shown == "2001:db8:0:7::/64"
     assert hall.places.unbar(shown, START) is None
-    assert isinstance(hall.decide("2001:db8:0:7:8::1"), PlaceGiven)
+    assert hall.decide("2001:db8:0:7:8::1") == PlaceGiven()
     refused = hall.places.unbar(shown, START)
     assert refused is not None
     assert refused.code is V.BAD_ARGUMENT

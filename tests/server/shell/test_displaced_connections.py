@@ -140,6 +140,23 @@ async def test_promise_54_nothing_but_a_stop_is_taken_on_such_a_place(asked: obj
     assert [entry.event for entry in rig.desk.log[checks:]] == ["connected"]
 
 
+async def test_whoever_is_barred_may_stop_and_hears_of_the_bar_when_asking_more() -> None:
+    rig = GuardedBytes()
+    teacher = rig.come("192.0.2.1")
+    teacher.tell(hello("teacher"))
+    until = rig.now + 60 * 1_000_000_000
+    assert rig.desk.login.places.bar(CROWDED, until, teacher.session, rig.now) == ()
+    asking = rig.come(CROWDED)
+    asking.tell(hello("barred"), Login(9, LoginKind.PASSWORD, "ann", "ann's password"))
+    told = [each for each in asking.heard() if isinstance(each, Verdict)]
+    assert [(each.request_id, each.code) for each in told] == [(9, V.ADDRESS_BARRED)]
+    assert asking.transport.is_over
+    rig.settle()
+    stopping = rig.come(CROWDED)
+    stopping.tell(hello("barred"), SoftwareStop(7, "somebody is in there"))
+    assert rig.core.cell.stop is not None
+
+
 async def test_a_topic_on_such_a_place_is_passed_over_and_a_stop_behind_it_acts() -> None:
     rig = crowded()
     client = rig.come(CROWDED)
