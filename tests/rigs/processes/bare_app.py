@@ -31,6 +31,9 @@ class NoAccess:
         """Find every password wrong: there is no account."""
         asyncio.get_running_loop().call_soon(deliver, False)
 
+    def withdraw(self, job_id: int) -> None:
+        """Take nothing back: every answer is on its way."""
+
     def change(self, change: AccountChange, deliver: DeliverChange) -> None:
         """Refuse a change: there is nowhere to keep it."""
         asyncio.get_running_loop().call_soon(deliver, Refusal(VerdictCode.NO_STORE, "no accounts"))
