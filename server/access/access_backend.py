@@ -42,7 +42,7 @@ from .accounts import (
 from .admission import VerifyJob
 from .audit import AuditEntry, AuditEvent
 from .audit_file import AuditLog
-from .login_queue import MOST_WAITING, SLOWED_FROM, LoginQueue, Place
+from .login_queue import MOST_WAITING, SLOWED_FROM, LoginQueue, QueuedCheck
 from .passwords import SALT_BYTES, PasswordHash, Secret, hash_password, is_password
 
 log = logging.getLogger("openpendant.server")
@@ -100,9 +100,9 @@ class PasswordWorker:
         def told(outcome: _Outcome) -> None:
             deliver(outcome if isinstance(outcome, bool) else None)
 
-        place = Place(next(self._numbers), job.source, job.account, job.has_failed)
+        check = QueuedCheck(next(self._numbers), job.source, job.account, job.has_failed)
         compute = partial(is_password, job.password, job.kept)
-        self._put(place, _Work(compute, told, job.job_id))
+        self._put(check, _Work(compute, told, job.job_id))
 
     def withdraw(self, job_id: int) -> None:
         """Check a password no more that still waits; its answer is that it was not checked."""
@@ -123,7 +123,7 @@ class PasswordWorker:
                 hashed.set_result(outcome)
 
         compute = partial(hash_password, password, os.urandom(SALT_BYTES))
-        self._put(Place(next(self._numbers), _NEW_PASSWORDS, author), _Work(compute, told))
+        self._put(QueuedCheck(next(self._numbers), _NEW_PASSWORDS, author), _Work(compute, told))
         outcome = await hashed
         return outcome if isinstance(outcome, PasswordHash) else Refusal(VerdictCode.LOGIN_BUSY)
 
@@ -133,9 +133,9 @@ class PasswordWorker:
             self._timer.cancel()
         self._thread.shutdown(wait=False, cancel_futures=True)
 
-    def _put(self, place: Place, work: _Work) -> None:
-        self._works[place.number] = work
-        turned_away = self._queue.put(place)
+    def _put(self, check: QueuedCheck, work: _Work) -> None:
+        self._works[check.number] = work
+        turned_away = self._queue.put(check)
         if turned_away is not None:
             self._give_up(turned_away.number)
         self._go_on()
@@ -152,16 +152,16 @@ class PasswordWorker:
             self._timer.cancel()
             self._timer = None
         loop = asyncio.get_running_loop()
-        place = self._queue.take(_now(loop))
-        if isinstance(place, int):
-            self._timer = loop.call_later(place / 1e9, self._go_on)
-        elif place is not None:
-            work = self._works.pop(place.number)
+        check = self._queue.take(_now(loop))
+        if isinstance(check, int):
+            self._timer = loop.call_later(check / 1e9, self._go_on)
+        elif check is not None:
+            work = self._works.pop(check.number)
             computed = loop.run_in_executor(self._thread, work.compute)
-            computed.add_done_callback(partial(self._done, place, work))
+            computed.add_done_callback(partial(self._done, check, work))
 
     def _done(
-        self, place: Place, work: _Work, computed: asyncio.Future[bool | PasswordHash]
+        self, check: QueuedCheck, work: _Work, computed: asyncio.Future[bool | PasswordHash]
     ) -> None:
         if computed.cancelled():  # the server ends
             return
@@ -175,7 +175,7 @@ class PasswordWorker:
         is_slowed = self._queue.settle(outcome if isinstance(outcome, bool) else None, now)
         self._go_on()
         if is_slowed and self._slowed is not None:
-            self._slowed(place.source, now)
+            self._slowed(check.source, now)
         work.deliver(outcome)
 
 

@@ -104,7 +104,8 @@ def served_ports(listen: Listen, *, is_guarded: bool) -> tuple[int | None, int |
         is_guarded: whoever would move the robot has to log in.
     """
     motion, state = (
-        None if is_guarded and isinstance(port, UnaskedPort) else port
+        # As a plain number: the system's own calls take nothing else.
+        None if port is None or (is_guarded and isinstance(port, UnaskedPort)) else int(port)
         for port in (listen.ros_motion_port, listen.ros_state_port)
     )
     return motion, state

@@ -7,7 +7,7 @@ behind a class that logs in. An address whose checks found 60 wrong passwords wi
 whatever names, goes behind all others and is checked once a second; it is never locked.
 
 Owns who is turned away where too many wait: of the address with the most waiting, from the account
-with the most, who came last. Whoever alone waits at an address always finds room.
+with the most, who came last. So no address keeps the login of another out.
 
 Pure: `now` is an argument, and memory is bounded whatever is tried. Must not know what a check is;
 `lockout` owns how often an account may be tried at an address.
@@ -38,8 +38,8 @@ where both wait. Without it new names, one after the other, would keep out whoev
 
 
 @dataclass(frozen=True, slots=True)
-class Place:
-    """A place in the queue.
+class QueuedCheck:
+    """A check in the queue.
 
     Attributes:
         number: unlike that of any other.
@@ -64,7 +64,7 @@ class _Account:
 
     turn: int
     has_failed: bool = False
-    waiting: deque[Place] = field(default_factory=deque)
+    waiting: deque[QueuedCheck] = field(default_factory=deque)
 
 
 @dataclass(slots=True)
@@ -110,18 +110,18 @@ class LoginQueue:
         """Make an empty queue; never more than `most_waiting` checks wait."""
         self._most_waiting = most_waiting
         self._sources: dict[str, _Source] = {}
-        self._places: dict[int, Place] = {}
-        self._under_way: Place | None = None
+        self._waiting: dict[int, QueuedCheck] = {}
+        self._under_way: QueuedCheck | None = None
         # In order of the last wrong password.
         self._failures: dict[str, _Failures] = {}
         self._turns = count(1)
 
     def __len__(self) -> int:
         """Return how many checks wait; the one under way does not."""
-        return len(self._places)
+        return len(self._waiting)
 
     @property
-    def under_way(self) -> Place | None:
+    def under_way(self) -> QueuedCheck | None:
         """The check that `take` gave out and that is not settled; None where there is none."""
         return self._under_way
 
@@ -129,46 +129,46 @@ class LoginQueue:
         """Return of how many addresses wrong passwords are remembered."""
         return len(self._failures)
 
-    def put(self, place: Place) -> Place | None:
+    def put(self, check: QueuedCheck) -> QueuedCheck | None:
         """Take a check into the queue.
 
         Returns:
             The one for which there is no room now, perhaps this; None where there is room for all.
         """
-        source = self._sources.get(place.source)
+        source = self._sources.get(check.source)
         if source is None:
-            source = self._sources[place.source] = _Source(next(self._turns))
-        account = source.accounts.get(place.account)
+            source = self._sources[check.source] = _Source(next(self._turns))
+        account = source.accounts.get(check.account)
         if account is None:
-            account = source.accounts[place.account] = _Account(next(self._turns))
-        account.has_failed |= place.has_failed
-        account.waiting.append(place)
-        self._places[place.number] = place
-        if len(self._places) <= self._most_waiting:
+            account = source.accounts[check.account] = _Account(next(self._turns))
+        account.has_failed |= check.has_failed
+        account.waiting.append(check)
+        self._waiting[check.number] = check
+        if len(self._waiting) <= self._most_waiting:
             return None
         return self._turn_away()
 
-    def _turn_away(self) -> Place:
+    def _turn_away(self) -> QueuedCheck:
         """Take out who came last for the account with the most waiting, of the fullest address."""
         fullest = max(self._sources.values(), key=lambda each: (each.waiting, each.turn))
         account = max(
             fullest.accounts.values(),
             key=lambda each: (len(each.waiting), each.has_failed, each.turn),
         )
-        place = account.waiting[-1]
-        self.withdraw(place.number)
-        return place
+        check = account.waiting[-1]
+        self.withdraw(check.number)
+        return check
 
     def withdraw(self, number: int) -> bool:
         """Take a check out; return False where it does not wait: it is under way, or settled."""
-        place = self._places.pop(number, None)
-        if place is None:
+        check = self._waiting.pop(number, None)
+        if check is None:
             return False
-        self._sources[place.source].accounts[place.account].waiting.remove(place)
-        self._drop_idle(place)
+        self._sources[check.source].accounts[check.account].waiting.remove(check)
+        self._drop_idle(check)
         return True
 
-    def take(self, now: int) -> Place | int | None:
+    def take(self, now: int) -> QueuedCheck | int | None:
         """Begin the next check; nothing else may be under way.
 
         Returns:
@@ -193,13 +193,13 @@ class LoginQueue:
         failures = self._failures.get(name)
         return failures is not None and failures.are_many(now)
 
-    def _begin(self, name: str, source: _Source, now: int) -> Place:
+    def _begin(self, name: str, source: _Source, now: int) -> QueuedCheck:
         account = _next_account(source)
-        place = self._under_way = account.waiting.popleft()
-        del self._places[place.number]
+        check = self._under_way = account.waiting.popleft()
+        del self._waiting[check.number]
         if name in self._failures:
             self._failures[name].began = now
-        return place
+        return check
 
     def settle(self, is_right: bool | None, now: int) -> bool:
         """Take the outcome of the check under way; None for one that was no check of a password.
@@ -207,16 +207,16 @@ class LoginQueue:
         Returns:
             True if its address goes slowly from now on; once until it is quiet for a minute.
         """
-        place, self._under_way = self._under_way, None
-        assert place is not None, "a check is under way"
-        source = self._sources[place.source]
-        account = source.accounts[place.account]
+        check, self._under_way = self._under_way, None
+        assert check is not None, "a check is under way"
+        source = self._sources[check.source]
+        account = source.accounts[check.account]
         # Whoever came meanwhile has his turn first.
         source.turn, account.turn = next(self._turns), next(self._turns)
         if is_right is not None:
             account.has_failed = not is_right
-        self._drop_idle(place)
-        return is_right is False and self._note_failure(place.source, now)
+        self._drop_idle(check)
+        return is_right is False and self._note_failure(check.source, now)
 
     def _note_failure(self, name: str, now: int) -> bool:
         """Count a wrong password; return True if its address goes slowly from now on."""
@@ -228,14 +228,14 @@ class LoginQueue:
         was_told, failures.is_told = failures.is_told, failures.is_told or failures.are_many(now)
         return failures.is_told and not was_told
 
-    def _drop_idle(self, place: Place) -> None:
+    def _drop_idle(self, check: QueuedCheck) -> None:
         """Forget an account and an address for which nothing waits and nothing is under way."""
-        source, busy = self._sources[place.source], self._under_way
-        is_busy = busy is not None and (busy.source, busy.account) == (place.source, place.account)
-        if not source.accounts[place.account].waiting and not is_busy:
-            del source.accounts[place.account]
+        source, busy = self._sources[check.source], self._under_way
+        is_busy = busy is not None and (busy.source, busy.account) == (check.source, check.account)
+        if not source.accounts[check.account].waiting and not is_busy:
+            del source.accounts[check.account]
         if not source.accounts:
-            del self._sources[place.source]
+            del self._sources[check.source]
 
 
 def _next_account(source: _Source) -> _Account:

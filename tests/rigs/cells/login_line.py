@@ -9,7 +9,7 @@ from typing import NamedTuple
 from rigs.cells.admission_desk import SECOND, START, Desk, is_right
 
 from openpendant.server.access.admission import VerifyJob
-from openpendant.server.access.login_queue import LoginQueue, Place
+from openpendant.server.access.login_queue import LoginQueue, QueuedCheck
 from openpendant.server.access.passwords import Secret
 from openpendant.server.access.request_gate import Granted
 from openpendant.server.refusal import Refusal
@@ -89,7 +89,9 @@ class LoginLine:
             self.answers[session] = Answer(job, self.now, len(self.checked))
             return
         self._jobs[job.job_id] = job
-        turned_away = self.queue.put(Place(job.job_id, job.source, job.account, job.has_failed))
+        turned_away = self.queue.put(
+            QueuedCheck(job.job_id, job.source, job.account, job.has_failed)
+        )
         if turned_away is not None:
             self._settle(self._jobs.pop(turned_away.number), None)
         self._go_on()

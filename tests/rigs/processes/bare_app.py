@@ -48,7 +48,8 @@ def bare_app(
     store: StoreClient | None = None,
     watchdog: Watchdog | None = None,
     clock: Callable[[], int] = loop_time,
+    access: NoAccess | None = None,
 ) -> App:
     """Return a server without what is left out."""
-    parts = journal or Journal(), store or AbsentStore(), NoAccess(), watchdog
+    parts = journal or Journal(), store or AbsentStore(), access or NoAccess(), watchdog
     return App(served, *parts, clock=clock)

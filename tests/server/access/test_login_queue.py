@@ -16,7 +16,7 @@ from openpendant.server.access.login_queue import (
     SLOW_NS,
     SLOWED_FROM,
     LoginQueue,
-    Place,
+    QueuedCheck,
 )
 from openpendant.simplemsg.pendant.roles import Role
 from openpendant.simplemsg.verdicts import VerdictCode as V
@@ -32,12 +32,12 @@ class Numbered:
         self.queue = LoginQueue(most_waiting)
         self.numbers = count(1)
 
-    def put(self, source: str, account: str, *, has_failed: bool = False) -> Place | None:
-        return self.queue.put(Place(next(self.numbers), source, account, has_failed))
+    def put(self, source: str, account: str, *, has_failed: bool = False) -> QueuedCheck | None:
+        return self.queue.put(QueuedCheck(next(self.numbers), source, account, has_failed))
 
     def check(self, now: int = START, *, is_right: bool | None = False) -> str:
         """Check the next one; return whose it was, as ADDRESS/ACCOUNT."""
-        place = expect(Place, self.queue.take(now))
+        place = expect(QueuedCheck, self.queue.take(now))
         self.queue.settle(is_right, now)
         return f"{place.source}/{place.account}"
 
@@ -71,7 +71,7 @@ def test_one_check_is_under_way_at_a_time(line: Numbered) -> None:
 def test_who_comes_while_another_is_checked_is_next(line: Numbered) -> None:
     for name in range(30):
         line.put("A", f"{name}")
-    first = expect(Place, line.queue.take(START))
+    first = expect(QueuedCheck, line.queue.take(START))
     line.put("B", "admin")
     line.queue.settle(False, START)
     assert first.source == "A"
@@ -203,7 +203,7 @@ def test_an_address_that_fills_the_queue_loses_its_own_last_place_to_another() -
     line = Numbered(most_waiting=10)
     for name in range(10):
         assert line.put("A", f"{name}") is None
-    away = expect(Place, line.put("B", "ann"))
+    away = expect(QueuedCheck, line.put("B", "ann"))
     assert (away.source, away.account) == ("A", "9")
     assert len(line.queue) == 10
     assert line.checked(2) == ["A/0", "B/ann"]
@@ -213,7 +213,7 @@ def test_within_an_address_the_account_with_the_most_loses_its_last() -> None:
     line = Numbered(most_waiting=6)
     for name in ("1", "2", "guessed", "guessed", "guessed", "3"):
         assert line.put("A", name) is None
-    away = expect(Place, line.put("A", "pupil"))
+    away = expect(QueuedCheck, line.put("A", "pupil"))
     assert (away.number, away.account) == (5, "guessed")
 
 
@@ -221,7 +221,7 @@ def test_who_already_has_the_most_finds_no_room_himself() -> None:
     line = Numbered(most_waiting=6)
     for source in "AAABBC":
         assert line.put(source, source) is None
-    away = expect(Place, line.put("A", "A"))
+    away = expect(QueuedCheck, line.put("A", "A"))
     assert away.number == 7
 
 
@@ -237,7 +237,7 @@ def test_whoever_waits_alone_at_an_address_is_never_turned_away() -> None:
 def test_what_is_withdrawn_waits_no_more_and_what_is_under_way_does(line: Numbered) -> None:
     line.put("A", "1")
     line.put("A", "2")
-    under_way = expect(Place, line.queue.take(START))
+    under_way = expect(QueuedCheck, line.queue.take(START))
     assert not line.queue.withdraw(under_way.number)
     assert line.queue.withdraw(2)
     assert not line.queue.withdraw(2)
@@ -246,7 +246,7 @@ def test_what_is_withdrawn_waits_no_more_and_what_is_under_way_does(line: Number
 
 
 def test_a_place_shows_no_name(line: Numbered) -> None:
-    assert "canary" not in repr(Place(1, "A", "canary"))
+    assert "canary" not in repr(QueuedCheck(1, "A", "canary"))
 
 
 # With the desk before it.
