@@ -114,13 +114,14 @@ class Charge:
 
     Attributes:
         source: who made it, as `source_of` says.
-        account: key of the account that was tried; any text for other secrets.
+        account: key of the account that was tried, never shown: it may be a password in the wrong
+            field; any text for other secrets.
         at: when [ns].
         has_failed: an earlier attempt of the pair failed, and none succeeded since.
     """
 
     source: str
-    account: str
+    account: str = field(repr=False)
     at: int
     has_failed: bool
 

@@ -77,7 +77,7 @@ class _Source:
     """
 
     turn: int
-    accounts: dict[str, _Account] = field(default_factory=dict)
+    accounts: dict[str, _Account] = field(default_factory=dict, repr=False)
     fresh: int = 0
 
     @property
