@@ -196,6 +196,13 @@ def test_that_an_address_became_slow_is_told_once(line: Numbered) -> None:
     assert told.count(True) == 1
 
 
+def test_addresses_are_forgotten_a_minute_after_their_last_wrong_password(line: Numbered) -> None:
+    for n in range(1_000):
+        line.put(f"A{n}", "name")
+        line.check(START + n * SECOND)
+        assert line.queue.remembered() <= 60
+
+
 # Room.
 
 
