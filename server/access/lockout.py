@@ -79,33 +79,39 @@ class _Record:
     def free_from(self, now: int) -> int:
         """Return the time of the next allowed attempt; `now` or earlier if it is allowed now."""
         if not self.waiting:
-            # Beside attempts that wait for their turn an old failure still counts: these may be as
-            # old, and all five together are a lock.
             self.failures = [at for at in self.failures if now - at < WINDOW_NS]
-        charged = self.waiting + self.failures
-        if len(charged) < PAIR_FAILURES:
+        # Whatever waits counts as wrong, for as long as the lock would last that it leads to: a
+        # queue that is longer keeps nobody out, and lets nobody guess more often.
+        charged = sorted(self.waiting + self.failures)
+        if not _are_many(charged):
             return self.locked_until
-        until = max(charged) + self._next_lock()
-        # A queue that is longer than the lock: the attempts are still to be checked.
-        return max(until, now + SECOND_NS) if self.waiting else until
+        return max(self.locked_until, charged[-1] + self._next_lock())
 
     def fail(self, at: int) -> None:
         self.waiting.remove(at)
-        self.failures.append(at)
         self.has_failed = True
-        if len(self.failures) < PAIR_FAILURES:
-            return
-        if max(self.failures) - min(self.failures) < WINDOW_NS:
-            self.locked_until = max(self.failures) + self._next_lock()
+        self.failures = sorted([*self.failures, at])
+        if _are_many(self.failures):
+            self.locked_until = max(self.locked_until, self.failures[-1] + self._next_lock())
             # From 2⁴ on the longest lock applies; the number need not grow for ever.
             self.locks = min(self.locks + 1, 4)
             self.failures.clear()
+        del self.failures[: -(PAIR_FAILURES - 1)]
 
     def _next_lock(self) -> int:
         return min(FIRST_LOCK_NS << self.locks, LONGEST_LOCK_NS)
 
     def is_forgotten(self, now: int) -> bool:
         return not self.waiting and now - max(self.touched, self.locked_until) >= FORGET_NS
+
+
+def _are_many(times: list[int]) -> bool:
+    """Return True if the last attempts are as many within a minute as lead to a lock.
+
+    Args:
+        times: when they were made, in order [ns].
+    """
+    return len(times) >= PAIR_FAILURES and times[-1] - times[-PAIR_FAILURES] < WINDOW_NS
 
 
 @dataclass(frozen=True, slots=True)

@@ -97,13 +97,18 @@ def test_many_names_lock_nobody_else_at_their_source(lockout: Lockout) -> None:
     assert fail(lockout, START) == 0
 
 
-def test_attempts_that_wait_for_their_turn_count_for_as_long_as_they_wait(lockout: Lockout) -> None:
+def test_a_queue_that_is_longer_than_a_lock_lets_in_five_more_when_it_would_be_over(
+    lockout: Lockout,
+) -> None:
     charges = [lockout.attempt("192.0.2.1", "ann", START + n * SECOND_NS) for n in range(5)]
-    later = START + 5 * MINUTE
-    assert lockout.attempt("192.0.2.1", "ann", later) == SECOND_NS
+    over = START + 4 * SECOND_NS + MINUTE
+    assert lockout.attempt("192.0.2.1", "ann", over - 1) == 1
+    charges += [lockout.attempt("192.0.2.1", "ann", over) for _ in range(5)]
+    assert lockout.attempt("192.0.2.1", "ann", over) == MINUTE
     for charge in charges:
         lockout.failed(expect(Charge, charge))
-    assert lock(lockout, later) == 2 * MINUTE
+    # Both fives were wrong, and the second lock is twice as long.
+    assert lockout.attempt("192.0.2.1", "ann", over) == 2 * MINUTE
 
 
 def test_who_is_refused_is_told_how_long_if_all_that_wait_are_wrong(lockout: Lockout) -> None:

@@ -160,7 +160,8 @@ def test_a_minute_without_so_many_failures_ends_it(line: Numbered) -> None:
     line.put("A", "pupil")
     assert line.queue.take(START + SLOW_NS - 1) == 1
     assert line.check(START + MINUTE) == "A/pupil"
-    line.put("A", "pupil")
+    for source in "AB":
+        line.put(source, "pupil")
     assert line.check(START + MINUTE) == "A/pupil"
 
 
