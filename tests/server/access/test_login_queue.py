@@ -86,9 +86,11 @@ def test_accounts_without_a_failure_there_go_first(line: Numbered) -> None:
 
 
 def test_an_account_whose_first_guess_was_wrong_waits_behind_those_without(line: Numbered) -> None:
-    for name in ("guessed", "guessed", "guessed", "pupil", "other"):
-        line.put("A", name)
+    for _ in range(3):
+        line.put("A", "guessed")
     assert line.check(is_right=False) == "A/guessed"
+    for name in ("pupil", "other"):
+        line.put("A", name)
     assert line.checked(4) == ["A/pupil", "A/other", "A/guessed", "A/guessed"]
 
 
@@ -163,6 +165,15 @@ def test_a_minute_without_so_many_failures_ends_it(line: Numbered) -> None:
     for source in "AB":
         line.put(source, "pupil")
     assert line.check(START + MINUTE) == "A/pupil"
+
+
+def test_as_many_failures_in_more_than_a_minute_make_nobody_slow(line: Numbered) -> None:
+    for n in range(2 * SLOWED_FROM):
+        for source in "AB":
+            line.put(source, f"{n}")
+        now = START + n * MINUTE // (SLOWED_FROM - 1)
+        assert line.check(now, is_right=False) == f"A/{n}"
+        assert line.check(now, is_right=True) == f"B/{n}"
 
 
 @pytest.mark.parametrize("is_right", [True, None])
