@@ -331,7 +331,7 @@ def test_no_secret_is_in_any_note_answer_or_state(lesson: Lesson) -> None:
     """Promise 30: canaries in every credential field, the name field included."""
     canary, desk, code = "canary-7f3a", lesson.desk, lesson.code
     answers: list[object] = [desk.attempt(2, "ann", canary), desk.attempt(2, canary, canary)]
-    answers.append(desk.login.try_password(2, "otto", Secret(canary), START))
+    answers.append(desk.login.try_password(2, canary, Secret(canary), START))
     answers += [lesson.pair(canary), lesson.pair(code.text)]
     shown = repr(answers) + repr(desk.log) + repr(list(desk.login.visitors)) + repr(code)
     assert canary not in shown
