@@ -581,11 +581,11 @@ CATALOGUE: dict[VerdictCode, CatalogueEntry] = {
         "Type both again; an admin can set another password.",
     ),
     VerdictCode.LOCKED_OUT: _entry(
-        "Too many attempts from this address failed.",
-        "Wait as long as the text says; stopping works meanwhile.",
+        "Too many attempts at this account, or at pairing, from this address failed.",
+        "Wait as long as the text says; other accounts and stopping work meanwhile.",
     ),
     VerdictCode.LOGIN_BUSY: _entry(
-        "Passwords of others are being checked, or this connection's last one.",
+        "Too many logins wait to be checked, or this connection's last one does.",
         "Try again in a few seconds.",
     ),
     VerdictCode.ROLE_TOO_LOW: _entry(

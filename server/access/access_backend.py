@@ -4,10 +4,10 @@ Owns when the accounts are read again, and that neither hashing nor the disk is 
 event loop: threads and files, no decisions. The accounts are read and changed as `openpendant
 users` does beside the server, by an open file of their own.
 
-Passwords are checked by one niced thread beside the event loop, with a bounded queue. A thread
-suffices because `hashlib.scrypt` lets go of the interpreter's lock while it works; a test measures
-that the loop goes on meanwhile. One thread is enough for a class, and leaves an attacker no more
-than one core's idle time.
+Passwords are checked by one niced thread beside the event loop, one after the other, in the order
+of `login_queue`. A thread suffices because `hashlib.scrypt` lets go of the interpreter's lock while
+it works; a test measures that the loop goes on meanwhile. One thread is enough for a class, and
+leaves an attacker no more than one core's idle time.
 """
 
 from __future__ import annotations
@@ -20,7 +20,9 @@ import threading
 from collections.abc import Callable
 from concurrent.futures import ThreadPoolExecutor
 from contextlib import closing, suppress
+from dataclasses import dataclass
 from functools import partial
+from itertools import count
 from pathlib import Path
 from typing import Protocol
 
@@ -38,64 +40,147 @@ from .accounts import (
     make_change,
 )
 from .admission import VerifyJob
-from .audit import AuditEntry
+from .audit import AuditEntry, AuditEvent
 from .audit_file import AuditLog
+from .login_queue import MOST_WAITING, SLOWED_FROM, LoginQueue, QueuedCheck
 from .passwords import SALT_BYTES, PasswordHash, Secret, hash_password, is_password
 
 log = logging.getLogger("openpendant.server")
 
-MOST_WAITING = 64
-"""Jobs that may wait: a class of 30 that logs in at once, twice."""
-
 _NICENESS = 10
+
+_NEW_PASSWORDS = "new passwords"
+"""Stands for the address of whoever gives an account a password, which takes turns with those of
+the logins; no address is called so."""
 
 DeliverCheck = Callable[[bool | None], None]
 """Called on the loop with whether the password was right; None for not checked."""
 
 
-class PasswordWorker:
-    """Checks passwords one after the other."""
+Slowed = Callable[[str, int], None]
+"""Told which address is checked slowly from now on, and the time [ns]."""
 
-    def __init__(self, most_waiting: int = MOST_WAITING) -> None:
-        """Make a worker whose thread starts with the first job."""
-        self._most_waiting = most_waiting
-        self._under_way = 0
+_Outcome = bool | PasswordHash | None
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class _Work:
+    """What the thread is to compute.
+
+    Attributes:
+        deliver: called on the loop with the outcome; None where it was not computed.
+        job_id: of the login that it belongs to; None for none.
+    """
+
+    compute: Callable[[], bool | PasswordHash]
+    deliver: Callable[[_Outcome], None]
+    job_id: int | None = None
+
+
+class PasswordWorker:
+    """Checks and hashes passwords, one after the other."""
+
+    def __init__(self, most_waiting: int = MOST_WAITING, slowed: Slowed | None = None) -> None:
+        """Make a worker whose thread starts with the first job.
+
+        Args:
+            most_waiting: so many may wait, beside the one under way.
+            slowed: is told of addresses that guess too much; nobody is where left out.
+        """
+        self._queue = LoginQueue(most_waiting)
+        self._slowed = slowed
+        self._works: dict[int, _Work] = {}
+        self._numbers = count(1)
+        self._timer: asyncio.TimerHandle | None = None
         self._thread = ThreadPoolExecutor(1, "passwords", initializer=_step_back)
 
     def submit(self, job: VerifyJob, deliver: DeliverCheck) -> None:
         """Check a password; `deliver` is called from the loop, never from within this call."""
-        loop = asyncio.get_running_loop()
-        if self._under_way >= self._most_waiting:
-            loop.call_soon(deliver, None)
-            return
-        self._under_way += 1
-        checked = loop.run_in_executor(self._thread, is_password, job.password, job.kept)
-        checked.add_done_callback(partial(self._done, deliver))
 
-    async def hash(self, password: Secret) -> PasswordHash | Refusal:
-        """Return what is to be kept of a new password, or why it cannot be hashed now."""
-        if self._under_way >= self._most_waiting:
-            return Refusal(VerdictCode.LOGIN_BUSY)
-        self._under_way += 1
-        try:
-            loop = asyncio.get_running_loop()
-            salt = os.urandom(SALT_BYTES)
-            return await loop.run_in_executor(self._thread, hash_password, password, salt)
-        finally:
-            self._under_way -= 1
+        def told(outcome: _Outcome) -> None:
+            deliver(outcome if isinstance(outcome, bool) else None)
+
+        check = QueuedCheck(next(self._numbers), job.source, job.account, job.has_failed)
+        compute = partial(is_password, job.password, job.kept)
+        self._put(check, _Work(compute, told, job.job_id))
+
+    def withdraw(self, job_id: int) -> None:
+        """Check a password no more that still waits; its answer is that it was not checked."""
+        number = next((each for each, work in self._works.items() if work.job_id == job_id), None)
+        if number is not None and self._queue.withdraw(number):
+            self._give_up(number)
+
+    async def hash(self, password: Secret, author: str) -> PasswordHash | Refusal:
+        """Return what is to be kept of a new password, or why it cannot be hashed now.
+
+        Args:
+            author: who gives it; each has his turn.
+        """
+        hashed: asyncio.Future[_Outcome] = asyncio.get_running_loop().create_future()
+
+        def told(outcome: _Outcome) -> None:
+            if not hashed.done():
+                hashed.set_result(outcome)
+
+        compute = partial(hash_password, password, os.urandom(SALT_BYTES))
+        self._put(QueuedCheck(next(self._numbers), _NEW_PASSWORDS, author), _Work(compute, told))
+        outcome = await hashed
+        return outcome if isinstance(outcome, PasswordHash) else Refusal(VerdictCode.LOGIN_BUSY)
 
     def close(self) -> None:
         """End the thread; jobs that it has not started are dropped."""
+        if self._timer is not None:
+            self._timer.cancel()
         self._thread.shutdown(wait=False, cancel_futures=True)
 
-    def _done(self, deliver: DeliverCheck, checked: asyncio.Future[bool]) -> None:
-        self._under_way -= 1
-        if checked.cancelled():
+    def _put(self, check: QueuedCheck, work: _Work) -> None:
+        self._works[check.number] = work
+        turned_away = self._queue.put(check)
+        if turned_away is not None:
+            self._give_up(turned_away.number)
+        self._go_on()
+
+    def _give_up(self, number: int) -> None:
+        work = self._works.pop(number)
+        asyncio.get_running_loop().call_soon(work.deliver, None)
+
+    def _go_on(self) -> None:
+        """Begin the next job, unless one is under way or all that wait go slowly."""
+        if self._queue.under_way is not None:
             return
-        error = checked.exception()
-        if error is not None:  # OpenSSL found no memory; the reason is no secret
-            log.error("a password could not be checked: %s", error)
-        deliver(None if error is not None else checked.result())
+        if self._timer is not None:
+            self._timer.cancel()
+            self._timer = None
+        loop = asyncio.get_running_loop()
+        check = self._queue.take(_now(loop))
+        if isinstance(check, int):
+            self._timer = loop.call_later(check / 1e9, self._go_on)
+        elif check is not None:
+            work = self._works.pop(check.number)
+            computed = loop.run_in_executor(self._thread, work.compute)
+            computed.add_done_callback(partial(self._done, check, work))
+
+    def _done(
+        self, check: QueuedCheck, work: _Work, computed: asyncio.Future[bool | PasswordHash]
+    ) -> None:
+        if computed.cancelled():  # the server ends
+            return
+        error = computed.exception()
+        if error is not None:
+            # OpenSSL found no memory. By its kind alone: what an error says may hold what it was
+            # given.
+            log.error("a password could not be checked: %s", type(error).__name__)
+        outcome = None if error is not None else computed.result()
+        now = _now(asyncio.get_running_loop())
+        is_slowed = self._queue.settle(outcome if isinstance(outcome, bool) else None, now)
+        self._go_on()
+        if is_slowed and self._slowed is not None:
+            self._slowed(check.source, now)
+        work.deliver(outcome)
+
+
+def _now(loop: asyncio.AbstractEventLoop) -> int:
+    return int(loop.time() * 1e9)
 
 
 def _step_back() -> None:
@@ -124,6 +209,9 @@ class AccessBackend(Protocol):
 
     def check(self, job: VerifyJob, deliver: DeliverCheck) -> None:
         """Check a password; `deliver` is called in a later turn of the loop."""
+
+    def withdraw(self, job_id: int) -> None:
+        """Check a password no more that still waits; `deliver` is told that it was not checked."""
 
     def change(self, change: AccountChange, deliver: DeliverChange) -> None:
         """Change an account; `deliver` is called in a later turn of the loop."""
@@ -162,7 +250,7 @@ class ProcessAccess:
         self._file = file
         self._audit = audit
         self._period = read_period
-        self._passwords = PasswordWorker()
+        self._passwords = PasswordWorker(slowed=self._note_slowed)
         self._thread = ThreadPoolExecutor(1, "accounts")
         self._seen: _Signature | None = None
         self._is_troubled = False
@@ -185,6 +273,14 @@ class ProcessAccess:
         """Check a password; `deliver` is called in a later turn of the loop."""
         self._passwords.submit(job, deliver)
 
+    def withdraw(self, job_id: int) -> None:
+        """Check a password no more that still waits; `deliver` is told that it was not checked."""
+        self._passwords.withdraw(job_id)
+
+    def _note_slowed(self, source: str, now: int) -> None:
+        about = {"failures": SLOWED_FROM}
+        self.record(AuditEntry(AuditEvent.LOGINS_SLOWED, now, source=source, detail=about))
+
     def change(self, change: AccountChange, deliver: DeliverChange) -> None:
         """Change an account; `deliver` is called in a later turn of the loop."""
         task = asyncio.get_running_loop().create_task(self._carry_out(change, deliver))
@@ -195,7 +291,7 @@ class ProcessAccess:
         refusal = change_fault(change)
         hashed: PasswordHash | None = None
         if refusal is None and change.password is not None:
-            outcome = await self._passwords.hash(change.password)
+            outcome = await self._passwords.hash(change.password, change.author)
             if isinstance(outcome, Refusal):
                 refusal = outcome
             else:

@@ -12,6 +12,7 @@ STOP and, from the machine itself, observe.
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass, field
 
 from openpendant.simplemsg.pendant.roles import Permission, Role
@@ -29,18 +30,27 @@ from .request_gate import Basis, Granted, GrantEnded, Record, Visitor, Visitors
 
 GUEST_ROLE = Role.OPERATOR
 
-_PAIRING = "\0pairing"
-"""Stands for the account in the lock-out of pairing codes; no account can be called so."""
-
 
 @dataclass(frozen=True, slots=True)
 class VerifyJob:
-    """A password to be checked by the password worker."""
+    """A password to be checked by the password worker.
+
+    What decides whose turn it is stands in no journal: only the outcome is repeated from there. Nor
+    does the name, which may be a password in the wrong field.
+
+    Attributes:
+        source: address that asks, as `lockout.source_of` says.
+        account: key of the account, whether there is one or not.
+        has_failed: an attempt at this account failed from there, and none succeeded since.
+    """
 
     job_id: int
     session: int
     password: Secret
     kept: PasswordHash = field(repr=False)
+    source: str = field(repr=False)
+    account: str = field(repr=False)
+    has_failed: bool = field(repr=False)
 
 
 @dataclass(frozen=True, slots=True)
@@ -81,6 +91,8 @@ class Admission:
         self._book = book
         self.single_user_host = single_user_host
         self._lockout = Lockout()
+        # Apart, so that neither kind of guess makes the other forgotten.
+        self._pairing_lockout = Lockout()
         self._pairing = pairing or PairingCodes()
         self._checks: dict[int, _Check] = {}
         self._next_job = 1
@@ -89,6 +101,11 @@ class Admission:
     def accounts(self) -> AccountBook:
         """The accounts as they are now."""
         return self._book
+
+    @property
+    def is_guarded(self) -> bool:
+        """True where whoever would move the robot has to log in."""
+        return not (self._book.is_empty and self.single_user_host)
 
     def welcomed(
         self, session: int, address: str, client: str, cell: str, now: int
@@ -101,9 +118,23 @@ class Admission:
         self.visitors.add(visitor, now)
         return visitor.grant
 
-    def closed(self, session: int, now: int) -> None:
-        """Forget a connection; a password check that it waited for still counts."""
+    def closed(self, session: int, now: int) -> int | None:
+        """Forget a connection.
+
+        Returns:
+            The job of the password check that it waits for, which may be withdrawn; None for none.
+            Where it was begun already, its outcome counts all the same.
+        """
+        visitor = self.visitors.find(session)
         self.visitors.remove(session, now)
+        if visitor is None or not visitor.checking:
+            return None
+        return next(job for job, check in self._checks.items() if check.visitor is visitor)
+
+    def waits(self, session: int) -> bool:
+        """Return True while a password of a connection waits for its turn or is checked."""
+        visitor = self.visitors.find(session)
+        return visitor is not None and visitor.checking
 
     def may(self, session: int, permission: Permission) -> Refusal | None:
         """Return why a connection may not do something; None where it may."""
@@ -132,7 +163,7 @@ class Admission:
             text = "this connection's last password is being checked"
             return Refusal(VerdictCode.LOGIN_BUSY, text)
         account = self._book.find(name)
-        charge = self._charge(visitor, account_key(name), account, now)
+        charge = self._charge(self._lockout, visitor, account_key(name), account, now)
         if isinstance(charge, Refusal):
             return charge
         visitor.checking = True
@@ -140,7 +171,8 @@ class Admission:
         self._next_job += 1
         self._checks[job_id] = _Check(visitor, account, charge)
         kept = NOBODYS_HASH if account is None else account.password
-        return VerifyJob(job_id, session, password, kept)
+        queued = charge.source, charge.account, charge.has_failed
+        return VerifyJob(job_id, session, password, kept, *queued)
 
     def verified(self, job_id: int, is_right: bool, now: int) -> Granted | Refusal:
         """Take the outcome of a password check; a second one of the same job counts for nothing."""
@@ -152,7 +184,7 @@ class Admission:
         # The account may have been changed, disabled or removed during the check of the password.
         is_current = account is not None and self._book.find(account.name) == account
         if account is None or account.disabled or not (is_right and is_current):
-            self._lockout.failed(check.charge, now)
+            self._lockout.failed(check.charge)
             visitor.has_failed = True
             self._note_failure(visitor, account, now)
             return Refusal(VerdictCode.LOGIN_FAILED)
@@ -249,16 +281,17 @@ class Admission:
         fault = name_fault(name)
         if fault is not None:
             return fault
-        charge = self._charge(visitor, _PAIRING, None, now)
+        # One key for all codes: five wrong ones lock pairing at an address, and nothing else.
+        charge = self._charge(self._pairing_lockout, visitor, "", None, now)
         if isinstance(charge, Refusal):
             return charge
         found = self._pairing.redeem(code, now)
         if found is None or found.cell != visitor.cell:
-            self._lockout.failed(charge, now)
+            self._pairing_lockout.failed(charge)
             visitor.has_failed = True
             self.visitors.note(AuditEvent.LOGIN_FAILED, visitor, now, by="pairing")
             return Refusal(VerdictCode.PAIRING_WRONG)
-        self._lockout.succeeded(charge)
+        self._pairing_lockout.succeeded(charge)
         if self._is_taken(name, visitor):
             return Refusal(VerdictCode.NAME_TAKEN, f"somebody is called {name!r} already")
         granted = Granted(session, GUEST_ROLE, name, Basis.PAIRING)
@@ -287,15 +320,16 @@ class Admission:
         )
 
     def _charge(
-        self, visitor: Visitor, key: str, account: Account | None, now: int
+        self, lockout: Lockout, visitor: Visitor, key: str, account: Account | None, now: int
     ) -> Charge | Refusal:
-        charge = self._lockout.attempt(visitor.address, key, now)
+        charge = lockout.attempt(visitor.address, key, now)
         if isinstance(charge, Charge):
             return charge
-        seconds = round(charge / SECOND_NS, 1)
+        # Rounded up: who comes again when told is not sent away once more.
+        seconds = math.ceil(charge / (SECOND_NS / 10)) / 10
         target = "" if account is None else account.name
         self.visitors.note(AuditEvent.LOCKED_OUT, visitor, now, seconds=seconds, account=target)
-        text = f"too many wrong attempts; the next one is taken in {seconds:.0f} s"
+        text = f"too many wrong attempts; the next one is taken in {math.ceil(seconds)} s"
         return Refusal(VerdictCode.LOCKED_OUT, text, value=seconds)
 
     def _note_failure(self, visitor: Visitor, account: Account | None, now: int) -> None:

@@ -40,6 +40,8 @@ class AuditEvent(StrEnum):
     LOGIN = "login"
     LOGIN_FAILED = "login-failed"
     LOCKED_OUT = "locked-out"
+    LOGINS_SLOWED = "logins-slowed"
+    """So many wrong passwords came from an address that its logins go last, one a second."""
     LOGOUT = "logout"
     ROLE_CHANGED = "role-changed"
     PAIRING_ISSUED = "pairing-issued"

@@ -1,7 +1,8 @@
 """Exposure of a server to the network: the rules checked before it listens (promise 28).
 
 Owns which addresses are this machine's own, the rule that nobody reaches a server from outside
-without credentials, and the rule that only named addresses use the clear-text ROS-Industrial ports.
+without credentials, and two of the clear-text ROS-Industrial ports, which know no login: where
+accounts exist they are served only if somebody asked for them, and only to named addresses.
 """
 
 from __future__ import annotations
@@ -12,6 +13,7 @@ from dataclasses import dataclass
 from openpendant.simplemsg.verdicts import VerdictCode
 
 from ..refusal import Refusal
+from ..settings.cell_settings import CellSettings, Listen, UnaskedPort
 from .accounts import AccountBook
 from .lockout import ip_of
 
@@ -93,3 +95,57 @@ def clear_text_fault(exposure: Exposure, address: str) -> Refusal | None:
         return None
     text = f"{address} is not among the addresses that may use this port"
     return Refusal(VerdictCode.ADDRESS_NOT_ALLOWED, text)
+
+
+def served_ports(listen: Listen, *, is_guarded: bool) -> tuple[int | None, int | None]:
+    """Return where a cell serves ROS-Industrial: motion and state, each None for nowhere.
+
+    Args:
+        is_guarded: whoever would move the robot has to log in.
+    """
+    motion, state = (
+        # As a plain number: the system's own calls take nothing else.
+        None if port is None or (is_guarded and isinstance(port, UnaskedPort)) else int(port)
+        for port in (listen.ros_motion_port, listen.ros_state_port)
+    )
+    return motion, state
+
+
+def ros_port_warnings(cell: CellSettings, *, is_guarded: bool) -> list[str]:
+    """Return what is to be said of a cell's ROS-Industrial ports where accounts exist."""
+    if not is_guarded:
+        return []
+    wanted = {
+        "ros_motion_port": cell.listen.ros_motion_port,
+        "ros_state_port": cell.listen.ros_state_port,
+    }
+    off = [key for key, port in wanted.items() if isinstance(port, UnaskedPort)]
+    warnings: list[str] = []
+    if off:
+        warnings.append(
+            f"{' and '.join(off)} of cell {cell.name!r}: off, because this server wants a login "
+            "and the ROS-Industrial ports know none; to have them all the same give them numbers "
+            "in [listen]"
+        )
+    motion, state = served_ports(cell.listen, is_guarded=True)
+    from_where = f"from {', '.join(cell.ros_i.allow) or 'nowhere'}"
+    if motion is not None:
+        warnings.append(
+            f"ros_motion_port of cell {cell.name!r}: knows no login; whoever connects {from_where} "
+            "moves the robot past the accounts"
+        )
+    if state is not None:
+        who = "this machine" if is_loopback(cell.listen.host) else from_where.removeprefix("from ")
+        warnings.append(
+            f"ros_state_port of cell {cell.name!r}: knows no login; whoever connects from {who} "
+            "sees the robot and may stop it"
+        )
+    return warnings
+
+
+def unasked_fault(wanted: int | None, *, is_guarded: bool) -> Refusal | None:
+    """Return why a ROS-Industrial port that is being served takes nobody; None where it does."""
+    if not (is_guarded and isinstance(wanted, UnaskedPort)):
+        return None
+    text = "there are accounts, and this port, which knows no login, was not asked for"
+    return Refusal(VerdictCode.LOGIN_NEEDED, text)

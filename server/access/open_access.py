@@ -26,7 +26,7 @@ from ..store.store_errors import StoreError
 from .access_backend import ProcessAccess, read_at_start, unreadable_accounts
 from .accounts import AccountBook
 from .audit_file import AuditLog
-from .exposure import Exposure, ExposureRefused, check_exposure
+from .exposure import Exposure, ExposureRefused, check_exposure, ros_port_warnings
 
 _MOST_BYTES = 1_048_576
 
@@ -152,6 +152,8 @@ def opened_access(settings: ServerSettings, source: str) -> Iterator[OpenedAcces
         tls = server_context(first.tls)
         for cell in settings.cells:
             warnings += check_exposure(exposure_of(cell), book)
+            is_guarded = not (book.is_empty and single_user)
+            warnings += ros_port_warnings(cell, is_guarded=is_guarded)
     except ExposureRefused as error:
         raise ConfigurationError(source, error.key, error.problem) from None
     except TlsUnusable as error:

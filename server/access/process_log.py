@@ -32,6 +32,7 @@ NOISE = frozenset(
         AuditEvent.DISCONNECTED,
         AuditEvent.LOGIN_FAILED,
         AuditEvent.LOCKED_OUT,
+        AuditEvent.LOGINS_SLOWED,
         AuditEvent.REFUSED,
     }
 )

@@ -36,6 +36,12 @@ FromStdin = Annotated[
     typer.Option("--password-stdin", help="Read the password from the first line of the input."),
 ]
 
+_FIRST_ACCOUNT = (
+    "there are accounts now: a server of this store closes its ROS-Industrial ports within "
+    "seconds, because they know no login; ports that its file names in [listen] stay open, and "
+    "whoever may connect there moves the robot without an account"
+)
+
 app = command(
     "List, add, change and remove the accounts of a server.",
     "0 done, 2 bad argument, name or password, 3 refused",
@@ -92,9 +98,12 @@ def add(
     password = _new_password(name, password_stdin)
     # Opened last: nobody waits for a writer while somebody thinks of a password.
     with _accounts(store) as accounts:
+        is_first = accounts.book().is_empty
         accounts.add(
             Account(name=name, role=role, password=hash_password(password, os.urandom(SALT_BYTES)))
         )
+    if is_first:
+        print(_FIRST_ACCOUNT, file=sys.stderr)
 
 
 @app.command()

@@ -146,6 +146,19 @@ class Cancel:
 
 
 @dataclass(frozen=True, slots=True)
+class WithdrawCheck:
+    """Take a password from the queue of those to be checked: its connection ended.
+
+    Its answer comes all the same: that it was not checked, or the outcome if it was begun.
+
+    Attributes:
+        id: number of the question.
+    """
+
+    id: int
+
+
+@dataclass(frozen=True, slots=True)
 class StorePlan:
     """Store a started motion with its certificate."""
 
@@ -193,6 +206,7 @@ Effect = (
     | ReconnectController
     | Ask
     | Cancel
+    | WithdrawCheck
     | StorePlan
     | QueryController
     | LogLine

@@ -7,6 +7,7 @@ written: that is the business of `config_file`.
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from enum import Enum
 from typing import Annotated, Any, Literal
 
@@ -17,6 +18,8 @@ from pydantic import (
     ConfigDict,
     Field,
     PlainSerializer,
+    ValidatorFunctionWrapHandler,
+    WrapValidator,
     model_validator,
 )
 
@@ -55,6 +58,29 @@ def _port_or_off(value: object) -> object:
 
 RosPort = Annotated[Port | None, BeforeValidator(_port_or_off)]
 
+UNLESS_ACCOUNTS = "unless accounts"
+"""Value in a file for a ROS-Industrial port of the usual number that nobody asked for."""
+
+
+class UnaskedPort(int):
+    """TCP port that neither a file nor an argument named.
+
+    The ports of ROS-Industrial know no login, so that such a one is served only as long as nobody
+    needs one: whoever has accounts and wants these ports as well names them.
+    """
+
+
+def _unless_accounts(usual: int) -> Callable[[object, ValidatorFunctionWrapHandler], Any]:
+    def check(value: object, check_number: ValidatorFunctionWrapHandler) -> Any:
+        is_unasked = value == UNLESS_ACCOUNTS or isinstance(value, UnaskedPort)
+        return UnaskedPort(usual) if is_unasked else check_number(value)
+
+    return check
+
+
+_AS_ASKED = PlainSerializer(lambda port: UNLESS_ACCOUNTS if isinstance(port, UnaskedPort) else port)
+
+_MOTION_PORT, _STATE_PORT = 11000, 11002
 
 BY_CONTROLLER = "by controller"
 
@@ -130,10 +156,14 @@ class ListenForAll(SettingsTable):
 class Listen(ListenForAll):
     """Where the server listens."""
 
-    ros_motion_port: RosPort = 11000
-    """ROS-Industrial motion connections, "off" for none."""
-    ros_state_port: RosPort = 11002
-    """ROS-Industrial state connections, "off" for none."""
+    ros_motion_port: Annotated[
+        RosPort, WrapValidator(_unless_accounts(_MOTION_PORT)), _AS_ASKED
+    ] = UnaskedPort(_MOTION_PORT)
+    """ROS-Industrial motion connections, "off" for none; 11000 "unless accounts"."""
+    ros_state_port: Annotated[RosPort, WrapValidator(_unless_accounts(_STATE_PORT)), _AS_ASKED] = (
+        UnaskedPort(_STATE_PORT)
+    )
+    """ROS-Industrial state connections, "off" for none; 11002 "unless accounts"."""
 
 
 _LEAD_WITHOUT_STOP = 0.1

@@ -39,7 +39,7 @@ from .client_connection import ClientConnection
 from .clients import Clients
 from .controller_connection import ControllerConnection
 from .inbox import Inbox, Observations, loop_time
-from .listening import Listening, Ports, listen_for
+from .listening import Listening, Ports, listen_for, unasked_ports
 from .loop_timing import LoopLog, next_deadline
 from .robot_kinematics import RobotKinematics
 
@@ -98,6 +98,8 @@ class App:
         self.inbox = Inbox(journal, self._router, self.cells, self.clients, clock)
         self.connect = partial(ClientConnection, self.inbox, self._observations)
         self.cells += [self._shell(number) for number in range(len(served))]
+        self._listening: Listening | None = None
+        self._unasked: list[int] = []
         self._next_tick = 0.0
         self._loop_log = LoopLog(round(self._period * 1e9))
         self._resting: asyncio.Event | None = None
@@ -119,6 +121,7 @@ class App:
         }
         outbox = Outbox(
             *(self._journal, core.name, label, links, self.clients.by_session, planner),
+            access=self._access,
             submit=backends(planner, self._store, self._access, self.inbox.measure),
             answered=partial(self.inbox.answered, number),
             plans=served.plans,
@@ -157,6 +160,22 @@ class App:
             what = f"is {change.role.value}" if isinstance(change, Granted) else change.reason
             log.info("session %d: %s", change.session, what)
             self.inbox.regranted(change.session, now)
+        if self.login.is_guarded:
+            self._end_unasked()
+
+    def _end_unasked(self) -> None:
+        """End what knows no login and was not asked for; whoever moves by it is stopped."""
+        self.clients.end_unasked()
+        if self._listening is None or not self._unasked:
+            return
+        for port in self._unasked:
+            self._listening.stop(port)
+        log.warning(
+            "there are accounts now: the ROS-Industrial ports (%s) are closed, because they know no"
+            " login; to have them all the same give them numbers in [listen]",
+            ", ".join(str(port) for port in self._unasked),
+        )
+        self._unasked = []
 
     # Time.
 
@@ -245,9 +264,13 @@ class App:
             self.take_accounts()
             self._note(AuditEvent.SERVER_STARTED)
             stack.callback(self._note, AuditEvent.SERVER_STOPPED)
-            listening = Listening(lambda: not self.login.accounts.is_empty)
+            self._listening = listening = Listening(lambda: self.login.is_guarded)
             stack.callback(listening.close)
-            ports = await listen_for(self._settings, listening, self.connect, self._tls)
+            ports = await listen_for(
+                *(self._settings, listening, self.connect, self._tls),
+                is_guarded=self.login.is_guarded,
+            )
+            self._unasked = [] if self.login.is_guarded else unasked_ports(self._settings, ports)
             keepers = [link.keep_up() for cell in self.cells for link in cell.links.values()]
             if self._pool is not None:
                 keepers.append(self._pool.keep_up())

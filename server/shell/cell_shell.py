@@ -44,6 +44,7 @@ from ..events.effects import (
     SendToController,
     StorePlan,
     Then,
+    WithdrawCheck,
 )
 from ..events.events import ClientEvent, ClientFailed, Event, Skipped
 from ..journal.event_records import question_to_bytes
@@ -174,6 +175,7 @@ class Outbox:
         links: Mapping[ControllerPath, ControllerConnection],
         clients: Mapping[int, Client],
         planner: Planner,
+        access: AccessBackend,
         submit: Mapping[type[Question], Submit],
         answered: Callable[[Ask, object], None],
         plans: PlanStore | None,
@@ -185,6 +187,7 @@ class Outbox:
             label: begins the names of its links; empty for the only cell.
             clients: all clients of the server by their numbers, as they come and go.
             planner: is told what nobody waits for any more.
+            access: is told which password nobody waits for any more.
             answered: is told each question with its answer.
             plans: where motions are kept; None for nowhere.
             watch: tells the watchdog what may move now; None where there is none.
@@ -197,6 +200,7 @@ class Outbox:
         self._motion_link = links[ControllerPath.MOTION]
         self._clients = clients
         self._planner = planner
+        self._access = access
         self._submit = submit
         self._answered = answered
         self._plans = plans
@@ -247,6 +251,9 @@ class Outbox:
                 case Cancel(id=number):
                     # Not in the journal: whether an answer came on its way is noted there.
                     self._planner.withdraw(number)
+                case WithdrawCheck(id=number):
+                    # Not in the journal either: what came of the check is noted there.
+                    self._access.withdraw(number)
                 case QueryController(message=message):
                     self._links[ControllerPath.STATE].send(message)
                 case StorePlan(motion=motion):

@@ -35,7 +35,7 @@ from openpendant.simplemsg.verdicts import VerdictCode
 
 from ..access.admission import Admission
 from ..access.connection_loads import ConnectionLoad, LoadQuestion
-from ..access.exposure import clear_text_fault
+from ..access.exposure import clear_text_fault, unasked_fault
 from ..access.lockout import SECOND_NS
 from ..access.open_access import exposure_of
 from ..access.places import STOP_PLACE_NS, PlaceGiven
@@ -267,7 +267,7 @@ class Clients:
             client.address,
             now,
             is_pendant=client.port is Port.PENDANT,
-            by_standing=not self._login.accounts.is_empty,
+            by_standing=self._login.is_guarded,
         )
         if not isinstance(decided, PlaceGiven):
             self.rejections.reject(client, decided, now)
@@ -299,8 +299,19 @@ class Clients:
         """Return why an address may not speak in clear text to the port of a cell."""
         if client.cell is None:
             return None
-        fault = clear_text_fault(exposure_of(self._settings[client.cell]), client.address)
+        settings = self._settings[client.cell]
+        is_motion = client.port is Port.ROS_MOTION
+        wanted = settings.listen.ros_motion_port if is_motion else settings.listen.ros_state_port
+        fault = unasked_fault(wanted, is_guarded=self._login.is_guarded)
+        fault = fault or clear_text_fault(exposure_of(settings), client.address)
         return None if fault is None else fault.sentence
+
+    def end_unasked(self) -> None:
+        """End the connections to ROS-Industrial ports that nobody asked for; there are accounts."""
+        for client in list(self.by_session.values()):
+            fault = self._clear_text_fault(client)
+            if fault is not None:
+                client.abort(fault)
 
     def read_ahead(self, client: Client) -> int:
         """Return how many bytes of a client may wait for their turn.

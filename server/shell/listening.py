@@ -26,7 +26,7 @@ from functools import lru_cache, partial
 from typing import Any
 
 from ..access.arrivals import AcceptRate, AddressRates, FairQueue
-from ..access.exposure import is_loopback
+from ..access.exposure import is_loopback, served_ports
 from ..access.lockout import source_of
 from ..access.places import MOST_STRANGERS, STRANGERS_OF_ADDRESS
 from ..events.events import Port
@@ -100,6 +100,7 @@ class Listening:
         self._arrivals: FairQueue[_Arrival] = FairQueue()
         self._letting_in: asyncio.Handle | None = None
         self._sockets: list[_ListeningSocket] = []
+        self._of_port: dict[int, list[_ListeningSocket]] = {}
         self._waiting: deque[_ListeningSocket] = deque()
         self._timer: asyncio.TimerHandle | None = None
         # Whose TLS is being agreed on, in the order in which that began.
@@ -139,7 +140,17 @@ class Listening:
             self._sockets.append(listener)
             self._loop.add_reader(listener.socket, self._on_readable, listener)
         bound: int = sockets[0].socket.getsockname()[1]
+        self._of_port[bound] = sockets
         return bound
+
+    def stop(self, port: int) -> None:
+        """Listen no more on a port that `listen` returned; connections that were taken stay."""
+        for listener in self._of_port.pop(port, ()):
+            self._loop.remove_reader(listener.socket)
+            listener.socket.close()
+            self._sockets.remove(listener)
+            if listener in self._waiting:
+                self._waiting.remove(listener)
 
     def close(self) -> None:
         """Listen no more; connections that were taken stay."""
@@ -382,11 +393,14 @@ async def listen_for(
     listening: Listening,
     connect: Connect,
     tls: ssl.SSLContext | None,
+    *,
+    is_guarded: bool,
 ) -> Ports:
     """Listen for the pendants of all cells, and for each cell's ROS-Industrial clients.
 
     Args:
         cells: the cells; the pendant port is that of the first.
+        is_guarded: whoever would move a robot has to log in.
 
     Raises:
         ListenFailed: a port cannot be bound; the others may be.
@@ -395,17 +409,26 @@ async def listen_for(
     pendant = await _listen_on(listening, host, number, partial(connect, Port.PENDANT, None), tls)
     ros = {}
     for cell, settings in enumerate(cells):
+        served = served_ports(settings.listen, is_guarded=is_guarded)
         bound = [
             None
             if wanted is None
             else await _listen_on(listening, host, wanted, partial(connect, port, cell))
-            for port, wanted in (
-                (Port.ROS_MOTION, settings.listen.ros_motion_port),
-                (Port.ROS_STATE, settings.listen.ros_state_port),
-            )
+            for port, wanted in zip((Port.ROS_MOTION, Port.ROS_STATE), served, strict=True)
         ]
         ros[settings.name] = RosPorts(*bound)
     return Ports(pendant, ros)
+
+
+def unasked_ports(cells: Sequence[CellSettings], ports: Ports) -> list[int]:
+    """Return the ports that are listened on though nobody asked for them."""
+    found: list[int] = []
+    for settings in cells:
+        kept = served_ports(settings.listen, is_guarded=True)
+        bound = ports.ros[settings.name]
+        pairs = zip((bound.motion, bound.state), kept, strict=True)
+        found += [port for port, asked in pairs if port is not None and asked is None]
+    return found
 
 
 async def _listen_on(

@@ -143,7 +143,9 @@ REQUESTS: tuple[Any, ...] = (
 )
 
 _KEPT = PasswordHash(salt="ab" * 16, digest="cd" * 32)
-CHECKS: tuple[Any, ...] = (VerifyJob(1, 7, Secret("a secret"), _KEPT),)
+CHECKS: tuple[Any, ...] = (
+    VerifyJob(1, 7, Secret("a secret"), _KEPT, "192.0.2.1", "a name", has_failed=True),
+)
 CHANGES: tuple[Any, ...] = (
     *(AccountChange(number, "ann", action, "bob") for number, action in enumerate(AccountAction)),
     *(AccountChange(10, "ann", AccountAction.SET_ROLE, "bob", role) for role in Role),

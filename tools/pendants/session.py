@@ -49,6 +49,10 @@ from .motions import MotionHandle
 _HELLO_WITHIN = 10.0
 """Time for the hello reply [s]; a server that needs longer is taken for no pendant server."""
 
+_LOGIN_WITHIN = 180.0
+"""Time for the answer to a login [s]: it waits for its turn behind those of others, for a minute
+where a whole building logs in at once, and longer behind an address from which somebody guesses."""
+
 _TLS_WITHIN = 10.0
 """Likewise, who begins no TLS [s]."""
 
@@ -240,7 +244,7 @@ class PendantSession:
         request_id = self._conversation.new_request()
         name = user if pairing is None else user or self._client
         request = Login(request_id=request_id, kind=kind, name=name, secret=secret or "")
-        await self._conversation.ask(request, request_id)
+        await self._conversation.ask(request, request_id, within=_LOGIN_WITHIN)
         self._logged_in = asyncio.get_running_loop().time()
         self._away = None
 

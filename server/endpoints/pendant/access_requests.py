@@ -42,7 +42,7 @@ from ...access.pairing import Chooser
 from ...access.passwords import Secret
 from ...access.request_gate import Basis, Granted, Record, RequestGate
 from ...control import Holder
-from ...events.effects import Close, Effect, Send
+from ...events.effects import Close, Effect, Send, WithdrawCheck
 from ...events.management_requests import ReplyTo, handles
 from ...events.pending import Pending
 from ...events.replies import NAME_BYTES, claimed, cut, verdict
@@ -121,10 +121,15 @@ class AccessRequests:
         """Take a connection that completed hello."""
         self._login.welcomed(session, address, client, self._cell, now)
 
-    def closed(self, session: int, now: int) -> None:
-        """Forget a connection."""
+    def closed(self, session: int, now: int) -> list[Effect]:
+        """Forget a connection; its password is checked no more where that was not begun."""
         self.gate.closed(session)
-        self._login.closed(session, now)
+        waiting = self._login.closed(session, now)
+        return [] if waiting is None else [WithdrawCheck(waiting)]
+
+    def waits(self, session: int) -> bool:
+        """Return True while the login of a connection waits for its answer."""
+        return self._login.waits(session)
 
     def may(self, session: int, permission: Permission) -> bool:
         """Return True if a connection may do something."""

@@ -12,6 +12,7 @@ from __future__ import annotations
 import dataclasses
 import math
 from collections import deque
+from collections.abc import Callable
 from dataclasses import dataclass, field
 
 from openpendant.simplemsg import Message
@@ -89,9 +90,14 @@ class Listeners(dict[int, Listener]):
         max_rate: no pendant is sent state more often than this [Hz].
     """
 
-    def __init__(self, settings: CellSettings) -> None:
-        """Know nobody yet."""
+    def __init__(self, settings: CellSettings, waits: Callable[[int], bool]) -> None:
+        """Know nobody yet.
+
+        Args:
+            waits: says of a connection whether its login waits for its answer.
+        """
         super().__init__()
+        self._waits = waits
         pendants = settings.pendants
         self.max_rate = min(pendants.max_state_rate, float(settings.tick_rate))
         self._hello_deadline_ns = round(pendants.hello_deadline * _SECOND_NS)
@@ -135,6 +141,10 @@ class Listeners(dict[int, Listener]):
                 is_overdue = now - listener.heard > self._idle_timeout_ns
             else:
                 is_overdue = now - listener.opened > self._hello_deadline_ns
+            if is_overdue and listener.welcomed and self._waits(listener.session):
+                # Its next word is ours: the login waits behind others. The time begins anew.
+                listener.heard = now
+                is_overdue = False
             if is_overdue:
                 missed = "silent for too long" if listener.welcomed else "no hello in time"
                 ends.append(Close(listener.session, missed))

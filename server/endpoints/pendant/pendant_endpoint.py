@@ -101,7 +101,7 @@ class PendantEndpoint:
         """Make an endpoint that nobody is connected to."""
         self.access = AccessRequests(access, identity.cell, self.regranted, pending)
         self._cell = cell
-        self._listeners = listeners = Listeners(settings)
+        self._listeners = listeners = Listeners(settings, self.access.waits)
         offers = Capability(0) if environment is None else environment.capabilities
         self._greeting = Greeting(
             identity, cell.limits.dof, settings, listeners, self.access, offers
@@ -183,8 +183,7 @@ class PendantEndpoint:
         self._cell.modes.forget(session)
         change = self._cell.authority.release(session, AuthorityReason.CONNECTION_LOST)
         out = self._cell.authority_gone(change, now)
-        self.access.closed(session, now)
-        return out
+        return [*out, *self.access.closed(session, now)]
 
     def regranted(self, session: int, now: int) -> list[Effect]:
         """Follow a change of what a pendant may do; somebody else does not keep the authority."""

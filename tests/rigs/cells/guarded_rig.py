@@ -11,7 +11,7 @@ from openpendant.server.access.admission import VerifyJob
 from openpendant.server.access.audit import AuditEvent
 from openpendant.server.core.cell_core import CellCore
 from openpendant.server.endpoints.pendant.access_requests import CoreAccess
-from openpendant.server.events.effects import Ask, Backend, Effect
+from openpendant.server.events.effects import Ask, Backend, Effect, WithdrawCheck
 from openpendant.server.events.events import Port, Regranted
 from openpendant.simplemsg.pendant import Login, LoginKind
 from openpendant.simplemsg.verdicts import VerdictCode
@@ -38,6 +38,10 @@ class GuardedRig(ServerRig):
                     self.checks.append(item)
                 case Ask(backend=Backend.ACCOUNTS):
                     self.changes.append(item)
+                case WithdrawCheck(id=number):
+                    for asked in [each for each in self.checks if each.id == number]:
+                        self.checks.remove(asked)
+                        self.answered(asked, None)
         if self.checks_at_once:
             self.answer_checks()
         return outgoing

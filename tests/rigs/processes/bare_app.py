@@ -31,6 +31,9 @@ class NoAccess:
         """Find every password wrong: there is no account."""
         asyncio.get_running_loop().call_soon(deliver, False)
 
+    def withdraw(self, job_id: int) -> None:
+        """Take nothing back: every answer is on its way."""
+
     def change(self, change: AccountChange, deliver: DeliverChange) -> None:
         """Refuse a change: there is nowhere to keep it."""
         asyncio.get_running_loop().call_soon(deliver, Refusal(VerdictCode.NO_STORE, "no accounts"))
@@ -45,7 +48,8 @@ def bare_app(
     store: StoreClient | None = None,
     watchdog: Watchdog | None = None,
     clock: Callable[[], int] = loop_time,
+    access: NoAccess | None = None,
 ) -> App:
     """Return a server without what is left out."""
-    parts = journal or Journal(), store or AbsentStore(), NoAccess(), watchdog
+    parts = journal or Journal(), store or AbsentStore(), access or NoAccess(), watchdog
     return App(served, *parts, clock=clock)

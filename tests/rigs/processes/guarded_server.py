@@ -11,6 +11,7 @@ from pathlib import Path
 from rigs.processes.judged_server import LoopPlanner, running_emulator
 
 from openpendant.motion.description.robot import serial_robot
+from openpendant.server.access.access_backend import ProcessAccess
 from openpendant.server.access.accounts import Account, StoredAccounts
 from openpendant.server.access.open_access import opened_access
 from openpendant.server.access.passwords import (
@@ -41,6 +42,7 @@ class GuardedServer:
     """A running server and its files."""
 
     app: App
+    access: ProcessAccess
     port: int
     journal: Path
     audit: Path
@@ -87,7 +89,9 @@ async def guarded_server(
                 with serve.kept_journal(kept, journal, settings):
                     async with app.running() as ports:
                         await asyncio.sleep(0.1)
-                        yield GuardedServer(app, ports.pendant, journal, audit, store)
+                        yield GuardedServer(
+                            *(app, access.backend, ports.pendant, journal, audit, store)
+                        )
 
 
 @asynccontextmanager

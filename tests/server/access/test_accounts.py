@@ -2,6 +2,7 @@
 
 import asyncio
 import hashlib
+import logging
 import pickle
 from functools import partial
 from typing import Any
@@ -13,6 +14,7 @@ from pydantic import ValidationError
 from rigs.cells.admission_desk import account
 from rigs.cells.expectations import known, refusal_from
 
+from openpendant.server.access import access_backend
 from openpendant.server.access.access_backend import PasswordWorker
 from openpendant.server.access.accounts import Account, AccountBook, name_fault
 from openpendant.server.access.admission import VerifyJob
@@ -178,8 +180,10 @@ def kept() -> PasswordHash:
     return hash_password(Secret("correct horse"), bytes(16), CHEAP)
 
 
-def job(number: int, kept: PasswordHash, password: str = "correct horse") -> VerifyJob:
-    return VerifyJob(number, 1, Secret(password), kept)
+def job(
+    number: int, kept: PasswordHash, password: str = "correct horse", source: str = "192.0.2.1"
+) -> VerifyJob:
+    return VerifyJob(number, 1, Secret(password), kept, source, f"name {number}", has_failed=False)
 
 
 @pytest.mark.virtual_clock
@@ -194,9 +198,95 @@ async def test_an_answer_comes_later_with_its_job(kept: PasswordHash) -> None:
     worker.close()
 
 
+@pytest.mark.virtual_clock
+async def test_passwords_are_checked_in_turns_of_addresses_and_new_ones_in_theirs(
+    kept: PasswordHash,
+) -> None:
+    worker = PasswordWorker()
+    answered: dict[int | str, object] = {}
+    for number in range(6):
+        source = "192.0.2.1" if number < 4 else f"192.0.2.{number}"
+        submitted = job(number, kept, source=source)
+        worker.submit(submitted, partial(answered.__setitem__, number))
+    answered["new"] = await worker.hash(Secret("a new password"), "ann")
+    assert list(answered) == [0, 4, 5, "new"]
+    assert isinstance(answered["new"], PasswordHash)
+    await asyncio.sleep(0.01)
+    assert list(answered) == [0, 4, 5, "new", 1, 2, 3]
+    worker.close()
+
+
+@pytest.mark.virtual_clock
+async def test_what_is_withdrawn_is_told_as_not_checked_and_the_one_under_way_as_it_is(
+    kept: PasswordHash,
+) -> None:
+    worker = PasswordWorker()
+    answers: dict[int, bool | None] = {}
+    for number in range(3):
+        worker.submit(job(number, kept), partial(answers.__setitem__, number))
+    for number in range(2):
+        worker.withdraw(number)
+    worker.withdraw(99)
+    await asyncio.sleep(0.01)
+    assert answers == {0: True, 1: None, 2: True}
+    worker.close()
+
+
+@pytest.mark.virtual_clock
+async def test_where_too_many_wait_a_new_password_is_refused_as_a_login_is(
+    kept: PasswordHash,
+) -> None:
+    worker = PasswordWorker(most_waiting=0)
+    answers: list[bool | None] = []
+    worker.submit(job(1, kept), answers.append)
+    outcome = await worker.hash(Secret("a new password"), "ann")
+    assert refusal_from(outcome).code is V.LOGIN_BUSY
+    assert answers == [None]
+    worker.close()
+
+
+@pytest.mark.virtual_clock
+async def test_a_check_that_the_system_cannot_make_is_told_and_says_nothing_of_the_password(
+    kept: PasswordHash, monkeypatch: pytest.MonkeyPatch, caplog: pytest.LogCaptureFixture
+) -> None:
+    def fail(password: Secret, *_: object) -> bool:
+        raise ValueError(f"memory limit exceeded by {password.reveal()}")
+
+    monkeypatch.setattr(access_backend, "is_password", fail)
+    monkeypatch.setattr(access_backend, "hash_password", fail)
+    caplog.set_level(logging.DEBUG)
+    worker = PasswordWorker()
+    answers: list[bool | None] = []
+    worker.submit(job(1, kept, "a canary of 7"), answers.append)
+    outcome = await worker.hash(Secret("a canary of 7"), "ann")
+    assert answers == [None]
+    assert refusal_from(outcome).code is V.LOGIN_BUSY
+    assert "a password could not be checked: ValueError" in caplog.text
+    assert "canary" not in caplog.text
+    worker.close()
+
+
+@pytest.mark.virtual_clock
+async def test_an_address_that_guesses_is_checked_once_a_second_and_told_of(
+    kept: PasswordHash, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(access_backend, "is_password", lambda *_: False)
+    told: list[tuple[str, int]] = []
+    worker = PasswordWorker(slowed=lambda *about: told.append(about))
+    loop, at = asyncio.get_running_loop(), list[float]()
+    began = loop.time()
+    for number in range(65):
+        worker.submit(job(number, kept), lambda _: at.append(loop.time() - began))
+    await asyncio.sleep(30)
+    assert at[:60] == [0.0] * 60
+    assert at[60:] == pytest.approx([1.0, 2.0, 3.0, 4.0, 5.0], abs=1e-6)
+    assert [source for source, _ in told] == ["192.0.2.1"]
+    worker.close()
+
+
 @pytest.mark.realtime
 async def test_the_loop_goes_on_while_passwords_are_checked(kept: PasswordHash) -> None:
-    worker = PasswordWorker(most_waiting=4)
+    worker = PasswordWorker(most_waiting=3)
     answers: list[bool | None] = []
     turns: list[int] = []
     while len(turns) < 5 and not any(count > 20 for count in turns):  # a busy machine has few

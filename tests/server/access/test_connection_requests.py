@@ -37,7 +37,7 @@ def noted(rig: GuardedBytes, event: AuditEvent) -> list[dict[str, object]]:
 
 
 async def test_an_admin_sees_each_connection_with_its_address_and_standing() -> None:
-    rig = GuardedBytes()
+    rig = GuardedBytes(ros_state_port=11_002)
     ann = user(rig, "ann")
     rig.now += 3_000_000_000
     otto = user(rig, "otto", "192.0.2.2")

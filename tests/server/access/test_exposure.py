@@ -1,7 +1,10 @@
 """What a server may be exposed to (promise 28), refused before it listens; and TLS."""
 
+import json
 import shutil
+import socket
 import ssl
+import tomllib
 from collections.abc import Callable
 from pathlib import Path
 from typing import Any, NamedTuple
@@ -11,7 +14,7 @@ from pydantic import ValidationError
 from rigs.cells.admission_desk import BOOK, account
 from rigs.cells.expectations import known
 from rigs.peers.tls_certificates import make_certificate
-from rigs.processes.bare_app import bare_app
+from rigs.processes.bare_app import NoAccess, bare_app
 from rigs.processes.guarded_server import add_accounts
 from rigs.processes.judged_server import LoopPlanner
 
@@ -24,14 +27,23 @@ from openpendant.server.access.exposure import (
     check_exposure,
     clear_text_fault,
     is_loopback,
+    served_ports,
 )
 from openpendant.server.access.open_access import TlsUnusable, opened_access, server_context
 from openpendant.server.cli import serve
 from openpendant.server.events.events import Port
-from openpendant.server.settings.cell_settings import TlsSettings, make_settings
-from openpendant.server.settings.config_file import ConfigurationError
+from openpendant.server.settings import cell_settings
+from openpendant.server.settings.cell_settings import (
+    CellSettings,
+    TlsSettings,
+    make_settings,
+    settings_as_data,
+)
+from openpendant.server.settings.config_file import ConfigurationError, settings_as_toml
 from openpendant.server.settings.server_settings import ServerSettings, make_server_settings
+from openpendant.server.shell.app import App
 from openpendant.server.shell.cell_shell import CellParts
+from openpendant.server.shell.inbox import loop_time
 from openpendant.simplemsg.pendant.roles import Role
 from openpendant.simplemsg.verdicts import VerdictCode as V
 from openpendant.tools.console import ExitCode
@@ -140,8 +152,8 @@ def test_without_tls_a_server_that_others_reach_warns_of_clear_text(tmp_path: Pa
     add_accounts(tmp_path / "store.db")
     settings = settings_of(tmp_path, listen={"host": OUTSIDE})
     with opened_access(settings, "test") as access:
-        (warning,) = access.warnings
-        assert "clear text" in warning
+        in_clear_text, _ = access.warnings
+        assert "clear text" in in_clear_text
         assert access.backend.book.find("ann") is not None
 
 
@@ -175,12 +187,156 @@ class Peer(NullTransport):
 def test_a_clear_text_port_outside_serves_only_named_addresses(
     address: str, is_served: bool
 ) -> None:
-    values = {"listen": {"host": OUTSIDE}, "ros_i": {"allow": ["192.0.2.9"]}}
-    settings = make_settings(values, "test")
-    app = bare_app([CellParts(settings, serial_robot("ur5"), LoopPlanner())], clock=lambda: 0)
+    listen = {"host": OUTSIDE, "ros_state_port": 11002}
+    app, _ = served_cell(listen=listen, ros_i={"allow": ["192.0.2.9"]}, clock=lambda: 0)
     transport = Peer(address)
     app.connect(Port.ROS_STATE, 0).connection_made(transport)
     assert transport.is_aborted != is_served
+
+
+# ROS-Industrial ports beside accounts.
+
+
+def served_cell(
+    access: NoAccess | None = None, clock: Callable[[], int] = loop_time, **tables: Any
+) -> tuple[App, CellSettings]:
+    settings = make_settings(tables, "test")
+    parts = [CellParts(settings, serial_robot("ur5"), LoopPlanner())]
+    return bare_app(parts, access=access, clock=clock), settings
+
+
+ASKED = {"ros_motion_port": 11000, "ros_state_port": 0}
+
+
+@pytest.mark.parametrize(
+    ("listen", "beside_accounts"),
+    [
+        ({}, (None, None)),
+        ({"ros_motion_port": "unless accounts"}, (None, None)),
+        (ASKED, (11000, 0)),
+        ({"ros_motion_port": 11000}, (11000, None)),
+        ({"ros_motion_port": "off", "ros_state_port": 11002}, (None, 11002)),
+    ],
+)
+def test_ros_ports_are_served_beside_accounts_where_they_are_named(
+    listen: dict[str, object], beside_accounts: tuple[int | None, int | None]
+) -> None:
+    given = make_settings({"listen": listen}, "test").listen
+    assert served_ports(given, is_guarded=True) == beside_accounts
+    without = served_ports(given, is_guarded=False)
+    assert without == (given.ros_motion_port, given.ros_state_port)
+
+
+@pytest.mark.parametrize("listen", [{}, ASKED, {"ros_state_port": "off"}])
+def test_whether_ports_were_asked_for_survives_printing_and_a_journal(
+    listen: dict[str, object],
+) -> None:
+    settings = make_settings({"listen": listen}, "test")
+    beside = served_ports(settings.listen, is_guarded=True)
+    printed = make_settings(tomllib.loads(settings_as_toml(settings)), "printed")
+    noted = CellSettings.model_validate(json.loads(json.dumps(settings_as_data(settings))))
+    for again in (printed, noted):
+        assert served_ports(again.listen, is_guarded=True) == beside
+        assert again == settings
+
+
+def test_of_several_cells_one_serves_beside_accounts_what_it_names() -> None:
+    cells = [{"name": "left", "listen": ASKED}, {"name": "right"}]
+    left, right = make_server_settings({"cells": cells}, "test").cells
+    assert served_ports(left.listen, is_guarded=True) == (11000, 0)
+    assert served_ports(right.listen, is_guarded=False) == (None, None)
+
+
+@pytest.mark.parametrize(
+    ("listen", "said"),
+    [
+        ({}, ["ros_motion_port and ros_state_port of cell 'cell': off"]),
+        (ASKED, ["moves the robot past the accounts", "sees the robot and may stop it"]),
+        ({"ros_motion_port": "off", "ros_state_port": "off"}, []),
+    ],
+    ids=["unasked", "asked", "off"],
+)
+def test_a_server_with_accounts_says_at_start_what_becomes_of_the_ros_ports(
+    tmp_path: Path, listen: dict[str, object], said: list[str]
+) -> None:
+    without = settings_of(tmp_path, listen=listen)
+    with opened_access(without, "test") as access:
+        assert access.warnings == ()
+    add_accounts(tmp_path / "store.db")
+    with opened_access(settings_of(tmp_path, listen=listen), "test") as access:
+        assert len(access.warnings) == len(said)
+        for warning, text in zip(access.warnings, said, strict=True):
+            assert text in warning
+            assert "know" in warning
+
+
+def test_a_store_that_cannot_be_read_counts_as_one_with_accounts(tmp_path: Path) -> None:
+    (tmp_path / "store.db").write_bytes(b"SQLite format 3\0" + b"rubbish" * 999)
+    with opened_access(settings_of(tmp_path), "test") as access:
+        assert any("off, because this server wants a login" in each for each in access.warnings)
+
+
+def is_listened_on(port: int) -> bool:
+    with socket.socket() as probe:
+        return probe.connect_ex(("127.0.0.1", port)) == 0
+
+
+@pytest.mark.virtual_clock
+async def test_the_first_account_closes_ports_and_connections_that_nobody_asked_for(
+    caplog: pytest.LogCaptureFixture,
+) -> None:
+    access = NoAccess()
+    usual = {key: cell_settings.UnaskedPort(0) for key in ("ros_motion_port", "ros_state_port")}
+    app, settings = served_cell(access, listen={"pendant_port": 0})
+    listen = settings.listen.model_copy(update=usual)
+    app._settings[0] = settings.model_copy(update={"listen": listen})
+    async with app.running() as ports:
+        ros = ports.ros["cell"]
+        moving, looking, pendant = Peer(), Peer(), Peer()
+        app.connect(Port.ROS_MOTION, 0).connection_made(moving)
+        app.connect(Port.ROS_STATE, 0).connection_made(looking)
+        app.connect(Port.PENDANT, None).connection_made(pendant)
+        bound = [known(ros.motion), known(ros.state), ports.pendant]
+        assert [is_listened_on(port) for port in bound] == [True] * 3
+        app.take_accounts()
+        assert [each.is_aborted for each in (moving, looking)] == [False, False]
+        access.book = BOOK
+        app.take_accounts()
+        assert [is_listened_on(port) for port in bound] == [False, False, True]
+        assert [each.is_aborted for each in (moving, looking, pendant)] == [True, True, False]
+        late = Peer()
+        app.connect(Port.ROS_MOTION, 0).connection_made(late)
+        assert late.is_aborted
+        # Who removes the last account has its ports again with the next start.
+        access.book = AccountBook()
+        app.take_accounts()
+        assert [is_listened_on(port) for port in bound] == [False, False, True]
+    assert caplog.text.count("the ROS-Industrial ports") == 1
+
+
+@pytest.mark.virtual_clock
+async def test_ports_that_were_asked_for_stay_open_when_accounts_come() -> None:
+    access = NoAccess()
+    ports_asked = {"pendant_port": 0, "ros_motion_port": 0, "ros_state_port": 0}
+    app, _ = served_cell(access, listen=ports_asked)
+    async with app.running() as ports:
+        moving = Peer()
+        app.connect(Port.ROS_MOTION, 0).connection_made(moving)
+        access.book = BOOK
+        app.take_accounts()
+        ros = ports.ros["cell"]
+        assert is_listened_on(known(ros.motion))
+        assert is_listened_on(known(ros.state))
+        assert not moving.is_aborted
+
+
+@pytest.mark.virtual_clock
+async def test_where_accounts_exist_at_start_ports_that_nobody_asked_for_are_not_opened() -> None:
+    access = NoAccess()
+    access.book = BOOK
+    app, _ = served_cell(access, listen={"pendant_port": 0})
+    async with app.running() as ports:
+        assert (ports.ros["cell"].motion, ports.ros["cell"].state) == (None, None)
 
 
 class Pair(NamedTuple):

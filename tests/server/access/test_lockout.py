@@ -9,10 +9,10 @@ from rigs.cells.expectations import expect
 from openpendant.server.access.lockout import (
     FORGET_NS,
     LONGEST_LOCK_NS,
+    MOST_ACCOUNTS,
     MOST_RECORDS,
     PAIR_FAILURES,
     SECOND_NS,
-    SOURCE_FAILURES,
     Charge,
     Lockout,
     source_of,
@@ -31,7 +31,7 @@ def fail(lockout: Lockout, now: int, address: str = "192.0.2.1", name: str = "an
     """Fail once; return 0, or how long the attempt is refused [ns]."""
     charge = lockout.attempt(address, name, now)
     if isinstance(charge, Charge):
-        lockout.failed(charge, now)
+        lockout.failed(charge)
         return 0
     return charge
 
@@ -92,20 +92,63 @@ def test_attempts_sent_at_once_are_all_charged_before_the_first_has_failed(
     assert sum(isinstance(outcome, Charge) for outcome in outcomes) == PAIR_FAILURES
 
 
-def test_one_source_that_tries_many_names_is_locked_itself(lockout: Lockout) -> None:
-    refused = [fail(lockout, START, name=f"name {n}") for n in range(100)]
-    assert refused[:SOURCE_FAILURES] == [0] * SOURCE_FAILURES
-    assert set(refused[SOURCE_FAILURES:]) == {MINUTE}
+def test_many_names_lock_nobody_else_at_their_source(lockout: Lockout) -> None:
+    assert {fail(lockout, START, name=f"name {n}") for n in range(1_000)} == {0}
+    assert fail(lockout, START) == 0
 
 
-def test_an_own_account_does_not_free_a_source_from_its_other_failures(lockout: Lockout) -> None:
-    let_through = 0
-    for n in range(100):
-        let_through += fail(lockout, START, name=f"name {n}") == 0
-        own = lockout.attempt("192.0.2.1", "own", START)
-        if isinstance(own, Charge):
-            lockout.succeeded(own)
-    assert let_through == SOURCE_FAILURES
+def test_a_queue_that_is_longer_than_a_lock_lets_in_five_more_when_it_would_be_over(
+    lockout: Lockout,
+) -> None:
+    charges = [lockout.attempt("192.0.2.1", "ann", START + n * SECOND_NS) for n in range(5)]
+    over = START + 4 * SECOND_NS + MINUTE
+    assert lockout.attempt("192.0.2.1", "ann", over - 1) == 1
+    charges += [lockout.attempt("192.0.2.1", "ann", over) for _ in range(5)]
+    assert lockout.attempt("192.0.2.1", "ann", over) == MINUTE
+    for charge in charges:
+        lockout.failed(expect(Charge, charge))
+    # Both fives were wrong, and the second lock is twice as long.
+    assert lockout.attempt("192.0.2.1", "ann", over) == 2 * MINUTE
+
+
+def test_who_is_refused_is_told_how_long_if_all_that_wait_are_wrong(lockout: Lockout) -> None:
+    charges = [lockout.attempt("192.0.2.1", "ann", START + n * SECOND_NS) for n in range(5)]
+    told = lockout.attempt("192.0.2.1", "ann", START + 10 * SECOND_NS)
+    assert told == MINUTE - 6 * SECOND_NS
+    for charge in charges:
+        lockout.failed(expect(Charge, charge))
+    assert fail(lockout, START + 10 * SECOND_NS + told - 1) == 1
+    assert fail(lockout, START + 10 * SECOND_NS + told) == 0
+
+
+@pytest.mark.parametrize("settled", ["withdrawn", "succeeded"])
+def test_an_attempt_that_did_not_fail_makes_room_for_another(
+    lockout: Lockout, settled: str
+) -> None:
+    charges = [expect(Charge, lockout.attempt("192.0.2.1", "ann", START)) for _ in range(5)]
+    assert fail(lockout, START) == MINUTE
+    getattr(lockout, settled)(charges[0])
+    assert fail(lockout, START) == 0
+
+
+def test_a_charge_says_whether_an_attempt_there_has_failed_before(lockout: Lockout) -> None:
+    def has_failed(address: str = "192.0.2.1", at: int = START) -> bool:
+        charge = expect(Charge, lockout.attempt(address, "ann", at))
+        lockout.withdrawn(charge)
+        return charge.has_failed
+
+    assert not has_failed()
+    fail(lockout, START)
+    assert has_failed(at=START + 10 * MINUTE)
+    assert not has_failed("192.0.2.2")
+    lockout.succeeded(expect(Charge, lockout.attempt("192.0.2.1", "ann", START + 10 * MINUTE)))
+    assert not has_failed(at=START + 10 * MINUTE)
+
+
+def test_what_was_never_checked_leaves_nothing_behind(lockout: Lockout) -> None:
+    for n in range(1_000):
+        lockout.withdrawn(expect(Charge, lockout.attempt("192.0.2.1", f"{n}", START)))
+    assert len(lockout) == 0
 
 
 def test_ten_thousand_tries_at_one_account_reach_the_hash_a_few_hundred_times(
@@ -127,21 +170,32 @@ def remembered(names: int, sources: int, most_records: int = MOST_RECORDS) -> in
 
 
 def test_memory_is_bounded_whatever_names_are_tried() -> None:
-    assert remembered(1_000, sources=1) == SOURCE_FAILURES + 1
+    assert remembered(3_000, sources=1) == MOST_ACCOUNTS
     assert remembered(1_000, sources=1_000, most_records=900) == 900
 
 
 @pytest.mark.soak
-def test_memory_is_bounded_for_a_million_names() -> None:
-    assert remembered(1_000_000, sources=1_000_000) == MOST_RECORDS
+def test_memory_is_bounded_for_a_hundred_thousand_names() -> None:
+    assert remembered(100_000, sources=100_000) == MOST_RECORDS
 
 
-def test_names_tried_by_one_source_do_not_push_out_its_lock() -> None:
-    lockout = Lockout(most_records=100)
+def test_names_tried_by_one_source_do_not_push_out_what_another_is_locked_for() -> None:
+    lockout = Lockout()
     lock(lockout, START)
-    for n in range(10_000):
-        fail(lockout, START + 1, name=f"name {n}")
+    for n in range(2 * MOST_RECORDS):
+        fail(lockout, START + 1, address="192.0.2.2", name=f"name {n}")
     assert fail(lockout, START + 2) > 0
+
+
+def test_names_tried_once_a_second_do_not_push_out_the_lock_of_the_same_source() -> None:
+    lockout, now = Lockout(), START
+    for _ in range(4):
+        now += lock(lockout, now)
+    locked_for = lock(lockout, now)
+    assert locked_for == LONGEST_LOCK_NS
+    for n in range(locked_for // SECOND_NS):
+        fail(lockout, now + n * SECOND_NS, name=f"name {n}")
+    assert fail(lockout, now + locked_for - 1) == 1
 
 
 @given(
@@ -162,7 +216,7 @@ def test_never_more_than_five_failures_in_a_minute(steps: list[tuple[int, str, b
             lockout.succeeded(charge)
             failures[name].clear()
         else:
-            lockout.failed(charge, now)
+            lockout.failed(charge)
             failures[name].append(now)
             assert sum(now - at < MINUTE for at in failures[name]) <= PAIR_FAILURES
 

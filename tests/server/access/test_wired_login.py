@@ -76,6 +76,42 @@ def test_a_verdict_to_whoever_left_meanwhile_goes_nowhere(rig: GuardedRig) -> No
     assert late.take() is V.LOGIN_NEEDED
 
 
+def test_a_login_that_waits_for_a_minute_keeps_its_silent_connection(rig: GuardedRig) -> None:
+    rig.checks_at_once = False
+    waiting, silent = rig.visitor(), rig.visitor()
+    log_in(waiting, "otto")
+    rig.wait(75_000)
+    assert silent.closed_for
+    assert waiting.closed_for == []
+    rig.answer_checks()
+    assert waiting.verdicts()[-1] == (900, V.ACCEPTED)
+    rig.wait(round(rig.settings.pendants.idle_timeout * 1_000) + 20)
+    assert waiting.closed_for
+
+
+def test_a_login_whose_connection_ends_leaves_the_queue_and_is_no_attempt(rig: GuardedRig) -> None:
+    rig.checks_at_once = False
+    for _ in range(10):
+        visitor = rig.visitor()
+        log_in(visitor, "otto", "not it")
+        visitor.close()
+        assert rig.checks == []
+    rig.checks_at_once = True
+    assert log_in(rig.visitor(), "otto") is V.ACCEPTED
+
+
+def test_a_check_that_was_begun_counts_though_its_connection_ended(rig: GuardedRig) -> None:
+    for _ in range(5):
+        rig.checks_at_once = False
+        visitor = rig.visitor()
+        log_in(visitor, "otto", "not it")
+        begun = rig.checks.pop()
+        visitor.close()
+        rig.answered(begun, False)
+    rig.checks_at_once = True
+    assert log_in(rig.visitor(), "otto") is V.LOCKED_OUT
+
+
 def test_promise_28_a_login_is_no_use_to_another_connection(rig: GuardedRig) -> None:
     rig.user("otto")
     other = rig.visitor()

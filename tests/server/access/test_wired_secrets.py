@@ -12,11 +12,15 @@ from pathlib import Path
 from typing import NamedTuple
 
 import pytest
+from rigs.clock.busy_machine import PATIENCE
+from rigs.peers.server_clients import hello
 from rigs.peers.tls_certificates import make_certificate
+from rigs.processes.app_on_loop import until
 from rigs.processes.guarded_server import PASSWORDS, GuardedServer, guarded_server
 
 from openpendant.server.cli.audit_commands import main as audit
-from openpendant.simplemsg.pendant import AccountRole
+from openpendant.simplemsg import PENDANT, ByteOrder, Connection, Role
+from openpendant.simplemsg.pendant import AccountRole, Login, LoginKind
 from openpendant.tools.packets.live.endpoints import Endpoint
 from openpendant.tools.packets.live.proxy import Pair
 from openpendant.tools.packets.record import PacketRecorder
@@ -31,6 +35,9 @@ NEW = "canary-of-a-new-one-8080"
 NEWER = "canary-of-a-newer-one-4747"
 REFUSED = "nina-canary-with-a-name"
 WRONG_CODE = "CANARYCODE"
+WAITING = "canary-that-waits-in-line-6262"
+NAME = "canary-in-the-name-3838"
+"""A password typed into the field of the name."""
 
 
 @dataclass
@@ -45,6 +52,35 @@ class Lesson:
         with pytest.raises(Refused) as refused:
             await attempt
         self.told.append(repr(refused.value) + str(refused.value))
+
+
+async def wait_in_line(server: GuardedServer, port: int) -> tuple[str, ...]:
+    """Have many wait for one check: some leave, some fail, one is locked out.
+
+    Returns:
+        What the password worker and its queue would show of those that wait.
+    """
+    lines = [await asyncio.open_connection("127.0.0.1", port) for _ in range(12)]
+    conversations = [
+        Connection(Role.CLIENT, PENDANT, ByteOrder.LITTLE, max_frame=65_532) for _ in lines
+    ]
+    for number, ((_, writer), spoken) in enumerate(zip(lines, conversations, strict=True)):
+        name = NAME if number < 8 else f"nobody {number}"
+        writer.write(spoken.send(hello("in line")))
+        writer.write(spoken.send(Login(1, LoginKind.PASSWORD, name, WAITING)))
+    worker = server.access._passwords
+    await until(lambda: len(worker._queue) >= 4, within=PATIENCE)
+    shown: list[str] = []
+    while len(worker._queue):
+        queue = vars(worker._queue)
+        shown.append(repr(vars(worker)) + repr(queue) + repr(vars(server.app.login)))
+        if len(shown) == 1 or len(worker._queue) == 6:
+            lines.pop()[1].close()
+        await asyncio.sleep(0.02)
+    for reader, writer in lines:
+        shown.append(repr(await reader.read(65_536)))
+        writer.close()
+    return tuple(shown)
 
 
 async def hold(port: int) -> Lesson:
@@ -133,8 +169,11 @@ async def _live(folder: Path) -> Lived:
         recorder = PacketRecorder([Pair(Endpoint("127.0.0.1", 0), here)], str(trace))
         (port,) = await recorder.start()
         lesson = await hold(port)
+        shown = await wait_in_line(server, port)
+        assert len(shown) > 4
+        lesson.secrets.append(WAITING)
         await recorder.close()
-        dump = repr(vars(server.app)) + repr(server.app.login.accounts)
+        dump = repr(vars(server.app)) + repr(server.app.login.accounts) + "".join(shown)
     written = contents(folder)
     written["tools"] = await asyncio.to_thread(printed, server, trace)
     written["dump"] = dump.encode()
@@ -162,6 +201,15 @@ def test_promise_30_no_secret_is_in_anything_that_is_written(lived: Lived) -> No
     assert traces(lived.lesson.secrets, lived.written) == set()
     assert all(len(lived.written[name]) > 10_000 for name in ("journal", "trace.jsonl", "tools"))
     assert b"controller motion link is up" in lived.written["log"]
+
+
+def test_promise_30_a_name_that_may_be_a_password_is_in_nothing_but_what_repeats_a_run(
+    lived: Lived,
+) -> None:
+    """The count of failures goes by it, so what repeats a run holds it: docs/access.md."""
+    found = {name for name, _ in traces([NAME], lived.written)}
+    assert found == {"journal", "trace.jsonl", "tools"}
+    assert b"locked-out" in lived.written["audit.jsonl"]
 
 
 async def test_promise_30_no_line_of_the_tls_key_is_in_anything_that_is_written(

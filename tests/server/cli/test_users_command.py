@@ -83,6 +83,18 @@ def test_an_account_that_was_added_is_kept_and_listed(
     assert passwords.is_password(passwords.Secret(CANARY), account_of(file, "ann").password)
 
 
+def test_the_first_account_says_what_becomes_of_the_ports_that_know_no_login(
+    users: Users, capsys: Capture
+) -> None:
+    add(users, "ann")
+    shown = capsys.readouterr()
+    assert shown.out == ""
+    assert "closes its ROS-Industrial ports" in shown.err
+    assert "know no login" in shown.err
+    add(users, "otto", "operator")
+    assert capsys.readouterr() == ("", "")
+
+
 def test_no_password_is_in_any_output_or_in_the_store(
     users: Users, file: Path, capsys: Capture
 ) -> None:
@@ -116,6 +128,7 @@ def test_what_cannot_be_done_is_refused_with_the_reason(
 ) -> None:
     add(users, "ann")
     add(users, "otto", "operator")
+    capsys.readouterr()
     assert users(*arguments) == code
     err = capsys.readouterr().err
     assert reason in err

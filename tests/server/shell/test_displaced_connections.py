@@ -251,7 +251,7 @@ async def test_256_connections_of_one_operator_leave_three_quarters_to_others() 
 
 
 async def test_a_ros_client_keeps_its_place_and_a_stranger_gives_up_his() -> None:
-    rig = GuardedBytes(max_connections=20)
+    rig = GuardedBytes(max_connections=20, ros_state_port=11_002)
     ros = [rig.come("127.0.0.1", Port.ROS_STATE) for _ in range(4)]
     strangers = [rig.come(f"192.0.2.{number}") for number in range(16)]
     late = rig.come("127.0.0.1")

@@ -68,6 +68,9 @@ class _NotedAccess:
     def check(self, job: VerifyJob, deliver: DeliverCheck) -> None:
         """Leave the password unchecked."""
 
+    def withdraw(self, job_id: int) -> None:
+        """Take nothing back: what came of it is in the journal."""
+
     def change(self, change: AccountChange, deliver: DeliverChange) -> None:
         """Leave the account as it is."""
 
