@@ -81,7 +81,7 @@ def _declare(content: dict[str, Any], key: str, value: str, file: str) -> None:
     said = content.setdefault(key, value)
     if said != value:
         problem = f"is declared twice, as {said[:40]!r} and {value[:40]!r}; accepted: one of them"
-        raise RobotFileError(file, key, problem)
+        raise RobotFileError(file, key[:40], problem)
 
 
 def _refuse_repeated(columns: Sequence[str], file: str) -> None:
@@ -109,9 +109,12 @@ def _csv_row(
             found[name] = float(text) if name in _NUMBER_COLUMNS else text
         except ValueError:
             problem = f"is {text[:40]!r}; accepted: a number"
-            raise RobotFileError(file, f"{where}.{name}", problem) from None
+            raise RobotFileError(file, f"{where}.{name[:40]}", problem) from None
     return found
 
+
+MAX_ROWS = 64
+"""Most joints of a table; no robot has as many."""
 
 ENDINGS = (".csv", ".json", ".yaml", ".yml")
 
@@ -172,7 +175,7 @@ class _DhFile(Facts):
     lengths: LengthUnit
     base: _End = Field(default_factory=_End)
     tool: _End = Field(default_factory=_End)
-    joints: Annotated[tuple[_Row, ...], Field(min_length=1)]
+    joints: Annotated[tuple[_Row, ...], Field(min_length=1, max_length=MAX_ROWS)]
     home: tuple[Real, ...] | None = None
 
 
