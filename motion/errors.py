@@ -183,7 +183,8 @@ class UnknownRobot(MotionError, code="unknown-robot"):
     known: tuple[str, ...]
 
     def __str__(self) -> str:
-        return f"no robot or robot file is called {self.name!r}; known: {', '.join(self.known)}"
+        known = ", ".join(self.known)
+        return f"no robot or robot file is called {shortened(self.name)}; known: {known}"
 
 
 class UnsupportedKind(MotionError, code="unsupported-kind"):

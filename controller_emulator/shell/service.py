@@ -185,9 +185,8 @@ class Service:
     async def _listen(self, factory: Callable[[], EmulatorLink], port: int) -> int:
         host = self._settings.host
         try:
-            server = await self._loop.create_server(
-                partial(EmulatorNewcomer, self._places, factory), host, port, backlog=_ACCEPT_BACKLOG
-            )
+            newcomer = partial(EmulatorNewcomer, self._places, factory)
+            server = await self._loop.create_server(newcomer, host, port, backlog=_ACCEPT_BACKLOG)
         except (OSError, UnicodeError) as error:  # UnicodeError: no name that could be looked up
             raise EmulatorListenFailed(host, port, _in_short(error)) from None
         self._servers.append(server)

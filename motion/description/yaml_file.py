@@ -38,8 +38,8 @@ for _either in (_Loader, _Dumper):
         list("-+.0123456789"),
     )
 
-# What reading a scalar fails with, outside YAML's own errors: 2020-13-45 as a date, a number in base
-# 60 that no real holds, and texts behind the tags of whole numbers, of truth and of time.
+# What reading a scalar fails with, outside YAML's own errors: 2020-13-45 as a date, a number in
+# base 60 that no real holds, and texts behind the tags of whole numbers, of truth and of time.
 _VALUE_ERRORS = (ValueError, OverflowError, LookupError, AttributeError, RecursionError)
 
 _LINE_WIDTH = 110

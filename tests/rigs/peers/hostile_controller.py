@@ -26,7 +26,7 @@ class HostileController:
 
     on_state: Callable[[int], bytes] = lambda number: b""
     on_motion: Callable[[int], bytes] = lambda number: b""
-    period: float = 0.001
+    period: float = 0.004
     reads: bool = True
     connections: int = 0
     rounds: int = 0

@@ -1,4 +1,4 @@
-"""A controller that says more than anybody can handle: turns, what waits, and when it is too old."""
+"""A controller that says more than can be handled: turns, what waits, when it is too old."""
 
 import asyncio
 import json
@@ -18,17 +18,16 @@ from openpendant.server.shell import controller_connection
 from openpendant.server.shell.controller_connection import (
     READ_AHEAD,
     TURN_NS,
+    UNREAD,
     ControllerConnection,
 )
 from openpendant.server.shell.inbox import Observations
 from openpendant.simplemsg import (
     PENDANT,
-    ByteOrder,
-    CommType,
     JointFeedback,
     Message,
     Ping,
-    ReplyCode,
+    accepted,
     codec_for,
 )
 from openpendant.simplemsg.journal import Journal
@@ -118,7 +117,7 @@ def flood(monkeypatch: pytest.MonkeyPatch) -> Iterator[Callable[..., Flood]]:
             transport.get_write_buffer_size.return_value = 0
             loop = Mock(call_soon=turns.append)
             monkeypatch.setattr(controller_connection, "thread_time_ns", lambda: clock.spent)
-            monkeypatch.setattr(controller_connection.asyncio, "get_running_loop", lambda: loop)
+            monkeypatch.setattr(asyncio, "get_running_loop", lambda: loop)
             connection = ControllerConnection(
                 inbox, Observations(kept), 0, "", path, ControllerLink()
             )
@@ -167,7 +166,7 @@ def test_the_answers_of_a_cut_turn_are_still_judged_as_if_each_came_alone(
     controller = flood(path=ControllerPath.MOTION)
     for _ in range(6):
         assert controller.connection.send(Ping())
-    reply = Ping(CommType.REPLY, ReplyCode.SUCCESS)
+    reply = accepted(Ping())
     controller.say(CODEC.encode(reply) * 6)
     controller.go_on()
     pending = [event.pending for event in controller.seen if isinstance(event, ControllerReport)]
@@ -256,9 +255,22 @@ def test_a_frame_out_of_bounds_behind_a_cut_turn_is_told_in_its_turn(
     flood: Callable[..., Flood],
 ) -> None:
     controller = flood()
-    controller.say(reports(*range(6)) + (1 << 30).to_bytes(4, ByteOrder.LITTLE.name.lower()))
+    controller.say(reports(*range(6)) + (1 << 30).to_bytes(4, "little"))
     assert controller.problems == []
     controller.go_on()
     assert controller.places == list(range(6))
     assert len(controller.problems) == 1
     assert "1073741824" in controller.problems[0]
+
+
+def test_a_controller_that_reads_nothing_is_given_up(flood: Callable[..., Flood]) -> None:
+    controller = flood(journal=True)
+    unread = controller.transport.get_write_buffer_size
+    unread.return_value = UNREAD
+    assert controller.connection.send(Ping())
+    controller.transport.abort.assert_not_called()
+    unread.return_value = UNREAD + 1
+    controller.connection.send(Ping())
+    controller.transport.abort.assert_called_once_with()
+    assert not controller.connection.is_up
+    assert '{"ask": "flooded", "link": "state"}\n' in controller.lines
