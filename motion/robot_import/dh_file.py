@@ -48,6 +48,9 @@ from ..pose import Array
 from .imported_chain import ImportedChain, ImportedJoint, to_matrix, to_placement
 from .urdf import placement_of
 
+MAX_ROWS = 64
+"""Most joints of a table; no robot has as many."""
+
 _NUMBER_COLUMNS = frozenset(
     {"theta", "d", "a", "alpha", "lower", "upper", "velocity", "acceleration"}
 )
@@ -64,6 +67,9 @@ def read_dh_csv(path: Path) -> dict[str, Any]:
         if line.strip().startswith("#") and colon:
             _declare(content, key.strip(), value.strip(), file)
     rows = [line for line in lines if line.strip() and not line.strip().startswith("#")]
+    if len(rows) > MAX_ROWS + 1:
+        problem = f"has {len(rows) - 1} rows; accepted: at most {MAX_ROWS}"
+        raise RobotFileError(file, "joints", problem)
     try:
         reader = csv.DictReader(rows, strict=True, skipinitialspace=True)
         columns = [name.strip() for name in reader.fieldnames or ()]
@@ -112,9 +118,6 @@ def _csv_row(
             raise RobotFileError(file, f"{where}.{name[:40]}", problem) from None
     return found
 
-
-MAX_ROWS = 64
-"""Most joints of a table; no robot has as many."""
 
 ENDINGS = (".csv", ".json", ".yaml", ".yml")
 
