@@ -4,6 +4,7 @@
 would take a parser long, or hold what no terminal should be shown.
 """
 
+import io
 import os
 import sqlite3
 import struct
@@ -13,6 +14,7 @@ from collections.abc import Callable, Iterator
 from contextlib import closing
 from dataclasses import dataclass
 from pathlib import Path
+from typing import Any
 
 import pytest
 from rigs.clock.busy_machine import SCALE
@@ -34,11 +36,14 @@ from openpendant.motion.robot_import.urdf import read_urdf
 from openpendant.motion.scene import mesh_file
 from openpendant.motion.scene.mesh_file import read_mesh
 from openpendant.motion.scene.scene_file import load_scene
+from openpendant.server.access.audit import ChainCheck
 from openpendant.server.access.audit_file import read_lines
+from openpendant.server.exchange.csv_format import read_points
+from openpendant.server.programs.language.program import MOST_POINTS
 from openpendant.server.settings import config_file
 from openpendant.server.settings.server_settings import make_server_settings
 from openpendant.server.store.sqlite_store import open_for_reading, open_store
-from openpendant.server.store.store_errors import ForeignFile
+from openpendant.server.store.store_errors import BadDocument, ForeignFile
 from openpendant.tools.packets.console import PacketToolError
 from openpendant.tools.packets.faulty.fault_script import load_script
 from openpendant.tools.packets.journals.reenactment import rerun
@@ -322,7 +327,7 @@ def test_a_text_mesh_takes_little_more_memory_than_its_numbers(
 def test_legal_dotted_keys_are_read_and_dots_in_texts_are_none() -> None:
     key = ".".join(["a"] * MOST_KEY_PARTS)
     content = f'{key} = 1\nb = "192.0.2.1, 192.0.2.2, ..........."\n# 1.5, 2.5 ... etc.\n'
-    read = toml_of(content.encode())
+    read: Any = toml_of(content.encode())
     for _ in range(MOST_KEY_PARTS):
         read = read["a"]
     assert read == 1
@@ -364,3 +369,25 @@ def test_an_audit_log_that_is_no_file_is_refused_without_waiting(kind: str, tmp_
         file.mkdir()
     with pytest.raises(OSError, match=r"not a regular file|Is a directory"):
         next(read_lines(file))
+
+
+def test_what_is_damaged_in_an_audit_log_is_counted_and_not_kept() -> None:
+    check = ChainCheck()
+    line = b"\0" * 65_536
+    tracemalloc.start()
+    try:
+        for _ in range(100):
+            check.feed(bytes(line))
+            check.feed(line + b"x")
+        _, peak = tracemalloc.get_traced_memory()
+    finally:
+        tracemalloc.stop()
+    assert peak < 10 * len(line)
+    assert check.finish() == "line 1 is torn or was altered"
+
+
+def test_a_table_of_points_ends_where_no_program_has_more() -> None:
+    table = b"name\n" + b"p\n" * MOST_POINTS
+    assert len(read_points(io.BytesIO(table), "points.csv")) == MOST_POINTS
+    with pytest.raises(BadDocument, match=f"accepted: at most {MOST_POINTS} points"):
+        read_points(io.BytesIO(table + b"p\n" * 3), "points.csv")
