@@ -2,16 +2,18 @@
 
 Owns that only a regular file is opened, without waiting, that no more than a bound is read, and the
 words for a file that cannot be read, is too large, or is no text. The caller chooses the error.
+Owns also which TOML is read: not what would take the standard parser hours.
 """
 
 from __future__ import annotations
 
 import errno
 import os
+import re
 import stat
 from collections.abc import Callable
 from pathlib import Path
-from typing import BinaryIO, TypeAlias
+from typing import Any, BinaryIO, TypeAlias
 
 from .errors import MotionError
 
@@ -85,3 +87,29 @@ def read_text(path: Path, most: int, refusal: Refusal, encoding: str = "utf-8") 
     except UnicodeDecodeError as error:
         problem = f"is not UTF-8 text (byte {error.start})"
         raise refusal(str(path), "", problem) from error
+
+
+MOST_KEY_PARTS = 8
+"""Most parts of a dotted key in TOML, such as the three of `a.b.c`."""
+
+# Possessive, and a bare part begins only where one can: no text is looked through twice.
+_PART = r"""(?:(?<![\w-])[\w-]++|"(?:[^"\\\n]|\\.)*+"|'[^'\n]*+')"""
+_LONG_KEY = re.compile(rf"{_PART}(?:[ \t]*+\.[ \t]*+{_PART}){{{MOST_KEY_PARTS}}}", re.ASCII)
+
+
+def toml_of(content: bytes) -> dict[str, Any]:
+    """Return the data of a TOML file.
+
+    Raises:
+        ValueError: it is not UTF-8, no TOML, or has a key of too many parts.
+        RecursionError: it nests without end.
+    """
+    import tomllib  # imported here because most runs read no file, and the emulator must start fast
+
+    text = content.decode()
+    # The standard parser needs the square of the number of parts, in time and in memory.
+    found = _LONG_KEY.search(text)
+    if found is not None:
+        line = text.count("\n", 0, found.start()) + 1
+        raise ValueError(f"more than {MOST_KEY_PARTS} parts of a dotted key (at line {line})")
+    return tomllib.loads(text)

@@ -62,10 +62,13 @@ def _restore(kind: type[_Error], attributes: dict[str, Any]) -> _Error:
 _LONGEST = 80
 
 
-def shortened(value: object) -> str:
-    """Return a value as Python writes it, cut after 80 characters."""
-    text = repr(value)
-    return text if len(text) <= _LONGEST else text[: _LONGEST - 3] + "..."
+def shortened(value: object, longest: int = _LONGEST) -> str:
+    """Return a value as Python writes it, cut after so many characters; else its kind."""
+    try:
+        text = repr(value)
+    except (ValueError, RecursionError):  # an integer of thousands of digits, or very deep nesting
+        return f"{type(value).__name__} too large to be shown"
+    return text if len(text) <= longest else text[: longest - 3] + "..."
 
 
 def for_a_screen(value: float, unit: str) -> str:
@@ -180,7 +183,8 @@ class UnknownRobot(MotionError, code="unknown-robot"):
     known: tuple[str, ...]
 
     def __str__(self) -> str:
-        return f"no robot or robot file is called {self.name!r}; known: {', '.join(self.known)}"
+        known = ", ".join(self.known)
+        return f"no robot or robot file is called {shortened(self.name)}; known: {known}"
 
 
 class UnsupportedKind(MotionError, code="unsupported-kind"):

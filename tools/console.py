@@ -143,7 +143,8 @@ def run_parsed(
     except KeyboardInterrupt:
         return ExitCode.INTERRUPTED
     except tuple(faults) as error:
-        complain(_described(error, "input or output"))
+        # It may quote a file of unknown origin.
+        complain(one_line(_described(error, "input or output")))
         return next(faults[kind] for kind in faults if isinstance(error, kind))
 
 

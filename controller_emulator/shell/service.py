@@ -11,7 +11,7 @@ import asyncio
 import logging
 import math
 import os
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from functools import partial
 from typing import Any, NamedTuple
 
@@ -31,12 +31,14 @@ from ..core.controller import EmulatedController, Outgoing
 from ..float32 import NANOSECONDS
 from ..interpolation.segment import State
 from .links import EmulatorLink, LinkEvents
+from .places import EmulatorNewcomer, EmulatorPlaces
 from .settings import EmulatorSettings
 
 LEAST_TICK_RATE = 100
 """The timer runs at least this often [Hz], whatever the rate of reports."""
 
 _ACCEPT_BACKLOG = 32
+"""Connections that wait in the system's queue of each port; so many are taken in a turn."""
 
 _AWAY = 30_000_000
 """A process in which nothing happened for so long, whatever its timer, was not run [ns]."""
@@ -100,6 +102,7 @@ class Service:
         self._motion_links: dict[int, EmulatorLink] = {}
         self._state_links: dict[int, EmulatorLink] = {}
         self._links_made = 0
+        self._places = EmulatorPlaces(self._addresses, self._clock)
         self._state_order = ByteOrder[settings.byte_order.upper()]
         self._codec = codec_for(PENDANT, self._state_order, settings.real_size)
         self._codecs = {order: codec_for(PENDANT, order, settings.real_size) for order in ByteOrder}
@@ -182,7 +185,8 @@ class Service:
     async def _listen(self, factory: Callable[[], EmulatorLink], port: int) -> int:
         host = self._settings.host
         try:
-            server = await self._loop.create_server(factory, host, port, backlog=_ACCEPT_BACKLOG)
+            newcomer = partial(EmulatorNewcomer, self._places, factory)
+            server = await self._loop.create_server(newcomer, host, port, backlog=_ACCEPT_BACKLOG)
         except (OSError, UnicodeError) as error:  # UnicodeError: no name that could be looked up
             raise EmulatorListenFailed(host, port, _in_short(error)) from None
         self._servers.append(server)
@@ -215,6 +219,11 @@ class Service:
         self._links_made += 1
         connection = Connection(Role.SERVER, PENDANT, real_size=self._settings.real_size)
         return EmulatorLink(self._links_made, connection, events, self.journal)
+
+    def _addresses(self) -> Iterator[str]:
+        """Return the address of every link."""
+        for links in (self._motion_links, self._state_links):
+            yield from (link.address for link in links.values())
 
     def _has_room(self, links: dict[int, EmulatorLink]) -> bool:
         return len(links) < self._settings.max_connections

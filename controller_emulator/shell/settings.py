@@ -15,7 +15,8 @@ from typing import Annotated, Any, Literal
 
 from pydantic import BaseModel, ConfigDict, Field, ValidationError
 
-from openpendant.motion.bounded_file import beginning_of
+from openpendant.motion.bounded_file import beginning_of, toml_of
+from openpendant.motion.errors import shortened
 
 TABLE = "emulator"
 
@@ -26,6 +27,10 @@ Port = Annotated[int, Field(ge=0, le=65535)]
 EventLoop = Literal["asyncio", "uvloop"]
 
 
+_SHOWN = 200
+"""Characters of a key or value that are shown."""
+
+
 class EmulatorSettingsError(Exception):
     """A setting cannot be used.
 
@@ -34,7 +39,7 @@ class EmulatorSettingsError(Exception):
     """
 
     def __init__(self, file: str, key: str, value: object, expected: str) -> None:
-        super().__init__(f"{file}: {key} = {value!r}: expected {expected}")
+        super().__init__(f"{file}: {key} = {shortened(value, _SHOWN)}: expected {expected}")
         self.file = file
         self.key = key
         self.value = value
@@ -88,7 +93,7 @@ class EmulatorSettings(BaseModel):
     inputs: int = Field(16, ge=0, le=512, description="digital inputs")
     outputs: int = Field(16, ge=0, le=512, description="digital outputs")
     operator_events: bool = Field(True, description="obey the message OPERATOR_EVENT (training)")
-    max_connections: int = Field(16, ge=1, le=1024, description="most connections per port")
+    max_connections: int = Field(96, ge=1, le=1024, description="most connections per port")
     violations_kept: int = Field(100, ge=1, le=10_000, description="violations stored in full")
 
 
@@ -126,14 +131,12 @@ def read_toml(file: Path) -> dict[str, Any]:
     Raises:
         EmulatorSettingsError: it cannot be read, is too large or is no TOML.
     """
-    import tomllib  # imported here because most runs read no file, and the emulator must start fast
-
     try:
         content = beginning_of(file, MAX_FILE + 1)
         if len(content) > MAX_FILE:
             size = f"more than {MAX_FILE} bytes"
             raise EmulatorSettingsError(str(file), "file", size, f"at most {MAX_FILE} bytes")
-        return tomllib.loads(content.decode())
+        return toml_of(content)
     except OSError as error:
         reason = error.strerror or str(error)
         raise EmulatorSettingsError(str(file), "file", reason, "a readable file") from None
@@ -153,7 +156,7 @@ def from_validation(
 ) -> EmulatorSettingsError:
     """Return the first finding of pydantic as one sentence for the user."""
     first = error.errors(include_url=False, include_context=False)[0]
-    names = [str(part) for part in first["loc"]]
+    names = [str(part)[:_SHOWN] for part in first["loc"]]
     if first["type"] == "extra_forbidden":
         expected = f"one of {', '.join(known)}"
     else:

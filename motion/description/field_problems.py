@@ -24,6 +24,8 @@ _Schema: TypeAlias = Mapping[str, Any]
 _RULE = re.compile(r"\w+ should (?:be|have) (?P<accepted>.+)")
 _ELEMENTS = {"number": "numbers", "integer": "whole numbers", "string": "texts"}
 """Names of the elements of a list, by their type in a JSON schema."""
+_LONGEST_PART = 80
+"""Characters of a field's name that are shown."""
 _MOST_GUESSED = 20
 """Greatest number of unknown fields for which a similar name is searched, as that takes a while."""
 
@@ -67,7 +69,8 @@ def _place(location: Iterable[int | str], schema: _Schema) -> _Place:
         if isinstance(part, int):
             path += f"[{part}]"
         else:
-            path += f".{part}" if path else part
+            name = part[:_LONGEST_PART]
+            path += f".{name}" if path else name
         node = _below(node, part)
     return _Place(path, _resolved(node, schema), neighbours)
 
@@ -99,7 +102,7 @@ def _kind_problem(found: Mapping[str, Any], place: _Place) -> Problem:
     field, kinds = discriminator["propertyName"], ", ".join(discriminator["mapping"])
     where = f"{place.path}.{field}" if place.path else field
     tag = found["ctx"].get("tag")
-    return where, ("is missing" if tag is None else f"is {tag!r}") + f"; accepted: {kinds}"
+    return where, ("is missing" if tag is None else f"is {shortened(tag)}") + f"; accepted: {kinds}"
 
 
 def _sentence(found: Mapping[str, Any], place: _Place, *, guess: bool) -> str:

@@ -15,10 +15,14 @@ from typing import Any
 import yaml
 
 from ..bounded_file import read_text
-from ..errors import RobotFileError
+from ..errors import RobotFileError, shortened
 
 MAX_FILE_BYTES = 1 << 20
 MAX_DEPTH = 32
+MAX_NODES = 100_000
+"""Most keys, values, lists and mappings together: the fullest scene has a third of them."""
+MAX_SCALAR = 16_384
+"""Most characters of a key or value: a number in base 60 takes the square of its length."""
 
 # The C loader is ten times faster, but a PyYAML built without libyaml lacks it.
 _SafeLoader: Any = getattr(yaml, "CSafeLoader", yaml.SafeLoader)
@@ -34,7 +38,12 @@ for _either in (_Loader, _Dumper):
         list("-+.0123456789"),
     )
 
+# What reading a scalar fails with, outside YAML's own errors: 2020-13-45 as a date, a number in
+# base 60 that no real holds, and texts behind the tags of whole numbers, of truth and of time.
+_VALUE_ERRORS = (ValueError, OverflowError, LookupError, AttributeError, RecursionError)
+
 _LINE_WIDTH = 110
+_LONGEST_PROBLEM = 400
 
 
 def to_yaml(content: Mapping[str, Any]) -> str:
@@ -65,9 +74,9 @@ def read_mapping(path: Path) -> dict[str, Any]:
         loaded = yaml.load(text, Loader=_Loader)
     except yaml.YAMLError as error:
         raise RobotFileError(str(path), "", f"is not valid YAML: {_in_one_line(error)}") from error
-    except (ValueError, RecursionError) as error:
-        # Reading a scalar such as 2020-13-45 as a date fails outside YAML's own errors.
-        raise RobotFileError(str(path), "", f"holds an unreadable value: {error}") from error
+    except _VALUE_ERRORS as error:
+        problem = f"holds an unreadable value: {shortened(str(error))}"
+        raise RobotFileError(str(path), "", problem) from error
     if not isinstance(loaded, dict) or not all(isinstance(key, str) for key in loaded):
         problem = "is not a mapping; accepted: a mapping of field names to values"
         raise RobotFileError(str(path), "", problem)
@@ -85,9 +94,12 @@ def _refuse_hostile_structure(text: str, file: str) -> None:
     # The C composer recurses without a bound and crashes the process on deep nesting, and aliases
     # let a small file stand for an enormous one. The event stream is flat, so it is read first.
     stack: list[_Level] = []
-    documents = 0
+    documents = nodes = 0
     for event in yaml.parse(text, Loader=_Loader):
         where = "" if event.start_mark is None else f"line {event.start_mark.line + 1}"
+        nodes += isinstance(event, yaml.NodeEvent)
+        if nodes > MAX_NODES:
+            raise RobotFileError(file, where, f"holds more than {MAX_NODES} keys and values")
         if isinstance(event, yaml.DocumentStartEvent):
             documents += 1
             if documents > 1:
@@ -102,6 +114,9 @@ def _refuse_hostile_structure(text: str, file: str) -> None:
         elif isinstance(event, (yaml.MappingEndEvent, yaml.SequenceEndEvent)):
             stack.pop()
         elif isinstance(event, yaml.ScalarEvent):
+            if len(event.value) > MAX_SCALAR:
+                problem = f"has a value of {len(event.value)} characters; accepted: {MAX_SCALAR}"
+                raise RobotFileError(file, where, problem)
             _enter_value(stack, event.value, file, where)
 
 
@@ -113,10 +128,10 @@ def _enter_value(stack: list[_Level], key: str | None, file: str, where: str) ->
         if key is None:
             raise RobotFileError(file, where, "uses a list or mapping as a key")
         if key in level.keys:
-            raise RobotFileError(file, where, f"repeats the key {key!r}")
+            raise RobotFileError(file, where, f"repeats the key {shortened(key)}")
         level.keys.add(key)
     level.at_key = not level.at_key
 
 
 def _in_one_line(error: yaml.YAMLError) -> str:
-    return " ".join(str(error).split())
+    return " ".join(str(error).split())[:_LONGEST_PROBLEM]

@@ -138,7 +138,7 @@ def _parsed(text: str, file: str) -> Any:
         fields: dict[str, Any] = {}
         for key, value in pairs:
             if key in fields:
-                raise FrameFileError(file, key, "is given twice; accepted: once")
+                raise FrameFileError(file, key[:LONGEST_NAME], "is given twice; accepted: once")
             fields[key] = value
         return fields
 
@@ -157,6 +157,12 @@ def _document(content: Any, file: str) -> _Document:
         raise FrameFileError(file, "", f"is not an object; accepted: one with schema {SCHEMA!r}")
     if content.get("schema") != SCHEMA:
         raise FrameFileError(file, "schema", f"is not {SCHEMA!r}, the one schema accepted")
+    for field in ("tools", "frames"):
+        # Before each of them is looked at: what is wrong with a hundred thousand takes long to say.
+        entries = content.get(field)
+        if isinstance(entries, list) and len(entries) > MOST_FRAMES:
+            problem = f"has {len(entries)} entries; accepted: at most {MOST_FRAMES}"
+            raise FrameFileError(file, field, problem)
     try:
         return _Document.model_validate(content)
     except ValidationError as error:

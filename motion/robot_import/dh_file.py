@@ -48,6 +48,9 @@ from ..pose import Array
 from .imported_chain import ImportedChain, ImportedJoint, to_matrix, to_placement
 from .urdf import placement_of
 
+MAX_ROWS = 64
+"""Most joints of a table; no robot has as many."""
+
 _NUMBER_COLUMNS = frozenset(
     {"theta", "d", "a", "alpha", "lower", "upper", "velocity", "acceleration"}
 )
@@ -64,6 +67,9 @@ def read_dh_csv(path: Path) -> dict[str, Any]:
         if line.strip().startswith("#") and colon:
             _declare(content, key.strip(), value.strip(), file)
     rows = [line for line in lines if line.strip() and not line.strip().startswith("#")]
+    if len(rows) > MAX_ROWS + 1:
+        problem = f"has {len(rows) - 1} rows; accepted: at most {MAX_ROWS}"
+        raise RobotFileError(file, "joints", problem)
     try:
         reader = csv.DictReader(rows, strict=True, skipinitialspace=True)
         columns = [name.strip() for name in reader.fieldnames or ()]
@@ -81,7 +87,7 @@ def _declare(content: dict[str, Any], key: str, value: str, file: str) -> None:
     said = content.setdefault(key, value)
     if said != value:
         problem = f"is declared twice, as {said[:40]!r} and {value[:40]!r}; accepted: one of them"
-        raise RobotFileError(file, key, problem)
+        raise RobotFileError(file, key[:40], problem)
 
 
 def _refuse_repeated(columns: Sequence[str], file: str) -> None:
@@ -109,7 +115,7 @@ def _csv_row(
             found[name] = float(text) if name in _NUMBER_COLUMNS else text
         except ValueError:
             problem = f"is {text[:40]!r}; accepted: a number"
-            raise RobotFileError(file, f"{where}.{name}", problem) from None
+            raise RobotFileError(file, f"{where}.{name[:40]}", problem) from None
     return found
 
 
@@ -172,7 +178,7 @@ class _DhFile(Facts):
     lengths: LengthUnit
     base: _End = Field(default_factory=_End)
     tool: _End = Field(default_factory=_End)
-    joints: Annotated[tuple[_Row, ...], Field(min_length=1)]
+    joints: Annotated[tuple[_Row, ...], Field(min_length=1, max_length=MAX_ROWS)]
     home: tuple[Real, ...] | None = None
 
 

@@ -27,7 +27,7 @@ import numpy as np
 
 from ..description.rules import MAX_FIXED_ANGLE, MAX_GAIN, MAX_LENGTH
 from ..description.schema import BoxFacts, CapsuleFacts, Placement, Shape, SphereFacts
-from ..errors import BadArgument, MeshFileError, NotFinite, RobotFileError
+from ..errors import BadArgument, MeshFileError, NotFinite, RobotFileError, shortened
 from ..pose import Array, Pose
 from ..scene.mesh_file import read_mesh
 from .imported_chain import UNTURNED, compose, to_placement
@@ -102,7 +102,7 @@ def read_urdf(path: Path) -> UrdfModel:
     root = read_xml(path)
     _refuse_xacro(root, file)
     if root.tag != "robot":
-        raise RobotFileError(file, "", f"begins with <{root.tag}>; accepted: a URDF's <robot>")
+        raise RobotFileError(file, "", f"begins with <{root.tag[:80]}>; accepted: a URDF's <robot>")
     if len(root.findall("link")) > MAX_LINKS:
         raise RobotFileError(file, "", f"has more than {MAX_LINKS} links")
     links = [_link(each, index, file) for index, each in enumerate(root.findall("link"))]
@@ -118,7 +118,7 @@ def _refuse_xacro(root: Element, file: str) -> None:
         if macro or any("${" in value or "$(" in value for value in element.attrib.values()):
             raise RobotFileError(
                 file,
-                f"<{element.tag.rpartition('}')[2]}>",
+                f"<{element.tag.rpartition('}')[2][:80]}>",
                 "is written in xacro, which is a program; expand it first:"
                 " xacro my.urdf.xacro > my.urdf",
             )
@@ -150,7 +150,7 @@ def _joint(element: Element, index: int, file: str) -> UrdfJoint:
     kind = element.get("type", "")
     if kind not in list(UrdfType):
         known = ", ".join(UrdfType)
-        raise RobotFileError(file, f"{where}.type", f"is {kind!r}; accepted: {known}")
+        raise RobotFileError(file, f"{where}.type", f"is {kind[:80]!r}; accepted: {known}")
     limit = element.find("limit")
     bounds = {
         field: None if limit is None else number(limit, field, file, f"{where}.limit")
@@ -345,7 +345,7 @@ def _geometry(geometry: Element, file: str, where: str) -> Iterator[tuple[Shape 
             case "mesh":
                 yield _mesh(form, file, place)
             case _:
-                yield None, f"collision shape {form.tag!r} is not known and left out"
+                yield None, f"collision shape {shortened(form.tag)} is not known and left out"
 
 
 _HERE = (0.0, 0.0, 0.0)
@@ -364,22 +364,26 @@ def _round(tag: str, radius: float, length: float) -> tuple[Shape, str]:
 
 def _mesh(form: Element, file: str, where: str) -> tuple[Shape | None, str]:
     name = form.get("filename", "")
+    shown = shortened(name)
     scale = numbers(form, "scale", 3, file, where) or (1.0, 1.0, 1.0)
     path = _mesh_path(name, Path(file))
     if path is None:
-        return None, f"mesh {name!r} is not found; no shape stands for it"
+        return None, f"mesh {shown} is not found; no shape stands for it"
     try:
         vertices = read_mesh(path).vertices * np.array(scale)
     except MeshFileError as error:
-        return None, f"mesh {name!r} cannot be read ({error.problem}); no shape stands for it"
+        return None, f"mesh {shown} cannot be read ({error.problem}); no shape stands for it"
     if float(np.abs(vertices).max()) > MAX_LENGTH:
-        return None, f"mesh {name!r} is over {MAX_LENGTH:g} m (its scale?); no shape stands for it"
-    return bounding_box(vertices), f"mesh {name!r} is enclosed in a box"
+        return None, f"mesh {shown} is over {MAX_LENGTH:g} m (its scale?); no shape stands for it"
+    return bounding_box(vertices), f"mesh {shown} is enclosed in a box"
 
 
 def _mesh_path(name: str, urdf: Path) -> Path | None:
     # package://NAME/REST is searched in folders called NAME above the URDF, then beside them.
-    parts = urlsplit(name)
+    try:
+        parts = urlsplit(name)
+    except ValueError:  # such as an address in brackets that is none
+        return None
     rest = unquote(parts.path).lstrip("/")
     folder = urdf.absolute().parent
     candidates: list[Path]

@@ -9,6 +9,11 @@ endian). OBJ: the elements `v` and `f`; polygons are split into fans; all else i
 
 from __future__ import annotations
 
+import codecs
+import io
+import math
+from array import array
+from collections.abc import Iterator
 from itertools import pairwise
 from pathlib import Path
 from typing import NamedTuple, TypeAlias
@@ -22,6 +27,11 @@ from ..pose import Array
 
 MAX_BYTES = 64 << 20
 MAX_TRIANGLES = 500_000
+MAX_VERTICES = 3 * MAX_TRIANGLES
+MAX_LINES = 8 * MAX_TRIANGLES
+"""Most lines of a text file: of the greatest in ASCII STL each triangle has seven."""
+MAX_LINE = 1 << 20
+"""Longest line of a text file, characters."""
 
 _HEADER = 80
 _TRIANGLE = np.dtype([("normal", "<f4", 3), ("corners", "<f4", (3, 3)), ("attribute", "<u2")])
@@ -79,40 +89,67 @@ def _not_binary_stl(file: str, content: bytes) -> MeshFileError:
 
 
 def _ascii_stl(file: str, content: bytes) -> Triangles:
-    points: list[tuple[float, float, float]] = []
-    for number, line in enumerate(_text(file, content).splitlines(), start=1):
-        match line.split():
-            case ["endfacet", *_] if len(points) % 3:
+    points = array("d")
+    for number, words in _lines(file, content):
+        match words:
+            case ["endfacet", *_] if len(points) % 9:
                 raise MeshFileError(file, f"line {number}", "a facet has not three vertices")
             case ["vertex", *values]:
-                points.append(_point(file, number, values))
-    if len(points) % 3:
+                _check_room(file, number, len(points) // 9)
+                points.extend(_point(file, number, values))
+    if len(points) % 9:
         raise MeshFileError(file, "", "ends within a facet")
-    _check_count(file, len(points) // 3)
-    return _soup(np.array(points))
+    _check_count(file, len(points) // 9)
+    return _soup(np.array(points).reshape(-1, 3))
 
 
 def _obj(file: str, content: bytes) -> Triangles:
-    points: list[tuple[float, float, float]] = []
-    corners: list[tuple[int, int, int]] = []
-    for number, line in enumerate(_text(file, content).splitlines(), start=1):
-        match line.split():
+    points, corners = array("d"), array("q")
+    for number, words in _lines(file, content):
+        match words:
             case ["v", *values]:
-                points.append(_point(file, number, values[:3]))
-            case ["f", *words]:
-                place = [_index(file, number, word, len(points)) for word in words]
+                if len(points) >= 3 * MAX_VERTICES:
+                    problem = f"is vertex {MAX_VERTICES + 1}; accepted: {MAX_VERTICES}"
+                    raise MeshFileError(file, f"line {number}", problem)
+                points.extend(_point(file, number, values[:3]))
+            case ["f", *named]:
+                place = [_index(file, number, word, len(points) // 3) for word in named]
                 if len(place) < 3:
                     raise MeshFileError(file, f"line {number}", "a face has not three corners")
-                corners += [(place[0], *edge) for edge in pairwise(place[1:])]
-    _check_count(file, len(corners))
-    return Triangles(np.array(points), np.array(corners, dtype=np.int64))
+                _check_room(file, number, len(corners) // 3)
+                for edge in pairwise(place[1:]):
+                    corners.extend((place[0], *edge))
+    _check_count(file, len(corners) // 3)
+    vertices = np.array(points).reshape(-1, 3)
+    return Triangles(vertices, np.array(corners, dtype=np.int64).reshape(-1, 3))
 
 
-def _text(file: str, content: bytes) -> str:
-    try:
-        return content.decode("utf-8")
-    except UnicodeDecodeError as error:
-        raise MeshFileError(file, f"byte {error.start}", "is not UTF-8 text") from error
+def _lines(file: str, content: bytes) -> Iterator[tuple[int, list[str]]]:
+    """Yield the words of each line, with its number; a list of them takes ten times the file."""
+    _check_text(file, content)
+    with io.TextIOWrapper(io.BytesIO(content), encoding="utf-8") as text:
+        number = 0
+        while line := text.readline(MAX_LINE + 1):
+            number += 1
+            if number > MAX_LINES:
+                problem = f"is one more than the {MAX_LINES} lines that are accepted"
+                raise MeshFileError(file, f"line {number}", problem)
+            if len(line) > MAX_LINE:
+                problem = f"is longer than {MAX_LINE} characters"
+                raise MeshFileError(file, f"line {number}", problem)
+            yield number, line.split()
+
+
+def _check_text(file: str, content: bytes) -> None:
+    decoder = codecs.getincrementaldecoder("utf-8")()
+    for begin in range(0, len(content), MAX_LINE):
+        end = begin + MAX_LINE
+        try:
+            decoder.decode(content[begin:end], final=end >= len(content))
+        except UnicodeDecodeError as error:
+            # What it had kept of the piece before stands in front of this one.
+            byte = min(end, len(content)) - len(error.object) + error.start
+            raise MeshFileError(file, f"byte {byte}", "is not UTF-8 text") from error
 
 
 def _point(file: str, number: int, values: list[str]) -> tuple[float, float, float]:
@@ -120,7 +157,7 @@ def _point(file: str, number: int, values: list[str]) -> tuple[float, float, flo
         x, y, z = (float(value) for value in values)
     except ValueError:
         raise MeshFileError(file, f"line {number}", "a vertex is not three numbers") from None
-    if not np.isfinite((x, y, z)).all():
+    if not (math.isfinite(x) and math.isfinite(y) and math.isfinite(z)):
         raise MeshFileError(file, f"line {number}", "a coordinate is not a finite number")
     return x, y, z
 
@@ -136,6 +173,13 @@ def _index(file: str, number: int, word: str, count: int) -> int:
         problem = f"names vertex {value}; accepted: 1 to {count}"
         raise MeshFileError(file, f"line {number}", problem)
     return place
+
+
+def _check_room(file: str, number: int, triangles: int) -> None:
+    """Refuse one more triangle than may be, before any more are kept."""
+    if triangles >= MAX_TRIANGLES:
+        problem = f"begins triangle {triangles + 1}; accepted: 1 to {MAX_TRIANGLES}"
+        raise MeshFileError(file, f"line {number}", problem)
 
 
 def _check_count(file: str, triangles: int) -> None:

@@ -187,6 +187,37 @@ def torn_detail(torn: bytes) -> dict[str, Detail]:
     return {"torn_bytes": len(torn), "torn_sha256": hashlib.sha256(torn).hexdigest()}
 
 
+class _Damaged:
+    """Damaged lines one after the other, of which no more is kept than is asked about them.
+
+    Attributes:
+        lines: how many there are.
+        is_any_whole: one of them is complete JSON.
+    """
+
+    def __init__(self) -> None:
+        """Begin with none."""
+        self.lines = 0
+        self.is_any_whole = False
+        self._bytes = 0
+        self._hash = hashlib.sha256()
+
+    def add(self, line: bytes) -> None:
+        """Take the next one, without its line feed."""
+        if self.lines:
+            self._bytes += 1
+            self._hash.update(b"\n")
+        self.lines += 1
+        self._bytes += len(line)
+        self._hash.update(line)
+        self.is_any_whole = self.is_any_whole or _is_whole(line)
+
+    @property
+    def detail(self) -> dict[str, Detail]:
+        """What a LOG_RECOVERED entry says of them."""
+        return {"torn_bytes": self._bytes, "torn_sha256": self._hash.hexdigest()}
+
+
 class ChainCheck:
     """Checks lines one after the other.
 
@@ -200,7 +231,7 @@ class ChainCheck:
         self.lines = 0
         self.torn = 0
         self._is_open = from_the_middle
-        self._damaged: list[bytes] = []
+        self._damaged = _Damaged()
 
     def feed(self, line: bytes) -> str | None:
         """Check the next line.
@@ -215,7 +246,7 @@ class ChainCheck:
         self.lines += 1
         record = read_line(line)
         if record is None:
-            self._damaged.append(line)
+            self._damaged.add(line)
             return None
         fault = self._account(record) or self._follow(record)
         self.last = Link(record["n"], record["hash"])
@@ -224,24 +255,24 @@ class ChainCheck:
 
     def finish(self) -> str | None:
         """Return what is wrong with the last lines, if nothing accounted for them."""
-        if not self._damaged:
+        if not self._damaged.lines:
             return None
-        first = self.lines - len(self._damaged) + 1
-        self._damaged.clear()
+        first = self.lines - self._damaged.lines + 1
+        self._damaged = _Damaged()
         return f"line {first} is torn or was altered"
 
     def _account(self, record: Mapping[str, Any]) -> str | None:
         """Clear torn lines that this record accounts for; else return that they are damaged."""
-        if not self._damaged:
+        damaged = self._damaged
+        if not damaged.lines:
             return None
+        self._damaged = _Damaged()
         is_recovery = record.get("event") == AuditEvent.LOG_RECOVERED
-        right = record.get("detail") == torn_detail(b"\n".join(self._damaged))
-        if is_recovery and right and not any(_is_whole(line) for line in self._damaged):
-            self.torn += len(self._damaged)
-            self._damaged.clear()
+        right = record.get("detail") == damaged.detail
+        if is_recovery and right and not damaged.is_any_whole:
+            self.torn += damaged.lines
             return None
-        first = self.lines - len(self._damaged)
-        self._damaged.clear()
+        first = self.lines - damaged.lines
         return f"line {first} is torn or was altered"
 
     def _follow(self, record: Mapping[str, Any]) -> str | None:

@@ -24,6 +24,8 @@ from datetime import UTC, datetime
 from pathlib import Path
 from typing import Protocol
 
+from openpendant.motion.bounded_file import open_regular
+
 from ..background_writer import BackgroundWriter
 from .audit import (
     LONGEST_LINE,
@@ -208,7 +210,7 @@ def read_lines(path: Path) -> Iterator[bytes]:
         OSError: a file cannot be read.
     """
     for file in all_files(path):
-        with file.open("rb") as stream:
+        with open_regular(file) as stream:
             while line := stream.readline(LONGEST_LINE):
                 yield line.removesuffix(b"\n")
 
@@ -230,7 +232,7 @@ class _End:
 
 def _end_of(path: Path) -> _End:
     try:
-        with path.open("rb") as file:
+        with open_regular(path) as file:
             file.seek(max(0, file.seek(0, os.SEEK_END) - 2 * LONGEST_LINE))
             tail = file.read()
     except FileNotFoundError:

@@ -16,6 +16,7 @@ import re
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from typing import Any, BinaryIO, NoReturn, TextIO
 
+from ..programs.language.program import MOST_POINTS
 from ..store.documents import DocumentKind, Heading, Store
 from ..store.recording_format import (
     MOST_COLUMNS,
@@ -93,8 +94,10 @@ def read_points(stream: BinaryIO, file: str) -> list[dict[str, Any]]:
         if not _WHOLE_PLACE.fullmatch(column):
             problem = f"{column[:80]!a} names no value; accepted: such as joints[0]"
             raise BadDocument(file, problem, line=1, place=f"column {index + 1}")
-    points = []
+    points: list[dict[str, Any]] = []
     for line, row in rows:
+        if len(points) == MOST_POINTS:
+            raise BadDocument(file, f"accepted: at most {MOST_POINTS} points", line=line)
         point: dict[str, Any] = {}
         for index, (column, cell) in enumerate(zip(columns, row, strict=True)):
             if cell:

@@ -8,19 +8,22 @@ Owns the message about a file or a key that cannot be used. Must not know any ke
 from __future__ import annotations
 
 import json
-import tomllib
 from pathlib import Path
 from typing import Any, TypeVar
 
 from pydantic import BaseModel, ValidationError
 
-from openpendant.motion.bounded_file import beginning_of
+from openpendant.motion.bounded_file import beginning_of, toml_of
+from openpendant.motion.errors import shortened
 
 OFF = "off"
 """Value in a file for a ROS-Industrial port that nobody listens on; None in the settings."""
 
 MAX_FILE = 1_048_576
 """Largest configuration file, bytes."""
+
+_LONGEST_PART = 80
+"""Characters of a key that are shown."""
 
 
 _M = TypeVar("_M", bound=BaseModel)
@@ -49,7 +52,7 @@ def load_settings(path: Path) -> dict[str, Any]:
         content = beginning_of(path, MAX_FILE + 1)
         if len(content) > MAX_FILE:
             raise ConfigurationError(str(path), "", f"is larger than {MAX_FILE} bytes")
-        data = tomllib.loads(content.decode())
+        data = toml_of(content)
     except OSError as error:
         raise ConfigurationError(str(path), "", f"cannot be read: {error.strerror}") from None
     except (ValueError, RecursionError) as error:  # no TOML, no UTF-8, or nested without end
@@ -71,13 +74,13 @@ def checked(model: type[_M], data: object, source: str, owner: str = "") -> _M:
         return model.model_validate(data)
     except ValidationError as error:
         first = error.errors(include_url=False)[0]
-        key = ".".join(str(part) for part in first["loc"])
+        key = ".".join(str(part)[:_LONGEST_PART] for part in first["loc"])
         if first["type"] == "extra_forbidden":
             problem = f"unknown key; known here: {', '.join(_known_keys(model, first['loc']))}"
         elif first["type"] == "missing":
             problem = "must be given"
         else:
-            problem = f"{first['msg']}; got {first['input']!r}"
+            problem = f"{first['msg']}; got {shortened(first['input'])}"
         raise ConfigurationError(source, f"{key} {owner}".strip(), problem) from None
 
 

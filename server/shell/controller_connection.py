@@ -3,6 +3,9 @@
 Owns the attempts to connect and reconnect; what comes is passed on to the core. What a lost
 connection means for a motion is the core's decision.
 
+Owns how much of what a controller says is handled in one turn of the loop, by processor time, and
+that a connection is given up whose messages have waited for so long that they tell of the past.
+
 Owns which host names are one machine, so that two cells do not drive one robot by two names. That
 check asks the name service, so it may block; a name that is not known there, or not yet, is
 compared as it is written. `addresses_of` must not know what a cell is.
@@ -13,9 +16,11 @@ from __future__ import annotations
 import asyncio
 import logging
 import socket
+from collections import deque
 from collections.abc import Callable
 from functools import cache
 from ipaddress import IPv6Address, ip_address
+from time import thread_time_ns
 from typing import Any, cast
 
 from openpendant.simplemsg import (
@@ -48,6 +53,23 @@ UNANSWERED = 2_500
 Motion and stop link are idle between motions; in a motion, replies and feedback have far shorter
 deadlines of their own.
 """
+
+TURN_NS = 1_500_000
+"""Processor time of a turn [ns]. The message during which it is used up is the turn's last, so that
+with that one a turn stays below 2 ms."""
+
+READ_AHEAD = 64 * 1024
+"""While so many bytes wait for their turn no more are read."""
+
+UNREAD = 64 * 1024
+"""A controller that does not read so many bytes of points or answers is given up."""
+
+_RECEIVE_BUFFER = 64 * 1024
+"""Bytes that the kernel may keep of what a controller says: what waits there is not counted as
+waiting here, and ages as well."""
+
+_PROMPT_NS = 10_000_000
+"""A read so long after the last one was handled had not waited in the kernel [ns]."""
 
 
 class ControllerConnection(asyncio.Protocol):
@@ -86,6 +108,17 @@ class ControllerConnection(asyncio.Protocol):
         self._complained = False
         self._ending = False
         self._is_closing = False
+        self._begin_anew()
+
+    def _begin_anew(self) -> None:
+        """Forget what waits: it was said on a connection that is gone."""
+        self._decoded: deque[Received] = deque()
+        self._later = 0  # answers among them, which the connection has counted already
+        self._is_behind = False
+        self._is_paused = False
+        self._goes_on = False
+        self._behind_since: int | None = None
+        self._handled = 0  # when the last of all that had come was handled [ns]
 
     @property
     def is_up(self) -> bool:
@@ -129,10 +162,12 @@ class ControllerConnection(asyncio.Protocol):
     def connection_made(self, transport: asyncio.BaseTransport) -> None:
         """Begin a conversation and tell the core."""
         prepare_socket(transport.get_extra_info("socket"), UNANSWERED)
+        _bound_receive_buffer(transport.get_extra_info("socket"))
         self._deliver = self._inbox.entrance(self._cell)
         self._is_noted = self._inbox.is_noted  # as in a client's connection
         self._transport = cast(asyncio.Transport, transport)  # uvloop's are none by class
         self._is_closing = False
+        self._begin_anew()
         # Only here it is asked for more than motion, by our own messages.
         dialect = PENDANT if self.path is ControllerPath.STATE else STANDARD
         self._wire = Connection(
@@ -143,28 +178,96 @@ class ControllerConnection(asyncio.Protocol):
         self._inbox.path_changed(self._cell, self.link, PathChanged(self.path, True))
 
     def data_received(self, data: bytes) -> None:
-        """Decode what came and hand each message to the core, on this call stack."""
+        """Decode what came and hand each message to the core, on this call stack.
+
+        What a turn leaves is handed on in later ones, and what comes meanwhile waits behind it.
+        """
         wire = self._wire
         if wire is None:
             return
         now = self._inbox.wire_bytes(self.link, data)
-        deliver, path = self._deliver, self.path
-        while True:
-            awaited = wire.awaited
-            batch = wire.receive(data)
-            # The connection has counted all answers; each is to be judged as if it came alone.
-            later = awaited - wire.awaited
-            for received in batch:
-                if later and _is_answer(received):
-                    later -= 1
-                deliver(ControllerReport(path, received, wire.awaited + later), now)
-            if not wire.more:
+        was_behind = self._is_behind
+        if was_behind and data:
+            wire.read_ahead(data)
+            self._bound_reading(wire)
+            return
+        # Nearly always this is one report or one answer, so that all of it is in one function.
+        deliver, path, decoded = self._deliver, self.path, self._decoded
+        began, taken, is_over = thread_time_ns(), 0, False
+        while not is_over:
+            if not decoded:
+                awaited = wire.awaited
+                decoded.extend(wire.receive(data))
+                data = b""
+                # The connection has counted all answers; each is to be judged as if it came alone.
+                self._later = awaited - wire.awaited
+                if not decoded:
+                    break
+            received = decoded.popleft()
+            if self._later and _is_answer(received):
+                self._later -= 1
+            deliver(ControllerReport(path, received, wire.awaited + self._later), now)
+            taken += 1
+            if not decoded and not wire.more and not was_behind:
                 break
-            data = b""
-        if wire.fault is not None:
-            problem = str(wire.fault)
+            is_over = thread_time_ns() - began >= TURN_NS
+            if self._is_noted:
+                is_over = self._observations.turn_ended(self.link, taken, is_over)
+        self._is_behind = is_over
+        problem = "" if is_over or wire.fault is None else str(wire.fault)
+        if is_over or self._behind_since is not None:
+            problem = problem or self._too_late(was_behind, now)
+        if problem:
             deliver(ControllerGarbled(path, problem), now)
             self.drop(problem)
+        elif is_over or self._is_paused:
+            self._bound_reading(wire)
+            self._share_the_loop()
+
+    def _too_late(self, was_behind: bool, now: int) -> str:
+        """Return in words that messages have waited for too long, if so; called behind each turn.
+
+        Args:
+            was_behind: the turn went on with what an earlier one had left.
+        """
+        if not was_behind and now - self._handled > _PROMPT_NS:
+            self._behind_since = None
+        if self._is_behind:
+            if self._behind_since is None:
+                self._behind_since = now
+            late = now - self._behind_since
+            if late > self._link.abort_age_ns:
+                text = "it says more than can be handled: messages have waited for"
+                return f"{text} {late / 1e6:.0f} ms"
+            return ""
+        self._handled = now
+        if not was_behind:
+            self._behind_since = None  # all that had come, in one turn
+        return ""
+
+    def _bound_reading(self, wire: Connection) -> None:
+        """Read no more while much waits for its turn."""
+        transport, is_full = self._transport, self._is_behind and wire.waiting >= READ_AHEAD
+        if transport is None or is_full is self._is_paused or transport.is_closing():
+            return
+        self._is_paused = is_full
+        if is_full:
+            transport.pause_reading()
+        else:
+            transport.resume_reading()
+
+    def _share_the_loop(self) -> None:
+        """Leave what waits to the next turn of the loop."""
+        if self._is_behind and not self._goes_on:
+            self._goes_on = True
+            asyncio.get_running_loop().call_soon(self._go_on)
+
+    def _go_on(self) -> None:
+        self._goes_on = False
+        transport = self._transport
+        if self._is_behind and transport is not None:
+            if not self._is_closing and not transport.is_closing():
+                self.data_received(b"")
 
     def eof_received(self) -> bool:
         """A controller that says no more is lost."""
@@ -192,6 +295,12 @@ class ControllerConnection(asyncio.Protocol):
         if self._is_noted:
             self._observations.sent(self.link, frame)
         self._transport.write(frame)
+        is_deaf = self._transport.get_write_buffer_size() > UNREAD
+        if self._is_noted:
+            is_deaf = self._observations.is_flooded(self.link, is_deaf)
+        if is_deaf:
+            self.drop(f"more than {UNREAD} bytes to it are unread")
+            self._transport.abort()  # what is left would never leave
         return True
 
     def end(self) -> None:
@@ -217,6 +326,12 @@ class ControllerConnection(asyncio.Protocol):
 def _is_answer(received: Received) -> bool:
     """Return True if a message answers a request of ours, readable or not."""
     return not isinstance(received, Unasked) and received.comm_type == _REPLY
+
+
+def _bound_receive_buffer(sock: socket.socket) -> None:
+    """Have the kernel keep little: a controller that is not read has to wait, or to say less."""
+    if sock.family in (socket.AF_INET, socket.AF_INET6):
+        sock.setsockopt(socket.SOL_SOCKET, socket.SO_RCVBUF, _RECEIVE_BUFFER)
 
 
 _THIS_MACHINE = "127.0.0.1"

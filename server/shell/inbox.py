@@ -54,9 +54,9 @@ class Observations:
         """Return whether a client is behind with what was written to it."""
         return self._noted("clogged", session, is_behind)
 
-    def is_flooded(self, session: int, is_behind: bool) -> bool:
-        """Return whether a client is so far behind that it is cut off."""
-        return self._noted("flooded", session, is_behind)
+    def is_flooded(self, link: str | int, is_behind: bool) -> bool:
+        """Return whether a client or a controller is so far behind that it is cut off."""
+        return self._noted("flooded", link, is_behind)
 
     def is_paired(self, cell: str, is_typed: bool) -> bool:
         """Return whether the code that was typed is the one of a cell, which no journal holds."""
@@ -65,6 +65,15 @@ class Observations:
     def has_stopped(self, link: str, has_stopped: bool) -> bool:
         """Return whether the watchdog has sent a STOP to a robot."""
         return self._noted("stopped", link, has_stopped)
+
+    def turn_ended(self, link: str | int, taken: int, is_over: bool) -> bool:
+        """Return whether a turn of a connection ends behind the message of this number.
+
+        Args:
+            taken: messages that were handled in the turn, 1 or more.
+            is_over: whether the turn's processor time is used up.
+        """
+        return self._noted("turn", f"{link}/{taken}", is_over)
 
     def _noted(self, question: str, link: str | int, answer: bool) -> bool:
         return self._journal.answer(question, link, answer) if self._journal.is_kept else answer

@@ -139,6 +139,9 @@ log = logging.getLogger("openpendant.server")
 _BUSY_TIMEOUT = 2.0
 """Longest time that a change waits for another process that holds the file [s]."""
 
+_LONGEST_NAME = 80
+"""Characters of a name in a file's schema that are shown."""
+
 _MOST_KEPT = 10_000
 _PAGE_BYTES = 4_096
 
@@ -342,7 +345,24 @@ def _version(connection: sqlite3.Connection, path: Path) -> int:
     ).fetchone()
     if tables and application_id != APPLICATION_ID:
         raise ForeignFile(f"{path}: is a database of another program; choose another file")
+    _check_schema(connection, path)
     return int(version)
+
+
+def _check_schema(connection: sqlite3.Connection, path: Path) -> None:
+    """Refuse a file with code in it: a trigger would change what is saved, a view never end.
+
+    Raises:
+        ForeignFile: something is in it that no migration has made.
+    """
+    found = connection.execute(
+        "SELECT type, name FROM sqlite_schema WHERE type NOT IN ('table', 'index')"
+        " OR type = 'table' AND rootpage = 0 LIMIT 1"  # a virtual table
+    ).fetchone()
+    if found is not None:
+        kind = found[0] if found[0] in ("trigger", "view") else "virtual table"
+        name = repr(str(found[1])[:_LONGEST_NAME])
+        raise ForeignFile(f"{path}: has the {kind} {name}, which no store has; choose another file")
 
 
 def _check_version(path: Path, version: int, migrations: Sequence[Migration]) -> None:

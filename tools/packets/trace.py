@@ -19,6 +19,7 @@ MAX_ENTRY = 262_144
 """Longest accepted line of a trace file, bytes; the largest frame needs half of it."""
 
 _NANOSECONDS = 1_000_000_000
+_GREATEST = 2**31 - 1
 LONGEST_TRACE = 1_000_000_000
 """No entry is further from the start than this [s]; a wild number is none."""
 
@@ -138,6 +139,8 @@ def _integer(value: dict[str, Any], key: str, default: int) -> int:
     number = value.get(key, default)
     if isinstance(number, bool) or not isinstance(number, int):
         raise EntryError(f"{key} must be an integer")
+    if not 0 <= number <= _GREATEST:
+        raise EntryError(f"{key} must be 0 to {_GREATEST}")
     return number
 
 

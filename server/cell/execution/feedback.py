@@ -92,6 +92,7 @@ class Feedback:
         shown: mode, fault and error together.
         received: time of the last joint report [ns].
         reports: how many joint reports were taken.
+        other_robot: number of another robot that the controller reported; None for none.
         broken: a report held a value that no joint has; motion is impossible until one is sound.
         says_emulated: on this connection the controller says that it is emulated. That gives no
             right: known to be emulated is one only whose cell's file says so as well.
@@ -109,6 +110,7 @@ class Feedback:
         self.shown = NOTHING_SHOWN
         self.received = 0
         self.reports = 0
+        self.other_robot: int | None = None
         self.broken = False
         self.says_emulated = False
         self._status_received = 0
@@ -124,7 +126,7 @@ class Feedback:
         """Take a report of the controller; other messages are none of our business."""
         self._stands = None
         match message:
-            case JointFeedback(valid_fields=valid, positions=positions):
+            case JointFeedback(robot_id=0, valid_fields=valid, positions=positions):
                 if valid & _POSITION:
                     reported = valid & _VELOCITY
                     self._full = True
@@ -140,6 +142,9 @@ class Feedback:
                 self.error = message.error_code or -1 if message.in_error == _TRUE else 0
                 self.fault = _fault_of(message)
                 self.shown = Shown(self.mode, self.fault, self.error)
+            case JointFeedback():
+                # Of another robot at the same controller: where that one is tells nothing of ours.
+                self.other_robot = message.robot_id
 
     def _take_joints(
         self, positions: tuple[float, ...], velocities: tuple[float, ...] | None, now: int
@@ -176,6 +181,7 @@ class Feedback:
         self.shown = NOTHING_SHOWN
         self.velocity_known = False
         self.velocity = (0.0,) * self._dof
+        self.other_robot = None
         self.broken = False
         self.says_emulated = False
         self._full = False
@@ -381,7 +387,9 @@ def lost(feedback: Feedback, now: int) -> Refusal | None:
     if feedback.is_lost(now):
         age = feedback.age(now)
         seen = "never" if age is None else f"{age / 1e6:.0f} ms ago"
-        return Refusal(VerdictCode.FEEDBACK_STALE, f"the last position report came {seen}")
+        other = feedback.other_robot
+        instead = "" if other is None else f"; it reports robot {other}, and robot 0 is ours"
+        return Refusal(VerdictCode.FEEDBACK_STALE, f"the last position report came {seen}{instead}")
     if feedback.broken:
         return Refusal(VerdictCode.NOT_FINITE, "the controller reports a position that is none")
     fault = feedback.fault

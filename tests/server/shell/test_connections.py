@@ -64,6 +64,7 @@ def connected(wire: socket.socket) -> tuple[ControllerConnection, Mock, Mock]:
     inbox.entrance.return_value = cell.deliver
     transport.get_extra_info.return_value = wire
     transport.is_closing.return_value = False
+    transport.get_write_buffer_size.return_value = 0
     connection = made_connection(inbox)
     connection.connection_made(transport)
     return connection, cell, transport
@@ -164,6 +165,7 @@ async def test_a_pendants_burst_leaves_each_turn_of_the_loop_time_for_others(
     inbox.clients.read_ahead.return_value = 512 * 1024
     transport.get_extra_info.side_effect = {"peername": None, "socket": Mock()}.get
     transport.is_closing.return_value = False
+    transport.get_write_buffer_size.return_value = 0
     client = ClientConnection(inbox, Mock(), port)
     client.connection_made(transport)
     counts = []

@@ -7,14 +7,13 @@ of how a fault is done.
 
 from __future__ import annotations
 
-import tomllib
 from enum import Enum
 from pathlib import Path
 from typing import Annotated, Any, Literal, get_args
 
 from pydantic import BaseModel, ConfigDict, Field, ValidationError, model_validator
 
-from openpendant.motion.bounded_file import beginning_of
+from openpendant.motion.bounded_file import beginning_of, toml_of
 from openpendant.simplemsg import DIALECTS
 
 from ..console import PacketToolError
@@ -309,7 +308,7 @@ def load_script(path: Path) -> FaultScript:
         content = beginning_of(path, MAX_SCRIPT + 1)
         if len(content) > MAX_SCRIPT:
             raise FaultScriptError(f"{path}: is larger than {MAX_SCRIPT} bytes")
-        data = tomllib.loads(content.decode())
+        data = toml_of(content)
     except OSError as error:
         raise FaultScriptError(f"{path}: cannot be read: {error.strerror}") from None
     except (ValueError, RecursionError) as error:  # no TOML, no UTF-8, or nested without end

@@ -20,6 +20,10 @@ MAX_LINE = 64 * 1024 * 1024
 """Longest accepted line, bytes; a planned motion of an hour needs half of it."""
 
 
+_LATEST = 2**63 - 1
+"""Greatest time [ns]."""
+
+
 class JournalError(PacketToolError):
     """The file is no journal, or a damaged one; the text says where and why."""
 
@@ -161,6 +165,8 @@ class JournalFile:
         value = line.get(key)
         if not isinstance(value, kind) or isinstance(value, bool):
             raise self._error(f"{key} is missing or of the wrong kind")
+        if isinstance(value, int) and not 0 <= value <= _LATEST:
+            raise self._error(f"{key} is no time")
         return value
 
     def _data(self, line: dict[str, Any]) -> bytes:

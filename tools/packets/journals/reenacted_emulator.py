@@ -14,7 +14,13 @@ from openpendant.motion.errors import MotionError
 from openpendant.simplemsg.pendant import OperatorAction
 
 from .journal_file import Header, JournalError, JournalEvent
-from .reenactment import NullTransport, ReplayedJournal, unknown_event, unusable_settings
+from .reenactment import (
+    NullTransport,
+    ReplayedJournal,
+    is_number,
+    unknown_event,
+    unusable_settings,
+)
 
 
 class ReenactedEmulator:
@@ -39,7 +45,7 @@ class ReenactedEmulator:
         """Let an event happen."""
         service = self._service
         match happening.event:
-            case "tick" if happening.link.isdigit():
+            case "tick" if is_number(happening.link):
                 service.tick(int(happening.link))
             case "in":
                 self._link(happening).data_received(happening.data)

@@ -30,7 +30,13 @@ from openpendant.server.shell.client_connection import ClientConnection
 from openpendant.server.store.requests import Answer, Request
 
 from .journal_file import Header, JournalError, JournalEvent
-from .reenactment import NullTransport, ReplayedJournal, unknown_event, unusable_settings
+from .reenactment import (
+    NullTransport,
+    ReplayedJournal,
+    is_number,
+    unknown_event,
+    unusable_settings,
+)
 
 _BACKENDS = {event: backend for backend, event in ANSWERED.items()}
 
@@ -137,8 +143,10 @@ class ReenactedServer:
             port = Port[happening.more["port"]]
             address = str(happening.more["address"])
             cell = happening.more.get("cell")
-        except KeyError:
+        except (KeyError, TypeError):
             raise unknown_event(happening) from None
+        if cell is not None and (type(cell) is not int or not 0 <= cell < len(self._settings)):
+            raise JournalError(f"event {happening.number}: there is no such cell")
         client = self._clients[happening.link] = self._app.connect(port, cell)
         client.connection_made(NullTransport(address))
 
@@ -173,7 +181,7 @@ class ReenactedServer:
         backend, link = _BACKENDS[happening.event], happening.link
         for at, (cell, planner) in enumerate(zip(self._app.cells, self._planners, strict=True)):
             number = link.removeprefix(cell.label)
-            if not link.startswith(cell.label) or not number.isdigit():
+            if not link.startswith(cell.label) or not is_number(number):
                 continue
             asked = cell.core.asked(backend, int(number))
             if asked is None and backend is Backend.PLANNER and number in planner.jobs:

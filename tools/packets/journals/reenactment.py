@@ -172,6 +172,14 @@ class _NoSocket:
     family = socket.AF_UNSPEC
 
 
+_MOST_DIGITS = 18
+
+
+def is_number(link: str) -> bool:
+    """Return True if the link of an event is the number of something."""
+    return link.isascii() and link.isdigit() and len(link) <= _MOST_DIGITS
+
+
 def unknown_event(happening: JournalEvent) -> JournalError:
     """Return the error for an event that this version does not know."""
     return JournalError(f"event {happening.number}: {happening.event!r} is not known here")

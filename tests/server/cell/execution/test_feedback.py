@@ -9,10 +9,11 @@ from rigs.cells.controller_reports import joint_report, status
 from rigs.cells.expectations import known
 from rigs.cells.server_rig import MS
 
-from openpendant.server.cell.execution.feedback import Feedback
+from openpendant.server.cell.execution.feedback import Feedback, lost
 from openpendant.server.cell.execution.motion_watch import ReportTiming
 from openpendant.server.settings.cell_settings import ControllerLink
-from openpendant.simplemsg import ControllerMode, JointPosition, Status, joint_array
+from openpendant.simplemsg import ControllerMode, JointFeedback, JointPosition, Status, joint_array
+from openpendant.simplemsg.verdicts import VerdictCode
 
 FRESH, LOST = figure(5, "fresh").ns, figure(5, "lost").ns
 FRESH_PERIODS, LOST_PERIODS = figure(5, "fresh_periods").bound, figure(5, "lost_periods").bound
@@ -315,3 +316,17 @@ def test_a_lost_connection_forgets_all_of_it() -> None:
     timing.clear()
     timing.take((0.0,), 0)
     assert timing.joint_base is None
+
+
+def test_the_report_of_another_robot_is_not_taken_as_ours(feedback: Feedback) -> None:
+    feedback.take(joint_report((0.5, 0.5), (0.0, 0.0)), 0)
+    ours = joint_report((1.0, 1.0), (1.0, 1.0))
+    parts = (ours.valid_fields, ours.time, ours.positions, ours.velocities, ours.accelerations)
+    for other in (1, 7, -1):
+        feedback.take(JointFeedback(other, *parts), LOST)
+    assert feedback.standing_at == (0.5, 0.5)
+    assert feedback.is_standing
+    assert feedback.is_lost(LOST + 1)
+    told = known(lost(feedback, LOST + 1))
+    assert told.code is VerdictCode.FEEDBACK_STALE
+    assert told.sentence.endswith("it reports robot -1, and robot 0 is ours")
