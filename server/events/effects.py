@@ -70,6 +70,23 @@ class Close:
     reason: str
 
 
+@dataclass(frozen=True, slots=True)
+class Hold:
+    """Let wait what a connection sends from now on, but for what stops or keeps alive.
+
+    What it asked last is read elsewhere, and nothing that was sent behind it may act before.
+    """
+
+    session: int
+
+
+@dataclass(frozen=True, slots=True)
+class Release:
+    """Go on with what a connection sent while it was held, in its order."""
+
+    session: int
+
+
 @dataclass(slots=True)
 class SendToController:
     """Write a message to the controller's motion connection."""
@@ -171,6 +188,8 @@ Effect = (
     Send
     | Broadcast
     | Close
+    | Hold
+    | Release
     | SendToController
     | SendStop
     | AnswerController

@@ -33,10 +33,12 @@ from ..events.effects import (
     Cancel,
     Close,
     Effect,
+    Hold,
     LogLine,
     QueryController,
     Question,
     ReconnectController,
+    Release,
     Send,
     SendStop,
     SendToController,
@@ -227,6 +229,14 @@ class Outbox:
                     client = self._clients.get(session)
                     if client is not None:
                         client.close(reason)
+                case Hold(session=session):
+                    client = self._clients.get(session)
+                    if client is not None:
+                        client.hold()
+                case Release(session=session):
+                    client = self._clients.get(session)
+                    if client is not None:
+                        client.release()
                 case ReconnectController(reason=reason):
                     self._motion_link.drop(reason)
                 case Ask(question=question):

@@ -1,6 +1,7 @@
 """The rig of `server_rig` behind real connection shells: bytes in, bytes out.
 
-Owns transports that lead into lists. Time stands still but for `wait`; what a shell leaves to a
+Owns transports that lead into lists. Time stands still but for `wait`, and nothing costs any
+processor time but what `used` says; what a shell leaves to a
 later turn of the loop is handled when the test lets one pass.
 """
 
@@ -17,7 +18,7 @@ from openpendant.server.access.admission import Admission
 from openpendant.server.core.cell_core import CellCore
 from openpendant.server.core.server_core import ServerCore
 from openpendant.server.endpoints.pendant.access_requests import CoreAccess
-from openpendant.server.events.effects import Close, Effect
+from openpendant.server.events.effects import Close, Effect, Hold, Release
 from openpendant.server.events.events import Event, Port
 from openpendant.server.shell.client_connection import ClientConnection
 from openpendant.server.shell.clients import Clients
@@ -126,7 +127,10 @@ class ByteRig(ServerRig):
         self.clients = Clients([self.settings], access.login)
         server = ServerCore([self.core])
         inbox = Inbox(journal, server, [self], self.clients, lambda: self.now)
-        self.connect = partial(ClientConnection, inbox, Observations(journal))
+        self.used = 0
+        self.connect = partial(
+            *(ClientConnection, inbox, Observations(journal)), processor_time=lambda: self.used
+        )
         self.connect_controller()
 
     def client(self, port: Port = Port.PENDANT, order: ByteOrder = ByteOrder.LITTLE) -> ByteClient:
@@ -140,6 +144,10 @@ class ByteRig(ServerRig):
             super().perform([item])
             if isinstance(item, Close):
                 self.clients.by_session[item.session].close(item.reason)
+            elif isinstance(item, Hold):
+                self.clients.by_session[item.session].hold()
+            elif isinstance(item, Release) and item.session in self.clients.by_session:
+                self.clients.by_session[item.session].release()
         return outgoing
 
     def _deliver(self, session: int, message: Message) -> None:
