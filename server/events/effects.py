@@ -71,7 +71,7 @@ class Close:
 
 
 @dataclass(frozen=True, slots=True)
-class Hold:
+class HoldClient:
     """Let wait what a connection sends from now on, but for what stops or keeps alive.
 
     What it asked last is read elsewhere, and nothing that was sent behind it may act before.
@@ -81,7 +81,7 @@ class Hold:
 
 
 @dataclass(frozen=True, slots=True)
-class Release:
+class ReleaseClient:
     """Go on with what a connection sent while it was held, in its order."""
 
     session: int
@@ -188,8 +188,8 @@ Effect = (
     Send
     | Broadcast
     | Close
-    | Hold
-    | Release
+    | HoldClient
+    | ReleaseClient
     | SendToController
     | SendStop
     | AnswerController

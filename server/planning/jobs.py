@@ -22,7 +22,7 @@ import pickle
 import struct
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field, replace
-from typing import BinaryIO, Protocol
+from typing import Any, BinaryIO, Protocol
 
 from openpendant.motion.frames.frame_tree import FrameTree
 from openpendant.motion.scene.scene import Scene
@@ -30,6 +30,7 @@ from openpendant.motion.trajectory.certificate import Certificate, StraightCerti
 from openpendant.motion.trajectory.ptp import StraightMove
 from openpendant.motion.trajectory.trajectory import Trajectory
 from openpendant.simplemsg.pendant import Motion
+from openpendant.simplemsg.pendant.management.declaration import Request
 from openpendant.simplemsg.verdicts import VerdictCode
 
 from ..programs.editing.program_tasks import Done, ProgramRefused, Task
@@ -287,8 +288,39 @@ class ProgramJob:
     start: JointVector = ()
 
 
+@dataclass(frozen=True, slots=True)
+class ReadBody:
+    """Job: read what a client asks, which is too large for the event loop; nothing moves.
+
+    Attributes:
+        session: the connection that it came on; those of a server take turns.
+        body: JSON.
+        read: a function of a module, which returns the operation and the request, or what is wrong
+            with it; named here because it belongs to a room that this one must not know.
+        start: empty, as no robot stands anywhere for it.
+    """
+
+    job_id: int
+    session: int
+    body: bytes = field(repr=False)
+    read: Callable[[bytes], tuple[str, Request[Any] | Refusal]] = field(repr=False)
+    start: JointVector = ()
+
+
 MotionJob = PoseJob | JointPathJob | RosPathJob | BlockJob | RecordingJob
-Job = MotionJob | DryRunJob | WayCheckJob | ProgramJob
+Job = MotionJob | DryRunJob | WayCheckJob | ProgramJob | ReadBody
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class BodyRead:
+    """Answer of `ReadBody`.
+
+    Attributes:
+        operation: what the body names; empty for nothing.
+    """
+
+    operation: str
+    asked: Request[Any] | Refusal
 
 
 @dataclass(frozen=True, slots=True)
@@ -319,7 +351,8 @@ class PlanAnswer:
     Attributes:
         result: of a motion, a trajectory with its certificate, or why there is none; of a dry
             run, its findings, or its progress; of a check of the remaining path, that it is free,
-            or why not; of a task about a program, its result, or what is wrong with the program.
+            or why not; of a task about a program, its result, or what is wrong with the program;
+            of a body, what was read.
         plan_time: wall time that planning took [s].
         playback: of a recording, what was asked and what is possible.
         took: from when a planning process was given the job to when its answer was read [s], which
@@ -335,6 +368,7 @@ class PlanAnswer:
         | PathFree
         | Done
         | ProgramRefused
+        | BodyRead
     )
     plan_time: float
     playback: PlaybackPlan | None = None

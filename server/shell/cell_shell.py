@@ -33,12 +33,12 @@ from ..events.effects import (
     Cancel,
     Close,
     Effect,
-    Hold,
+    HoldClient,
     LogLine,
     QueryController,
     Question,
     ReconnectController,
-    Release,
+    ReleaseClient,
     Send,
     SendStop,
     SendToController,
@@ -229,11 +229,11 @@ class Outbox:
                     client = self._clients.get(session)
                     if client is not None:
                         client.close(reason)
-                case Hold(session=session):
+                case HoldClient(session=session):
                     client = self._clients.get(session)
                     if client is not None:
                         client.hold()
-                case Release(session=session):
+                case ReleaseClient(session=session):
                     client = self._clients.get(session)
                     if client is not None:
                         client.release()

@@ -188,7 +188,7 @@ class ClientConnection(asyncio.Protocol):
             self._inbox.clients.learn_byte_order(self)
         if self._lines_up:
             self._line.size += max(waited + len(data) - wire.waiting, 0)
-        if wire.more or self._is_paused:
+        if wire.more or self._is_paused or self._lines_up:
             self._read_first = len(data) >= BULK
             self._share_the_loop()
         # As `_time_the_frame`, without a call: each packet of a pendant comes by here.
@@ -208,7 +208,7 @@ class ClientConnection(asyncio.Protocol):
         return is_over
 
     def _may_decode(self, data: bytes, now: int) -> bool:
-        """Go on with the line; return True if frames are to be decoded in this turn all the same."""
+        """Go on with the line; return True if frames are to be decoded in this turn, too."""
         if self._line.is_held and not self._line.is_full:
             return True
         if data:
@@ -289,20 +289,25 @@ class ClientConnection(asyncio.Protocol):
             return self._observations.is_gone(self.session, transport)
         return transport.is_closing()
 
+    @property
+    def has_turn(self) -> bool:
+        """Whether something waits that a later turn of the loop can go on with."""
+        # A line that is held goes on when it is released; till then it is decoded on.
+        if self._line.is_held:
+            return self.wire.more and not self._line.is_full
+        return self.wire.more or self._lines_up
+
     def _share_the_loop(self) -> None:
         """Leave the rest to a later turn of the loop; read no more than may wait meanwhile."""
         transport, wire = self._transport, self.wire
         if transport is None or transport.is_closing():
             return
-        line = self._line
-        # A line that is held goes on when it is released; until then it is decoded on, up to a bound.
-        has_turn = wire.more and not line.is_full if line.is_held else wire.more or self._lines_up
-        if has_turn and not self._goes_on:
+        if self.has_turn and not self._goes_on:
             self._goes_on = True
             asyncio.get_running_loop().call_soon(self._go_on)
         is_full = wire.more or self._lines_up
         if is_full:
-            is_full = wire.waiting + line.size >= self._inbox.clients.read_ahead(self)
+            is_full = wire.waiting + self._line.size >= self._inbox.clients.read_ahead(self)
         if is_full and not self._is_paused:
             transport.pause_reading()
         elif self._is_paused and not is_full:

@@ -89,4 +89,6 @@ class WaitingLine:
 
 
 def _overtaken(received: Arrival) -> Arrival:
-    return received if isinstance(received, Overtaken | WaitingStop | Hello) else Overtaken(received)
+    return (
+        received if isinstance(received, Overtaken | WaitingStop | Hello) else Overtaken(received)
+    )

@@ -18,7 +18,7 @@ from openpendant.server.access.admission import Admission
 from openpendant.server.core.cell_core import CellCore
 from openpendant.server.core.server_core import ServerCore
 from openpendant.server.endpoints.pendant.access_requests import CoreAccess
-from openpendant.server.events.effects import Close, Effect, Hold, Release
+from openpendant.server.events.effects import Close, Effect, HoldClient, ReleaseClient
 from openpendant.server.events.events import Event, Port
 from openpendant.server.shell.client_connection import ClientConnection
 from openpendant.server.shell.clients import Clients
@@ -107,8 +107,9 @@ class ByteClient:
         return [each.message if isinstance(each, Unasked) else each for each in got]
 
     async def until_handled(self) -> int:
+        """Let turns pass until nothing waits but behind a body that is read elsewhere."""
         turns = 0
-        while self.shell.wire.more and not self.transport.is_over:
+        while self.shell.has_turn and not self.transport.is_over:
             await asyncio.sleep(0)
             turns += 1
             assert turns < 10_000
@@ -121,7 +122,11 @@ class ByteRig(ServerRig):
     def __init__(self, login: Admission | None = None, **settings: Any) -> None:
         super().__init__(**settings)
         access = CoreAccess() if login is None else CoreAccess(login)
-        self.core = CellCore(self.settings, LIMITS, IDENTITY, NoTool(), access=access)
+        self.core = CellCore(
+            *(self.settings, LIMITS, IDENTITY, NoTool()),
+            access=access,
+            is_read_apart=lambda session: True,
+        )
         journal = Journal()
         self.label = ""
         self.clients = Clients([self.settings], access.login)
@@ -144,9 +149,9 @@ class ByteRig(ServerRig):
             super().perform([item])
             if isinstance(item, Close):
                 self.clients.by_session[item.session].close(item.reason)
-            elif isinstance(item, Hold):
+            elif isinstance(item, HoldClient):
                 self.clients.by_session[item.session].hold()
-            elif isinstance(item, Release) and item.session in self.clients.by_session:
+            elif isinstance(item, ReleaseClient) and item.session in self.clients.by_session:
                 self.clients.by_session[item.session].release()
         return outgoing
 
