@@ -15,8 +15,8 @@ from openpendant.motion.scene import scene
 from openpendant.server.access.accounts import AccountAction, AccountChange
 from openpendant.server.access.admission import VerifyJob
 from openpendant.server.access.passwords import PasswordHash, Secret
-from openpendant.server.journal.event_records import request_to_bytes
 from openpendant.server.events.management_requests import parse
+from openpendant.server.journal.event_records import request_to_bytes
 from openpendant.server.planning import jobs
 from openpendant.server.programs.editing import program_tasks
 from openpendant.server.programs.interpreter.motion_blocks import BlockMove, MotionBlock

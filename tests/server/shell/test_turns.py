@@ -347,7 +347,7 @@ async def test_the_line_is_bounded_and_goes_on_from_its_bound() -> None:
 
 
 async def test_large_requests_in_the_line_count_by_their_bytes() -> None:
-    rig, client = in_control()
+    _, client = in_control()
     client.tell(asking(2, LARGE))
     sent = 0
     while client.transport.reads:
