@@ -29,7 +29,7 @@ Acts: TypeAlias = Callable[[str, Request[Any] | Refusal, bool, int], list[Effect
 
 
 @dataclass(slots=True)
-class Reading:
+class BodyUnderWay:
     """A body that is being read."""
 
     job_id: int
@@ -47,14 +47,14 @@ class LargeBodies:
         """Read nothing yet."""
         self._pending = pending
         self._new_job_id = new_job_id
-        self.under_way: dict[int, Reading] = {}
+        self.under_way: dict[int, BodyUnderWay] = {}
 
     def read(
         self, session: int, message: Management, read: Read, then: Acts, *, is_overtaken: bool
     ) -> list[Effect]:
         """Have a body read; `then` is called once, unless its connection ends before."""
         job = ReadBody(self._new_job_id(), session, message.body, read)
-        reading = self.under_way[session] = Reading(job.job_id, is_overtaken)
+        reading = self.under_way[session] = BodyUnderWay(job.job_id, is_overtaken)
 
         def answered(planned: PlanAnswer, now: int) -> list[Effect]:
             del self.under_way[session]

@@ -5,6 +5,7 @@ import json
 from typing import Any
 
 import pytest
+from promises.promise_table import figure
 from rigs.cells.admission_desk import BOOK, Desk
 from rigs.cells.byte_rig import ByteClient, ByteRig
 from rigs.peers.server_clients import hello
@@ -14,7 +15,6 @@ from openpendant.server.events.effects import Cancel, SendToController
 from openpendant.server.events.events import Event, Port
 from openpendant.server.planning import jobs
 from openpendant.server.refusal import Refusal
-from openpendant.server.shell.client_connection import TURN_NS
 from openpendant.server.shell.clients import READ_AHEAD
 from openpendant.server.shell.waiting_line import MOST_WAITING
 from openpendant.simplemsg import CommType, Message, Ping, joint_array
@@ -40,6 +40,7 @@ from openpendant.simplemsg.verdicts import VerdictCode as V
 
 PING = Ping(comm_type=CommType.REQUEST)
 LARGE = 5_000
+SHARE = figure(53, "share").ns
 
 
 def asking(number: int, size: int = 0, **body: object) -> Management:
@@ -104,9 +105,9 @@ class Costly:
 @pytest.mark.parametrize(
     ("cost", "taken"),
     [
-        (TURN_NS + 1, [1, 2, 3, 4]),
-        (TURN_NS, [1, 2, 3, 4]),
-        (TURN_NS - 1, [2, 4, 6, 8]),
+        (SHARE + 1, [1, 2, 3, 4]),
+        (SHARE, [1, 2, 3, 4]),
+        (SHARE - 1, [2, 4, 6, 8]),
         (0, [16, 20, 20, 20]),
     ],
 )
@@ -126,7 +127,7 @@ async def test_promise_53_a_turn_ends_once_it_has_cost_its_share(
 async def test_a_turn_of_a_ros_client_ends_by_its_cost_too() -> None:
     rig = ByteRig()
     client = rig.client(Port.ROS_MOTION)
-    Costly(rig, TURN_NS)
+    Costly(rig, SHARE)
     client.tell(*[PING] * 3)
     assert len(client.heard()) == 1
     await client.until_handled()
@@ -135,7 +136,7 @@ async def test_a_turn_of_a_ros_client_ends_by_its_cost_too() -> None:
 
 async def test_what_a_turn_has_left_is_overtaken_by_a_stop_that_comes_then() -> None:
     rig, client = in_control()
-    Costly(rig, TURN_NS)
+    Costly(rig, SHARE)
     client.tell(PING, move(2), move(3))
     client.tell(SoftwareStop(4, "now"))
     assert rig.core.cell.stop is not None
@@ -165,11 +166,11 @@ async def test_what_comes_behind_a_large_body_waits_for_its_answer_in_order() ->
     assert [each for each in answered(client) if each != 4] == [5, 6]
 
 
-@pytest.mark.parametrize("size", [4_096, 4_097])
-async def test_a_body_is_read_elsewhere_from_4_097_bytes_on(size: int) -> None:
+@pytest.mark.parametrize("size", [figure(53, "large").bytes, figure(53, "large").bytes + 1])
+async def test_promise_53_a_body_is_read_elsewhere_from_the_bound_on(size: int) -> None:
     rig, client = in_control()
     client.tell(asking(2, size))
-    assert len(rig.jobs) == (size > 4_096)
+    assert len(rig.jobs) == (size > figure(53, "large").bytes)
     assert answered(client) == ([] if rig.jobs else [2])
 
 
@@ -265,14 +266,15 @@ async def test_what_a_connection_may_do_is_judged_when_its_body_was_read() -> No
     assert refusal(told)["code"] == V.LOGIN_NEEDED
 
 
-async def test_before_login_a_body_over_1_024_bytes_is_refused_unread() -> None:
+async def test_promise_53_before_login_a_larger_body_is_refused_unread() -> None:
+    most = figure(53, "unread").bytes
     rig = ByteRig(Desk(BOOK).login, plans_at_once=False)
     client = rig.client()
     client.tell(hello())
     client.heard()
-    client.tell(Management(2, b"{" * 1_025), Management(3, b"{" * 1_024))
+    client.tell(Management(2, b"{" * (most + 1)), Management(3, b"{" * most))
     large, small = map(refusal, client.heard())
-    assert (large["code"], large["value"], large["limit"]) == (V.LOGIN_NEEDED, 1_025, 1_024)
+    assert (large["code"], large["value"], large["limit"]) == (V.LOGIN_NEEDED, most + 1, most)
     assert "Invalid JSON" not in large["text"]
     assert (small["code"], small["limit"]) == (V.LOGIN_NEEDED, 0.0)
     assert not rig.jobs
