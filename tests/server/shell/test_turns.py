@@ -191,6 +191,17 @@ async def test_a_stop_behind_a_large_body_acts_at_once_and_overtakes_what_waits(
     assert refused[7] is V.STOP_LATCHED
 
 
+async def test_a_stop_behind_others_in_a_later_read_overtakes_the_line_too() -> None:
+    rig, client = in_control()
+    client.tell(asking(2, LARGE), move(3))
+    client.tell(move(4), SoftwareStop(5, "now"))
+    assert rig.core.cell.stop is not None
+    rig.plan()
+    await client.until_handled()
+    got = codes(client)
+    assert got[3] is got[4] is V.OVERTAKEN_BY_STOP
+
+
 async def test_a_stop_in_the_same_read_as_a_large_body_overtakes_that_too() -> None:
     rig, client = in_control()
     body = asking(2, LARGE, op="signals.set", output=1, value=True)
