@@ -269,6 +269,12 @@ class TimedServer:
         save(DocumentKind.FRAMES, cell, json.dumps(frames_of(500)))
         save(DocumentKind.SCENE, cell, json.dumps(scene_of(most_objects() - 1)))
 
+    def revision(self, kind: DocumentKind) -> int:
+        """Return the revision of a document that a change has to name."""
+        environment = self.app.cells[0].core.environment
+        assert environment is not None
+        return environment.world.revisions[kind]
+
     def begin(self) -> None:
         """Go on as a server that runs, whose start the garbage collector looks at no more."""
         asyncio.run(self.settle())

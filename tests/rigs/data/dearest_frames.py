@@ -11,7 +11,7 @@ import struct
 from collections.abc import Callable
 from dataclasses import fields
 from itertools import count
-from typing import TYPE_CHECKING, Any, TypeAlias
+from typing import Any, Protocol, TypeAlias
 
 from rigs.data.message_samples import SAMPLES
 
@@ -45,13 +45,18 @@ from openpendant.simplemsg.pendant import (
 from openpendant.simplemsg.pendant.management import OPERATIONS
 from openpendant.simplemsg.pendant.motion import MAX_WAYPOINTS
 
-if TYPE_CHECKING:
-    from rigs.cells.timed_server import TimedServer
+
+class Served(Protocol):
+    """What has to be known of the server that a frame is for."""
+
+    def revision(self, kind: DocumentKind) -> int:
+        """Return the revision of a document that a change has to name."""
+
 
 LARGEST = 65_000
 """About as large as a body fits a frame [bytes]."""
 
-Make: TypeAlias = "Callable[[TimedServer], bytes]"
+Make: TypeAlias = Callable[[Served], bytes]
 """Returns what is sent in one go."""
 
 _CODEC = codec_for(PENDANT, ByteOrder.LITTLE)
@@ -82,12 +87,6 @@ def filled(make: Callable[[int], object], size: int) -> bytes:
     return body
 
 
-def _revision(server: TimedServer, kind: DocumentKind) -> int:
-    environment = server.app.cells[0].core.environment
-    assert environment is not None
-    return environment.world.revisions[kind]
-
-
 def _text(points: int) -> str:
     lines = ["openpendant-program/1", 'program "new" robot ur5']
     lines += [f"point p{n} joints 0 -1.5 1.5 -1.5 -1.5 {n / 10_000} rad" for n in range(points)]
@@ -102,10 +101,10 @@ _ONE = {"name": "main", "expected_revision": 1}
 _MINE = {"name": "mine", "expected_revision": 1}
 
 
-def _legal(op: str, server: TimedServer, again: int) -> dict[str, Any]:
+def _legal(op: str, server: Served, again: int) -> dict[str, Any]:
     """Return the fields of a request that is carried out, or is refused as late as can be."""
-    frames, tools = _revision(server, _FRAMES), _revision(server, _TOOLS)
-    scene = _revision(server, _SCENE)
+    frames, tools = server.revision(_FRAMES), server.revision(_TOOLS)
+    scene = server.revision(_SCENE)
     statement = {"statement": "comment", "text": "x"}
     known: dict[str, dict[str, Any]] = {
         "users.remove": {"name": "nobody"},
@@ -161,10 +160,10 @@ def _legal(op: str, server: TimedServer, again: int) -> dict[str, Any]:
     return known.get(op, {})
 
 
-def _large(op: str, server: TimedServer) -> bytes | None:
+def _large(op: str, server: Served) -> bytes | None:
     """Return the body of a request that is as large as a frame, for one that may be."""
-    scene, frames = _revision(server, _SCENE), _revision(server, _FRAMES)
-    tools = _revision(server, _TOOLS)
+    scene, frames = server.revision(_SCENE), server.revision(_FRAMES)
+    tools = server.revision(_TOOLS)
     placed = {"xyz": [0.1, 0.2, 0.3], "quat": [0.0, 0.0, 0.0, 1.0]}
     schema = "openpendant-frames/1"
     makes: dict[str, Callable[[int], Any]] = {
