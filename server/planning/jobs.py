@@ -20,8 +20,10 @@ from __future__ import annotations
 
 import pickle
 import struct
+from collections import deque
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field, replace
+from functools import lru_cache
 from typing import Any, BinaryIO, Protocol
 
 from openpendant.motion.frames.frame_tree import FrameTree
@@ -384,8 +386,45 @@ def split_question(robot: str, job: Job) -> tuple[bytes, Sequence[bytes]]:
     pieces: Sequence[bytes] = ()
     if isinstance(job, RecordingJob):
         pieces, job = job.samples, replace(job, samples=())
+    large = {name: getattr(job, name, None) for name in ("scene", "frames")}
+    packed = {name: _packed(value) for name, value in large.items() if value is not None}
+    job = replace(job, **packed) if packed else job
     data = pickle.dumps((robot, job, sum(map(len, pieces))))
     return LENGTH.pack(len(data)) + data, pieces
+
+
+class _Packed:
+    """Scene or frames of a job as bytes, which become the object again where the job is read."""
+
+    __slots__ = ("data",)
+
+    def __init__(self, data: bytes) -> None:
+        self.data = data
+
+    def __reduce__(self) -> tuple[Callable[[bytes], Any], tuple[bytes]]:
+        return _unpacked, (self.data,)
+
+
+_MOST_PACKED = 64
+"""Scenes and frames that are kept as bytes: of each cell the ones in force, and some more."""
+
+_PACKED: deque[tuple[object, _Packed]] = deque(maxlen=_MOST_PACKED)
+
+
+def _packed(value: object) -> Any:
+    """Return a scene or frames as bytes, made once, which takes 10 ms at their bounds."""
+    # They never change, and each plan asks with the same ones.
+    for known, packed in _PACKED:
+        if known is value:
+            return packed
+    packed = _Packed(pickle.dumps(value, pickle.HIGHEST_PROTOCOL))
+    _PACKED.append((value, packed))
+    return packed
+
+
+@lru_cache(maxsize=_MOST_PACKED)
+def _unpacked(data: bytes) -> Any:
+    return pickle.loads(data)
 
 
 def read_question(pipe: BinaryIO) -> tuple[str, Job] | None:

@@ -134,7 +134,7 @@ class ByteRig(ServerRig):
         inbox = Inbox(journal, server, [self], self.clients, lambda: self.now)
         self.used = 0
         self.connect = partial(
-            *(ClientConnection, inbox, Observations(journal)), processor_time=lambda: self.used
+            ClientConnection, inbox, Observations(journal), processor_time=lambda: self.used
         )
         self.connect_controller()
 

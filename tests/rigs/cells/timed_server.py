@@ -58,11 +58,13 @@ from openpendant.simplemsg.journal import Journal
 from openpendant.simplemsg.pendant import (
     MAX_PENDANT_FRAME,
     PROTOCOL_VERSION,
+    Activity,
     Authority,
     AuthorityAction,
     Hello,
     Login,
     LoginKind,
+    ResetStop,
 )
 from openpendant.tools.packets.journals.reenactment import NullTransport
 
@@ -267,10 +269,12 @@ class TimedServer:
         cell = "cell"
         save(DocumentKind.TOOLS, cell, json.dumps(tools_of(400)))
         save(DocumentKind.FRAMES, cell, json.dumps(frames_of(500)))
-        save(DocumentKind.SCENE, cell, json.dumps(scene_of(most_objects() - 1)))
+        save(DocumentKind.SCENE, cell, json.dumps(scene_of(most_objects() - 6)))
 
     def revision(self, kind: DocumentKind) -> int:
         """Return the revision of a document that a change has to name."""
+        if kind is DocumentKind.PROGRAM:
+            return self._store.kept.load(kind, PROGRAM).heading.revision
         environment = self.app.cells[0].core.environment
         assert environment is not None
         return environment.world.revisions[kind]
@@ -320,12 +324,13 @@ class TimedServer:
 
     async def pendant(self, name: str | None = None, address: str = "192.0.2.10") -> TimedClient:
         """Return a pendant that has said hello and logged in, where it has a name."""
+        cell = self.app.cells[0].core.cell
+        while cell.activity is not Activity.IDLE:
+            self.tick()  # until what the last one began has ended
         client = TimedClient(self, Port.PENDANT, address)
         await client.tell(Hello(PROTOCOL_VERSION, 0.0, "", "tester"))
         if name is not None:
-            await client.tell(
-                Login(1, LoginKind.PASSWORD, name, "a password"),
-                Authority(2, AuthorityAction.REQUEST),
-            )
+            await client.tell(Login(1, LoginKind.PASSWORD, name, "a password"))
+            await client.tell(Authority(2, AuthorityAction.REQUEST), ResetStop(3))
         client.heard()
         return client

@@ -97,15 +97,12 @@ def _ball(number: int) -> dict[str, Any]:
     return {"name": f"b{number}", "shape": {"type": "sphere", "radius": 0.1}, "position": [9, 9, 9]}
 
 
-_ONE = {"name": "main", "expected_revision": 1}
-_MINE = {"name": "mine", "expected_revision": 1}
-
-
 def _legal(op: str, server: Served, again: int) -> dict[str, Any]:
     """Return the fields of a request that is carried out, or is refused as late as can be."""
     frames, tools = server.revision(_FRAMES), server.revision(_TOOLS)
     scene = server.revision(_SCENE)
-    statement = {"statement": "comment", "text": "x"}
+    main = {"name": "main", "expected_revision": server.revision(DocumentKind.PROGRAM)}
+    move = {"statement": "move", "way": "PTP", "point": "p1"}
     known: dict[str, dict[str, Any]] = {
         "users.remove": {"name": "nobody"},
         "users.set_role": {"name": "otto", "role": "operator"},
@@ -130,25 +127,25 @@ def _legal(op: str, server: Served, again: int) -> dict[str, Any]:
         },
         "scene.remove": {"name": f"n{again}", "expected_revision": scene},
         "scene.move": {"name": "o1", "pose": _POSE, "expected_revision": scene},
-        "scene.allow": {"first": "o1", "second": "o2", "expected_revision": scene},
-        "scene.forbid": {"first": "o1", "second": "o2", "expected_revision": scene},
+        "scene.allow": {"first": "o1", "second": f"o{again + 1}", "expected_revision": scene},
+        "scene.forbid": {"first": "o1", "second": f"o{again + 1}", "expected_revision": scene},
         "scene.attach": {"name": "o3", "expected_revision": scene},
         "scene.detach": {"name": "o3", "expected_revision": scene},
         "programs.create": {"name": f"made {again}"},
         "programs.load": {"name": "main"},
         "programs.history": {"name": "main"},
         "programs.delete": {"name": f"made {again}", "expected_revision": 1},
-        "programs.rename": {**_ONE, "new_name": f"renamed {again}", "expected_revision": 9},
-        "programs.record": {**_ONE, "point": f"q{again}", "expected_revision": 9},
-        "programs.touch_up": {**_ONE, "point": "p1", "expected_revision": 9},
-        "programs.undo": _ONE,
-        "programs.redo": _ONE,
+        "programs.rename": {**main, "new_name": f"{0:03}{'n' * 50}"},
+        "programs.record": {**main, "point": f"q{again}"},
+        "programs.touch_up": {**main, "point": "p1"},
+        "programs.undo": main,
+        "programs.redo": main,
         "programs.breakpoints": {"name": "main", "statements": list(range(1_000))},
         "programs.dry_run": {"name": "0" * 3 + "n" * 50},
         "programs.dry_run_progress": {},
         "programs.edit": {
-            **_MINE,
-            "edit": {"edit": "insert_statements", "at": 0, "statements": [statement] * 100},
+            **main,
+            "edit": {"edit": "insert", "at": 0, "statements": [move] * 50},
         },
         "recordings.describe": {"name": "none"},
         "recordings.start": {"name": f"r{again}"},
@@ -164,6 +161,7 @@ def _large(op: str, server: Served) -> bytes | None:
     """Return the body of a request that is as large as a frame, for one that may be."""
     scene, frames = server.revision(_SCENE), server.revision(_FRAMES)
     tools = server.revision(_TOOLS)
+    main = {"name": "main", "expected_revision": server.revision(DocumentKind.PROGRAM)}
     placed = {"xyz": [0.1, 0.2, 0.3], "quat": [0.0, 0.0, 0.0, 1.0]}
     schema = "openpendant-frames/1"
     makes: dict[str, Callable[[int], Any]] = {
@@ -190,24 +188,24 @@ def _large(op: str, server: Served) -> bytes | None:
         },
         "programs.save": lambda n: {"name": "new", "body": _text(n), "expected_revision": 9},
         "programs.check": lambda n: {"body": _text(n)},
+        "programs.edit": lambda n: {
+            **main,
+            "edit": {
+                "edit": "insert",
+                "at": 0,
+                "statements": [{"statement": "move", "way": "PTP", "point": "p1"}] * n,
+            },
+        },
     }
     make = makes.get(op)
     return None if make is None else filled(lambda n: {"op": op} | make(n), LARGEST)
-
-
-_again = count(1)
 
 
 def _illegal(op: str) -> dict[str, Callable[[int], bytes]]:
     """Return what makes bodies of a size that are refused, each as late and as dear as can be."""
     told = {"op": op}
     of_lists = {each.name for each in fields(OPERATIONS[op])} - {"op"}
-    wrong: dict[str, Callable[[int], bytes]] = {
-        f"wrong elements in {name}": lambda size, name=name: filled(
-            lambda n: told | {name: ["a"] * n}, size
-        )
-        for name in sorted(of_lists)
-    }
+    wrong = {f"wrong elements in {name}": _of_wrong(told, name) for name in sorted(of_lists)}
     return {
         **wrong,
         "unknown keys": lambda size: filled(
@@ -220,24 +218,41 @@ def _illegal(op: str) -> dict[str, Callable[[int], bytes]]:
     }
 
 
+def _of_wrong(told: dict[str, str], name: str) -> Callable[[int], bytes]:
+    return lambda size: filled(lambda n: told | {name: ["a"] * n}, size)
+
+
+def _always(data: bytes) -> Make:
+    return lambda server: data
+
+
+def _asked(make: Callable[[int], bytes], size: int) -> Make:
+    return lambda server: asked(make(size))
+
+
+def _asked_legally(op: str) -> Make:
+    again = count(1)
+    return lambda server: asked(compact({"op": op} | _legal(op, server, next(again))))
+
+
+def _asked_at_length(op: str) -> Make:
+    return lambda server: asked(_large(op, server) or b"")
+
+
+def _said(make: Callable[[int], Message]) -> Make:
+    return lambda server: frame_of(make(next(_numbers)))
+
+
 def operation_rows() -> dict[str, Make]:
     """Return the frames of every operation by a name: operation and shape."""
     rows: dict[str, Make] = {}
     for op in OPERATIONS:
-        again = next(_again)
-        # A change that is undone by the next row has the same number there.
-        if op in ("frames.remove", "tools.remove", "scene.remove", "programs.delete"):
-            again = next(_again)
-        rows[f"{op}: legal"] = lambda server, op=op, again=again: asked(
-            compact({"op": op} | _legal(op, server, again))
-        )
+        rows[f"{op}: legal"] = _asked_legally(op)
         if _is_large(op):
-            rows[f"{op}: legal, largest"] = lambda server, op=op: asked(_large(op, server) or b"")
+            rows[f"{op}: legal, largest"] = _asked_at_length(op)
         for size in (MOST_AT_ONCE, LARGEST):
             for shape, body in _illegal(op).items():
-                rows[f"{op}: {shape}, {size} bytes"] = lambda server, body=body, size=size: asked(
-                    body(size)
-                )
+                rows[f"{op}: {shape}, {size} bytes"] = _asked(body, size)
     return rows
 
 
@@ -248,6 +263,7 @@ def _is_large(op: str) -> bool:
         "tools.import",
         "programs.save",
         "programs.check",
+        "programs.edit",
     )
 
 
@@ -256,7 +272,7 @@ def stranger_rows() -> dict[str, Make]:
     rows: dict[str, Make] = {}
     for size in (MOST_BEFORE_LOGIN, LARGEST):
         for shape, body in _illegal("tools.calibrate").items():
-            rows[f"{shape}, {size} bytes"] = lambda server, body=body, size=size: asked(body(size))
+            rows[f"{shape}, {size} bytes"] = _asked(body, size)
     return rows | stream_rows()
 
 
@@ -267,14 +283,16 @@ def message_rows() -> dict[str, Make]:
         if kind.PLACE.direction not in (Direction.TO_SERVER, Direction.BOTH):
             continue
         frame = frame_of(SAMPLES[kind])
-        rows[f"{kind.__name__}: sample"] = lambda server, frame=frame: frame
+        rows[f"{kind.__name__}: sample"] = _always(frame)
         short = struct.pack("<i", len(frame) - 8) + frame[4:-4]
-        rows[f"{kind.__name__}: cut short"] = lambda server, short=short: short
+        rows[f"{kind.__name__}: cut short"] = _always(short)
         broken = frame[:16] + b"\xff" * (len(frame) - 16)
-        rows[f"{kind.__name__}: no number in it"] = lambda server, broken=broken: broken
+        rows[f"{kind.__name__}: no number in it"] = _always(broken)
     joints = joint_array(_HOME)
     far = joint_array((1.0, -1.0, 1.0, -1.0, -1.0, 1.0))
-    waypoints = tuple(JointWaypoint(joints if at % 2 else far) for at in range(MAX_WAYPOINTS))
+    # Near each other: how long a way may be that is checked in a full scene is another question.
+    near = joint_array((0.01, *_HOME[1:]))
+    waypoints = tuple(JointWaypoint(near if at % 2 else joints) for at in range(MAX_WAYPOINTS))
     places = tuple(
         PoseWaypoint((0.4, 0.1, 0.3 + at / 10_000), (0.0, 1.0, 0.0, 0.0))
         for at in range(MAX_WAYPOINTS)
@@ -289,7 +307,7 @@ def message_rows() -> dict[str, Make]:
         "PosePath: longest": lambda number: PosePath(number, Motion.PTP, 1.0, "base", places),
     }
     for name, make in dear.items():
-        rows[name] = lambda server, make=make: frame_of(make(next(_numbers)))
+        rows[name] = _said(make)
     return rows
 
 
@@ -314,4 +332,4 @@ def stream_rows() -> dict[str, Make]:
     # What is answered at length would be cut off, as nobody reads here.
     sizes = {name: 16 * 1024 if name == "whys" else 256 * 1024 for name in many}
     streams = {name: frame * (sizes[name] // len(frame)) for name, frame in many.items()}
-    return {f"a stream of {name}": lambda server, data=data: data for name, data in streams.items()}
+    return {f"a stream of {name}": _always(data) for name, data in streams.items()}

@@ -19,6 +19,7 @@ from openpendant.server.shell.clients import READ_AHEAD
 from openpendant.server.shell.waiting_line import MOST_WAITING
 from openpendant.simplemsg import CommType, Message, Ping, joint_array
 from openpendant.simplemsg.pendant import (
+    Activity,
     Authority,
     AuthorityAction,
     AuthorityBeat,
@@ -229,11 +230,11 @@ async def test_beats_and_the_release_of_a_key_act_at_once_behind_a_large_body() 
     for beat in range(1, 11):
         client.tell(JogBeat(1, beat), AuthorityBeat(), Enabling(EnablingPosition.HELD))
         rig.wait(50)
-    assert rig.core.cell.is_moving
+    assert rig.activity() is Activity.JOGGING
     client.tell(JogRelease(5, 1))
     assert codes(client)[5] is V.ACCEPTED
     rig.wait(500)
-    assert not rig.core.cell.is_moving
+    assert rig.activity() is Activity.IDLE
     assert [type(job) for job in rig.jobs] == [jobs.ReadBody]
 
 
