@@ -63,6 +63,8 @@ async def _talk(port: int, frames: list[bytes], begin: bytes, ends: float) -> in
                 for frame in frames:
                     writer.write(frame)
                     await writer.drain()
+                    # A drain that waits for nothing gives the reader no turn.
+                    await asyncio.sleep(0)
                     sent += len(frame)
                     if reading.done() or time.monotonic() >= ends:
                         break
