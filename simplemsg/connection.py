@@ -141,6 +141,7 @@ class Connection:
         self._max_length = max_frame - PREFIX_SIZE
         self._pending = bytearray()
         self._needed = PREFIX_SIZE
+        self._window = 0
         self.more = False
         self.stops: list[WaitingStop] = []
         self.overtaking = False
@@ -170,6 +171,11 @@ class Connection:
     def partial(self) -> bool:
         """True while the buffer holds the beginning of a frame but not its end."""
         return bool(self._pending) and not self.more
+
+    @property
+    def is_searching(self) -> bool:
+        """True while a STOP may be among what waits and was not walked over yet."""
+        return self._walk is not None and self._walk.is_behind
 
     @property
     def waiting(self) -> int:
@@ -204,9 +210,33 @@ class Connection:
             return received
         if self._walk is not None:
             self._look_for_stops(data)
+            if self._walk.is_behind:
+                self._pending += data
+                return self._later()
         received, start, needed = self._split(data, known)
+        self._window = len(data) - start
         if self.fault is None and start < len(data):
             self._pending += data[start:]
+        self._account_for(received, start, needed)
+        return received
+
+    def receive_next(self) -> list[Received]:
+        """Return the next frame of the bytes that the last call of `receive` looked at.
+
+        So a caller that may stop after each frame, with one frame a call, takes in one turn no more
+        than `receive` would have returned at once, or less where the turn has cost enough. None is
+        returned where these bytes hold no other whole frame; `more` says whether others do.
+        """
+        pending = self._pending
+        size = min(self._window, len(pending))
+        if size >= PREFIX_SIZE:
+            (length,) = self._prefix.unpack_from(pending)
+            if LEAST_LENGTH <= length <= self._max_length:
+                size = min(size, PREFIX_SIZE + length)
+        frame = bytes(pending[:size])
+        received, start, needed = self._split(frame, self._usual.get(frame[_HEADER]))
+        del pending[:start]
+        self._window -= start
         self._account_for(received, start, needed)
         return received
 
@@ -215,6 +245,7 @@ class Connection:
         if self.fault is None:
             self._pending += data
             self._look_for_stops(self._pending)
+            self.more = len(self._pending) >= self._needed
 
     def marked(self, received: list[Received]) -> list[Arrival]:
         """Return what `receive` has just returned, with what a STOP has overtaken marked."""
@@ -242,14 +273,25 @@ class Connection:
         pending += data
         if len(pending) < self._needed:
             return []  # nothing behind the incomplete frame has come either
-        if self._walk is not None and data:
+        if self._walk is not None and (data or self._walk.is_behind):
             self._look_for_stops(pending)
+            if self._walk.is_behind:
+                return self._later()
         # At least the one frame that is known to be whole; all frames, if they are not many bytes.
         window = bytes(pending[: max(self._needed, _WINDOW)])
         received, start, needed = self._split(window, self._usual.get(window[_HEADER]))
         del pending[:start]
+        self._window = len(window) - start
         self._account_for(received, start, needed)
         return received
+
+    def _later(self) -> list[Received]:
+        """Return nothing yet: no frame is decoded before all that has arrived was walked over."""
+        self._needed = PREFIX_SIZE
+        self.more = True
+        self.overtaking = False
+        self._window = 0
+        return []
 
     def _account_for(self, received: list[Received], size: int, needed: int) -> None:
         """Note that frames of a buffer were taken, and how many bytes the next one needs."""

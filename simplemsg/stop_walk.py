@@ -27,6 +27,12 @@ from .standard import JointTraj, JointTrajPt, JointTrajPtFull
 
 _INTEGER = 4
 
+MOST_WALKED = 4_096
+"""Frames that one call of `go_on` walks over: bare headers of 64 KiB, in 0.6 ms."""
+
+MOST_FOUND = 128
+"""STOPs that one call of `go_on` returns; each is read and answered, which takes a few µs."""
+
 # As plain numbers: an enumeration takes three times as long to compare.
 _TOPIC, _REQUEST, _STOP = int(CommType.TOPIC), int(CommType.REQUEST), int(SpecialSequence.STOP)
 
@@ -139,12 +145,15 @@ class StopWalk:
 
     Attributes:
         is_lost: a length was met that cannot be one; nothing behind it is looked at.
+        is_behind: the last call of `go_on` stopped at its bound; call it again before more frames
+            are decoded.
         taken: how many of the frames were decoded.
     """
 
     def __init__(self, rule: StopRule, max_frame: int) -> None:
         """Begin before the first frame."""
         self.is_lost = False
+        self.is_behind = False
         self.taken = 0
         self.before_all = rule.before_all
         self._rule = rule
@@ -169,6 +178,8 @@ class StopWalk:
     def go_on(self, buffer: bytes | bytearray) -> list[WaitingStop]:
         """Walk over the frames that have become whole; return the STOPs among them, in order.
 
+        At most `MOST_WALKED` frames, and `MOST_FOUND` STOPs, so that no peer holds up the others.
+
         Args:
             buffer: all that has arrived and was not decoded, from a frame's first byte on; what was
                 walked before stands in it as it did.
@@ -177,8 +188,11 @@ class StopWalk:
         if order is None or self.is_lost:
             return []
         found: list[WaitingStop] = []
-        # Half a megabyte of bare headers must not hold up the others, so all names are local.
+        # Thousands of bare headers are walked over in one call, so all names are local.
         at, walked, size = self._at, self._walked, len(buffer)
+        bound = walked + MOST_WALKED
+        last, message = b"", None
+        self.is_behind = False
         last_header, most = size - HEADER_SIZE, self._max_length
         header, integer = self._header.unpack_from, self._integer.unpack_from
         reads, sequence_at = self._rule.reads, self._rule.sequence_at
@@ -195,11 +209,17 @@ class StopWalk:
                 if offset is None or (
                     at + offset + _INTEGER <= end and integer(buffer, at + offset)[0] == _STOP
                 ):
-                    message = reads[msg_type](bytes(buffer[at:end]), comm_type, order)
+                    frame = bytes(buffer[at:end])
+                    # Of thousands of equal ones the collector would walk over each.
+                    if frame != last:
+                        last, message = frame, reads[msg_type](frame, comm_type, order)
                     if message is not None:
                         found.append(WaitingStop(message, walked))
             at = end
             walked += 1
+            if walked == bound or len(found) == MOST_FOUND:
+                self.is_behind = at <= last_header
+                break
         self._at, self._walked = at, walked
         self._ahead += found
         return found

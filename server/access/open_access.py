@@ -27,6 +27,7 @@ from .access_backend import ProcessAccess, read_at_start, unreadable_accounts
 from .accounts import AccountBook
 from .audit_file import AuditLog
 from .exposure import Exposure, ExposureRefused, check_exposure, ros_port_warnings
+from .handshake_cost import cost_warnings
 
 _MOST_BYTES = 1_048_576
 
@@ -150,6 +151,8 @@ def opened_access(settings: ServerSettings, source: str) -> Iterator[OpenedAcces
             warnings.append(f"the accounts cannot be read, so nobody may move: {error}")
     try:
         tls = server_context(first.tls)
+        if tls is not None:
+            warnings += cost_warnings(tls, first.tls.certificate)
         for cell in settings.cells:
             warnings += check_exposure(exposure_of(cell), book)
             is_guarded = not (book.is_empty and single_user)

@@ -375,6 +375,22 @@ class RequestGate:
             self._note(AuditEvent.CHANGE_ASKED, session, now, operation=operation)
         return refusal
 
+    def unread(self, session: int, size: int, most: int, now: int) -> Refusal | None:
+        """Return why a large body of a connection is not even read; None where it is.
+
+        Args:
+            size: of the body [bytes].
+            most: that is read of a connection without a login [bytes].
+        """
+        visitor = self._visitors.find(session)
+        if visitor is None or visitor.grant is not None:
+            return None
+        why = f": {visitor.ended}" if visitor.ended else ""
+        text = f"the request has {size} bytes; accepted without a login: {most}{why}"
+        refusal = Refusal(VerdictCode.LOGIN_NEEDED, text, value=float(size), limit=float(most))
+        self._note(AuditEvent.REFUSED, session, now, wanted="large request", code=int(refusal.code))
+        return refusal
+
     def _examined(
         self, session: int, message: Message, permission: Permission, is_in_order: bool, now: int
     ) -> Refusal | None:

@@ -165,6 +165,7 @@ class CellCore:
         robot: RobotModel,
         environment: RobotEnvironment | None = None,
         access: CoreAccess | None = None,
+        is_read_apart: Callable[[int], bool] = lambda session: False,
     ) -> None:
         """Make a server nobody is connected to.
 
@@ -172,6 +173,8 @@ class CellCore:
             environment: the same of the robot in its scene; where left out, the cell has no
                 frames, scene, signals and recordings, and no collision is looked for.
             access: who the pendants are; where left out, whoever is on this machine may do all.
+            is_read_apart: whether a large body of a session is read in a planning process; where
+                left out, all are read at once.
         """
         access = access or CoreAccess()
         self.name = identity.cell
@@ -184,7 +187,14 @@ class CellCore:
                 self.cell, environment, self._pending, settings, identity.robot
             )
         self.pendants = PendantEndpoint(
-            self.cell, settings, identity, robot, self._pending, access, self.environment
+            self.cell,
+            settings,
+            identity,
+            robot,
+            self._pending,
+            access,
+            self.environment,
+            is_read_apart,
         )
         self._trail = AuditTrail(access.record, access.login, self.cell, self.name)
         self.ros = RosEndpoint(self.cell, settings)

@@ -85,6 +85,23 @@ class CutOff:
     reason: str
 
 
+@dataclass(frozen=True, slots=True)
+class HoldClient:
+    """Let wait what a connection sends from now on, but for what stops or keeps alive.
+
+    What it asked last is read elsewhere, and nothing that was sent behind it may act before.
+    """
+
+    session: int
+
+
+@dataclass(frozen=True, slots=True)
+class ReleaseClient:
+    """Go on with what a connection sent while it was held, in its order."""
+
+    session: int
+
+
 @dataclass(slots=True)
 class SendToController:
     """Write a message to the controller's motion connection."""
@@ -200,6 +217,8 @@ Effect = (
     | Broadcast
     | Close
     | CutOff
+    | HoldClient
+    | ReleaseClient
     | SendToController
     | SendStop
     | AnswerController

@@ -6,7 +6,7 @@ journal's writer does: bodies and chunks go there as they are, and so do long sa
 
 For the store, requests and answers are recorded; answers are read back. For a plan, every sample is
 recorded exactly. The certificate is not recorded: reading an answer makes it anew, by the same
-independent check.
+independent check. Nor is what a body says that was read beside the event loop: its bytes are.
 
 For accounts, no hash of a password is recorded (promise 30): each password is a number, the same
 one until it is changed. A replay needs no more, because the result of each password check is an
@@ -38,7 +38,16 @@ from ..access.accounts import Account, AccountBook
 from ..access.connection_loads import ConnectionLoad
 from ..access.passwords import DIGEST_BYTES, NOBODYS_HASH, PasswordHash
 from ..events.effects import Ask, Backend, Question
-from ..planning.jobs import DryRunFound, DryRunSlice, Job, PathFree, PlanAnswer, PlaybackPlan
+from ..planning.jobs import (
+    BodyRead,
+    DryRunFound,
+    DryRunSlice,
+    Job,
+    PathFree,
+    PlanAnswer,
+    PlaybackPlan,
+    ReadBody,
+)
 from ..programs.editing.program_tasks import TaskResult
 from ..refusal import Refusal, field_fault
 from ..store import store_errors
@@ -137,6 +146,8 @@ def answer_from_record(asked: Ask, record: dict[str, Any], limits: JointLimits) 
         AnswerRecordError: the record is damaged.
     """
     question = asked.question
+    if isinstance(question, ReadBody):
+        return _body_from_json(question, record)
     if isinstance(question, Job):
         return plan_from_json(asked.id, record, limits, question.start)
     match asked.backend:
@@ -385,6 +396,8 @@ def plan_to_json(planned: PlanAnswer) -> dict[str, Any]:
     if isinstance(result, Refusal):
         refused = {name: getattr(result, name) for name in _Refused.model_fields}
         return {"plan_time": planned.plan_time, "refused": refused}
+    if isinstance(result, BodyRead):
+        return {"plan_time": planned.plan_time, "kind": BodyRead.__name__}
     if not isinstance(result, tuple):
         found = _FOUND[type(result).__name__].dump_python(result, mode="json")
         if isinstance(result, TaskResult):
@@ -399,6 +412,21 @@ def plan_to_json(planned: PlanAnswer) -> dict[str, Any]:
     if planned.playback is not None:
         record["playback"] = _PLAYBACK.dump_python(planned.playback, mode="json")
     return record
+
+
+def _body_from_json(job: ReadBody, record: dict[str, Any]) -> PlanAnswer:
+    """Return the answer to a body: it is in the journal as bytes of its connection, and read anew.
+
+    Raises:
+        AnswerRecordError: the record is damaged.
+    """
+    with _damage_named():
+        read = _PlanRecord.model_validate(record)
+        if read.refused is not None:
+            return PlanAnswer(job.job_id, Refusal(**read.refused.model_dump()), read.plan_time)
+        if read.kind != BodyRead.__name__:
+            raise AnswerRecordError("neither a body that was read nor a refusal")
+        return PlanAnswer(job.job_id, BodyRead(*job.read(job.body)), read.plan_time)
 
 
 def plan_from_json(

@@ -20,9 +20,11 @@ from __future__ import annotations
 
 import pickle
 import struct
+from collections import deque
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field, replace
-from typing import BinaryIO, Protocol
+from functools import lru_cache
+from typing import Any, BinaryIO, Protocol
 
 from openpendant.motion.frames.frame_tree import FrameTree
 from openpendant.motion.scene.scene import Scene
@@ -30,6 +32,7 @@ from openpendant.motion.trajectory.certificate import Certificate, StraightCerti
 from openpendant.motion.trajectory.ptp import StraightMove
 from openpendant.motion.trajectory.trajectory import Trajectory
 from openpendant.simplemsg.pendant import Motion
+from openpendant.simplemsg.pendant.management.declaration import Request
 from openpendant.simplemsg.verdicts import VerdictCode
 
 from ..programs.editing.program_tasks import Done, ProgramRefused, Task
@@ -287,8 +290,39 @@ class ProgramJob:
     start: JointVector = ()
 
 
+@dataclass(frozen=True, slots=True)
+class ReadBody:
+    """Job: read what a client asks, which is too large for the event loop; nothing moves.
+
+    Attributes:
+        session: the connection that it came on; those of a server take turns.
+        body: JSON.
+        read: a function of a module, which returns the operation and the request, or what is wrong
+            with it; named here because it belongs to a room that this one must not know.
+        start: empty, as no robot stands anywhere for it.
+    """
+
+    job_id: int
+    session: int
+    body: bytes = field(repr=False)
+    read: Callable[[bytes], tuple[str, Request[Any] | Refusal]] = field(repr=False)
+    start: JointVector = ()
+
+
 MotionJob = PoseJob | JointPathJob | RosPathJob | BlockJob | RecordingJob
-Job = MotionJob | DryRunJob | WayCheckJob | ProgramJob
+Job = MotionJob | DryRunJob | WayCheckJob | ProgramJob | ReadBody
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class BodyRead:
+    """Answer of `ReadBody`.
+
+    Attributes:
+        operation: what the body names; empty for nothing.
+    """
+
+    operation: str
+    asked: Request[Any] | Refusal
 
 
 @dataclass(frozen=True, slots=True)
@@ -319,7 +353,8 @@ class PlanAnswer:
     Attributes:
         result: of a motion, a trajectory with its certificate, or why there is none; of a dry
             run, its findings, or its progress; of a check of the remaining path, that it is free,
-            or why not; of a task about a program, its result, or what is wrong with the program.
+            or why not; of a task about a program, its result, or what is wrong with the program;
+            of a body, what was read.
         plan_time: wall time that planning took [s].
         playback: of a recording, what was asked and what is possible.
         took: from when a planning process was given the job to when its answer was read [s], which
@@ -335,6 +370,7 @@ class PlanAnswer:
         | PathFree
         | Done
         | ProgramRefused
+        | BodyRead
     )
     plan_time: float
     playback: PlaybackPlan | None = None
@@ -350,8 +386,45 @@ def split_question(robot: str, job: Job) -> tuple[bytes, Sequence[bytes]]:
     pieces: Sequence[bytes] = ()
     if isinstance(job, RecordingJob):
         pieces, job = job.samples, replace(job, samples=())
+    large = {name: getattr(job, name, None) for name in ("scene", "frames")}
+    packed = {name: _packed(value) for name, value in large.items() if value is not None}
+    job = replace(job, **packed) if packed else job
     data = pickle.dumps((robot, job, sum(map(len, pieces))))
     return LENGTH.pack(len(data)) + data, pieces
+
+
+class _Packed:
+    """Scene or frames of a job as bytes, which become the object again where the job is read."""
+
+    __slots__ = ("data",)
+
+    def __init__(self, data: bytes) -> None:
+        self.data = data
+
+    def __reduce__(self) -> tuple[Callable[[bytes], Any], tuple[bytes]]:
+        return _unpacked, (self.data,)
+
+
+_MOST_PACKED = 64
+"""Scenes and frames that are kept as bytes: of each cell the ones in force, and some more."""
+
+_PACKED: deque[tuple[object, _Packed]] = deque(maxlen=_MOST_PACKED)
+
+
+def _packed(value: object) -> Any:
+    """Return a scene or frames as bytes, made once, which takes 10 ms at their bounds."""
+    # They never change, and each plan asks with the same ones.
+    for known, packed in _PACKED:
+        if known is value:
+            return packed
+    packed = _Packed(pickle.dumps(value, pickle.HIGHEST_PROTOCOL))
+    _PACKED.append((value, packed))
+    return packed
+
+
+@lru_cache(maxsize=_MOST_PACKED)
+def _unpacked(data: bytes) -> Any:
+    return pickle.loads(data)
 
 
 def read_question(pipe: BinaryIO) -> tuple[str, Job] | None:

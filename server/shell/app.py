@@ -91,7 +91,8 @@ class App:
         self.login = self._login()
         core_access = CoreAccess(self.login, self._access.record)
         names = tuple((each.settings.name, each.robot.name) for each in served)
-        self._router = ServerCore([_core(each, names, core_access) for each in served])
+        apart = self._observations.is_read_apart
+        self._router = ServerCore([_core(each, names, core_access, apart) for each in served])
         self._settings = [each.settings for each in served]
         self.clients = Clients(self._settings, self.login)
         self.cells: list[CellShell] = []
@@ -318,8 +319,14 @@ class App:
                 await self._resting.wait()
 
 
-def _core(served: CellParts, cells: tuple[tuple[str, str], ...], access: CoreAccess) -> CellCore:
+def _core(
+    served: CellParts,
+    cells: tuple[tuple[str, str], ...],
+    access: CoreAccess,
+    is_read_apart: Callable[[int], bool],
+) -> CellCore:
     settings, robot = served.settings, served.robot
     identity = Identity(settings.name, robot.name, f"openpendant {__version__}", cells)
     mathematics = RobotKinematics(robot)
-    return CellCore(settings, robot.limits, identity, mathematics, mathematics, access)
+    about = settings, robot.limits, identity, mathematics
+    return CellCore(*about, mathematics, access, is_read_apart)

@@ -35,10 +35,12 @@ from ..events.effects import (
     Close,
     CutOff,
     Effect,
+    HoldClient,
     LogLine,
     QueryController,
     Question,
     ReconnectController,
+    ReleaseClient,
     Send,
     SendStop,
     SendToController,
@@ -241,6 +243,14 @@ class Outbox:
                     client = self._clients.get(session)
                     if client is not None:
                         client.abort(reason)
+                case HoldClient(session=session):
+                    client = self._clients.get(session)
+                    if client is not None:
+                        client.hold()
+                case ReleaseClient(session=session):
+                    client = self._clients.get(session)
+                    if client is not None:
+                        client.release()
                 case ReconnectController(reason=reason):
                     self._motion_link.drop(reason)
                 case Ask(question=question):

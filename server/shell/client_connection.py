@@ -1,8 +1,9 @@
 """Shell of one client's TCP connection: bytes to the core, messages back.
 
 Owns the socket's options, the deadline of a begun frame and back-pressure, and that a STOP acts in
-the turn that reads it: what a pendant says is handled in parts, so that nobody holds up the others,
-but read on meanwhile, up to a bound, and looked through. It decides nothing about motion.
+the turn that reads it: what a client says is handled in turns of the loop, each of which ends once
+it has had its share of the processor, but read on meanwhile, up to a bound, and looked through. It
+decides nothing about motion.
 """
 
 from __future__ import annotations
@@ -11,7 +12,8 @@ import asyncio
 import logging
 import socket
 import time
-from collections.abc import Iterator, Sequence
+from collections import deque
+from collections.abc import Callable, Iterator, Sequence
 from typing import cast
 
 from openpendant.simplemsg import (
@@ -32,6 +34,7 @@ from openpendant.simplemsg.pendant import MAX_PENDANT_FRAME, Hello
 from ..access.connection_loads import ConnectionLoad
 from ..events.events import Port
 from .inbox import Inbox, Observations
+from .waiting_line import WaitingLine
 
 log = logging.getLogger("openpendant.server")
 
@@ -45,8 +48,14 @@ DRAIN_DEADLINE_NS = 2_000_000_000
 """A client that reads nothing of a full backlog for so long is cut off (promise 4)."""
 
 REQUESTS_PER_TURN = 16
-"""Frames of a pendant that are taken in a turn of the loop: the costliest, such as the check of a
-program, take two or three milliseconds, and the watchdog allows a hundred."""
+"""Most frames of a pendant that are taken in a turn of the loop, however little they cost."""
+
+POINTS_PER_TURN = 64
+"""The same of a ROS-Industrial client."""
+
+TURN_NS = 500_000
+"""Processor time after which a turn takes no other frame: with the dearest one it stays below 2 ms
+(promise 53)."""
 
 BULK = 16 * 1024
 """After a read of so many bytes the next one goes first, and what waits is handled after it."""
@@ -71,8 +80,13 @@ class ClientConnection(asyncio.Protocol):
         observations: Observations,
         port: Port,
         cell: int | None = None,
+        processor_time: Callable[[], int] = time.thread_time_ns,
     ) -> None:
-        """Make the protocol of a connection that was just accepted."""
+        """Make the protocol of a connection that was just accepted.
+
+        Args:
+            processor_time: what the loop's thread has used of the processor [ns].
+        """
         self.port = port
         self.cell = cell
         self.session = 0
@@ -83,6 +97,10 @@ class ClientConnection(asyncio.Protocol):
         self._observations = observations
         # For good, as each message would have to ask: a journal is kept from the start or never.
         self._is_noted = inbox.is_noted
+        self._processor_time = processor_time
+        self._most = REQUESTS_PER_TURN if port is Port.PENDANT else POINTS_PER_TURN
+        self._line = WaitingLine()
+        self._lines_up = False
         self._transport: asyncio.Transport | None = None
         self._frame_begun: int | None = None
         self._is_behind = False
@@ -93,6 +111,7 @@ class ClientConnection(asyncio.Protocol):
         self._is_paused = False
         self._read_first = False
         self._rest = 0
+        self._last_words: deque[bytes] = deque()
         self._unsent: Exception | None = None
         self._has_secrets = port is Port.PENDANT
         self._heard_mask = SecretMask()
@@ -109,7 +128,7 @@ class ClientConnection(asyncio.Protocol):
                 Role.SERVER,
                 PENDANT,
                 max_frame=MAX_PENDANT_FRAME,
-                frames_per_call=REQUESTS_PER_TURN,
+                frames_per_call=1,
                 stop_rule=PENDANT_STOPS,
             )
         else:
@@ -121,59 +140,128 @@ class ClientConnection(asyncio.Protocol):
                 STANDARD,
                 byte_order=known,
                 max_frame=MAX_REFERENCE_FRAME,
+                frames_per_call=1,
                 stop_rule=ROS_STOPS,
             )
         self._inbox.opened(self)
 
     def data_received(self, data: bytes) -> None:
         """Decode what came and hand each message to the core; a fault of ours ends this, not us."""
-        began = time.thread_time_ns()
+        began = self._processor_time()
         masks = self._is_noted and self._has_secrets
         noted = self._heard_mask.feed(data) if masks else data
         now = self._inbox.wire_bytes(self.session, noted)
         try:
-            self._take(data, now)
+            self._take(data, now, began)
         except Exception as error:
             self._inbox.client_failed(self, error, now)
         self.load.received += len(data)
-        self.load.cost_ns += time.thread_time_ns() - began
+        self.load.cost_ns += self._processor_time() - began
 
-    def _take(self, data: bytes, now: int) -> None:
-        """Decode what came and hand each message to the core, on this call stack."""
+    def _take(self, data: bytes, now: int, begun: int) -> None:
+        """Decode what came and hand each message to the core, on this call stack.
+
+        Args:
+            begun: processor time at which this turn began [ns].
+        """
         wire = self.wire
         order = wire.byte_order
         is_over = self.is_closing
         if is_over or (data and wire.more):
             self._read_on(data, now)
             return
+        if self._lines_up and not self._may_decode(data, now, begun):
+            return
+        taken = 0
+        waited = wire.waiting if self._lines_up else 0
         decoded = wire.receive(data)
         if wire.stops:
             self._stop_first(now)
-        complete: Sequence[Arrival] = wire.marked(decoded) if wire.overtaking else decoded
-        self.load.frames += len(complete)
-        for received in complete:
-            self._inbox.received(self.session, received, now)
-            if self._early_stops:
-                self._pass_by(received, now)
-            if self.is_closing:
-                return
+        while True:
+            complete: Sequence[Arrival] = wire.marked(decoded) if wire.overtaking else decoded
+            for received in complete:
+                if self._lines_up and self._line.put(received):
+                    continue
+                self._inbox.received(self.session, received, now)
+                if self._early_stops:
+                    self._pass_by(received, now)
+                if self.is_closing:
+                    return
+            taken += len(decoded)
+            self.load.frames += len(decoded)
+            if not (wire.more and decoded) or self._is_over(taken, begun):
+                break
+            decoded = wire.receive_next()
         if wire.fault is not None:
             self.close(str(wire.fault))
             return
         if wire.byte_order is not order and self.port is Port.ROS_MOTION:
             self._inbox.clients.learn_byte_order(self)
-        if wire.more or self._is_paused:
+        if self._lines_up:
+            self._line.size += max(waited + len(data) - wire.waiting, 0)
+        if wire.more or self._is_paused or self._lines_up:
             self._read_first = len(data) >= BULK
             self._share_the_loop()
+        # As `_time_the_frame`, without a call: each packet of a pendant comes by here.
         if not wire.partial:
             self._frame_begun = None
-        elif self._frame_begun is None or complete:
+        elif self._frame_begun is None or taken:
             self._frame_begun = now
+
+    def _is_over(self, taken: int, begun: int) -> bool:
+        """Return True if the turn that began at a processor time takes no more frames [ns]."""
+        if taken >= self._most or (self._lines_up and self._line.is_full):
+            return True
+        is_over = self._processor_time() - begun >= TURN_NS
+        # By what this turn has cost here and now, so a rerun ends it where it ended.
+        if self._is_noted:
+            return self._observations.turn_ended(self.session, taken, is_over)
+        return is_over
+
+    def _may_decode(self, data: bytes, now: int, begun: int) -> bool:
+        """Go on with the line; return True if frames are to be decoded in this turn, too."""
+        if self._line.is_held and not self._line.is_full:
+            return True
+        if data:
+            self.wire.read_ahead(data)
+            if self.wire.stops:
+                self._stop_first(now)
+        taken = 0
+        while self._line and not self._line.is_held:
+            self._inbox.received(self.session, self._line.take(), now)
+            if self.is_closing:
+                return False
+            taken += 1
+            if self._is_over(taken, begun):
+                break
+        self._lines_up = self._line.is_held or len(self._line) > 0
+        if not self._lines_up:
+            self._line.size = 0
+        self._time_the_frame(data, now)
+        self._share_the_loop()
+        return False
+
+    def _time_the_frame(self, data: bytes | int, now: int) -> None:
+        """Note since when a frame has been begun and is not whole, from the last progress on."""
+        if not self.wire.partial:
+            self._frame_begun = None
+        elif self._frame_begun is None or data:
+            self._frame_begun = now
+
+    def hold(self) -> None:
+        """Let wait what it sends, but for what stops or keeps alive."""
+        self._line.is_held = self._lines_up = True
+
+    def release(self) -> None:
+        """Go on with what waits, in a turn of its own."""
+        self._line.is_held = False
+        self._share_the_loop()
 
     def _read_on(self, data: bytes, now: int) -> None:
         """Take bytes whose turn has not come, or never will; a STOP among them acts even so."""
         self.wire.read_ahead(data)
         if self.wire.stops:
+            self._last_words.clear()  # after a STOP nothing counts that an ended connection said
             self._stop_first(now)
         if not self._is_ending:
             self._read_first = len(data) >= BULK
@@ -188,6 +276,8 @@ class ClientConnection(asyncio.Protocol):
         if early and self._inbox.stop_first(self.session, early[0].message, now):
             for stop in early:
                 stop.acted = True
+            if self._lines_up:
+                self._line.stop()
             early[0].answered = self.port is Port.PENDANT
             early = []
         self._early_stops = early
@@ -210,15 +300,25 @@ class ClientConnection(asyncio.Protocol):
             return self._observations.is_gone(self.session, transport)
         return transport.is_closing()
 
+    @property
+    def has_turn(self) -> bool:
+        """Whether something waits that a later turn of the loop can go on with."""
+        # A line that is held goes on when it is released; till then it is decoded on.
+        if self._line.is_held:
+            return self.wire.more and not self._line.is_full
+        return self.wire.more or self._lines_up
+
     def _share_the_loop(self) -> None:
         """Leave the rest to a later turn of the loop; read no more than may wait meanwhile."""
         transport, wire = self._transport, self.wire
         if transport is None or transport.is_closing():
             return
-        if wire.more and not self._goes_on:
+        if self.has_turn and not self._goes_on:
             self._goes_on = True
             asyncio.get_running_loop().call_soon(self._go_on)
-        is_full = wire.more and wire.waiting >= self._inbox.clients.read_ahead(self)
+        is_full = wire.more or self._lines_up
+        if is_full:
+            is_full = wire.waiting + self._line.size >= self._inbox.clients.read_ahead(self)
         if is_full and not self._is_paused:
             transport.pause_reading()
         elif self._is_paused and not is_full:
@@ -242,17 +342,30 @@ class ClientConnection(asyncio.Protocol):
 
     def connection_lost(self, exc: Exception | None) -> None:
         """Tell the core that the client is gone, and before that whether it said STOP."""
-        self._read_the_rest()
-        self._transport = None
         if exc is not None:
             log.info("session %d (%s %s): %s", self.session, self.port.value, self.address, exc)
+        if self._transport is not None:
+            # The socket is closed behind this, and to look through all takes more than a turn.
+            most = self._inbox.clients.read_ahead(self) - self._rest
+            self._last_words.extend(unread(self._transport, most))
+        self._end()
+
+    def _end(self) -> None:
+        """Look through the next part of what came last; tell the core where that was all."""
+        if self._last_words or (self._transport is not None and self.wire.is_searching):
+            self.data_received(self._last_words.popleft() if self._last_words else b"")
+        if self._last_words or (self._transport is not None and self.wire.is_searching):
+            asyncio.get_running_loop().call_soon(self._end)
+            return
+        self._transport = None
         self._inbox.closed(self)
 
     def _read_the_rest(self) -> None:
         """Look through what has arrived on a connection that has ended: a STOP may be in it."""
         if self._transport is None:
             return
-        for data in unread(self._transport, self._inbox.clients.read_ahead(self) - self._rest):
+        most = min(self._inbox.clients.read_ahead(self) - self._rest, _LAST_READ)
+        for data in unread(self._transport, most):
             self._rest += len(data)
             self.data_received(data)
 

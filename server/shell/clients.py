@@ -79,6 +79,12 @@ class Client(Protocol):
             Exception: what went wrong with a message to it.
         """
 
+    def hold(self) -> None:
+        """Let wait what it sends, but for what stops or keeps alive."""
+
+    def release(self) -> None:
+        """Go on with what waits."""
+
     def close(self, reason: str) -> None:
         """Close after what was written has left."""
 

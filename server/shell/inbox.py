@@ -67,13 +67,16 @@ class Observations:
         return self._noted("stopped", link, has_stopped)
 
     def turn_ended(self, link: str | int, taken: int, is_over: bool) -> bool:
-        """Return whether a turn of a connection ends behind the message of this number.
+        """Return whether a connection has had its share of the processor in this turn of the loop.
 
         Args:
-            taken: messages that were handled in the turn, 1 or more.
-            is_over: whether the turn's processor time is used up.
+            taken: frames that were taken in it.
         """
         return self._noted("turn", f"{link}/{taken}", is_over)
+
+    def is_read_apart(self, session: int) -> bool:
+        """Return True: a large body is read beside the loop, but in journals of older servers."""
+        return self._noted("apart", session, True)
 
     def _noted(self, question: str, link: str | int, answer: bool) -> bool:
         return self._journal.answer(question, link, answer) if self._journal.is_kept else answer

@@ -16,6 +16,7 @@ from openpendant.server.access.accounts import AccountAction, AccountChange
 from openpendant.server.access.admission import VerifyJob
 from openpendant.server.access.connection_loads import LoadQuestion
 from openpendant.server.access.passwords import PasswordHash, Secret
+from openpendant.server.events.management_requests import parse
 from openpendant.server.journal.event_records import request_to_bytes
 from openpendant.server.planning import jobs
 from openpendant.server.programs.editing import program_tasks
@@ -126,6 +127,7 @@ JOBS: tuple[Any, ...] = (
     ),
     jobs.WayCheckJob(9, _START, b"positions", scene.Scene()),
     *(jobs.ProgramJob(10 + number, task) for number, task in enumerate(TASKS)),
+    jobs.ReadBody(40, 3, b'{"op":"why"}', parse),
 )
 
 REQUESTS: tuple[Any, ...] = (

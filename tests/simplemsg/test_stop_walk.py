@@ -42,6 +42,7 @@ from openpendant.simplemsg.pendant import (
     SoftwareStop,
     Verdict,
 )
+from openpendant.simplemsg.stop_walk import MOST_FOUND, MOST_WALKED
 
 REQUEST, TOPIC, REPLY = CommType.REQUEST, CommType.TOPIC, CommType.REPLY
 NOTHING = joint_array([])
@@ -254,6 +255,7 @@ def test_a_backlog_is_taken_in_parts_at_the_same_cost_each() -> None:
     """A part copies no more of the backlog than it may need, however much waits."""
     wire = served(PENDANT, PENDANT_STOPS, frames_per_call=16)
     frame = codec_for(PENDANT).encode(SoftwareStop(2, "again"))
+    # The first call only looks for STOPs, as far as one goes; then it goes on from call to call.
     count = len(wire.receive(frame * 6_000))
     copied = 0
     while wire.more:
@@ -262,7 +264,7 @@ def test_a_backlog_is_taken_in_parts_at_the_same_cost_each() -> None:
         assert before - wire.waiting == taken * len(frame)
         count += taken
         copied += taken > 0
-    assert (count, copied) == (6_000, 374)
+    assert (count, copied) == (6_000, 375)
     assert len(wire.stops) == 6_000
 
 
@@ -334,3 +336,52 @@ def test_however_bytes_come_each_stop_is_found_with_its_last_byte_and_marks_all_
             assert any(map(_is_stop, messages[place + 1 :]))
     for _ in range(wire.unanswered):
         wire.send(accepted(Ping()))
+
+
+def headers(count: int) -> bytes:
+    """Return requests that are nothing but a header."""
+    return bare(ByteOrder.LITTLE, 99, b"") * count
+
+
+def test_a_call_walks_over_so_many_frames_and_decodes_none_before_all_were_walked_over() -> None:
+    wire = served(PENDANT, PENDANT_STOPS, frames_per_call=1)
+    stop = codec_for(PENDANT, ByteOrder.LITTLE).encode(SoftwareStop(2, "now"))
+    assert wire.receive(headers(MOST_WALKED) + stop) == []
+    assert (wire.stops, wire.more, wire.is_searching) == ([], True, True)
+    (first,) = wire.receive(b"")
+    assert [each.message for each in wire.stops] == [SoftwareStop(2, "now")]
+    assert not wire.is_searching
+    assert isinstance(wire.marked([first])[0], Overtaken)
+
+
+def test_a_call_finds_so_many_stops_and_the_next_goes_on() -> None:
+    wire = served(PENDANT, PENDANT_STOPS, frames_per_call=1)
+    stop = codec_for(PENDANT, ByteOrder.LITTLE).encode(SoftwareStop(2, "now"))
+    assert wire.receive(stop * (MOST_FOUND + 1)) == []
+    assert (len(wire.stops), wire.is_searching) == (MOST_FOUND, True)
+    assert len(wire.receive(b"")) == 1
+    assert (len(wire.stops), wire.is_searching) == (MOST_FOUND + 1, False)
+
+
+def test_frames_one_by_one_are_those_of_one_call() -> None:
+    frames = headers(20) + codec_for(PENDANT, ByteOrder.LITTLE).encode(SoftwareStop(2, "now"))
+    cut = frames + headers(1)[:-1]
+    at_once, one_by_one = (served(PENDANT, PENDANT_STOPS, count) for count in (64, 1))
+    expected = at_once.marked(at_once.receive(cut))
+    got = one_by_one.marked(one_by_one.receive(cut))
+    while one_by_one.more and (received := one_by_one.receive_next()):
+        got += one_by_one.marked(received)
+    assert [type(each) for each in got] == [type(each) for each in expected]
+    assert (one_by_one.more, one_by_one.partial) == (at_once.more, at_once.partial)
+    assert one_by_one.waiting == at_once.waiting == 15
+
+
+def test_what_one_call_looked_at_ends_before_what_it_did_not() -> None:
+    wire = served(PENDANT, PENDANT_STOPS, frames_per_call=1)
+    wire.receive(headers(1))
+    wire.read_ahead(headers(2_000))
+    taken = len(wire.receive(b""))
+    while received := wire.receive_next():
+        taken += len(received)
+    assert taken == 1_024
+    assert wire.more

@@ -90,6 +90,12 @@ class _Sink:
     def check_deadlines(self, now: int) -> None:
         """A sink is never late."""
 
+    def hold(self) -> None:
+        """Nothing is said here that could wait."""
+
+    def release(self) -> None:
+        """Nothing waits here."""
+
     def close(self, reason: str) -> None:
         raise RuntimeError(reason)
 

@@ -8,6 +8,7 @@ the business of whoever answers it, and what may move when is the cell's.
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
+from functools import partial
 from typing import Any
 
 from openpendant.simplemsg import (
@@ -51,6 +52,7 @@ from openpendant.simplemsg.pendant import (
     SoftwareStop,
     Subscribe,
 )
+from openpendant.simplemsg.pendant.management.declaration import Request
 from openpendant.simplemsg.standard import Ping
 from openpendant.simplemsg.verdicts import VerdictCode
 
@@ -60,7 +62,7 @@ from ...cell.robot_model import RobotModel
 from ...control import Holder
 from ...environment import CellEnvironment
 from ...events.effects import Effect, Send
-from ...events.management_requests import parse
+from ...events.management_requests import MOST_AT_ONCE, MOST_BEFORE_LOGIN, parse
 from ...events.pending import Pending
 from ...events.replies import sent_away, verdict
 from ...programs.execution.program_run import BareEnvironment
@@ -70,6 +72,7 @@ from ...settings.cell_settings import CellSettings
 from .access_requests import AccessRequests, CoreAccess, Greeting, Identity
 from .control_requests import AuthorityRequests, ControlRequests
 from .jog_requests import EscapeRequests, JogRequests
+from .large_bodies import LargeBodies
 from .management import ManagementRequests, ServedCells
 from .motion_requests import PendantMotions
 from .notifications import Listener, Listeners, Notifications
@@ -97,8 +100,15 @@ class PendantEndpoint:
         pending: Pending,
         access: CoreAccess,
         environment: CellEnvironment | None,
+        is_read_apart: Callable[[int], bool],
     ) -> None:
-        """Make an endpoint that nobody is connected to."""
+        """Make an endpoint that nobody is connected to.
+
+        Args:
+            is_read_apart: whether a large body of a session is read in a planning process.
+        """
+        self._is_read_apart = is_read_apart
+        self._bodies = LargeBodies(pending, cell.motions.new_job_id)
         self.access = AccessRequests(access, identity.cell, self.regranted, pending)
         self._cell = cell
         self._listeners = listeners = Listeners(settings, self.access.waits)
@@ -183,7 +193,7 @@ class PendantEndpoint:
         self._cell.modes.forget(session)
         change = self._cell.authority.release(session, AuthorityReason.CONNECTION_LOST)
         out = self._cell.authority_gone(change, now)
-        return [*out, *self.access.closed(session, now)]
+        return [*out, *self.access.closed(session, now), *self._bodies.closed(session)]
 
     def regranted(self, session: int, now: int) -> list[Effect]:
         """Follow a change of what a pendant may do; somebody else does not keep the authority."""
@@ -213,6 +223,8 @@ class PendantEndpoint:
     def stop_first(self, session: int, stop: Message, now: int) -> list[Effect]:
         """Obey a stop before what came in front of it, and answer it first."""
         assert isinstance(stop, SoftwareStop)
+        if session in self._bodies.under_way:
+            self._bodies.stopped(session)
         return self._control.software_stop(session, stop, now)
 
     def receive(self, session: int, received: Arrival, now: int) -> list[Effect]:
@@ -236,6 +248,8 @@ class PendantEndpoint:
             return self._malformed(listener, received, now)
         if isinstance(received, SoftwareStop) and listener.welcomed:
             # Obeyed as a topic too: better a stop without an answer than none.
+            if session in self._bodies.under_way:
+                self._bodies.stopped(session)
             return self._control.software_stop(session, received, now)
         if isinstance(received, Overtaken):
             return self._overtaken(listener, received.received, now)
@@ -250,12 +264,19 @@ class PendantEndpoint:
             not isinstance(received, Message)
             or received.comm_type != CommType.REQUEST
             or not listener.welcomed
-            or not is_overtaken(received, operation := _operation(received))
         ):
             return self.receive(listener.session, received, now)
+        if isinstance(received, Management):
+            return self._managed(listener.session, received, now, is_behind=False)
+        if not is_overtaken(received):
+            return self.receive(listener.session, received, now)
+        return self._too_late(listener.session, received, "", now)
+
+    def _too_late(self, session: int, message: Message, operation: str, now: int) -> list[Effect]:
+        """Refuse a request that would undo the stop that has overtaken it."""
         # Through the gate all the same, which uses its id up: nobody can send it once more.
-        refusal = self.access.gate.overtaken(listener.session, received, operation, now)
-        return self._forbidden(listener.session, received, refusal)
+        refusal = self.access.gate.overtaken(session, message, operation, now)
+        return self._forbidden(session, message, refusal)
 
     def _stop_in_its_place(self, listener: Listener, stop: WaitingStop, now: int) -> list[Effect]:
         """Answer a stop that has acted already, where it was not answered then."""
@@ -296,9 +317,46 @@ class PendantEndpoint:
             self.access.gate.turned_down(session, message, answered, now)
         return answered if isinstance(answered, list) else [_verdict(session, message, answered)]
 
-    def _managed(self, session: int, message: Management, now: int) -> list[Effect]:
-        """Let in and answer a management request, whose body is parsed here and only here."""
+    def _managed(
+        self, session: int, message: Management, now: int, *, is_behind: bool = True
+    ) -> list[Effect]:
+        """Answer a management request, whose body is parsed here and only here, or elsewhere.
+
+        Args:
+            is_behind: whether it came behind all stops of its connection that have acted.
+        """
+        size = len(message.body)
+        if size > MOST_BEFORE_LOGIN:
+            refusal = self.access.gate.unread(session, size, MOST_BEFORE_LOGIN, now)
+            if refusal is not None:
+                return self._forbidden(session, message, refusal)
+            if size > MOST_AT_ONCE and self._is_read_apart(session):
+                then = partial(self._asked, session, message)
+                return self._bodies.read(session, message, parse, then, is_overtaken=not is_behind)
         operation, asked = parse(message.body)
+        if not is_behind:
+            return self._asked(session, message, operation, asked, True, now)
+        refusal = self.access.gate.operation_refusal(session, message, operation, now)
+        if refusal is not None:
+            return self._forbidden(session, message, refusal)
+        return self._management.answer(session, message, operation, asked, now)
+
+    def _asked(
+        self,
+        session: int,
+        message: Management,
+        operation: str,
+        asked: Request[Any] | Refusal,
+        has_stopped: bool,
+        now: int,
+    ) -> list[Effect]:
+        """Let in and answer a request that was read, perhaps a while after it came.
+
+        Args:
+            has_stopped: whether a stop has overtaken it.
+        """
+        if has_stopped and is_overtaken(message, operation):
+            return self._too_late(session, message, operation, now)
         refusal = self.access.gate.operation_refusal(session, message, operation, now)
         if refusal is not None:
             return self._forbidden(session, message, refusal)
@@ -321,8 +379,3 @@ class PendantEndpoint:
 
 def _verdict(session: int, message: Message, refusal: Refusal | None) -> Send:
     return Send(session, verdict(getattr(message, "request_id", 0), refusal))
-
-
-def _operation(message: Message) -> str:
-    """Return which operation a management request names; empty for any other request."""
-    return parse(message.body)[0] if isinstance(message, Management) else ""

@@ -5,7 +5,11 @@ job. A check of the rest of a motion in progress (`WayCheckJob`) goes before all
 robot is held until the answer is there; one for each cell between two turns, as otherwise a scene
 that changes again and again would block all planning. The number of waiting jobs is bounded by the
 cells: each has at most one motion, one such check and one dry run waiting, and a few tasks about
-programs.
+programs; and by the connections, each of which has at most one body that is read (`ReadBody`).
+
+Bodies wait apart, in turns between cells and within a cell between connections, and where other
+jobs wait as well every second job is a body. So a motion waits for no more than one body, however
+many connections send one, and a body for no more than one plan.
 
 A job goes to a process only when that is free, so one that takes long or dies with its process
 spoils no other. A job that nobody waits for any more leaves the queue. Where a process is busy with
@@ -21,25 +25,29 @@ from collections import deque
 from collections.abc import Collection, Iterable, Sequence
 from itertools import chain, count, islice, repeat
 
-from ..jobs import Deliver, Job, PlanTask, WayCheckJob
+from ..jobs import Deliver, Job, PlanTask, ReadBody, WayCheckJob
 from .forked_child import ForkedChild
 from .planning_process import PlanningProcess
 
 
 class JobQueue:
-    """Queue of jobs of several cells, each cell's in their order except its scene checks."""
+    """Queue of jobs of several cells, each cell's in their order except scene checks and bodies."""
 
     def __init__(self) -> None:
-        self._cells: dict[int, deque[PlanTask]] = {}  # in the order of their turns; none is empty
+        # By cell, in the order of their turns; none is empty.
+        self._cells: dict[int, deque[PlanTask]] = {}
+        self._bodies: dict[int, deque[PlanTask]] = {}
+        self._owes_body = False  # the last job that was taken was none, and one waited
         self._looked: set[int] = set()  # cells whose look went first since the last turn
 
     def __bool__(self) -> bool:
         """True if a job waits."""
-        return bool(self._cells)
+        return bool(self._cells or self._bodies)
 
     def put(self, task: PlanTask) -> None:
         """Add a job."""
-        tasks = self._cells.setdefault(task.cell, deque())
+        waiting = self._bodies if _is_body(task) else self._cells
+        tasks = waiting.setdefault(task.cell, deque())
         if _is_look(task):
             tasks.appendleft(task)
         else:
@@ -55,46 +63,66 @@ class JobQueue:
         for task in fronts:
             if _is_look(task) and task.cell not in self._looked:
                 return task
-        for task in fronts:
-            if _is_look(task) or task.cell not in barred:
-                return task
-        return None
+        plans = (task for task in fronts if _is_look(task) or task.cell not in barred)
+        bodies = (tasks[0] for cell, tasks in self._bodies.items() if cell not in barred)
+        plan, body = next(plans, None), next(bodies, None)
+        return body if plan is None or (self._owes_body and body is not None) else plan
 
     def take(self, task: PlanTask) -> None:
         """Remove the first job; it uses its cell's turn, except a scene check before all turns."""
+        if _is_body(task):
+            self._owes_body = False
+            _rotate(self._bodies, task.cell)
+            return
+        self._owes_body = bool(self._bodies)
         tasks = self._cells[task.cell]
-        tasks.popleft()
         if _is_look(task) and task.cell not in self._looked:
             self._looked.add(task.cell)
+            tasks.popleft()
+            if not tasks:
+                del self._cells[task.cell]
         else:
             self._looked.clear()
-            del self._cells[task.cell]
-            self._cells[task.cell] = tasks
-        if not tasks:
-            del self._cells[task.cell]
+            _rotate(self._cells, task.cell)
 
     def withdraw(self, cell: int, job_id: int) -> bool:
         """Remove a job of a cell; return True if it waited."""
-        tasks = self._cells.get(cell, ())
-        left = deque(task for task in tasks if task.job.job_id != job_id)
-        if len(left) == len(tasks):
-            return False
-        if left:
-            self._cells[cell] = left
-        else:
-            del self._cells[cell]
-        return True
+        for waiting in (self._cells, self._bodies):
+            tasks = waiting.get(cell, ())
+            left = deque(task for task in tasks if task.job.job_id != job_id)
+            if len(left) == len(tasks):
+                continue
+            if left:
+                waiting[cell] = left
+            else:
+                del waiting[cell]
+            return True
+        return False
 
     def clear(self) -> list[PlanTask]:
         """Remove all jobs and return them."""
-        tasks = [task for tasks in self._cells.values() for task in tasks]
+        waiting = (*self._cells.values(), *self._bodies.values())
+        tasks = [task for tasks in waiting for task in tasks]
         self._cells.clear()
+        self._bodies.clear()
         self._looked.clear()
         return tasks
 
 
+def _rotate(waiting: dict[int, deque[PlanTask]], cell: int) -> None:
+    """Remove a cell's first job; its turn comes again behind all others."""
+    tasks = waiting.pop(cell)
+    tasks.popleft()
+    if tasks:
+        waiting[cell] = tasks
+
+
 def _is_look(task: PlanTask) -> bool:
     return isinstance(task.job, WayCheckJob)
+
+
+def _is_body(task: PlanTask) -> bool:
+    return isinstance(task.job, ReadBody)
 
 
 _MOST_PROCESSES = 2

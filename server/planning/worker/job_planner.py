@@ -37,6 +37,7 @@ from ...programs.editing.program_tasks import perform
 from ...refusal import Refusal, refusal_of
 from ..jobs import (
     BlockJob,
+    BodyRead,
     DryRunFound,
     DryRunJob,
     Job,
@@ -48,6 +49,7 @@ from ..jobs import (
     PoseGoal,
     PoseJob,
     ProgramJob,
+    ReadBody,
     RecordingJob,
     RosPathJob,
     RosPoint,
@@ -131,6 +133,9 @@ def answer(robot: str, job: Job) -> PlanAnswer:
     started = time.perf_counter()
     if isinstance(job, ProgramJob):
         return PlanAnswer(job.job_id, perform(job.task), time.perf_counter() - started)
+    if isinstance(job, ReadBody):
+        read = BodyRead(*job.read(job.body))
+        return PlanAnswer(job.job_id, read, time.perf_counter() - started)
     kinematics = kinematics_of(robot)
     if isinstance(job, DryRunJob):
         found = _dry_runs.slice(kinematics, job, lambda: time.perf_counter() - started > _SLICE)

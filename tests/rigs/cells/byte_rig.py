@@ -1,6 +1,7 @@
 """The rig of `server_rig` behind real connection shells: bytes in, bytes out.
 
-Owns transports that lead into lists. Time stands still but for `wait`; what a shell leaves to a
+Owns transports that lead into lists. Time stands still but for `wait`, and nothing costs any
+processor time but what `used` says; what a shell leaves to a
 later turn of the loop is handled when the test lets one pass.
 """
 
@@ -17,7 +18,13 @@ from openpendant.server.access.admission import Admission
 from openpendant.server.core.cell_core import CellCore
 from openpendant.server.core.server_core import ServerCore
 from openpendant.server.endpoints.pendant.access_requests import CoreAccess
-from openpendant.server.events.effects import Close, CutOff, Effect
+from openpendant.server.events.effects import (
+    Close,
+    CutOff,
+    Effect,
+    HoldClient,
+    ReleaseClient,
+)
 from openpendant.server.events.events import Event, Port
 from openpendant.server.shell.client_connection import ClientConnection
 from openpendant.server.shell.clients import Clients
@@ -106,8 +113,9 @@ class ByteClient:
         return [each.message if isinstance(each, Unasked) else each for each in got]
 
     async def until_handled(self) -> int:
+        """Let turns pass until nothing waits but behind a body that is read elsewhere."""
         turns = 0
-        while self.shell.wire.more and not self.transport.is_over:
+        while self.shell.has_turn and not self.transport.is_over:
             await asyncio.sleep(0)
             turns += 1
             assert turns < 10_000
@@ -120,14 +128,26 @@ class ByteRig(ServerRig):
     def __init__(self, login: Admission | None = None, **settings: Any) -> None:
         super().__init__(**settings)
         access = CoreAccess() if login is None else CoreAccess(login)
-        self.core = CellCore(self.settings, LIMITS, IDENTITY, NoTool(), access=access)
+        self.core = CellCore(
+            *(self.settings, LIMITS, IDENTITY, NoTool()),
+            access=access,
+            is_read_apart=lambda session: True,
+        )
         journal = Journal()
         self.label = ""
         self.clients = Clients([self.settings], access.login)
         server = ServerCore([self.core])
         self.inbox = inbox = Inbox(journal, server, [self], self.clients, lambda: self.now)
-        self.connect = partial(ClientConnection, inbox, Observations(journal))
+        self.used, self.each_look = 0, 0
+        self.connect = partial(
+            ClientConnection, inbox, Observations(journal), processor_time=self._processor_time
+        )
         self.connect_controller()
+
+    def _processor_time(self) -> int:
+        """Return what turns have used of the processor: each look at it finds some more [ns]."""
+        self.used += self.each_look
+        return self.used
 
     def client(
         self,
@@ -147,6 +167,10 @@ class ByteRig(ServerRig):
                 self.clients.by_session[item.session].close(item.reason)
             elif isinstance(item, CutOff):
                 self.clients.by_session[item.session].abort(item.reason)
+            elif isinstance(item, HoldClient):
+                self.clients.by_session[item.session].hold()
+            elif isinstance(item, ReleaseClient) and item.session in self.clients.by_session:
+                self.clients.by_session[item.session].release()
         return outgoing
 
     def _deliver(self, session: int, message: Message) -> None:

@@ -318,6 +318,8 @@ class ServerRig(Shell):
     def plan_of(job: jobs.Job, result: Refusal | None = None) -> jobs.PlanAnswer:
         if result is not None:
             return jobs.PlanAnswer(job.job_id, result, 0.01)
+        if isinstance(job, jobs.ReadBody):
+            return jobs.PlanAnswer(job.job_id, jobs.BodyRead(*job.read(job.body)), 0.01)
         assert isinstance(job, jobs.JointPathJob | jobs.RosPathJob)
         goal = job.waypoints[-1] if isinstance(job, jobs.JointPathJob) else job.points[-1].position
         try:

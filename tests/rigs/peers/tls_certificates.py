@@ -9,7 +9,12 @@ import pytest
 OPENSSL = shutil.which("openssl")
 
 
-def make_certificate(folder: Path, name: str = "server", *options: str) -> tuple[Path, Path]:
+P_256 = ("ec", "-pkeyopt", "ec_paramgen_curve:prime256v1")
+
+
+def make_certificate(
+    folder: Path, name: str = "server", *options: str, key: tuple[str, ...] = P_256
+) -> tuple[Path, Path]:
     """Make a certificate for 127.0.0.1; return its file and that of its key.
 
     The key is encrypted only where options say so. The test is skipped where there is no openssl.
@@ -18,8 +23,8 @@ def make_certificate(folder: Path, name: str = "server", *options: str) -> tuple
         pytest.skip("no openssl to make a certificate with")
     paths = folder / f"{name}.pem", folder / f"{name}.key"
     command = [
-        *(OPENSSL, "req", "-x509", "-newkey", "ec", "-days", "2"),
-        *("-pkeyopt", "ec_paramgen_curve:prime256v1", "-subj", "/CN=pendant server"),
+        *(OPENSSL, "req", "-x509", "-days", "2", "-newkey", *key),
+        *("-subj", "/CN=pendant server"),
         *("-addext", "subjectAltName=IP:127.0.0.1", *(options or ("-nodes",))),
         *("-keyout", str(paths[1]), "-out", str(paths[0])),
     ]

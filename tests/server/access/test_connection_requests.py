@@ -60,12 +60,14 @@ async def test_rate_and_cost_are_those_of_the_last_second_that_was_counted() -> 
     busy.tell(hello("busy"))
     rig.check_deadlines(1.0)
     size = len(busy.frames(Ping()))
+    rig.each_look = 5_000
     for _ in range(40):
         busy.tell(Ping())
+    rig.each_look = 0
     rig.check_deadlines(2.0)
     found = {each["session"]: each for each in ask(ann, "access.connections")["connections"]}
     assert (found[busy.session]["frames"], found[busy.session]["bytes"]) == (20, 20 * size)
-    assert 0 < found[busy.session]["cost"] < 1
+    assert found[busy.session]["cost"] == pytest.approx(20 * 5e-6)
     assert (found[ann.session]["frames"], found[ann.session]["cost"]) == (0, 0)
 
 

@@ -166,7 +166,7 @@ async def test_a_pendants_burst_leaves_each_turn_of_the_loop_time_for_others(
     transport.get_extra_info.side_effect = {"peername": None, "socket": Mock()}.get
     transport.is_closing.return_value = False
     transport.get_write_buffer_size.return_value = 0
-    client = ClientConnection(inbox, Mock(), port)
+    client = ClientConnection(inbox, Mock(), port, processor_time=lambda: 0)
     client.connection_made(transport)
     counts = []
     client.data_received(PING * 40)

@@ -21,7 +21,14 @@ from rigs.processes.planning_children import (
 )
 
 from openpendant.motion.scene.scene import Scene
-from openpendant.server.planning.jobs import JointPathJob, PlanAnswer, PlanTask, WayCheckJob
+from openpendant.server.events.management_requests import parse
+from openpendant.server.planning.jobs import (
+    JointPathJob,
+    PlanAnswer,
+    PlanTask,
+    ReadBody,
+    WayCheckJob,
+)
 from openpendant.server.planning.pool import planning_pool, planning_process
 from openpendant.server.planning.pool.planning_pool import PlanningPool
 from openpendant.server.planning.pool.planning_process import PlanningProcess
@@ -81,6 +88,11 @@ class Bench:
     def ask_to_look(self, cell: int, *numbers: int) -> None:
         for number in numbers:
             job = WayCheckJob(number, (0.0,), b"", Scene())
+            self.pool.submit(PlanTask("ur5", job, self.answers.append, cell))
+
+    def ask_to_read(self, cell: int, *numbers: int) -> None:
+        for number in numbers:
+            job = ReadBody(number, number, b"{}", parse)
             self.pool.submit(PlanTask("ur5", job, self.answers.append, cell))
 
     def keep_busy(self) -> None:
@@ -166,6 +178,50 @@ def test_the_many_jobs_of_a_cell_delay_others_by_one_job_at_most(bench: Bench) -
     bench.ask_for(2, 21, 22)
     bench.ask_for(3, 31)
     assert bench.next_of_first(6) == [11, 21, 31, 12, 22, 13]
+
+
+def test_a_motion_waits_for_one_body_at_most_and_a_body_for_one_plan(bench: Bench) -> None:
+    bench.keep_busy()
+    bench.ask_to_read(1, *range(100, 130))
+    assert bench.next_of_first(1) == [100]
+    bench.ask_for(1, 11, 12)
+    bench.ask_for(2, 21)
+    assert bench.next_of_first(7) == [11, 101, 21, 102, 12, 103, 104]
+
+
+def test_a_plan_that_comes_while_a_body_is_read_goes_next(bench: Bench) -> None:
+    bench.keep_busy()
+    bench.ask_to_read(1, 100, 101)
+    bench.ask_for(2, 21)
+    assert bench.next_of_first(4) == [21, 100, 101]
+    bench.ask_to_read(1, 102, 103)
+    assert bench.given()[0][-1] == 102
+    bench.ask_for(2, 22)
+    assert bench.next_of_first(2) == [22, 103]
+
+
+def test_the_bodies_of_cells_take_turns_and_so_do_connections(bench: Bench) -> None:
+    bench.keep_busy()
+    bench.ask_to_read(1, 100, 101, 102)
+    bench.ask_to_read(2, 200)
+    assert bench.next_of_first(4) == [100, 200, 101, 102]
+
+
+def test_a_look_goes_before_bodies(bench: Bench) -> None:
+    bench.keep_busy()
+    bench.ask_to_read(1, 100, 101)
+    bench.ask_to_look(1, 11)
+    assert bench.next_of_first(3) == [11, 100, 101]
+
+
+def test_a_body_that_waits_is_withdrawn_and_fails_with_the_others(bench: Bench) -> None:
+    bench.keep_busy()
+    bench.ask_to_read(1, 100, 101)
+    bench.ask_for(1, 11)
+    bench.pool.withdraw(1, 100)
+    bench.processes[0].is_down = bench.processes[1].is_down = True
+    bench.pool.hand_out()
+    assert sorted(each.job_id for each in bench.answers) == [11, 101]
 
 
 def test_looks_along_the_way_of_a_robot_that_moves_go_before_all_turns(bench: Bench) -> None:
