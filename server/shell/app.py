@@ -40,6 +40,7 @@ from .clients import Clients
 from .controller_connection import ControllerConnection
 from .inbox import Inbox, Observations, loop_time
 from .listening import Listening, Ports, listen_for, unasked_ports
+from .loop_share import LoopShare
 from .loop_timing import LoopLog, next_deadline
 from .robot_kinematics import RobotKinematics
 
@@ -97,7 +98,7 @@ class App:
         self.clients = Clients(self._settings, self.login)
         self.cells: list[CellShell] = []
         self.inbox = Inbox(journal, self._router, self.cells, self.clients, clock)
-        self.connect = partial(ClientConnection, self.inbox, self._observations)
+        self.connect = partial(ClientConnection, self.inbox, self._observations, share=LoopShare())
         self.cells += [self._shell(number) for number in range(len(served))]
         self._listening: Listening | None = None
         self._unasked: list[int] = []

@@ -34,6 +34,7 @@ from openpendant.simplemsg.pendant import MAX_PENDANT_FRAME, Hello
 from ..access.connection_loads import ConnectionLoad
 from ..events.events import Port
 from .inbox import Inbox, Observations
+from .loop_share import SHARE_NS, LoopShare
 from .waiting_line import WaitingLine
 
 log = logging.getLogger("openpendant.server")
@@ -81,10 +82,12 @@ class ClientConnection(asyncio.Protocol):
         port: Port,
         cell: int | None = None,
         processor_time: Callable[[], int] = time.thread_time_ns,
+        share: LoopShare | None = None,
     ) -> None:
         """Make the protocol of a connection that was just accepted.
 
         Args:
+            share: of all clients of the server; one of its own where left out.
             processor_time: what the loop's thread has used of the processor [ns].
         """
         self.port = port
@@ -98,6 +101,8 @@ class ClientConnection(asyncio.Protocol):
         # For good, as each message would have to ask: a journal is kept from the start or never.
         self._is_noted = inbox.is_noted
         self._processor_time = processor_time
+        self._share = share or LoopShare()
+        self._finish_tag = 0
         self._most = REQUESTS_PER_TURN if port is Port.PENDANT else POINTS_PER_TURN
         self._line = WaitingLine()
         self._lines_up = False
@@ -155,8 +160,13 @@ class ClientConnection(asyncio.Protocol):
             self._take(data, now, began)
         except Exception as error:
             self._inbox.client_failed(self, error, now)
+        cost, share = self._processor_time() - began, self._share
         self.load.received += len(data)
-        self.load.cost_ns += self._processor_time() - began
+        self.load.cost_ns += cost
+        self._finish_tag = max(self._finish_tag, share.served) + cost
+        share.spent += cost
+        if share.spent >= SHARE_NS:
+            share.renew()
 
     def _take(self, data: bytes, now: int, begun: int) -> None:
         """Decode what came and hand each message to the core, on this call stack.
@@ -167,7 +177,11 @@ class ClientConnection(asyncio.Protocol):
         wire = self.wire
         order = wire.byte_order
         is_over = self.is_closing
-        if is_over or (data and wire.more):
+        # Inline, as each packet comes by: have the clients had their share of this iteration?
+        waits = wire.more or self._share.spent >= SHARE_NS
+        if self._is_noted and data and not wire.more:
+            waits = self._observations.turn_ended(self.session, 0, waits)
+        if is_over or (data and waits):
             self._read_on(data, now)
             return
         if self._lines_up and not self._may_decode(data, now, begun):
@@ -264,6 +278,7 @@ class ClientConnection(asyncio.Protocol):
             self._last_words.clear()  # after a STOP nothing counts that an ended connection said
             self._stop_first(now)
         if not self._is_ending:
+            self._time_the_frame(data, now)
             self._read_first = len(data) >= BULK
             self._share_the_loop()
 
@@ -315,7 +330,7 @@ class ClientConnection(asyncio.Protocol):
             return
         if self.has_turn and not self._goes_on:
             self._goes_on = True
-            asyncio.get_running_loop().call_soon(self._go_on)
+            self._share.wait(max(self._finish_tag, self._share.served), self._go_on)
         is_full = wire.more or self._lines_up
         if is_full:
             is_full = wire.waiting + self._line.size >= self._inbox.clients.read_ahead(self)
