@@ -93,6 +93,17 @@ def test_a_run_whose_turns_ended_by_their_cost_runs_again_with_identical_bytes(
     assert (outcome.difference, outcome.is_cut) == (None, False)
 
 
+def test_a_run_in_which_clients_waited_for_their_share_runs_again_with_identical_bytes(
+    tmp_path: Path, virtual_loop: VirtualLoop, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(client_connection, "SHARE_NS", 0)
+    file = kept(tmp_path, virtual_loop, *SAID)
+    assert "1/0" in asks(file, "turn")
+    monkeypatch.undo()
+    outcome = rerun(file)
+    assert (outcome.difference, outcome.is_cut) == (None, False)
+
+
 def test_a_turn_that_ended_elsewhere_is_told(
     tmp_path: Path, virtual_loop: VirtualLoop, monkeypatch: pytest.MonkeyPatch
 ) -> None:
