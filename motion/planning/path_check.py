@@ -31,6 +31,10 @@ RESOLUTION = 1e-3
 _WINDOW = 512
 """Greatest number of samples that one check can clear."""
 
+_MOST_AT_ONCE = 8_000_000
+"""Numbers in the table of a part of a path, a row a sample and a column a pair: 64 MB. A thousand
+far waypoints among 2,000 pairs would need one of 25 GB."""
+
 
 @dataclass(frozen=True, slots=True, eq=False)
 class PathContact:
@@ -70,13 +74,12 @@ def first_contact(
     fractions, positions = _sampled(collision, path, resolution)
     if not collision.pairs:
         return None
-    travel = np.abs(np.diff(collision.model_positions(positions), axis=0))
-    # Row k: greatest relative motion of each pair's bodies up to sample k.
-    moved = np.vstack((np.zeros(len(collision.pairs)), np.cumsum(travel @ collision.sweep.T, 0)))
-    sample = 0
-    while sample < len(positions):
-        spare = collision.clearances(positions[sample]) - margin
-        if spare.min() <= 0.0:
+    begin = 0
+    while begin < len(positions):
+        end = begin + max(_MOST_AT_ONCE // len(collision.pairs), 2 * _WINDOW)
+        found = _contact_in(collision, positions[begin:end], margin)
+        if found is not None:
+            sample, spare = begin + found[0], found[1]
             nearest = int(np.argmin(spare))
             return PathContact(
                 float(fractions[sample]),
@@ -84,6 +87,22 @@ def first_contact(
                 *collision.pairs[nearest],
                 float(spare[nearest] + margin),
             )
+        begin = end
+    return None
+
+
+def _contact_in(
+    collision: CollisionModel, positions: Array, margin: float
+) -> tuple[int, Array] | None:
+    """Return the first of (m, n) samples at which two bodies touch, and the spare of each pair."""
+    travel = np.abs(np.diff(collision.model_positions(positions), axis=0))
+    # Row k: greatest relative motion of each pair's bodies up to sample k.
+    moved = np.vstack((np.zeros(len(collision.pairs)), np.cumsum(travel @ collision.sweep.T, 0)))
+    sample = 0
+    while sample < len(positions):
+        spare = collision.clearances(positions[sample]) - margin
+        if spare.min() <= 0.0:
+            return sample, spare
         ahead = moved[sample + 1 : sample + 1 + _WINDOW]
         free = (ahead < moved[sample] + spare).all(axis=1)
         cleared = len(free) if free.all() else int(np.argmin(free))

@@ -12,6 +12,7 @@ from rigs.motion.planning_scenes import Task, pillar_task, random_tasks
 
 from openpendant.motion import errors
 from openpendant.motion.paths.blending import JointPolyline
+from openpendant.motion.planning import path_check
 from openpendant.motion.planning.path_check import check_path, first_contact
 from openpendant.motion.planning.planner import (
     BUILT_IN,
@@ -277,6 +278,25 @@ def test_the_first_contact_is_named_with_its_fraction(task: Task) -> None:
     back = first_contact(task.collision, [task.goal, task.start])
     assert back is not None
     assert back.fraction < 1.0 - refused.value.fraction
+
+
+def test_a_long_path_is_checked_in_parts_with_the_same_verdict(
+    task: Task, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    far = [task.goal, task.start]
+    aside = task.goal + 0.9 * np.eye(6)[5]
+    ways = (far, [task.goal, aside, *far], [task.goal, aside, task.goal, aside])
+    whole = [first_contact(task.collision, way) for way in ways]
+    monkeypatch.setattr(path_check, "_MOST_AT_ONCE", 1)  # parts of 1,024 samples
+    parts = [first_contact(task.collision, way) for way in ways]
+    for once, in_parts in zip(whole[:2], parts[:2], strict=True):
+        assert once is not None
+        assert in_parts is not None
+        assert in_parts.fraction == once.fraction
+        assert (in_parts.first, in_parts.second) == (once.first, once.second)
+    assert whole[1] is not None
+    assert whole[1].fraction * 3_600 > 2_000  # samples
+    assert whole[2] is parts[2] is None
 
 
 def test_a_path_and_its_waypoints_get_the_same_verdict(task: Task) -> None:
