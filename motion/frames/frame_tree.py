@@ -318,8 +318,8 @@ class FrameTree:
         shared = set(up) & set(down)
         return self._below(down, shared, known).inverse().compose(self._below(up, shared, known))
 
-    def in_base(self, pose: Pose, frame: str) -> Pose:
-        """Return in base a pose that is given in a frame that stands still.
+    def in_base(self, poses: Sequence[Pose], frame: str) -> tuple[Pose, ...]:
+        """Return in base the poses that are given in a frame that stands still.
 
         Raises:
             FrameUnknown: there is no such frame.
@@ -327,7 +327,9 @@ class FrameTree:
         """
         if self.moving_between(frame, BASE):
             raise BadArgument("frame", frame, "base, root or a frame that stands still")
-        return self.transform(frame, BASE).compose(pose)
+        # Found once for all of a path's poses: it costs more than to bring one of them into base.
+        place = self.transform(frame, BASE)
+        return tuple(place.compose(pose) for pose in poses)
 
     def _below(self, way: tuple[str, ...], shared: set[str], places: Places) -> Pose:
         """Return the pose of the first frame of an upward path in the first shared frame on it."""

@@ -156,7 +156,7 @@ class PendantMotions:
         if refusal is not None:
             return refusal
         try:
-            in_base = tuple(self._in_base(goal, message.frame) for goal in goals)
+            in_base = self._in_base(goals, message.frame)
         except MotionError as error:
             return refusal_of(error)
         job = PoseJob(
@@ -171,10 +171,12 @@ class PendantMotions:
         )
         return self._plan(MotionRequest(session, message.request_id), job, now)
 
-    def _in_base(self, goal: PoseGoal, frame: str) -> PoseGoal:
-        pose = Pose.from_values(goal.position, goal.orientation)
-        tool = self._robot.frames.in_base(pose, frame)
-        return PoseGoal(tuple(tool.position.tolist()), tuple(tool.quaternion.tolist()))
+    def _in_base(self, goals: Sequence[PoseGoal], frame: str) -> tuple[PoseGoal, ...]:
+        poses = [Pose.from_values(goal.position, goal.orientation) for goal in goals]
+        return tuple(
+            PoseGoal(tuple(tool.position.tolist()), tuple(tool.quaternion.tolist()))
+            for tool in self._robot.frames.in_base(poses, frame)
+        )
 
     def _home(self, session: int, message: Home, now: int) -> Refusal | list[Effect]:
         refusal = check_interlocks(self._cell, session, now) or speed_fault(message.speed)

@@ -125,11 +125,13 @@ def test_the_tool_in_the_base_needs_the_flange(tree: FrameTree) -> None:
 
 
 def test_a_pose_goes_into_base_from_a_frame_that_stands_still_only(tree: FrameTree) -> None:
-    assert_same_pose(tree.in_base(shift(0.1), "part"), HERE.compose(THERE).compose(shift(0.1)))
+    near, far = tree.in_base([shift(0.1), shift(0.2)], "part")
+    assert_same_pose(near, HERE.compose(THERE).compose(shift(0.1)))
+    assert_same_pose(far, HERE.compose(THERE).compose(shift(0.2)))
     with pytest.raises(errors.BadArgument, match="'flange'; accepted: base, root or a frame"):
-        tree.in_base(shift(0.1), FLANGE)
+        tree.in_base([shift(0.1)], FLANGE)
     with pytest.raises(errors.FrameUnknown):
-        tree.in_base(shift(0.1), "nowhere")
+        tree.in_base([shift(0.1)], "nowhere")
 
 
 def test_the_frame_tool_is_the_selected_one_or_the_flange(tree: FrameTree) -> None:
