@@ -19,12 +19,15 @@ def begun_in_own_network(script: Path) -> Iterator[subprocess.Popen[str]]:
 
     Skips the test where such a network cannot be had.
     """
-    unshare = shutil.which("unshare")
-    probe = [unshare or "", "--net", "true"]
-    if unshare is None or subprocess.run(probe, capture_output=True, check=False).returncode:
+    # Processes of its own, too: whatever it has begun ends with it, even where it is killed.
+    alone = [shutil.which("unshare") or "", "--net", "--pid", "--mount-proc", "--kill-child"]
+    if (
+        not alone[0]
+        or subprocess.run([*alone, "true"], capture_output=True, check=False).returncode
+    ):
         pytest.skip("a network of its own cannot be had here")
     with subprocess.Popen(
-        [unshare, "--net", sys.executable, str(script)],
+        [*alone, sys.executable, str(script)],
         stdin=subprocess.PIPE,
         stdout=subprocess.PIPE,
         stderr=subprocess.PIPE,

@@ -275,6 +275,7 @@ async def lateness() -> float:
 
 
 @pytest.mark.realtime
+@pytest.mark.soak
 async def test_10000_reports_a_second_delay_no_tick_and_no_other_cell(
     caplog: pytest.LogCaptureFixture,
 ) -> None:
