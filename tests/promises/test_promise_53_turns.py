@@ -1,7 +1,8 @@
 """What the dearest frames cost the loop, in each turn that they cause (promise 53).
 
-In processor time of the loop's thread, at the best of five. A row that does not hold yet is named
-in `KNOWN`: the test fails where another one does not, and where one of them holds.
+In processor time of the loop's thread, at the best of five: in the soak at the bound, else at the
+slack that all figures have there, since what runs beside makes turns dearer. A row that does not
+hold yet is named in `KNOWN`: the test fails where another one does not, and where one of them does.
 """
 
 import tempfile
@@ -9,6 +10,7 @@ from collections.abc import Callable, Iterator, Mapping
 from pathlib import Path
 
 import pytest
+from promises.promise_figures import SLACK
 from promises.promise_table import figure
 from rigs.cells.admission_desk import BOOK
 from rigs.cells.timed_server import TimedServer
@@ -69,8 +71,14 @@ def server() -> Iterator[TimedServer]:
         made.close()
 
 
-async def dearest(server: TimedServer, name: str | None, make: Make) -> tuple[float, str]:
-    """Return what the dearest turn cost that a frame caused, at the best of five, and its kind."""
+async def dearest(
+    server: TimedServer, name: str | None, make: Make, enough: float
+) -> tuple[float, str]:
+    """Return what the dearest turn cost that a frame caused, at the best of five, and its kind.
+
+    Args:
+        enough: cost that needs no other try [ms].
+    """
     best = (float("inf"), "nothing")
     for _ in range(TRIES):
         client = await server.pendant(name)
@@ -81,32 +89,45 @@ async def dearest(server: TimedServer, name: str | None, make: Make) -> tuple[fl
         client.shell.connection_lost(None)
         await server.settle()
         best = min(best, (cost, what))
-        if best[0] <= figure(53, "turn").ms:
+        if best[0] <= enough:
             break
     return best
 
 
-async def judge(server: TimedServer, name: str | None, rows: Mapping[str, Make]) -> None:
-    dear = {row: await dearest(server, name, make) for row, make in rows.items()}
-    most = figure(53, "turn").ms
+async def judge(
+    server: TimedServer, name: str | None, rows: Mapping[str, Make], slack: float
+) -> None:
+    most = figure(53, "turn").ms * slack
+    dear = {row: await dearest(server, name, make, most) for row, make in rows.items()}
     beyond = {row: cost for row, cost in dear.items() if cost[0] > most}
     beyond = {row: cost for row, cost in beyond.items() if row not in KNOWN | NOW_AND_THEN}
     assert not beyond, "\n".join(f"{row}: {ms:.2f} ms, {at}" for row, (ms, at) in beyond.items())
-    holding = [row for row, cost in dear.items() if cost[0] <= most and row in KNOWN]
+    holding = [row for row, cost in dear.items() if cost[0] <= most / slack and row in KNOWN]
     assert not holding, f"these hold now: {holding}"
 
 
+at_each_slack = pytest.mark.parametrize(
+    "slack", [pytest.param(SLACK, id="few"), pytest.param(1.0, id="many", marks=pytest.mark.soak)]
+)
+
+
+@at_each_slack
 @pytest.mark.parametrize("op", OPERATIONS)
-async def test_promise_53_no_turn_of_an_operation_costs_more(server: TimedServer, op: str) -> None:
+async def test_promise_53_no_turn_of_an_operation_costs_more(
+    server: TimedServer, op: str, slack: float
+) -> None:
     rows = {name: make for name, make in ROWS.items() if name.partition(":")[0] == op}
     assert len(rows) >= 11
-    await judge(server, "ann", rows)
+    await judge(server, "ann", rows, slack)
 
 
+@at_each_slack
 @pytest.mark.parametrize("kind", BESIDE)
-async def test_promise_53_nor_does_one_of_anything_else(server: TimedServer, kind: str) -> None:
+async def test_promise_53_nor_does_one_of_anything_else(
+    server: TimedServer, kind: str, slack: float
+) -> None:
     name, rows = BESIDE[kind]
-    await judge(server, name, rows())
+    await judge(server, name, rows(), slack)
 
 
 def test_the_known_rows_are_rows() -> None:

@@ -5,6 +5,7 @@ from pathlib import Path
 from typing import Any, NamedTuple
 
 import pytest
+from promises.promise_figures import SLACK
 from rigs.cells.full_scenes import CHECKED, FRAMES, LINKS, FullCell, full
 
 from openpendant.motion.scene.scene import Scene
@@ -82,9 +83,13 @@ ROWS = {
 }
 
 
+@pytest.mark.realtime
+@pytest.mark.parametrize(
+    "slack", [pytest.param(SLACK, id="few"), pytest.param(1.0, id="many", marks=pytest.mark.soak)]
+)
 @pytest.mark.parametrize("row", ROWS.values(), ids=ROWS)
 def test_no_turn_of_a_change_of_the_fullest_scene_costs_more_than_2_ms(
-    row: Row, tmp_path: Path
+    row: Row, slack: float, tmp_path: Path
 ) -> None:
     best: list[int] = []
     for number in range(TRIES):
@@ -95,5 +100,7 @@ def test_no_turn_of_a_change_of_the_fullest_scene_costs_more_than_2_ms(
         row.happens(cell)
         best = [min(pair) for pair in zip(best or cell.turns, cell.turns, strict=True)]
         cell.store.close()
+        if max(best) <= BOUND_MS * slack * 1e6:
+            break
     shown = [round(each / 1e6, 2) for each in best]
-    assert max(best) <= BOUND_MS * 1e6, shown
+    assert max(best) <= BOUND_MS * slack * 1e6, shown
