@@ -25,7 +25,7 @@ OWN = "192.0.2.1"
 SECOND = 1_000_000_000
 
 
-class Door:
+class Arrivals:
     """The places of an emulator whose clock and connections are the test's."""
 
     def __init__(self) -> None:
@@ -43,34 +43,34 @@ class Door:
 
 
 @pytest.fixture
-def door() -> Door:
-    return Door()
+def arrivals() -> Arrivals:
+    return Arrivals()
 
 
-def test_one_address_has_so_many_places_and_others_have_theirs(door: Door) -> None:
-    assert [door.come("192.0.2.7") for _ in range(MOST_AN_ADDRESS + 1)] == [True] * 16 + [False]
-    assert door.come("192.0.2.8")
-    door.taken.remove("192.0.2.7")
-    assert door.come("192.0.2.7")
+def test_one_address_has_so_many_places_and_others_have_theirs(arrivals: Arrivals) -> None:
+    assert [arrivals.come("192.0.2.7") for _ in range(MOST_AN_ADDRESS + 1)] == [True] * 16 + [False]
+    assert arrivals.come("192.0.2.8")
+    arrivals.taken.remove("192.0.2.7")
+    assert arrivals.come("192.0.2.7")
 
 
 def test_all_other_machines_have_so_many_together_and_this_machine_is_not_counted(
-    door: Door,
+    arrivals: Arrivals,
 ) -> None:
     hosts = [f"192.0.2.{10 + number // 16}" for number in range(MOST_STRANGERS)]
-    assert all(door.come(host) for host in hosts)
-    assert not door.come("192.0.2.99")
+    assert all(arrivals.come(host) for host in hosts)
+    assert not arrivals.come("192.0.2.99")
     for own in ("127.0.0.1", "127.8.8.8", "::1", "::ffff:127.0.0.1", OWN):
-        assert all(door.come(own, after=0) for _ in range(100))
-    assert len(door.taken) == MOST_STRANGERS + 500
-    door.taken.remove(hosts[0])
-    assert door.come("192.0.2.99")
+        assert all(arrivals.come(own, after=0) for _ in range(100))
+    assert len(arrivals.taken) == MOST_STRANGERS + 500
+    arrivals.taken.remove(hosts[0])
+    assert arrivals.come("192.0.2.99")
 
 
-def test_an_address_is_let_in_at_its_rate_and_others_at_theirs(door: Door) -> None:
+def test_an_address_is_let_in_at_its_rate_and_others_at_theirs(arrivals: Arrivals) -> None:
     def comes_and_goes(address: str, after: int) -> bool:
-        is_in = door.come(address, after)
-        door.taken.clear()
+        is_in = arrivals.come(address, after)
+        arrivals.taken.clear()
         return is_in
 
     at_once = [comes_and_goes("192.0.2.7", 0) for _ in range(BURST + 10)]
@@ -111,12 +111,12 @@ def test_the_rates_of_so_many_addresses_are_kept_and_the_oldest_is_forgotten() -
 
 
 def test_a_refusal_is_told_and_a_thousand_are_not(
-    door: Door, caplog: pytest.LogCaptureFixture
+    arrivals: Arrivals, caplog: pytest.LogCaptureFixture
 ) -> None:
     for _ in range(1000):
-        door.come("192.0.2.7", after=SECOND // 1000)
+        arrivals.come("192.0.2.7", after=SECOND // 1000)
     assert len(caplog.messages) == 1
-    door.come("192.0.2.7", after=10 * SECOND)
+    arrivals.come("192.0.2.7", after=10 * SECOND)
     assert (
         caplog.messages
         == [
@@ -135,10 +135,10 @@ def connecting(address: str, own: str = OWN) -> Mock:
     return transport
 
 
-def test_whoever_is_refused_is_closed_at_once_and_never_becomes_a_link(door: Door) -> None:
-    door.taken = ["192.0.2.7"] * MOST_AN_ADDRESS
+def test_whoever_is_refused_is_closed_at_once_and_never_becomes_a_link(arrivals: Arrivals) -> None:
+    arrivals.taken = ["192.0.2.7"] * MOST_AN_ADDRESS
     link, transport = Mock(), connecting("192.0.2.7")
-    EmulatorNewcomer(door.places, link).connection_made(transport)
+    EmulatorNewcomer(arrivals.places, link).connection_made(transport)
     transport.abort.assert_called_once_with()
     transport.set_protocol.assert_not_called()
     link.assert_not_called()
