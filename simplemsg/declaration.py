@@ -134,6 +134,8 @@ class Place:
         reply: what is expected in answer, in words; "none" for topics and replies.
         is_reply: true where the body of the reply differs from the request of the same type.
         any_body: true where a receiver accepts a body of any size and ignores it.
+        since: the first version of the pendant protocol that has it; 2 also where it is no message
+            of that protocol.
     """
 
     msg_type: int
@@ -144,6 +146,7 @@ class Place:
     about: str
     is_reply: bool = False
     any_body: bool = False
+    since: int = 2
 
 
 class Record:

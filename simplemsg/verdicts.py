@@ -3,7 +3,8 @@
 A verdict's number travels in `Verdict` and `Outcome`; its cause and remedy are printed by the
 pendants and in the documentation. Numbers are never reused: 1-19 access, 20-39 state of the cell,
 40-59 the request itself, 60-79 the way to the controller, 80-99 frames, scene and paths,
-100-109 the store, 110-129 programs, 130-144 accounts and roles.
+100-109 the store, 110-129 programs, 130-144 accounts and roles, 180-199 plans and pages, 200-209
+kept free for class mode.
 """
 
 from __future__ import annotations
@@ -79,6 +80,10 @@ class VerdictCode(IntEnum):
     CONTROLLER_STOPPED = 64
     NOT_ARRIVED = 65
     NOT_FOLLOWING = 66
+    JOG_INCREMENTS_ONLY = 67
+    CANNOT_PAUSE = 68
+    CONFIRM_FIRST = 69
+    NOT_PREPARED = 70
     LEFT_THE_PATH = 72
     OVER_SPEED = 73
     OVER_RANGE = 74
@@ -157,6 +162,49 @@ class VerdictCode(IntEnum):
     CHANGE_WHILE_MOVING = 175
     SIGNALS_UNAVAILABLE = 177
     ROBOT_FIXED = 178
+    PLAN_UNKNOWN = 180
+    PLAN_STALE = 181
+    TOO_MANY_PLANS = 182
+    PLAN_TOO_LONG = 183
+    TOO_OFTEN = 184
+    SUPERSEDED = 185
+    FORWARD_FIRST = 186
+    FORWARD_REFUSED = 187
+    NOTHING_GRIPPED = 190
+    NOT_HELD = 191
+    UNKNOWN_POSITION = 195
+    UNKNOWN_MESH = 196
+
+
+_SINCE_VERSION_3: dict[int, VerdictCode] = {
+    VerdictCode.JOG_INCREMENTS_ONLY: VerdictCode.MODE_FORBIDS,
+    VerdictCode.CANNOT_PAUSE: VerdictCode.NOTHING_TO_CONTROL,
+    VerdictCode.CONFIRM_FIRST: VerdictCode.BAD_ARGUMENT,
+    VerdictCode.NOT_PREPARED: VerdictCode.CONTROLLER_NOT_READY,
+    VerdictCode.PLAN_UNKNOWN: VerdictCode.BAD_ARGUMENT,
+    VerdictCode.PLAN_STALE: VerdictCode.BAD_ARGUMENT,
+    VerdictCode.TOO_MANY_PLANS: VerdictCode.BAD_ARGUMENT,
+    VerdictCode.PLAN_TOO_LONG: VerdictCode.BAD_ARGUMENT,
+    VerdictCode.TOO_OFTEN: VerdictCode.BAD_ARGUMENT,
+    VerdictCode.SUPERSEDED: VerdictCode.BAD_ARGUMENT,
+    VerdictCode.FORWARD_FIRST: VerdictCode.BAD_ARGUMENT,
+    VerdictCode.FORWARD_REFUSED: VerdictCode.BAD_ARGUMENT,
+    VerdictCode.NOTHING_GRIPPED: VerdictCode.UNKNOWN_OBJECT,
+    VerdictCode.NOT_HELD: VerdictCode.UNKNOWN_OBJECT,
+    VerdictCode.UNKNOWN_POSITION: VerdictCode.BAD_ARGUMENT,
+    VerdictCode.UNKNOWN_MESH: VerdictCode.BAD_ARGUMENT,
+}
+"""What a connection of version 2 is told in place of a code that it does not know."""
+
+
+def since(code: int) -> int:
+    """Return the first version of the pendant protocol that has a code."""
+    return 3 if code in _SINCE_VERSION_3 else 2
+
+
+def in_version_2(code: int) -> int:
+    """Return the code that a connection of version 2 is told; its text stays the true one."""
+    return _SINCE_VERSION_3.get(code, code)
 
 
 @dataclass(frozen=True, slots=True)
@@ -675,6 +723,65 @@ CATALOGUE: dict[VerdictCode, CatalogueEntry] = {
     ),
     VerdictCode.NO_STORE: _entry(
         "This server keeps no documents.", "Name a file with --store, or in the cell file."
+    ),
+    VerdictCode.JOG_INCREMENTS_ONLY: _entry(
+        "This controller takes no jog that lasts as long as a key is held.",
+        "Jog by increments; controller.describe says what the controller takes.",
+    ),
+    VerdictCode.CANNOT_PAUSE: _entry(
+        "This controller cannot pause a motion on its path.",
+        "Stop it, or let it end; the text says what would happen instead.",
+    ),
+    VerdictCode.CONFIRM_FIRST: _entry(
+        "To prepare this controller does what the text says, to a real robot.",
+        "Ask again within ten seconds with the token in the value, if that is wanted.",
+    ),
+    VerdictCode.NOT_PREPARED: _entry(
+        "The controller has to be prepared before it moves the robot.",
+        "Send prepare, or do at the controller what the text says.",
+    ),
+    VerdictCode.PLAN_UNKNOWN: _entry(
+        "There is no plan of this number.", "Make one with plans.make; plans.show lists them."
+    ),
+    VerdictCode.PLAN_STALE: _entry(
+        "The plan is no longer what would be driven; the text names what changed.", "Plan anew."
+    ),
+    VerdictCode.TOO_MANY_PLANS: _entry(
+        "As many plans are being made or kept as there may be.",
+        "Wait for the one that is being made, or forget one with plans.drop.",
+    ),
+    VerdictCode.PLAN_TOO_LONG: _entry(
+        "The plan takes longer than a plan may.", "Split it, or ask for a higher speed."
+    ),
+    VerdictCode.TOO_OFTEN: _entry(
+        "More questions came than are answered in this time.",
+        "Wait as many seconds as the value says.",
+    ),
+    VerdictCode.SUPERSEDED: _entry(
+        "A newer question of the same connection took the place of this one.", "Nothing to do."
+    ),
+    VerdictCode.FORWARD_FIRST: _entry(
+        "A gateway's connection did not say first for whom it speaks.",
+        "Update the gateway, or connect from another address than the gateway's.",
+    ),
+    VerdictCode.FORWARD_REFUSED: _entry(
+        "Name, address or secret of the gateway is not the configured one.",
+        "Compare [[gateways]] of the server's configuration with the gateway's own.",
+    ),
+    VerdictCode.NOTHING_GRIPPED: _entry(
+        "The tool is not at the object: the value is the distance, the limit the tool's reach.",
+        "Move closer, or correct the object's place or the tool's grasp point.",
+    ),
+    VerdictCode.NOT_HELD: _entry(
+        "Nothing holds the object that was to be let go, or something holds it already.",
+        "Look at the scene: it says what holds each object.",
+    ),
+    VerdictCode.UNKNOWN_POSITION: _entry(
+        "There is no position of this name; the text says the nearest one.",
+        "Ask for positions.list, or save the position first.",
+    ),
+    VerdictCode.UNKNOWN_MESH: _entry(
+        "There is no mesh with this hash.", "Ask for shapes.meshes, and use a hash that it tells."
     ),
 }
 """Cause and remedy of every code; a test demands that none is missing."""

@@ -29,6 +29,7 @@ from openpendant.simplemsg.pendant import (
     Authority,
     AuthorityAction,
     AuthorityBeat,
+    Declare,
     Enabling,
     Hello,
     Home,
@@ -68,8 +69,8 @@ from ..refusal import Refusal
 from .audit import AuditEntry, AuditEvent, Detail
 from .exposure import is_loopback
 
-FREE: frozenset[type[Message]] = frozenset({Hello, Login, SoftwareStop, JogRelease})
-"""What anybody may ask: to come in, to stop, and to end a press of his own."""
+FREE: frozenset[type[Message]] = frozenset({Hello, Declare, Login, SoftwareStop, JogRelease})
+"""What anybody may ask: to come in and declare wishes, to stop, and to end a press of his own."""
 
 TOPICS: frozenset[type[Message]] = frozenset({AuthorityBeat, JogBeat, Enabling})
 """What is taken without an answer: each only prolongs, or ends, what its own connection has."""

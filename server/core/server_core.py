@@ -12,7 +12,7 @@ from collections.abc import Sequence
 from typing import TypeAlias
 
 from openpendant.simplemsg import Arrival, CommType
-from openpendant.simplemsg.pendant import PROTOCOL_VERSION, Hello
+from openpendant.simplemsg.pendant import PROTOCOL_VERSIONS, Hello
 from openpendant.simplemsg.verdicts import VerdictCode
 
 from ..events.events import (
@@ -127,4 +127,4 @@ def _names_a_cell(received: Arrival) -> bool:
     """Return True if this is a hello that can be read; the pendant endpoint refuses any other."""
     if not isinstance(received, Hello) or received.comm_type != CommType.REQUEST:
         return False
-    return received.protocol_version == PROTOCOL_VERSION
+    return received.protocol_version in PROTOCOL_VERSIONS

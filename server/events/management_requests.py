@@ -23,11 +23,11 @@ from pydantic import BaseModel, Field, TypeAdapter, ValidationError
 from pydantic_core import SchemaValidator
 
 from openpendant.simplemsg import CommType, ReplyCode
-from openpendant.simplemsg.pendant import MAX_PENDANT_FRAME, Management
+from openpendant.simplemsg.pendant import MAX_PENDANT_FRAME, PROTOCOL_VERSION, Management
 from openpendant.simplemsg.pendant.management import OPERATIONS
 from openpendant.simplemsg.pendant.management.declaration import Request
 from openpendant.simplemsg.pendant.management.program_values import ProgramError
-from openpendant.simplemsg.verdicts import VerdictCode
+from openpendant.simplemsg.verdicts import VerdictCode, in_version_2
 
 from ..programs.editing.program_tasks import ProgramRefused
 from ..programs.language.program_errors import ProgramSyntaxError, program_refusal
@@ -80,8 +80,12 @@ class _Named(BaseModel):
     op: str
 
 
-def parse(body: bytes) -> tuple[str, Request[Any] | Refusal]:
-    """Return the name of the operation, empty where there is none, and the request or its fault."""
+def parse(body: bytes, version: int = PROTOCOL_VERSION) -> tuple[str, Request[Any] | Refusal]:
+    """Return the name of the operation, empty where there is none, and the request or its fault.
+
+    Args:
+        version: of the protocol that the connection speaks.
+    """
     objects: list[list[tuple[str, Any]]] = []
     try:
         # Each object of the body is appended with all its keys, the outermost last.
@@ -94,10 +98,12 @@ def parse(body: bytes) -> tuple[str, Request[Any] | Refusal]:
     for each in objects:
         if len(dict(each)) < len(each):
             return name, _key_twice(each)
+    if name in OPERATIONS and not is_known(name, version):
+        return name, unknown(name, version)
     try:
         request: Request[Any] = _VALIDATOR.validate_json(body)
     except ValidationError as error:
-        return name, _fault(name, body, error)
+        return name, _fault(name, body, error, version)
     return request.op, request
 
 
@@ -106,14 +112,19 @@ def _key_twice(pairs: list[tuple[str, Any]]) -> Refusal:
     return _refusal((), f"the key {key[:_LONGEST_NAME]!a} stands twice in one object")
 
 
-def is_of_topic(name: str) -> bool:
+def is_known(name: str, version: int) -> bool:
+    """Return True if a version of the protocol has an operation of this name."""
+    return name in OPERATIONS and OPERATIONS[name].SINCE <= version
+
+
+def is_of_topic(name: str, version: int) -> bool:
     """Return True if the name of an operation, which there may be or not, begins with a topic."""
-    return "." in name and bool(_known_with(name))
+    return "." in name and bool(_known_with(name, version))
 
 
-def unknown(name: str) -> Refusal:
-    """Return why an operation that is none is refused."""
-    known = _known_with(name) if "." in name else []
+def unknown(name: str, version: int) -> Refusal:
+    """Return why an operation that is none in a version of the protocol is refused."""
+    known = _known_with(name, version) if "." in name else []
     if len(known) == 1:
         return _refusal(("op",), f"Input should be {known[0]!r}")
     if known:
@@ -124,17 +135,18 @@ def unknown(name: str) -> Refusal:
     return _refusal(("op",), f"{name[:_LONGEST_NAME]!r}; accepted: {accepted}")
 
 
-def _known_with(name: str) -> list[str]:
+def _known_with(name: str, version: int) -> list[str]:
     """Return the operations that are named together with those of a name's topic."""
     topic = name.partition(".")[0]
     topics = next((each for each in _TOGETHER if topic in each), (topic,))
-    return [op for each in topics for op in OPERATIONS if op.startswith(f"{each}.")]
+    found = (op for each in topics for op in OPERATIONS if op.startswith(f"{each}."))
+    return [op for op in found if is_known(op, version)]
 
 
-def _fault(name: str, body: bytes, error: ValidationError) -> Refusal:
+def _fault(name: str, body: bytes, error: ValidationError, version: int) -> Refusal:
     kind = OPERATIONS.get(name)
     if kind is None:
-        return _nameless(body)
+        return _nameless(body, version)
     order = [each.name for each in fields(kind)]
 
     def rank(fault: Any) -> int:
@@ -149,14 +161,14 @@ def _fault(name: str, body: bytes, error: ValidationError) -> Refusal:
     return _refusal(place[1:] if name in _ALONE else place, problem)
 
 
-def _nameless(body: bytes) -> Refusal:
+def _nameless(body: bytes, version: int) -> Refusal:
     """Return what is wrong with a body that names no operation, or one that is none."""
     try:
         named = _Named.model_validate_json(body).op
     except ValidationError as error:
         (first,) = error.errors(include_url=False, include_input=False)
         return _refusal(first["loc"], first["msg"])
-    return unknown(named)
+    return unknown(named, version)
 
 
 def _refusal(place: tuple[int | str, ...], problem: str) -> Refusal:
@@ -177,11 +189,15 @@ class ReplyTo(Generic[Answer]):
     Attributes:
         name: of the author, as saved with a change.
         request_id: the client's own number for the request.
+        version: of the protocol that the connection speaks.
     """
 
-    def __init__(self, session: int, request_id: int, name: str) -> None:
+    def __init__(
+        self, session: int, request_id: int, name: str, version: int = PROTOCOL_VERSION
+    ) -> None:
         """Take note of one request."""
         self.session = session
+        self.version = version
         self.name = name
         self.request_id = request_id
 
@@ -198,7 +214,7 @@ class ReplyTo(Generic[Answer]):
     def refuse(self, refusal: Refusal, **fields: Any) -> list[Effect]:
         """Return the answer to a request that was refused."""
         about = {
-            "code": int(refusal.code),
+            "code": self.code(refusal.code),
             "text": refusal.sentence,
             "joint": refusal.joint,
             "value": refusal.value,
@@ -207,6 +223,10 @@ class ReplyTo(Generic[Answer]):
         return self._reply(
             json.dumps(about | fields, ensure_ascii=False, separators=(",", ":")), ReplyCode.FAILURE
         )
+
+    def code(self, code: VerdictCode) -> int:
+        """Return the number by which this connection knows a code."""
+        return int(code) if self.version >= PROTOCOL_VERSION else in_version_2(code)
 
     def refuse_program(self, error: ProgramError) -> list[Effect]:
         """Return the answer that says what is wrong with a program, and where in its text."""

@@ -62,15 +62,19 @@ from .motion import (
     SetSpeed,
 )
 from .session import (
+    IN_VERSION_2,
     MAX_PENDANT_FRAME,
     PROTOCOL_VERSION,
+    PROTOCOL_VERSIONS,
     AccountRole,
     Capability,
+    Declare,
     Hello,
     HelloReply,
     Login,
     LoginKind,
     Management,
+    Notices,
     Outcome,
     OutcomeKind,
     Pairing,
@@ -85,6 +89,7 @@ from .state import Activity, LinkState, State, StateField
 PENDANT_MESSAGES: tuple[type[Message], ...] = (
     Hello,
     HelloReply,
+    Declare,
     Management,
     Verdict,
     Outcome,
@@ -128,10 +133,12 @@ PENDANT_MESSAGES: tuple[type[Message], ...] = (
 """Every message, in the order of the reference."""
 
 __all__ = [
+    "IN_VERSION_2",
     "MAX_PENDANT_FRAME",
     "MAX_WAYPOINTS",
     "PENDANT_MESSAGES",
     "PROTOCOL_VERSION",
+    "PROTOCOL_VERSIONS",
     "AccountRole",
     "Activity",
     "Authority",
@@ -141,6 +148,7 @@ __all__ = [
     "AuthorityReason",
     "AuthorityWanted",
     "Capability",
+    "Declare",
     "Enabling",
     "EnablingPosition",
     "Hello",
@@ -166,6 +174,7 @@ __all__ = [
     "Motion",
     "MotionControl",
     "MotionControlAction",
+    "Notices",
     "OperatingMode",
     "OperatorAction",
     "OperatorEvent",

@@ -12,16 +12,29 @@ _NO_REPLY = "none"
 
 
 @dataclass_transform()
-def to_server(msg_type: int, name: str, about: str, reply: str = "verdict") -> Declare:
-    """Declare a message of a pendant; a topic says `reply="none"`."""
-    return message(Place(msg_type, name, Direction.TO_SERVER, reply, _SOURCE, about))
+def to_server(
+    msg_type: int, name: str, about: str, reply: str = "verdict", *, since: int = 2
+) -> Declare:
+    """Declare a message of a pendant; a topic says `reply="none"`.
+
+    Args:
+        since: the first version of the pendant protocol that has it.
+    """
+    return message(Place(msg_type, name, Direction.TO_SERVER, reply, _SOURCE, about, since=since))
 
 
 @dataclass_transform()
-def from_server(msg_type: int, name: str, about: str, *, is_reply: bool = False) -> Declare:
-    """Declare a message to a pendant: a notification, or a reply with a body of its own."""
+def from_server(
+    msg_type: int, name: str, about: str, *, is_reply: bool = False, since: int = 2
+) -> Declare:
+    """Declare a message to a pendant: a notification, or a reply with a body of its own.
+
+    Args:
+        since: the first version of the pendant protocol that has it.
+    """
     direction = Direction.FROM_SERVER
-    return message(Place(msg_type, name, direction, _NO_REPLY, _SOURCE, about, is_reply))
+    place = Place(msg_type, name, direction, _NO_REPLY, _SOURCE, about, is_reply, since=since)
+    return message(place)
 
 
 @dataclass_transform()

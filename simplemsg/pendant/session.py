@@ -7,8 +7,11 @@ from ..declaration import Int, Message, Real, Reply, Tail, Text, Topic
 from ..verdicts import VerdictCode
 from .places import from_server, to_server
 
-PROTOCOL_VERSION = 2
-"""Version of the pendant messages; hello refuses any other."""
+PROTOCOL_VERSION = 3
+"""Newest version of the pendant messages, which our own pendants speak."""
+
+PROTOCOL_VERSIONS = (2, 3)
+"""Versions that the server speaks, with each connection that of its hello; others are refused."""
 
 MAX_PENDANT_FRAME = 65_532
 """Largest frame of the pendant port, bytes: the length field stays below 65,536."""
@@ -30,6 +33,17 @@ class Capability(IntFlag):
     LOGIN = 1024
     SIGNALS = 2048
     SCENE = 4096
+    PLANS = 8192
+    KINEMATICS = 16384
+    SHAPES = 32768
+    NOTICES = 65536
+    POSITIONS = 131072
+    GRASP = 262144
+    PREPARE = 1048576
+
+
+IN_VERSION_2 = Capability(8191)
+"""What a connection of version 2 may be offered."""
 
 
 @to_server(65000, "hello", "Opens a conversation; always the first message.", reply="hello")
@@ -62,6 +76,36 @@ class HelloReply(Reply):
     cell: Annotated[str, Text("name of the cell")]
     robot: Annotated[str, Text("name of the robot")]
     server: Annotated[str, Text("name and version of the server")]
+
+
+class Notices(IntEnum):
+    """Whether a connection is told what others change."""
+
+    UNWANTED = 0
+    WANTED = 1
+
+
+@to_server(
+    65051,
+    "declare",
+    "Says what else a pendant of version 3 wants; the verdict's value is the ramp time.",
+    since=3,
+)
+class Declare(Message):
+    """DECLARE: after hello, and again as wishes change; not while this pendant moves the robot."""
+
+    request_id: Annotated[int, Int("chosen by the pendant")]
+    enabling_deadline: Annotated[
+        float,
+        Real(
+            "enabling is let go so long after its last sign, 0.05 to 0.25; 0 as the cell",
+            "s",
+        ),
+    ]
+    notices: Annotated[
+        int, Int("1 if changes of documents and plans are to be told", values=Notices)
+    ]
+    language: Annotated[str, Text("of the person, as en or de; for the audit log", size=8)]
 
 
 @to_server(

@@ -93,6 +93,8 @@ def _operation(operation: PublishedOperation) -> list[str]:
         f"- Schemas: {schemas}.",
         f"- Client: `pendant.{operation.usage}`.",
     ]
+    if operation.request.SINCE > 2:
+        lines.append(f"- Since version {operation.request.SINCE} of the pendant protocol.")
     refused = operation.told.section("Raises").get("Refused")
     if refused:
         lines.append(f"- May be refused: {linked(refused)}")

@@ -187,6 +187,7 @@ def _message(cls: type[Message], codec: Codec) -> str:
         "",
         f"- Way: {place.direction.value}, usually as a {_usual(cls)}. Reply: {place.reply}.",
         f"- Frame: {_sizes(cls)}. Source: {place.source}.",
+        *([f"- Since version {place.since} of the pendant protocol."] if place.since > 2 else []),
         "",
     ]
     rows = frame_fields(cls, 4)

@@ -10,7 +10,7 @@ from openpendant.server.settings.cell_settings import Pendants
 from openpendant.server.shell.clients import READ_AHEAD, STRANGERS_READ_AHEAD
 from openpendant.simplemsg import MAX_REFERENCE_FRAME
 from openpendant.simplemsg.framing import HEADER_SIZE, MAX_DETECTABLE_LENGTH, PREFIX_SIZE
-from openpendant.simplemsg.pendant import MAX_PENDANT_FRAME, PROTOCOL_VERSION
+from openpendant.simplemsg.pendant import MAX_PENDANT_FRAME, PROTOCOL_VERSIONS
 
 _PENDANTS = Pendants()
 
@@ -58,16 +58,21 @@ padded otherwise.
 - An `i` in an offset counts the records of an array from 0, an `n` is their number.
 """
 
+_VERSIONS = " and ".join(map(str, PROTOCOL_VERSIONS))
+
 PENDANT_RULES = f"""\
 ## Rules of the pendant messages
 
-Version {PROTOCOL_VERSION}. They use ids 65000 to 65535, which REP-I0004 leaves free, on TCP port
+Versions {_VERSIONS}. They use ids 65000 to 65535, which REP-I0004 leaves free, on TCP port
 11010.
 
 - **Hello first.** The first message is a `hello` request, within {_PENDANTS.hello_deadline:g} s,
-  with the version that the pendant speaks. Another version is refused with VERSION, and the
-  connection is closed. Any other request before it is refused with HELLO_FIRST; only `ping` is
-  answered.
+  with the version that the pendant speaks, in which it is answered. Another version is refused with
+  VERSION, and the connection is closed. Any other request before it is refused with HELLO_FIRST;
+  only `ping` is answered.
+- **Version 2** is spoken with whoever says it in the hello: such a connection is sent no message
+  and offered no capability that came later, does not know later requests and operations, and is
+  told a code that it knows in place of a later one, with the same text. What came later says so.
 - **Limits.** The reply to hello says the largest frame, the rates, the number of joints and what
   the server can do. Within one protocol version a message keeps its layout.
 - **Unknown messages** are skipped by their length. An unknown request is refused by a bare header

@@ -15,13 +15,17 @@ from functools import partial
 from itertools import count
 
 from openpendant.simplemsg.pendant import (
+    IN_VERSION_2,
     MAX_PENDANT_FRAME,
     PROTOCOL_VERSION,
+    PROTOCOL_VERSIONS,
     AccountRole,
     Capability,
+    Declare,
     Hello,
     HelloReply,
     LoginKind,
+    Notices,
     Pairing,
     PairingAction,
     PairingReply,
@@ -346,7 +350,19 @@ class AccessRequests:
         return self._change(reply.session, answer, action, name, role)
 
 
-_ALWAYS = ~(Capability.RECORDING | Capability.SIGNALS | Capability.SCENE)
+_ALWAYS = (
+    Capability.JOINT_MOVE
+    | Capability.POSE_MOVE
+    | Capability.JOINT_PATH
+    | Capability.POSE_PATH
+    | Capability.SOFTWARE_STOP
+    | Capability.JOG
+    | Capability.MODES
+    | Capability.PAUSE
+    | Capability.PROGRAMS
+    | Capability.LOGIN
+    | Capability.NOTICES
+)
 """The rest needs an environment."""
 
 
@@ -407,12 +423,14 @@ class Greeting:
             listener.leaving = True
             return [Send(session, verdict(0, refused_for)), Close(session, refused_for.sentence)]
         self._welcome(listener, hello, now)
-        return [Send(session, self._reply(session))]
+        return [Send(session, self._reply(listener))]
 
     def _unwelcome(self, hello: Hello) -> Refusal | None:
-        if hello.protocol_version != PROTOCOL_VERSION:
-            text = f"the server speaks version {PROTOCOL_VERSION}, not {hello.protocol_version}"
-            return Refusal(VerdictCode.VERSION, text)
+        version = hello.protocol_version
+        if version not in PROTOCOL_VERSIONS:
+            spoken = " and ".join(map(str, PROTOCOL_VERSIONS))
+            text = f"the server speaks versions {spoken}, not {version}"
+            return Refusal(VerdictCode.VERSION, text, value=version, limit=PROTOCOL_VERSION)
         if hello.cell not in ("", self._identity.cell):
             text = f"no cell {hello.cell!r} here, only {self._identity.cell!r}"
             return Refusal(VerdictCode.UNKNOWN_CELL, text)
@@ -421,6 +439,9 @@ class Greeting:
     def _welcome(self, listener: Listener, hello: Hello, now: int) -> None:
         session = listener.session
         listener.welcomed = True
+        listener.version = hello.protocol_version
+        if listener.version < PROTOCOL_VERSION:
+            self._listeners.older.add(session)
         listener.hello_name = cut(hello.client, NAME_BYTES)
         self._access.welcomed(session, listener.address, listener.hello_name, now)
         listener.holder = Holder(session, self._access.name_of(session, listener.hello_name))
@@ -428,11 +449,12 @@ class Greeting:
         self._listeners.set_rate(session, hello.state_rate, now)
         self._access.wants_state(session, hello.state_rate > 0)
 
-    def _reply(self, session: int) -> HelloReply:
+    def _reply(self, listener: Listener) -> HelloReply:
+        is_older = listener.version < PROTOCOL_VERSION
         return HelloReply(
-            protocol_version=PROTOCOL_VERSION,
-            session=session,
-            capabilities=self.offers,
+            protocol_version=listener.version,
+            session=listener.session,
+            capabilities=self.offers & IN_VERSION_2 if is_older else self.offers,
             max_frame=MAX_PENDANT_FRAME,
             dof=self._dof,
             tick_rate=float(self._settings.tick_rate),
@@ -442,6 +464,14 @@ class Greeting:
             robot=cut(self._identity.robot, NAME_BYTES),
             server=cut(self._identity.server, NAME_BYTES),
         )
+
+    def declare(self, session: int, message: Declare, now: int) -> Refusal | None:
+        """Take note of what else a pendant of version 3 wants."""
+        if message.notices not in list(Notices):
+            text = f"notices {message.notices}; accepted: 0 or 1"
+            return Refusal(VerdictCode.BAD_ARGUMENT, text, value=message.notices, limit=1)
+        self._listeners[session].wants_notices = message.notices == Notices.WANTED
+        return None
 
     def subscribe(self, session: int, message: Subscribe, now: int) -> Refusal | None:
         """Set how often a pendant is sent state."""

@@ -289,10 +289,11 @@ class ManagementRequests:
         """
         reply = self.reply_to(session, message)
         if isinstance(asked, Refusal):
-            return reply.refuse(asked) if is_of_topic(operation) else _failed(asked, reply)
+            is_told_alike = is_of_topic(operation, reply.version)
+            return reply.refuse(asked) if is_told_alike else _failed(asked, reply)
         handler = self._handlers.get(type(asked))
         if handler is None:
-            return _failed(unknown(operation), reply)
+            return _failed(unknown(operation, reply.version), reply)
         if asked.AUTHORITY is not _NEVER:
             fault = self._authority.fault(asked, session, now)
             if fault is not None:
@@ -302,8 +303,9 @@ class ManagementRequests:
 
     def reply_to(self, session: int, message: Management) -> ReplyTo[Any]:
         """Return who asks, under the name that stands beside what it saves."""
-        name = unicodedata.normalize("NFC", self._listeners[session].holder.client).strip()
-        return ReplyTo(session, message.request_id, name or f"session {session}")
+        listener = self._listeners[session]
+        name = unicodedata.normalize("NFC", listener.holder.client).strip() or f"session {session}"
+        return ReplyTo(session, message.request_id, name, listener.version)
 
     # The cell as a whole.
 
@@ -335,7 +337,9 @@ class ManagementRequests:
 
 def _failed(refusal: Refusal, reply: ReplyTo[Any]) -> list[Effect]:
     """Refuse what is about no topic; such answers have blanks behind commas and colons."""
-    failure = Failure(code=refusal.code, text=refusal.text).model_dump(exclude_none=True)
+    failure = Failure(code=reply.code(refusal.code), text=refusal.text).model_dump(
+        exclude_none=True
+    )
     body = json.dumps(failure).encode()
     request_id, code = reply.request_id, ReplyCode.FAILURE
     told = Management(request_id, body, comm_type=CommType.REPLY, reply_code=code)

@@ -57,6 +57,8 @@ class Listener:
         heard: when its last message came [ns].
         faults: unknown and malformed frames of late.
         leaving: hello was refused; nothing more is taken.
+        version: of the protocol that it speaks, from its hello on.
+        wants_notices: whether it is told what others change.
         period_ns: between two state messages, 0 for none.
         due: when the next state message is [ns].
         dropped: state messages that it was too slow for.
@@ -72,6 +74,8 @@ class Listener:
     looks_on: bool = False
     welcomed: bool = False
     leaving: bool = False
+    version: int = 2
+    wants_notices: bool = False
     period_ns: int = 0
     due: int = 0
     dropped: int = 0
@@ -88,6 +92,7 @@ class Listeners(dict[int, Listener]):
 
     Attributes:
         max_rate: no pendant is sent state more often than this [Hz].
+        older: connections of version 2.
     """
 
     def __init__(self, settings: CellSettings, waits: Callable[[int], bool]) -> None:
@@ -98,6 +103,7 @@ class Listeners(dict[int, Listener]):
         """
         super().__init__()
         self._waits = waits
+        self.older: set[int] = set()
         pendants = settings.pendants
         self.max_rate = min(pendants.max_state_rate, float(settings.tick_rate))
         self._hello_deadline_ns = round(pendants.hello_deadline * _SECOND_NS)
@@ -112,6 +118,7 @@ class Listeners(dict[int, Listener]):
     def closed(self, session: int) -> None:
         """Forget a connection, also one that an incident ended before it was taken note of."""
         self.pop(session, None)
+        self.older.discard(session)
 
     def set_rate(self, session: int, rate: float, now: int) -> None:
         """Send a connection state at a rate [Hz] from now on, 0 for never."""
@@ -120,11 +127,12 @@ class Listeners(dict[int, Listener]):
         listener.due = now
 
     def to_all(self, message: Message) -> list[Effect]:
-        """Send a message to everybody who may see what the cell does."""
+        """Send a message to everybody who may see what the cell does, and knows the message."""
+        since = message.PLACE.since
         return [
             Send(listener.session, message)
             for listener in self.values()
-            if listener.welcomed and listener.looks_on
+            if listener.welcomed and listener.looks_on and listener.version >= since
         ]
 
     def tick(self, now: int) -> tuple[list[Effect], list[Listener]]:

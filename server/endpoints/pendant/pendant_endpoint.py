@@ -8,6 +8,7 @@ the business of whoever answers it, and what may move when is the cell's.
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
+from dataclasses import replace
 from functools import partial
 from typing import Any
 
@@ -24,10 +25,12 @@ from openpendant.simplemsg import (
     refused,
 )
 from openpendant.simplemsg.pendant import (
+    PROTOCOL_VERSION,
     Authority,
     AuthorityBeat,
     AuthorityReason,
     Capability,
+    Declare,
     Enabling,
     Hello,
     Home,
@@ -41,6 +44,7 @@ from openpendant.simplemsg.pendant import (
     Login,
     Management,
     MotionControl,
+    Outcome,
     Pairing,
     PoseMove,
     PosePath,
@@ -51,18 +55,19 @@ from openpendant.simplemsg.pendant import (
     SetSpeed,
     SoftwareStop,
     Subscribe,
+    Verdict,
 )
 from openpendant.simplemsg.pendant.management.declaration import Request
 from openpendant.simplemsg.standard import Ping
-from openpendant.simplemsg.verdicts import VerdictCode
+from openpendant.simplemsg.verdicts import VerdictCode, in_version_2
 
 from ...access.request_gate import is_overtaken
 from ...cell.robot_cell import RobotCell
 from ...cell.robot_model import RobotModel
 from ...control import Holder
 from ...environment import CellEnvironment
-from ...events.effects import Effect, Send
-from ...events.management_requests import MOST_AT_ONCE, MOST_BEFORE_LOGIN, parse
+from ...events.effects import Effect, Send, Then
+from ...events.management_requests import MOST_AT_ONCE, MOST_BEFORE_LOGIN, is_known, parse
 from ...events.pending import Pending
 from ...events.replies import sent_away, verdict
 from ...programs.execution.program_run import BareEnvironment
@@ -162,6 +167,7 @@ class PendantEndpoint:
             Authority: self._authority.authority,
             ProgramRun: self._run_program,
             Subscribe: self._greeting.subscribe,
+            Declare: self._greeting.declare,
             Login: self.access.log_in,
             Pairing: self.access.pairing,
             SetAccount: self.access.set_account,
@@ -213,6 +219,20 @@ class PendantEndpoint:
         """Count a state message that a connection was too slow for."""
         if session in self._listeners:
             self._listeners[session].dropped += 1
+
+    def as_known(self, effects: list[Effect]) -> list[Effect]:
+        """Tell connections of version 2 codes that they know, each with its true text."""
+        return [self._as_known(each) for each in effects] if self._listeners.older else effects
+
+    def _as_known(self, effect: Effect) -> Effect:
+        match effect:
+            case Send(session=session, message=Verdict() | Outcome() as told):
+                code = in_version_2(told.code)
+                if code != told.code and session in self._listeners.older:
+                    return Send(session, replace(told, code=code))
+            case Then(step=step):
+                return Then(lambda: self.as_known(step()))
+        return effect
 
     # Messages.
 
@@ -306,6 +326,8 @@ class PendantEndpoint:
             return [_verdict(session, message, Refusal(VerdictCode.HELLO_FIRST))]
         if isinstance(message, Management):
             return self._managed(session, message, now)
+        if message.PLACE.since > listener.version:
+            return [Send(session, refused(message)), *listener.count_fault(now)]
         refusal = self.access.gate.refusal(session, message, now)
         if refusal is not None:
             return self._forbidden(session, message, refusal)
@@ -325,21 +347,17 @@ class PendantEndpoint:
         Args:
             is_behind: whether it came behind all stops of its connection that have acted.
         """
-        size = len(message.body)
+        size, version = len(message.body), self._listeners[session].version
         if size > MOST_BEFORE_LOGIN:
             refusal = self.access.gate.unread(session, size, MOST_BEFORE_LOGIN, now)
             if refusal is not None:
                 return self._forbidden(session, message, refusal)
             if size > MOST_AT_ONCE and self._is_read_apart(session):
                 then = partial(self._asked, session, message)
-                return self._bodies.read(session, message, parse, then, is_overtaken=not is_behind)
-        operation, asked = parse(message.body)
-        if not is_behind:
-            return self._asked(session, message, operation, asked, True, now)
-        refusal = self.access.gate.operation_refusal(session, message, operation, now)
-        if refusal is not None:
-            return self._forbidden(session, message, refusal)
-        return self._management.answer(session, message, operation, asked, now)
+                read = parse if version == PROTOCOL_VERSION else partial(parse, version=version)
+                return self._bodies.read(session, message, read, then, is_overtaken=not is_behind)
+        operation, asked = parse(message.body, version)
+        return self._asked(session, message, operation, asked, not is_behind, now)
 
     def _asked(
         self,
@@ -355,9 +373,11 @@ class PendantEndpoint:
         Args:
             has_stopped: whether a stop has overtaken it.
         """
-        if has_stopped and is_overtaken(message, operation):
-            return self._too_late(session, message, operation, now)
-        refusal = self.access.gate.operation_refusal(session, message, operation, now)
+        # Of a newer version: to the gate a name that this connection cannot know is none.
+        known = operation if is_known(operation, self._listeners[session].version) else ""
+        if has_stopped and is_overtaken(message, known):
+            return self._too_late(session, message, known, now)
+        refusal = self.access.gate.operation_refusal(session, message, known, now)
         if refusal is not None:
             return self._forbidden(session, message, refusal)
         return self._management.answer(session, message, operation, asked, now)

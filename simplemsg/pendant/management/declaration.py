@@ -63,6 +63,7 @@ class Request(Generic[Reply]):
             of this kind are taken in order and once.
         OVERTAKEN: whether it is refused where a stop of its connection has overtaken it; None where
             its permission decides.
+        SINCE: the first version of the protocol that has it; others do not know its name.
     """
 
     __slots__ = ()
@@ -72,6 +73,7 @@ class Request(Generic[Reply]):
     AUTHORITY: ClassVar[NeedsAuthority]
     IN_ORDER: ClassVar[bool]
     OVERTAKEN: ClassVar[bool | None]
+    SINCE: ClassVar[int]
     __dataclass_fields__: ClassVar[dict[str, Field[Any]]]
 
     op: str
@@ -95,6 +97,7 @@ def operation(
     authority: NeedsAuthority = NeedsAuthority.NEVER,
     in_order: bool = False,
     overtaken: bool | None = None,
+    since: int = 2,
 ) -> Callable[[type[_Declared]], type[_Declared]]:
     """Declare the request of an operation: a class of fields becomes a frozen dataclass.
 
@@ -111,7 +114,7 @@ def operation(
         # Nobody compares requests, and each method that is made costs every pendant's start.
         made = dataclass(frozen=True, slots=True, eq=False)(declared)
         made.NEEDS, made.AUTHORITY = needs, authority
-        made.IN_ORDER, made.OVERTAKEN = in_order, overtaken
+        made.IN_ORDER, made.OVERTAKEN, made.SINCE = in_order, overtaken, since
         OPERATIONS[name] = made
         return made
 

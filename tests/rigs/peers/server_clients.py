@@ -50,8 +50,13 @@ class Pendant(Peer):
         self.last_request += 1
         return self.last_request
 
-    def hello(self, client: str = "tester", state_rate: float = 0.0) -> list[Message]:
-        return self.send(hello(client, state_rate))
+    def hello(
+        self,
+        client: str = "tester",
+        state_rate: float = 0.0,
+        version: int = messages.PROTOCOL_VERSION,
+    ) -> list[Message]:
+        return self.send(hello(client, state_rate, version=version))
 
     def code(self, message: Message) -> VerdictCode | None:
         """Send a request and return the code of its own verdict, None if none came yet."""
@@ -148,8 +153,13 @@ class RosClient(Peer):
         return self.point(-4)
 
 
-def hello(client: str = "tester", state_rate: float = 0.0, cell: str = "") -> messages.Hello:
-    return messages.Hello(messages.PROTOCOL_VERSION, state_rate, cell, client)
+def hello(
+    client: str = "tester",
+    state_rate: float = 0.0,
+    cell: str = "",
+    version: int = messages.PROTOCOL_VERSION,
+) -> messages.Hello:
+    return messages.Hello(version, state_rate, cell, client)
 
 
 def pose(
