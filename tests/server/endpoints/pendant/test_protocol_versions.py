@@ -23,6 +23,7 @@ from openpendant.simplemsg.pendant import (
     Declare,
     Hello,
     HelloReply,
+    Management,
     Notices,
     Outcome,
     Verdict,
@@ -105,8 +106,10 @@ def test_version_2_does_not_know_a_newer_operation(op: str) -> None:
 
 
 def test_a_management_refusal_of_version_2_has_a_code_that_it_knows() -> None:
-    def told(version: int) -> Any:
+    def told(version: int) -> bytes:
         (sent,) = ReplyTo[Any](1, 1, "ann", version).refuse(Refusal(V.NOTHING_GRIPPED, "far"))
+        assert isinstance(sent, Send)
+        assert isinstance(sent.message, Management)
         return sent.message.body
 
     assert b'"code":87' in told(2)
