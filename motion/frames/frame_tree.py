@@ -30,7 +30,7 @@ import numpy as np
 
 from ..errors import BadArgument, FrameCycle, FrameExists, FrameInUse, FramePredefined, FrameUnknown
 from ..pickled_pieces import PickledPieces, unpickled
-from ..pose import Array, Pose, checked_vector
+from ..pose import Array, Pose, checked_vector, composed
 
 BASE, ROOT, FLANGE, TOOL = "base", "root", "flange", "tool"
 
@@ -333,15 +333,15 @@ class FrameTree:
 
     def _below(self, way: tuple[str, ...], shared: set[str], places: Places) -> Pose:
         """Return the pose of the first frame of an upward path in the first shared frame on it."""
-        pose = Pose.identity()
+        below: list[Pose] = []
         for name in way:
             if name in shared:
                 break
             local = self[name].pose or places.get(name)
             if local is None:
                 raise FrameUnknown(name, tuple(places))
-            pose = local.compose(pose)
-        return pose
+            below.append(local)
+        return composed(below[::-1])
 
     def _with(self, frame: Frame) -> FrameTree:
         return replace(self, frames=MappingProxyType({**self.frames, frame.name: frame}))

@@ -21,6 +21,7 @@ from openpendant.motion.orientation import (
 )
 from openpendant.motion.pose import (
     Pose,
+    composed,
     matrix_to_quaternion,
     quaternion_to_matrix,
     rotation_distance,
@@ -44,6 +45,15 @@ def test_a_pose_followed_by_its_inverse_moves_nothing(pose: Pose) -> None:
 def test_composing_is_multiplying_the_matrices(first: Pose, second: Pose) -> None:
     product = first.to_matrix() @ second.to_matrix()
     assert_near(first.compose(second).to_matrix(), product, 1e-12)
+
+
+@given(any_poses, any_poses, st.integers(0, 300))
+def test_a_chain_of_poses_is_composed_as_one_by_one(first: Pose, second: Pose, count: int) -> None:
+    chain = [first, second][: count % 3] * (count // 2)
+    wanted = Pose.identity()
+    for each in chain:
+        wanted = wanted.compose(each)
+    assert_same_pose(composed(chain), wanted, 1e-8)
 
 
 @given(any_poses)

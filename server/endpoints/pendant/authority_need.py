@@ -60,14 +60,27 @@ class AuthorityNeed:
                 return self._while_moving()
             case NeedsAuthority.MOVING_OR_CARRIED:
                 moving = self._while_moving()
-                is_carried = moving is None and concerns_carried(asked, self._carried())
+                is_carried = moving is None and self.changes_tool_or_load(asked)
                 return " for what the robot carries" if is_carried else moving
             case NeedsAuthority.SELECTED_TOOL:
-                return f" for {name!r}, the selected tool" if name == self._selected() else None
+                is_selected = self.changes_tool_or_load(asked)
+                return f" for {name!r}, the selected tool" if is_selected else None
             case NeedsAuthority.PROGRAM_UNDER_WAY:
                 is_in_run = name is not None and self._executor.is_in_run(name)
                 return f" for {name!r}, which is under way" if is_in_run else None
         return ""
+
+    def changes_tool_or_load(self, asked: Request[Any]) -> bool:
+        """Return True for a change of the tool that is selected now, or of what the robot carries.
+
+        What does so by its declaration (`ALWAYS`) is none of them.
+        """
+        match asked.AUTHORITY:
+            case NeedsAuthority.MOVING_OR_CARRIED:
+                return concerns_carried(asked, self._carried())
+            case NeedsAuthority.SELECTED_TOOL:
+                return getattr(asked, "name", None) == self._selected()
+        return False
 
     def _while_moving(self) -> str | None:
         busy = self._cell.under_way()

@@ -355,7 +355,9 @@ class PendantEndpoint:
         Args:
             has_stopped: whether a stop has overtaken it.
         """
-        if has_stopped and is_overtaken(message, operation):
+        if has_stopped and (
+            is_overtaken(message, operation) or self._management.changes_tool_or_load(asked)
+        ):
             return self._too_late(session, message, operation, now)
         refusal = self.access.gate.operation_refusal(session, message, operation, now)
         if refusal is not None:

@@ -23,7 +23,7 @@ from rigs.peers.server_clients import Pendant
 from openpendant.server.access.audit import AuditEntry, AuditEvent
 from openpendant.server.events.effects import Effect, Send
 from openpendant.server.events.management_requests import parse
-from openpendant.simplemsg import ReplyCode
+from openpendant.simplemsg import Overtaken, ReplyCode
 from openpendant.simplemsg import pendant as messages
 from openpendant.simplemsg.pendant import Activity, Management
 from openpendant.simplemsg.pendant.management import OPERATIONS
@@ -224,6 +224,26 @@ def test_every_operation_is_open_to_whom_the_page_says_and_to_nobody_else(
     assert sum(counted.values()) == len(OPERATIONS) * (len(ROLES) * (len(controls) + 1) - 2)
     assert min(counted[V.LOGIN_NEEDED], counted[V.ROLE_TOO_LOW], counted[V.HELD_BY_OTHER]) > 0
     assert (counted[V.NOT_IN_CONTROL] > 0) == (situation not in _BUSY)
+
+
+@pytest.mark.parametrize(
+    "situation", [Situation.STANDING, Situation.IN_USE], ids=lambda each: each.name.lower()
+)
+def test_what_needs_the_authority_at_rest_is_refused_behind_a_stop_and_nothing_else(
+    situation: Situation,
+) -> None:
+    differences = []
+    for op in sorted(OPERATIONS):
+        cell = PreparedCell(situation)
+        assert cell.other.stop() is V.ACCEPTED
+        request = Management(cell.other._next(), json.dumps(body_in(situation, op)).encode())
+        before = len(cell.other.got)
+        cell.other.send(Overtaken(request))
+        told = [each for each in cell.other.got[before:] if isinstance(each, Management)]
+        codes = [json.loads(each.body).get("code") for each in told]
+        if (codes == [V.OVERTAKEN_BY_STOP]) != (situation in WORDS[page()[op][1]]):
+            differences.append((op, codes))
+    assert differences == []
 
 
 # One by one, on a machine of its own where everybody has every right.
