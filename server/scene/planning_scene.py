@@ -19,8 +19,7 @@ After any other change no motion begins until it is in force.
 
 Owns which document of the store holds what: `frames` the user frames, `tools` the tools and which
 is selected, `scene` the objects and the pairs that may touch; each is named after its cell.
-`motion` owns what the values mean. Meshes are files of the server, so a document from outside must
-not name one.
+`document_reading` owns what may stand in them.
 """
 
 from __future__ import annotations
@@ -30,12 +29,10 @@ from collections import deque
 from collections.abc import Callable, Generator, Mapping, Sequence
 from typing import TYPE_CHECKING, Any, NamedTuple, Protocol, TypeAlias
 
-from openpendant.motion.errors import FrameInUse, MotionError, SceneFileError
-from openpendant.motion.frames.frame_file import frames_from_json
+from openpendant.motion.errors import FrameInUse, MotionError
 from openpendant.motion.frames.frame_tree import FLANGE, FrameTree
 from openpendant.motion.pose import Pose
-from openpendant.motion.scene.scene import Mesh, Scene, left, taken
-from openpendant.motion.scene.scene_file import scene_from_data
+from openpendant.motion.scene.scene import Scene, left, taken
 from openpendant.simplemsg.verdicts import VerdictCode
 
 from ..cell.execution.feedback import JointHistory, JointVector
@@ -46,6 +43,7 @@ from ..refusal import Refusal, refusal_of
 from ..store.documents import Document, DocumentKind, Heading
 from ..store.requests import Answer, Load, Save
 from ..store.store_errors import NotFound, StoreError
+from .document_reading import scene_from_json, with_frames
 from .document_texts import COMPACT, FramesText, Making, SceneText, joined
 
 if TYPE_CHECKING:
@@ -54,46 +52,6 @@ if TYPE_CHECKING:
 
 WORLD_KINDS = (DocumentKind.TOOLS, DocumentKind.FRAMES, DocumentKind.SCENE)
 """In the order in which they are read: a user frame may hang from a tool."""
-
-
-def with_frames(kind: DocumentKind, body: str, tree: FrameTree) -> FrameTree:
-    """Return a tree whose user frames, or tools, are those of a document.
-
-    Args:
-        kind: frames or tools; those that the tree has of the kind are replaced.
-
-    Raises:
-        MotionError: the document is none, or frames that stay hang from what goes.
-    """
-    selected = tree.selected_tool
-    if kind is DocumentKind.TOOLS:
-        bare = tree.select_tool(None).without({tool.name: None for tool in tree.tools})
-        grown = frames_from_json(body, "tools", bare)
-        return grown
-    bare = tree.without({frame.name: None for frame in tree.user_frames})
-    grown = frames_from_json(body, "frames", bare)
-    # A document of frames selects no tool, which is not to say that none is selected.
-    return grown if grown.selected_tool == selected else grown.select_tool(selected)
-
-
-def scene_from_json(body: str) -> Scene:
-    """Return the scene of a document or of a file's text.
-
-    Raises:
-        MotionError: it is none, or has a mesh.
-    """
-    try:
-        content = json.loads(body)
-    except (ValueError, RecursionError) as error:
-        raise SceneFileError("scene", "", f"is not JSON: {error}"[:200]) from None
-    if not isinstance(content, dict):
-        raise SceneFileError("scene", "", "is not an object; accepted: one with a schema")
-    scene = scene_from_data(content, "scene")
-    for each in scene.objects:
-        if isinstance(each.shape, Mesh):
-            problem = "is a mesh; accepted: box, sphere, cylinder, capsule"
-            raise SceneFileError("scene", f"object {each.name!r}", problem)
-    return scene
 
 
 class SceneModel(Protocol):

@@ -27,14 +27,13 @@ from ..events.effects import Effect
 from ..events.management_requests import ReplyTo, handles
 from ..refusal import Refusal
 from ..store.documents import DocumentKind
+from .document_reading import scene_from_json, with_frames
 from .planning_scene import (
     FrameChange,
     PlanningScene,
     RobotEnvironment,
     SceneChange,
     Told,
-    scene_from_json,
-    with_frames,
 )
 from .signals import CellSignals
 from .trace import ToolTrace
