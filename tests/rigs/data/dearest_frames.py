@@ -15,7 +15,11 @@ from typing import Any, Protocol, TypeAlias
 
 from rigs.data.message_samples import SAMPLES
 
+from openpendant.motion.description.robot import serial_robot
+from openpendant.motion.frames.frame_tree import MOST_FRAMES
+from openpendant.motion.scene.scene import MAX_ALLOWED
 from openpendant.server.events.management_requests import MOST_AT_ONCE, MOST_BEFORE_LOGIN
+from openpendant.server.shell.robot_kinematics import MOST_PAIRS
 from openpendant.server.store.documents import DocumentKind
 from openpendant.simplemsg import (
     PENDANT,
@@ -65,6 +69,9 @@ _numbers = count(10)
 _POSE = {"position": [0.1, 0.2, 0.3], "orientation": [0.0, 0.0, 0.0, 1.0]}
 _BOX = {"type": "box", "size": [0.1, 0.1, 0.1]}
 _HOME = (0.0, -1.5, 1.5, -1.5, -1.5, 0.0)
+_LINKS = tuple(link for link in serial_robot("ur5").collision if link != "base_link")
+_MOST_CHECKED = MOST_PAIRS // 8
+"""Objects that a UR5 is checked against, of which eight shapes move."""
 
 
 def frame_of(message: Message) -> bytes:
@@ -95,6 +102,15 @@ def _text(points: int) -> str:
 
 def _ball(number: int) -> dict[str, Any]:
     return {"name": f"b{number}", "shape": {"type": "sphere", "radius": 0.1}, "position": [9, 9, 9]}
+
+
+def _balls(count: int) -> dict[str, Any]:
+    """Return balls of which the arm is checked against as many as may be, and may touch others."""
+    free = range(_MOST_CHECKED, min(count, _MOST_CHECKED + MAX_ALLOWED // len(_LINKS)))
+    return {
+        "objects": [_ball(at) for at in range(min(count, free.stop))],
+        "allowed": [[f"b{at}", link] for at in free for link in _LINKS],
+    }
 
 
 def _legal(op: str, server: Served, again: int) -> dict[str, Any]:
@@ -157,8 +173,12 @@ def _legal(op: str, server: Served, again: int) -> dict[str, Any]:
     return known.get(op, {})
 
 
-def _large(op: str, server: Served) -> bytes | None:
-    """Return the body of a request that is as large as a frame, for one that may be."""
+def _large(op: str, server: Served, size: int, most: int = 480) -> bytes:
+    """Return the body of a request of about so many bytes, for one that may be large.
+
+    Args:
+        most: greatest number of frames or tools, so many that both and the robot's own are legal.
+    """
     scene, frames = server.revision(_SCENE), server.revision(_FRAMES)
     tools = server.revision(_TOOLS)
     main = {"name": "main", "expected_revision": server.revision(DocumentKind.PROGRAM)}
@@ -166,23 +186,22 @@ def _large(op: str, server: Served) -> bytes | None:
     schema = "openpendant-frames/1"
     makes: dict[str, Callable[[int], Any]] = {
         "scene.import": lambda n: {
-            "content": {
-                "schema": "openpendant-scene/1",
-                "objects": [_ball(at) for at in range(min(n, 250))],
-            },
+            "content": {"schema": "openpendant-scene/1", **_balls(n)},
             "expected_revision": scene,
         },
         "frames.import": lambda n: {
             "content": {
                 "schema": schema,
-                "frames": [{"name": f"f{at}", "parent": "base", **placed} for at in range(n)],
+                "frames": [
+                    {"name": f"f{at}", "parent": "base", **placed} for at in range(min(n, most))
+                ],
             },
             "expected_revision": frames,
         },
         "tools.import": lambda n: {
             "content": {
                 "schema": schema,
-                "tools": [{"name": f"t{at}", **placed} for at in range(n)],
+                "tools": [{"name": f"t{at}", **placed} for at in range(min(n, most))],
             },
             "expected_revision": tools,
         },
@@ -197,8 +216,7 @@ def _large(op: str, server: Served) -> bytes | None:
             },
         },
     }
-    make = makes.get(op)
-    return None if make is None else filled(lambda n: {"op": op} | make(n), LARGEST)
+    return filled(lambda n: {"op": op} | makes[op](n), size)
 
 
 def _illegal(op: str) -> dict[str, Callable[[int], bytes]]:
@@ -235,8 +253,13 @@ def _asked_legally(op: str) -> Make:
     return lambda server: asked(compact({"op": op} | _legal(op, server, next(again))))
 
 
-def _asked_at_length(op: str) -> Make:
-    return lambda server: asked(_large(op, server) or b"")
+def _asked_at_length(op: str, size: int) -> Make:
+    return lambda server: asked(_large(op, server, size))
+
+
+def _asked_for_too_many(op: str) -> Make:
+    """Return what makes a request that is refused once as many frames as may be are placed."""
+    return lambda server: asked(_large(op, server, LARGEST, MOST_FRAMES))
 
 
 def _said(make: Callable[[int], Message]) -> Make:
@@ -249,7 +272,10 @@ def operation_rows() -> dict[str, Make]:
     for op in OPERATIONS:
         rows[f"{op}: legal"] = _asked_legally(op)
         if _is_large(op):
-            rows[f"{op}: legal, largest"] = _asked_at_length(op)
+            rows[f"{op}: legal, largest"] = _asked_at_length(op, LARGEST)
+            rows[f"{op}: legal, largest on the loop"] = _asked_at_length(op, MOST_AT_ONCE)
+        if op in ("frames.import", "tools.import"):
+            rows[f"{op}: one too many"] = _asked_for_too_many(op)
         for size in (MOST_AT_ONCE, LARGEST):
             for shape, body in _illegal(op).items():
                 rows[f"{op}: {shape}, {size} bytes"] = _asked(body, size)
