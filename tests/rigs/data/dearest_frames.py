@@ -8,12 +8,15 @@ from __future__ import annotations
 import struct
 from collections.abc import Callable
 from dataclasses import fields
+from typing import Any
 
+from rigs.data.full_cell import frames_of, tools_of
 from rigs.data.legal_requests import (
     HOME,
     LARGEST,
     Make,
     Row,
+    Served,
     asked,
     compact,
     filled,
@@ -23,7 +26,9 @@ from rigs.data.legal_requests import (
 )
 from rigs.data.message_samples import SAMPLES
 
+from openpendant.motion.frames.frame_tree import MOST_FRAMES
 from openpendant.server.events.management_requests import MOST_AT_ONCE, MOST_BEFORE_LOGIN
+from openpendant.server.store.documents import DocumentKind
 from openpendant.simplemsg import CommType, Message, MsgType, joint_array
 from openpendant.simplemsg.declaration import Direction
 from openpendant.simplemsg.pendant import (
@@ -73,6 +78,17 @@ def _asked(make: Callable[[int], bytes], size: int) -> Make:
     return lambda server, number: asked(make(size))
 
 
+def _one_too_many(op: str, key: str, make: Callable[[int], dict[str, Any]]) -> Make:
+    """Return what makes a request that is refused once as many frames as may be are placed."""
+    kind = DocumentKind(key)
+
+    def body(server: Served, number: int) -> bytes:
+        fields = {"expected_revision": server.revision(kind)}
+        return filled(lambda n: {"op": op, "content": make(min(n, MOST_FRAMES)), **fields}, LARGEST)
+
+    return lambda server, number: asked(body(server, number))
+
+
 def _said(make: Callable[[int], Message]) -> Make:
     return lambda server, number: frame_of(make(next_id()))
 
@@ -80,6 +96,11 @@ def _said(make: Callable[[int], Message]) -> Make:
 def operation_rows() -> dict[str, Row]:
     """Return the frames of every operation by a name: operation and shape."""
     rows = legal_rows()
+    for op, key, make in (
+        ("frames.import", "frames", frames_of),
+        ("tools.import", "tools", tools_of),
+    ):
+        rows[f"{op}: one too many"] = Row(_one_too_many(op, key, make))
     for op in OPERATIONS:
         for size in (MOST_AT_ONCE, LARGEST):
             for shape, body in _illegal(op).items():

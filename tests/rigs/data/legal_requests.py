@@ -34,6 +34,7 @@ from openpendant.motion.description.robot import serial_robot
 from openpendant.motion.kinematics.ik.ik import solve
 from openpendant.motion.kinematics.serial import Kinematics
 from openpendant.motion.pose import Pose
+from openpendant.motion.scene.scene import MAX_ALLOWED
 from openpendant.server.events.management_requests import MOST_AT_ONCE
 from openpendant.server.programs.editing.program_tasks import MOST_TEXT_AT_ONCE
 from openpendant.server.programs.language.program import MOST_POINTS
@@ -345,9 +346,18 @@ def _as_large(op: str, make: Callable[[Served, int], dict[str, Any]], size: int)
     )
 
 
+_LINKS = tuple(link for link in serial_robot("ur5").collision if link != "base_link")
+
+
 def _scene(server: Served, count: int) -> dict[str, Any]:
-    objects = [ball(at) for at in range(min(count, server.most_objects))]
-    content = {"schema": "openpendant-scene/1", "objects": objects}
+    """Return objects as many as are checked, then others that the moving links may touch."""
+    checked = min(count, server.most_objects)
+    others = range(checked, min(count, checked + MAX_ALLOWED // len(_LINKS)))
+    content = {
+        "schema": "openpendant-scene/1",
+        "objects": [ball(at) for at in range(max(checked, others.stop))],
+        "allowed": [[f"o{at}", link] for at in others for link in _LINKS],
+    }
     return {"content": content, "expected_revision": server.revision(_SCENE)}
 
 
