@@ -112,6 +112,40 @@ class Pose:
             quaternion_product(self.quaternion, other.quaternion),
         )
 
+    def compose_all(self, poses: Array) -> Array:
+        """Return for many poses what `compose` returns for one, but for the rounding.
+
+        Args:
+            poses: (m, 7) x, y, z [m] and quaternion x, y, z, w of each in this pose's frame; finite
+                and no quaternion near 0, which is not checked.
+
+        Returns:
+            (m, 7) likewise in this pose's parent frame; quaternions normalised, w not negative.
+
+        Raises:
+            BadArgument: coordinates beyond a million metres.
+        """
+        x, y, z, w = poses[:, 3:].T
+        a, b, c, d = self.quaternion.tolist()
+        composed = np.empty_like(poses)
+        composed[:, :3] = poses[:, :3] @ self.rotation.T + self.position
+        # As `quaternion_product`.
+        composed[:, 3] = d * x + a * w + b * z - c * y
+        composed[:, 4] = d * y - a * z + b * w + c * x
+        composed[:, 5] = d * z + a * y - b * x + c * w
+        composed[:, 6] = d * w - a * x - b * y - c * z
+        turned = composed[:, 3:]
+        turned /= np.sqrt(np.einsum("ij,ij->i", turned, turned))[:, np.newaxis]
+        x, y, z, w = turned.T
+        leading = np.where(w != 0.0, w, np.where(x != 0.0, x, np.where(y != 0.0, y, z)))
+        turned *= np.where(leading > 0.0, 1.0, -1.0)[:, np.newaxis]
+        turned += 0.0  # -0.0 becomes 0.0
+        is_beyond = np.abs(composed[:, :3]).max(axis=1) > _LARGEST_COORDINATE
+        if is_beyond.any():
+            first = composed[int(np.argmax(is_beyond)), :3].tolist()
+            raise BadArgument("position", first, "coordinates within a million metres")
+        return composed
+
     def inverse(self) -> Pose:
         """Return the inverse of this pose."""
         conjugate = self.quaternion * np.array([-1.0, -1.0, -1.0, 1.0])

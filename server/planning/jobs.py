@@ -181,7 +181,7 @@ class PoseJob:
 
     job_id: int
     start: JointVector
-    goals: tuple[PoseGoal, ...]
+    goals: Sequence[PoseGoal]
     frame: str
     motion: Motion
     speed: float
@@ -201,7 +201,7 @@ class JointPathJob:
 
     job_id: int
     start: JointVector
-    waypoints: tuple[JointVector, ...]
+    waypoints: Sequence[JointVector]
     speed: float
     tool_speed: float | None = None
     tool: PoseGoal | None = None
