@@ -395,6 +395,9 @@ class Connection:
 
     def _malformed(self, error: MessageFault, frame: bytes) -> Malformed:
         self._settle_accounts(error.comm_type)
+        # As a value it needs no traceback, which with the frames that hold what was received is a
+        # cycle: of thousands of broken frames the garbage collector would have to free each.
+        error.__traceback__ = error.__context__ = None
         request_id = self._codec.request_id(frame, error.msg_type, error.comm_type)
         return Malformed(error.msg_type, error.comm_type, error, request_id)
 

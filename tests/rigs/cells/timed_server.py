@@ -29,7 +29,14 @@ from openpendant.server.access.accounts import AccountBook, AccountChange
 from openpendant.server.access.admission import VerifyJob
 from openpendant.server.access.audit import AuditEntry
 from openpendant.server.events.events import Port
-from openpendant.server.planning.jobs import Deliver, Job, split_question
+from openpendant.server.planning.jobs import (
+    LENGTH,
+    Deliver,
+    Job,
+    SplitAnswer,
+    split_answer,
+    split_question,
+)
 from openpendant.server.planning.worker.job_planner import answer
 from openpendant.server.settings.cell_settings import ControllerPath, make_settings
 from openpendant.server.shell.app import App
@@ -123,12 +130,19 @@ class _Jobs:
         self._waiting = waiting
 
     def submit(self, job: Job, deliver: Deliver) -> None:
-        head, pieces = split_question(ROBOT, job)
+        question, pieces = split_question(ROBOT, job)
 
         def done() -> Callable[[], None]:
-            _, asked, _ = pickle.loads(head[4:])
-            given = pickle.dumps(answer(ROBOT, job if pieces else asked), pickle.HIGHEST_PROTOCOL)
-            return lambda: deliver(pickle.loads(given))
+            _, asked, _ = pickle.loads(question[LENGTH.size :])
+            head, *arrays = split_answer(answer(ROBOT, job if pieces else asked))
+            # Their bytes are read in turns of their own.
+            given = [bytearray(array) for array in arrays]
+
+            def taken() -> None:
+                planned = pickle.loads(head[LENGTH.size :])
+                deliver(planned.joined(given) if isinstance(planned, SplitAnswer) else planned)
+
+            return taken
 
         self._waiting.append(done)
 

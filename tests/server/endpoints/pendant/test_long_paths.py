@@ -161,7 +161,7 @@ def test_a_pose_path_is_planned_in_base() -> None:
 
 
 @pytest.mark.parametrize(
-    ("frame", "code"), [("tool", V.BAD_ARGUMENT), ("nowhere", V.FRAME_UNKNOWN)]
+    ("frame", "code"), [("tool", V.BAD_ARGUMENT), ("nowhere", V.UNKNOWN_FRAME)]
 )
 def test_a_path_in_a_frame_that_moves_or_is_none_is_refused(frame: str, code: V) -> None:
     rig = ready(plans_at_once=False)
