@@ -302,9 +302,7 @@ class Connection:
         self._window = 0
         return []
 
-    def _account_for(
-        self, received: list[Received], size: int, needed: int, buffer: bytes
-    ) -> None:
+    def _account_for(self, received: list[Received], size: int, needed: int, buffer: bytes) -> None:
         """Note that frames of a buffer were taken, and how many bytes the next one needs."""
         if self.fault is not None:
             self._pending.clear()

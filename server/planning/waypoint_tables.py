@@ -25,8 +25,8 @@ class _Table(Sequence[_RowT]):
 
     def __init__(self, rows: Array) -> None:
         """Take the values of (m, w) rows."""
-        self._width = rows.shape[1]
-        self._data = rows.astype("<f8").tobytes()
+        self._width: int = rows.shape[1]
+        self._data: bytes = rows.astype("<f8").tobytes()
 
     @staticmethod
     def _row(values: tuple[float, ...]) -> _RowT:

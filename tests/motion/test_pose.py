@@ -79,7 +79,7 @@ def test_of_the_two_quaternions_of_a_rotation_many_have_the_one_that_each_has(
 def test_the_first_of_many_that_gets_too_far_is_refused() -> None:
     place = Pose.from_values((1e6, 0.0, 0.0), (0.0, 0.0, 0.0, 1.0))
     poses = np.array([(x, 0.0, 0.0, 0.0, 0.0, 0.0, 1.0) for x in (-1.0, 0.0, 1.0, 2.0)])
-    with pytest.raises(BadArgument, match="1000001.0, 0.0, 0.0.*within a million metres"):
+    with pytest.raises(BadArgument, match=r"1000001\.0, 0\.0, 0\.0.*within a million metres"):
         place.compose_all(poses)
     assert place.compose_all(poses[:2])[:, 0].tolist() == [999_999.0, 1e6]
 

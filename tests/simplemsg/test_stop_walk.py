@@ -368,7 +368,10 @@ def test_the_first_that_has_not_acted_is_to_act_until_all_have() -> None:
     assert wire.stop_to_act() == SoftwareStop(1, "one")
     wire.stops_have_acted(is_answered=True)
     assert wire.stop_to_act() is None
-    assert [(stop.acted, stop.answered) for stop in handed_on(wire)] == [(True, True), (True, False)]
+    assert [(stop.acted, stop.answered) for stop in handed_on(wire)] == [
+        (True, True),
+        (True, False),
+    ]
 
 
 def test_one_that_comes_later_acts_for_itself() -> None:

@@ -1,9 +1,10 @@
 """One planning process and the shell round it.
 
 A job goes to a child process on its standard input (`jobs`), the answer comes back on its
-standard output as a length-prefixed pickle with its arrays behind it, so that neither side ever blocks the event loop and the
-death of either ends the other: the child sees the end of its input, the server the end of its
-output. It has one job in hand at a time; who waits for a process is `planning_pool`'s business.
+standard output as a length-prefixed pickle with its arrays behind it, so that neither side ever
+blocks the event loop and the death of either ends the other: the child sees the end of its input,
+the server the end of its output. It has one job in hand at a time; who waits for a process is
+`planning_pool`'s business.
 
 Run as a module it is the child:
 `python -m openpendant.server.planning.pool.planning_process ROBOT...`.

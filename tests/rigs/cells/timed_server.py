@@ -33,6 +33,7 @@ from openpendant.server.planning.jobs import (
     LENGTH,
     Deliver,
     Job,
+    MotionJob,
     SplitAnswer,
     split_answer,
     split_question,
@@ -127,9 +128,11 @@ class _Jobs:
     """The planning process: asked in the turn that asks, and answered when the rig says."""
 
     def __init__(self, waiting: deque[Callable[[], Callable[[], None]]]) -> None:
+        self.motions = 0
         self._waiting = waiting
 
     def submit(self, job: Job, deliver: Deliver) -> None:
+        self.motions += isinstance(job, MotionJob)
         question, pieces = split_question(ROBOT, job)
 
         def done() -> Callable[[], None]:
@@ -262,31 +265,42 @@ class TimedServer:
         turns: what each turn was and what it cost [ms], since they were cleared.
     """
 
-    def __init__(self, folder: Path, book: AccountBook) -> None:
+    def __init__(
+        self, folder: Path, book: AccountBook, objects: int | None = None, programs: int = 300
+    ) -> None:
+        """Fill a server.
+
+        Args:
+            objects: how many are in the scene; nearly as many as may be where left out.
+            programs: how many are stored beside the large one.
+        """
         self.turns: list[tuple[str, float]] = []
         self.now = 1_000_000_000
+        self._objects = most_objects() - 6 if objects is None else objects
         self._waiting: deque[Callable[[], Callable[[], None]]] = deque()
         self._store = _Store(folder / "store.db", self._waiting)
-        self._fill_store()
+        self._fill_store(programs)
         settings = make_settings({"controller": {"signals": "openpendant"}}, "test")
-        parts = CellParts(settings, serial_robot(ROBOT), _Jobs(self._waiting))
+        self._jobs = _Jobs(self._waiting)
+        parts = CellParts(settings, serial_robot(ROBOT), self._jobs)
         access = _Access(book, self._waiting)
         self.app = App([parts], Journal(), self._store, access, clock=lambda: self.now)
         self.app.take_accounts()
         self._links = self.app.cells[0].links
+        self._controller = _Heard("")
         for link in self._links.values():
-            link.connection_made(NullTransport())
+            link.connection_made(self._controller)
         self._codec = codec_for(STANDARD, ByteOrder.LITTLE)
 
-    def _fill_store(self) -> None:
+    def _fill_store(self, programs: int) -> None:
         save = partial(self._store.kept.save, expected_revision=0, author="ann")
         save(DocumentKind.PROGRAM, PROGRAM, large_body())
-        for number in range(300):
+        for number in range(programs):
             save(DocumentKind.PROGRAM, f"{number:03}{'n' * 50}", large_body(1, 1))
         cell = "cell"
         save(DocumentKind.TOOLS, cell, json.dumps(tools_of(400)))
         save(DocumentKind.FRAMES, cell, json.dumps(frames_of(500)))
-        save(DocumentKind.SCENE, cell, json.dumps(scene_of(most_objects() - 6)))
+        save(DocumentKind.SCENE, cell, json.dumps(scene_of(self._objects)))
 
     def revision(self, kind: DocumentKind) -> int:
         """Return the revision of a document that a change has to name."""
@@ -303,6 +317,16 @@ class TimedServer:
             self.tick()
         gc.collect()
         gc.freeze()
+
+    @property
+    def planned(self) -> int:
+        """How many motions a planning process was asked for."""
+        return self._jobs.motions
+
+    @property
+    def moved(self) -> bool:
+        """Whether a set-point has left for the controller."""
+        return len(self._controller.written) > 0
 
     def close(self) -> None:
         gc.unfreeze()

@@ -288,6 +288,11 @@ def message_rows() -> dict[str, Make]:
         rows[f"{kind.__name__}: cut short"] = _always(short)
         broken = frame[:16] + b"\xff" * (len(frame) - 16)
         rows[f"{kind.__name__}: no number in it"] = _always(broken)
+    return rows
+
+
+def motion_rows() -> dict[str, Make]:
+    """Return motions at their bounds, all of which are planned."""
     joints = joint_array(_HOME)
     far = joint_array((1.0, -1.0, 1.0, -1.0, -1.0, 1.0))
     # Near each other: how long a way may be that is checked in a full scene is another question.
@@ -306,9 +311,7 @@ def message_rows() -> dict[str, Make]:
         ),
         "PosePath: longest": lambda number: PosePath(number, Motion.PTP, 1.0, "base", places),
     }
-    for name, make in dear.items():
-        rows[name] = _said(make)
-    return rows
+    return {name: _said(make) for name, make in dear.items()}
 
 
 def stream_rows() -> dict[str, Make]:

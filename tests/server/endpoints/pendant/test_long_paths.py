@@ -38,9 +38,11 @@ GOOD = joint_array((0.25, -0.5))
 UPRIGHT = (0.0, 0.0, 0.0, 1.0)
 
 JOINTS = st.sampled_from(
-    [0.0, -0.0, 1e-40, 0.5, LOWER[0], UPPER[0], LOWER[1], UPPER[1], -1e-40]
-    + [float32_ceiling(UPPER[0]), -float32_ceiling(-LOWER[0]), UPPER[0] + 1e-3, 1e9]
-    + [math.nan, math.inf, -math.inf]
+    [
+        *(0.0, -0.0, 1e-40, -1e-40, 0.5, LOWER[0], UPPER[0], LOWER[1], UPPER[1]),
+        *(float32_ceiling(UPPER[0]), -float32_ceiling(-LOWER[0]), UPPER[0] + 1e-3, 1e9),
+        *(math.nan, math.inf, -math.inf),
+    ]
 )
 ROWS = st.lists(
     st.one_of(
@@ -77,8 +79,10 @@ def test_many_joint_positions_are_judged_as_each_alone(rows: list[tuple[float, .
 
 
 PARTS = st.sampled_from(
-    [0.0, 0.5, -LARGEST_COORDINATE, LARGEST_COORDINATE, LARGEST_COORDINATE * (1 + 1e-15)]
-    + [math.nan, math.inf, -math.inf, 1e300]
+    [
+        *(0.0, 0.5, -LARGEST_COORDINATE, LARGEST_COORDINATE, LARGEST_COORDINATE * (1 + 1e-15)),
+        *(math.nan, math.inf, -math.inf, 1e300),
+    ]
 )
 ROTATIONS = st.one_of(
     st.just(UPRIGHT),
@@ -120,9 +124,7 @@ def test_a_table_of_records_that_came_is_that_of_records_that_were_made() -> Non
 
 
 def test_a_signalling_number_that_is_none_is_refused_without_a_warning() -> None:
-    frame = bytearray(
-        codec_for(PENDANT).encode(JointPath(1, 0.5, 2, (JointWaypoint(GOOD),) * 2))
-    )
+    frame = bytearray(codec_for(PENDANT).encode(JointPath(1, 0.5, 2, (JointWaypoint(GOOD),) * 2)))
     frame[-40:-36] = b"\x01\x00\xa0\x7f"
     message = codec_for(PENDANT).decode(bytes(frame))
     assert isinstance(message, JointPath)
