@@ -66,7 +66,7 @@ class _Table(Sequence[_RowT]):
         return repr(tuple(self))
 
 
-class JointTable(_Table[JointVector]):
+class JointWaypoints(_Table[JointVector]):
     """Joint positions, (m, n) [rad or m]."""
 
     __slots__ = ()
@@ -76,7 +76,7 @@ class JointTable(_Table[JointVector]):
         return values
 
 
-class PoseTable(_Table[PoseGoal]):
+class PoseWaypoints(_Table[PoseGoal]):
     """Tool poses, (m, 7): x, y, z [m] and the quaternion x, y, z, w of each."""
 
     __slots__ = ()

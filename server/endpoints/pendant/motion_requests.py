@@ -28,7 +28,7 @@ from ...control import speed_fault
 from ...events.cell_events import MotionRequest
 from ...events.effects import Effect
 from ...planning.jobs import JointPathJob, JointVector, MotionJob, PoseGoal, PoseJob
-from ...planning.waypoint_tables import JointTable, PoseTable
+from ...planning.waypoint_tables import JointWaypoints, PoseWaypoints
 from ...refusal import Refusal, refusal_of
 
 LARGEST_COORDINATE = 1e3
@@ -101,20 +101,6 @@ class PendantMotions:
         self._cell = cell
         self._robot = robot
 
-    def ask(
-        self, session: int, message: PoseMove | PosePath | JointPath | Home, now: int
-    ) -> Refusal | list[Effect]:
-        """Examine a request and have it planned; what needs no planning begins at once."""
-        match message:
-            case PoseMove():
-                return self._pose_move(session, message, now)
-            case PosePath():
-                return self._pose_path(session, message, now)
-            case JointPath():
-                return self._joint_path(session, message, now)
-            case Home():
-                return self._home(session, message, now)
-
     def joint_move(self, session: int, message: JointMove, now: int) -> Refusal | list[Effect]:
         """Examine a joint move, and start it at once where it needs no planning process."""
         refusal = (
@@ -150,7 +136,8 @@ class PendantMotions:
         self._cell.authority.beat(request.session, now)
         return self._cell.motions.ask(request, job)
 
-    def _joint_path(self, session: int, message: JointPath, now: int) -> Refusal | list[Effect]:
+    def joint_path(self, session: int, message: JointPath, now: int) -> Refusal | list[Effect]:
+        """Examine a path through joint positions, and have it planned."""
         cell = self._cell
         refusal = (
             check_interlocks(cell, session, now)
@@ -165,14 +152,15 @@ class PendantMotions:
         job = JointPathJob(
             cell.motions.new_job_id(),
             cell.feedback.standing_at,
-            JointTable(positions),
+            JointWaypoints(positions),
             message.speed,
             self._tool_speed,
             self._robot.tool_in_flange,
         )
         return self._plan(MotionRequest(session, message.request_id), job, now)
 
-    def _pose_move(self, session: int, message: PoseMove, now: int) -> Refusal | list[Effect]:
+    def pose_move(self, session: int, message: PoseMove, now: int) -> Refusal | list[Effect]:
+        """Examine a move to a pose, and have it planned."""
         goal = PoseGoal(message.position, message.orientation)
         refusal = self._pose_request_fault(session, message, now) or pose_fault(goal)
         if refusal is not None:
@@ -185,7 +173,8 @@ class PendantMotions:
         position, quaternion = tuple(tool.position.tolist()), tuple(tool.quaternion.tolist())
         return self._move_tool(session, message, (PoseGoal(position, quaternion),), now)
 
-    def _pose_path(self, session: int, message: PosePath, now: int) -> Refusal | list[Effect]:
+    def pose_path(self, session: int, message: PosePath, now: int) -> Refusal | list[Effect]:
+        """Examine a path through poses, and have it planned."""
         refusal = self._pose_request_fault(session, message, now)
         if refusal is not None:
             return refusal
@@ -198,7 +187,7 @@ class PendantMotions:
             in_base = self._robot.frames.standing_in_base(message.frame).compose_all(poses)
         except MotionError as error:
             return refusal_of(error)
-        return self._move_tool(session, message, PoseTable(in_base), now)
+        return self._move_tool(session, message, PoseWaypoints(in_base), now)
 
     def _pose_request_fault(
         self, session: int, message: PoseMove | PosePath, now: int
@@ -225,7 +214,8 @@ class PendantMotions:
         )
         return self._plan(MotionRequest(session, message.request_id), job, now)
 
-    def _home(self, session: int, message: Home, now: int) -> Refusal | list[Effect]:
+    def home(self, session: int, message: Home, now: int) -> Refusal | list[Effect]:
+        """Examine a move to a named position, and start it at once where it can be."""
         refusal = check_interlocks(self._cell, session, now) or speed_fault(message.speed)
         if refusal is not None:
             return refusal

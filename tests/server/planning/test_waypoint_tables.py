@@ -15,14 +15,14 @@ from openpendant.server.planning.jobs import (
     read_question,
     split_question,
 )
-from openpendant.server.planning.waypoint_tables import JointTable, PoseTable
+from openpendant.server.planning.waypoint_tables import JointWaypoints, PoseWaypoints
 from openpendant.simplemsg.pendant import Motion
 
 JOINTS = ((0.1, -2.0), (1e-300, 3.0), (0.25, 0.5))
 POSES = tuple(PoseGoal((at / 8, 0.1, -3.0), (0.0, 1.0, at / 3, 0.0)) for at in range(3))
 TABLES: dict[str, tuple[Sequence[Any], tuple[Any, ...]]] = {
-    "joints": (JointTable(np.array(JOINTS)), JOINTS),
-    "poses": (PoseTable(np.array([(*at.position, *at.orientation) for at in POSES])), POSES),
+    "joints": (JointWaypoints(np.array(JOINTS)), JOINTS),
+    "poses": (PoseWaypoints(np.array([(*at.position, *at.orientation) for at in POSES])), POSES),
 }
 
 both = pytest.mark.parametrize(("table", "wanted"), TABLES.values(), ids=TABLES)
@@ -55,6 +55,6 @@ def test_a_job_with_a_table_equals_one_with_a_tuple_and_reads_the_same_in_a_jour
 
 
 def test_a_long_path_is_pickled_as_the_bytes_of_its_reals() -> None:
-    table = PoseTable(np.ones((1_600, 7)))
+    table = PoseWaypoints(np.ones((1_600, 7)))
     data = pickle.dumps(PoseJob(1, (0.0,), table, "base", Motion.PTP, 0.5))
     assert len(data) < 8 * 7 * 1_600 + 1_000
