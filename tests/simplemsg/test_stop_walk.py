@@ -435,6 +435,18 @@ def test_thousands_that_wait_are_no_objects() -> None:
     assert [stop.answered for stop in stops] == [False, True] * 2_000
 
 
+def test_a_broken_frame_leaves_nothing_to_the_garbage_collector() -> None:
+    wire = waiting()
+    wire.read_ahead(bare(ByteOrder.LITTLE, STOP_TYPE, b"") * 9)
+    gc.collect()
+    gc.disable()
+    try:
+        assert len(handed_on(wire)) == 9
+        assert gc.collect() == 0
+    finally:
+        gc.enable()
+
+
 def headers(count: int) -> bytes:
     """Return requests that are nothing but a header."""
     return bare(ByteOrder.LITTLE, 99, b"") * count

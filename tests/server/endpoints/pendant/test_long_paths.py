@@ -8,7 +8,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 from rigs.cells.expectations import only
-from rigs.cells.server_rig import LIMITS, ready
+from rigs.cells.server_rig import ready
 
 from openpendant.motion.description.limits import JointLimits, float32_ceiling
 from openpendant.motion.frames.frame_tree import FrameTree
@@ -32,8 +32,10 @@ from openpendant.simplemsg.pendant import (
 )
 from openpendant.simplemsg.verdicts import VerdictCode as V
 
-SLOTS = JointSlots(LIMITS)
-LOWER, UPPER = LIMITS.lower, LIMITS.upper
+LOWER, UPPER = (-2.1, -0.7), (2.1, 0.7)
+"""Bounds that are no 4-byte reals."""
+ONES = (1.0, 1.0)
+SLOTS = JointSlots(JointLimits(("a", "b"), LOWER, UPPER, ONES, ONES, (False, True)))
 GOOD = joint_array((0.25, -0.5))
 UPRIGHT = (0.0, 0.0, 0.0, 1.0)
 
@@ -76,6 +78,15 @@ def test_many_joint_positions_are_judged_as_each_alone(rows: list[tuple[float, .
     else:
         assert list(map(tuple, at_once.tolist())) == alone
         assert not np.signbit(at_once[at_once == 0.0]).any()
+
+
+def test_many_positions_rounded_beyond_a_limit_are_taken_as_the_limit() -> None:
+    beyond = [*map(float32_ceiling, UPPER)], [-float32_ceiling(-each) for each in LOWER]
+    assert beyond[0][0] > UPPER[0]
+    assert beyond[1][0] < LOWER[0]
+    at_once = SLOTS.positions(np.array([joint_array(each) for each in beyond]))
+    assert not isinstance(at_once, Refusal)
+    assert at_once.tolist() == [[*UPPER], [*LOWER]]
 
 
 PARTS = st.sampled_from(
