@@ -119,6 +119,40 @@ class Pose:
             quaternion_product(self.quaternion, other.quaternion),
         )
 
+    def compose_all(self, poses: Array) -> Array:
+        """Return for many poses what `compose` returns for one.
+
+        Args:
+            poses: (m, 7) x, y, z [m] and quaternion x, y, z, w of each in this pose's frame; finite
+                and no quaternion near 0, which is not checked.
+
+        Returns:
+            (m, 7) likewise in this pose's parent frame; quaternions normalised, w not negative.
+
+        Raises:
+            BadArgument: coordinates beyond a million metres.
+        """
+        x, y, z, w = _normalised(poses[:, 3:]).T
+        a, b, c, d = self.quaternion.tolist()
+        # As `quaternion_product`.
+        product = np.stack(
+            (
+                d * x + a * w + b * z - c * y,
+                d * y - a * z + b * w + c * x,
+                d * z + a * y - b * x + c * w,
+                d * w - a * x - b * y - c * z,
+            ),
+            axis=1,
+        )
+        # A product for each, as one of all would round otherwise.
+        turned = np.matmul(self.rotation, poses[:, :3, np.newaxis])[:, :, 0]
+        composed = np.hstack((self.position + turned, _normalised(product)))
+        is_beyond = np.abs(composed[:, :3]).max(axis=1) > _LARGEST_COORDINATE
+        if is_beyond.any():
+            first = composed[int(np.argmax(is_beyond)), :3].tolist()
+            raise BadArgument("position", first, "coordinates within a million metres")
+        return composed
+
     def inverse(self) -> Pose:
         """Return the inverse of this pose."""
         conjugate = self.quaternion * np.array([-1.0, -1.0, -1.0, 1.0])
@@ -277,6 +311,16 @@ def _leading(quaternion: Sequence[float]) -> float:
 def _canonical(quaternion: Array) -> Array:
     # q and -q are one rotation; adding zero makes -0.0 into 0.0.
     return (quaternion if _leading(quaternion.tolist()) > 0.0 else -quaternion) + 0.0
+
+
+def _normalised(quaternions: Array) -> Array:
+    """Return (m, 4) quaternions as a `Pose` has them."""
+    scaled = quaternions / np.abs(quaternions).max(axis=1, keepdims=True)
+    scaled /= np.sqrt(np.matmul(scaled[:, np.newaxis, :], scaled[:, :, np.newaxis])[:, :, 0])
+    x, y, z, w = scaled.T
+    leading = np.where(w != 0.0, w, np.where(x != 0.0, x, np.where(y != 0.0, y, z)))
+    signed: Array = np.where(leading[:, np.newaxis] > 0.0, scaled, -scaled) + 0.0
+    return signed
 
 
 def checked_vector(values: Sequence[float] | Array, count: int, what: str) -> Array:

@@ -337,8 +337,10 @@ class FrameTree:
         shared = set(up) & set(down)
         return self._below(down, shared, known).inverse().compose(self._below(up, shared, known))
 
-    def in_base(self, poses: Sequence[Pose], frame: str) -> tuple[Pose, ...]:
-        """Return in base the poses that are given in a frame that stands still.
+    def standing_in_base(self, frame: str) -> Pose:
+        """Return the pose in base of a frame that stands still.
+
+        It costs more to find than to bring one pose into base: ask once for all of a path's.
 
         Raises:
             FrameUnknown: there is no such frame.
@@ -346,9 +348,7 @@ class FrameTree:
         """
         if self.moving_between(frame, BASE):
             raise BadArgument("frame", frame, "base, root or a frame that stands still")
-        # Found once for all of a path's poses: it costs more than to bring one of them into base.
-        place = self.transform(frame, BASE)
-        return tuple(place.compose(pose) for pose in poses)
+        return self.transform(frame, BASE)
 
     def _below(self, way: tuple[str, ...], shared: set[str], places: Places) -> Pose:
         """Return the pose of the first frame of an upward path in the first shared frame on it."""

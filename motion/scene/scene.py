@@ -253,7 +253,7 @@ class Scene:
     @property
     def names(self) -> tuple[str, ...]:
         """Names of the objects."""
-        return tuple(each.name for each in self.objects)
+        return tuple([each.name for each in self.objects])
 
     def get(self, name: str) -> SceneObject:
         """Return an object, or raise `UnknownObject`."""
@@ -336,7 +336,7 @@ class Scene:
 
     def _replaced(self, new: SceneObject) -> Scene:
         return self._changed(
-            objects=tuple(new if each.name == new.name else each for each in self.objects)
+            objects=tuple([new if each.name == new.name else each for each in self.objects])
         )
 
     def _changed(

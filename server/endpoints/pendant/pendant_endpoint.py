@@ -147,10 +147,10 @@ class PendantEndpoint:
         motions, jogs, control = self._motions, self._jogs, self._control
         return {
             JointMove: motions.joint_move,
-            JointPath: motions.ask,
-            PoseMove: motions.ask,
-            PosePath: motions.ask,
-            Home: motions.ask,
+            JointPath: motions.joint_path,
+            PoseMove: motions.pose_move,
+            PosePath: motions.pose_path,
+            Home: motions.home,
             JogStart: jogs.start,
             JogStep: jogs.step,
             JogUndo: jogs.undo,

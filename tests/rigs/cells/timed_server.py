@@ -36,7 +36,15 @@ from openpendant.server.access.admission import VerifyJob
 from openpendant.server.access.audit import AuditEntry
 from openpendant.server.environment import CellEnvironment
 from openpendant.server.events.events import Port
-from openpendant.server.planning.jobs import Deliver, Job, split_question
+from openpendant.server.planning.jobs import (
+    LENGTH,
+    Deliver,
+    Job,
+    MotionJob,
+    SplitAnswer,
+    split_answer,
+    split_question,
+)
 from openpendant.server.planning.worker.job_planner import answer
 from openpendant.server.scene.signals import MOST_SIGNALS
 from openpendant.server.scene.trace import MOST_POINTS
@@ -157,15 +165,24 @@ class _Jobs:
     """The planning process: asked in the turn that asks, and answered when the rig says."""
 
     def __init__(self, waiting: deque[Callable[[], Callable[[], None]]]) -> None:
+        self.motions = 0
         self._waiting = waiting
 
     def submit(self, job: Job, deliver: Deliver) -> None:
-        head, pieces = split_question(ROBOT, job)
+        self.motions += isinstance(job, MotionJob)
+        question, pieces = split_question(ROBOT, job)
 
         def done() -> Callable[[], None]:
-            _, asked, _ = pickle.loads(head[4:])
-            given = pickle.dumps(answer(ROBOT, job if pieces else asked), pickle.HIGHEST_PROTOCOL)
-            return lambda: deliver(pickle.loads(given))
+            _, asked, _ = pickle.loads(question[LENGTH.size :])
+            head, *arrays = split_answer(answer(ROBOT, job if pieces else asked))
+            # Their bytes are read in turns of their own.
+            given = [bytearray(array) for array in arrays]
+
+            def taken() -> None:
+                planned = pickle.loads(head[LENGTH.size :])
+                deliver(planned.joined(given) if isinstance(planned, SplitAnswer) else planned)
+
+            return taken
 
         self._waiting.append(done)
 
@@ -289,39 +306,50 @@ class TimedServer:
         most_tools: likewise, tools.
     """
 
-    def __init__(self, folder: Path, book: AccountBook) -> None:
+    def __init__(
+        self, folder: Path, book: AccountBook, objects: int | None = None, programs: int = 300
+    ) -> None:
+        """Fill a server.
+
+        Args:
+            objects: how many are in the scene; nearly as many as may be where left out.
+            programs: how many are stored beside the large one.
+        """
         self.turns: list[tuple[str, float]] = []
         self.now = 1_000_000_000
         own = len(RobotKinematics(serial_robot(ROBOT)).frames.frames)
         self.most_objects = most_objects() - ROOM
         self.most_frames, self.most_tools = MOST_FRAMES - TOOLS - own, MOST_FRAMES - FRAMES - own
+        self._objects = self.most_objects if objects is None else objects
         self._waiting: deque[Callable[[], Callable[[], None]]] = deque()
         self._store = _Store(folder / "store.db", self._waiting)
-        self._fill_store()
+        self._fill_store(programs)
         settings = make_settings({"controller": {"signals": "openpendant"}}, "test")
-        parts = CellParts(settings, serial_robot(ROBOT), _Jobs(self._waiting))
+        self._jobs = _Jobs(self._waiting)
+        parts = CellParts(settings, serial_robot(ROBOT), self._jobs)
         access = _Access(book, self._waiting)
         self.app = App([parts], Journal(), self._store, access, clock=lambda: self.now)
         self.app.take_accounts()
         self._links = self.app.cells[0].links
-        self._controller = _StateLink()
+        self._controller, self._motion = _StateLink(), _Heard("")
+        ends = {ControllerPath.STATE: self._controller, ControllerPath.MOTION: self._motion}
         for path, link in self._links.items():
-            is_state = path is ControllerPath.STATE
-            link.connection_made(self._controller if is_state else NullTransport())
+            link.connection_made(ends.get(path, NullTransport()))
         self._codec = codec_for(STANDARD, ByteOrder.LITTLE)
 
-    def _fill_store(self) -> None:
+    def _fill_store(self, programs: int) -> None:
         save = partial(self._store.kept.save, expected_revision=0, author="ann")
         save(DocumentKind.PROGRAM, MAIN, large_body())
-        for name, body in kept_programs(large_body()).items():
+        for name, body in kept_programs(large_body()).items() if programs else ():
             save(DocumentKind.PROGRAM, name, body)
-        for number in range(300):
+        for number in range(programs):
             save(DocumentKind.PROGRAM, f"{number:03}{'n' * 50}", large_body(1, 1))
         cell = "cell"
         save(DocumentKind.TOOLS, cell, json.dumps(tools_of(TOOLS)))
         save(DocumentKind.FRAMES, cell, json.dumps(frames_of(FRAMES)))
-        save(DocumentKind.SCENE, cell, json.dumps(scene_of(self.most_objects)))
-        self._fill_recordings()
+        save(DocumentKind.SCENE, cell, json.dumps(scene_of(self._objects)))
+        if programs:
+            self._fill_recordings()
 
     def _fill_recordings(self) -> None:
         """Keep some of which what is said is known, and one, cut off, that has to be counted."""
@@ -378,6 +406,16 @@ class TimedServer:
         while len(trace.points) < MOST_POINTS:
             number = len(trace.points)
             trace.add((0.4, 0.1 * (number % 2), 0.001 * number))
+
+    @property
+    def planned(self) -> int:
+        """How many motions a planning process was asked for."""
+        return self._jobs.motions
+
+    @property
+    def moved(self) -> bool:
+        """Whether a set-point has left for the controller."""
+        return len(self._motion.written) > 0
 
     def close(self) -> None:
         gc.unfreeze()

@@ -129,6 +129,11 @@ def message_rows() -> dict[str, Row]:
         rows[f"{kind.__name__}: cut short"] = Row(_always(short))
         broken = frame[:16] + b"\xff" * (len(frame) - 16)
         rows[f"{kind.__name__}: no number in it"] = Row(_always(broken))
+    return rows
+
+
+def motion_rows() -> dict[str, Row]:
+    """Return motions at their bounds, all of which are planned."""
     joints = joint_array(HOME)
     far = joint_array((1.0, -1.0, 1.0, -1.0, -1.0, 1.0))
     # Near each other: how long a way may be that is checked in a full scene is another question.
@@ -147,9 +152,7 @@ def message_rows() -> dict[str, Row]:
         ),
         "PosePath: longest": lambda number: PosePath(number, Motion.PTP, 1.0, "base", places),
     }
-    for name, make in dear.items():
-        rows[name] = Row(_said(make))
-    return rows
+    return {name: Row(_said(make)) for name, make in dear.items()}
 
 
 def stream_rows() -> dict[str, Row]:
