@@ -72,15 +72,15 @@ def server() -> Iterator[TimedServer]:
 
 
 async def dearest(
-    server: TimedServer, name: str | None, make: Make, enough: float
+    server: TimedServer, name: str | None, make: Make, enough: float, tries: int
 ) -> tuple[float, str]:
-    """Return what the dearest turn cost that a frame caused, at the best of five, and its kind.
+    """Return what the dearest turn cost that a frame caused, at the best of some, and its kind.
 
     Args:
         enough: cost that needs no other try [ms].
     """
     best = (float("inf"), "nothing")
-    for _ in range(TRIES):
+    for _ in range(tries):
         client = await server.pendant(name)
         data = make(server)
         server.turns.clear()
@@ -98,7 +98,12 @@ async def judge(
     server: TimedServer, name: str | None, rows: Mapping[str, Make], slack: float
 ) -> None:
     most = figure(53, "turn").ms * slack
-    dear = {row: await dearest(server, name, make, most) for row, make in rows.items()}
+    # What need not hold has one try in `make test`: that it may hold now is seen then as well.
+    once = KNOWN | NOW_AND_THEN if slack > 1.0 else ()
+    dear = {
+        row: await dearest(server, name, make, most, 1 if row in once else TRIES)
+        for row, make in rows.items()
+    }
     beyond = {row: cost for row, cost in dear.items() if cost[0] > most}
     beyond = {row: cost for row, cost in beyond.items() if row not in KNOWN | NOW_AND_THEN}
     assert not beyond, "\n".join(f"{row}: {ms:.2f} ms, {at}" for row, (ms, at) in beyond.items())

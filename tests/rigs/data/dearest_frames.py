@@ -65,6 +65,8 @@ _numbers = count(10)
 _POSE = {"position": [0.1, 0.2, 0.3], "orientation": [0.0, 0.0, 0.0, 1.0]}
 _BOX = {"type": "box", "size": [0.1, 0.1, 0.1]}
 _HOME = (0.0, -1.5, 1.5, -1.5, -1.5, 0.0)
+_FEW = 50
+"""Parts of which the length of all is foreseen."""
 
 
 def frame_of(message: Message) -> bytes:
@@ -81,7 +83,9 @@ def compact(body: object) -> bytes:
 
 def filled(make: Callable[[int], object], size: int) -> bytes:
     """Return JSON that is made of some number of parts and has about so many bytes, not more."""
-    parts = size
+    few, more = (len(compact(make(parts))) for parts in (_FEW, 2 * _FEW))
+    # So many that it is at most a little too large: later parts are no shorter than the first ones.
+    parts = min(size, (size - few) * _FEW // (more - few) + _FEW + 1)
     while len(body := compact(make(parts))) > size:
         parts = min(parts - 1, parts * size // len(body))
     return body
