@@ -40,12 +40,12 @@ def stops_received(journal: Path) -> list[int]:
     ]
 
 
-async def stop_in(journal: Path) -> None:
+def await_stop(journal: Path) -> None:
     """Wait for a STOP, for up to twenty times the watchdog's deadline: a busy machine lets it wait
     as well."""
     until = time.monotonic() + 1.0
     while STOP_BYTES not in journal.read_text("utf-8") and time.monotonic() < until:
-        await asyncio.sleep(0.02)
+        time.sleep(0.02)
 
 
 async def freeze_in_motion(cell: Any, journal: Path) -> dict[str, int]:
@@ -58,7 +58,7 @@ async def freeze_in_motion(cell: Any, journal: Path) -> dict[str, int]:
 
         frozen = time.monotonic_ns()
         os.kill(cell.server.pid, signal.SIGSTOP)
-        await stop_in(journal)
+        await asyncio.to_thread(await_stop, journal)
         await asyncio.sleep(0.2)
         thawed = time.monotonic_ns()
         os.kill(cell.server.pid, signal.SIGCONT)
