@@ -93,10 +93,7 @@ class VirtualSelector(selectors.DefaultSelector):
 
 @cache
 def _wake_punctually() -> None:
-    """Have this thread woken when its pause is over: the kernel's 50 us on top double each (Linux).
-
-    There are a thousand of them to half a minute of virtual time, and nothing else to do meanwhile.
-    """
+    """Have this thread woken when its pause is over: by default the kernel adds 50 us (Linux)."""
     if sys.platform == "linux":
         ctypes.CDLL(None).prctl(_PR_SET_TIMERSLACK, 1, 0, 0, 0)
 
