@@ -124,9 +124,14 @@ def compact(body: object) -> bytes:
     return json.dumps(body, ensure_ascii=False, separators=(",", ":")).encode()
 
 
+_FEW = 100
+
+
 def filled(make: Callable[[int], object], size: int) -> bytes:
     """Return JSON that is made of some number of parts and has about so many bytes, not more."""
-    parts = size
+    few, more = (len(compact(make(parts))) for parts in (_FEW, 2 * _FEW))
+    # At most a little too many: later parts are no shorter than the first ones.
+    parts = min(size, (size - few) * _FEW // max(more - few, 1) + _FEW + 1)
     while len(body := compact(make(parts))) > size:
         parts = min(parts - 1, parts * size // len(body))
     return body
