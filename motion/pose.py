@@ -10,9 +10,9 @@ names the frame beside it. Knows no robot and no kinematics library.
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
-from typing import NamedTuple, TypeAlias
+from typing import Any, NamedTuple, TypeAlias
 
 import numpy as np
 from numpy.typing import NDArray
@@ -20,6 +20,9 @@ from numpy.typing import NDArray
 from .errors import BadArgument, NotFinite
 
 Array: TypeAlias = NDArray[np.float64]
+
+_Real: TypeAlias = Any
+"""A real, or an array of reals."""
 
 _SMALLEST_QUATERNION = 1e-6
 _LARGEST_COORDINATE = 1e6
@@ -57,6 +60,10 @@ class Pose:
         quaternion /= math.sqrt(float(quaternion @ quaternion))
         object.__setattr__(self, "position", _frozen(position))
         object.__setattr__(self, "quaternion", _frozen(_canonical(quaternion)))
+
+    def __reduce__(self) -> tuple[Callable[[bytes], Pose], tuple[bytes]]:
+        # As they are, read-only, and in a fifth of the time that two arrays take to be unpickled.
+        return _unpickled, (self.position.tobytes() + self.quaternion.tobytes(),)
 
     @classmethod
     def identity(cls) -> Pose:
@@ -99,7 +106,7 @@ class Pose:
 
     def to_matrix(self) -> Array:
         """Return the (4, 4) homogeneous matrix."""
-        (a, b, c), (d, e, f), (g, h, i) = _rotation_rows(self.quaternion)
+        (a, b, c), (d, e, f), (g, h, i) = _rotation_rows(*self.quaternion.tolist())
         x, y, z = self.position.tolist()
         # One flat list: numpy reads it in half the time that nested rows take.
         flat = (a, b, c, x, d, e, f, y, g, h, i, z, 0.0, 0.0, 0.0, 1.0)
@@ -111,6 +118,40 @@ class Pose:
             self.position + self.rotation @ other.position,
             quaternion_product(self.quaternion, other.quaternion),
         )
+
+    def compose_all(self, poses: Array) -> Array:
+        """Return for many poses what `compose` returns for one.
+
+        Args:
+            poses: (m, 7) x, y, z [m] and quaternion x, y, z, w of each in this pose's frame; finite
+                and no quaternion near 0, which is not checked.
+
+        Returns:
+            (m, 7) likewise in this pose's parent frame; quaternions normalised, w not negative.
+
+        Raises:
+            BadArgument: coordinates beyond a million metres.
+        """
+        x, y, z, w = _normalised(poses[:, 3:]).T
+        a, b, c, d = self.quaternion.tolist()
+        # As `quaternion_product`.
+        product = np.stack(
+            (
+                d * x + a * w + b * z - c * y,
+                d * y - a * z + b * w + c * x,
+                d * z + a * y - b * x + c * w,
+                d * w - a * x - b * y - c * z,
+            ),
+            axis=1,
+        )
+        # A product for each, as one of all would round otherwise.
+        turned = np.matmul(self.rotation, poses[:, :3, np.newaxis])[:, :, 0]
+        composed = np.hstack((self.position + turned, _normalised(product)))
+        is_beyond = np.abs(composed[:, :3]).max(axis=1) > _LARGEST_COORDINATE
+        if is_beyond.any():
+            first = composed[int(np.argmax(is_beyond)), :3].tolist()
+            raise BadArgument("position", first, "coordinates within a million metres")
+        return composed
 
     def inverse(self) -> Pose:
         """Return the inverse of this pose."""
@@ -131,11 +172,53 @@ class Pose:
         return Pose(position, slerp(self.quaternion, other.quaternion, fraction))
 
 
+def _unpickled(data: bytes) -> Pose:
+    values = np.frombuffer(data)
+    pose = object.__new__(Pose)
+    object.__setattr__(pose, "position", values[:3])
+    object.__setattr__(pose, "quaternion", values[3:])
+    return pose
+
+
 class PoseArray(NamedTuple):
     """Poses as arrays, (m, 3, 3) and (m, 3) [m], such as the tool's along a curve."""
 
     rotation: Array
     position: Array
+
+
+_ONE_BY_ONE = 16
+
+
+def composed(poses: Sequence[Pose]) -> Pose:
+    """Return the last of a chain of poses, each given in the frame of the one before, in the first.
+
+    As `compose` does one by one; a long chain is multiplied in pairs, all pairs at once, since each
+    call of numpy costs as much as hundreds of products: 1,000 poses would take 15 ms of an event
+    loop one by one.
+    """
+    if len(poses) <= _ONE_BY_ONE:
+        pose = Pose.identity()
+        for upper in reversed(poses):
+            pose = upper.compose(pose)
+        return pose
+    chain = _matrices(poses)
+    while len(chain) > 1:
+        paired = len(chain) // 2 * 2
+        chain = np.concatenate((chain[:paired:2] @ chain[1:paired:2], chain[paired:]))
+    return Pose.from_matrix(chain[0, :3, :3], chain[0, :3, 3])
+
+
+def _matrices(poses: Sequence[Pose]) -> Array:
+    """Return the (m, 4, 4) homogeneous matrices of poses."""
+    rows = _rotation_rows(*np.array([pose.quaternion for pose in poses]).T)
+    matrices = np.zeros((len(poses), 4, 4))
+    for row, values in enumerate(rows):
+        for column, value in enumerate(values):
+            matrices[:, row, column] = value
+    matrices[:, :3, 3] = [pose.position for pose in poses]
+    matrices[:, 3, 3] = 1.0
+    return matrices
 
 
 def slerp(start: Array, goal: Array, fraction: float) -> Array:
@@ -185,11 +268,11 @@ def quaternion_product(left: Array, right: Array) -> Array:
 
 def quaternion_to_matrix(quaternion: Array) -> Array:
     """Return the (3, 3) rotation matrix of a unit quaternion x, y, z, w."""
-    return np.array(_rotation_rows(quaternion))
+    return np.array(_rotation_rows(*quaternion.tolist()))
 
 
-def _rotation_rows(quaternion: Array) -> tuple[tuple[float, float, float], ...]:
-    x, y, z, w = quaternion.tolist()
+def _rotation_rows(x: _Real, y: _Real, z: _Real, w: _Real) -> tuple[tuple[_Real, ...], ...]:
+    """Return the rows of a unit quaternion's matrix, or of many at once."""
     return (
         (1.0 - 2.0 * (y * y + z * z), 2.0 * (x * y - z * w), 2.0 * (x * z + y * w)),
         (2.0 * (x * y + z * w), 1.0 - 2.0 * (x * x + z * z), 2.0 * (y * z - x * w)),
@@ -228,6 +311,16 @@ def _leading(quaternion: Sequence[float]) -> float:
 def _canonical(quaternion: Array) -> Array:
     # q and -q are one rotation; adding zero makes -0.0 into 0.0.
     return (quaternion if _leading(quaternion.tolist()) > 0.0 else -quaternion) + 0.0
+
+
+def _normalised(quaternions: Array) -> Array:
+    """Return (m, 4) quaternions as a `Pose` has them."""
+    scaled = quaternions / np.abs(quaternions).max(axis=1, keepdims=True)
+    scaled /= np.sqrt(np.matmul(scaled[:, np.newaxis, :], scaled[:, :, np.newaxis])[:, :, 0])
+    x, y, z, w = scaled.T
+    leading = np.where(w != 0.0, w, np.where(x != 0.0, x, np.where(y != 0.0, y, z)))
+    signed: Array = np.where(leading[:, np.newaxis] > 0.0, scaled, -scaled) + 0.0
+    return signed
 
 
 def checked_vector(values: Sequence[float] | Array, count: int, what: str) -> Array:

@@ -41,6 +41,7 @@ from .errors import (
     ProtocolError,
     RemoteProtocolError,
 )
+from .real_records import RealRecords
 from .standard import (
     GetVersion,
     GetVersionReply,
@@ -101,6 +102,7 @@ __all__ = [
     "Overtaken",
     "Ping",
     "ProtocolError",
+    "RealRecords",
     "Received",
     "RemoteProtocolError",
     "ReplyCode",

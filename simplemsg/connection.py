@@ -99,7 +99,8 @@ class Connection:
         unanswered: requests of the peer, malformed ones too, that may still be answered.
         awaited: requests of ours that the peer still owes a reply.
         more: the last call of `receive` stopped at its limit: call `receive(b"")` a turn later.
-        stops: what was found ahead of its turn, until the caller empties it.
+        stops: what was found ahead of its turn, until the caller empties it; for all that has not
+            acted yet, ask `stop_to_act`.
         overtaking: a STOP is behind, or among, what was returned last: call `marked`.
     """
 
@@ -146,7 +147,6 @@ class Connection:
         self.stops: list[WaitingStop] = []
         self.overtaking = False
         self._walk = None if stop_rule is None else StopWalk(stop_rule, max_frame)
-        self._passing: list[WaitingStop] = []
         self._usual: dict[bytes, _Known] = {}
         self._of_any_size: dict[bytes, Decode] = {}
         if byte_order is not None:
@@ -206,7 +206,7 @@ class Connection:
             if self._walk is not None and type(received[0]) is Malformed:
                 # Its header is usual and its body broken: even so it may be a STOP.
                 self._look_for_stops(data)
-                self._account_for(received, len(data), PREFIX_SIZE)
+                self._account_for(received, len(data), PREFIX_SIZE, data)
             return received
         if self._walk is not None:
             self._look_for_stops(data)
@@ -217,7 +217,7 @@ class Connection:
         self._window = len(data) - start
         if self.fault is None and start < len(data):
             self._pending += data[start:]
-        self._account_for(received, start, needed)
+        self._account_for(received, start, needed, data)
         return received
 
     def receive_next(self) -> list[Received]:
@@ -237,7 +237,7 @@ class Connection:
         received, start, needed = self._split(frame, self._usual.get(frame[_HEADER]))
         del pending[:start]
         self._window -= start
-        self._account_for(received, start, needed)
+        self._account_for(received, start, needed, frame)
         return received
 
     def read_ahead(self, data: Bytes) -> None:
@@ -249,12 +249,12 @@ class Connection:
 
     def marked(self, received: list[Received]) -> list[Arrival]:
         """Return what `receive` has just returned, with what a STOP has overtaken marked."""
-        walk, passing = self._walk, self._passing
+        walk = self._walk
         assert walk is not None, "without a stop rule nothing is overtaken"
         self.overtaking = False
         place = walk.taken - len(received)
-        stops = {stop.place: stop for stop in passing}
-        last = walk.taken if walk.is_ahead else passing[-1].place
+        stops = walk.passing()
+        last = walk.taken if walk.is_ahead else max(stops)
         marked: list[Arrival] = []
         for at, each in enumerate(received, place):
             stop = stops.get(at)
@@ -266,6 +266,15 @@ class Connection:
             else:
                 marked.append(each)
         return marked
+
+    def stop_to_act(self) -> Message | None:
+        """Return the first STOP that has arrived and has neither acted nor been handed on."""
+        return None if self._walk is None else self._walk.to_act(self._pending)
+
+    def stops_have_acted(self, *, is_answered: bool) -> None:
+        """Note that all STOPs that have arrived have acted, and whether the first was answered."""
+        assert self._walk is not None, "without a stop rule none is found"
+        self._walk.have_acted(is_answered=is_answered)
 
     def _go_on(self, data: bytes) -> list[Received]:
         """Take bytes behind those that wait, and return the next messages."""
@@ -282,7 +291,7 @@ class Connection:
         received, start, needed = self._split(window, self._usual.get(window[_HEADER]))
         del pending[:start]
         self._window = len(window) - start
-        self._account_for(received, start, needed)
+        self._account_for(received, start, needed, window)
         return received
 
     def _later(self) -> list[Received]:
@@ -293,17 +302,18 @@ class Connection:
         self._window = 0
         return []
 
-    def _account_for(self, received: list[Received], size: int, needed: int) -> None:
+    def _account_for(self, received: list[Received], size: int, needed: int, buffer: bytes) -> None:
         """Note that frames of a buffer were taken, and how many bytes the next one needs."""
         if self.fault is not None:
             self._pending.clear()
         self._needed = needed
         self.more = len(self._pending) >= needed
         if self._walk is not None:
-            self._passing = self._walk.take(len(received), size)
-            self.overtaking = bool(self._passing) or self._walk.is_ahead
-            for stop in self._passing:
-                self.unanswered -= stop.is_request  # its answer was owed since it was found
+            passing = self._walk.take(len(received), size, buffer)
+            self.overtaking = bool(passing) or self._walk.is_ahead
+            for stop in passing:
+                # Its answer was owed since it was found.
+                self.unanswered -= stop.comm_type == _REQUEST
 
     def _look_for_stops(self, buffer: bytes | bytearray) -> None:
         """Walk over what has become whole; a STOP may be answered from now on."""
@@ -383,6 +393,9 @@ class Connection:
 
     def _malformed(self, error: MessageFault, frame: bytes) -> Malformed:
         self._settle_accounts(error.comm_type)
+        # As a value it needs no traceback, which with the frames that hold what was received is a
+        # cycle: of thousands of broken frames the garbage collector would have to free each.
+        error.__traceback__ = error.__context__ = None
         request_id = self._codec.request_id(frame, error.msg_type, error.comm_type)
         return Malformed(error.msg_type, error.comm_type, error, request_id)
 

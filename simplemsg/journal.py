@@ -15,7 +15,7 @@ line is `{"end": true}`; without it the process was killed, and its last event m
 
 To spell out a megabyte takes milliseconds, which an event loop does not have, and one call for it
 keeps all threads of the process from running. So a long value goes to the journal's writer as it
-is, and is spelled out there in pieces.
+is, and is spelled out there in pieces; and so does a text that is still to be made (`LateText`).
 """
 
 from __future__ import annotations
@@ -57,7 +57,35 @@ class LongValue:
         yield '"'
 
 
-Part: TypeAlias = str | LongValue
+@dataclass(frozen=True, slots=True, eq=False)
+class LateText:
+    """A text that is not made yet, of what never changes; it is noted as its bytes.
+
+    Attributes:
+        size: about how many characters it has.
+        make: makes it, in pieces of a millisecond or less each.
+    """
+
+    size: int
+    make: Callable[[], Iterator[str]]
+
+    def __len__(self) -> int:
+        """Return about how long it is."""
+        return self.size
+
+    def __bytes__(self) -> bytes:
+        """Return the text in UTF-8, made now."""
+        return "".join(self.make()).encode()
+
+    def pieces(self) -> Iterator[str]:
+        """Spell it out piece by piece, as `hexadecimal` does its bytes."""
+        yield '"'
+        for text in self.make():
+            yield text.encode().hex()
+        yield '"'
+
+
+Part: TypeAlias = str | LongValue | LateText
 """A part of a line: text that stands there so, or a value that is not spelled out yet."""
 
 
@@ -204,9 +232,10 @@ class Journal:
             extra += f', "{key}": ', *json_parts(each)
         self._write(head, hexadecimal(data), *extra, "}\n")
 
-    def out(self, link: str | int, data: bytes) -> None:
+    def out(self, link: str | int, data: bytes | LateText) -> None:
         """Note bytes that leave because of the event."""
-        self._write(f'{{"out": "{link}", "hex": ', hexadecimal(data), "}\n")
+        value = data if isinstance(data, LateText) else hexadecimal(data)
+        self._write(f'{{"out": "{link}", "hex": ', value, "}\n")
 
     def answer(self, question: str, link: str | int, answer: bool) -> bool:
         """Note what the world outside answered, and return it."""

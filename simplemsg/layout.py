@@ -18,6 +18,7 @@ from .codes import CommType
 from .declaration import MASK, Array, Field, Int, Message, Real, Reals, Tail, Text
 from .errors import LocalProtocolError, NotEncodable
 from .framing import Bytes, broken_header_rule
+from .real_records import RealRecords
 
 Encode = Callable[[Message], bytes]
 Decode = Callable[[Bytes], Message]
@@ -124,7 +125,7 @@ def _unfit_value(path: str, field: Field, value: Any, form: WireForm) -> Iterato
             if not isinstance(value, bytes | bytearray | memoryview):
                 yield _Unfit(path, value, "bytes")
         case Array():
-            if not isinstance(value, tuple | list):
+            if not isinstance(value, tuple | list | RealRecords):
                 yield _Unfit(path, value, "a tuple of records")
             elif not field.least <= len(value) <= field.most:
                 yield _Unfit(path, len(value), f"{field.least} to {field.most} records")

@@ -9,7 +9,7 @@ from __future__ import annotations
 
 import dataclasses
 import struct
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from functools import partial
 from types import FunctionType
 from typing import Any
@@ -18,6 +18,7 @@ from .codes import CommType, ReplyCode
 from .declaration import Array, CountPlace, Field, Int, Message, Reals, Record, Tail, Text
 from .framing import HEADER_SIZE, PREFIX_SIZE, Bytes, broken_header_rule
 from .layout import Decode, Encode, Misfit, WireForm, encoding_fault
+from .real_records import RealRecords
 
 UNPACKABLE = (struct.error, OverflowError, ValueError, TypeError, AttributeError)
 """Errors that packing raises for a value of the wrong kind or size."""
@@ -341,9 +342,11 @@ class _Records:
         self._of = field.of
         self._group = FieldGroup(field.of.FIELDS, form)
         self._count = struct.Struct(f"{form.order}i")
+        self._real = form.order + form.real
+        self._is_of_reals = all(isinstance(each, Reals) for each in field.of.FIELDS.values())
 
     def pack(self, records: Any, head: Message) -> bytes:
-        if not isinstance(records, tuple | list):
+        if not isinstance(records, tuple | list | RealRecords):
             raise TypeError
         if not self._field.takes(len(records), self._meant(head)):
             raise ValueError
@@ -355,7 +358,7 @@ class _Records:
                 return body + self._count.pack(len(records))
         return body
 
-    def unpack(self, rest: bytes, head: Message) -> tuple[Record, ...]:
+    def unpack(self, rest: bytes, head: Message) -> Sequence[Record]:
         field, size = self._field, self._group.structure.size
         counted = field.count_place is not CountPlace.NOWHERE
         number, left = divmod(len(rest) - counted * _COUNT_SIZE, size)
@@ -374,16 +377,17 @@ class _Records:
                 f"{field.meant_by} is {meant}, the body holds {number} records:"
                 f" neither that many nor {field.most}"
             )
-        return tuple(
-            self._record(values)
-            for values in self._group.structure.iter_unpack(rest[start : start + number * size])
-        )
+        data = rest[start : start + number * size]
+        if self._is_of_reals:
+            return RealRecords(data, number, self._real, self._records)
+        return tuple(self._records(data))
 
     def _meant(self, head: Message) -> int:
         """Return how many records the head of a message says are meant."""
         return getattr(head, self._field.meant_by) if self._field.meant_by else 0
 
-    def _record(self, values: tuple[Any, ...]) -> Record:
-        record = object.__new__(self._of)
-        self._group.fill(record, values)
-        return record
+    def _records(self, data: bytes) -> Iterator[Record]:
+        for values in self._group.structure.iter_unpack(data):
+            record = object.__new__(self._of)
+            self._group.fill(record, values)
+            yield record

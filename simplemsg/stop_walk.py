@@ -15,7 +15,7 @@ from __future__ import annotations
 import struct
 from collections import deque
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
 from .codec import STANDARD, codec_for
 from .codes import ByteOrder, CommType, MsgType, SpecialSequence
@@ -113,23 +113,23 @@ def holds_stop(trajectory: JointTraj) -> bool:
     return any(point.sequence == SpecialSequence.STOP for point in trajectory.points)
 
 
-@dataclass(slots=True, eq=False)
+@dataclass(slots=True)
 class WaitingStop:
     """A STOP that was found before its turn; it also stands in its place among the messages.
 
     Attributes:
         message: what it says; what a frame too short leaves out is zero.
         place: how many frames were walked before it.
-        acted: set by whoever made it act, or let its place pass.
+        acted: it has acted before its place.
         is_sound: its frame is one of its type; set when it was decoded.
-        answered: set by whoever answered it before its place.
+        answered: it was answered before its place.
     """
 
     message: Message
     place: int
-    acted: bool = False
-    is_sound: bool = True
-    answered: bool = False
+    acted: bool = field(default=False, compare=False)
+    is_sound: bool = field(default=True, compare=False)
+    answered: bool = field(default=False, compare=False)
 
     @property
     def is_request(self) -> bool:
@@ -142,6 +142,9 @@ class StopWalk:
 
     Frames are counted from the first that was walked; a frame that came alone, with nothing waiting
     in front of it, is in nobody's way and needs no walk.
+
+    Of a STOP that waits only its place is kept, and read anew is what it says: a peer may send
+    thousands, and as objects the garbage collector would walk over all of them again and again.
 
     Attributes:
         is_lost: a length was met that cannot be one; nothing behind it is looked at.
@@ -160,7 +163,13 @@ class StopWalk:
         self._max_length = max_frame - PREFIX_SIZE
         self._at = 0
         self._walked = 0
-        self._ahead: deque[WaitingStop] = deque()
+        # Of each STOP its place, and where it begins in all bytes that were ever walked over.
+        self._ahead: deque[tuple[int, int]] = deque()
+        self._taken_bytes = 0
+        self._passing: list[tuple[int, Message]] = []
+        self._acted = 0  # every STOP whose place is before this one has acted or gone by
+        self._not_acted = 0  # how many of those ahead have not
+        self._answered: set[int] = set()
         self._header = struct.Struct("=3i")
         self._integer = struct.Struct("=i")
         self._order: ByteOrder | None = None
@@ -192,6 +201,7 @@ class StopWalk:
         at, walked, size = self._at, self._walked, len(buffer)
         bound = walked + MOST_WALKED
         last, message = b"", None
+        ahead, before = self._ahead, self._taken_bytes
         self.is_behind = False
         last_header, most = size - HEADER_SIZE, self._max_length
         header, integer = self._header.unpack_from, self._integer.unpack_from
@@ -215,23 +225,74 @@ class StopWalk:
                         last, message = frame, reads[msg_type](frame, comm_type, order)
                     if message is not None:
                         found.append(WaitingStop(message, walked))
+                        ahead.append((walked, before + at))
             at = end
             walked += 1
             if walked == bound or len(found) == MOST_FOUND:
                 self.is_behind = at <= last_header
                 break
         self._at, self._walked = at, walked
-        self._ahead += found
+        self._not_acted += len(found)
         return found
 
-    def take(self, frames: int, size: int) -> list[WaitingStop]:
-        """Note that frames at the front of the buffer were decoded; return the STOPs among them."""
+    def take(self, frames: int, size: int, buffer: bytes | bytearray) -> list[Message]:
+        """Note that frames at the front of a buffer were decoded; return the STOPs among them."""
         self.taken += frames
+        passing: list[tuple[int, Message]] = []
+        while self._ahead and self._ahead[0][0] < self.taken:
+            place, begin = self._ahead.popleft()
+            self._not_acted -= place >= self._acted
+            passing.append((place, self._read(buffer, begin)))
         self._at -= size
-        taken: list[WaitingStop] = []
-        while self._ahead and self._ahead[0].place < self.taken:
-            taken.append(self._ahead.popleft())
-        return taken
+        self._taken_bytes += size
+        self._passing = passing
+        return [message for _, message in passing]
+
+    def _read(self, buffer: bytes | bytearray, begin: int) -> Message:
+        """Return what a STOP says that was found."""
+        assert self._order is not None
+        at = begin - self._taken_bytes
+        length, msg_type, comm_type = self._header.unpack_from(buffer, at)
+        frame = bytes(buffer[at : at + PREFIX_SIZE + length])
+        message = self._rule.reads[msg_type](frame, comm_type, self._order)
+        assert message is not None, "the bytes that were walked over are others now"
+        return message
+
+    def passing(self) -> dict[int, WaitingStop]:
+        """Return by their places the STOPs that were taken last; they act no more before them."""
+        stops = {
+            place: WaitingStop(
+                message, place, place < self._acted, answered=place in self._answered
+            )
+            for place, message in self._passing
+        }
+        if stops:
+            self._acted = max(self._acted, *(place + 1 for place in stops))
+            self._answered -= stops.keys()
+        return stops
+
+    def to_act(self, buffer: bytes | bytearray) -> Message | None:
+        """Return the first STOP that was found and has neither acted nor gone by.
+
+        Args:
+            buffer: all that has arrived and was not decoded.
+        """
+        for place, message in self._passing:
+            if place >= self._acted:
+                return message
+        if not self._not_acted:
+            return None
+        _, begin = self._ahead[-self._not_acted]
+        return self._read(buffer, begin)
+
+    def have_acted(self, *, is_answered: bool) -> None:
+        """Note that all STOPs that were found have acted, and whether the first was answered."""
+        if is_answered:
+            passing = (place for place, _ in self._passing if place >= self._acted)
+            first = next(passing, None)
+            self._answered.add(self._ahead[-self._not_acted][0] if first is None else first)
+        self._acted = self._walked
+        self._not_acted = 0
 
     @property
     def is_ahead(self) -> bool:

@@ -56,7 +56,11 @@ def counted_as(address: str) -> str:
 
 
 class EmulatorRates:
-    """A token bucket for each address, kept as the time at which it would be full again."""
+    """A token bucket for each address, kept as the time at which it would be full again.
+
+    The server's, which knows more, is its own: the two rooms share the wire and the robot files,
+    neither of which knows any time.
+    """
 
     def __init__(self) -> None:
         """Make them full."""

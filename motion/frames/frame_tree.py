@@ -30,7 +30,9 @@ import numpy as np
 
 from ..errors import BadArgument, FrameCycle, FrameExists, FrameInUse, FramePredefined, FrameUnknown
 from ..pickled_pieces import PickledPieces, unpickled
-from ..pose import Array, Pose, checked_vector
+from ..pose import Array, Pose, checked_vector, composed
+from ..steps import Stepwise
+from ..text_pieces import joined, made_once
 
 BASE, ROOT, FLANGE, TOOL = "base", "root", "flange", "tool"
 
@@ -52,6 +54,9 @@ class Frame:
     parent: str | None
     pose: Pose | None
     predefined: bool = False
+
+    def __reduce__(self) -> tuple[type[Frame], tuple[object, ...]]:
+        return Frame, (self.name, self.parent, self.pose, self.predefined)
 
     @property
     def moving(self) -> bool:
@@ -109,6 +114,7 @@ class FrameTree:
     frames: Mapping[str, Frame] = field(default_factory=predefined_frames)
     selected_tool: str | None = None
     _pickles: PickledPieces[Frame] | None = field(default=None, init=False, repr=False)
+    _texts: tuple[str, ...] | None = field(default=None, init=False, repr=False)
 
     @classmethod
     def of_robot(cls, root: Pose | None = None, links: Iterable[str] = ()) -> FrameTree:
@@ -137,8 +143,8 @@ class FrameTree:
         assert self._pickles is not None
         return _restore, (self._pickles.pickles, self.selected_tool)
 
-    def pickle_steps(self, before: FrameTree | None) -> Iterator[float]:
-        """Pickle the frames in steps, and keep that; yield before each how long it takes [µs].
+    def pickle_steps(self, before: FrameTree | None) -> Stepwise[None]:
+        """Pickle the frames in steps, and keep that.
 
         Args:
             before: a tree of which what is the same is kept.
@@ -146,6 +152,19 @@ class FrameTree:
         known = None if before is None else before._pickles
         pickles = yield from PickledPieces.steps(tuple(self.frames.values()), known)
         object.__setattr__(self, "_pickles", pickles)
+
+    def __repr__(self) -> str:
+        return "".join(self.text_pieces())
+
+    def text_pieces(self) -> Iterator[str]:
+        """Return the text of `repr` in pieces of a millisecond or less each, made once."""
+        return made_once(self, self._make_texts())
+
+    def _make_texts(self) -> Iterator[str]:
+        yield "FrameTree(frames=mappingproxy({"
+        entries = tuple(self.frames.items())
+        yield from joined(entries, lambda entry: f"{entry[0]!r}: {entry[1]!r}")
+        yield f"}}), selected_tool={self.selected_tool!r})"
 
     def __getitem__(self, name: str) -> Frame:
         """Return a frame, or raise `FrameUnknown`."""
@@ -189,9 +208,9 @@ class FrameTree:
         Raises:
             BadArgument: the name is no name, or there are 1,000 frames already.
         """
-        if len(self.frames) >= MOST_FRAMES:
-            raise BadArgument("frames", len(self.frames) + 1, f"at most {MOST_FRAMES}")
-        return self._with(Frame(self._new_name(name), self._parent(parent), pose))
+        growing = GrowingTree(self)
+        growing.add(name, pose, parent)
+        return growing.tree
 
     def add_tool(self, name: str, tcp: Pose) -> FrameTree:
         """Return the tree with another tool; `tcp` is its centre point in the flange.
@@ -318,8 +337,10 @@ class FrameTree:
         shared = set(up) & set(down)
         return self._below(down, shared, known).inverse().compose(self._below(up, shared, known))
 
-    def in_base(self, poses: Sequence[Pose], frame: str) -> tuple[Pose, ...]:
-        """Return in base the poses that are given in a frame that stands still.
+    def standing_in_base(self, frame: str) -> Pose:
+        """Return the pose in base of a frame that stands still.
+
+        It costs more to find than to bring one pose into base: ask once for all of a path's.
 
         Raises:
             FrameUnknown: there is no such frame.
@@ -327,21 +348,19 @@ class FrameTree:
         """
         if self.moving_between(frame, BASE):
             raise BadArgument("frame", frame, "base, root or a frame that stands still")
-        # Found once for all of a path's poses: it costs more than to bring one of them into base.
-        place = self.transform(frame, BASE)
-        return tuple(place.compose(pose) for pose in poses)
+        return self.transform(frame, BASE)
 
     def _below(self, way: tuple[str, ...], shared: set[str], places: Places) -> Pose:
         """Return the pose of the first frame of an upward path in the first shared frame on it."""
-        pose = Pose.identity()
+        below: list[Pose] = []
         for name in way:
             if name in shared:
                 break
             local = self[name].pose or places.get(name)
             if local is None:
                 raise FrameUnknown(name, tuple(places))
-            pose = local.compose(pose)
-        return pose
+            below.append(local)
+        return composed(below[::-1])
 
     def _with(self, frame: Frame) -> FrameTree:
         return replace(self, frames=MappingProxyType({**self.frames, frame.name: frame}))
@@ -362,6 +381,28 @@ class FrameTree:
         if name in self.frames:
             raise FrameExists(name)
         return name
+
+
+class GrowingTree:
+    """A tree to which many frames are added, each in a time that does not depend on how many."""
+
+    def __init__(self, tree: FrameTree) -> None:
+        """Begin with a tree, which stays as it is."""
+        self._frames = dict(tree.frames)
+        # A view: what is asked of it is answered by the frames that were added meanwhile, too.
+        self._view = FrameTree(MappingProxyType(self._frames), tree.selected_tool)
+
+    def add(self, name: str, pose: Pose, parent: str = BASE) -> None:
+        """Add a frame; arguments and refusals are those of `FrameTree.add`."""
+        if len(self._frames) >= MOST_FRAMES:
+            raise BadArgument("frames", len(self._frames) + 1, f"at most {MOST_FRAMES}")
+        frame = Frame(self._view._new_name(name), self._view._parent(parent), pose)
+        self._frames[name] = frame
+
+    @property
+    def tree(self) -> FrameTree:
+        """The tree with all that was added."""
+        return FrameTree(MappingProxyType(dict(self._frames)), self._view.selected_tool)
 
 
 def _restore(pickles: Sequence[bytes], selected_tool: str | None) -> FrameTree:

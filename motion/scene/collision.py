@@ -455,7 +455,11 @@ class CollisionModel:
         for index in range(0, len(scene.objects), _BODIES_A_STEP):
             objects = scene.objects[index : index + _BODIES_A_STEP]
             yield BuildStep(_PER_BODY * len(objects))
-            self._objects.update((each.name, self._object_body(each, known)) for each in objects)
+            for each in objects:
+                body = known.get(each.name)
+                if body is None or body.source is not each:  # which few are
+                    body = self._object_body(each, known)
+                self._objects[each.name] = body
         bodies = [*self._links, *self._objects.values()]
         allowed = (*robot.allowed_collisions, *scene.allowed)
         yield BuildStep(_PER_NAME * (len(bodies) + len(allowed)))
@@ -695,9 +699,10 @@ class CollisionModel:
 
 
 def _check_names(scene: Scene, links: Sequence[str]) -> None:
-    known = frozenset((*scene.names, *links))
-    for name in scene.names:
-        if name in links:
-            raise DuplicateObject(name)
+    names = scene.names
+    twice = frozenset(links).intersection(names)
+    if twice:
+        raise DuplicateObject(next(name for name in names if name in twice))
+    known = frozenset((*names, *links))
     for name in sorted({name for pair in scene.allowed for name in pair} - known):
-        raise UnknownObject(name, (*scene.names, *links))
+        raise UnknownObject(name, (*names, *links))

@@ -18,6 +18,8 @@ from typing import TypeAlias
 from ..errors import BadArgument, DuplicateObject, FrameUnknown, NotFinite, UnknownObject
 from ..pickled_pieces import PickledPieces, unpickled
 from ..pose import Pose
+from ..steps import Stepwise
+from ..text_pieces import joined, made_once
 
 MAX_OBJECTS = 1000
 """Greatest number of objects of a scene."""
@@ -197,6 +199,7 @@ class Scene:
     _pickles: PickledPieces[SceneObject] | None = field(
         default=None, init=False, repr=False, compare=False
     )
+    _texts: tuple[str, ...] | None = field(default=None, init=False, repr=False, compare=False)
 
     def __post_init__(self) -> None:
         _check_count("objects", len(self.objects), MAX_OBJECTS)
@@ -218,8 +221,8 @@ class Scene:
         assert self._pickles is not None
         return _restored, (self._pickles.pickles, self.allowed, self.revision)
 
-    def pickle_steps(self, before: Scene | None) -> Iterator[float]:
-        """Pickle the objects in steps, and keep that; yield before each how long it takes [µs].
+    def pickle_steps(self, before: Scene | None) -> Stepwise[None]:
+        """Pickle the objects in steps, and keep that.
 
         Args:
             before: a scene of which what is the same is kept.
@@ -229,15 +232,28 @@ class Scene:
         object.__setattr__(self, "_pickles", pickles)
 
     def __repr__(self) -> str:
-        # A set of texts has another order in each process, and a journal is run again in another.
-        pairs = f"{{{', '.join(map(repr, sorted(self.allowed)))}}}" if self.allowed else ""
-        objects, revision = self.objects, self.revision
-        return f"Scene({objects=!r}, allowed=frozenset({pairs}), {revision=!r})"
+        return "".join(self.text_pieces())
+
+    def text_pieces(self) -> Iterator[str]:
+        """Return the text of `repr` in pieces of a millisecond or less each, made once."""
+        return made_once(self, self._make_texts())
+
+    def _make_texts(self) -> Iterator[str]:
+        yield "Scene(objects=("
+        yield from joined(self.objects, repr)
+        yield f"{',' if len(self.objects) == 1 else ''}), allowed=frozenset("
+        if self.allowed:
+            # A set of texts has another order in each process, and a journal is run again in
+            # another.
+            yield "{"
+            yield from joined(sorted(self.allowed), repr)
+            yield "}"
+        yield f"), revision={self.revision!r})"
 
     @property
     def names(self) -> tuple[str, ...]:
         """Names of the objects."""
-        return tuple(each.name for each in self.objects)
+        return tuple([each.name for each in self.objects])
 
     def get(self, name: str) -> SceneObject:
         """Return an object, or raise `UnknownObject`."""
@@ -320,7 +336,7 @@ class Scene:
 
     def _replaced(self, new: SceneObject) -> Scene:
         return self._changed(
-            objects=tuple(new if each.name == new.name else each for each in self.objects)
+            objects=tuple([new if each.name == new.name else each for each in self.objects])
         )
 
     def _changed(

@@ -26,6 +26,7 @@ from ..description.field_problems import Problem, field_problems
 from ..description.schema import Name, Real
 from ..description.yaml_file import read_mapping
 from ..errors import MeshFileError, MotionError, RobotFileError, SceneFileError
+from ..steps import Stepwise, at_once
 from .scene import (
     MAX_ALLOWED,
     MAX_OBJECTS,
@@ -42,6 +43,13 @@ from .scene import (
 SCENE_SCHEMA = "openpendant-scene/1"
 
 _SHOWN = 12  # names in a message
+
+_A_STEP = 64  # objects
+
+# About how long it takes on an ordinary machine [µs].
+_PER_CHECKED = 6.0  # object
+_PER_OBJECT = 8.0
+_PER_JOINED = 0.5  # object or pair
 
 _Vector: TypeAlias = tuple[Real, Real, Real]
 
@@ -167,6 +175,15 @@ def scene_from_data(
     Raises:
         SceneFileError: the content is not a sound scene.
     """
+    return at_once(read_scene(content, source, links))
+
+
+def read_scene(
+    content: dict[str, Any], source: str, links: Sequence[str] | None = None
+) -> Stepwise[Scene]:
+    """Build a scene as `scene_from_data` does, in steps."""
+    entries = content.get("objects")
+    yield _PER_CHECKED * (len(entries) if isinstance(entries, list) else 0)
     if content.get("schema") != SCENE_SCHEMA:
         raise SceneFileError(source, "schema", f"is not {SCENE_SCHEMA!r}, the one schema accepted")
     try:
@@ -179,21 +196,22 @@ def scene_from_data(
         (field, problem), *more = problems
         raise SceneFileError(source, field, problem, tuple(more))
     objects: list[SceneObject] = []
-    for index, entry in enumerate(read.objects):
-        try:
-            objects.append(
-                SceneObject(
-                    entry.name,
-                    entry.shape.shape(),
-                    entry.position,
-                    entry.quaternion,
-                    entry.frame,
-                    entry.link,
-                )
-            )
-        except MotionError as error:
-            raise SceneFileError(source, f"objects[{index}] ({entry.name})", str(error)) from None
+    for first in range(0, len(read.objects), _A_STEP):
+        some = read.objects[first : first + _A_STEP]
+        yield _PER_OBJECT * len(some)
+        for index, entry in enumerate(some, first):
+            try:
+                objects.append(_object(entry))
+            except MotionError as error:
+                where = f"objects[{index}] ({entry.name})"
+                raise SceneFileError(source, where, str(error)) from None
+    yield _PER_JOINED * (len(objects) + len(read.allowed))
     return Scene(tuple(objects), frozenset(read.allowed), read.revision)
+
+
+def _object(entry: _Object) -> SceneObject:
+    shape = entry.shape.shape()
+    return SceneObject(entry.name, shape, entry.position, entry.quaternion, entry.frame, entry.link)
 
 
 def _name_problems(read: _File, links: Sequence[str] | None) -> Iterator[Problem]:

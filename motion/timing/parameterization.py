@@ -189,13 +189,14 @@ class _Problem:
 
     def _greatest_rate(self) -> Array:
         """Return the (g,) greatest path velocity that joints, points of the arm and rules allow."""
-        with np.errstate(divide="ignore"):
+        # Over a slope that is nearly none, any rate is as good as infinite.
+        with np.errstate(divide="ignore", over="ignore"):
             bound: Array = (self.velocity / np.abs(self.slope)).min(axis=1)
         # A grid point on a knot obeys the rules of both sides.
         bound *= np.minimum(np.append(self.fraction, 1.0), np.append(1.0, self.fraction))
         if self.tool is not None:
             rates = self.tool.max(axis=2)
-            with np.errstate(divide="ignore"):
+            with np.errstate(divide="ignore", over="ignore"):
                 bound = np.minimum(bound, 1.0 / np.append(rates[:, 0], rates[-1, -1]))
         bound *= self.speed_margin
         for rule in self.rules:

@@ -11,8 +11,11 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 
+import numpy as np
+
 from openpendant.motion.description.limits import JointLimits
 from openpendant.motion.errors import MotionError
+from openpendant.motion.pose import Array
 from openpendant.simplemsg.verdicts import VerdictCode
 
 from ..refusal import Refusal, refusal_of
@@ -28,6 +31,10 @@ class JointSlots:
         """Make a reader for the robot with these limits."""
         self._limits = limits
         self._rounded = limits.as_float32()
+        # For a table of positions: the same bounds as arrays.
+        self._lower, self._upper = np.array(limits.lower), np.array(limits.upper)
+        self._least = np.array(self._rounded.lower)
+        self._greatest = np.array(self._rounded.upper)
 
     def position(self, slots: Sequence[float]) -> tuple[float, ...] | Refusal:
         """Return the (n,) joint position in ten slots [rad or m], or why there is none."""
@@ -45,6 +52,25 @@ class JointSlots:
         except MotionError as error:
             return refusal_of(error)
         return position
+
+    def positions(self, slots: Array) -> Array | Refusal:
+        """Return the (m, n) joint positions in (m, 10) slots, or why the first that is none is not.
+
+        For many what `position` is for one, at a hundredth of its cost.
+        """
+        dof, lower, upper = self._limits.dof, self._lower, self._upper
+        used = slots[:, :dof]
+        with np.errstate(invalid="ignore"):
+            found = np.where(np.abs(used) < _SMALLEST, 0.0, used)
+            found = np.where((found > upper) & (found <= self._greatest), upper, found)
+            found = np.where((found < lower) & (found >= self._least), lower, found)
+            is_sound = ((found >= lower) & (found <= upper)).all(axis=1)
+        is_sound &= np.isfinite(slots).all(axis=1) & (slots[:, dof:] == 0.0).all(axis=1)
+        if is_sound.all():
+            return found
+        refusal = self.position(slots[int(np.argmin(is_sound))].tolist())
+        assert isinstance(refusal, Refusal), "one position is judged as many are"
+        return refusal
 
     def count_fault(self, joint_count: int) -> Refusal | None:
         """Return why a message that means so many joints is not for this robot.

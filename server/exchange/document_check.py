@@ -31,7 +31,7 @@ from ..programs.language.program_json import (
     source_of,
 )
 from ..refusal import field_fault
-from ..scene.planning_scene import scene_from_json, with_frames
+from ..scene.document_reading import scene_from_json, with_frames
 from ..store.documents import DocumentKind
 from ..store.recording_format import RecordingDocument, column_fault
 from ..store.store_errors import BadDocument

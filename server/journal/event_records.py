@@ -20,6 +20,7 @@ import json
 from collections.abc import Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from dataclasses import replace
+from functools import partial
 from typing import Annotated, Any, Literal, get_args
 
 import numpy as np
@@ -27,10 +28,12 @@ from pydantic import BaseModel, ConfigDict, Field, TypeAdapter, ValidationError
 
 from openpendant.motion.description.limits import JointLimits
 from openpendant.motion.errors import MotionError
+from openpendant.motion.frames.frame_tree import FrameTree
 from openpendant.motion.pose import Array
+from openpendant.motion.scene.scene import Scene
 from openpendant.motion.trajectory.certificate import certify
 from openpendant.motion.trajectory.trajectory import FineSamples, Trajectory
-from openpendant.simplemsg.journal import Part, base64_value, with_long_texts
+from openpendant.simplemsg.journal import LateText, Part, base64_value, with_long_texts
 from openpendant.simplemsg.pendant.roles import Role
 from openpendant.simplemsg.verdicts import VerdictCode
 
@@ -113,11 +116,53 @@ def _damage_named() -> Iterator[None]:
         raise AnswerRecordError(str(error)) from None
 
 
-def question_to_bytes(question: Question) -> bytes:
-    """Return a question as a journal records it."""
+def question_to_record(question: Question) -> bytes | LateText:
+    """Return a question as a journal records it: its `repr`, and what it stores."""
     if isinstance(question, Request):
         return request_to_bytes(question)
-    return repr(question).encode()
+    found = {name: getattr(question, name, None) for name in _LARGE}
+    large = {name: each for name, each in found.items() if each is not None}
+    if not large:
+        return repr(question).encode()
+    size = _OF_THE_REST + sum(map(_text_size, large.values()))
+    return LateText(size, partial(_text_of, question, large))
+
+
+_LARGE = ("scene", "frames")
+"""Fields of a job that hold hundreds of values, whose text takes up to 70 ms to make."""
+
+# Characters, about.
+_OF_THE_REST = 500
+_PER_OBJECT = 170
+_PER_PAIR = 35
+_PER_FRAME = 200
+
+
+def _text_size(value: Scene | FrameTree) -> int:
+    if isinstance(value, Scene):
+        return _PER_OBJECT * len(value.objects) + _PER_PAIR * len(value.allowed)
+    return _PER_FRAME * len(value.frames)
+
+
+class _Gap:
+    """Stands for a large value while the text round it is made."""
+
+    def __init__(self, name: str) -> None:
+        self.name = name
+
+    def __repr__(self) -> str:
+        # Of a text, `repr` writes this character in another way, so that it is nowhere else.
+        return f"\0{self.name}\0"
+
+
+def _text_of(job: Any, large: Mapping[str, Scene | FrameTree]) -> Iterator[str]:
+    """Return the `repr` of a job in pieces."""
+    text = repr(replace(job, **{name: _Gap(name) for name in large}))
+    for index, part in enumerate(text.split("\0")):
+        if index % 2:
+            yield from large[part].text_pieces()
+        else:
+            yield part
 
 
 def answer_to_record(asked: Ask, answer: Any) -> dict[str, Any]:

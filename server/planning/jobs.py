@@ -13,7 +13,8 @@ check nothing.
 A job goes through the pipe as a question: the length of a pickle, the pickle, and behind it the
 samples of a recording, whose size is in the pickle. These may be tens of megabytes, so nothing here
 joins or copies them as a whole on the event loop: `planning_process` writes them a piece at a time,
-and the loop does other work in between.
+and the loop does other work in between. The samples of a planned motion come back in the same way,
+behind the pickle of the answer.
 """
 
 from __future__ import annotations
@@ -181,7 +182,7 @@ class PoseJob:
 
     job_id: int
     start: JointVector
-    goals: tuple[PoseGoal, ...]
+    goals: Sequence[PoseGoal]
     frame: str
     motion: Motion
     speed: float
@@ -201,7 +202,7 @@ class JointPathJob:
 
     job_id: int
     start: JointVector
-    waypoints: tuple[JointVector, ...]
+    waypoints: Sequence[JointVector]
     speed: float
     tool_speed: float | None = None
     tool: PoseGoal | None = None
@@ -443,6 +444,33 @@ def read_question(pipe: BinaryIO) -> tuple[str, Job] | None:
     if isinstance(job, RecordingJob):
         job = replace(job, samples=(samples,))
     return robot, job
+
+
+@dataclass(frozen=True, slots=True)
+class SplitAnswer:
+    """An answer of which the arrays follow, as bytes of these sizes.
+
+    Attributes:
+        pickled: the answer without them.
+    """
+
+    pickled: bytes
+    sizes: tuple[int, ...]
+
+    def joined(self, arrays: Sequence[Any]) -> PlanAnswer:
+        """Return the answer with its arrays, which go on using these bytes."""
+        planned: PlanAnswer = pickle.loads(self.pickled, buffers=arrays)
+        return planned
+
+
+def split_answer(planned: PlanAnswer | None) -> list[bytes | memoryview]:
+    """Return what a planning process writes as its answer, in order; None says that it is warm."""
+    arrays: list[pickle.PickleBuffer] = []
+    data = pickle.dumps(planned, pickle.HIGHEST_PROTOCOL, buffer_callback=arrays.append)
+    pieces = [array.raw() for array in arrays]
+    if pieces:
+        data = pickle.dumps(SplitAnswer(data, tuple(map(len, pieces))), pickle.HIGHEST_PROTOCOL)
+    return [LENGTH.pack(len(data)) + data, *pieces]
 
 
 Deliver = Callable[[PlanAnswer], None]

@@ -8,7 +8,7 @@ hundreds costs the event loop little. The layouts are those of `motion.scene.sce
 from __future__ import annotations
 
 import json
-from collections.abc import Callable, Generator, Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from typing import Any, Generic, Protocol, TypeAlias, TypeVar
 
 from openpendant.motion.frames.frame_file import SCHEMA as FRAMES_SCHEMA
@@ -16,14 +16,15 @@ from openpendant.motion.frames.frame_file import frame_to_data, tool_to_data
 from openpendant.motion.frames.frame_tree import Frame, FrameTree
 from openpendant.motion.scene.scene import Scene, SceneObject
 from openpendant.motion.scene.scene_file import SCENE_SCHEMA, object_to_data
+from openpendant.motion.steps import Stepwise, at_once
 
 from ..store.documents import DocumentKind
 
 SPACED, COMPACT = (", ", ": "), (",", ":")
 """Separators of a document, and of a reply."""
 
-Making: TypeAlias = Generator[float, None, str]
-"""Makes a text in steps; yields before each how long it will take [µs]."""
+Making: TypeAlias = Stepwise[str]
+"""Makes a text in steps."""
 
 _A_STEP = 64  # entries
 _PAIRS_A_STEP = 512
@@ -147,12 +148,7 @@ def joined(parts: Mapping[str, str], separators: tuple[str, str]) -> str:
 
 def document_of(kind: DocumentKind, frames: FrameTree, scene: Scene) -> str:
     """Return the body of a document of a planning scene, made at once."""
-    making = SceneText().steps(scene)
-    if kind is not DocumentKind.SCENE:
-        is_tools = kind is DocumentKind.TOOLS
-        making = FramesText().steps(frames, frames=not is_tools, tools=is_tools)
-    while True:
-        try:
-            next(making)
-        except StopIteration as end:
-            return str(end.value)
+    if kind is DocumentKind.SCENE:
+        return at_once(SceneText().steps(scene))
+    is_tools = kind is DocumentKind.TOOLS
+    return at_once(FramesText().steps(frames, frames=not is_tools, tools=is_tools))

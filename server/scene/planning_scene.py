@@ -10,7 +10,9 @@ Owns how a scene comes into force. It is built beside the one in force, in steps
 millisecond, one turn of them in a tick; then it takes that one's place and is saved. One is built
 at a time. What a program takes or puts down waits for its turn; any other change is refused
 meanwhile. A scene of few objects is built, and in force, before the request returns: the steps are
-counted by their effort, not timed, so that a journal that is run again has the same turns.
+counted by their effort, not timed, so that a journal that is run again has the same turns. So are
+those in which a document of the store, or one that a planning process has read for a client,
+becomes a scene or frames.
 
 Objects that are added count for whatever is planned as soon as it is known that they fit, and a
 motion under way is checked against them from then on (promise 17). Until their model is in force
@@ -19,8 +21,7 @@ After any other change no motion begins until it is in force.
 
 Owns which document of the store holds what: `frames` the user frames, `tools` the tools and which
 is selected, `scene` the objects and the pairs that may touch; each is named after its cell.
-`motion` owns what the values mean. Meshes are files of the server, so a document from outside must
-not name one.
+`document_reading` owns what may stand in them.
 """
 
 from __future__ import annotations
@@ -28,14 +29,15 @@ from __future__ import annotations
 import json
 from collections import deque
 from collections.abc import Callable, Generator, Mapping, Sequence
-from typing import TYPE_CHECKING, Any, NamedTuple, Protocol, TypeAlias
+from typing import TYPE_CHECKING, Any, NamedTuple, Protocol, TypeAlias, TypeVar
 
-from openpendant.motion.errors import FrameInUse, MotionError, SceneFileError
-from openpendant.motion.frames.frame_file import frames_from_json
+from openpendant.motion.errors import FrameInUse, MotionError
+from openpendant.motion.frames.frame_file import FramesFile, read_frames
 from openpendant.motion.frames.frame_tree import FLANGE, FrameTree
 from openpendant.motion.pose import Pose
-from openpendant.motion.scene.scene import Mesh, Scene, left, taken
-from openpendant.motion.scene.scene_file import scene_from_data
+from openpendant.motion.scene.scene import Scene, left, taken
+from openpendant.motion.scene.scene_transfer import SceneInTransfer
+from openpendant.motion.steps import Stepwise
 from openpendant.simplemsg.verdicts import VerdictCode
 
 from ..cell.execution.feedback import JointHistory, JointVector
@@ -46,54 +48,17 @@ from ..refusal import Refusal, refusal_of
 from ..store.documents import Document, DocumentKind, Heading
 from ..store.requests import Answer, Load, Save
 from ..store.store_errors import NotFound, StoreError
-from .document_texts import COMPACT, FramesText, Making, SceneText, joined
+from .document_reading import placed, scene_of
+from .document_texts import COMPACT, FramesText, SceneText, joined
 
 if TYPE_CHECKING:
     from openpendant.motion.scene.collision import BuildStep, Proximity
 
 
+_Made = TypeVar("_Made")
+
 WORLD_KINDS = (DocumentKind.TOOLS, DocumentKind.FRAMES, DocumentKind.SCENE)
 """In the order in which they are read: a user frame may hang from a tool."""
-
-
-def with_frames(kind: DocumentKind, body: str, tree: FrameTree) -> FrameTree:
-    """Return a tree whose user frames, or tools, are those of a document.
-
-    Args:
-        kind: frames or tools; those that the tree has of the kind are replaced.
-
-    Raises:
-        MotionError: the document is none, or frames that stay hang from what goes.
-    """
-    selected = tree.selected_tool
-    if kind is DocumentKind.TOOLS:
-        bare = tree.select_tool(None).without({tool.name: None for tool in tree.tools})
-        grown = frames_from_json(body, "tools", bare)
-        return grown
-    bare = tree.without({frame.name: None for frame in tree.user_frames})
-    grown = frames_from_json(body, "frames", bare)
-    # A document of frames selects no tool, which is not to say that none is selected.
-    return grown if grown.selected_tool == selected else grown.select_tool(selected)
-
-
-def scene_from_json(body: str) -> Scene:
-    """Return the scene of a document or of a file's text.
-
-    Raises:
-        MotionError: it is none, or has a mesh.
-    """
-    try:
-        content = json.loads(body)
-    except (ValueError, RecursionError) as error:
-        raise SceneFileError("scene", "", f"is not JSON: {error}"[:200]) from None
-    if not isinstance(content, dict):
-        raise SceneFileError("scene", "", "is not an object; accepted: one with a schema")
-    scene = scene_from_data(content, "scene")
-    for each in scene.objects:
-        if isinstance(each.shape, Mesh):
-            problem = "is a mesh; accepted: box, sphere, cylinder, capsule"
-            raise SceneFileError("scene", f"object {each.name!r}", problem)
-    return scene
 
 
 class SceneModel(Protocol):
@@ -224,6 +189,13 @@ class _Building(NamedTuple):
     only_adds: bool
 
 
+class _KeptFrames(NamedTuple):
+    """Frames and tools that are ready to be put in force, and the body of their document."""
+
+    tree: FrameTree
+    body: str
+
+
 _Then: TypeAlias = Callable[[Refusal | None, int], list[Effect]]
 """Takes why a scene was not put in force, None where it was, and the time."""
 
@@ -326,13 +298,33 @@ class PlanningScene:
         if not isinstance(answer, Document):
             return then(None, now)
         self.revisions[kind] = answer.heading.revision
-        try:
-            if kind is DocumentKind.SCENE:
-                return self._build(scene_from_json(answer.body), now, then)
-            self._stand(with_frames(kind, answer.body, self.frames), now)
-        except MotionError as error:
-            return then(refusal_of(error), now)
-        return then(None, now)
+        if kind is DocumentKind.SCENE:
+            return self._take_scene(answer.body, then, now)
+
+        def read(found: FrameTree | Refusal, at: int) -> list[Effect]:
+            if isinstance(found, Refusal):
+                return then(found, at)
+            self._stand(found, at)
+            return then(None, at)
+
+        return self._pending.run(_Turns().find(self._tree_in(kind, answer.body)), read, now)
+
+    def _take_scene(self, body: str, then: _Then, now: int) -> list[Effect]:
+        turns = _Turns()
+
+        def read(found: Scene | Refusal, at: int) -> list[Effect]:
+            if isinstance(found, Refusal):
+                return then(found, at)
+            return self._build(found, at, then, turns)
+
+        return self._pending.run(turns.find(scene_of(body)), read, now)
+
+    def _tree_in(self, kind: DocumentKind, body: str) -> Stepwise[FrameTree]:
+        """Read a stored document of frames or tools, and make the tree ready for planning."""
+        read = yield from read_frames(body, kind.value)
+        tree = yield from placed(kind, read, self.frames)
+        yield from tree.pickle_steps(self.frames)
+        return tree
 
     # Changes.
 
@@ -360,34 +352,91 @@ class PlanningScene:
             self._check_apart(kind, tree)
         except MotionError as error:
             return refusal_of(error)
+        turns = _Turns(_PER_FRAME * len(tree.frames))
+        return self._keep_frames(kind, self._kept(kind, tree), turns, author, now, told)
 
-        def saved(answer: Answer, at: int) -> list[Effect]:
-            refused = self._saved(kind, answer)
-            if refused is not None:
-                return told(refused, at)
-            self._stand(tree, at)
-            return told(self.revisions[kind], at)
+    def import_frames(
+        self,
+        kind: DocumentKind,
+        reading: Stepwise[FramesFile],
+        expected: int,
+        author: str,
+        now: int,
+        told: Told,
+    ) -> Refusal | list[Effect]:
+        """Replace user frames or tools by those of a file, in steps.
 
-        def made(body: str, at: int) -> list[Effect]:
-            return self._save(kind, body, author, saved)
+        Args:
+            kind: frames or tools, as for `change_frames`; so are the others.
+            reading: reads the file.
+        """
+        refusal = self._not_now(kind) or self._stale(kind, expected)
+        if refusal is not None:
+            return refusal
+        return self._keep_frames(kind, self._imported(kind, reading), _Turns(), author, now, told)
 
-        self._saving.add(kind)
-        self._tell_cell()
-        spent = _PER_FRAME * len(tree.frames)
-        return self._pending.run(_in_turns(self._kept(kind, tree), spent), made, now)
+    def _imported(self, kind: DocumentKind, reading: Stepwise[FramesFile]) -> Stepwise[_KeptFrames]:
+        read = yield from reading
+        tree = yield from placed(kind, read, self.frames)
+        yield _PER_FRAME * len(tree.frames)
+        self._check_apart(kind, tree)
+        return (yield from self._kept(kind, tree))
 
-    def _kept(self, kind: DocumentKind, tree: FrameTree) -> Making:
+    def _kept(self, kind: DocumentKind, tree: FrameTree) -> Stepwise[_KeptFrames]:
         """Make frames ready for planning, and the text of a document of them."""
         yield from tree.pickle_steps(self.frames)
         is_tools = kind is DocumentKind.TOOLS
-        return (yield from self._frames_text.steps(tree, frames=not is_tools, tools=is_tools))
+        body = yield from self._frames_text.steps(tree, frames=not is_tools, tools=is_tools)
+        return _KeptFrames(tree, body)
+
+    def _keep_frames(
+        self,
+        kind: DocumentKind,
+        steps: Stepwise[_KeptFrames],
+        turns: _Turns,
+        author: str,
+        now: int,
+        told: Told,
+    ) -> list[Effect]:
+        """Make frames that are to be kept, save them, and put them in force."""
+
+        def made(found: _KeptFrames | Refusal, at: int) -> list[Effect]:
+            if isinstance(found, Refusal):
+                self._saving.discard(kind)
+                self._tell_cell()
+                return told(found, at)
+            tree, body = found
+
+            def saved(answer: Answer, kept_at: int) -> list[Effect]:
+                refused = self._saved(kind, answer)
+                if refused is not None:
+                    return told(refused, kept_at)
+                self._stand(tree, kept_at)
+                return told(self.revisions[kind], kept_at)
+
+            return self._save(kind, body, author, saved)
+
+        # From now on: nobody may change what the tree is made from, and no motion may begin.
+        self._saving.add(kind)
+        self._tell_cell()
+        return self._pending.run(turns.find(steps), made, now)
 
     def change_scene(
-        self, change: SceneChange, expected: int, author: str, now: int, told: Told
+        self,
+        change: SceneChange,
+        expected: int,
+        author: str,
+        now: int,
+        told: Told,
+        *,
+        spent: float = 0.0,
     ) -> Refusal | list[Effect]:
         """Change the scene; while the robot moves, objects may only be added to it.
 
         It is in force once it is built, and after a restart once it is saved, too.
+
+        Args:
+            spent: what whoever asks has done in this turn already [µs].
         """
         refusal = self._stale(DocumentKind.SCENE, expected)
         if refusal is not None:
@@ -397,10 +446,54 @@ class PlanningScene:
             scene = change(before)
         except MotionError as error:
             return refusal_of(error)
-        if not _only_adds(before, scene):
-            refusal = self._not_now(DocumentKind.SCENE)
-            if refusal is not None:
-                return refusal
+        refusal = self._unfit_now(before, scene)
+        if refusal is not None:
+            return refusal
+        # That the scene was made belongs to the first turn, too.
+        spent += _PER_OBJECT * len(scene.objects) + _PER_ALLOWED * len(scene.allowed)
+        turns = _Turns(spent)
+        return self._build(scene, now, self._saves_scene(author, told), turns, is_kept=True)
+
+    def import_scene(
+        self, arriving: SceneInTransfer, expected: int, author: str, now: int, told: Told
+    ) -> Refusal | list[Effect]:
+        """Replace the scene by one that a planning process has read; else as `change_scene`.
+
+        While it is not known yet whether it only adds, no motion begins, and one that is under way
+        counts as unchecked.
+        """
+        refusal = self._stale(DocumentKind.SCENE, expected)
+        if refusal is not None:
+            return refusal
+        before, turns = self.scene, _Turns()
+        has_arrived = is_announced = False
+
+        then = self._saves_scene(author, told)
+
+        def arrived(scene: Scene, at: int) -> list[Effect]:
+            nonlocal has_arrived
+            has_arrived = True
+            refused = self._unfit_now(before, scene)
+            if refused is None:
+                announced = now if is_announced else None
+                return self._build(scene, at, then, turns, is_kept=True, announced=announced)
+            out = self._watcher.planned_in(before, at, at) if is_announced else []
+            return out + self._end_building(refused, then, at)
+
+        self._building = _Building(before, only_adds=False)
+        self._tell_cell()
+        out = self._pending.run(turns.make(arriving.arrived(before)), arrived, now)
+        if not has_arrived:
+            is_announced = True
+            out += self._watcher.announced(now)
+        return out
+
+    def _unfit_now(self, before: Scene, after: Scene) -> Refusal | None:
+        """Return why a scene may not take the place of another while the robot moves."""
+        return None if _only_adds(before, after) else self._not_now(DocumentKind.SCENE)
+
+    def _saves_scene(self, author: str, told: Told) -> _Then:
+        """Return what saves the scene that was built last, once it is in force."""
 
         def saved(answer: Answer, at: int) -> list[Effect]:
             refused = self._saved(DocumentKind.SCENE, answer)
@@ -414,7 +507,7 @@ class PlanningScene:
                 return told(refused, at)
             return self._save(DocumentKind.SCENE, self._body, author, saved)
 
-        return self._build(scene, now, put_in_force, is_kept=True)
+        return put_in_force
 
     def carry(self, name: str, at: JointVector, now: int, then: Rearranged) -> list[Effect]:
         """Attach an object to the flange's link where it is, for a program.
@@ -447,7 +540,8 @@ class PlanningScene:
                 scene = change(self.scene)
             except MotionError as error:
                 return put_in_force(refusal_of(error), at)
-            return self._build(scene, at, put_in_force)
+            spent = _PER_OBJECT * len(scene.objects) + _PER_ALLOWED * len(scene.allowed)
+            return self._build(scene, at, put_in_force, _Turns(spent))
 
         if self._building is not None:
             self._waiting.append(begin)
@@ -472,7 +566,7 @@ class PlanningScene:
         def made(content: str, at: int) -> list[Effect]:
             return then(joined({"content": content, "revision": str(revision)}, COMPACT), at)
 
-        return self._pending.run(_in_turns(self._shown_scene.steps(scene)), made, now)
+        return self._pending.run(_Turns().make(self._shown_scene.steps(scene)), made, now)
 
     def show_frames(
         self, facts: Mapping[str, Any], then: Callable[[str, int], list[Effect]], now: int
@@ -490,7 +584,7 @@ class PlanningScene:
             }
             return then(joined({"content": content, **rest}, COMPACT), at)
 
-        return self._pending.run(_in_turns(self._shown_frames.steps(self.frames)), made, now)
+        return self._pending.run(_Turns().make(self._shown_frames.steps(self.frames)), made, now)
 
     # To put something in force.
 
@@ -499,20 +593,30 @@ class PlanningScene:
         self._view.apply_scene(frames, self._view.built)
         self.history.define(now, frames)
 
-    def _build(self, scene: Scene, now: int, then: _Then, *, is_kept: bool = False) -> list[Effect]:
+    def _build(
+        self,
+        scene: Scene,
+        now: int,
+        then: _Then,
+        turns: _Turns,
+        *,
+        is_kept: bool = False,
+        announced: int | None = None,
+    ) -> list[Effect]:
         """Build a scene, and put it in force.
 
         Args:
             then: called once it is in force, or will not be.
+            turns: with what was spent already of the first.
             is_kept: it will be saved, so that its text is made, too.
+            announced: when the watcher was told already that something comes [ns].
         """
         before = self.scene
         building = _Building(scene, _only_adds(before, scene))
         self._building = building
         self._tell_cell()
-        # That the scene was made belongs to the first turn, too.
-        spent = _PER_OBJECT * len(scene.objects) + _PER_ALLOWED * len(scene.allowed)
-        turns, is_announced = _Turns(spent), False
+        asked = now if announced is None else announced
+        is_announced = announced is not None
         steps = self._view.scene_steps(scene)
 
         def built(found: Any, at: int) -> list[Effect]:
@@ -531,9 +635,9 @@ class PlanningScene:
                 )
                 return out + self._end_building(refused, then, at)
             out = []
-            if building.only_adds and scene != before:
+            if building.only_adds and (scene != before or was_announced):
                 self._watcher.seen(is_whole=False)
-                out += self._watcher.planned_in(scene, at, now)
+                out += self._watcher.planned_in(scene, at, asked)
             made = self._made(steps, turns, scene if is_kept else None)
             return out + self._pending.run(made, built, at)
 
@@ -669,11 +773,6 @@ def _of_the_other(kind: DocumentKind, tree: FrameTree) -> list[object]:
     return said
 
 
-def _in_turns(making: Making, spent: float = 0.0) -> Steps[str]:
-    """Make a text in turns of its own, of the first of which some is spent [µs]."""
-    return _Turns(spent).make(making)
-
-
 class _Turns:
     """Turns of one build: how much of its work is done in each."""
 
@@ -687,14 +786,22 @@ class _Turns:
             self._spent, self._most = 0.0, TURN_EFFORT
         self._spent += effort
 
-    def make(self, making: Making) -> Steps[str]:
-        """Make a text."""
+    def make(self, steps: Stepwise[_Made]) -> Steps[_Made]:
+        """Take steps; return what they return."""
         while True:
             try:
-                effort = next(making)
+                effort = next(steps)
             except StopIteration as end:
-                return str(end.value)
+                made: _Made = end.value
+                return made
             yield from self.spend(effort)
+
+    def find(self, steps: Stepwise[_Made]) -> Steps[_Made | Refusal]:
+        """Take steps as `make` does; return why it cannot be made where they say so."""
+        try:
+            return (yield from self.make(steps))
+        except MotionError as error:
+            return refusal_of(error)
 
     def take(
         self, steps: Generator[BuildStep, None, Any], *, until_fits: bool = False

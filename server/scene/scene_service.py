@@ -7,17 +7,17 @@ Owns the translation of each request into a change of the scene or a question to
 from __future__ import annotations
 
 import json
-from collections.abc import Mapping
-from typing import TYPE_CHECKING, Any, Protocol, cast
+from typing import TYPE_CHECKING, Protocol, cast
 
 from openpendant.motion.description.robot import robot_names
-from openpendant.motion.frames.frame_file import frames_to_json
+from openpendant.motion.frames.frame_file import FramesFile, frames_to_json
 from openpendant.motion.frames.frame_teaching import frame_from_four_points, frame_from_three_points
 from openpendant.motion.frames.frame_tree import FLANGE
 from openpendant.motion.frames.tool_calibration import tool_centre
 from openpendant.motion.pose import Pose
 from openpendant.motion.scene.scene import Scene
 from openpendant.motion.scene.scene_file import SCENE_SCHEMA
+from openpendant.motion.steps import Stepwise
 from openpendant.simplemsg.pendant.management import devices, frames, scene
 from openpendant.simplemsg.pendant.management.declaration import AnyPose, Changed, Done, FoundPose
 from openpendant.simplemsg.verdicts import VerdictCode
@@ -27,14 +27,14 @@ from ..events.effects import Effect
 from ..events.management_requests import ReplyTo, handles
 from ..refusal import Refusal
 from ..store.documents import DocumentKind
+from .document_reading import scene_from_json
+from .imports import FramesImport, SceneImport, ToolsImport, reading
 from .planning_scene import (
     FrameChange,
     PlanningScene,
     RobotEnvironment,
     SceneChange,
     Told,
-    scene_from_json,
-    with_frames,
 )
 from .signals import CellSignals
 from .trace import ToolTrace
@@ -46,6 +46,8 @@ _FRAMES, _TOOLS = DocumentKind.FRAMES, DocumentKind.TOOLS
 _POINTS_OF_AN_ANSWER = 800
 _TOLD_AT_ONCE = 64
 """Frames that are told in the turn in which they are asked for; more are told in several."""
+
+_PER_READ = 18.0  # µs on an ordinary machine: to read an object of a scene that is imported
 
 _NO_ROTATION = (0.0, 0.0, 0.0, 1.0)
 
@@ -161,8 +163,13 @@ class SceneService:
     def _import_frames(
         self, asked: frames.ImportFrames, reply: ReplyTo[Changed], now: int
     ) -> list[Effect]:
-        change = _importing(_FRAMES, asked.content)
-        return self._change_frames(_FRAMES, asked, reply, now, change)
+        return self._take_frames(_FRAMES, asked, reply, now, reading(_FRAMES, asked.content))
+
+    @handles(FramesImport)
+    def _import_read_frames(
+        self, asked: FramesImport, reply: ReplyTo[Changed], now: int
+    ) -> list[Effect]:
+        return self._take_frames(_FRAMES, asked, reply, now, _was_read(asked.read))
 
     @handles(frames.AddTool)
     def _add_tool(self, asked: frames.AddTool, reply: ReplyTo[Changed], now: int) -> list[Effect]:
@@ -198,8 +205,13 @@ class SceneService:
     def _import_tools(
         self, asked: frames.ImportTools, reply: ReplyTo[Changed], now: int
     ) -> list[Effect]:
-        change = _importing(_TOOLS, asked.content)
-        return self._change_frames(_TOOLS, asked, reply, now, change)
+        return self._take_frames(_TOOLS, asked, reply, now, reading(_TOOLS, asked.content))
+
+    @handles(ToolsImport)
+    def _import_read_tools(
+        self, asked: ToolsImport, reply: ReplyTo[Changed], now: int
+    ) -> list[Effect]:
+        return self._take_frames(_TOOLS, asked, reply, now, _was_read(asked.read))
 
     @handles(frames.CalibrateTool)
     def _calibrate_tool(
@@ -225,6 +237,18 @@ class SceneService:
     ) -> list[Effect]:
         expected, told = asked.expected_revision, _revision(reply)
         changed = self._world.change_frames(kind, change, expected, reply.name, now, told)
+        return reply.refuse(changed) if isinstance(changed, Refusal) else changed
+
+    def _take_frames(
+        self,
+        kind: DocumentKind,
+        asked: _Change,
+        reply: ReplyTo[Changed],
+        now: int,
+        file: Stepwise[FramesFile],
+    ) -> list[Effect]:
+        expected, told = asked.expected_revision, _revision(reply)
+        changed = self._world.import_frames(kind, file, expected, reply.name, now, told)
         return reply.refuse(changed) if isinstance(changed, Refusal) else changed
 
     # The scene.
@@ -323,13 +347,29 @@ class SceneService:
         self, asked: scene.ImportScene, reply: ReplyTo[Changed], now: int
     ) -> list[Effect]:
         imported = scene_from_json(json.dumps(asked.content))
-        return self._change_scene(asked, reply, now, lambda before: imported)
+        spent = _PER_READ * len(imported.objects)
+        return self._change_scene(asked, reply, now, lambda before: imported, spent)
+
+    @handles(SceneImport)
+    def _import_read_scene(
+        self, asked: SceneImport, reply: ReplyTo[Changed], now: int
+    ) -> list[Effect]:
+        if isinstance(asked.read, Refusal):
+            return reply.refuse(asked.read)
+        expected, told = asked.expected_revision, _revision(reply)
+        changed = self._world.import_scene(asked.read, expected, reply.name, now, told)
+        return reply.refuse(changed) if isinstance(changed, Refusal) else changed
 
     def _change_scene(
-        self, asked: _Change, reply: ReplyTo[Changed], now: int, change: SceneChange
+        self,
+        asked: _Change,
+        reply: ReplyTo[Changed],
+        now: int,
+        change: SceneChange,
+        spent: float = 0.0,
     ) -> list[Effect]:
         expected, told = asked.expected_revision, _revision(reply)
-        changed = self._world.change_scene(change, expected, reply.name, now, told)
+        changed = self._world.change_scene(change, expected, reply.name, now, told, spent=spent)
         return reply.refuse(changed) if isinstance(changed, Refusal) else changed
 
     # The trace of the tool.
@@ -411,9 +451,9 @@ def pose_of(placed: AnyPose) -> Pose:
     return Pose.from_values(placed["position"], placed.get("orientation", _NO_ROTATION))
 
 
-def _importing(kind: DocumentKind, content: Mapping[str, Any]) -> FrameChange:
-    body = json.dumps(content)
-    return lambda tree: with_frames(kind, body, tree)
+def _was_read(file: FramesFile) -> Stepwise[FramesFile]:
+    yield 0.0
+    return file
 
 
 def _revision(reply: ReplyTo[Changed]) -> Told:

@@ -49,7 +49,7 @@ from ..events.effects import (
     WithdrawCheck,
 )
 from ..events.events import ClientEvent, ClientFailed, Event, Skipped
-from ..journal.event_records import question_to_bytes
+from ..journal.event_records import question_to_record
 from ..planning.jobs import Job, Planner
 from ..planning.plan_store import PlanStore
 from ..settings.cell_settings import CellSettings, ControllerPath
@@ -255,7 +255,7 @@ class Outbox:
                     self._motion_link.drop(reason)
                 case Ask(question=question):
                     if self._journal.is_kept:
-                        noted = question_to_bytes(question)
+                        noted = question_to_record(question)
                         self._journal.out(f"{self._label}{item.backend.value}", noted)
                     self._submit[type(question)](question, partial(self._answered, item))
                 case Cancel(id=number):

@@ -26,7 +26,6 @@ from openpendant.simplemsg import (
     Connection,
     Message,
     Role,
-    WaitingStop,
 )
 from openpendant.simplemsg.masking import SecretMask
 from openpendant.simplemsg.pendant import MAX_PENDANT_FRAME, Hello
@@ -111,7 +110,7 @@ class ClientConnection(asyncio.Protocol):
         self._is_behind = False
         self._clogged_since: int | None = None
         self._is_ending = False
-        self._early_stops: list[WaitingStop] = []
+        self._has_to_stop = False  # a STOP has arrived that waits for the hello in front of it
         self._goes_on = False
         self._is_paused = False
         self._read_first = False
@@ -197,8 +196,8 @@ class ClientConnection(asyncio.Protocol):
                 if self._lines_up and self._line.put(received):
                     continue
                 self._inbox.received(self.session, received, now)
-                if self._early_stops:
-                    self._pass_by(received, now)
+                if self._has_to_stop and isinstance(received, Hello):
+                    self._stop_first(now)
                 if self.is_closing:
                     return
             taken += len(decoded)
@@ -285,24 +284,14 @@ class ClientConnection(asyncio.Protocol):
     def _stop_first(self, now: int) -> None:
         """Let the STOPs that have arrived act before their turn: one for all that came at once."""
         wire = self.wire
-        self._early_stops += wire.stops
         wire.stops.clear()
-        early = [stop for stop in self._early_stops if not stop.acted]
-        if early and self._inbox.stop_first(self.session, early[0].message, now):
-            for stop in early:
-                stop.acted = True
+        stop = wire.stop_to_act()
+        self._has_to_stop = stop is not None
+        if stop is not None and self._inbox.stop_first(self.session, stop, now):
+            wire.stops_have_acted(is_answered=self.port is Port.PENDANT)
+            self._has_to_stop = False
             if self._lines_up:
                 self._line.stop()
-            early[0].answered = self.port is Port.PENDANT
-            early = []
-        self._early_stops = early
-
-    def _pass_by(self, received: Arrival, now: int) -> None:
-        """Let a STOP act that had to wait for the hello in front of it."""
-        if isinstance(received, WaitingStop):
-            received.acted = True  # in its turn, for what it was worth
-        elif isinstance(received, Hello):
-            self._stop_first(now)
 
     @property
     def is_closing(self) -> bool:

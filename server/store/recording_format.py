@@ -21,7 +21,7 @@ import json
 import struct
 from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass
-from typing import Any, NamedTuple
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 from pydantic import BaseModel, ConfigDict, Field, ValidationError
 
@@ -31,6 +31,12 @@ from openpendant.simplemsg.verdicts import VerdictCode
 from ..refusal import Refusal, field_fault
 from .documents import MOST_CHUNK_BYTES, DocumentKind, Heading, Store
 from .store_errors import BadDocument
+
+if TYPE_CHECKING:
+    import numpy as np
+    from numpy.typing import NDArray
+
+    from openpendant.motion.pose import Array
 
 TIME, GAP = "t", "gap"
 
@@ -233,15 +239,28 @@ class RowCount:
         self.rows += 1
         self.last = time
 
-    def take_more(self, rows: int, last: float) -> None:
-        """Count rows that follow one that was taken, without a gap.
+    def take_many(self, times: Array, after_gap: NDArray[np.bool_]) -> None:
+        """Count the next rows at once, as `take` counts each of them.
 
         Args:
-            last: time of the last of them [s]; without meaning where there are none.
+            times: (m,) of the rows, 1 or more [s].
+            after_gap: (m,) True for a row that a gap lies before.
         """
-        if rows:
-            self.rows += rows
-            self.last = last
+        steps = times.copy()
+        steps[1:] -= times[:-1]
+        steps[0] -= self.last
+        if not self.rows:
+            self.first = float(times[0])
+            steps, after_gap = steps[1:], after_gap[1:]
+        gaps = steps[after_gap]
+        if len(gaps):
+            self.gaps += len(gaps)
+            self.longest_gap = max(self.longest_gap, float(gaps.max()))
+            # Summed in their order, so that it is to the last bit what `take` makes of them.
+            gaps[0] += self.in_gaps
+            self.in_gaps = float(gaps.cumsum()[-1])
+        self.rows += len(times)
+        self.last = float(times[-1])
 
 
 MOST_COLUMNS = 256

@@ -1,5 +1,6 @@
 """Messages that move the robot: to a goal, by jogging, by a stored program; pauses and speed."""
 
+from collections.abc import Sequence
 from enum import IntEnum
 from typing import Annotated
 
@@ -81,7 +82,7 @@ class JointPath(Message):
     speed: Annotated[float, Real("fraction of the joints' largest speed, above 0, up to 1")]
     joint_count: Annotated[int, Int("slots that are meant; must be the robot's driven joints")]
     waypoints: Annotated[
-        tuple[JointWaypoint, ...],
+        Sequence[JointWaypoint],
         Array(
             "the waypoints in order",
             of=JointWaypoint,
@@ -101,7 +102,7 @@ class PosePath(Message):
     speed: Annotated[float, Real("fraction of the joints' largest speed, above 0, up to 1")]
     frame: Annotated[str, Text("frame of the poses: base or root")]
     waypoints: Annotated[
-        tuple[PoseWaypoint, ...],
+        Sequence[PoseWaypoint],
         Array(
             "the waypoints in order",
             of=PoseWaypoint,

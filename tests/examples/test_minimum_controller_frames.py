@@ -387,10 +387,16 @@ async def test_a_hundred_connections_leave_room_for_the_next(controller: Control
         assert (await listener.status()).e_stopped == 0
 
 
-def deaf(port: int) -> socket.socket:
-    """Connect with the smallest receive buffer there is."""
+def deaf(port: int, receive_buffer: int = 1) -> socket.socket:
+    """Connect with a small receive buffer; the system has a smallest one.
+
+    Args:
+        receive_buffer: bytes. Whoever is to send must have one that the window fits: in a smaller
+            one the system drops segments, with the acknowledgements on them, and sending stands
+            still for as long.
+    """
     peer = socket.socket()
-    peer.setsockopt(socket.SOL_SOCKET, socket.SO_RCVBUF, 1)
+    peer.setsockopt(socket.SOL_SOCKET, socket.SO_RCVBUF, receive_buffer)
     peer.connect(("127.0.0.1", port))
     peer.setblocking(False)
     return peer
@@ -415,7 +421,7 @@ async def test_who_reads_no_reports_is_dropped_and_holds_up_nobody(
 
 
 async def test_who_reads_no_replies_is_dropped_and_holds_up_nobody(controller: Controller) -> None:
-    with deaf(controller.motion) as peer:
+    with deaf(controller.motion, receive_buffer=32_768) as peer:
         async with controller.link() as link, controller.listener() as listener:
             await begin(link, 0.3, 0.5)
             flood = CODEC.encode(Ping()) * 2_000_000

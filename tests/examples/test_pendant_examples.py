@@ -34,6 +34,10 @@ PRINTS = {
 }
 """What each example says once it has done what it is about."""
 
+IN_A_PROCESS = ("connect_and_jog.py", "sync_notebook_style.py", "watch_state.py")
+"""One with each client, asyncio's and the blocking one, and the one that only looks on; the others
+run here, without an interpreter of their own to be started."""
+
 
 def started(module: str, *arguments: str) -> tuple[subprocess.Popen[str], dict[str, int]]:
     command = [sys.executable, "-m", module, *arguments, "--json"]
@@ -108,9 +112,19 @@ def test_an_example_says_in_one_line_that_somebody_else_moves_the_robot(
     assert "\n" not in said
 
 
-@pytest.mark.parametrize("name", sorted(PRINTS))
-def test_the_python_example_does_what_it_says(port: int, name: str) -> None:
+@pytest.mark.parametrize("name", IN_A_PROCESS)
+def test_a_python_example_is_a_program_that_does_what_it_says(port: int, name: str) -> None:
     assert PRINTS[name] in run(sys.executable, name, str(port))
+
+
+@pytest.mark.parametrize("name", sorted(set(PRINTS) - set(IN_A_PROCESS)))
+def test_a_python_example_does_what_it_says(
+    port: int, name: str, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    assert run_here(name, port, monkeypatch) == ""
+    said = capsys.readouterr()
+    assert PRINTS[name] in said.out
+    assert said.err == ""
 
 
 @pytest.mark.parametrize("name", ["record_and_play.py", "teach_a_program.py"])

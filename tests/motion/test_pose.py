@@ -21,6 +21,7 @@ from openpendant.motion.orientation import (
 )
 from openpendant.motion.pose import (
     Pose,
+    composed,
     matrix_to_quaternion,
     quaternion_to_matrix,
     rotation_distance,
@@ -44,6 +45,53 @@ def test_a_pose_followed_by_its_inverse_moves_nothing(pose: Pose) -> None:
 def test_composing_is_multiplying_the_matrices(first: Pose, second: Pose) -> None:
     product = first.to_matrix() @ second.to_matrix()
     assert_near(first.compose(second).to_matrix(), product, 1e-12)
+
+
+@given(any_poses, any_poses, st.integers(0, 300))
+def test_a_chain_of_poses_is_composed_as_one_by_one(first: Pose, second: Pose, count: int) -> None:
+    chain = [first, second][: count % 3] * (count // 2)
+    wanted = Pose.identity()
+    for each in chain:
+        wanted = wanted.compose(each)
+    assert_same_pose(composed(chain), wanted, 1e-8)
+
+
+turns = st.tuples(*[st.sampled_from((-1.0, -0.5, -0.0, 0.0, 0.5, 1.0))] * 4)
+many_poses = st.lists(st.tuples(positions, turns.filter(any)), min_size=1, max_size=5)
+
+
+@given(any_poses, many_poses)
+def test_many_are_composed_as_each_alone(
+    place: Pose, poses: list[tuple[tuple[float, ...], tuple[float, ...]]]
+) -> None:
+    at_once = place.compose_all(np.array([(*position, *turn) for position, turn in poses]))
+    alone = [place.compose(Pose.from_values(*pose)) for pose in poses]
+    for row, pose in zip(at_once, alone, strict=True):
+        assert_near(row[:3], pose.position, 1e-13)
+        # Near w = 0 rounding decides which of the two quaternions of a rotation it is.
+        same = 1.0 if row[3:] @ pose.quaternion > 0.0 or abs(row[6]) > 1e-12 else -1.0
+        assert_near(same * row[3:], pose.quaternion, 1e-14)
+
+
+@pytest.mark.parametrize(
+    "turn",
+    [(0.0, 0.0, 0.0, -1.0), (-1.0, 0.5, 0.0, 0.0), (0.0, -0.5, 1.0, 0.0), (0.0, 0.0, -2.0, 0.0)],
+)
+def test_of_the_two_quaternions_of_a_rotation_many_have_the_one_that_each_has(
+    turn: tuple[float, ...],
+) -> None:
+    (row,) = Pose.identity().compose_all(np.array([(0.0, -0.0, 1.0, *turn)]))
+    pose = Pose.from_values((0.0, -0.0, 1.0), turn)
+    assert row.tolist() == [*pose.position.tolist(), *pose.quaternion.tolist()]
+    assert not np.signbit(row[row == 0.0]).any()
+
+
+def test_the_first_of_many_that_gets_too_far_is_refused() -> None:
+    place = Pose.from_values((1e6, 0.0, 0.0), (0.0, 0.0, 0.0, 1.0))
+    poses = np.array([(x, 0.0, 0.0, 0.0, 0.0, 0.0, 1.0) for x in (-1.0, 0.0, 1.0, 2.0)])
+    with pytest.raises(BadArgument, match=r"1000001\.0, 0\.0, 0\.0.*within a million metres"):
+        place.compose_all(poses)
+    assert place.compose_all(poses[:2])[:, 0].tolist() == [999_999.0, 1e6]
 
 
 @given(any_poses)

@@ -1,5 +1,6 @@
 """STOP first: which bytes are a STOP, where the walk ends, and what it leaves to those in front."""
 
+import gc
 import struct
 from itertools import accumulate, pairwise
 
@@ -48,6 +49,7 @@ REQUEST, TOPIC, REPLY = CommType.REQUEST, CommType.TOPIC, CommType.REPLY
 NOTHING = joint_array([])
 STOP_TYPE = SoftwareStop.PLACE.msg_type
 ORDERS = tuple(ByteOrder)
+PING_ASKED = Ping(comm_type=REQUEST)
 
 
 def served(
@@ -190,7 +192,7 @@ def test_a_stop_in_front_of_a_fault_is_found_and_stands_in_its_place() -> None:
     assert isinstance(wire.fault, LengthOutOfBounds)
     first, second = wire.marked(received)
     assert first == Overtaken(point(0))
-    assert second is wire.stops[0]
+    assert second == wire.stops[0]
 
 
 def test_what_stands_in_front_of_a_stop_is_overtaken_and_nothing_behind_it() -> None:
@@ -336,6 +338,113 @@ def test_however_bytes_come_each_stop_is_found_with_its_last_byte_and_marks_all_
             assert any(map(_is_stop, messages[place + 1 :]))
     for _ in range(wire.unanswered):
         wire.send(accepted(Ping()))
+
+
+# Which have acted, and what is kept of them.
+
+
+def waiting(*messages: Message, in_front: Message = PING_ASKED) -> Connection:
+    """Return a pendant's conversation of which a message was handled, and others wait."""
+    wire = served(PENDANT, PENDANT_STOPS, frames_per_call=1)
+    codec = codec_for(PENDANT)
+    assert wire.receive(codec.encode(in_front) * 2) == [in_front]
+    wire.read_ahead(b"".join(map(codec.encode, messages)))
+    return wire
+
+
+def handed_on(wire: Connection, count: int = 100) -> list[WaitingStop]:
+    """Return the STOPs among so many messages that come next."""
+    stops: list[WaitingStop] = []
+    while count and wire.more:
+        count -= 1
+        received = wire.receive(b"")
+        got = wire.marked(received) if wire.overtaking else received
+        stops += [each for each in got if isinstance(each, WaitingStop)]
+    return stops
+
+
+def test_the_first_that_has_not_acted_is_to_act_until_all_have() -> None:
+    wire = waiting(SoftwareStop(1, "one"), ResetStop(2), SoftwareStop(3, "three"))
+    assert wire.stop_to_act() == SoftwareStop(1, "one")
+    wire.stops_have_acted(is_answered=True)
+    assert wire.stop_to_act() is None
+    assert [(stop.acted, stop.answered) for stop in handed_on(wire)] == [
+        (True, True),
+        (True, False),
+    ]
+
+
+def test_one_that_comes_later_acts_for_itself() -> None:
+    wire = waiting(SoftwareStop(1, "one"), SoftwareStop(2, "two"))
+    wire.stops_have_acted(is_answered=True)
+    wire.read_ahead(codec_for(PENDANT).encode(SoftwareStop(3, "three")))
+    assert wire.stop_to_act() == SoftwareStop(3, "three")
+    (first, *_) = handed_on(wire, 2)
+    assert first == WaitingStop(SoftwareStop(1, "one"), 2)
+    assert wire.stop_to_act() == SoftwareStop(3, "three")
+    wire.stops_have_acted(is_answered=True)
+    stops = handed_on(wire)
+    assert [stop.message for stop in stops] == [SoftwareStop(2, "two"), SoftwareStop(3, "three")]
+    assert [(stop.acted, stop.answered) for stop in stops] == [(True, False), (True, True)]
+
+
+def test_one_whose_place_came_before_it_could_act_acts_no_more_and_the_next_does() -> None:
+    wire = waiting(SoftwareStop(1, "one"), SoftwareStop(2, "two"))
+    (first,) = handed_on(wire, 2)
+    assert (first.message, first.acted, first.answered) == (SoftwareStop(1, "one"), False, False)
+    assert wire.stop_to_act() == SoftwareStop(2, "two")
+    wire.stops_have_acted(is_answered=False)
+    (second,) = handed_on(wire)
+    assert (second.message, second.acted, second.answered) == (SoftwareStop(2, "two"), True, False)
+
+
+def test_one_that_is_found_as_it_is_decoded_acts_before_it_is_handed_on() -> None:
+    wire = served(PENDANT, PENDANT_STOPS, frames_per_call=1)
+    frame = codec_for(PENDANT).encode(SoftwareStop(1, "one"))
+    received = wire.receive(frame + frame[:-1])
+    assert wire.stop_to_act() == SoftwareStop(1, "one")
+    wire.stops_have_acted(is_answered=True)
+    (stop,) = wire.marked(received)
+    assert isinstance(stop, WaitingStop)
+    assert (stop.acted, stop.answered) == (True, True)
+
+
+@pytest.mark.parametrize("name", PENDANT_FRAMES)
+def test_what_a_stop_says_is_known_in_its_place_as_when_it_was_found(name: str) -> None:
+    order = ByteOrder.LITTLE
+    wire = waiting(Opaque(999, bytes(77), comm_type=TOPIC))
+    wire.read_ahead(PENDANT_FRAMES[name](order) * 2)
+    found = [stop.message for stop in wire.stops]
+    stops = handed_on(wire)
+    assert [stop.message for stop in stops] == found
+    assert {stop.is_sound for stop in stops} == {name == "whole"}
+
+
+def test_thousands_that_wait_are_no_objects() -> None:
+    """The garbage collector walks over every object again and again."""
+    wire = waiting(in_front=AuthorityBeat())
+    for number in range(4_000):
+        wire.read_ahead(bare(ByteOrder.LITTLE, STOP_TYPE, numbers(ByteOrder.LITTLE, number)))
+        wire.stops.clear()
+        wire.stops_have_acted(is_answered=bool(number % 2))
+    gc.collect()
+    kept = [each for each in gc.get_objects() if isinstance(each, WaitingStop | SoftwareStop)]
+    assert len(kept) < 50
+    stops = handed_on(wire, 4_001)
+    assert [stop.message for stop in stops] == [SoftwareStop(at, "") for at in range(4_000)]
+    assert [stop.answered for stop in stops] == [False, True] * 2_000
+
+
+def test_a_broken_frame_leaves_nothing_to_the_garbage_collector() -> None:
+    wire = waiting()
+    wire.read_ahead(bare(ByteOrder.LITTLE, STOP_TYPE, b"") * 9)
+    gc.collect()
+    gc.disable()
+    try:
+        assert len(handed_on(wire)) == 9
+        assert gc.collect() == 0
+    finally:
+        gc.enable()
 
 
 def headers(count: int) -> bytes:

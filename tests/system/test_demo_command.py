@@ -4,6 +4,7 @@ import subprocess
 import sys
 import time
 from collections.abc import Iterator
+from itertools import product
 from pathlib import Path
 
 import pytest
@@ -120,9 +121,23 @@ linux_only = pytest.mark.skipif(sys.platform != "linux", reason="looks for proce
 PARTS = ["controller_emulator", "openpendant.server", "demo_pendant"]
 
 
+PAIRS = [
+    (signal.SIGINT, PARTS[0]),
+    (signal.SIGTERM, PARTS[1]),
+    (signal.SIGHUP, PARTS[2]),
+    (signal.SIGINT, PARTS[2]),
+]
+"""Each signal, while each of the parts is the last one that runs; all others in the soak."""
+
+
 @linux_only
-@pytest.mark.parametrize("part", PARTS)
-@pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM, signal.SIGHUP])
+@pytest.mark.parametrize(
+    ("number", "part"),
+    [
+        pytest.param(*pair, marks=() if pair in PAIRS else pytest.mark.soak)
+        for pair in product([signal.SIGINT, signal.SIGTERM, signal.SIGHUP], PARTS)
+    ],
+)
 def test_a_signal_ends_the_demo_and_all_its_processes(
     number: signal.Signals, part: str, tmp_path: Path, mark: str
 ) -> None:

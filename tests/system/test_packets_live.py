@@ -19,6 +19,7 @@ import pytest
 from rigs.data.golden_vectors import GOLDEN
 from rigs.data.pcap_files import Conversation, Stamped, pcap
 
+from openpendant.tools.packets.cli import main as tool
 from openpendant.tools.packets.reading.trace_files import read_trace
 from openpendant.tools.packets.rerun import main
 from openpendant.tools.packets.trace import Packet, TraceDirection
@@ -29,6 +30,7 @@ PATIENCE_S = 30
 
 Started = tuple[asyncio.subprocess.Process, dict[str, Any]]
 Start = Callable[..., Awaitable[Started]]
+Packets = Callable[..., Awaitable[tuple[int, str, str]]]
 
 
 @pytest.fixture
@@ -61,15 +63,16 @@ async def emulator(start: Start) -> int:
     return int(ready["motion"])
 
 
-async def packets(*arguments: str) -> tuple[int | None, str, str]:
-    process = await asyncio.create_subprocess_exec(
-        *(sys.executable, "-m", "openpendant.tools.packets.cli", *arguments),
-        stdin=subprocess.DEVNULL,
-        stdout=subprocess.PIPE,
-        stderr=subprocess.PIPE,
-    )
-    out, err = await asyncio.wait_for(process.communicate(), PATIENCE_S)
-    return process.returncode, out.decode(), err.decode()
+@pytest.fixture
+def packets(capsys: pytest.CaptureFixture[str]) -> Packets:
+    """Run a tool to its end in a thread; its exit code and what it said on its two outputs."""
+
+    async def run(*arguments: str) -> tuple[int, str, str]:
+        code = await asyncio.wait_for(asyncio.to_thread(tool, list(arguments)), PATIENCE_S)
+        said = capsys.readouterr()
+        return code, said.out, said.err
+
+    return run
 
 
 async def ended(process: asyncio.subprocess.Process, by: signal.Signals) -> tuple[int | None, str]:
@@ -79,7 +82,7 @@ async def ended(process: asyncio.subprocess.Process, by: signal.Signals) -> tupl
 
 
 async def test_a_recorded_stop_is_replayed_with_the_same_result(
-    start: Start, tmp_path: Path
+    start: Start, packets: Packets, tmp_path: Path
 ) -> None:
     motion = await emulator(start)
     trace = tmp_path / "trace.jsonl"
@@ -100,18 +103,22 @@ async def test_a_recorded_stop_is_replayed_with_the_same_result(
     assert out == "2 packets sent, 2 came back, 0 differences\n"
 
 
-async def test_traffic_goes_on_when_the_disk_is_full(start: Start) -> None:
+async def test_traffic_goes_on_when_the_disk_is_full(start: Start, packets: Packets) -> None:
     motion = await emulator(start)
     recorder, ready = await start(
         "openpendant.tools.packets.cli",
         *("record", "--listen", "0", "--to", str(motion), "-o", "/dev/full"),
     )
     port = str(ready["listen"][0]["port"])
+    assert recorder.stderr is not None
+    told = asyncio.create_task(recorder.stderr.readline())
+    async with asyncio.timeout(PATIENCE_S):
+        while not told.done():
+            assert (await packets("send", port, "ping"))[0] == 0
+    assert await told == b"the recording ends here: No space left on device; traffic goes on\n"
     code, out, _ = await packets("send", port, "ping", "--count", "3")
     assert (code, out.count("ping reply success")) == (0, 3)
-    code, errors = await ended(recorder, signal.SIGINT)
-    assert code == 1
-    assert errors == "the recording ends here: No space left on device; traffic goes on\n"
+    assert await ended(recorder, signal.SIGINT) == (1, "")
 
 
 async def test_a_full_disk_ends_everything_where_that_is_asked_for(start: Start) -> None:
@@ -127,8 +134,8 @@ async def _swing(cell: Any) -> None:
     async with pendant.control():
         home = pendant.joints()
         aside = (home[0] + 0.2, *home[1:])
-        await (await pendant.move_joints(aside, speed=0.5)).done()
-        await (await pendant.follow_joints([home, aside, home], speed=0.5)).done()
+        await (await pendant.move_joints(aside, speed=1.0)).done()
+        await (await pendant.follow_joints([home, aside, home], speed=1.0)).done()
 
 
 async def test_a_server_that_moved_a_robot_runs_again_exactly(

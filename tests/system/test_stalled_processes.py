@@ -27,15 +27,25 @@ ALERT = "controller.lead = 0.1\nwatchdog.deadline = 0.05\n"
 """The controller has points for twice as long as the watchdog waits."""
 
 
+STOP_BYTES = CODEC.encode(STOP).hex()
+
+
 def stops_received(journal: Path) -> list[int]:
     """Return when an emulator got STOP, by its journal [ns of the machine's monotonic clock]."""
     header, *events = (json.loads(line) for line in journal.read_text("utf-8").splitlines())
-    stop = CODEC.encode(STOP).hex()
     return [
         header["now"] + event["t"]
         for event in events
-        if "on" in event and stop in event.get("hex", "")
+        if "on" in event and STOP_BYTES in event.get("hex", "")
     ]
+
+
+def await_stop(journal: Path) -> None:
+    """Wait for a STOP, for up to twenty times the watchdog's deadline: a busy machine lets it wait
+    as well."""
+    until = time.monotonic() + 1.0
+    while STOP_BYTES not in journal.read_text("utf-8") and time.monotonic() < until:
+        time.sleep(0.02)
 
 
 async def freeze_in_motion(cell: Any, journal: Path) -> dict[str, int]:
@@ -48,8 +58,8 @@ async def freeze_in_motion(cell: Any, journal: Path) -> dict[str, int]:
 
         frozen = time.monotonic_ns()
         os.kill(cell.server.pid, signal.SIGSTOP)
-        # Twenty times the watchdog's deadline: a busy machine lets it wait as well.
-        await asyncio.sleep(1.0)
+        await asyncio.to_thread(await_stop, journal)
+        await asyncio.sleep(0.2)
         thawed = time.monotonic_ns()
         os.kill(cell.server.pid, signal.SIGCONT)
 
@@ -60,7 +70,7 @@ async def freeze_in_motion(cell: Any, journal: Path) -> dict[str, int]:
         assert state.stop == StopKind.PROTECTIVE
         await pendant.wait_until(lambda state: not any(state.velocities), within=5)
         at = pendant.joints()
-        await asyncio.sleep(0.5)
+        await asyncio.sleep(0.3)
         assert pendant.joints() == at
         assert at[0] < target[0] - 0.1
     events: dict[str, int] = (await cell.end())["events"]

@@ -99,9 +99,10 @@ Versions {_VERSIONS}. They use ids 65000 to 65535, which REP-I0004 leaves free, 
 - **Stop first.** A `software_stop` acts when its last byte is read, before all that its connection
   sent in front of it and the server has not handled, and is answered first. A whole frame of its
   type is one however short; one inside another frame's body is none. What stood in front and could
-  move, reset, grant authority, change the mode, an output, the tool or what is attached is refused
-  with OVERTAKEN_BY_STOP; anything else is handled as usual. {READ_AHEAD >> 10} KiB are read ahead,
-  {STRANGERS_READ_AHEAD >> 10} KiB of a connection that has not logged in.
+  move, reset, grant authority, or change the mode, an output, the selected tool or what the robot
+  carries is refused with OVERTAKEN_BY_STOP; anything else is handled as usual.
+  {READ_AHEAD >> 10} KiB are read ahead, {STRANGERS_READ_AHEAD >> 10} KiB of a connection that has
+  not logged in.
 - **Silence**: a connection that sends nothing for {_PENDANTS.idle_timeout:g} s is closed; a `ping`
   keeps it.
 - **Units** are SI: metres, radians, seconds. Quaternions are x, y, z, w. Poses name their frame.

@@ -24,6 +24,7 @@ from ...cell.robot_cell import RobotCell
 from ...environment import CellEnvironment
 from ...programs.execution.program_executor import ProgramExecutor
 from ...refusal import Refusal
+from ...scene.imports import SceneImport, is_any_held
 
 
 class AuthorityNeed:
@@ -60,14 +61,27 @@ class AuthorityNeed:
                 return self._while_moving()
             case NeedsAuthority.MOVING_OR_CARRIED:
                 moving = self._while_moving()
-                is_carried = moving is None and concerns_carried(asked, self._carried())
+                is_carried = moving is None and self.changes_tool_or_load(asked)
                 return " for what the robot carries" if is_carried else moving
             case NeedsAuthority.SELECTED_TOOL:
-                return f" for {name!r}, the selected tool" if name == self._selected() else None
+                is_selected = self.changes_tool_or_load(asked)
+                return f" for {name!r}, the selected tool" if is_selected else None
             case NeedsAuthority.PROGRAM_UNDER_WAY:
                 is_in_run = name is not None and self._executor.is_in_run(name)
                 return f" for {name!r}, which is under way" if is_in_run else None
         return ""
+
+    def changes_tool_or_load(self, asked: Request[Any]) -> bool:
+        """Return True for a change of the tool that is selected now, or of what the robot carries.
+
+        What does so by its declaration (`ALWAYS`) is none of them.
+        """
+        match asked.AUTHORITY:
+            case NeedsAuthority.MOVING_OR_CARRIED:
+                return concerns_carried(asked, self._carried())
+            case NeedsAuthority.SELECTED_TOOL:
+                return getattr(asked, "name", None) == self._selected()
+        return False
 
     def _while_moving(self) -> str | None:
         busy = self._cell.under_way()
@@ -96,10 +110,8 @@ def concerns_carried(asked: Request[Any], carried: Collection[str]) -> bool:
             return asked.object.get("link") is not None
         case RemoveObject() | MoveObject():
             return asked.name in carried
+        case SceneImport():
+            return bool(carried) or asked.is_any_held
         case ImportScene():
-            objects = asked.content.get("objects")
-            added = objects if isinstance(objects, list) else []
-            return bool(carried) or any(
-                isinstance(each, dict) and each.get("link") is not None for each in added
-            )
+            return bool(carried) or is_any_held(asked.content)
     return True  # a new kind of change, until it is said here what it does

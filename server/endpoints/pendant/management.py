@@ -301,6 +301,10 @@ class ManagementRequests:
                 return reply.refuse(fault)
         return carry_out(handler, asked, reply, now)
 
+    def changes_tool_or_load(self, asked: Request[Any] | Refusal) -> bool:
+        """Return True for a change of the selected tool, or of what the robot carries."""
+        return not isinstance(asked, Refusal) and self._authority.changes_tool_or_load(asked)
+
     def reply_to(self, session: int, message: Management) -> ReplyTo[Any]:
         """Return who asks, under the name that stands beside what it saves."""
         listener = self._listeners[session]

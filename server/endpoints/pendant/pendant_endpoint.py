@@ -74,6 +74,7 @@ from ...events.replies import sent_away, verdict
 from ...programs.execution.program_run import BareEnvironment
 from ...programs.program_service import ProgramService
 from ...refusal import Refusal
+from ...scene.imports import read_apart
 from ...settings.cell_settings import CellSettings
 from .access_requests import AccessRequests, CoreAccess, Greeting, Identity
 from .control_requests import AuthorityRequests, ControlRequests
@@ -154,10 +155,10 @@ class PendantEndpoint:
         motions, jogs, control = self._motions, self._jogs, self._control
         return {
             JointMove: motions.joint_move,
-            JointPath: motions.ask,
-            PoseMove: motions.ask,
-            PosePath: motions.ask,
-            Home: motions.ask,
+            JointPath: motions.joint_path,
+            PoseMove: motions.pose_move,
+            PosePath: motions.pose_path,
+            Home: motions.home,
             JogStart: jogs.start,
             JogStep: jogs.step,
             JogUndo: jogs.undo,
@@ -357,7 +358,8 @@ class PendantEndpoint:
                 return self._forbidden(session, message, refusal)
             if size > MOST_AT_ONCE and self._is_read_apart(session):
                 then = partial(self._asked, session, message)
-                read = parse if version == PROTOCOL_VERSION else partial(parse, version=version)
+                newest = version == PROTOCOL_VERSION
+                read = read_apart if newest else partial(read_apart, version=version)
                 return self._bodies.read(session, message, read, then, is_overtaken=not is_behind)
         operation, asked = parse(message.body, version)
         return self._asked(session, message, operation, asked, not is_behind, now)
@@ -378,7 +380,9 @@ class PendantEndpoint:
         """
         # Of a newer version: to the gate a name that this connection cannot know is none.
         known = operation if is_known(operation, self._listeners[session].version) else ""
-        if has_stopped and is_overtaken(message, known):
+        if has_stopped and (
+            is_overtaken(message, known) or self._management.changes_tool_or_load(asked)
+        ):
             return self._too_late(session, message, known, now)
         refusal = self.access.gate.operation_refusal(session, message, known, now)
         if refusal is not None:

@@ -41,10 +41,10 @@ from ..language.program_json import (
 from .edit_history import Renumbering, Splice, between, by_edit, splice_between
 from .edits import apply
 
-MOST_TEXT_AT_ONCE = 2_048
+MOST_TEXT_AT_ONCE = 512
 """Greatest text of a program parsed on the event loop [characters]: it takes about 1 ms."""
 
-MOST_JSON_AT_ONCE = 12_288
+MOST_JSON_AT_ONCE = 8_192
 """The same for its JSON, which is read in a tenth of the time."""
 
 PACK = 50

@@ -62,7 +62,8 @@ class Request(Generic[Reply]):
         IN_ORDER: whether it may move the robot or its surroundings, so that a connection's requests
             of this kind are taken in order and once.
         OVERTAKEN: whether it is refused where a stop of its connection has overtaken it; None where
-            its permission decides.
+            its permission decides. What changes the selected tool, or what the robot carries, is
+            refused besides.
         SINCE: the first version of the protocol that has it; others do not know its name.
     """
 

@@ -206,7 +206,9 @@ class CalibratedTool(TypedDict):
     uncertainty: float | None
 
 
-@operation("tools.import", needs=Permission.CHANGE_TOOLS, authority=NeedsAuthority.ALWAYS)
+@operation(
+    "tools.import", needs=Permission.CHANGE_TOOLS, authority=NeedsAuthority.ALWAYS, overtaken=True
+)
 class ImportTools(Request[Changed]):
     """Replace all tools by those of a file's content.
 

@@ -57,7 +57,7 @@ class FullCell(SurroundedCell):
     """A cell in the fullest scene and with the most frames."""
 
     def __init__(self, folder: Path, *, room: int = 1) -> None:
-        super().__init__(folder)
+        super().__init__(folder, reads_apart=True)
         self.report()
         self.put(full(room=room))
         self.frames(lambda _: chain())

@@ -200,7 +200,8 @@ class ServerRig(Shell):
     def __init__(self, *, plans_at_once: bool = True, **settings: object) -> None:
         super().__init__()
         self.settings: CellSettings = make_settings(settings, "test")
-        self.core = CellCore(self.settings, LIMITS, IDENTITY, NoTool())
+        self.robot = NoTool()
+        self.core = CellCore(self.settings, LIMITS, IDENTITY, self.robot)
         self.controller = ScriptedController()
         self.plans_at_once = plans_at_once
         self.now = 1_000_000_000

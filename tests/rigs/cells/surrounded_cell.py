@@ -1,6 +1,7 @@
 """A cell with a UR5, its surroundings and a store in memory, and requests to them as JSON."""
 
 import json
+import pickle
 import time
 from collections.abc import Callable
 from functools import cache
@@ -18,12 +19,14 @@ from openpendant.server.events.effects import Ask, Backend, Effect, QueryControl
 from openpendant.server.events.management_requests import ReplyTo, handlers_of, parse
 from openpendant.server.events.pending import Pending
 from openpendant.server.refusal import Refusal
+from openpendant.server.scene.imports import read_apart
 from openpendant.server.settings.cell_settings import make_settings
 from openpendant.server.shell.robot_kinematics import RobotKinematics
 from openpendant.server.store.sqlite_store import open_store
 from openpendant.server.store.store_errors import StoreError
 from openpendant.simplemsg import JointFeedback, Message, ReplyCode, ValidField, joint_array
 from openpendant.simplemsg.pendant import Management, Outcome
+from openpendant.simplemsg.pendant.management.declaration import Request
 from openpendant.simplemsg.verdicts import VerdictCode
 
 MS = 1_000_000
@@ -41,7 +44,13 @@ class SurroundedCell:
         turns: processor time of each turn of the last request, that which took it first [ns].
     """
 
-    def __init__(self, folder: Path) -> None:
+    def __init__(self, folder: Path, *, reads_apart: bool = False) -> None:
+        """Begin with what the folder's store has.
+
+        Args:
+            reads_apart: whether requests come as a planning process hands them back.
+        """
+        self._reads_apart = reads_apart
         settings = make_settings({"controller": {"signals": "openpendant"}}, "test")
         self.now = 1_000_000_000
         self.pending = Pending()
@@ -113,7 +122,11 @@ class SurroundedCell:
     def send(self, op: str, **fields: Any) -> None:
         """Make a request, whose answer may come later."""
         body = json.dumps({"op": op, **fields}).encode()
-        self.turn(lambda: self.answered(body))
+        if not self._reads_apart:
+            self.turn(lambda: self.answered(body))
+            return
+        answer = pickle.dumps(read_apart(body), pickle.HIGHEST_PROTOCOL)
+        self.turn(lambda: self._carried_out(pickle.loads(answer)[1]))
 
     def turn(self, event: Callable[[], list[Effect]]) -> None:
         """Let something happen, and note its processor time and that of what follows at once."""
@@ -135,8 +148,10 @@ class SurroundedCell:
         raise AssertionError("nothing came of it")
 
     def answered(self, body: bytes) -> list[Effect]:
+        return self._carried_out(parse(body)[1])
+
+    def _carried_out(self, asked: Request[Any] | Refusal) -> list[Effect]:
         reply: ReplyTo[Any] = ReplyTo(1, 7, "ann")
-        _, asked = parse(body)
         if isinstance(asked, Refusal):
             return reply.refuse(asked)
         return carry_out(self._handlers[type(asked)], asked, reply, self.now)

@@ -2,7 +2,8 @@
 
 It is the application without sockets: bytes go into its connections' shells, its store is asked and
 its jobs are done at once but not counted, and what the loop's thread spends on each turn is: on a
-read, on going on with what was read, on taking back an answer, on the steps of a tick.
+read, on going on with what was read, on taking back an answer, on the steps of a tick. Its robot
+stands, whatever it is told; its controller has signals.
 """
 
 from __future__ import annotations
@@ -10,33 +11,55 @@ from __future__ import annotations
 import asyncio
 import gc
 import json
+import math
 import pickle
 import time
 from collections import deque
-from collections.abc import Callable
+from collections.abc import AsyncIterator, Callable
+from contextlib import asynccontextmanager
 from functools import cache, partial
 from pathlib import Path
 from typing import Any
 
+from rigs.data.full_cell import FRAMES, MAIN, TOOLS, ball, frames_of, kept_programs, tools_of
 from rigs.data.large_programs import large_body
 from rigs.data.stored_documents import answer_of, noon
 
+from openpendant.controller_emulator.core.signals import DigitalSignals
 from openpendant.motion.description.robot import serial_robot
 from openpendant.motion.errors import MotionError
+from openpendant.motion.frames.frame_tree import MOST_FRAMES
 from openpendant.motion.scene.scene_file import SCENE_SCHEMA, scene_from_data
 from openpendant.server.access.access_backend import DeliverChange, DeliverCheck
 from openpendant.server.access.accounts import AccountBook, AccountChange
 from openpendant.server.access.admission import VerifyJob
 from openpendant.server.access.audit import AuditEntry
+from openpendant.server.environment import CellEnvironment
 from openpendant.server.events.events import Port
-from openpendant.server.planning.jobs import Deliver, Job, split_question
+from openpendant.server.planning.jobs import (
+    LENGTH,
+    Deliver,
+    Job,
+    MotionJob,
+    SplitAnswer,
+    split_answer,
+    split_question,
+)
 from openpendant.server.planning.worker.job_planner import answer
+from openpendant.server.scene.signals import MOST_SIGNALS
+from openpendant.server.scene.trace import MOST_POINTS
 from openpendant.server.settings.cell_settings import ControllerPath, make_settings
 from openpendant.server.shell.app import App
 from openpendant.server.shell.cell_shell import CellParts
 from openpendant.server.shell.client_connection import ClientConnection
 from openpendant.server.shell.robot_kinematics import RobotKinematics
 from openpendant.server.store.documents import DocumentKind
+from openpendant.server.store.recording_format import (
+    new_document,
+    pack_rows,
+    rows_in_a_chunk,
+    write_document,
+)
 from openpendant.server.store.requests import Answer, Request
 from openpendant.server.store.sqlite_store import open_store
 from openpendant.simplemsg import (
@@ -50,9 +73,11 @@ from openpendant.simplemsg import (
     Role,
     Status,
     TriState,
+    Unasked,
     ValidField,
     codec_for,
     joint_array,
+    refused,
 )
 from openpendant.simplemsg.journal import Journal
 from openpendant.simplemsg.pendant import (
@@ -64,7 +89,9 @@ from openpendant.simplemsg.pendant import (
     Hello,
     Login,
     LoginKind,
+    ReadSignals,
     ResetStop,
+    WriteOutputs,
 )
 from openpendant.tools.packets.journals.reenactment import NullTransport
 
@@ -74,15 +101,11 @@ READ = 256 * 1024
 
 TICK = 10_000_000
 
+ROOM = 6
+"""Objects that the scene has room for."""
+
 _YES, _NO = TriState.TRUE, TriState.FALSE
 _STANDING = Status(_YES, _NO, 0, _NO, _NO, ControllerMode.AUTO, _YES)
-PROGRAM = "main"
-
-
-def ball(number: int) -> dict[str, Any]:
-    """An object of the scene, out of the robot's reach."""
-    place = [3.0 + number % 20, 3.0 + number // 20, 0.0]
-    return {"name": f"o{number}", "shape": {"type": "sphere", "radius": 0.1}, "position": place}
 
 
 def scene_of(count: int) -> dict[str, Any]:
@@ -104,31 +127,62 @@ def most_objects() -> int:
     return least
 
 
-def frames_of(count: int) -> dict[str, Any]:
-    placed = {"xyz": [0.1, 0.2, 0.3], "quat": [0.0, 0.0, 0.0, 1.0], "parent": "base"}
-    frames = [{"name": f"f{number}", **placed} for number in range(count)]
-    return {"schema": "openpendant-frames/1", "frames": frames}
+def recorded(count: int, gap: float = 0.0) -> bytes:
+    """Rows of a robot that goes to and fro, one each 10 ms.
+
+    Args:
+        gap: 1.0 to say of each row that there is a gap before it.
+    """
+    home = serial_robot(ROBOT).home_position
+    rows = ((at / 100, home[0] + 0.2 * math.sin(at / 200), *home[1:], gap) for at in range(count))
+    return pack_rows(rows)
 
 
-def tools_of(count: int) -> dict[str, Any]:
-    placed = {"xyz": [0.0, 0.0, 0.1], "quat": [0.0, 0.0, 0.0, 1.0]}
-    tools = [{"name": f"t{number}", **placed} for number in range(count)]
-    return {"schema": "openpendant-frames/1", "tools": tools}
+class _StateLink(NullTransport):
+    """The far end of the state connection: a controller that has as many signals as are read."""
+
+    def __init__(self) -> None:
+        super().__init__()
+        self.answers = bytearray()
+        self._wire = Connection(Role.SERVER, PENDANT, ByteOrder.LITTLE)
+        self._signals = DigitalSignals(MOST_SIGNALS, MOST_SIGNALS)
+
+    def write(self, data: bytes | bytearray | memoryview) -> None:
+        received = self._wire.receive(bytes(data))
+        while received:
+            for asked in received:
+                assert isinstance(asked, Message)
+                if isinstance(asked, ReadSignals | WriteOutputs):
+                    answer = self._signals.answer(asked)
+                    assert answer is not None, "the server asks, and sends nothing else"
+                else:
+                    answer = refused(asked)
+                self.answers += self._wire.send(answer)
+            received = self._wire.receive(b"") if self._wire.more else []
 
 
 class _Jobs:
     """The planning process: asked in the turn that asks, and answered when the rig says."""
 
     def __init__(self, waiting: deque[Callable[[], Callable[[], None]]]) -> None:
+        self.motions = 0
         self._waiting = waiting
 
     def submit(self, job: Job, deliver: Deliver) -> None:
-        head, pieces = split_question(ROBOT, job)
+        self.motions += isinstance(job, MotionJob)
+        question, pieces = split_question(ROBOT, job)
 
         def done() -> Callable[[], None]:
-            _, asked, _ = pickle.loads(head[4:])
-            given = pickle.dumps(answer(ROBOT, job if pieces else asked), pickle.HIGHEST_PROTOCOL)
-            return lambda: deliver(pickle.loads(given))
+            _, asked, _ = pickle.loads(question[LENGTH.size :])
+            head, *arrays = split_answer(answer(ROBOT, job if pieces else asked))
+            # Their bytes are read in turns of their own.
+            given = [bytearray(array) for array in arrays]
+
+            def taken() -> None:
+                planned = pickle.loads(head[LENGTH.size :])
+                deliver(planned.joined(given) if isinstance(planned, SplitAnswer) else planned)
+
+            return taken
 
         self._waiting.append(done)
 
@@ -205,12 +259,13 @@ class TimedClient:
         await self.say(b"".join(map(self.frame, messages)))
 
     def heard(self) -> list[Any]:
+        """Return what was told since the last time, also of frames that others have made."""
         data = bytes(self.transport.written)
         self.transport.written.clear()
         got: list[Any] = list(self.wire.receive(data))
         while self.wire.more:
             got += self.wire.receive(b"")
-        return got
+        return [each.message if isinstance(each, Unasked) else each for each in got]
 
 
 class _Heard(NullTransport):
@@ -246,49 +301,121 @@ class TimedServer:
 
     Attributes:
         turns: what each turn was and what it cost [ms], since they were cleared.
+        most_objects: objects of the scene that the robot takes at once.
+        most_frames: user frames that there may be beside the tools and the robot's own.
+        most_tools: likewise, tools.
     """
 
-    def __init__(self, folder: Path, book: AccountBook) -> None:
+    def __init__(
+        self, folder: Path, book: AccountBook, objects: int | None = None, programs: int = 300
+    ) -> None:
+        """Fill a server.
+
+        Args:
+            objects: how many are in the scene; nearly as many as may be where left out.
+            programs: how many are stored beside the large one.
+        """
         self.turns: list[tuple[str, float]] = []
         self.now = 1_000_000_000
+        own = len(RobotKinematics(serial_robot(ROBOT)).frames.frames)
+        self.most_objects = most_objects() - ROOM
+        self.most_frames, self.most_tools = MOST_FRAMES - TOOLS - own, MOST_FRAMES - FRAMES - own
+        self._objects = self.most_objects if objects is None else objects
         self._waiting: deque[Callable[[], Callable[[], None]]] = deque()
         self._store = _Store(folder / "store.db", self._waiting)
-        self._fill_store()
+        self._fill_store(programs)
         settings = make_settings({"controller": {"signals": "openpendant"}}, "test")
-        parts = CellParts(settings, serial_robot(ROBOT), _Jobs(self._waiting))
+        self._jobs = _Jobs(self._waiting)
+        parts = CellParts(settings, serial_robot(ROBOT), self._jobs)
         access = _Access(book, self._waiting)
         self.app = App([parts], Journal(), self._store, access, clock=lambda: self.now)
         self.app.take_accounts()
         self._links = self.app.cells[0].links
-        for link in self._links.values():
-            link.connection_made(NullTransport())
+        self._controller, self._motion = _StateLink(), _Heard("")
+        ends = {ControllerPath.STATE: self._controller, ControllerPath.MOTION: self._motion}
+        for path, link in self._links.items():
+            link.connection_made(ends.get(path, NullTransport()))
         self._codec = codec_for(STANDARD, ByteOrder.LITTLE)
 
-    def _fill_store(self) -> None:
+    def _fill_store(self, programs: int) -> None:
         save = partial(self._store.kept.save, expected_revision=0, author="ann")
-        save(DocumentKind.PROGRAM, PROGRAM, large_body())
-        for number in range(300):
+        save(DocumentKind.PROGRAM, MAIN, large_body())
+        for name, body in kept_programs(large_body()).items() if programs else ():
+            save(DocumentKind.PROGRAM, name, body)
+        for number in range(programs):
             save(DocumentKind.PROGRAM, f"{number:03}{'n' * 50}", large_body(1, 1))
         cell = "cell"
-        save(DocumentKind.TOOLS, cell, json.dumps(tools_of(400)))
-        save(DocumentKind.FRAMES, cell, json.dumps(frames_of(500)))
-        save(DocumentKind.SCENE, cell, json.dumps(scene_of(most_objects() - 6)))
+        save(DocumentKind.TOOLS, cell, json.dumps(tools_of(TOOLS)))
+        save(DocumentKind.FRAMES, cell, json.dumps(frames_of(FRAMES)))
+        save(DocumentKind.SCENE, cell, json.dumps(scene_of(self._objects)))
+        if programs:
+            self._fill_recordings()
 
-    def revision(self, kind: DocumentKind) -> int:
-        """Return the revision of a document that a change has to name."""
-        if kind is DocumentKind.PROGRAM:
-            return self._store.kept.load(kind, PROGRAM).heading.revision
+    def _fill_recordings(self) -> None:
+        """Keep some of which what is said is known, and one, cut off, that has to be counted."""
+        limits = serial_robot(ROBOT).limits
+        made = new_document(ROBOT, limits.names, 0.01)
+        most = rows_in_a_chunk(len(made.columns))
+        rows = {f"{number:03}{'n' * 50}": recorded(10) for number in range(100)}
+        rows |= {"kept": recorded(6_000), "cut off": recorded(most, gap=1.0)}
+        for name, data in rows.items():
+            about = {"finished": True, "samples": len(data) // (8 * len(made.columns))}
+            document = made if name == "cut off" else made.model_copy(update=about)
+            body = write_document(document)
+            kind = DocumentKind.RECORDING
+            self._store.kept.save(kind, name, body, expected_revision=0, author="ann")
+            self._store.kept.append_chunk(name, 0, data)
+
+    # What a frame has to be made with.
+
+    def revision(self, kind: DocumentKind, name: str = "") -> int:
+        """Return the revision that a change has to name; 0 of what there is not."""
+        if name:
+            headings = self._store.kept.headings(kind)
+            found = [each.revision for each in headings if each.name == name and not each.deleted]
+            return found[0] if found else 0
+        return self._environment.world.revisions[kind]
+
+    def kept(self, name: str) -> str:
+        """Return the JSON of a program."""
+        return self._store.kept.load(DocumentKind.PROGRAM, name).body
+
+    def somebody(self) -> int:
+        """Connect another pendant; return the number of its session."""
+        client = TimedClient(self, Port.PENDANT, "192.0.2.11")
+        client.shell.data_received(client.frame(Hello(PROTOCOL_VERSION, 0.0, "", "somebody")))
+        return client.shell.session
+
+    @property
+    def _environment(self) -> CellEnvironment:
         environment = self.app.cells[0].core.environment
         assert environment is not None
-        return environment.world.revisions[kind]
+        return environment
 
     def begin(self) -> None:
         """Go on as a server that runs, whose start the garbage collector looks at no more."""
         asyncio.run(self.settle())
-        for _ in range(30):
+        for _ in range(1_010):  # as long as it is known where a frame was
             self.tick()
         gc.collect()
         gc.freeze()
+
+    def _fill_trace(self) -> None:
+        """Have the tool been everywhere."""
+        trace = self._environment.trace
+        while len(trace.points) < MOST_POINTS:
+            number = len(trace.points)
+            trace.add((0.4, 0.1 * (number % 2), 0.001 * number))
+
+    @property
+    def planned(self) -> int:
+        """How many motions a planning process was asked for."""
+        return self._jobs.motions
+
+    @property
+    def moved(self) -> bool:
+        """Whether a set-point has left for the controller."""
+        return len(self._motion.written) > 0
 
     def close(self) -> None:
         gc.unfreeze()
@@ -307,18 +434,21 @@ class TimedServer:
             await asyncio.sleep(0)
             if self._waiting:
                 self.turn("an answer", self._waiting.popleft()())
-            elif pending._running:
+            elif pending._running or self._controller.answers:
                 self.tick()
             elif client is None or not client.shell.has_turn or client.transport.is_over:
                 return
         raise AssertionError("it never ends")
 
     def tick(self) -> None:
-        """Have the robot report that it stands where it stood, and run a tick."""
+        """Have the controller answer and report that the robot stands, and run a tick."""
         self.now += TICK
+        answers, self._controller.answers = self._controller.answers, bytearray()
+        state = self._links[ControllerPath.STATE]
+        if answers:
+            self.turn("answers of the controller", partial(state.data_received, bytes(answers)))
         home = joint_array(serial_robot(ROBOT).home_position)
         nothing = joint_array(())
-        state = self._links[ControllerPath.STATE]
         state.data_received(
             self._codec.encode(JointFeedback(0, int(ValidField.ALL), 0.0, home, nothing, nothing))
         )
@@ -328,6 +458,7 @@ class TimedServer:
     async def pendant(self, name: str | None = None, address: str = "192.0.2.10") -> TimedClient:
         """Return a pendant that has said hello and logged in, where it has a name."""
         cell = self.app.cells[0].core.cell
+        self._fill_trace()
         while cell.activity is not Activity.IDLE:
             self.tick()  # until what the last one began has ended
         client = TimedClient(self, Port.PENDANT, address)
@@ -337,3 +468,15 @@ class TimedServer:
             await client.tell(Authority(2, AuthorityAction.REQUEST), ResetStop(3))
         client.heard()
         return client
+
+    @asynccontextmanager
+    async def others(self, count: int) -> AsyncIterator[None]:
+        """Have other pendants connected: a third strangers, the others logged in."""
+        clients = []
+        for number in range(count):
+            address = f"198.51.100.{number // 10}"
+            clients.append(await self.pendant((None, "vera", "otto")[number % 3], address))
+        yield
+        for client in clients:
+            client.shell.connection_lost(None)
+        await self.settle()

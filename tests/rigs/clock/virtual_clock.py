@@ -8,12 +8,14 @@ Mark such a test `realtime` instead.
 """
 
 import asyncio
+import ctypes
 import selectors
 import socket
+import sys
 import time
 from collections.abc import Callable
 from concurrent.futures import Executor
-from functools import partial
+from functools import cache, partial
 from typing import Protocol, TypeVar, TypeVarTuple
 
 # Not zero, as no real monotonic clock starts there: code that takes 0 for "never" is found out.
@@ -22,6 +24,8 @@ START_NS = 1_000_000_000_000
 # The kernel delivers over loopback TCP within the sender's call, but under load it may put that off
 # to another thread. One short real pause before each jump gives it the chance.
 SETTLE_S = 50e-6
+
+_PR_SET_TIMERSLACK = 29  # from linux/prctl.h
 
 # With neither a timer nor anything ready, only bytes under way inside the kernel can still come.
 STALL_S = 0.5
@@ -45,6 +49,7 @@ class VirtualSelector(selectors.DefaultSelector):
 
     def __init__(self, stalled: Callable[[], str]) -> None:
         super().__init__()
+        _wake_punctually()
         self.now_ns = START_NS
         self._stalled = stalled
         self._network: set[int] = set()
@@ -84,6 +89,13 @@ class VirtualSelector(selectors.DefaultSelector):
                 return ready
         self.now_ns += max(1, round(timeout * 1e9))
         return []
+
+
+@cache
+def _wake_punctually() -> None:
+    """Have this thread woken when its pause is over: by default the kernel adds 50 us (Linux)."""
+    if sys.platform == "linux":
+        ctypes.CDLL(None).prctl(_PR_SET_TIMERSLACK, 1, 0, 0, 0)
 
 
 class VirtualLoop(asyncio.SelectorEventLoop):

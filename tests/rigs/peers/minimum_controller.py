@@ -30,7 +30,7 @@ from openpendant.simplemsg import (
 
 SOURCE = Path(__file__).parents[3] / "examples" / "minimum_controller.c"
 WARNINGS = ("-Wall", "-Wextra", "-Wpedantic", "-Wconversion", "-Wshadow", "-Werror")
-SANITIZERS = ("-g", "-fsanitize=address,undefined", "-fno-sanitize-recover=all")
+SANITIZERS = ("-g", "-O1", "-fsanitize=address,undefined", "-fno-sanitize-recover=all")
 HOME = (0.0, -1.5707964, 1.5707964, -1.5707964, -1.5707964, 0.0)
 ACCELERATION = 6.2832
 """What the program allows itself [rad/s²]."""

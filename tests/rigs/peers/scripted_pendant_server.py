@@ -17,6 +17,7 @@ from openpendant.simplemsg.verdicts import VerdictCode
 SESSION = 7
 DOF = 6
 STATE_PERIOD = 0.04
+"""From one state to the next where the client asks for none [s]; else it is what it asks for."""
 
 _M = TypeVar("_M", bound=wire.Message)
 
@@ -126,7 +127,9 @@ class ScriptedPendantServer:
                 self.send(self._welcome(message))
                 self.tell_state()
                 assert self._answered is not None
-                self._answered.telling = asyncio.create_task(self._tell_states(self._answered))
+                period = 1.0 / message.state_rate if message.state_rate else STATE_PERIOD
+                telling = self._tell_states(self._answered, period)
+                self._answered.telling = asyncio.create_task(telling)
             case wire.Ping():
                 self.send(
                     wire.Ping(comm_type=wire.CommType.REPLY, reply_code=wire.ReplyCode.SUCCESS)
@@ -136,9 +139,9 @@ class ScriptedPendantServer:
             case _:
                 self._judge(message, getattr(message, "request_id", 0))
 
-    async def _tell_states(self, line: _Line) -> None:
+    async def _tell_states(self, line: _Line, period: float) -> None:
         while True:
-            await asyncio.sleep(STATE_PERIOD)
+            await asyncio.sleep(period)
             if not self.mutes:
                 self.sequence += 1
                 line.send(state(self.sequence, mode=self.mode))
@@ -236,6 +239,7 @@ class _Line(asyncio.Protocol):
 
     def __init__(self, server: ScriptedPendantServer) -> None:
         self.telling: asyncio.Task[None] | None = None
+        self.lost: asyncio.Future[None] = asyncio.get_running_loop().create_future()
         self._server = server
         self._wire = wire.Connection(wire.Role.SERVER, wire.PENDANT, max_frame=65_532)
         self._transport: asyncio.Transport | None = None
@@ -258,6 +262,7 @@ class _Line(asyncio.Protocol):
         self._server.lines.remove(self)
         if self.telling is not None:
             self.telling.cancel()
+        self.lost.set_result(None)
 
     def hang_up(self) -> None:
         assert self._transport is not None
@@ -292,5 +297,8 @@ async def scripted_server(
         yield server
     finally:
         listener.close()
+        lost = [line.lost for line in server.lines]
         server.hang_up()
-        await asyncio.sleep(STATE_PERIOD)
+        if lost:
+            # One whose client reads nothing may have more to say.
+            await asyncio.wait(lost, timeout=STATE_PERIOD)

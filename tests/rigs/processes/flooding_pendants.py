@@ -13,7 +13,8 @@ from pathlib import Path
 
 sys.path.insert(0, str(Path(__file__).parents[2]))
 
-from rigs.data.dearest_frames import frame_of, message_rows, operation_rows, stream_rows
+from rigs.data.dearest_frames import message_rows, operation_rows, stream_rows
+from rigs.data.legal_requests import frame_of
 
 from openpendant.server.store.documents import DocumentKind
 from openpendant.simplemsg.pendant import PROTOCOL_VERSION, Hello
@@ -24,7 +25,15 @@ _PIECE = 64 * 1024
 
 
 class _Anything:
-    def revision(self, kind: DocumentKind) -> int:
+    most_objects = most_frames = most_tools = 100
+
+    def revision(self, kind: DocumentKind, name: str = "") -> int:
+        return 0
+
+    def kept(self, name: str) -> str:
+        return ""
+
+    def somebody(self) -> int:
         return 0
 
 
@@ -32,17 +41,17 @@ def flood() -> list[bytes]:
     """Return the frames, in an order that is the same in every run."""
     looks = PERMISSIONS_OF[Role.VIEWER]
     frames = []
-    for name, make in operation_rows().items():
+    for name, row in operation_rows().items():
         op, _, shape = name.partition(": ")
         needs = OPERATIONS[op].NEEDS
         if not shape.startswith("legal") or ((needs is None or needs in looks) and "log" not in op):
-            frames.append(make(_Anything()))
-    for name, make in message_rows().items():
+            frames.append(row.make(_Anything(), 1))
+    for name, row in message_rows().items():
         if name.endswith(("cut short", "no number in it")) and not name.startswith("SoftwareStop"):
-            frames.append(make(_Anything()))
+            frames.append(row.make(_Anything(), 1))
     streams = stream_rows()
     for name in ("a stream of bare headers", "a stream of pings", "a stream of whys"):
-        frames.append(streams[name](_Anything())[:_PIECE])
+        frames.append(streams[name].make(_Anything(), 1)[:_PIECE])
     random.Random(53).shuffle(frames)
     return frames
 

@@ -175,8 +175,9 @@ def test_memory_is_bounded_whatever_names_are_tried() -> None:
 
 
 @pytest.mark.soak
-def test_memory_is_bounded_for_a_hundred_thousand_names() -> None:
-    assert remembered(100_000, sources=100_000) == MOST_RECORDS
+@pytest.mark.parametrize("names", [100_000, 1_000_000], ids="{} names".format)
+def test_memory_is_bounded_for_as_many_names_as_sources(names: int) -> None:
+    assert remembered(names, sources=names) == MOST_RECORDS
 
 
 def test_names_tried_by_one_source_do_not_push_out_what_another_is_locked_for() -> None:

@@ -243,7 +243,10 @@ def test_each_role_from_the_documented_one_up_may_ask_and_none_below(
 
 
 REQUEST = CommType.REQUEST
-MOVING = {"recordings.play", "scene.attach", "scene.detach", "signals.set", "tools.select"}
+MOVING = {
+    *("recordings.play", "scene.attach", "scene.detach", "signals.set"),
+    *("tools.import", "tools.select"),
+}
 
 
 def named(message: Message) -> str:

@@ -3,6 +3,7 @@
 import json
 
 import pytest
+from pydantic import ValidationError
 
 from openpendant.server.events import management_requests
 from openpendant.server.events.management_requests import parse
@@ -66,9 +67,9 @@ def test_a_list_is_read_up_to_its_first_wrong_element(monkeypatch: pytest.Monkey
     faults: list[int] = []
     fault = management_requests._fault
 
-    def counted(name: str, body: bytes, error: object) -> Refusal:
-        faults.append(error.error_count())  # type: ignore[attr-defined]  # a ValidationError
-        return fault(name, body, error)  # type: ignore[arg-type]
+    def counted(name: str, body: bytes, error: ValidationError, version: int) -> Refusal:
+        faults.append(error.error_count())
+        return fault(name, body, error, version)
 
     monkeypatch.setattr(management_requests, "_fault", counted)
     for field, value in (("positions", [["a"] * 900] * 4), ("positions", ["a"] * 20)):

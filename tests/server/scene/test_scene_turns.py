@@ -1,20 +1,30 @@
 """What a change of the fullest scene costs the event loop, turn by turn."""
 
+import json
 from collections.abc import Callable
 from pathlib import Path
 from typing import Any, NamedTuple
 
 import pytest
 from promises.promise_figures import SLACK
-from rigs.cells.full_scenes import CHECKED, FRAMES, LINKS, FullCell, full
+from rigs.cells.full_scenes import CHECKED, FRAMES, LINKS, FullCell, chain, full
 
+from openpendant.motion.frames.frame_file import SCHEMA as FRAMES_SCHEMA
+from openpendant.motion.frames.frame_file import frames_to_json
 from openpendant.motion.scene.scene import Scene
+from openpendant.motion.scene.scene_file import scene_to_data
 
 BOUND_MS = 2.0
 """Most that a turn may cost [ms of processor time]."""
 
 TRIES = 5
 
+FRAMES_CONTENT = json.loads(frames_to_json(chain()))
+TOOLS_CONTENT = {
+    "schema": FRAMES_SCHEMA,
+    "tools": [{"name": f"t{n}", "xyz": [0, 0, 0.1], "quat": [0, 0, 0, 1]} for n in range(36)],
+    "selected_tool": "t35",
+}
 NEW = {"name": "new", "shape": {"type": "sphere", "radius": 0.01}, "position": [2.0, 2.0, 0.0]}
 POSE = {"position": [0.0, 0.0, 0.1]}
 WITH = {"expected_revision": 1}
@@ -59,6 +69,16 @@ ROWS = {
         lambda cell: cell.put(full(room=70)).ask("scene.attach", name="box 0", expected_revision=2),
     ),
     "the whole replaced": Row(lambda cell: cell.put(full(z=0.5))),
+    "a scene imported": Row(
+        ask("scene.import", content=scene_to_data(full(z=0.5)), **WITH),
+    ),
+    "the same scene imported": Row(
+        ask("scene.import", content=scene_to_data(full(room=1)), **WITH),
+    ),
+    "frames imported": Row(ask("frames.import", content=FRAMES_CONTENT, **WITH)),
+    "tools imported": Row(
+        ask("tools.import", content=TOOLS_CONTENT, expected_revision=0),
+    ),
     "a scene of twenty": Row(lambda cell: cell.put(Scene(full().objects[:20], revision=7))),
     "an object taken by a program": Row(
         lambda cell: cell.rearrange(cell.around.world.carry, "box 0"),

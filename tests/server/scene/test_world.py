@@ -124,7 +124,7 @@ def test_a_pose_in_a_user_frame_is_where_the_selected_tool_goes(cell: Surrounded
     pose = {"position": position, "orientation": orientation}
     there = cell.ask("frames.transform", source="base", target="table", pose=pose)["pose"]
     back = Pose.from_values(there["position"], there["orientation"])
-    (in_base,) = cell.mathematics.frames.in_base([back], "table")
+    in_base = cell.mathematics.frames.standing_in_base("table").compose(back)
     assert in_base.position == pytest.approx(position)
     assert cell.mathematics.tool_in_flange is not None
     assert math.hypot(*cell.mathematics.tool_in_flange.position) == pytest.approx(0.12)

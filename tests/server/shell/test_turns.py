@@ -15,6 +15,7 @@ from openpendant.server.events.effects import Cancel, SendToController
 from openpendant.server.events.events import Event, Port
 from openpendant.server.planning import jobs
 from openpendant.server.refusal import Refusal
+from openpendant.server.scene.imports import FramesImport, SceneImport, ToolsImport
 from openpendant.server.shell.clients import READ_AHEAD
 from openpendant.server.shell.waiting_line import MOST_WAITING
 from openpendant.simplemsg import CommType, Message, Ping, joint_array
@@ -173,6 +174,19 @@ async def test_promise_53_a_body_is_read_elsewhere_from_the_bound_on(size: int) 
     client.tell(asking(2, size))
     assert len(rig.jobs) == (size > figure(53, "large").bytes)
     assert answered(client) == ([] if rig.jobs else [2])
+
+
+@pytest.mark.parametrize(
+    ("topic", "kind"),
+    [("frames", FramesImport), ("tools", ToolsImport), ("scene", SceneImport)],
+)
+async def test_a_large_import_is_made_ready_where_it_is_read(topic: str, kind: type) -> None:
+    rig, client = in_control()
+    content = {"schema": "openpendant-frames/1"}
+    client.tell(asking(2, LARGE, op=f"{topic}.import", content=content, expected_revision=0))
+    (job,) = rig.jobs
+    assert isinstance(job, jobs.ReadBody)
+    assert type(job.read(job.body)[1]) is kind
 
 
 async def test_a_stop_behind_a_large_body_acts_at_once_and_overtakes_what_waits() -> None:

@@ -73,7 +73,7 @@ def server() -> Iterator[ScriptedPendantServer]:
 
 @pytest.fixture
 def pendant(server: ScriptedPendantServer) -> Iterator[SyncPendantClient]:
-    with SyncPendantClient.connect("127.0.0.1", server.port) as connected:
+    with SyncPendantClient.connect("127.0.0.1", server.port, state_rate=100.0) as connected:
         connected.next_state()
         yield connected
 
@@ -183,7 +183,7 @@ def test_a_lost_link_ends_what_blocks(
 
 def test_a_closed_client_says_so_and_leaves_no_thread(server: ScriptedPendantServer) -> None:
     before = threading.active_count()
-    pendant = SyncPendantClient.connect("127.0.0.1", server.port)
+    pendant = SyncPendantClient.connect("127.0.0.1", server.port, state_rate=100.0)
     pendant.close()
     pendant.close()
     assert threading.active_count() == before
@@ -261,7 +261,7 @@ def test_whoever_uses_a_client_that_another_thread_closes_hears_that_it_is_lost(
 ) -> None:
     server.completes = False
     for _ in range(TRIES):
-        pendant = SyncPendantClient.connect("127.0.0.1", server.port)
+        pendant = SyncPendantClient.connect("127.0.0.1", server.port, state_rate=100.0)
         pendant.next_state()
         ready = threading.Event()
         using = begun(lambda pendant=pendant, ready=ready: use(pendant, ready))  # type: ignore[misc]
@@ -274,7 +274,7 @@ def test_whoever_uses_a_client_that_another_thread_closes_hears_that_it_is_lost(
 def test_leaving_a_block_after_the_close_keeps_the_error_of_the_block(
     server: ScriptedPendantServer,
 ) -> None:
-    pendant = SyncPendantClient.connect("127.0.0.1", server.port)
+    pendant = SyncPendantClient.connect("127.0.0.1", server.port, state_rate=100.0)
 
     def close_and_stumble() -> None:
         with pendant.control():
@@ -314,7 +314,7 @@ Leave = Callable[[SyncPendantClient], None]
 def test_a_block_that_closes_its_client_ends_well_unless_a_jog_owes_its_account(
     leave: Leave, told: type[Exception] | None, server: ScriptedPendantServer
 ) -> None:
-    pendant = SyncPendantClient.connect("127.0.0.1", server.port)
+    pendant = SyncPendantClient.connect("127.0.0.1", server.port, state_rate=100.0)
     pendant.next_state()
     left = failure(begun(lambda: leave(pendant)))
     assert left is None if told is None else isinstance(left, told)

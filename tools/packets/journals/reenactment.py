@@ -21,7 +21,7 @@ from typing import Any, Protocol
 
 from pydantic import ValidationError
 
-from openpendant.simplemsg.journal import Journal
+from openpendant.simplemsg.journal import Journal, LateText
 
 from ..console import PacketToolError
 from ..reading.progress import watched
@@ -114,8 +114,9 @@ class ReplayedJournal(Journal):
             raise Difference(expected, what, f"the event {event!r} of link {str(link)!r}")
         self._awaits_event = False
 
-    def out(self, link: str | int, data: bytes) -> None:
+    def out(self, link: str | int, data: bytes | LateText) -> None:
         """Compare bytes that leave with those that left; raise Difference where they differ."""
+        data = bytes(data)
         actual = BytesOut(str(link), data)
         expected = self._effects.popleft() if self._effects else None
         if expected != actual:

@@ -21,12 +21,15 @@ from rigs.cells.guarded_rig import log_in
 from rigs.peers.server_clients import Pendant
 
 from openpendant.server.access.audit import AuditEntry, AuditEvent
+from openpendant.server.endpoints.pendant.authority_need import concerns_carried
 from openpendant.server.events.effects import Effect, Send
 from openpendant.server.events.management_requests import parse
-from openpendant.simplemsg import ReplyCode
+from openpendant.server.scene.imports import SceneImport, read_apart
+from openpendant.simplemsg import Overtaken, ReplyCode
 from openpendant.simplemsg import pendant as messages
 from openpendant.simplemsg.pendant import Activity, Management
 from openpendant.simplemsg.pendant.management import OPERATIONS
+from openpendant.simplemsg.pendant.management.scene import ImportScene
 from openpendant.simplemsg.verdicts import VerdictCode as V
 
 ROW = re.compile(r"^\| \[`([\w.]+)`\]\(#\w+\) \| (\w+) \| ([^|]+) \|", re.MULTILINE)
@@ -226,6 +229,26 @@ def test_every_operation_is_open_to_whom_the_page_says_and_to_nobody_else(
     assert (counted[V.NOT_IN_CONTROL] > 0) == (situation not in _BUSY)
 
 
+@pytest.mark.parametrize(
+    "situation", [Situation.STANDING, Situation.IN_USE], ids=lambda each: each.name.lower()
+)
+def test_what_needs_the_authority_at_rest_is_refused_behind_a_stop_and_nothing_else(
+    situation: Situation,
+) -> None:
+    differences = []
+    for op in sorted(OPERATIONS):
+        cell = PreparedCell(situation)
+        assert cell.other.stop() is V.ACCEPTED
+        request = Management(cell.other._next(), json.dumps(body_in(situation, op)).encode())
+        before = len(cell.other.got)
+        cell.other.send(Overtaken(request))
+        told = [each for each in cell.other.got[before:] if isinstance(each, Management)]
+        codes = [json.loads(each.body).get("code") for each in told]
+        if (codes == [V.OVERTAKEN_BY_STOP]) != (situation in WORDS[page()[op][1]]):
+            differences.append((op, codes))
+    assert differences == []
+
+
 # One by one, on a machine of its own where everybody has every right.
 
 
@@ -393,6 +416,19 @@ def test_an_imported_scene_that_the_robot_would_carry_is_its_holders(cell: Share
             cell.bob, {"op": "scene.import", "content": content, "expected_revision": 4}
         )
         assert answer.get("code") not in RIGHTS
+
+
+@pytest.mark.parametrize("carried", [(), ("lid",)])
+@pytest.mark.parametrize("objects", [[LID], [{**LID, "link": "wrist_3_link"}], 5, [5], []])
+def test_a_scene_that_was_read_elsewhere_needs_the_authority_as_one_read_here(
+    objects: object, carried: tuple[str, ...]
+) -> None:
+    body = {"op": "scene.import", "content": {**SCENE, "objects": objects}, "expected_revision": 4}
+    data = json.dumps(body).encode()
+    here, elsewhere = parse(data)[1], read_apart(data)[1]
+    assert isinstance(here, ImportScene)
+    assert isinstance(elsewhere, SceneImport)
+    assert concerns_carried(elsewhere, carried) == concerns_carried(here, carried)
 
 
 def test_breakpoints_of_a_program_under_way_are_its_holders(cell: SharedCell) -> None:

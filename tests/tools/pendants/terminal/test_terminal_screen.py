@@ -99,6 +99,17 @@ async def screen(size: tuple[int, int] = (120, 40)) -> AsyncIterator[Screen]:
             yield shown
 
 
+@pytest.fixture(autouse=True)
+def keys_follow_each_other_at_once(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Let nobody wait between keys until the screen has nothing to do: a terminal does not, either,
+    and what a key shall do is waited for."""
+
+    async def at_once(_least: float = 0.0) -> None:
+        await asyncio.sleep(0)
+
+    monkeypatch.setattr("textual.app.wait_for_idle", at_once)
+
+
 @pytest.fixture
 async def shown() -> AsyncIterator[Screen]:
     async with screen() as shown:
