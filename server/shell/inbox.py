@@ -35,7 +35,8 @@ from ..events.events import (
     StopReceived,
 )
 from ..journal.event_records import ANSWERED, PasswordNumbers, answer_to_record
-from .clients import Client, Clients
+from .client import Client
+from .clients import Clients
 from .loop_timing import Gap
 
 
