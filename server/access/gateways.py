@@ -96,6 +96,12 @@ def stated_ip(text: str) -> _IP | None:
 
 _BROADCAST = {ip_of("255.255.255.255")}
 
+NOT_FIRST = "only the first frame of a gateway's connection says whose that is"
+"""Why a FORWARDED is refused that comes from elsewhere, or later."""
+
+TWICE = "whose a connection is is said once"
+"""Why a second FORWARDED is refused."""
+
 Noted = Callable[[int, bool], bool]
 """Takes the place of a gateway in the configuration, and whether the secret was that gateway's;
 returns whether it counts as right, which a rerun has from the journal."""

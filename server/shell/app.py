@@ -97,9 +97,8 @@ class App:
         self._pool = PlanningPool(unplanned, planners) if unplanned else None
         self.login = self._login(gateway_secrets or {})
         core_access = CoreAccess(self.login, self._access.record)
-        names = tuple((each.settings.name, each.robot.name) for each in served)
         apart = self._observations.is_read_apart
-        self._router = ServerCore([_core(each, names, core_access, apart) for each in served])
+        self._router = ServerCore([_core(each, core_access, apart) for each in served])
         self._settings = [each.settings for each in served]
         self._rates = AddressRates()
         self.clients = Clients(self._settings, self.login, self._is_within_rate)
@@ -340,12 +339,12 @@ class App:
 
 def _core(
     served: CellParts,
-    cells: tuple[tuple[str, str], ...],
     access: CoreAccess,
     is_read_apart: Callable[[int], bool],
 ) -> CellCore:
     settings, robot = served.settings, served.robot
-    identity = Identity(settings.name, robot.name, f"openpendant {__version__}", cells)
+    display = f"{robot.manufacturer} {robot.model}".strip()
+    identity = Identity(settings.name, robot.name, f"openpendant {__version__}", display)
     mathematics = RobotKinematics(robot)
     about = settings, robot.limits, identity, mathematics
     return CellCore(*about, mathematics, access, is_read_apart)
