@@ -223,7 +223,8 @@ def test_an_answer_that_differs_is_told_by_its_name(tmp_path: Path) -> None:
     assert set(found) == {"cells", "no text", "sessions"}
     then, now = found["cells"].split("\n  now  ")
     assert then == "then done: {}"
-    assert now.startswith("done: {") and '"cell":"cell","robot":"ur5"' in now
+    assert now.startswith("done: {")
+    assert '"cell":"cell","robot":"ur5"' in now
 
 
 def test_every_operation_was_asked_for_and_refused() -> None:

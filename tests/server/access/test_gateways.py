@@ -165,9 +165,7 @@ def test_secrets_are_compared_in_a_time_that_tells_nothing(monkeypatch: pytest.M
     assert compared == [(each.encode(), SECRET.encode()) for each in (SECRET, "", "x" * 64)]
 
 
-def test_what_is_wrong_is_noted_once_a_minute_for_each_socket_address_with_how_many_there_were() -> (
-    None
-):
+def test_what_is_wrong_is_noted_and_counted_once_a_minute_for_each_socket_address() -> None:
     known, forged = Known(), replace(forwarded(LAN), secret="guess")
     for second in range(130):
         known.origin(forged, SHARED, NOW + second * SECOND)
