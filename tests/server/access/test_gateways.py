@@ -1,4 +1,4 @@
-"""Whose word on where a connection comes from is believed, and what is noted of the others."""
+"""Whose word on where a connection comes from is believed (promise 41), and what is noted."""
 
 from dataclasses import replace
 

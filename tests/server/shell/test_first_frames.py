@@ -1,4 +1,4 @@
-"""Connections from a gateway's address: whose they are, and what they count for before that."""
+"""Connections from a gateway's address (promise 41): whose they are, and what they count for."""
 
 from collections.abc import Callable
 from dataclasses import replace

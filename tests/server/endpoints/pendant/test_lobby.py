@@ -134,13 +134,11 @@ def test_a_cell_that_failed_is_still_there_and_nobody_holds_it() -> None:
 def test_it_says_that_a_robot_moves_and_is_emulated() -> None:
     rig = ready()
     holder = rig.holder()
-    asking = rig.stranger()
-    (before,) = told(asking.send(asked()))["cells"]
+    (before,) = told(rig.stranger().send(asked()))["cells"]
     holder.move(0.5, 0.0)
-    rig.run(30)
+    rig.wait(300)
     rig.core.cell.feedback.says_emulated = True
-    rig.now += SECOND
-    (after,) = told(asking.send(asked()))["cells"]
+    (after,) = told(rig.stranger().send(asked()))["cells"]
     assert [before[key] for key in ("moving", "emulated", "holder")] == [False, False, "holder"]
     assert [after[key] for key in ("moving", "emulated")] == [True, True]
 
@@ -292,9 +290,8 @@ def test_128_cells_fit_a_frame(letter: str) -> None:
 @given(st.text(max_size=80))
 def test_whatever_a_robot_and_a_holder_are_called_the_lobby_is_one_line_of_text(name: str) -> None:
     glance = CellGlance(name, is_moving=True, is_emulated=True)
-    (cell,) = room_of(1, name, glance).describe(Desk().login, 1, "127.0.0.1", "openpendant")[
-        "cells"
-    ]
+    lobby = room_of(1, name, glance)
+    (cell,) = lobby.describe(Desk().login, 1, "127.0.0.1", "openpendant")["cells"]
     for text, most in ((cell["robot"], 64), (cell["display"], 64), (cell["holder"], 32)):
         assert len(text.encode()) <= most
         assert text.isprintable()
