@@ -41,8 +41,8 @@ from .passwords import Secret
 
 _MOST_BYTES = 1_048_576
 
-_SECRET = re.compile(rb"\s*[0-9A-Fa-f]{64}\s*")
-_MOST_SECRET = 256
+_SECRET = re.compile(rb"\s{0,8}[0-9A-Fa-f]{64}\s{0,8}")
+_MOST_SECRET = 80
 
 _CERTIFICATE = b"-----BEGIN CERTIFICATE-----"
 _KEY = b"PRIVATE KEY-----"
