@@ -16,6 +16,7 @@ from rigs.cells.admission_desk import BOOK
 from rigs.cells.timed_server import TimedServer
 from rigs.data.dearest_frames import (
     Make,
+    first_rows,
     message_rows,
     operation_rows,
     stranger_rows,
@@ -53,12 +54,16 @@ NOW_AND_THEN = frozenset(
 )
 """Rows that hold or do not, by how busy the machine is or by what was before."""
 
+NO_HELLO = ""
+"""Stands for the name of who has not even said hello."""
+
 ROWS = operation_rows()
 
 BESIDE: Mapping[str, tuple[str | None, Callable[[], Mapping[str, Make]]]] = {
     "messages": ("ann", message_rows),
     "streams": ("ann", stream_rows),
     "a stranger": (None, stranger_rows),
+    "who has said no hello": (NO_HELLO, first_rows),
 }
 
 
@@ -81,7 +86,7 @@ async def dearest(
     """
     best = (float("inf"), "nothing")
     for _ in range(TRIES):
-        client = await server.pendant(name)
+        client = server.guest() if name == NO_HELLO else await server.pendant(name)
         data = make(server)
         server.turns.clear()
         await client.say(data)

@@ -55,7 +55,7 @@ from ...events.replies import NAME_BYTES, claimed, cut, verdict
 from ...refusal import Refusal
 from ...settings.cell_settings import CellSettings
 from .connection_requests import ConnectionRequests
-from .lobby import Lobby
+from .lobby import CellLobby
 from .notifications import Listener, Listeners
 
 _ROLES = {
@@ -89,7 +89,7 @@ class CoreAccess:
     record: Record = _forget
     chooser: Chooser = field(default_factory=random.SystemRandom)
     numbers: Iterator[int] = field(default_factory=partial(count, 1))
-    lobby: Lobby = field(default_factory=Lobby)
+    lobby: CellLobby = field(default_factory=CellLobby)
 
 
 Regranted = Callable[[int, int], list[Effect]]

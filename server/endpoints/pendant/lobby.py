@@ -55,7 +55,7 @@ class LobbyCell:
     glance: Callable[[], CellGlance]
 
 
-class Lobby:
+class CellLobby:
     """All cells of a server, and who asked for them when."""
 
     def __init__(self) -> None:

@@ -17,7 +17,7 @@ from rigs.peers.server_clients import hello
 from openpendant.server.core.cell_core import CellCore
 from openpendant.server.core.server_core import ServerCore
 from openpendant.server.endpoints.pendant.access_requests import CoreAccess, Identity
-from openpendant.server.endpoints.pendant.lobby import CellGlance, Lobby, LobbyCell
+from openpendant.server.endpoints.pendant.lobby import CellGlance, CellLobby, LobbyCell
 from openpendant.server.events.effects import Send
 from openpendant.server.events.events import ClientEvent, Closed, Opened, Port, Received
 from openpendant.server.settings.cell_settings import make_settings
@@ -271,8 +271,8 @@ def test_a_lobby_of_another_size_is_malformed() -> None:
 # Sizes.
 
 
-def room_of(count: int, name: str, glance: CellGlance) -> Lobby:
-    lobby = Lobby()
+def room_of(count: int, name: str, glance: CellGlance) -> CellLobby:
+    lobby = CellLobby()
     for _ in range(count):
         lobby.join(LobbyCell(name, name * 4, name * 4, lambda: glance))
     return lobby
