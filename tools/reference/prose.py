@@ -78,9 +78,8 @@ Versions {_VERSIONS}. They use ids 65000 to 65535, which REP-I0004 leaves free, 
   {LOBBY_STAY_NS / 1e9:g} s.
 - **Hello first.** The first other message is a `hello` request, within
   {_PENDANTS.hello_deadline:g} s, with the version that the pendant speaks, in which it is answered.
-  Another version is refused with
-  VERSION, and the connection is closed. Any other request before it is refused with HELLO_FIRST;
-  only `ping` is answered, and a `lobby`, which has no version there.
+  Another version is refused with VERSION, and the connection is closed. Any other request before
+  it is refused with HELLO_FIRST; only `ping` is answered, and a `lobby`, which has no version yet.
 - **Version 2** is spoken with whoever says it in the hello: such a connection is sent no message
   and offered no capability that came later, does not know later requests and operations, and is
   told a code that it knows in place of a later one, with the same text. What came later says so.

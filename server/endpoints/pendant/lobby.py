@@ -61,12 +61,16 @@ class CellLobby:
     def __init__(self) -> None:
         """Know no cell yet."""
         self._cells: list[LobbyCell] = []
+        # What of each never changes, cut to what fits: to cut it again for each asker is dear.
+        self._fixed: list[ServedCell] = []
         # When each connection was answered last [ns], in that order.
         self._answered: dict[int, int] = {}
 
     def join(self, cell: LobbyCell) -> None:
         """Take a cell up, behind those that are here."""
         self._cells.append(cell)
+        robot, display = cut(cell.robot, ROBOT_BYTES), cut(cell.display, DISPLAY_BYTES)
+        self._fixed.append({"cell": cell.cell, "robot": robot, "display": display})
 
     @property
     def names(self) -> list[ServedCell]:
@@ -97,12 +101,10 @@ class CellLobby:
         connections = Counter(visitor.cell for visitor in login.visitors)
         needs_login = login.needs_login(address)
         cells: list[ServedCell] = []
-        for each in self._cells:
+        for each, fixed in zip(self._cells, self._fixed, strict=True):
             glance = each.glance()
             told: ServedCell = {
-                "cell": each.cell,
-                "robot": cut(each.robot, ROBOT_BYTES),
-                "display": cut(each.display, DISPLAY_BYTES),
+                **fixed,
                 "emulated": glance.is_emulated,
                 "login_needed": needs_login,
             }
