@@ -113,7 +113,7 @@ class Listening:
         self._loop = asyncio.get_running_loop()
         self._by_address = by_address
         self._rate = AcceptRate()
-        self._rates = rates or AddressRates()
+        self._rates = AddressRates() if rates is None else rates
         self._is_gateway = is_gateway
         self._arrivals: FairQueue[_Arrival] = FairQueue()
         self._letting_in: asyncio.Handle | None = None

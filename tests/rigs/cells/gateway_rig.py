@@ -1,4 +1,4 @@
-"""A server that knows two gateways: one that shares its address with others, and one that does not.
+"""A server that knows three gateways, of which one shares its address with other programs.
 
 Everything is that of `guarded_bytes`; connections come through a gateway, past it, or directly from
 the address that is meant.
@@ -22,9 +22,13 @@ SHARED = "127.0.0.1"
 ALONE = "127.0.0.2"
 """Address of the gateway `own`, from which nobody else comes."""
 
+FAR = "198.51.100.5"
+"""Address of the gateway `far`, which is another machine."""
+
 GATEWAYS = (
     Gateway("web", ip_of(SHARED), Secret(SECRET)),
     Gateway("own", ip_of(ALONE), Secret(SECRET[::-1])),
+    Gateway("far", ip_of(FAR), Secret(SECRET[::-1])),
 )
 FORWARDED = Forwarded.PLACE.msg_type
 
