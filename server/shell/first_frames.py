@@ -94,11 +94,13 @@ class FirstFrames:
         if isinstance(message, Forwarded) and message.comm_type == CommType.REQUEST:
             origin = self._login.gateways.origin(client.address, message, now)
             if isinstance(origin, Refusal):
-                return _refuse(client, origin)
+                _refuse(client, origin)
+                return None
             return self._forwarded(client, message, origin, now)
         if is_malformed_forward(message):
             refusal = self._login.gateways.refuse(client.address, UNREADABLE, now)
-            return _refuse(client, refusal)
+            _refuse(client, refusal)
+            return None
         if not self._login.gateways.is_alone_at(client.address):
             return Introduced(client)
         refusal = Refusal(VerdictCode.FORWARD_FIRST)
@@ -164,5 +166,5 @@ def _refuse(client: Client, refusal: Refusal) -> None:
 def _as_known(message: object, refusal: Refusal) -> Refusal:
     """Return a refusal by a code that whoever sent a first frame knows."""
     if isinstance(message, Hello) and message.protocol_version < PROTOCOL_VERSION:
-        return Refusal(in_version_2(refusal.code), refusal.sentence)
+        return Refusal(VerdictCode(in_version_2(refusal.code)), refusal.sentence)
     return refusal

@@ -9,6 +9,7 @@ import string
 from collections.abc import Callable
 from dataclasses import dataclass, replace
 from itertools import count
+from typing import Any
 
 import pytest
 from hypothesis import HealthCheck, given, settings
@@ -111,9 +112,9 @@ def rights(rig: GatewayRig, client: ByteClient) -> Rights:
         client.tell(make(next(numbers)))
         return V(next(each.code for each in client.heard() if isinstance(each, Verdict)))
 
-    def asked(op: str) -> dict[str, object]:
+    def asked(op: str) -> dict[str, Any]:
         client.tell(Management(next(numbers), json.dumps({"op": op}).encode()))
-        body: dict[str, object] = json.loads(client.heard()[-1].body)
+        body: dict[str, Any] = json.loads(client.heard()[-1].body)
         return body
 
     observed = asked("snapshot").get("code", V.ACCEPTED)
@@ -303,6 +304,9 @@ async def test_promise_41_whatever_comes_before_hello_is_answered_or_closed_in_t
     if taken:
         assert isinstance(said[0], Forwarded)
         assert is_true(said[0], peer)
+    refused = [each for each in told if isinstance(each, HeaderOnly) and each.reply_code == 2]
+    if any(each.msg_type == FORWARDED for each in refused):
+        assert client.transport.is_over, "a word that is not believed, and still there"
     if not any(isinstance(each, HelloReply | LobbyReply) for each in told):
         for _ in range(42):
             rig.check_deadlines(0.1)

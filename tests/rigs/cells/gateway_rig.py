@@ -41,11 +41,11 @@ def forwarded(address: str, *, is_encrypted: int = 1) -> Forwarded:
 class GatewayRig(GuardedBytes):
     """The server and its connections."""
 
-    def __init__(self, *, has_accounts: bool = True, **more: int) -> None:
+    def __init__(self, *, has_accounts: bool = True, **listen: int) -> None:
         self.has_accounts = has_accounts
         book = BOOK if has_accounts else AccountBook()
         desk = Desk(book, single_user_host=not has_accounts, gateways=GATEWAYS)
-        super().__init__(desk=desk, **more)
+        super().__init__(checks_at_once=True, desk=desk, **listen)
 
     def through(self, address: str) -> ByteClient:
         """Have a connection of an address come through the gateway `web`."""

@@ -135,7 +135,7 @@ def test_another_file_is_refused_at_the_start(
 
 
 def test_the_secret_of_a_gateway_elsewhere_needs_tls(tmp_path: Path) -> None:
-    tables = {
+    tables: dict[str, Any] = {
         "gateways": [
             gateway(address="192.0.2.5", secret_file=str(tmp_path / "gateway.secret")),
         ]
@@ -145,7 +145,7 @@ def test_the_secret_of_a_gateway_elsewhere_needs_tls(tmp_path: Path) -> None:
     assert caught.value.key == "address of gateway 'web'"
     assert "TLS" in caught.value.problem
     certificate, key = make_certificate(tmp_path)
-    tables["tls"] = {"certificate": str(certificate), "key": str(key)}  # type: ignore[assignment]
+    tables["tls"] = {"certificate": str(certificate), "key": str(key)}
     assert opened(tmp_path, HEX.encode(), **tables) == HEX
 
 

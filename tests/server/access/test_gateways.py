@@ -1,5 +1,6 @@
 """Whose word on where a connection comes from is believed (promise 41), and what is noted."""
 
+import hmac
 from dataclasses import replace
 
 import pytest
@@ -159,7 +160,7 @@ def test_secrets_are_compared_in_a_time_that_tells_nothing(monkeypatch: pytest.M
         compared.append((left, right))
         return left == right
 
-    monkeypatch.setattr(gateways.hmac, "compare_digest", compare)
+    monkeypatch.setattr(hmac, "compare_digest", compare)
     for secret in (SECRET, "", "x" * 64):
         Known().origin(replace(forwarded(LAN), secret=secret))
     assert compared == [(each.encode(), SECRET.encode()) for each in (SECRET, "", "x" * 64)]
