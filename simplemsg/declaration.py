@@ -81,7 +81,8 @@ class Text(Field):
 
     Attributes:
         size: bytes on the wire.
-        secret: a password or code, shown to nobody; only as the last field.
+        secret: a password or code, shown to nobody; one in a message, before any field of no fixed
+            size.
     """
 
     size: int = 32

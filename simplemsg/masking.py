@@ -1,8 +1,8 @@
 """Masking of secrets in bytes that are written down.
 
-Owns that no password and no pairing code gets into a journal or a recording (promise 30). Sizes
-stay, and what is text stays text, so that whoever reads the masked bytes takes them apart as the
-real ones were. Secrets are the fields that are declared so; each is the last one of its message.
+Owns that no password, pairing code or secret of a gateway gets into a journal or a recording
+(promise 30). Sizes stay, and what is text stays text, so that whoever reads the masked bytes takes
+them apart as the real ones were. Secrets are the fields that are declared so, one in a message.
 """
 
 from __future__ import annotations
@@ -52,28 +52,35 @@ _UTF8_CLASSES = (
 _MASKED = bytes(map(_substitute, range(256)))
 
 
-def _secret_from(cls: type[Record]) -> int | None:
-    """Return the offset of a message's secret in its frame; None where it has none."""
+_Span = tuple[int, int]
+"""Where a secret begins in a frame, and where it ends."""
+
+_NOWHERE: _Span = (0, 0)
+
+
+def _secret_of(cls: type[Record]) -> _Span:
+    """Return where a message's secret is in its frame; `_NOWHERE` where it has none."""
     at = HEADER_SIZE
     for name, field in cls.FIELDS.items():
-        if cls.is_secret(name):
-            return at
         match field:
+            case Text() if cls.is_secret(name):
+                return at, at + field.size
             case Int():
                 at += 4
             case Text():
                 at += field.size
             case _:
-                return None
-    return None
+                return _NOWHERE
+    return _NOWHERE
 
 
-def _layouts() -> dict[int, dict[int, int | None]]:
-    """Return by message type, for each declared size of frame, the offset of its secret."""
-    layouts: dict[int, dict[int, int | None]] = {}
+def _layouts() -> dict[int, dict[int, _Span]]:
+    """Return by message type, for each declared size of frame, where its secret is."""
+    with_secret = {_number(cls) for cls in PENDANT_MESSAGES if _secret_of(cls) != _NOWHERE}
+    layouts: dict[int, dict[int, _Span]] = {}
     for cls in PENDANT_MESSAGES:
-        if any(_secret_from(each) for each in PENDANT_MESSAGES if _number(each) == _number(cls)):
-            layouts.setdefault(_number(cls), {})[_size(cls)] = _secret_from(cls)
+        if _number(cls) in with_secret:
+            layouts.setdefault(_number(cls), {})[_size(cls)] = _secret_of(cls)
     return layouts
 
 
@@ -102,7 +109,7 @@ class SecretMask:
         self._word: Literal["little", "big"] | None = None
         self._at = 0
         self._size = 0
-        self._mask_from: int | None = None
+        self._secret = _NOWHERE
         self.is_lost = False
 
     def feed(self, data: bytes) -> bytes:
@@ -128,10 +135,10 @@ class SecretMask:
         return (_TYPE_ENDS if self._at < _TYPE_ENDS else self._size) - self._at
 
     def _masked(self, part: bytes) -> bytes:
-        if self._mask_from is None:
+        begin, end = (max(at - self._at, 0) for at in self._secret)
+        if not end:
             return part
-        clear = max(0, self._mask_from - self._at)
-        return part[:clear] + part[clear:].translate(_MASKED)
+        return part[:begin] + part[begin:end].translate(_MASKED) + part[end:]
 
     def _pass(self, part: bytes) -> None:
         if self._at < _TYPE_ENDS:
@@ -144,7 +151,7 @@ class SecretMask:
         elif self._at == self._size:
             self._head.clear()
             self._at = self._size = 0
-            self._mask_from = None
+            self._secret = _NOWHERE
 
     def _read_length(self) -> None:
         if self._word is None:
@@ -159,7 +166,7 @@ class SecretMask:
         layouts = _LAYOUTS.get(int.from_bytes(self._head[PREFIX_SIZE:], self._word))
         if layouts is not None:
             # A frame of another size than declared may hold the secret anywhere.
-            self._mask_from = layouts.get(self._size, HEADER_SIZE)
+            self._secret = layouts.get(self._size, (HEADER_SIZE, self._size))
 
 
 def masked_body(msg_type: int, body: bytes) -> bytes:

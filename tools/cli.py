@@ -54,6 +54,9 @@ COMMANDS: Mapping[str, Command] = {
         "openpendant.server.cli.store_commands", "show, carry and check saved documents"
     ),
     "users": Command("openpendant.server.cli.users_commands", "list, add and change the accounts"),
+    "cells": Command(
+        "openpendant.tools.pendants.commands.cells", "list the cells of a server, without a login"
+    ),
     "connections": Command(
         "openpendant.tools.pendants.commands.connections",
         "show and close the connections of a server, bar an address",

@@ -22,6 +22,7 @@ from ..refusal import Refusal
 from .accounts import Account, AccountBook, account_key, name_fault
 from .audit import AuditEvent, Detail
 from .exposure import is_loopback
+from .gateways import Gateways
 from .lockout import SECOND_NS, Charge, Lockout
 from .pairing import Chooser, PairingCode, PairingCodes
 from .passwords import NOBODYS_HASH, PasswordHash, Secret
@@ -68,6 +69,7 @@ class Admission:
     Attributes:
         single_user_host: without accounts, a connection from this machine is admin.
         places: the connections, and which of them has a place as what.
+        gateways: whose word on the address of a connection is believed.
     """
 
     def __init__(
@@ -79,15 +81,18 @@ class Admission:
         observe_without_login: bool = False,
         pairing: PairingCodes | None = None,
         max_connections: int = 256,
+        gateways: Gateways | None = None,
     ) -> None:
         """Admit nobody yet.
 
         Args:
             single_user_host: the server listens on loopback addresses only.
             observe_without_login: whoever reaches the server may look on.
+            gateways: none is believed where left out.
         """
         self.visitors = Visitors(record, observe_without_login=observe_without_login)
-        self.places = ConnectionPlaces(self.visitors, max_connections)
+        self.gateways = gateways or Gateways((), record)
+        self.places = ConnectionPlaces(self.visitors, max_connections, self.gateways)
         self._book = book
         self.single_user_host = single_user_host
         self._lockout = Lockout()
@@ -107,15 +112,25 @@ class Admission:
         """True where whoever would move the robot has to log in."""
         return not (self._book.is_empty and self.single_user_host)
 
+    def needs_login(self, address: str) -> bool:
+        """Return True if whoever comes from an address has to log in to move a robot."""
+        return self.is_guarded or not is_loopback(address)
+
     def welcomed(
         self, session: int, address: str, client: str, cell: str, now: int
     ) -> Granted | None:
         """Take a connection that completed hello; return what it is granted without a login."""
         visitor = Visitor(session, address, client, cell)
-        if self._book.is_empty and self.single_user_host and is_loopback(address):
+        place = self.places.find(session)
+        forwarder = None if place is None else place.forwarder
+        about: dict[str, Detail] = {}
+        if forwarder is not None:
+            visitor.via = forwarder.gateway
+            about["encrypted"] = forwarder.is_encrypted
+        if not self.needs_login(address):
             name = client or f"session {session}"
             visitor.grant = Granted(session, Role.ADMIN, name, Basis.SINGLE_USER)
-        self.visitors.add(visitor, now)
+        self.visitors.add(visitor, now, **about)
         return visitor.grant
 
     def closed(self, session: int, now: int) -> int | None:

@@ -51,6 +51,9 @@ class AuditEvent(StrEnum):
     CONNECTION_CLOSED = "connection-closed"
     ADDRESS_BARRED = "address-barred"
     ADDRESS_UNBARRED = "address-unbarred"
+    FORWARD_REFUSED = "forward-refused"
+    """A connection stated wrongly for whom it speaks; says how many did since the last such line.
+    """
     AUTHORITY_TAKEN = "authority-taken"
     AUTHORITY_FORCED = "authority-forced"
     AUTHORITY_ENDED = "authority-ended"

@@ -4,21 +4,24 @@ Owns the context made of the table `[tls]` (promise 28): versions, client certif
 said of a file that cannot be used. TLS 1.3 and nothing older: its records are numbered and
 authenticated, so one that is replayed, reordered, altered or pasted from another connection ends
 the connection before a message is seen.
+
+Owns how the secrets of gateways are read (promise 41).
 """
 
 from __future__ import annotations
 
 import os
+import re
 import ssl
 import stat
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from contextlib import contextmanager
 from dataclasses import dataclass
 from pathlib import Path
 
 from openpendant.motion.bounded_file import beginning_of
 
-from ..settings.cell_settings import CellSettings, TlsSettings
+from ..settings.cell_settings import CellSettings, GatewaySettings, TlsSettings
 from ..settings.config_file import OFF, ConfigurationError
 from ..settings.server_settings import ServerSettings
 from ..store.store_client import default_path
@@ -26,10 +29,20 @@ from ..store.store_errors import StoreError
 from .access_backend import ProcessAccess, read_at_start, unreadable_accounts
 from .accounts import AccountBook
 from .audit_file import AuditLog
-from .exposure import Exposure, ExposureRefused, check_exposure, ros_port_warnings
+from .exposure import (
+    Exposure,
+    ExposureRefused,
+    check_exposure,
+    is_loopback,
+    ros_port_warnings,
+)
 from .handshake_cost import cost_warnings
+from .passwords import Secret
 
 _MOST_BYTES = 1_048_576
+
+_SECRET = re.compile(rb"\s{0,8}[0-9A-Fa-f]{64}\s{0,8}")
+_MOST_SECRET = 80
 
 _CERTIFICATE = b"-----BEGIN CERTIFICATE-----"
 _KEY = b"PRIVATE KEY-----"
@@ -118,11 +131,16 @@ def _words(error: ssl.SSLError) -> str:
 
 @dataclass(frozen=True, slots=True)
 class OpenedAccess:
-    """Access of a server that may listen."""
+    """Access of a server that may listen.
+
+    Attributes:
+        gateway_secrets: by the names of the gateways.
+    """
 
     backend: ProcessAccess
     tls: ssl.SSLContext | None
     warnings: tuple[str, ...]
+    gateway_secrets: Mapping[str, Secret]
 
 
 def exposure_of(cell: CellSettings) -> Exposure:
@@ -161,12 +179,40 @@ def opened_access(settings: ServerSettings, source: str) -> Iterator[OpenedAcces
         raise ConfigurationError(source, error.key, error.problem) from None
     except TlsUnusable as error:
         raise ConfigurationError(source, "tls", str(error)) from None
+    secrets = {each.name: _gateway_secret(each, first.tls, source) for each in first.gateways}
     audit = _audit_log(first.access.audit_log, source)
     backend = ProcessAccess(file, book, single_user=single_user, audit=audit)
     try:
-        yield OpenedAccess(backend, tls, tuple(dict.fromkeys(warnings)))
+        yield OpenedAccess(backend, tls, tuple(dict.fromkeys(warnings)), secrets)
     finally:
         backend.close()
+
+
+def _gateway_secret(gateway: GatewaySettings, tls: TlsSettings, source: str) -> Secret:
+    """Return the secret of a gateway.
+
+    Raises:
+        ConfigurationError: its file cannot be used, or the secret would cross the network in clear
+            text.
+    """
+    if not is_loopback(gateway.address) and not tls.is_on:
+        problem = f"{gateway.address} is another machine's, so the secret needs TLS; set [tls]"
+        raise ConfigurationError(source, f"address of gateway {gateway.name!r}", problem)
+    problem = ""
+    try:
+        mode = stat.S_IMODE(Path(gateway.secret_file).stat().st_mode)
+        content = beginning_of(Path(gateway.secret_file), _MOST_SECRET + 1)
+    except OSError as error:
+        problem = f"cannot be read: {error.strerror}"
+    else:
+        if os.name == "posix" and mode & (stat.S_IRWXG | stat.S_IRWXO):
+            problem = f"is open to other users of this machine (mode {mode:03o}); chmod 600"
+        elif not _SECRET.fullmatch(content):
+            problem = "does not hold 32 bytes in hexadecimal; write it with: openssl rand -hex 32"
+    if problem:
+        key = f"secret_file of gateway {gateway.name!r}"
+        raise ConfigurationError(source, key, f"{gateway.secret_file} {problem}")
+    return Secret(content.decode().strip())
 
 
 def _store_file(cell: CellSettings) -> Path | None:

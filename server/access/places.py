@@ -26,6 +26,7 @@ from openpendant.simplemsg.verdicts import VerdictCode
 
 from ..refusal import Refusal
 from .exposure import is_loopback
+from .gateways import Forwarder, Gateways
 from .lockout import SECOND_NS, ip_of, source_of
 from .request_gate import Basis, Granted, Visitors
 
@@ -92,6 +93,7 @@ class ConnectionPlace:
         since: when it was taken [ns].
         is_for_stop: nothing but a stop is taken on it.
         is_given_up: another connection has it; this one is being closed.
+        forwarder: the gateway that stated the address; None where it is the socket's.
     """
 
     session: int
@@ -102,6 +104,7 @@ class ConnectionPlace:
     since: int
     is_for_stop: bool = False
     is_given_up: bool = False
+    forwarder: Forwarder | None = None
 
 
 @dataclass(frozen=True, slots=True)
@@ -156,14 +159,18 @@ class ConnectionPlaces:
         most: how many connections there may be, as configured; those for a stop come on top.
     """
 
-    def __init__(self, visitors: Visitors, most: int = 256) -> None:
+    def __init__(
+        self, visitors: Visitors, most: int = 256, gateways: Gateways | None = None
+    ) -> None:
         """Know no connection yet.
 
         Args:
             visitors: who said hello, and what each was granted.
+            gateways: whose addresses are never barred; there is none where left out.
         """
         self.most = most
         self._visitors = visitors
+        self._gateways = gateways
         self._places: dict[int, ConnectionPlace] = {}
         self._bars: dict[str, int] = {}
 
@@ -191,7 +198,14 @@ class ConnectionPlaces:
     # Who comes and who goes.
 
     def opened(
-        self, session: int, address: str, now: int, *, is_pendant: bool, by_standing: bool
+        self,
+        session: int,
+        address: str,
+        now: int,
+        *,
+        is_pendant: bool,
+        by_standing: bool,
+        forwarder: Forwarder | None = None,
     ) -> PlaceGiven | Refusal:
         """Give a new connection a place, or return why there is none.
 
@@ -199,9 +213,12 @@ class ConnectionPlaces:
 
         Args:
             by_standing: there are accounts.
+            forwarder: the gateway that states the address; None where it is the socket's.
         """
         source, is_own = source_of(address), is_loopback(address)
-        newcomer = ConnectionPlace(session, address, source, is_own, is_pendant, now)
+        newcomer = ConnectionPlace(
+            session, address, source, is_own, is_pendant, now, forwarder=forwarder
+        )
         barred = self._barred(source, now)
         if barred is not None:
             # Somebody may stand beside a robot there: whoever is barred may stop it all the same.
@@ -448,6 +465,8 @@ class ConnectionPlaces:
         ip = ip_of(source.removesuffix("/64"))
         if ip is None or ip.is_loopback or ip.is_unspecified or ip.is_multicast:
             return f"{source} is this machine's own, or no address of one host"
+        if self._gateways is not None and self._gateways.has_source(source):
+            return f"a gateway connects from {source}; bar the addresses that it states"
         here = [place for place in self if place.source == source and not place.is_given_up]
         if any(place.session == by for place in here):
             return f"you come from {source} yourself"

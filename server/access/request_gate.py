@@ -31,6 +31,7 @@ from openpendant.simplemsg.pendant import (
     AuthorityBeat,
     Declare,
     Enabling,
+    Forwarded,
     Hello,
     Home,
     JogBeat,
@@ -40,6 +41,7 @@ from openpendant.simplemsg.pendant import (
     JogUndo,
     JointMove,
     JointPath,
+    Lobby,
     Login,
     Management,
     MotionControl,
@@ -69,7 +71,9 @@ from ..refusal import Refusal
 from .audit import AuditEntry, AuditEvent, Detail
 from .exposure import is_loopback
 
-FREE: frozenset[type[Message]] = frozenset({Hello, Declare, Login, SoftwareStop, JogRelease})
+FREE: frozenset[type[Message]] = frozenset(
+    {Forwarded, Lobby, Hello, Declare, Login, SoftwareStop, JogRelease}
+)
 """What anybody may ask: to come in and declare wishes, to stop, and to end a press of his own."""
 
 TOPICS: frozenset[type[Message]] = frozenset({AuthorityBeat, JogBeat, Enabling})
@@ -229,6 +233,7 @@ class Visitor:
         ended: why its last grant ended; empty where none did.
         has_failed: a login or a pairing of it failed.
         looks_on: it may look on, and wants to be sent state.
+        via: name of the gateway that stated its address; empty where it is the socket's.
     """
 
     session: int
@@ -240,6 +245,7 @@ class Visitor:
     ended: str = ""
     has_failed: bool = False
     looks_on: bool = False
+    via: str = ""
 
 
 Record = Callable[[AuditEntry], None]
@@ -264,10 +270,14 @@ class Visitors:
         """Return a connection; None where it has not completed hello, or is gone."""
         return self._visitors.get(session)
 
-    def add(self, visitor: Visitor, now: int) -> None:
-        """Take a connection that completed hello."""
+    def add(self, visitor: Visitor, now: int, **detail: Detail) -> None:
+        """Take a connection that completed hello.
+
+        Args:
+            detail: what else is noted of its coming.
+        """
         self._visitors[visitor.session] = visitor
-        self.note(AuditEvent.CONNECTED, visitor, now, client=visitor.client)
+        self.note(AuditEvent.CONNECTED, visitor, now, client=visitor.client, **detail)
 
     def remove(self, session: int, now: int) -> None:
         """Forget a connection and its grant."""
@@ -287,15 +297,16 @@ class Visitors:
             return None
         needs = f"{permission.value} needs the role {LEAST_ROLE[permission].value}"
         if grant is None:
-            if permission is Permission.OBSERVE and self._may_look_on(visitor):
+            if permission is Permission.OBSERVE and self.may_look_on(visitor.address):
                 return None
             why = f": {visitor.ended}" if visitor.ended else ""
             return Refusal(VerdictCode.LOGIN_NEEDED, f"{needs}; this connection has none{why}")
         text = f"{needs}; {grant.name} is {grant.role.value}"
         return Refusal(VerdictCode.ROLE_TOO_LOW, text)
 
-    def _may_look_on(self, visitor: Visitor) -> bool:
-        return self._observe_without_login or is_loopback(visitor.address)
+    def may_look_on(self, address: str) -> bool:
+        """Return True if whoever comes from an address may look on without a login."""
+        return self._observe_without_login or is_loopback(address)
 
     def end(self, visitor: Visitor, reason: str, now: int) -> GrantEnded:
         """Take back what a connection was granted."""
@@ -309,6 +320,8 @@ class Visitors:
         grant = visitor.grant
         if grant is None:
             detail.setdefault("client", visitor.client)
+        if visitor.via:
+            detail.setdefault("via", visitor.via)
         entry = AuditEntry(
             event,
             now,

@@ -259,7 +259,7 @@ async def _run(
     async with opened_store(settings.cells[0].store) as store:
         watchdog = watchdog_of([each.settings for each in served])
         parts = (served, journal, store, access.backend, watchdog, access.tls, made.planners)
-        server = App(*parts)
+        server = App(*parts, gateway_secrets=access.gateway_secrets)
         # The priority first, so that the watchdog's process has it as well.
         priority = asked_niceness(settings.cells[0].niceness)
         with priority, kept_journal(journal, journal_file, settings), watchdog:

@@ -37,6 +37,7 @@ from openpendant.simplemsg.verdicts import VerdictCode
 from ..cell.robot_cell import SERVER, RobotCell
 from ..cell.robot_model import RobotModel
 from ..endpoints.pendant.access_requests import CoreAccess, Identity
+from ..endpoints.pendant.lobby import CellGlance, LobbyCell
 from ..endpoints.pendant.pendant_endpoint import PendantEndpoint
 from ..endpoints.ros.ros_endpoint import RosEndpoint
 from ..endpoints.ros.ros_trajectory import RosPort
@@ -196,6 +197,8 @@ class CellCore:
             self.environment,
             is_read_apart,
         )
+        about = identity.cell, identity.robot, identity.display
+        access.lobby.join(LobbyCell(*about, glance=self._glance))
         self._trail = AuditTrail(access.record, access.login, self.cell, self.name)
         self.ros = RosEndpoint(self.cell, settings)
         self._endpoint_of: dict[int, PendantEndpoint | RosEndpoint] = {}
@@ -236,6 +239,12 @@ class CellCore:
         self._last_resort = dialect_of(settings.controller).uplink(
             settings.controller, limits.velocity
         )
+
+    def _glance(self) -> CellGlance:
+        """Return what anybody may be told of the cell before he has chosen it."""
+        holder = None if self.fault is not None else self.cell.authority.holder
+        name = "" if holder is None else holder.client
+        return CellGlance(name, self.is_moving, self.cell.feedback.says_emulated)
 
     def publish(self, event: CellEvent, now: int) -> list[Effect]:
         """Tell whom an event of the cell concerns: a motion's owner, or its subscribers."""

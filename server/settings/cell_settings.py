@@ -7,6 +7,7 @@ written: that is the business of `config_file`.
 
 from __future__ import annotations
 
+import ipaddress
 from collections.abc import Callable
 from enum import Enum
 from typing import Annotated, Any, Literal
@@ -140,6 +141,40 @@ class TlsSettings(SettingsTable):
     def is_on(self) -> bool:
         """True if connections are encrypted."""
         return bool(self.certificate)
+
+
+def _check_name(name: str) -> str:
+    if not (name.isprintable() and 1 <= len(name.encode("utf-8", "replace")) <= 32):
+        raise ValueError("a name is 1 to 32 bytes of printable characters")
+    return name
+
+
+def _check_gateway_address(address: str) -> str:
+    # Not through a name service: who asks that decides whose word is believed.
+    try:
+        ip = None if "%" in address else ipaddress.ip_address(address)
+    except ValueError:
+        ip = None
+    if ip is None or ip.is_unspecified or ip.is_multicast:
+        raise ValueError("accepted: the address of one host, not a network, a name, zone or port")
+    return address
+
+
+class GatewaySettings(SettingsTable):
+    """A program that opens connections for browsers, and is believed whose each is."""
+
+    name: Annotated[str, AfterValidator(_check_name)]
+    """What it calls itself, at most 32 bytes; stands in the audit log."""
+    address: Annotated[str, AfterValidator(_check_gateway_address)]
+    """Where its connections come from; off loopback TLS is demanded."""
+    secret_file: Annotated[str, Field(min_length=1)]
+    """File with its secret, 32 random bytes in hexadecimal, readable by its owner only."""
+
+
+def _check_gateways(gateways: tuple[GatewaySettings, ...]) -> tuple[GatewaySettings, ...]:
+    if len({each.name for each in gateways}) < len(gateways):
+        raise ValueError("each gateway needs a name of its own")
+    return gateways
 
 
 class ListenForAll(SettingsTable):
@@ -314,12 +349,6 @@ class JogSettings(SettingsTable):
     """How far set-points of a jog are sent ahead of the robot, s."""
 
 
-def _check_name(name: str) -> str:
-    if not (name.isprintable() and 1 <= len(name.encode("utf-8", "replace")) <= 32):
-        raise ValueError("a name is 1 to 32 bytes of printable characters")
-    return name
-
-
 CellName = Annotated[str, AfterValidator(_check_name)]
 
 
@@ -357,6 +386,10 @@ class SharedTables(SettingsTable):
     store: StoreFile = StoreFile()
     tls: TlsSettings = TlsSettings()
     access: AccessSettings = AccessSettings()
+    gateways: Annotated[
+        tuple[GatewaySettings, ...], Field(max_length=16), AfterValidator(_check_gateways)
+    ] = ()
+    """Programs that open connections for browsers."""
 
 
 class CellSettings(OwnTables, SharedTables):

@@ -9,7 +9,7 @@ from __future__ import annotations
 
 import json
 from pathlib import Path
-from typing import Any, TypeVar
+from typing import Any, TypeVar, get_args
 
 from pydantic import BaseModel, ValidationError
 
@@ -86,7 +86,11 @@ def checked(model: type[_M], data: object, source: str, owner: str = "") -> _M:
 
 def _known_keys(model: type[BaseModel], location: tuple[int | str, ...]) -> list[str]:
     for part in location[:-1]:
-        annotation = model.model_fields[str(part)].annotation
+        if isinstance(part, int):  # the place in an array of tables, whose model is known by now
+            continue
+        annotation = model.model_fields[part].annotation
+        # Of an array of tables that of one: `tuple[Table, ...]`.
+        annotation = next(iter(get_args(annotation)), annotation)
         if isinstance(annotation, type) and issubclass(annotation, BaseModel):
             model = annotation
     return list(model.model_fields)
@@ -101,12 +105,19 @@ def settings_as_toml(settings: BaseModel, within: str = "") -> str:
     lines: list[str] = [f"[[{within}]]"] if within else []
     tables: list[str] = []
     for name, value in settings.model_dump().items():
+        full = f"{within}.{name}" if within else name
         if isinstance(value, dict):
-            table = f"[{within}.{name}]" if within else f"[{name}]"
-            tables += ["", table] + [f"{key} = {_toml(item)}" for key, item in value.items()]
+            tables += ["", f"[{full}]", *_keys(value)]
+        elif isinstance(value, tuple) and value and isinstance(value[0], dict):
+            for table in value:
+                tables += ["", f"[[{full}]]", *_keys(table)]
         else:
             lines.append(f"{name} = {_toml(value)}")
     return "\n".join(lines + tables) + "\n"
+
+
+def _keys(table: dict[str, object]) -> list[str]:
+    return [f"{key} = {_toml(item)}" for key, item in table.items()]
 
 
 def _toml(value: object) -> str:

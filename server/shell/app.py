@@ -11,7 +11,7 @@ import asyncio
 import logging
 import ssl
 import time
-from collections.abc import AsyncIterator, Callable, Sequence
+from collections.abc import AsyncIterator, Callable, Mapping, Sequence
 from contextlib import AsyncExitStack, asynccontextmanager, suppress
 from functools import partial
 
@@ -20,10 +20,13 @@ from openpendant.simplemsg.journal import Journal
 
 from ..access.access_backend import AccessBackend
 from ..access.admission import Admission
+from ..access.arrivals import AddressRates
 from ..access.audit import AuditEntry, AuditEvent
+from ..access.gateways import Gateway, Gateways
 from ..access.lockout import SECOND_NS
 from ..access.open_access import exposure_of
 from ..access.pairing import PairingCodes
+from ..access.passwords import Secret
 from ..access.request_gate import Granted
 from ..core.cell_core import CellCore
 from ..core.server_core import ServerCore
@@ -67,6 +70,7 @@ class App:
         watchdog: Watchdog | None = None,
         tls: ssl.SSLContext | None = None,
         planners: Sequence[ForkedChild] = (),
+        gateway_secrets: Mapping[str, Secret] | None = None,
         clock: Callable[[], int] = loop_time,
     ) -> None:
         """Join the parts.
@@ -76,6 +80,8 @@ class App:
             watchdog: stops the robots where this process freezes; nobody does where left out.
             tls: encrypts the pendant port; nothing does where left out.
             planners: planning processes that run already.
+            gateway_secrets: of the gateways that the settings name, by their names; one whose
+                secret is missing is not believed.
             clock: the monotonic time of events [ns]; the running loop's where left out.
         """
         self._store = store
@@ -89,13 +95,13 @@ class App:
         self._served = served
         unplanned = [each.settings.robot for each in served if each.planner is None]
         self._pool = PlanningPool(unplanned, planners) if unplanned else None
-        self.login = self._login()
+        self.login = self._login(gateway_secrets or {})
         core_access = CoreAccess(self.login, self._access.record)
-        names = tuple((each.settings.name, each.robot.name) for each in served)
         apart = self._observations.is_read_apart
-        self._router = ServerCore([_core(each, names, core_access, apart) for each in served])
+        self._router = ServerCore([_core(each, core_access, apart) for each in served])
         self._settings = [each.settings for each in served]
-        self.clients = Clients(self._settings, self.login)
+        self._rates = AddressRates()
+        self.clients = Clients(self._settings, self.login, self._is_within_rate)
         self.cells: list[CellShell] = []
         self.inbox = Inbox(journal, self._router, self.cells, self.clients, clock)
         self.connect = partial(ClientConnection, self.inbox, self._observations, share=LoopShare())
@@ -131,7 +137,7 @@ class App:
         )
         return CellShell(core, label, links, outbox)
 
-    def _login(self) -> Admission:
+    def _login(self, secrets: Mapping[str, Secret]) -> Admission:
         """Make the login of all cells."""
         first = self._served[0].settings
         numbers = {each.settings.name: str(at) for at, each in enumerate(self._served, 1)}
@@ -146,7 +152,16 @@ class App:
             observe_without_login=first.access.observe_without_login,
             pairing=codes,
             max_connections=first.listen.max_connections,
+            gateways=Gateways(
+                [Gateway.of(each, secrets.get(each.name)) for each in first.gateways],
+                self._access.record,
+                self._observations.is_gateway,
+            ),
         )
+
+    def _is_within_rate(self, session: int, source: str, now: int) -> bool:
+        """Count a connection for the rate of the address that a gateway stated."""
+        return self._observations.is_within_rate(session, self._rates.is_within(source, now))
 
     @property
     def _is_single_user(self) -> bool:
@@ -266,7 +281,9 @@ class App:
             self.take_accounts()
             self._note(AuditEvent.SERVER_STARTED)
             stack.callback(self._note, AuditEvent.SERVER_STOPPED)
-            self._listening = listening = Listening(lambda: self.login.is_guarded)
+            self._listening = listening = Listening(
+                lambda: self.login.is_guarded, self._rates, self.login.gateways.has
+            )
             stack.callback(listening.close)
             ports = await listen_for(
                 *(self._settings, listening, self.connect, self._tls),
@@ -322,12 +339,12 @@ class App:
 
 def _core(
     served: CellParts,
-    cells: tuple[tuple[str, str], ...],
     access: CoreAccess,
     is_read_apart: Callable[[int], bool],
 ) -> CellCore:
     settings, robot = served.settings, served.robot
-    identity = Identity(settings.name, robot.name, f"openpendant {__version__}", cells)
+    display = f"{robot.manufacturer} {robot.model}".strip()
+    identity = Identity(settings.name, robot.name, f"openpendant {__version__}", display)
     mathematics = RobotKinematics(robot)
     about = settings, robot.limits, identity, mathematics
     return CellCore(*about, mathematics, access, is_read_apart)

@@ -55,7 +55,7 @@ from ..planning.plan_store import PlanStore
 from ..settings.cell_settings import CellSettings, ControllerPath
 from ..store.requests import Request
 from ..store.store_client import StoreClient
-from .clients import Client
+from .client import Client
 from .controller_connection import ControllerConnection
 
 log = logging.getLogger("openpendant.server")

@@ -11,6 +11,8 @@ system then resets the connection. Such a connection belongs to no cell, takes n
 whatever else it says is not read. A connection on the place of its address for a stop belongs to
 its cell like any other, but nothing of it goes there beside a hello and a stop.
 
+A connection from a gateway's address waits for its first frame before all that (`first_frames`).
+
 Owns how much of the loop each connection takes: counted by the connections, and compared once a
 second.
 """
@@ -19,13 +21,11 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
-from typing import Protocol
 
 from openpendant.simplemsg import (
     Arrival,
     ByteOrder,
     CommType,
-    Connection,
     Message,
     Overtaken,
     WaitingStop,
@@ -34,8 +34,10 @@ from openpendant.simplemsg.pendant import Hello, SoftwareStop
 from openpendant.simplemsg.verdicts import VerdictCode
 
 from ..access.admission import Admission
+from ..access.arrivals import AddressRates
 from ..access.connection_loads import ConnectionLoad, LoadQuestion
 from ..access.exposure import clear_text_fault, unasked_fault
+from ..access.gateways import Forwarder
 from ..access.lockout import SECOND_NS
 from ..access.open_access import exposure_of
 from ..access.places import STOP_PLACE_NS, PlaceGiven
@@ -43,54 +45,8 @@ from ..events.events import Port
 from ..events.replies import sent_away, verdict
 from ..refusal import Refusal
 from ..settings.cell_settings import CellSettings
-
-
-class Client(Protocol):
-    """One accepted connection; a `ClientConnection` is one.
-
-    Attributes:
-        cell: number of the cell whose port that is; None for the pendant port of all.
-        load: what it took of the loop since it was opened.
-    """
-
-    session: int
-    port: Port
-    cell: int | None
-    address: str
-    wire: Connection
-    load: ConnectionLoad
-
-    def send(self, message: Message) -> None:
-        """Write a message."""
-
-    def write(self, frame: bytes) -> None:
-        """Write a frame that was encoded for this conversation."""
-
-    def failed(self, error: Exception) -> None:
-        """Take note of what went wrong with a message to it, for `check_deadlines`."""
-
-    def is_clogged(self) -> bool:
-        """Return True if the client reads too slowly for another state message."""
-
-    def check_deadlines(self, now: int) -> None:
-        """Cut off a client whose frame never ends or who never reads.
-
-        Raises:
-            Exception: what went wrong with a message to it.
-        """
-
-    def hold(self) -> None:
-        """Let wait what it sends, but for what stops or keeps alive."""
-
-    def release(self) -> None:
-        """Go on with what waits."""
-
-    def close(self, reason: str) -> None:
-        """Close after what was written has left."""
-
-    def abort(self, reason: str) -> None:
-        """Close at once; what was not written is lost."""
-
+from .client import Client
+from .first_frames import FirstFrames, IsWithinRate
 
 MOST_TURNED_AWAY = 32
 """So many wait for their answer at once; any more are closed without one. Connections are taken so
@@ -231,24 +187,42 @@ STRANGERS_READ_AHEAD = 64 * 1024
 _NOTHING = (0, 0, 0)
 
 
+def _by_own_rates() -> IsWithinRate:
+    rates = AddressRates()
+    return lambda session, source, now: rates.is_within(source, now)
+
+
 class Clients:
     """All client connections of a server.
 
     Attributes:
         rejections: those for which there is no place.
         stop_places: those that may only stop.
+        first_frames: those from the address of a gateway that have said nothing yet.
         loads_due: when `count_loads` is to be called again [ns].
     """
 
-    def __init__(self, settings: Sequence[CellSettings], login: Admission) -> None:
+    def __init__(
+        self,
+        settings: Sequence[CellSettings],
+        login: Admission,
+        is_within_rate: IsWithinRate | None = None,
+    ) -> None:
         """Know no connection yet.
 
         Args:
             settings: of each cell.
+            is_within_rate: asked of each address that a gateway states, where addresses are told
+                apart; by rates of their own where left out.
         """
         self.by_session: dict[int, Client] = {}
         self.rejections = Rejections()
         self.stop_places = StopPlaces()
+        self.first_frames = FirstFrames(
+            login,
+            is_within_rate or _by_own_rates(),
+            round(settings[0].pendants.hello_deadline * SECOND_NS),
+        )
         self._settings = settings
         self._login = login
         self._orders: dict[tuple[int | None, str], ByteOrder] = {}
@@ -262,8 +236,16 @@ class Clients:
         self._last_session += 1
         return self._last_session
 
-    def admit(self, client: Client, now: int) -> bool:
-        """Let a new connection in, or turn it away; return True if it is in."""
+    def is_awaited(self, client: Client) -> bool:
+        """Return True if the first frame of a new connection is to say whose it is."""
+        return client.port is Port.PENDANT and self._login.gateways.has(client.address)
+
+    def admit(self, client: Client, now: int, forwarder: Forwarder | None = None) -> bool:
+        """Let a new connection in, or turn it away; return True if it is in.
+
+        Args:
+            forwarder: the gateway that stated its address; None where that is the socket's.
+        """
         fault = self._clear_text_fault(client)
         if fault is not None:
             client.abort(fault)
@@ -274,6 +256,7 @@ class Clients:
             now,
             is_pendant=client.port is Port.PENDANT,
             by_standing=self._login.is_guarded,
+            forwarder=forwarder,
         )
         if not isinstance(decided, PlaceGiven):
             self.rejections.reject(client, decided, now)
@@ -295,7 +278,9 @@ class Clients:
         client.abort(_DISPLACED.sentence)
 
     def forget(self, session: int) -> bool:
-        """Forget a connection that ended; return False if it was not let in."""
+        """Forget a connection that ended; return False if it was turned away."""
+        if self.first_frames.forget(session):
+            return True
         self.rejections.forget(session)
         self.stop_places.forget(session)
         self._login.places.closed(session)
@@ -330,6 +315,7 @@ class Clients:
     def hang_up(self, reason: str) -> None:
         """Close every connection."""
         self.rejections.hang_up()
+        self.first_frames.hang_up(reason)
         for client in list(self.by_session.values()):
             client.close(reason)
 

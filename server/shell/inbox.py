@@ -21,6 +21,7 @@ from openpendant.simplemsg.journal import Journal
 
 from ..access.accounts import AccountBook
 from ..access.connection_loads import ConnectionLoad, LoadQuestion
+from ..access.gateways import Forwarder
 from ..core.server_core import ServerCore
 from ..events.effects import BACKENDS, Ask
 from ..events.events import (
@@ -35,7 +36,8 @@ from ..events.events import (
     StopReceived,
 )
 from ..journal.event_records import ANSWERED, PasswordNumbers, answer_to_record
-from .clients import Client, Clients
+from .client import Client
+from .clients import Clients
 from .loop_timing import Gap
 
 
@@ -65,6 +67,17 @@ class Observations:
     def has_stopped(self, link: str, has_stopped: bool) -> bool:
         """Return whether the watchdog has sent a STOP to a robot."""
         return self._noted("stopped", link, has_stopped)
+
+    def is_gateway(self, gateway: int, is_right: bool) -> bool:
+        """Return whether a secret was that of a gateway, which no journal holds."""
+        return self._noted("gateway", gateway, is_right)
+
+    def is_within_rate(self, session: int, is_within: bool) -> bool:
+        """Return whether the address that a gateway stated is within its rate of connections.
+
+        What came from there past the gateway counts as well, and stands in no journal.
+        """
+        return self._noted("rate", session, is_within)
 
     def turn_ended(self, link: str | int, taken: int, is_over: bool) -> bool:
         """Return whether a connection has had its share of the processor in this turn of the loop.
@@ -172,7 +185,18 @@ class Inbox:
             "opened", client.session, port=client.port.name, address=client.address, **more
         )
         try:
-            is_admitted = self.clients.admit(client, now)
+            if self.clients.is_awaited(client):
+                self.clients.first_frames.await_of(client, now)
+                return
+        except Exception as error:
+            self.client_failed(client, error, now)
+            return
+        self._let_in(client, None, now)
+
+    def _let_in(self, client: Client, forwarder: Forwarder | None, now: int) -> None:
+        """Tell its cell of a connection; turn it away where it may not be here."""
+        try:
+            is_admitted = self.clients.admit(client, now, forwarder)
         except Exception as error:
             self.client_failed(client, error, now)
             return
@@ -193,6 +217,8 @@ class Inbox:
         cell = self._settled.get(session)
         if cell is not None:
             cell.deliver(event, now)
+        elif session in self.clients.first_frames:
+            self._received_first(session, message, now)
         elif session not in self.clients.by_session:
             self.clients.rejections.receive(session, message)
         elif session in self.clients.stop_places.until:
@@ -202,6 +228,15 @@ class Inbox:
             home = self._server.settled(session)
             if home is not None:
                 self._settled[session] = self._cells[home]
+
+    def _received_first(self, session: int, message: Arrival, now: int) -> None:
+        """Let a connection in by what it says first, and take that where it is no FORWARDED."""
+        introduced = self.clients.first_frames.take(session, message, now)
+        if introduced is None:
+            return
+        self._let_in(introduced.client, introduced.forwarder, now)
+        if introduced.forwarder is None:
+            self.received(session, message, now)
 
     def _received_for_stop(self, session: int, message: Arrival, now: int) -> None:
         """Hand a stop, or the hello in front of it, to the cell; nothing else of such a client."""
@@ -228,6 +263,7 @@ class Inbox:
     def check_deadlines(self, now: int) -> None:
         """Close the connections that read or write too slowly."""
         self.clients.rejections.check_deadlines(now)
+        self.clients.first_frames.check_deadlines(now)
         if self.clients.stop_places.until:
             self.clients.end_stop_places(now)
         if now >= self.clients.loads_due:

@@ -73,10 +73,15 @@ class _ListeningSocket:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class _Arrival:
-    """A connection that waits to be let in."""
+    """A connection that waits to be let in.
+
+    Attributes:
+        is_counted: it counts with those of its source: neither of this machine nor of a gateway.
+    """
 
     socket: socket.socket
     source: str
+    is_counted: bool
     listener: _ListeningSocket
 
 
@@ -84,26 +89,39 @@ def _never() -> bool:
     return False
 
 
+def _is_none(_address: str) -> bool:
+    return False
+
+
 class Listening:
     """All listening sockets of a server."""
 
-    def __init__(self, by_address: Callable[[], bool] = _never) -> None:
+    def __init__(
+        self,
+        by_address: Callable[[], bool] = _never,
+        rates: AddressRates | None = None,
+        is_gateway: Callable[[str], bool] = _is_none,
+    ) -> None:
         """Listen nowhere yet.
 
         Args:
             by_address: returns whether connections are told apart by their addresses now.
+            rates: of each address; none of others where left out.
+            is_gateway: returns whether an address is a gateway's, which speaks for others: what
+                comes from there counts for nobody's rate before it has said for whom.
         """
         self._loop = asyncio.get_running_loop()
         self._by_address = by_address
         self._rate = AcceptRate()
-        self._rates = AddressRates()
+        self._rates = AddressRates() if rates is None else rates
+        self._is_gateway = is_gateway
         self._arrivals: FairQueue[_Arrival] = FairQueue()
         self._letting_in: asyncio.Handle | None = None
         self._sockets: list[_ListeningSocket] = []
         self._of_port: dict[int, list[_ListeningSocket]] = {}
         self._waiting: deque[_ListeningSocket] = deque()
         self._timer: asyncio.TimerHandle | None = None
-        # Whose TLS is being agreed on, in the order in which that began.
+        # Whose TLS is being agreed on, in the order in which that began; empty for uncounted ones.
         self._greetings: dict[asyncio.Task[None], str] = {}
         self._is_exhausted = False
 
@@ -209,7 +227,7 @@ class Listening:
         accepted, has_means = self._accepted(listener)
         if accepted is not None:
             sock, address = accepted
-            self._join(_Arrival(sock, _charged(address)[0], listener))
+            self._join(_Arrival(sock, *self._charged(address), listener))
         return has_means
 
     def _accepted(
@@ -231,23 +249,24 @@ class Listening:
 
     def _join(self, arrival: _Arrival) -> None:
         """Begin the conversation on a connection, where it may agree on TLS before."""
-        if not self._may_greet(arrival.source):
+        if not self._may_greet(arrival):
             log.info("%s: more than %d connections agree on TLS", arrival.source, MOST_STRANGERS)
             arrival.socket.close()
             return
         greeting = self._loop.create_task(self._greet(arrival.socket, arrival.listener))
-        self._greetings[greeting] = arrival.source
+        self._greetings[greeting] = arrival.source if arrival.is_counted else ""
         greeting.add_done_callback(lambda done: self._greetings.pop(done, None))
 
-    def _may_greet(self, source: str) -> bool:
+    def _may_greet(self, arrival: _Arrival) -> bool:
         """Return True if one more may agree on TLS.
 
         Where addresses are told apart, the longest of the same makes room for it, or where all
         places are taken that of the address that has most.
         """
-        if not self._by_address() or is_loopback(source):
+        if not self._by_address() or not arrival.is_counted:
             return len(self._greetings) < MOST_STRANGERS
-        counts = Counter(each for each in self._greetings.values() if not is_loopback(each))
+        source = arrival.source
+        counts = Counter(filter(None, self._greetings.values()))
         if counts[source] >= STRANGERS_OF_ADDRESS:
             fullest = source
         elif counts.total() >= MOST_STRANGERS:
@@ -262,6 +281,11 @@ class Listening:
 
     # Where addresses are told apart.
 
+    def _charged(self, address: str) -> tuple[str, bool]:
+        """Return what an address is charged to, and whether it counts with others of that."""
+        source, is_own = _charged(address)
+        return source, not is_own and not self._is_gateway(address)
+
     def _take_many(self, listener: _ListeningSocket) -> None:
         """Take what waits of one port: close what is beyond its rate, and queue the rest."""
         now = self._now()
@@ -275,11 +299,11 @@ class Listening:
             if accepted is None:
                 break
             sock, address = accepted
-            source, is_own = _charged(address)
-            if not is_own and not self._rates.is_within(source, now):
+            source, is_counted = self._charged(address)
+            if is_counted and not self._rates.is_within(source, now):
                 _reset(sock)
                 continue
-            gone = self._arrivals.add(source, _Arrival(sock, source, listener), now)
+            gone = self._arrivals.add(source, _Arrival(sock, source, is_counted, listener), now)
             if gone is not None:
                 _reset(gone.socket)
         if self._letting_in is not None:

@@ -32,6 +32,7 @@ from ..settings.cell_settings import EventLoop
 from ..settings.config_file import ConfigurationError
 from ..settings.server_settings import ServerSettings
 from .clients import MOST_TURNED_AWAY
+from .first_frames import MOST_AWAITED
 from .listening import BACKLOG
 
 log = logging.getLogger(__name__)
@@ -85,6 +86,8 @@ def files_needed(settings: ServerSettings) -> int:
     # Those that wait to be let in, agree on TLS, or wait for their answer, have no place yet, or
     # none any more. Of this machine and of others so many may wait.
     passing = MOST_WAITING + BACKLOG + MOST_STRANGERS + MOST_TURNED_AWAY + MOST_STOP_PLACES
+    if settings.cells[0].gateways:
+        passing += MOST_AWAITED
     return connections + passing + _PER_CELL * len(settings.cells) + _FOR_ALL
 
 

@@ -34,6 +34,7 @@ from .controller import (
     SetInputs,
     WriteOutputs,
 )
+from .gateway import Encrypted, Forwarded, Lobby, LobbyReply
 from .motion import (
     MAX_WAYPOINTS,
     Home,
@@ -90,6 +91,9 @@ PENDANT_MESSAGES: tuple[type[Message], ...] = (
     Hello,
     HelloReply,
     Declare,
+    Forwarded,
+    Lobby,
+    LobbyReply,
     Management,
     Verdict,
     Outcome,
@@ -151,6 +155,8 @@ __all__ = [
     "Declare",
     "Enabling",
     "EnablingPosition",
+    "Encrypted",
+    "Forwarded",
     "Hello",
     "HelloReply",
     "Home",
@@ -167,6 +173,8 @@ __all__ = [
     "JointPath",
     "JointWaypoint",
     "LinkState",
+    "Lobby",
+    "LobbyReply",
     "Login",
     "LoginKind",
     "Management",

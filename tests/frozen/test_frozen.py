@@ -221,8 +221,10 @@ def test_an_answer_that_differs_is_told_by_its_name(tmp_path: Path) -> None:
     file.write_text("".join(line_of(*step) + "\n" for step in steps), "utf-8")
     found = differing(file)
     assert set(found) == {"cells", "no text", "sessions"}
-    now = '{"cells":[{"cell":"cell","robot":"ur5"}]}'
-    assert found["cells"] == f"then done: {{}}\n  now  done: {now}"
+    then, now = found["cells"].split("\n  now  ")
+    assert then == "then done: {}"
+    assert now.startswith("done: {")
+    assert '"cell":"cell","robot":"ur5"' in now
 
 
 def test_every_operation_was_asked_for_and_refused() -> None:

@@ -18,6 +18,7 @@ from promises.promise_table import figure
 from rigs.cells.admission_desk import BOOK
 from rigs.cells.timed_server import TimedClient, TimedServer
 from rigs.data.dearest_frames import (
+    first_rows,
     message_rows,
     motion_rows,
     operation_rows,
@@ -35,6 +36,9 @@ pytestmark = pytest.mark.realtime
 TRIES = 5
 NUMBERS = count(1)
 
+NO_HELLO = ""
+"""Stands for the name of who has not even said hello."""
+
 ROWS = operation_rows()
 MOTIONS = motion_rows()
 
@@ -42,6 +46,7 @@ BESIDE: Mapping[str, tuple[str | None, Callable[[], Mapping[str, Row]]]] = {
     "messages": ("ann", message_rows),
     "streams": ("ann", stream_rows),
     "a stranger": (None, stranger_rows),
+    "who has said no hello": (NO_HELLO, first_rows),
 }
 
 
@@ -91,7 +96,7 @@ async def judged(
 async def dearest_turn(server: TimedServer, name: str | None, row: Row) -> tuple[float, str]:
     """Return what the dearest turn of one try of a new connection cost [ms], and its kind."""
     async with server.others(row.others):
-        client = await server.pendant(name)
+        client = server.guest() if name == NO_HELLO else await server.pendant(name)
         try:
             return await judged(server, client, row, next(NUMBERS))
         finally:

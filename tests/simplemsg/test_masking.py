@@ -22,9 +22,11 @@ from openpendant.simplemsg import (
     Opaque,
     codec_for,
 )
+from openpendant.simplemsg.declaration import Text
 from openpendant.simplemsg.masking import SecretMask, masked_frame
 from openpendant.simplemsg.packet_text import packet_from_json, packet_to_json
 from openpendant.simplemsg.pendant import (
+    Forwarded,
     Login,
     Management,
     Pairing,
@@ -38,6 +40,7 @@ WITH_SECRETS: tuple[Message, ...] = (
     Login(7, 1, "ann", SECRET),
     SetAccount(8, 2, "ann", SECRET),
     PairingReply(9, 900, "ABC-DEF"),
+    Forwarded("web", SECRET, "192.0.2.7", 1),
 )
 WITHOUT: tuple[Message, ...] = (
     Pairing(3, 1),
@@ -100,6 +103,15 @@ def _is_text(data: bytes) -> bool:
     return True
 
 
+@orders
+def test_what_stands_around_a_secret_in_a_frame_stays(order: ByteOrder) -> None:
+    told = Forwarded("web", SECRET, "192.0.2.7", 1)
+    masked = codec(order).decode(masked_frame(codec(order).encode(told)))
+    assert isinstance(masked, Forwarded)
+    assert (masked.gateway, masked.address, masked.is_encrypted) == ("web", "192.0.2.7", 1)
+    assert set(masked.secret) >= {"*"}
+
+
 def test_masking_twice_changes_nothing() -> None:
     frame = codec(ByteOrder.LITTLE).encode(Login(7, 1, "ann", SECRET + "€😀"))
     assert masked_frame(masked_frame(frame)) == masked_frame(frame)
@@ -132,7 +144,7 @@ def test_a_login_that_is_not_taken_apart_does_not_show_it_either() -> None:
 
 
 CODEC = codec_for(PENDANT)
-SECRETS = {Login: "secret", SetAccount: "secret", PairingReply: "code"}
+SECRETS = {Forwarded: "secret", Login: "secret", SetAccount: "secret", PairingReply: "code"}
 
 UNFIT: dict[str, Any] = {
     "a zero byte": "geheim\0wort",
@@ -173,7 +185,8 @@ def _shows(told: object) -> bool:
 @pytest.mark.parametrize("value", [7301197, ["geheim"], {"geheim": 1}], ids=str)
 def test_a_secret_that_is_no_text_is_not_shown(cls: type[Message], value: Any) -> None:
     field = SECRETS[cls]
-    fields = {name: 0 if name != "name" else "ann" for name in cls.FIELDS} | {field: value}
+    of_text = {name for name, each in cls.FIELDS.items() if isinstance(each, Text)}
+    fields = {name: "ann" if name in of_text else 0 for name in cls.FIELDS} | {field: value}
     comm = int(CommType.REPLY if cls.PLACE.is_reply else CommType.REQUEST)
     header = {"msg_type": cls.PLACE.msg_type, "comm_type": comm, "reply_code": comm // 3}
     packet = json.loads(json.dumps({**header, "fields": fields}))

@@ -14,7 +14,7 @@ import ssl
 from typing import Any
 
 from openpendant.simplemsg import Message, ReplyCode
-from openpendant.simplemsg.pendant import Management, Verdict
+from openpendant.simplemsg.pendant import LobbyReply, Management, Verdict
 from openpendant.simplemsg.verdicts import CATALOGUE, VerdictCode
 
 from ..console import one_line
@@ -139,7 +139,7 @@ def judged(verdict: asyncio.Future[Message], within: float | None) -> Message:
     return reply
 
 
-def answer_of(reply: Management) -> dict[str, Any]:
+def answer_of(reply: Management | LobbyReply) -> dict[str, Any]:
     """Return the JSON object of an answer.
 
     Raises:

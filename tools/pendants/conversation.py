@@ -32,6 +32,7 @@ from openpendant.simplemsg import (
 from openpendant.simplemsg.pendant import (
     MAX_PENDANT_FRAME,
     HelloReply,
+    LobbyReply,
     Management,
     Outcome,
     PairingReply,
@@ -239,6 +240,7 @@ class Conversation(asyncio.Protocol):
             case (
                 Verdict(request_id=request_id)
                 | Management(request_id=request_id)
+                | LobbyReply(request_id=request_id)
                 | PairingReply(request_id=request_id)
             ):
                 _complete(self._verdicts.get(request_id), message)

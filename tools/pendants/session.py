@@ -11,7 +11,7 @@ import ssl
 import warnings
 from collections.abc import Callable
 from types import TracebackType
-from typing import Self, TypeVar
+from typing import Self, TypeVar, cast
 
 from openpendant.simplemsg import Message
 from openpendant.simplemsg.pendant import (
@@ -22,6 +22,8 @@ from openpendant.simplemsg.pendant import (
     Hello,
     HelloReply,
     JogEnded,
+    Lobby,
+    LobbyReply,
     Login,
     LoginKind,
     ModeChanged,
@@ -30,15 +32,18 @@ from openpendant.simplemsg.pendant import (
     State,
     StopChanged,
 )
+from openpendant.simplemsg.pendant.management.cell import ServedCells
 
 from .connection_errors import (
     DEFAULT_PORT,
     WITH_TLS,
     ConnectionLost,
+    NotUnderstood,
     Refused,
     SecretUnprotected,
     SecretUnprotectedWarning,
     WrongArgument,
+    answer_of,
     check_port,
     unanswered,
     unreachable,
@@ -140,16 +145,10 @@ class PendantSession:
                 code are given.
             SecretUnprotected: the secret would leave in clear text, and this is `strict`.
         """
-        check_port(port)
         pendant = cls()
         pendant._is_strict = strict
         encrypted = tls is not None
-        try:
-            await pendant._open(host, port, tls)
-        except OSError as error:
-            raise unreachable(error, host, port, tls=encrypted) from None
-        except ValueError as error:
-            raise WrongArgument(f"{host!r} is no host: {error}") from None
+        await pendant._open(host, port, tls)
         try:
             try:
                 await pendant._say_hello(client, cell, state_rate)
@@ -162,15 +161,67 @@ class PendantSession:
             raise
         return pendant
 
+    @classmethod
+    async def lobby(
+        cls,
+        host: str = "127.0.0.1",
+        port: int = DEFAULT_PORT,
+        *,
+        tls: ssl.SSLContext | None = None,
+    ) -> ServedCells:
+        """Return which cells a server has, without a hello or a login: to choose one by.
+
+        Who holds a cell and whether it moves is told where this machine may look on without a
+        login. On an open connection `cells` returns the same.
+
+        Args:
+            host: address of the server.
+            port: its pendant port.
+            tls: how to encrypt and whom to trust; None for an unencrypted connection.
+
+        Raises:
+            Unreachable: nobody listens there, or it does not speak TLS; an OSError, too.
+            NotTrusted: the same, where the certificate is not trusted.
+            Refused: HELLO_FIRST of a server that has no lobby; NO_PLACE.
+            ConnectionLost: the connection ended before there was an answer.
+            NotUnderstood: the answer is no lobby.
+            WrongArgument: host or port is none.
+        """
+        visitor = cls()
+        await visitor._open(host, port, tls)
+        try:
+            async with asyncio.timeout(_HELLO_WITHIN):
+                reply = await visitor._ask(lambda request_id: Lobby(request_id=request_id))
+        except TimeoutError:
+            lost = ConnectionLost(f"nothing within {_HELLO_WITHIN:g} s")
+            raise unanswered(lost, host, port, tls=tls is not None) from None
+        except ConnectionLost as error:
+            raise unanswered(error, host, port, tls=tls is not None) from None
+        finally:
+            await visitor.close()
+        if not isinstance(reply, LobbyReply):
+            raise ConnectionLost(f"the server answered with {reply}")
+        told = answer_of(reply)
+        cells = told.get("cells")
+        if not isinstance(cells, list) or not all(map(_is_cell, cells)):
+            raise NotUnderstood("the server's lobby has no list of cells; is it a pendant server?")
+        return cast(ServedCells, told)
+
     async def _open(self, host: str, port: int, tls: ssl.SSLContext | None) -> None:
-        await asyncio.get_running_loop().create_connection(
-            lambda: self._conversation,
-            host,
-            port,
-            ssl=tls,
-            server_hostname=None if tls is None else host,
-            ssl_handshake_timeout=None if tls is None else _TLS_WITHIN,
-        )
+        check_port(port)
+        try:
+            await asyncio.get_running_loop().create_connection(
+                lambda: self._conversation,
+                host,
+                port,
+                ssl=tls,
+                server_hostname=None if tls is None else host,
+                ssl_handshake_timeout=None if tls is None else _TLS_WITHIN,
+            )
+        except OSError as error:
+            raise unreachable(error, host, port, tls=tls is not None) from None
+        except ValueError as error:
+            raise WrongArgument(f"{host!r} is no host: {error}") from None
 
     def _begin_work(self) -> None:
         """Set up the parts that need the hello reply."""
@@ -331,6 +382,13 @@ class PendantSession:
 
     def _jog_ended(self, account: JogEnded) -> None:
         """Take the account of an ended press; overridden by the class that presses."""
+
+
+def _is_cell(told: object) -> bool:
+    """Return True if this is a cell of a lobby, with its name and that of its robot."""
+    return isinstance(told, dict) and all(
+        isinstance(told.get(name), str) for name in ("cell", "robot")
+    )
 
 
 def _call_back(

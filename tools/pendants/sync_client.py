@@ -21,6 +21,7 @@ from types import TracebackType
 from typing import Any, Concatenate, Generic, ParamSpec, Self, TypeVar
 
 from openpendant.simplemsg.pendant import AuthorityWanted, Capability, HelloReply, State
+from openpendant.simplemsg.pendant.management.cell import ServedCells
 
 from .client import DEFAULT_PORT, ConnectionLost, EnablingDevice, PendantClient, Pose
 from .jog import Jog
@@ -250,6 +251,17 @@ class SyncPendantClient(GroupedCalls[SyncCalls], OnThread[PendantClient]):
             thread.end()
             raise
         return cls(thread, background)
+
+    @staticmethod
+    def lobby(
+        host: str = "127.0.0.1", port: int = DEFAULT_PORT, *, tls: ssl.SSLContext | None = None
+    ) -> ServedCells:
+        """Return which cells a server has, without a hello: as `PendantClient.lobby`."""
+        thread = LoopThread("lobby")
+        try:
+            return thread.call(PendantClient.lobby(host, port, tls=tls))
+        finally:
+            thread.end()
 
     def __enter__(self) -> Self:
         return self

@@ -17,7 +17,7 @@ from pydantic import BaseModel
 
 from openpendant.server.cell.why import WhyReply
 from openpendant.server.endpoints.pendant.jog_requests import RetreatReply
-from openpendant.server.endpoints.pendant.management import ServedCells, Snapshot
+from openpendant.server.endpoints.pendant.management import Snapshot
 from openpendant.simplemsg.pendant.management import OPERATIONS as DECLARED
 from openpendant.simplemsg.pendant.management.declaration import NeedsAuthority, Request
 from openpendant.simplemsg.pendant.roles import LEAST_ROLE, Permission, Role
@@ -63,7 +63,6 @@ GROUPS: Mapping[str, CallSection] = {
 
 _OWN_REPLIES: Mapping[str, type[BaseModel]] = {
     "snapshot": Snapshot,
-    "cells": ServedCells,
     "why": WhyReply,
     "jog.retreat": RetreatReply,
 }

@@ -6,8 +6,11 @@ Numbers come from the code that enforces them.
 from __future__ import annotations
 
 from openpendant.server.endpoints.frame_faults import FAULT_WINDOW_NS, MOST_FAULTS
+from openpendant.server.endpoints.pendant.lobby import LOBBY_PERIOD_NS
+from openpendant.server.endpoints.pendant.notifications import LOBBY_STAY_NS
 from openpendant.server.settings.cell_settings import Pendants
 from openpendant.server.shell.clients import READ_AHEAD, STRANGERS_READ_AHEAD
+from openpendant.server.shell.first_frames import FIRST_FRAME_NS
 from openpendant.simplemsg import MAX_REFERENCE_FRAME
 from openpendant.simplemsg.framing import HEADER_SIZE, MAX_DETECTABLE_LENGTH, PREFIX_SIZE
 from openpendant.simplemsg.pendant import MAX_PENDANT_FRAME, PROTOCOL_VERSIONS
@@ -66,10 +69,17 @@ PENDANT_RULES = f"""\
 Versions {_VERSIONS}. They use ids 65000 to 65535, which REP-I0004 leaves free, on TCP port
 11010.
 
-- **Hello first.** The first message is a `hello` request, within {_PENDANTS.hello_deadline:g} s,
-  with the version that the pendant speaks, in which it is answered. Another version is refused with
-  VERSION, and the connection is closed. Any other request before it is refused with HELLO_FIRST;
-  only `ping` is answered.
+- **Before hello.** A gateway that the server's configuration names sends `forwarded` as its very
+  first frame, within {FIRST_FRAME_NS / 1e9:g} s, and is answered by a bare header; from then on the
+  address that it states counts. A `forwarded` that is not believed, or that comes later, is refused
+  by a bare header and ends the connection. Where only gateways come from, whatever else comes first
+  is refused with FORWARD_FIRST. `lobby` is answered before hello and after it, once in
+  {LOBBY_PERIOD_NS / 1e9:g} s, then refused with TOO_OFTEN; after an answer hello may take
+  {LOBBY_STAY_NS / 1e9:g} s.
+- **Hello first.** The first other message is a `hello` request, within
+  {_PENDANTS.hello_deadline:g} s, with the version that the pendant speaks, in which it is answered.
+  Another version is refused with VERSION, and the connection is closed. Any other request before
+  it is refused with HELLO_FIRST; only `ping` is answered, and a `lobby`, which has no version yet.
 - **Version 2** is spoken with whoever says it in the hello: such a connection is sent no message
   and offered no capability that came later, does not know later requests and operations, and is
   told a code that it knows in place of a later one, with the same text. What came later says so.

@@ -34,6 +34,7 @@ from openpendant.simplemsg.pendant import (
 )
 from openpendant.simplemsg.pendant import Login as LoginRequest
 from openpendant.simplemsg.pendant.management import access
+from openpendant.simplemsg.pendant.management.cell import ServedCells
 from openpendant.simplemsg.pendant.management.declaration import Done
 from openpendant.simplemsg.pendant.roles import Permission, Role
 from openpendant.simplemsg.verdicts import VerdictCode
@@ -41,6 +42,7 @@ from openpendant.simplemsg.verdicts import VerdictCode
 from ...access.accounts import AccountAction, AccountBook, AccountChange
 from ...access.admission import Admission
 from ...access.audit import AuditEntry, AuditEvent
+from ...access.gateways import NOT_FIRST, TWICE
 from ...access.lockout import SECOND_NS
 from ...access.pairing import Chooser
 from ...access.passwords import Secret
@@ -53,6 +55,7 @@ from ...events.replies import NAME_BYTES, claimed, cut, verdict
 from ...refusal import Refusal
 from ...settings.cell_settings import CellSettings
 from .connection_requests import ConnectionRequests
+from .lobby import CellLobby
 from .notifications import Listener, Listeners
 
 _ROLES = {
@@ -79,12 +82,14 @@ class CoreAccess:
         record: takes what is to be noted in the audit log; must not block.
         chooser: where pairing codes come from.
         numbers: of changes of accounts.
+        lobby: the cells that share all this.
     """
 
     login: Admission = field(default_factory=_single_user)
     record: Record = _forget
     chooser: Chooser = field(default_factory=random.SystemRandom)
     numbers: Iterator[int] = field(default_factory=partial(count, 1))
+    lobby: CellLobby = field(default_factory=CellLobby)
 
 
 Regranted = Callable[[int, int], list[Effect]]
@@ -99,25 +104,36 @@ class AccessRequests:
     Attributes:
         gate: what each of their requests passes first.
         connections: what admins ask of the connections of the whole server.
+        lobby: the cells of the server.
     """
 
     def __init__(
-        self, access: CoreAccess, cell: str, regranted: Regranted, pending: Pending
+        self,
+        access: CoreAccess,
+        identity: Identity,
+        regranted: Regranted,
+        pending: Pending,
+        *,
+        has_tls: bool,
     ) -> None:
         """Know nobody yet.
 
         Args:
             regranted: called when what a session may do has changed.
+            has_tls: the pendant port is encrypted.
         """
         self._login = access.login
         self._record = access.record
         self._chooser = access.chooser
-        self._cell = cell
+        self._cell = identity.cell
+        self._server = identity.server
+        self._has_tls = has_tls
         self._regranted = regranted
         self._pending = pending
         self.gate = RequestGate(access.login.visitors)
         self._numbers = access.numbers
         self.connections = ConnectionRequests(access.login, pending)
+        self.lobby = access.lobby
 
     # Who is here.
 
@@ -138,6 +154,22 @@ class AccessRequests:
     def may(self, session: int, permission: Permission) -> bool:
         """Return True if a connection may do something."""
         return self._login.may(session, permission) is None
+
+    def cells_for(self, session: int, address: str) -> ServedCells:
+        """Return what a connection from an address is told of the server's cells."""
+        return self.lobby.describe(self._login, session, address, self._server)
+
+    def forward_refused(self, session: int, address: str, now: int) -> Refusal:
+        """Count and note that a connection said for whom it speaks when that counts no more.
+
+        Args:
+            address: where it comes from.
+        """
+        place = self._login.places.find(session)
+        forwarder = None if place is None else place.forwarder
+        why = NOT_FIRST if forwarder is None else TWICE
+        peer = address if forwarder is None else forwarder.peer
+        return self._login.gateways.refuse(peer, why, now)
 
     def look_on_fault(self, session: int) -> Refusal | None:
         """Return why a connection may not look on."""
@@ -285,6 +317,12 @@ class AccessRequests:
         out = [] if ended is None else self._regranted(reply.session, now)
         return [*out, *reply.answer({})]
 
+    @handles(access.ReadExposure)
+    def _read_exposure(
+        self, asked: access.ReadExposure, reply: ReplyTo[access.ServerExposure], now: int
+    ) -> list[Effect]:
+        return reply.answer({"logins_demanded": self._login.is_guarded, "tls": self._has_tls})
+
     @handles(access.ListSessions)
     def _list_sessions(
         self, asked: access.ListSessions, reply: ReplyTo[access.Sessions], now: int
@@ -375,13 +413,13 @@ class Identity:
 
     Attributes:
         server: name and version of the program.
-        cells: name and robot of every cell of this server; empty for this one alone.
+        display: manufacturer and model of the robot.
     """
 
     cell: str
     robot: str
     server: str
-    cells: tuple[tuple[str, str], ...] = ()
+    display: str = ""
 
 
 class Greeting:

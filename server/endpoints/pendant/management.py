@@ -9,15 +9,14 @@ from __future__ import annotations
 
 import json
 import unicodedata
-from collections.abc import Iterable
-from typing import Any, Literal, Self, cast
+from typing import Any, Literal, cast
 
 from pydantic import ConfigDict, Field
 
 from openpendant.motion.description.limits import JointLimits
 from openpendant.motion.errors import MotionError
 from openpendant.simplemsg import CommType, ReplyCode
-from openpendant.simplemsg.pendant import Management
+from openpendant.simplemsg.pendant import PROTOCOL_VERSION, Management
 from openpendant.simplemsg.pendant.management import cell as op
 from openpendant.simplemsg.pendant.management.declaration import NeedsAuthority, Request
 from openpendant.simplemsg.pendant.management.program_values import ProgramError
@@ -41,25 +40,6 @@ from .access_requests import AccessRequests
 from .authority_need import AuthorityNeed
 from .jog_requests import EscapeRequests
 from .notifications import Listeners
-
-
-class ServedCell(JsonBody):
-    """One cell: its name, for a hello, and the name of its robot."""
-
-    cell: str
-    robot: str
-
-
-class ServedCells(JsonBody):
-    """All cells behind the pendant port that was asked."""
-
-    cells: tuple[ServedCell, ...]
-
-    @classmethod
-    def of(cls, names: Iterable[tuple[str, str]]) -> Self:
-        """Return cells from pairs of their names and their robots' names."""
-        return cls(cells=tuple(ServedCell(cell=cell, robot=robot) for cell, robot in names))
-
 
 _ROBOTS_OWN = ("base", "root")
 
@@ -254,7 +234,6 @@ class ManagementRequests:
         listeners: Listeners,
         access: AccessRequests,
         programs: ProgramService,
-        served: ServedCells,
         retreats: EscapeRequests,
         environment: CellEnvironment | None,
     ) -> None:
@@ -262,7 +241,6 @@ class ManagementRequests:
         self._cell = cell
         self._settings = settings
         self._listeners = listeners
-        self._served = served
         self._access = access
         self._environment = environment
         self._authority = AuthorityNeed(cell, programs.executor, environment)
@@ -324,7 +302,10 @@ class ManagementRequests:
     def _cells(
         self, asked: op.CellsRequest, reply: ReplyTo[op.ServedCells], now: int
     ) -> list[Effect]:
-        return reply.answer(cast(op.ServedCells, self._served.model_dump(mode="json")))
+        if reply.version < PROTOCOL_VERSION:
+            return reply.answer({"cells": self._access.lobby.names})
+        address = self._listeners[reply.session].address
+        return reply.answer(self._access.cells_for(reply.session, address))
 
     @handles(op.WhyRequest)
     def _why(self, asked: op.WhyRequest, reply: ReplyTo[op.Why], now: int) -> list[Effect]:

@@ -46,6 +46,9 @@ from ..frame_faults import MOST_FAULTS, PeerFaults
 
 _SECOND_NS = 1_000_000_000
 
+LOBBY_STAY_NS = 60 * _SECOND_NS
+"""So long a connection may go without a hello after it asked which cells there are."""
+
 
 @dataclass(slots=True)
 class Listener:
@@ -62,6 +65,7 @@ class Listener:
         period_ns: between two state messages, 0 for none.
         due: when the next state message is [ns].
         dropped: state messages that it was too slow for.
+        lobby_at: when it was told last which cells there are [ns]; None for never.
     """
 
     session: int
@@ -79,6 +83,7 @@ class Listener:
     period_ns: int = 0
     due: int = 0
     dropped: int = 0
+    lobby_at: int | None = None
 
     def count_fault(self, now: int) -> list[Effect]:
         """Count an unknown or malformed frame; the connection that sends too many is closed."""
@@ -147,6 +152,8 @@ class Listeners(dict[int, Listener]):
         for listener in self.values():
             if listener.welcomed:
                 is_overdue = now - listener.heard > self._idle_timeout_ns
+            elif listener.lobby_at is not None:
+                is_overdue = now - listener.lobby_at > LOBBY_STAY_NS
             else:
                 is_overdue = now - listener.opened > self._hello_deadline_ns
             if is_overdue and listener.welcomed and self._waits(listener.session):

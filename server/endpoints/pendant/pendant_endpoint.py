@@ -7,6 +7,7 @@ the business of whoever answers it, and what may move when is the cell's.
 
 from __future__ import annotations
 
+import json
 from collections.abc import Callable, Mapping
 from dataclasses import replace
 from functools import partial
@@ -15,6 +16,7 @@ from typing import Any
 from openpendant.simplemsg import (
     Arrival,
     CommType,
+    HeaderOnly,
     Malformed,
     Message,
     Overtaken,
@@ -33,6 +35,7 @@ from openpendant.simplemsg.pendant import (
     Capability,
     Declare,
     Enabling,
+    Forwarded,
     Hello,
     Home,
     JogBeat,
@@ -42,6 +45,8 @@ from openpendant.simplemsg.pendant import (
     JogUndo,
     JointMove,
     JointPath,
+    Lobby,
+    LobbyReply,
     Login,
     Management,
     MotionControl,
@@ -67,8 +72,14 @@ from ...cell.robot_cell import RobotCell
 from ...cell.robot_model import RobotModel
 from ...control import Holder
 from ...environment import CellEnvironment
-from ...events.effects import Effect, Send, Then
-from ...events.management_requests import MOST_AT_ONCE, MOST_BEFORE_LOGIN, is_known, parse
+from ...events.effects import Close, Effect, Send, Then
+from ...events.management_requests import (
+    MOST_ANSWER,
+    MOST_AT_ONCE,
+    MOST_BEFORE_LOGIN,
+    is_known,
+    parse,
+)
 from ...events.pending import Pending
 from ...events.replies import sent_away, verdict
 from ...programs.execution.program_run import BareEnvironment
@@ -80,7 +91,7 @@ from .access_requests import AccessRequests, CoreAccess, Greeting, Identity
 from .control_requests import AuthorityRequests, ControlRequests
 from .jog_requests import EscapeRequests, JogRequests
 from .large_bodies import LargeBodies
-from .management import ManagementRequests, ServedCells
+from .management import ManagementRequests
 from .motion_requests import PendantMotions
 from .notifications import Listener, Listeners, Notifications
 
@@ -118,7 +129,9 @@ class PendantEndpoint:
         """
         self._is_read_apart = is_read_apart
         self._bodies = LargeBodies(pending, cell.motions.new_job_id)
-        self.access = AccessRequests(access, identity.cell, self.regranted, pending)
+        self.access = AccessRequests(
+            access, identity, self.regranted, pending, has_tls=settings.tls.is_on
+        )
         self._cell = cell
         self._listeners = listeners = Listeners(settings, self.access.waits)
         offers = Capability(0) if environment is None else environment.capabilities
@@ -141,10 +154,9 @@ class PendantEndpoint:
             *(cell, listeners, self._jogs, self.programs.executor),
             None if environment is None else environment.recordings,
         )
-        served = ServedCells.of(identity.cells or [(identity.cell, identity.robot)])
         escapes = EscapeRequests(cell, robot, self._jogs)
         self._management = ManagementRequests(
-            *(cell, settings, listeners, self.access, self.programs, served, escapes, environment)
+            *(cell, settings, listeners, self.access, self.programs, escapes, environment)
         )
         self.announcing = Notifications(cell, robot, listeners, self._jogs.states)
         self._requests = self._request_table()
@@ -172,6 +184,7 @@ class PendantEndpoint:
             ProgramRun: self._run_program,
             Subscribe: self._greeting.subscribe,
             Declare: self._greeting.declare,
+            Lobby: self._lobby,
             Login: self.access.log_in,
             Pairing: self.access.pairing,
             SetAccount: self.access.set_account,
@@ -310,10 +323,11 @@ class PendantEndpoint:
             return []
         return [_verdict(listener.session, stop.message, None)]
 
-    @staticmethod
-    def _malformed(listener: Listener, received: Malformed, now: int) -> list[Effect]:
+    def _malformed(self, listener: Listener, received: Malformed, now: int) -> list[Effect]:
         out: list[Effect] = []
         if received.comm_type == CommType.REQUEST:
+            if received.msg_type == Forwarded.PLACE.msg_type:
+                return self._forwarded(listener, now)
             refusal = Refusal(VerdictCode.MALFORMED, str(received.error))
             out.append(Send(listener.session, verdict(received.request_id, refusal)))
         return out + listener.count_fault(now)
@@ -326,6 +340,11 @@ class PendantEndpoint:
                 return self._greeting.hello(session, message, now)
             case Ping():
                 return [Send(session, Ping(comm_type=CommType.REPLY, reply_code=ReplyCode.SUCCESS))]
+            case Forwarded():
+                return self._forwarded(listener, now)
+            case Lobby() if not listener.welcomed:  # and so of no version yet
+                told = self._lobby(session, message, now)
+                return [_verdict(session, message, told)] if isinstance(told, Refusal) else told
         if not listener.welcomed:
             return [_verdict(session, message, Refusal(VerdictCode.HELLO_FIRST))]
         if isinstance(message, Management):
@@ -342,6 +361,27 @@ class PendantEndpoint:
         if isinstance(answered, Refusal):
             self.access.gate.turned_down(session, message, answered, now)
         return answered if isinstance(answered, list) else [_verdict(session, message, answered)]
+
+    def _forwarded(self, listener: Listener, now: int) -> list[Effect]:
+        """Part with whoever says for whom it speaks, where nobody is believed any more."""
+        refusal = self.access.forward_refused(listener.session, listener.address, now)
+        listener.leaving = True
+        told = HeaderOnly(Forwarded.PLACE.msg_type, reply_code=ReplyCode.FAILURE)
+        return [Send(listener.session, told), Close(listener.session, refusal.sentence)]
+
+    def _lobby(self, session: int, message: Lobby, now: int) -> Refusal | list[Effect]:
+        """Tell which cells there are."""
+        listener = self._listeners[session]
+        refusal = self.access.lobby.rate_fault(session, now)
+        if refusal is not None:
+            return refusal
+        listener.lobby_at = now
+        told = self.access.cells_for(session, listener.address)
+        body = json.dumps(told, ensure_ascii=False, separators=(",", ":")).encode()
+        if len(body) > MOST_ANSWER:
+            text = f"the answer has {len(body)} bytes; accepted by a frame: {MOST_ANSWER}"
+            return Refusal(VerdictCode.TOO_LARGE, text, value=len(body), limit=MOST_ANSWER)
+        return [Send(session, LobbyReply(message.request_id, body))]
 
     def _managed(
         self, session: int, message: Management, now: int, *, is_behind: bool = True

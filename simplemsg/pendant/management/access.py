@@ -194,6 +194,23 @@ class UnbarAddress(Request[Done]):
     """as it was barred, or as `access.connections` shows it."""
 
 
+class ServerExposure(TypedDict):
+    """What a gateway has to know before other machines may reach the server through it.
+
+    Attributes:
+        logins_demanded: whether who comes from another machine has to log in to do more than stop.
+        tls: whether the pendant port is encrypted.
+    """
+
+    logins_demanded: bool
+    tls: bool
+
+
+@operation("access.exposure", needs=None, since=3)
+class ReadExposure(Request[ServerExposure]):
+    """Return whether logins are demanded of other machines, and whether the port is encrypted."""
+
+
 RoleName: TypeAlias = Literal["viewer", "operator", "programmer", "admin"]
 
 

@@ -166,24 +166,45 @@ WishName: TypeAlias = Literal["move", "jog", "program"]
 
 
 class ServedCell(TypedDict):
-    """One cell: its name, for `connect`, and the name of its robot.
+    """One cell: its name, for `connect`, its robot, and what it is doing.
+
+    Version 2 is told the first two alone. The last three are told to whoever has logged in, or may
+    look on from his address without.
 
     Attributes:
         cell: its name, for `connect`.
         robot: name of its robot.
+        display: manufacturer and model of the robot.
+        emulated: whether its controller is known to be emulated.
+        login_needed: whether whoever comes from this address has to log in to move it.
+        holder: name of who has the motion authority; empty where nobody has it.
+        moving: whether the robot moves, as far as anyone knows.
+        connections: how many pendants it has.
     """
 
     cell: str
     robot: str
+    display: NotRequired[str]
+    emulated: NotRequired[bool]
+    login_needed: NotRequired[bool]
+    holder: NotRequired[str]
+    moving: NotRequired[bool]
+    connections: NotRequired[int]
 
 
 class ServedCells(TypedDict):
-    """All cells behind the pendant port.
+    """All cells behind the pendant port; version 2 is told no more than `cells`.
 
     Attributes:
+        server: name and version of the server.
+        version: newest version of the pendant protocol that it speaks.
+        joins: whether a class may be joined; no server has one yet.
         cells: in the order of the server's configuration.
     """
 
+    server: NotRequired[str]
+    version: NotRequired[int]
+    joins: NotRequired[bool]
     cells: list[ServedCell]
 
 
@@ -300,7 +321,7 @@ class SnapshotRequest(Request[Snapshot]):
 
 @operation("cells", needs=Permission.OBSERVE)
 class CellsRequest(Request[ServedCells]):
-    """Return which cells and robots the server has behind this port."""
+    """Return which cells and robots the server has behind this port, as a lobby tells them."""
 
 
 @operation("why", needs=Permission.OBSERVE)

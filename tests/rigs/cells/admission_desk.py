@@ -1,10 +1,12 @@
 """A login with three accounts, cheap password checks and a list for a log, for tests of access."""
 
+from collections.abc import Sequence
 from dataclasses import dataclass, field
 
 from openpendant.server.access.accounts import Account, AccountBook
 from openpendant.server.access.admission import Admission, VerifyJob
 from openpendant.server.access.audit import AuditEntry
+from openpendant.server.access.gateways import Gateway, Gateways
 from openpendant.server.access.pairing import PairingCodes
 from openpendant.server.access.passwords import PasswordHash, Secret
 from openpendant.server.access.request_gate import Granted
@@ -48,6 +50,7 @@ class Desk:
     book: AccountBook = field(default_factory=lambda: BOOK)
     single_user_host: bool = False
     observe_without_login: bool = False
+    gateways: Sequence[Gateway] = ()
     log: list[AuditEntry] = field(default_factory=list)
 
     def __post_init__(self) -> None:
@@ -57,6 +60,7 @@ class Desk:
             observe_without_login=self.observe_without_login,
             record=self.log.append,
             pairing=PairingCodes(),
+            gateways=Gateways(self.gateways, self.log.append),
         )
 
     def arrive(self, session: int, address: str = LAN, cell: str = CELL) -> Granted | None:

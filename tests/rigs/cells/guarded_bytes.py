@@ -19,8 +19,10 @@ from openpendant.simplemsg.verdicts import VerdictCode
 class GuardedBytes(ByteRig):
     """A server with accounts, its connections and what each was told."""
 
-    def __init__(self, *, checks_at_once: bool = True, **listen: int) -> None:
-        self.desk = Desk(BOOK)
+    def __init__(
+        self, *, checks_at_once: bool = True, desk: Desk | None = None, **listen: int
+    ) -> None:
+        self.desk = desk or Desk(BOOK)
         self.checks_at_once = checks_at_once
         self.connected: list[ByteClient] = []
         super().__init__(self.desk.login, listen=listen)

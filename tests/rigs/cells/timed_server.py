@@ -455,6 +455,10 @@ class TimedServer:
         state.data_received(self._codec.encode(_STANDING))
         self.turn("a tick", self.app.tick)
 
+    def guest(self, address: str = "192.0.2.10") -> TimedClient:
+        """Return a pendant that has not said hello."""
+        return TimedClient(self, Port.PENDANT, address)
+
     async def pendant(self, name: str | None = None, address: str = "192.0.2.10") -> TimedClient:
         """Return a pendant that has said hello and logged in, where it has a name."""
         cell = self.app.cells[0].core.cell

@@ -36,9 +36,11 @@ from openpendant.simplemsg.pendant import (
     Authority,
     AuthorityAction,
     AuthorityBeat,
+    Forwarded,
     JointMove,
     JointPath,
     JointWaypoint,
+    Lobby,
     Motion,
     PoseMove,
     PosePath,
@@ -115,6 +117,19 @@ def stranger_rows() -> dict[str, Row]:
         for shape, body in _illegal("tools.calibrate").items():
             rows[f"{shape}, {size} bytes"] = Row(_asked(body, size))
     return rows | stream_rows()
+
+
+def first_rows() -> dict[str, Row]:
+    """Return what somebody sends before a hello, who may then be closed for it."""
+    lobby = frame_of(Lobby(1))
+    rows = {
+        "a lobby": lobby,
+        "lobbies that come too often": lobby * (64 * 1024 // len(lobby)),
+        "a forged address": frame_of(SAMPLES[Forwarded]),
+        "an address in no text": frame_of(SAMPLES[Forwarded])[:16] + b"\xff" * 164,
+        "a lobby in front of a forged address": lobby + frame_of(SAMPLES[Forwarded]),
+    }
+    return {name: Row(_always(data)) for name, data in rows.items()}
 
 
 def message_rows() -> dict[str, Row]:

@@ -67,9 +67,9 @@ def test_a_refused_role_is_noted_with_the_permission_that_was_wanted(rig: Guarde
     assert (entry.who, entry.detail) == ("vera", {"wanted": "move", "code": 134})
 
 
-def test_only_what_is_about_nobody_but_who_asks_needs_no_permission() -> None:
+def test_only_what_tells_of_nobody_but_who_asks_needs_no_permission() -> None:
     free = {op for op, kind in OPERATIONS.items() if kind.NEEDS is None}
-    assert free == {"access.whoami", "access.logout"}
+    assert free == {"access.whoami", "access.logout", "access.exposure"}
 
 
 def test_an_operation_that_nobody_listed_needs_the_highest_role() -> None:

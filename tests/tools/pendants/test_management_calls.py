@@ -10,7 +10,7 @@ from rigs.data.case_table import every
 
 from openpendant.server.cell.why import WhyReply
 from openpendant.server.endpoints.pendant.jog_requests import RetreatReply
-from openpendant.server.endpoints.pendant.management import ServedCells, Snapshot
+from openpendant.server.endpoints.pendant.management import Snapshot
 from openpendant.simplemsg.pendant.management import (
     cell,
     edits,
@@ -85,7 +85,6 @@ def _fields(kind: Any) -> dict[str, tuple[str, bool]]:
     ("name", "theirs"),
     [
         ("snapshot", Snapshot),
-        ("cells", ServedCells),
         ("why", WhyReply),
         ("jog.retreat", RetreatReply),
     ],

@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import argparse
 import asyncio
-from collections.abc import Awaitable, Callable
+from collections.abc import Awaitable, Callable, Coroutine
 from functools import partial
 from pathlib import Path
 
@@ -44,8 +44,14 @@ Connect = Callable[..., Awaitable[PendantClient]]
 """Connects to a command's server and logs in; takes `client` and `state_rate`."""
 
 
-def parser(name: str, description: str, *, logs_in: bool = True) -> argparse.ArgumentParser:
-    """Return a parser of the arguments that the commands share."""
+def parser(
+    name: str, description: str, *, logs_in: bool = True, of_cell: bool = True
+) -> argparse.ArgumentParser:
+    """Return a parser of the arguments that the commands share.
+
+    Args:
+        of_cell: the command is about one cell.
+    """
     reader = argparse.ArgumentParser(
         prog=f"openpendant {name}", description=description, epilog=EPILOG
     )
@@ -56,7 +62,8 @@ def parser(name: str, description: str, *, logs_in: bool = True) -> argparse.Arg
         metavar="HOST[:PORT]",
         help=f"the pendant server (default: 127.0.0.1:{DEFAULT_PORT})",
     )
-    reader.add_argument("--cell", default="", help="name of the cell, where it serves several")
+    if of_cell:
+        reader.add_argument("--cell", default="", help="name of the cell, where it serves several")
     reader.add_argument(
         "--ca", type=Path, metavar="FILE", help="certificate of the server; encrypts the connection"
     )
@@ -166,13 +173,22 @@ def run(
         act: what the command does on the connection; returns the exit code.
         state_rate: of the state messages [Hz].
     """
+    return run_task(output, lambda: _connected(enter(), act, output, state_rate))
+
+
+def run_task(output: CommandOutput, make: Callable[[], Coroutine[None, None, int]]) -> int:
+    """Carry out what a command does on the network and return its exit code.
+
+    Args:
+        make: returns what is to be carried out; may prompt for a secret.
+    """
 
     def warn(text: str) -> None:
         complain(f"openpendant {output.name}: warning: {text}")
 
     try:
         with told_of_unprotected_secrets(warn):
-            return asyncio.run(_connected(enter(), act, output, state_rate))
+            return asyncio.run(make())
     except KeyboardInterrupt:
         output.complain("interrupted", "interrupted")
         return ExitCode.INTERRUPTED

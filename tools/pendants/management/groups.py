@@ -133,6 +133,7 @@ class AccessCalls(CallGroup[Way]):
     whoami = call(access.WhoAmI)
     logout = call(access.Logout)
     sessions = call(access.ListSessions)
+    exposure = call(access.ReadExposure)
     connections = call(access.ListConnections)
     close = call(access.CloseConnection)
     bar = call(access.BarAddress)

@@ -52,8 +52,10 @@ def test_a_snapshot_names_the_owner_the_stop_and_the_obstacle() -> None:
     assert "tea" in body["obstacle"]
 
 
-def test_a_pendant_is_told_which_cells_there_are() -> None:
-    assert ready().pendant().ask("cells") == {"cells": [{"cell": "cell", "robot": "two-joints"}]}
+def test_a_pendant_of_version_2_is_told_the_names_of_cells_and_robots() -> None:
+    pendant = ready().stranger()
+    pendant.hello(version=2)
+    assert pendant.ask("cells") == {"cells": [{"cell": "cell", "robot": "two-joints"}]}
 
 
 def test_a_cell_without_surroundings_offers_nothing_of_them() -> None:
