@@ -89,8 +89,8 @@ with a verdict among it where none comes with a cell event."""
 _Request = Callable[[int, Any, int], _Answered]
 """Answers a request of a session at a time [ns]."""
 
-_Topic = Callable[[int, Any, int], None]
-"""Takes a message that has no answer, of a session at a time [ns]."""
+_Topic = Callable[[int, Any, int], list[Effect] | None]
+"""Takes a message that has no answer, of a session at a time [ns]; returns what follows."""
 
 
 class PendantEndpoint:
@@ -122,7 +122,7 @@ class PendantEndpoint:
             identity, cell.limits.dof, settings, listeners, self.access, offers
         )
         self._motions = PendantMotions(cell, robot)
-        self._jogs = JogRequests(cell, settings.jog, robot)
+        self._jogs = JogRequests(cell, settings.jog, robot, listeners.older)
         self.programs = ProgramService(
             cell,
             robot,
@@ -178,7 +178,7 @@ class PendantEndpoint:
         jogs, cell = self._jogs, self._cell
         return {
             JogBeat: jogs.beat,
-            Enabling: lambda session, held, now: cell.modes.enable(session, held.position, now),
+            Enabling: lambda session, held, now: cell.enable(session, held.position, now),
             AuthorityBeat: lambda session, _, now: cell.authority.beat(session, now),
         }
 
@@ -261,9 +261,7 @@ class PendantEndpoint:
             and isinstance(received, Message)
             and received.comm_type == CommType.TOPIC
         ):
-            if listener.welcomed:
-                take(session, received, now)
-            return []
+            return (take(session, received, now) if listener.welcomed else None) or []
         if isinstance(received, Malformed):
             return self._malformed(listener, received, now)
         if isinstance(received, SoftwareStop) and listener.welcomed:
