@@ -76,6 +76,7 @@ from ...refusal import Refusal
 from ...settings.cell_settings import CellSettings
 from .access_requests import AccessRequests, CoreAccess, Greeting, Identity
 from .control_requests import AuthorityRequests, ControlRequests
+from .declarations import Declarations
 from .jog_requests import EscapeRequests, JogRequests
 from .large_bodies import LargeBodies
 from .management import ManagementRequests, ServedCells
@@ -114,13 +115,17 @@ class PendantEndpoint:
         """
         self._is_read_apart = is_read_apart
         self._bodies = LargeBodies(pending, cell.motions.new_job_id)
-        self.access = AccessRequests(access, identity.cell, self.regranted, pending)
+        self.access = AccessRequests(
+            *(access, identity.cell, self.regranted, pending),
+            cell.modes.enabling_deadline,
+        )
         self._cell = cell
         self._listeners = listeners = Listeners(settings, self.access.waits)
         offers = Capability(0) if environment is None else environment.capabilities
         self._greeting = Greeting(
             identity, cell.limits.dof, settings, listeners, self.access, offers
         )
+        self._declarations = Declarations(cell, listeners, self.access)
         self._motions = PendantMotions(cell, robot)
         self._jogs = JogRequests(cell, settings.jog, robot, listeners.older)
         self.programs = ProgramService(
@@ -167,7 +172,7 @@ class PendantEndpoint:
             Authority: self._authority.authority,
             ProgramRun: self._run_program,
             Subscribe: self._greeting.subscribe,
-            Declare: self._greeting.declare,
+            Declare: self._declarations.declare,
             Login: self.access.log_in,
             Pairing: self.access.pairing,
             SetAccount: self.access.set_account,
