@@ -28,7 +28,7 @@ class JogPad:
         silence: float = 0.25,
         version: int = messages.PROTOCOL_VERSION,
     ) -> None:
-        """Connect, and declare for how long the enabling device may be silent [s]; 0 for nothing."""
+        """Connect; declare for how long the enabling device may be silent [s], 0 for nothing."""
         self.rig = rig
         self.pendant: Pendant = rig.pendant(client, state_rate=100.0, version=version)
         self.press_number = 0
