@@ -54,6 +54,7 @@ class TwoHands(JogPad):
         super().__init__(rig, version=version, silence=silence)
         self.began = rig.now
         self._ticked = rig.now
+        self.rate = 0.0  # of the key that was pressed last, -1 to 1
         self._before = 0.0  # the speed of the last set-point before time began
 
     # One message each; none waits for its answer.
@@ -67,7 +68,12 @@ class TwoHands(JogPad):
     def key_down(self, rate: float, deadline: float) -> None:
         """Press a key, with an ENABLING in front of it."""
         self.device(HELD)
+        self.rate = rate
         self.press(rate, 0.0, deadline=deadline)
+
+    def key_again(self, deadline: float) -> None:
+        """Press the key that was pressed last."""
+        self.press(self.rate, 0.0, deadline=deadline)
 
     def move(self) -> None:
         goal = joint_array((-1.5, 0.0))
@@ -87,19 +93,41 @@ class TwoHands(JogPad):
             self.beat()
         self.begin()
 
+    @property
+    def speed(self) -> float:
+        """The speed of joint 1 in the last set-point that left [rad/s]."""
+        return next((speed for _, speed in reversed([*self.speeds()])), self._before)
+
+    def rest(self) -> None:
+        """Let go of both, and wait until the robot stands."""
+        self.key_up()
+        self.device(RELEASED)
+        for _ in range(100):
+            self.rig.wait(10)
+            if not self.rig.core.cell.is_busy:
+                return
+        raise AssertionError("the robot does not come to rest")
+
     def begin(self) -> None:
         """Let time count from now, and forget what was seen."""
-        self._before = next((speed for _, speed in reversed([*self.speeds()])), 0.0)
+        self._before = self.speed
         self.began = self._ticked = self.rig.now
         self.rig.log.clear()
         self.rig.points.clear()
         self.pendant.got[:-1] = []
 
-    def play(self, timeline: Timeline, until: int, left_out: Iterable[int] = ()) -> None:
+    def play(
+        self,
+        timeline: Timeline,
+        until: int,
+        left_out: Iterable[int] = (),
+        tick: Callable[[], object] | None = None,
+    ) -> None:
         """Let messages arrive and ticks pass, to a time from the beginning [ns].
 
         Args:
             left_out: ticks that do not come, as times from the beginning [ns].
+            tick: called in the place of the server's tick, which it has to make.
         """
         arriving = sorted(timeline, key=lambda each: each[0])
         missing = {self.began + each for each in left_out}
@@ -112,7 +140,7 @@ class TwoHands(JogPad):
             self.rig.now = self._ticked
             if self._ticked not in missing:
                 self.rig.report()
-                self.rig.tick()
+                (tick or self.rig.tick)()
 
     def seen(self) -> Seen:
         told = [each for each in self.pendant.all(messages.JogEnded)]
@@ -134,7 +162,7 @@ class TwoHands(JogPad):
         return None
 
     def speeds(self) -> Iterator[tuple[int, float]]:
-        """Yield when each set-point left, from the beginning [ns], and the speed of joint 1 in it."""
+        """Yield when each set-point left, from the beginning [ns], and the speed of joint 1."""
         for time, item in self.rig.log:
             if isinstance(item, SendToController) and isinstance(item.message, JointTrajPtFull):
                 yield time - self.began, abs(item.message.velocities[0])
