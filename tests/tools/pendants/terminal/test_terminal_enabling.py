@@ -179,7 +179,7 @@ def test_in_t1_a_motion_stops_within_a_tick_when_it_is_let_go_or_lapses(how: str
 
 
 LONG_PROGRAM = "move PTP a\nwait 60 s\nmove PTP b\nwait 60 s\nmove PTP c\nwait 60 s\nmove PTP a\n"
-EACH = [
+WAITS = [
     pytest.param(10, id="of half a minute"),
     pytest.param(60, id="of 3 minutes", marks=pytest.mark.soak),
 ]
