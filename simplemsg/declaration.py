@@ -243,7 +243,7 @@ def record(cls: type[_RecordT]) -> type[_RecordT]:
     return cast("type[_RecordT]", made)
 
 
-class Declare(Protocol):
+class MessageDecorator(Protocol):
     """Makes a class with annotated fields a message class."""
 
     def __call__(self, cls: type[_MessageT], /) -> type[_MessageT]:
@@ -251,7 +251,7 @@ class Declare(Protocol):
 
 
 @dataclass_transform()
-def message(place: Place) -> Declare:
+def message(place: Place) -> MessageDecorator:
     """Return the decorator that declares a message class."""
 
     def declare(cls: type[_MessageT], /) -> type[_MessageT]:

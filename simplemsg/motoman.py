@@ -11,10 +11,10 @@ from typing import Annotated, dataclass_transform
 from .codes import ValidField
 from .declaration import (
     Array,
-    Declare,
     Direction,
     Int,
     Message,
+    MessageDecorator,
     Place,
     Real,
     Reals,
@@ -104,12 +104,12 @@ _JOINT_UNIT = "rad, m for a linear axis"
 
 
 @dataclass_transform()
-def _request(msg_type: int, name: str, reply: str, about: str) -> Declare:
+def _request(msg_type: int, name: str, reply: str, about: str) -> MessageDecorator:
     return message(Place(msg_type, name, Direction.TO_CONTROLLER, reply, _SOURCE, about))
 
 
 @dataclass_transform()
-def _reply(msg_type: int, name: str, about: str, is_reply: bool = False) -> Declare:
+def _reply(msg_type: int, name: str, about: str, is_reply: bool = False) -> MessageDecorator:
     return message(
         Place(msg_type, name, Direction.FROM_CONTROLLER, "none", _SOURCE, about, is_reply)
     )

@@ -2,7 +2,7 @@
 
 from typing import dataclass_transform
 
-from ..declaration import Declare, Direction, Place, message
+from ..declaration import Direction, MessageDecorator, Place, message
 
 JOINT_UNIT = "rad, m for a linear axis"
 """Unit of a joint value, as the reference prints it."""
@@ -14,7 +14,7 @@ _NO_REPLY = "none"
 @dataclass_transform()
 def to_server(
     msg_type: int, name: str, about: str, reply: str = "verdict", *, since: int = 2
-) -> Declare:
+) -> MessageDecorator:
     """Declare a message of a pendant; a topic says `reply="none"`.
 
     Args:
@@ -26,7 +26,7 @@ def to_server(
 @dataclass_transform()
 def from_server(
     msg_type: int, name: str, about: str, *, is_reply: bool = False, since: int = 2
-) -> Declare:
+) -> MessageDecorator:
     """Declare a message to a pendant: a notification, or a reply with a body of its own.
 
     Args:
@@ -38,13 +38,13 @@ def from_server(
 
 
 @dataclass_transform()
-def to_controller(msg_type: int, name: str, about: str, reply: str) -> Declare:
+def to_controller(msg_type: int, name: str, about: str, reply: str) -> MessageDecorator:
     """Declare a request of the server to a controller."""
     return message(Place(msg_type, name, Direction.TO_CONTROLLER, reply, _SOURCE, about))
 
 
 @dataclass_transform()
-def from_controller(msg_type: int, name: str, about: str) -> Declare:
+def from_controller(msg_type: int, name: str, about: str) -> MessageDecorator:
     """Declare a controller's reply with a body of its own."""
     direction = Direction.FROM_CONTROLLER
     return message(Place(msg_type, name, direction, _NO_REPLY, _SOURCE, about, is_reply=True))

@@ -25,6 +25,7 @@ from openpendant.simplemsg import (
     refused,
 )
 from openpendant.simplemsg.pendant import (
+    PENDANT_MESSAGES,
     PROTOCOL_VERSION,
     Authority,
     AuthorityBeat,
@@ -82,6 +83,8 @@ from .large_bodies import LargeBodies
 from .management import ManagementRequests, ServedCells
 from .motion_requests import PendantMotions
 from .notifications import Listener, Listeners, Notifications
+
+_NOT_IN_VERSION_2 = frozenset(kind for kind in PENDANT_MESSAGES if kind.PLACE.since > 2)
 
 _Answered = Refusal | None | list[Effect]
 """Why a request is refused; None where it is done; else all that is to be written because of it,
@@ -329,7 +332,7 @@ class PendantEndpoint:
             return [_verdict(session, message, Refusal(VerdictCode.HELLO_FIRST))]
         if isinstance(message, Management):
             return self._managed(session, message, now)
-        if message.PLACE.since > listener.version:
+        if listener.version < PROTOCOL_VERSION and type(message) in _NOT_IN_VERSION_2:
             return [Send(session, refused(message)), *listener.count_fault(now)]
         refusal = self.access.gate.refusal(session, message, now)
         if refusal is not None:

@@ -31,7 +31,7 @@ async def test_hello_says_cell_name_and_rate(server: ScriptedPendantServer) -> N
     ) as pendant:
         hello = server.one(messages.Hello)
         assert (hello.protocol_version, hello.client, hello.cell, hello.state_rate) == (
-            2,
+            messages.PROTOCOL_VERSION,
             "mine",
             "left",
             50.0,
