@@ -101,7 +101,7 @@ class EnablingDevice:
         """Let it go; what moves is stopped, in the modes that need it."""
         self._put(EnablingPosition.RELEASED)
 
-    def carried(self) -> Sequence[Message]:
+    def _carried(self) -> Sequence[Message]:
         """Return its sign where it is held, for a write that goes out now; the next may wait."""
         if self.position is not EnablingPosition.HELD:
             return ()
@@ -220,7 +220,7 @@ class Operating(PendantSession):
         self._device = device
 
     def _enabling_sign(self) -> Sequence[Message]:
-        return () if self._device is None else self._device.carried()
+        return () if self._device is None else self._device._carried()
 
     async def set_mode(self, mode: OperatingMode) -> None:
         """Set the mode of operation; what moves is stopped.

@@ -92,6 +92,8 @@ class PendantSession:
 
     hello: HelloReply
 
+    _version = PROTOCOL_VERSION
+
     def __init__(self) -> None:
         self.state: State | None = None
         self.on_state: Callable[[State], None] | None = None
@@ -172,7 +174,8 @@ class PendantSession:
                 await pendant._say_hello(client, cell, state_rate)
             except ConnectionLost as error:
                 raise unanswered(error, host, port, tls=encrypted) from None
-            pendant._declare_at_once(enabling_deadline, language)
+            if pendant._version >= Declare.PLACE.since:
+                pendant._declare_at_once(enabling_deadline, language)
             if password is not None or pairing is not None:
                 await pendant.login(user, password=password, pairing=pairing)
         except BaseException:
@@ -198,7 +201,7 @@ class PendantSession:
 
     async def _say_hello(self, client: str, cell: str, state_rate: float) -> None:
         hello = Hello(
-            protocol_version=PROTOCOL_VERSION, state_rate=state_rate, cell=cell, client=client
+            protocol_version=self._version, state_rate=state_rate, cell=cell, client=client
         )
         try:
             async with asyncio.timeout(_HELLO_WITHIN):
