@@ -228,6 +228,18 @@ def test_promise_37_panic_stops_a_ramp_too(ends: Act) -> None:
     assert hands.seen() == Seen(TICK, TICK + 1, JogEnd.STOPPED, LOST)
 
 
+@pytest.mark.parametrize("position", [RELEASED, PANIC])
+@pytest.mark.parametrize("begin", ["a jog", "a motion"])
+def test_promise_37_the_device_of_another_connection_ends_nothing(
+    begin: str, position: int
+) -> None:
+    hands = jogging() if begin == "a jog" else under_way(move)
+    other = hands.rig.pendant()
+    hands.play([(1, lambda _: other.enable(HELD, position)), *both(2, 200 * MS)], 200 * MS)
+    assert hands.rig.stops == []
+    assert hands.rig.core.cell.is_busy
+
+
 def give_back(hands: TwoHands) -> None:
     hands.pendant.release()
 
