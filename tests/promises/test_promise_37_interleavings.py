@@ -132,7 +132,7 @@ class Interleaving:
         if jog is None and was_driven:
             told = self._hands.pendant.all(JogEnded)[-1].reason
             assert told == self._rules.why
-            self._counts[f"{self._rules.why.name.lower()}"] += 1  # type: ignore[union-attr]  # ended
+            self._counts[f"{self._rules.why.name.lower()}"] += 1
             self._rules.at_rest()
 
     # What happens.
@@ -167,11 +167,11 @@ class Interleaving:
 
     def _tick(self) -> None:
         rig, was_driven = self._hands.rig, self._is_driven
-        before = self._hands.speed
+        before = self._hands.newest_speed
         stopped = self._turn(rig.tick)
         assert stopped == self._rules.tick(rig.now)
         if self._is_driven and not self._rules.is_held:
-            assert self._hands.speed < before or before == self._hands.speed == 0.0
+            assert self._hands.newest_speed < before or before == self._hands.newest_speed == 0.0
         self._agree(was_driven)
 
 

@@ -56,9 +56,8 @@ def ramps(name: str, releases: int, random: np.random.Generator) -> list[int]:
         if step.at_rest:
             continue
         jogger.aim(None)
-        ticks = 0
-        while not step.at_rest:
-            step = jogger.step(1.0 / TICK_RATE)
+        ticks = 1
+        while not jogger.step(1.0 / TICK_RATE).at_rest:
             ticks += 1
         took.append(ticks)
     return took

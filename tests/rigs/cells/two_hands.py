@@ -6,6 +6,7 @@ tests compare: when the ramp of a jog began, and when a STOP left.
 
 from collections.abc import Callable, Iterable, Iterator
 from dataclasses import dataclass
+from typing import Any
 
 from rigs.cells.robot_cell_situations import enabled
 from rigs.cells.server_rig import MS, TICK, ServerRig
@@ -94,7 +95,7 @@ class TwoHands(JogPad):
         self.begin()
 
     @property
-    def speed(self) -> float:
+    def newest_speed(self) -> float:
         """The speed of joint 1 in the last set-point that left [rad/s]."""
         return next((speed for _, speed in reversed([*self.speeds()])), self._before)
 
@@ -110,7 +111,7 @@ class TwoHands(JogPad):
 
     def begin(self) -> None:
         """Let time count from now, and forget what was seen."""
-        self._before = self.speed
+        self._before = self.newest_speed
         self.began = self._ticked = self.rig.now
         self.rig.log.clear()
         self.rig.points.clear()
@@ -169,7 +170,7 @@ class TwoHands(JogPad):
 
 
 def two_hands(
-    mode: str = "manual_high", *, version: int = 3, silence: float = 0.25, **settings: object
+    mode: str = "manual_high", *, version: int = 3, silence: float = 0.25, **settings: Any
 ) -> TwoHands:
     """Return hands at a robot of two joints in a mode; a jog there is at most 0.25 rad/s fast."""
     rig, pad = enabled(mode, **settings)
