@@ -150,11 +150,11 @@ def speed_fault(speed: float) -> Refusal | None:
     return Refusal(VerdictCode.BAD_ARGUMENT, text, value=speed, limit=1.0)
 
 
-HeldPress = Callable[[int, int], int]
-"""Returns the deadline of the press that a session holds at a time, both [ns]; 0 for none."""
+HeldPress = Callable[[int], int]
+"""Returns the deadline of the press that a session holds [ns]; 0 where it holds none."""
 
 
-def _no_press(session: int, now: int) -> int:
+def _no_press(session: int) -> int:
     return 0
 
 
@@ -305,7 +305,7 @@ class OperatingModes:
 
     def _is_silent(self, session: int, device: _Device, now: int) -> bool:
         deadline = self._silence_ns(session)
-        press = self._held_press(session, now)
+        press = self._held_press(session)
         if press:
             # Where key and device fall silent together, the press must end first: a ramp, no STOP.
             deadline = max(deadline, press) + self._tick_ns

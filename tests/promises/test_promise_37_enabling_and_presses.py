@@ -316,6 +316,7 @@ motions = pytest.mark.parametrize("begin", [move, step, undo])
 def test_promise_37_a_motion_is_stopped_where_its_device_is_let_go(
     begin: Act, phase: int, position: int
 ) -> None:
+    """As promise 32 has it: also where it is held again at once."""
     hands = under_way(begin)
     hands.play([(phase, device(position)), (phase, device(HELD)), *signs(phase, LONG)], LONG)
     stop = hands.seen().stop
@@ -390,7 +391,8 @@ def test_promise_37_a_sign_behind_its_deadline_counts_as_none_though_no_tick_cam
 def test_promise_37_a_press_that_is_silent_at_its_deadline_is_not_replaced() -> None:
     hands = jogging()
     late = [250 * MS, 260 * MS]
-    hands.play([*signs(0, 200 * MS), (255 * MS, press_again)], LONG, late)
+    again = (255 * MS, lambda hands: hands.key_again(0.25))
+    hands.play([*signs(0, 240 * MS), again], LONG, late)
     assert JogEnd.SILENT in [each.reason for each in hands.pendant.all(JogEnded)]
 
 

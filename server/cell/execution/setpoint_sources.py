@@ -295,10 +295,6 @@ class Press:
         """Return True if the deadline has passed without a beat."""
         return now - self.heard >= self.deadline_ns
 
-    def is_held(self, now: int) -> bool:
-        """Return True while it has neither ended nor fallen silent."""
-        return self.ended is None and not self.is_overdue(now)
-
     def end(self, why: JogEnd, now: int) -> None:
         """End the press; the first reason counts, but for a release that was awaited."""
         if self.ended is None:

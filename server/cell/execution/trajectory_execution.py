@@ -242,10 +242,10 @@ class TrajectoryExecution:
         """The jog that is driven, None where none is."""
         return None if self.work is None else self.work.jog
 
-    def held_press(self, session: int, now: int) -> int:
+    def held_press(self, session: int) -> int:
         """Return the deadline of the press that a session holds [ns]; 0 where it holds none."""
         jog = self.driven_jog
-        if jog is None or jog.press.session != session or not jog.press.is_held(now):
+        if jog is None or jog.press.session != session or jog.press.ended is not None:
             return 0
         return jog.press.deadline_ns
 
