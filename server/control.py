@@ -13,6 +13,7 @@ their users.
 from __future__ import annotations
 
 import math
+from collections.abc import Callable
 from dataclasses import dataclass
 from enum import Enum
 
@@ -149,6 +150,14 @@ def speed_fault(speed: float) -> Refusal | None:
     return Refusal(VerdictCode.BAD_ARGUMENT, text, value=speed, limit=1.0)
 
 
+HeldPress = Callable[[int], int]
+"""Returns the deadline of the press that a session holds [ns]; 0 where it holds none."""
+
+
+def _no_press(session: int) -> int:
+    return 0
+
+
 @dataclass(slots=True)
 class _Device:
     """The enabling device (training) of one connection.
@@ -171,12 +180,21 @@ class OperatingModes:
             `LEAST_OVERRIDE` to 1.
     """
 
-    def __init__(self, settings: Modes) -> None:
-        """Start in the configured mode, with nothing enabled."""
+    def __init__(
+        self, settings: Modes, tick_rate: int = 100, held_press: HeldPress = _no_press
+    ) -> None:
+        """Start in the configured mode, with nothing enabled.
+
+        Args:
+            tick_rate: of the server [Hz].
+        """
         self.override = 1.0
         self._is_ours = settings.selector == "server"
         self._mode = OperatingMode[settings.initial.upper()]
         self._deadline_ns = round(settings.enabling_deadline * 1e9)
+        self._declared: dict[int, int] = {}
+        self._tick_ns = round(1e9 / tick_rate)
+        self._held_press = held_press
         self._cap = REDUCED_SPEED
         self._devices: dict[int, _Device] = {}
 
@@ -254,7 +272,7 @@ class OperatingModes:
             device.armed = True
         elif told is _PANIC:
             device.armed = False
-        elif device.position is not _RELEASED and self._is_silent(device, now):
+        elif device.position is not _RELEASED and self._is_silent(session, device, now):
             # Silence while it was pressed was a release that nobody saw; a beat after it is no new
             # press.
             device.armed = False
@@ -269,21 +287,43 @@ class OperatingModes:
     def forget(self, session: int) -> None:
         """Release the device of a connection that ended."""
         self._devices.pop(session, None)
+        self._declared.pop(session, None)
 
-    def _is_silent(self, device: _Device, now: int) -> bool:
-        return now - device.heard >= self._deadline_ns
+    def declare(self, session: int, deadline: float) -> None:
+        """Let a connection's device count as let go after another silence [s]; 0 for the cell's."""
+        if deadline:
+            self._declared[session] = round(deadline * 1e9)
+        else:
+            self._declared.pop(session, None)
+
+    def enabling_deadline(self, session: int) -> float:
+        """Return after how long a silence a connection's device counts as let go [s]."""
+        return self._silence_ns(session) / 1e9
+
+    def _silence_ns(self, session: int) -> int:
+        return self._declared.get(session, self._deadline_ns)
+
+    def _is_silent(self, session: int, device: _Device, now: int) -> bool:
+        deadline = self._silence_ns(session)
+        press = self._held_press(session)
+        if press:
+            # Where key and device fall silent together, the press must end first: a ramp, no STOP.
+            deadline = max(deadline, press) + self._tick_ns
+        return now - device.heard >= deadline
 
     def enabling(self, session: int, now: int) -> EnablingPosition:
         """Return the position that a connection's device counts as; silence is a release."""
         device = self._devices.get(session)
-        return _RELEASED if device is None or self._is_silent(device, now) else device.position
+        if device is None or self._is_silent(session, device, now):
+            return _RELEASED
+        return device.position
 
     def is_enabled(self, session: int, now: int) -> bool:
         """Return True if a connection holds its device half pressed, pressed anew since a stop."""
         device = self._devices.get(session)
         if device is None or not device.armed or device.position is not _HELD:
             return False
-        return not self._is_silent(device, now)
+        return not self._is_silent(session, device, now)
 
     # What may move.
 

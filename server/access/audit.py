@@ -36,6 +36,8 @@ class AuditEvent(StrEnum):
     SERVER_STARTED = "server-started"
     SERVER_STOPPED = "server-stopped"
     CONNECTED = "connected"
+    DECLARED = "declared"
+    """What a connection wants beyond its hello: DECLARE of the protocol."""
     DISCONNECTED = "disconnected"
     LOGIN = "login"
     LOGIN_FAILED = "login-failed"

@@ -29,6 +29,7 @@ MOST_NOISE = 49
 NOISE = frozenset(
     {
         AuditEvent.CONNECTED,
+        AuditEvent.DECLARED,
         AuditEvent.DISCONNECTED,
         AuditEvent.LOGIN_FAILED,
         AuditEvent.LOCKED_OUT,

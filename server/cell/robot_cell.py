@@ -46,6 +46,7 @@ from .cell_motions import CellMotions
 from .execution.feedback import Feedback, interruption
 from .execution.motion_watch import ArmPoints
 from .execution.trajectory_execution import Publish, TrajectoryExecution
+from .hold_to_run import HoldToRun
 from .interlocks import check_interlocks, examine_cell, held_by, permission
 from .joint_slots import JointSlots
 
@@ -116,6 +117,7 @@ class RobotCell:
 
     Attributes:
         modes: the mode of operation, enabling (training) and speeds.
+        hold_to_run: judges the press and the enabling devices.
         motions: what is planned and moved.
         stop: the latched stop, None where there is none.
         program: the program under way, None where there is none; `show_program` says it.
@@ -144,7 +146,6 @@ class RobotCell:
         self.authority = MotionAuthority(round(settings.pendants.authority_timeout * 1e9))
         self.feedback = Feedback(limits.dof, settings.controller)
         self._identification = Identification(self.feedback)
-        self.modes = OperatingModes(settings.modes)
         self.stop: StopLatch | None = None
         self.ended: Refusal | None = None
         self.program: RunningProgram | None = None
@@ -156,6 +157,10 @@ class RobotCell:
             pending.cancel,
             cap=self._tool_speed_cap,
             points=points,
+        )
+        self.modes = OperatingModes(settings.modes, settings.tick_rate, self.driving.held_press)
+        self.hold_to_run = HoldToRun(
+            *(self.authority, self.modes, self.driving, limits, settings.tick_rate)
         )
         self.motions = CellMotions(
             *(limits, self.authority, self.feedback, self.modes, self.driving),
@@ -344,20 +349,13 @@ class RobotCell:
         expired = self.authority.expire(now)
         out = [] if expired is None else self.authority_gone(expired, now)
         out += self.driving.settle(now)
-        lost = self.lost_enabling(now)
+        lost = self.hold_to_run.tick(now)
         return out + (self.driving.advance(now) if lost is None else self.end(lost, now))
 
-    def lost_enabling(self, now: int) -> Refusal | None:
-        """Return why what is planned or moves must end, where nobody enables it any more."""
-        work, modes = self.driving.work, self.modes
-        if work is None or modes.is_enabled(work.request.session, now):
-            return None
-        # One that somebody paused stands until `resume` asks for the device again. One that is only
-        # held goes on by itself: it ends, or it would set off by a hand that let go meanwhile.
-        is_paused = work.is_paused and self.driving.activity is Activity.PAUSED
-        if is_paused or not modes.needs_enabling():
-            return None
-        return Refusal(VerdictCode.ENABLING_LOST)
+    def enable(self, session: int, position: int, now: int) -> list[Effect]:
+        """Take the position of a connection's enabling device; what it does not enable ends."""
+        lost = self.hold_to_run.enable(session, position, now)
+        return [] if lost is None else self._interrupt(lost, now)
 
     def under_way(self) -> str:
         """Return what is planned or moves, in words; empty where nothing is."""

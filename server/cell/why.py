@@ -54,6 +54,8 @@ class WhyReply(JsonBody):
     """Why the last motion ended before its goal; null where it arrived or another began."""
     remarks: tuple[str, ...]
     """What else is to be known; keeps nothing from moving."""
+    enabling_deadline: float
+    """For how long the enabling device of who shall move it may be silent [s]."""
 
 
 RoleFault = Callable[[int], Refusal | None]
@@ -92,6 +94,7 @@ def why(
         conditions=reports,
         ended=None if cell.ended is None else _end(cell.ended),
         remarks=_remarks(cell, now),
+        enabling_deadline=round(cell.modes.enabling_deadline(session), 6),
     )
 
 

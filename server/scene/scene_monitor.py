@@ -145,7 +145,7 @@ class SceneMonitor:
         if look.rows.is_held:
             # The motion resumes without a person, so a release of the enabling device since the
             # last tick must end it first.
-            lost = self._cell.lost_enabling(now)
+            lost = self._cell.hold_to_run.lost_enabling(now)
             if lost is not None:
                 self._look = None
                 return self._cell.end(lost, now)

@@ -141,6 +141,12 @@ class Heard(Enum):
     TICK = auto()
 
 
+class OlderClient(PendantClient):
+    """A client that speaks version 2: what was recorded says how that is answered."""
+
+    _version = 2
+
+
 @dataclass
 class RecordedCell:
     """The processes of a conversation.
@@ -163,7 +169,7 @@ class RecordedCell:
         self, client: str = "pendant", *, state_rate: float = 10.0, **options: Any
     ) -> PendantClient:
         """Return a pendant that sees a robot that can move."""
-        pendant = await PendantClient.connect(
+        pendant = await OlderClient.connect(
             HOST, self.pendant_port, client=client, state_rate=state_rate, **options
         )
         if not options:

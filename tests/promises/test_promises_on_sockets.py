@@ -36,6 +36,7 @@ LISTENER_RATE = 25.0
 RAMP, STOPPED = figure(1, "late"), figure(2, "stop")
 PRESSED, REFUSED = figure(COMMON, "press"), figure(18, "refused")
 OBSERVED_STOP = figure(19, "stop")
+LET_GO = figure(37, "late")
 
 OWN_FRAMES = figure(19, "own").count
 OWN_TRIALS = [
@@ -241,6 +242,43 @@ def test_promise_2_a_lost_connection_stops_within_20_ms(
         figures.take(ended, (stop.time - ended) / 1e6)
         figures.idle.append(rig.idle_delay())
     figures.judge(STOPPED.ms, slack=slack)
+
+
+HELD_TICKS = {"released": 3, "pressed through": 0, "released with the key": 1}
+"""So many ticks after a sign of an enabling device a STOP leaves, or the ramp of both hands."""
+
+
+@pytest.mark.parametrize(("trials", "slack"), trials_of(LET_GO))
+@pytest.mark.parametrize("how", HELD_TICKS)
+def test_promise_37_what_a_device_ends_arrives_within_its_ticks_and_20_ms(
+    rig: PromiseRig, how: str, trials: int, slack: float
+) -> None:
+    chance = random.Random(37)
+    figures = Figures(f"promise 37, {how}")
+    void = Void(figures, trials)
+    pendant = rig.pendant("two hands")
+    pendant.take_control()
+    is_panic, with_key = how == "pressed through", how == "released with the key"
+    position = messages.EnablingPosition.PANIC if is_panic else messages.EnablingPosition.RELEASED
+    while figures.need_more(trials, LET_GO.ms, slack):
+        hold_key(rig, pendant, chance, len(figures.delays))
+        let_go = pendant.let_go(position, key=with_key)
+        ended = None
+        while ended is None and time.monotonic_ns() < let_go + 1_000_000_000:
+            pendant.listen(0.01)
+            stopped = rig.controller.first(is_stop, let_go, 0.0)
+            ended = first_slower(rig, let_go) if with_key else stopped
+        pendant.come_to_rest()
+        pendant.hold_anew()
+        if ended is None:
+            no_motion(rig, let_go)
+            void.add()
+            continue
+        assert with_key == (rig.controller.first(is_stop, let_go, 0.0) is None)
+        figures.take(let_go, (ended.time - let_go) / 1e6 - 10.0 * HELD_TICKS[how])
+        figures.idle.append(rig.idle_delay())
+    pendant.close()
+    figures.judge(LET_GO.ms, slack=slack)
 
 
 @pytest.mark.parametrize(("trials", "slack"), trials_of(RAMP))

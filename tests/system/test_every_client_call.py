@@ -112,6 +112,8 @@ async def test_looking_on_hellos_states_snapshots_and_news(port: int) -> None:
     async with await connected(port, client="onlooker") as pendant:
         assert pendant.hello.cell == "cell"
         assert pendant.is_open
+        assert 0.1 < await pendant.declare(enabling_deadline=0.2, language="en") <= 1.0
+        assert pendant.ramp_time == pytest.approx(0.77)
         for capability in messages.Capability:
             assert pendant.offers(capability), capability
         shot = await snapshot_where(pendant, lambda shot: shot["signals"]["inputs"])

@@ -12,7 +12,7 @@ import contextlib
 import ipaddress
 import socket
 import ssl
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from typing import TypeVar, cast
 
 from openpendant.simplemsg import (
@@ -144,21 +144,21 @@ class Conversation(asyncio.Protocol):
         self._last_request += 1
         return self._last_request
 
-    def write(self, message: Message) -> None:
-        """Send a message.
+    def write(self, *messages: Message) -> None:
+        """Send messages in one write, so that they arrive together or not at all.
 
         Raises:
-            WrongArgument: the message cannot be written.
+            WrongArgument: one of them cannot be written.
         """
         if self.error is not None:
             raise self.error
         if self._transport is None:
             raise ConnectionLost("not connected")
         try:
-            frame = self._wire.send(message)
+            frames = b"".join([self._wire.send(message) for message in messages])
         except LocalProtocolError as error:
             raise WrongArgument(str(error)) from None
-        self._transport.write(frame)
+        self._transport.write(frames)
 
     def expect(self, kind: type[_T]) -> asyncio.Future[_T]:
         """Return a future that the caller completes, and that fails when the connection ends."""
@@ -197,8 +197,13 @@ class Conversation(asyncio.Protocol):
         finally:
             verdict.cancel()
 
-    def send(self, request: Message, request_id: int) -> asyncio.Future[Message]:
+    def send(
+        self, request: Message, request_id: int, *, ahead: Sequence[Message] = ()
+    ) -> asyncio.Future[Message]:
         """Send a request at once; return the future of its verdict, for `judged`.
+
+        Args:
+            ahead: what goes in front of it, in the same write.
 
         Raises:
             WrongArgument: the message cannot be written.
@@ -206,7 +211,7 @@ class Conversation(asyncio.Protocol):
         verdict = self._verdicts[request_id] = self.expect(Message)
         verdict.add_done_callback(lambda _: self._verdicts.pop(request_id, None))
         try:
-            self.write(request)
+            self.write(*ahead, request)
         except PendantError:
             verdict.cancel()
             raise

@@ -291,7 +291,10 @@ class Jogging(Observing):
     _line: PressLine
 
     def _begin_work(self) -> None:
-        self._line = PressLine(self._conversation, self._quotable_state, self.hello.dof)
+        self._line = PressLine(
+            *(self._conversation, self._quotable_state, self.hello.dof),
+            self._enabling_sign,
+        )
         super()._begin_work()
 
     def _jog_ended(self, account: JogEnded) -> None:
@@ -308,7 +311,8 @@ class Jogging(Observing):
 
         Args:
             joints: part of the jog speed by joint index from 0, -1 to 1.
-            deadline: the robot ramps to rest so long after a beat was missed, 0.05 to 0.25 s.
+            deadline: the robot ramps to rest so long after a beat was missed, 0.05 to 0.25 s, and
+                in the manual modes no longer than the `enabling_deadline` that was declared.
             longest: let go by itself so long after the last call of `aim` or `hold` [s].
 
         Raises:

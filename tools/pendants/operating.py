@@ -45,6 +45,9 @@ from .session import PendantSession, end_task
 BEAT_PERIOD = 0.05
 """Enabling and jog presses are repeated so often while they are held [s]."""
 
+_SPARE = BEAT_PERIOD / 5
+"""A device whose signs go out with the beats of a press waits so much longer for the next [s]."""
+
 
 class EnablingDevice:
     """The enabling device (training) of this connection; no safety device.
@@ -53,15 +56,25 @@ class EnablingDevice:
     loop, so a program that hangs has let go as far as the server is concerned.
     """
 
-    def __init__(self, write: Callable[[Message], None]) -> None:
+    def __init__(
+        self, write: Callable[[Message], None], in_use: Callable[[EnablingDevice | None], None]
+    ) -> None:
+        """Make one that is let go.
+
+        Args:
+            in_use: told that this one is the connection's from now on, and None after its end.
+        """
         self.position = EnablingPosition.RELEASED
         self._write = write
+        self._in_use = in_use
+        self._due = 0.0
         self._repeating: asyncio.Task[None] | None = None
 
     async def __aenter__(self) -> Self:
         # After a stop the server wants to see it let go before it counts as held again.
         self.let_go()
         self.hold()
+        self._in_use(self)
         self._repeating = asyncio.get_running_loop().create_task(self._repeat())
         return self
 
@@ -71,6 +84,7 @@ class EnablingDevice:
         error: BaseException | None,
         trace: TracebackType | None,
     ) -> None:
+        self._in_use(None)
         await end_task(self._repeating)
         with contextlib.suppress(ConnectionLost):
             self.let_go()
@@ -87,15 +101,25 @@ class EnablingDevice:
         """Let it go; what moves is stopped, in the modes that need it."""
         self._put(EnablingPosition.RELEASED)
 
+    def _carried(self) -> Sequence[Message]:
+        """Return its sign where it is held, for a write that goes out now; the next may wait."""
+        if self.position is not EnablingPosition.HELD:
+            return ()
+        self._due = asyncio.get_running_loop().time() + BEAT_PERIOD + _SPARE
+        return (Enabling(position=self.position),)
+
     def _put(self, position: EnablingPosition) -> None:
         self.position = position
         self._write(Enabling(position=position))
+        self._due = asyncio.get_running_loop().time() + BEAT_PERIOD
 
     async def _repeat(self) -> None:
+        loop = asyncio.get_running_loop()
         with contextlib.suppress(ConnectionLost):
             while True:
-                await asyncio.sleep(BEAT_PERIOD)
-                self._write(Enabling(position=self.position))
+                await asyncio.sleep(self._due - loop.time())
+                if loop.time() >= self._due:
+                    self._put(self.position)
 
 
 class Operating(PendantSession):
@@ -103,6 +127,7 @@ class Operating(PendantSession):
 
     _beating: asyncio.Task[None] | None = None
     _in_control = False
+    _device: EnablingDevice | None = None
 
     @property
     def in_control(self) -> bool:
@@ -189,7 +214,13 @@ class Operating(PendantSession):
 
     def enabling(self) -> EnablingDevice:
         """Return the enabling device (training): `async with pendant.enabling():`."""
-        return EnablingDevice(self._conversation.write)
+        return EnablingDevice(self._conversation.write, self._use)
+
+    def _use(self, device: EnablingDevice | None) -> None:
+        self._device = device
+
+    def _enabling_sign(self) -> Sequence[Message]:
+        return () if self._device is None else self._device._carried()
 
     async def set_mode(self, mode: OperatingMode) -> None:
         """Set the mode of operation; what moves is stopped.

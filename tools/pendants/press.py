@@ -148,10 +148,22 @@ class PressLine:
     """
 
     def __init__(
-        self, conversation: Conversation, quotable_state: Callable[[], Awaitable[State]], dof: int
+        self,
+        conversation: Conversation,
+        quotable_state: Callable[[], Awaitable[State]],
+        dof: int,
+        enabling: Callable[[], Sequence[Message]],
     ) -> None:
+        """Press nothing yet.
+
+        Args:
+            enabling: returns the sign of the enabling device that goes in front of each press and
+                beat, in one write; nothing where none is held. What falls silent with its key does
+                so no sooner: the server ramps the robot to rest, and does not stop it.
+        """
         self.dof = dof
         self.quotable_state = quotable_state
+        self._enabling = enabling
         self._conversation = conversation
         self._accounts: dict[int, asyncio.Future[JogAccount]] = {}
         self._last = 0
@@ -189,7 +201,9 @@ class PressLine:
         outcome = self._conversation.expect_outcome(request_id)
         motion = PressHandle(press, MotionHandle(request_id, outcome), self._expect_account(press))
         try:
-            return SentPress(motion, self._conversation.send(request, request_id))
+            ahead = self._enabling()
+            verdict = self._conversation.send(request, request_id, ahead=ahead)
+            return SentPress(motion, verdict)
         except PendantError:
             motion.forget()
             raise
@@ -200,9 +214,10 @@ class PressLine:
         account.add_done_callback(lambda _: self._accounts.pop(press, None))
         return account
 
-    def beat(self, press: int, beat: int) -> None:
-        """Keep a press alive."""
-        self._conversation.write(JogBeat(press=press, beat=beat))
+    def beat(self, beats: Mapping[int, int]) -> None:
+        """Keep presses alive, each by the number of its next beat."""
+        signs = [JogBeat(press=press, beat=beat) for press, beat in beats.items()]
+        self._conversation.write(*self._enabling(), *signs)
 
     def let_go(self, press: int) -> None:
         """End a press without waiting for the server's verdict."""
@@ -288,9 +303,13 @@ class HeldPresses:
         Raises:
             ConnectionLost: the connection is over.
         """
-        for press, beats in self._beats.items():
-            if not beats.are_late(now):
-                self._line.beat(press, beats.next(now))
+        due = {
+            press: beats.next(now)
+            for press, beats in self._beats.items()
+            if not beats.are_late(now)
+        }
+        if due:
+            self._line.beat(due)
 
     def let_go(self) -> None:
         """End all presses that may be held, without waiting for verdicts."""

@@ -9,7 +9,7 @@ from __future__ import annotations
 import asyncio
 import ssl
 import warnings
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from types import TracebackType
 from typing import Self, TypeVar, cast
 
@@ -19,6 +19,7 @@ from openpendant.simplemsg.pendant import (
     AuthorityChanged,
     AuthorityWanted,
     Capability,
+    Declare,
     Hello,
     HelloReply,
     JogEnded,
@@ -27,10 +28,12 @@ from openpendant.simplemsg.pendant import (
     Login,
     LoginKind,
     ModeChanged,
+    Notices,
     Outcome,
     ProgramReport,
     State,
     StopChanged,
+    Verdict,
 )
 from openpendant.simplemsg.pendant.management.cell import ServedCells
 
@@ -39,12 +42,14 @@ from .connection_errors import (
     WITH_TLS,
     ConnectionLost,
     NotUnderstood,
+    PendantError,
     Refused,
     SecretUnprotected,
     SecretUnprotectedWarning,
     WrongArgument,
     answer_of,
     check_port,
+    judged,
     unanswered,
     unreachable,
 )
@@ -53,6 +58,9 @@ from .motions import MotionHandle
 
 _HELLO_WITHIN = 10.0
 """Time for the hello reply [s]; a server that needs longer is taken for no pendant server."""
+
+SHORTEST_SILENCE, LONGEST_SILENCE = 0.05, 0.25
+"""Bounds of the silence of an enabling device that may be declared [s]."""
 
 _LOGIN_WITHIN = 180.0
 """Time for the answer to a login [s]: it waits for its turn behind those of others, for a minute
@@ -82,9 +90,13 @@ class PendantSession:
         on_stop: called when a stop is latched or reset.
         on_mode: called when the mode of operation changes.
         on_program: called when a program comes to another line, pauses or ends.
+        ramp_time: how long the robot may take to come to rest after a press ended [s]; then it is
+            stopped. None until the server has said it.
     """
 
     hello: HelloReply
+
+    _version = PROTOCOL_VERSION
 
     def __init__(self) -> None:
         self.state: State | None = None
@@ -99,6 +111,7 @@ class PendantSession:
         self._state_rate = 0.0
         self._is_strict = False
         self._keeping: asyncio.Task[None] | None = None
+        self.ramp_time: float | None = None
         self._logged_in: float | None = None
         """Time of the last granted login, by the loop's clock [s]; None without one."""
         self._away: Refused | None = None
@@ -118,6 +131,8 @@ class PendantSession:
         user: str = "",
         password: str | None = None,
         pairing: str | None = None,
+        enabling_deadline: float = LONGEST_SILENCE,
+        language: str = "",
     ) -> Self:
         """Connect, say hello and, where a secret is given, log in.
 
@@ -135,6 +150,9 @@ class PendantSession:
                 other guest has; a guest who gives none is called as `client`.
             password: of the account.
             pairing: code that the teacher shows, instead of a password.
+            enabling_deadline: the enabling device (training) counts as let go after so long a
+                silence, 0.05 to 0.25 s; 0 for the cell's own. No press may be silent for longer.
+            language: of the person, as `en`; at most 8 bytes, for the server's audit log.
 
         Raises:
             Unreachable: nobody listens there, or it does not speak TLS; an OSError, too.
@@ -154,6 +172,8 @@ class PendantSession:
                 await pendant._say_hello(client, cell, state_rate)
             except ConnectionLost as error:
                 raise unanswered(error, host, port, tls=encrypted) from None
+            if pendant._version >= Declare.PLACE.since:
+                pendant._declare_at_once(enabling_deadline, language)
             if password is not None or pairing is not None:
                 await pendant.login(user, password=password, pairing=pairing)
         except BaseException:
@@ -231,7 +251,7 @@ class PendantSession:
 
     async def _say_hello(self, client: str, cell: str, state_rate: float) -> None:
         hello = Hello(
-            protocol_version=PROTOCOL_VERSION, state_rate=state_rate, cell=cell, client=client
+            protocol_version=self._version, state_rate=state_rate, cell=cell, client=client
         )
         try:
             async with asyncio.timeout(_HELLO_WITHIN):
@@ -244,6 +264,55 @@ class PendantSession:
         self._client = client
         self._state_rate = state_rate
         self._begin_work()
+
+    async def declare(
+        self, *, enabling_deadline: float = LONGEST_SILENCE, language: str = ""
+    ) -> float:
+        """Declare anew what `connect` declared; not while this connection moves the robot.
+
+        Args:
+            enabling_deadline: the enabling device (training) counts as let go after so long a
+                silence, 0.05 to 0.25 s; 0 for the cell's own. No press may be silent for longer.
+            language: of the person, as `en`; at most 8 bytes, for the server's audit log.
+
+        Returns:
+            How long the robot may take to come to rest after a press ended [s].
+
+        Raises:
+            WrongArgument: the deadline is out of bounds, or the language too long.
+            Refused: MOVING, this connection moves the robot.
+            ConnectionLost: the connection ended.
+        """
+        request_id = self._conversation.new_request()
+        request = _declaration(request_id, enabling_deadline, language)
+        return self._declared(await self._conversation.ask(request, request_id))
+
+    def _declare_at_once(self, enabling_deadline: float, language: str) -> None:
+        """Declare without a wait for the answer: a stop may be urgent."""
+        request_id = self._conversation.new_request()
+        request = _declaration(request_id, enabling_deadline, language)
+        answer = self._conversation.send(request, request_id)
+        answer.add_done_callback(self._take_ramp_time)
+
+    def _take_ramp_time(self, answer: asyncio.Future[Message]) -> None:
+        if answer.cancelled() or answer.exception() is not None:
+            return  # the connection ended
+        try:
+            self._declared(judged(answer, None))
+        except PendantError as error:
+            text = f"the server does not take what was declared: {error}"
+            context = {"message": text, "exception": error}
+            asyncio.get_running_loop().call_exception_handler(context)
+
+    def _declared(self, answer: Message) -> float:
+        if not isinstance(answer, Verdict):
+            raise NotUnderstood(f"the server answered with {answer}")
+        self.ramp_time = answer.value
+        return answer.value
+
+    def _enabling_sign(self) -> Sequence[Message]:
+        """Return what goes in front of a press or a beat; overridden by who has the device."""
+        return ()
 
     async def __aenter__(self) -> Self:
         return self
@@ -388,6 +457,18 @@ def _is_cell(told: object) -> bool:
     """Return True if this is a cell of a lobby, with its name and that of its robot."""
     return isinstance(told, dict) and all(
         isinstance(told.get(name), str) for name in ("cell", "robot")
+    )
+
+
+def _declaration(request_id: int, enabling_deadline: float, language: str) -> Declare:
+    if enabling_deadline and not SHORTEST_SILENCE <= enabling_deadline <= LONGEST_SILENCE:
+        accepted = f"0, or {SHORTEST_SILENCE:g} to {LONGEST_SILENCE:g}"
+        raise WrongArgument(f"enabling deadline {enabling_deadline:g} s; accepted: {accepted}")
+    return Declare(
+        request_id=request_id,
+        enabling_deadline=enabling_deadline,
+        notices=Notices.UNWANTED,
+        language=language,
     )
 
 

@@ -30,6 +30,7 @@ from .management.calls import SyncCalls, then
 from .management.groups import GroupedCalls, ProgramCalls, RecordingCalls
 from .managing import PlaybackHandle
 from .motions import JogAccount, MotionHandle, MotionResult
+from .session import LONGEST_SILENCE
 
 LONGEST_JOG = 2.0
 """A jog lets go by itself so long after the program's last call [s]."""
@@ -229,6 +230,8 @@ class SyncPendantClient(GroupedCalls[SyncCalls], OnThread[PendantClient]):
         user: str = "",
         password: str | None = None,
         pairing: str | None = None,
+        enabling_deadline: float = LONGEST_SILENCE,
+        language: str = "",
     ) -> Self:
         """Connect, say hello and, where a secret is given, log in: as `PendantClient.connect`."""
         thread = LoopThread(f"pendant {client}")
@@ -245,6 +248,8 @@ class SyncPendantClient(GroupedCalls[SyncCalls], OnThread[PendantClient]):
                     user=user,
                     password=password,
                     pairing=pairing,
+                    enabling_deadline=enabling_deadline,
+                    language=language,
                 )
             )
         except BaseException:
@@ -284,6 +289,7 @@ class SyncPendantClient(GroupedCalls[SyncCalls], OnThread[PendantClient]):
         self._thread.end()
 
     login = _waits(PendantClient.login)
+    declare = _waits(PendantClient.declare)
 
     @property
     def hello(self) -> HelloReply:
@@ -294,6 +300,11 @@ class SyncPendantClient(GroupedCalls[SyncCalls], OnThread[PendantClient]):
     def state(self) -> State | None:
         """The newest state message, None before the first."""
         return self.background.state
+
+    @property
+    def ramp_time(self) -> float | None:
+        """How long the robot may take to come to rest after a press ended [s]; None before told."""
+        return self.background.ramp_time
 
     @property
     def in_control(self) -> bool:

@@ -271,6 +271,8 @@ class Press:
         deadline_ns: the press ends so long after its last beat.
         heard: when the last beat came [ns].
         ended_at: when [ns].
+        awaits_release: it ended because its enabling device was let go; a STOP follows shortly,
+            unless the key is released as well.
     """
 
     session: int
@@ -280,6 +282,7 @@ class Press:
     beat: int = 0
     ended: JogEnd | None = None
     ended_at: int = 0
+    awaits_release: bool = False
 
     def take_beat(self, session: int, number: int, beat: int, now: int) -> None:
         """Prolong the press; a beat of another press, or a late, old or repeated one, does not."""
@@ -293,10 +296,17 @@ class Press:
         return now - self.heard >= self.deadline_ns
 
     def end(self, why: JogEnd, now: int) -> None:
-        """End the press; the first reason counts."""
+        """End the press; the first reason counts, but for a release that was awaited."""
         if self.ended is None:
             self.ended = why
             self.ended_at = now
+        elif self.awaits_release and why is JogEnd.RELEASED:
+            self.ended, self.awaits_release = why, False
+
+    def cut_short(self, now: int) -> None:
+        """Take note that a STOP ends it, or its ramp; that is what is told of it."""
+        self.end(JogEnd.STOPPED, now)
+        self.ended, self.awaits_release = JogEnd.STOPPED, False
 
 
 class PressCounter:
@@ -346,6 +356,7 @@ class JogRows:
         step: the last step of the mathematics, with scale and reason; None before the first.
         start: (n,) where it began [rad or m].
         is_urgent: the press has ended since the last set-point, so that the next one slows down.
+        ramp_began: the tick from which on it slows down because the press ended [ns]; None before.
     """
 
     def __init__(
@@ -358,6 +369,7 @@ class JogRows:
         self.step: JogSetpoint | None = None
         self.start = tuple(start)
         self.is_urgent = False
+        self.ramp_began: int | None = None
         self._jogger = jogger
         self._taken = 0
         self._released_at: Row | None = None
@@ -391,6 +403,7 @@ class JogRows:
         """Let a new press take over, smoothly; the old one is dead."""
         self.press = press
         self.is_urgent = False
+        self.ramp_began = None
         self._released_at = None
         self._jogger.aim(target)
 
@@ -405,6 +418,11 @@ class JogRows:
             self._released_at = self.last
             self.is_urgent = True
             self._jogger.aim(None)
+
+    def lose_enabling(self, now: int) -> None:
+        """End the press because its enabling device was let go while the key was held."""
+        self.release(JogEnd.STOPPED, now)
+        self.press.awaits_release = True
 
     def account(self) -> StopAccount:
         """Return how it came to rest; of a jog that stands, or was stopped by the controller."""

@@ -242,6 +242,13 @@ class TrajectoryExecution:
         """The jog that is driven, None where none is."""
         return None if self.work is None else self.work.jog
 
+    def held_press(self, session: int) -> int:
+        """Return the deadline of the press that a session holds [ns]; 0 where it holds none."""
+        jog = self.driven_jog
+        if jog is None or jog.press.session != session or jog.press.ended is not None:
+            return 0
+        return jog.press.deadline_ns
+
     @property
     def is_busy(self) -> bool:
         """Whether a motion of ours is under way or being stopped."""
@@ -489,10 +496,6 @@ class TrajectoryExecution:
         work = self.work
         if work is None or (execution := work.execution) is None:
             return []
-        jog = work.jog
-        if jog is not None and jog.press.is_overdue(now):
-            # Before the next set-point leaves, so that it is the first of the ramp (promise 1).
-            jog.release(JogEnd.SILENT, now)
         refusal = execution.advance(self._feedback, now)
         if refusal is not None:
             return self._abort(refusal, now)

@@ -21,11 +21,9 @@ from openpendant.simplemsg.pendant import (
     PROTOCOL_VERSIONS,
     AccountRole,
     Capability,
-    Declare,
     Hello,
     HelloReply,
     LoginKind,
-    Notices,
     Pairing,
     PairingAction,
     PairingReply,
@@ -41,7 +39,7 @@ from openpendant.simplemsg.verdicts import VerdictCode
 
 from ...access.accounts import AccountAction, AccountBook, AccountChange
 from ...access.admission import Admission
-from ...access.audit import AuditEntry, AuditEvent
+from ...access.audit import AuditEntry, AuditEvent, Detail
 from ...access.gateways import NOT_FIRST, TWICE
 from ...access.lockout import SECOND_NS
 from ...access.pairing import Chooser
@@ -113,6 +111,7 @@ class AccessRequests:
         identity: Identity,
         regranted: Regranted,
         pending: Pending,
+        enabling_deadline: Callable[[int], float],
         *,
         has_tls: bool,
     ) -> None:
@@ -120,6 +119,8 @@ class AccessRequests:
 
         Args:
             regranted: called when what a session may do has changed.
+            enabling_deadline: returns for how long the enabling device of a session may be silent
+                [s].
             has_tls: the pendant port is encrypted.
         """
         self._login = access.login
@@ -130,6 +131,7 @@ class AccessRequests:
         self._has_tls = has_tls
         self._regranted = regranted
         self._pending = pending
+        self._enabling_deadline = enabling_deadline
         self.gate = RequestGate(access.login.visitors)
         self._numbers = access.numbers
         self.connections = ConnectionRequests(access.login, pending)
@@ -184,6 +186,20 @@ class AccessRequests:
         visitor = self._login.visitors.find(session)
         if visitor is not None:
             visitor.looks_on = wants and self.may(session, Permission.OBSERVE)
+
+    def declared(
+        self, session: int, language: str, enabling_deadline: float, notices: int, now: int
+    ) -> None:
+        """Note what a connection declared."""
+        visitor = self._login.visitors.find(session)
+        if visitor is None:
+            return
+        about: dict[str, Detail] = {
+            "language": language,
+            "enabling_deadline": round(enabling_deadline, 6),
+            "notices": notices,
+        }
+        self._login.visitors.note(AuditEvent.DECLARED, visitor, now, **about)
 
     def name_of(self, session: int, client: str) -> str:
         """Return how others are shown a connection; a name that no login proved says so."""
@@ -334,6 +350,7 @@ class AccessRequests:
                 "address": visitor.address,
                 "name": "" if visitor.grant is None else visitor.grant.name,
                 "role": "" if visitor.grant is None else visitor.grant.role.value,
+                "enabling_deadline": round(self._enabling_deadline(visitor.session), 6),
             }
             for visitor in self._login.visitors
             if visitor.cell == self._cell
@@ -502,14 +519,6 @@ class Greeting:
             robot=cut(self._identity.robot, NAME_BYTES),
             server=cut(self._identity.server, NAME_BYTES),
         )
-
-    def declare(self, session: int, message: Declare, now: int) -> Refusal | None:
-        """Take note of what else a pendant of version 3 wants."""
-        if message.notices not in list(Notices):
-            text = f"notices {message.notices}; accepted: 0 or 1"
-            return Refusal(VerdictCode.BAD_ARGUMENT, text, value=message.notices, limit=1)
-        self._listeners[session].wants_notices = message.notices == Notices.WANTED
-        return None
 
     def subscribe(self, session: int, message: Subscribe, now: int) -> Refusal | None:
         """Set how often a pendant is sent state."""

@@ -15,7 +15,7 @@ from __future__ import annotations
 
 import math
 import struct
-from collections.abc import Sequence
+from collections.abc import Container, Sequence
 from typing import TYPE_CHECKING, cast
 
 from openpendant.motion.description.limits import JointLimits
@@ -32,7 +32,7 @@ from openpendant.simplemsg.pendant import (
 from openpendant.simplemsg.pendant.management.cell import Retreat, RetreatRequest
 from openpendant.simplemsg.verdicts import VerdictCode
 
-from ...cell.execution.setpoint_sources import JogRows, PressCounter
+from ...cell.execution.setpoint_sources import JogRows, Press, PressCounter
 from ...cell.execution.trajectory_execution import UndoPlan, Waypoints
 from ...cell.interlocks import check_interlocks
 from ...cell.joint_slots import JointSlots
@@ -56,6 +56,9 @@ TOOL_VALUES = 6
 
 _AXES = ("along x", "along y", "along z", "about x", "about y", "about z")
 _FOUR_BYTES = struct.Struct("<f")
+_ROUNDED = 1e-6
+"""Times that differ by less were the same before they came in 4 bytes [s]."""
+
 _MOST_DIGITS = 9
 """Tell any two 4-byte reals apart (IEEE 754)."""
 
@@ -131,13 +134,24 @@ class JogRequests:
         pressed: the key that was pressed last; None before the first.
     """
 
-    def __init__(self, cell: RobotCell, settings: JogSettings, model: RobotModel) -> None:
-        """Start with no key pressed."""
+    def __init__(
+        self,
+        cell: RobotCell,
+        settings: JogSettings,
+        model: RobotModel,
+        older: Container[int] = frozenset(),
+    ) -> None:
+        """Start with no key pressed.
+
+        Args:
+            older: the connections that speak version 2 of the protocol.
+        """
         self.states = RecentStates()
         self.pressed: JogStart | None = None
         self._cell = cell
         self._settings = settings
         self._model = model
+        self._older = older
         self._presses = PressCounter()
         self._started_with: object = None  # the model of the robot that the last jog began with
 
@@ -152,16 +166,20 @@ class JogRequests:
         press = self._presses.begin(session, message.press, message.deadline, now)
         if isinstance(press, Refusal):
             return press
-        refusal = self.states.fault(message.state_sequence, now)
+        refusal = self._deadline_fault(press) or self.states.fault(message.state_sequence, now)
         if refusal is not None:
             return refusal
         target = self._target(message)
         if isinstance(target, Refusal):
             return target
+        self._cell.hold_to_run.judge_press(now)
         running = self._to_take_over(session)
         refusal = check_interlocks(
             self._cell, session, now, MotionKind.JOG, steered=running is not None
         )
+        if refusal is None and running is not None and running.press.awaits_release:
+            text = "the enabling device (training) was let go before the key; a stop follows"
+            refusal = Refusal(VerdictCode.NOT_ENABLED, text)
         if refusal is not None:
             return refusal
         request = MotionRequest(session, message.request_id)
@@ -176,6 +194,23 @@ class JogRequests:
             self.pressed = message
             self._started_with = self._model.jog_model
         return out
+
+    def _deadline_fault(self, press: Press) -> Refusal | None:
+        """Return why a press may not be silent for longer than its enabling device.
+
+        Of version 2 no connection can say how long that may be silent: the longer time counts.
+        """
+        modes = self._cell.modes
+        if press.session in self._older or not modes.needs_enabling():
+            return None
+        deadline, enabling = press.deadline_ns / 1e9, modes.enabling_deadline(press.session)
+        if deadline <= enabling + _ROUNDED:
+            return None
+        text = (
+            f"the press is declared silent after {deadline:g} s, its enabling device (training)"
+            f" after {enabling:g} s; accepted: no longer than that, which DECLARE sets"
+        )
+        return Refusal(VerdictCode.BAD_ARGUMENT, text, value=deadline, limit=enabling)
 
     def _to_take_over(self, session: int) -> JogRows | None:
         """Return the jog that a new press of a connection may steer; None where there is none."""
@@ -212,6 +247,7 @@ class JogRequests:
 
     def release(self, session: int, press: int, now: int) -> Refusal | None:
         """End a press; the robot ramps to rest."""
+        self._cell.hold_to_run.judge_press(now)
         jog = self._cell.driving.driven_jog
         if jog is None or (jog.press.session, jog.press.number) != (session, press):
             return Refusal(VerdictCode.NOTHING_TO_CONTROL, f"press {press} is not held")

@@ -89,6 +89,7 @@ from ...scene.imports import read_apart
 from ...settings.cell_settings import CellSettings
 from .access_requests import AccessRequests, CoreAccess, Greeting, Identity
 from .control_requests import AuthorityRequests, ControlRequests
+from .declarations import Declarations
 from .jog_requests import EscapeRequests, JogRequests
 from .large_bodies import LargeBodies
 from .management import ManagementRequests
@@ -104,8 +105,8 @@ with a verdict among it where none comes with a cell event."""
 _Request = Callable[[int, Any, int], _Answered]
 """Answers a request of a session at a time [ns]."""
 
-_Topic = Callable[[int, Any, int], None]
-"""Takes a message that has no answer, of a session at a time [ns]."""
+_Topic = Callable[[int, Any, int], list[Effect] | None]
+"""Takes a message that has no answer, of a session at a time [ns]; returns what follows."""
 
 
 class PendantEndpoint:
@@ -130,7 +131,8 @@ class PendantEndpoint:
         self._is_read_apart = is_read_apart
         self._bodies = LargeBodies(pending, cell.motions.new_job_id)
         self.access = AccessRequests(
-            access, identity, self.regranted, pending, has_tls=settings.tls.is_on
+            *(access, identity, self.regranted, pending, cell.modes.enabling_deadline),
+            has_tls=settings.tls.is_on,
         )
         self._cell = cell
         self._listeners = listeners = Listeners(settings, self.access.waits)
@@ -138,8 +140,9 @@ class PendantEndpoint:
         self._greeting = Greeting(
             identity, cell.limits.dof, settings, listeners, self.access, offers
         )
+        self._declarations = Declarations(cell, listeners, self.access)
         self._motions = PendantMotions(cell, robot)
-        self._jogs = JogRequests(cell, settings.jog, robot)
+        self._jogs = JogRequests(cell, settings.jog, robot, listeners.older)
         self.programs = ProgramService(
             cell,
             robot,
@@ -183,7 +186,7 @@ class PendantEndpoint:
             Authority: self._authority.authority,
             ProgramRun: self._run_program,
             Subscribe: self._greeting.subscribe,
-            Declare: self._greeting.declare,
+            Declare: self._declarations.declare,
             Lobby: self._lobby,
             Login: self.access.log_in,
             Pairing: self.access.pairing,
@@ -195,7 +198,7 @@ class PendantEndpoint:
         jogs, cell = self._jogs, self._cell
         return {
             JogBeat: jogs.beat,
-            Enabling: lambda session, held, now: cell.modes.enable(session, held.position, now),
+            Enabling: lambda session, held, now: cell.enable(session, held.position, now),
             AuthorityBeat: lambda session, _, now: cell.authority.beat(session, now),
         }
 
@@ -278,9 +281,7 @@ class PendantEndpoint:
             and isinstance(received, Message)
             and received.comm_type == CommType.TOPIC
         ):
-            if listener.welcomed:
-                take(session, received, now)
-            return []
+            return (take(session, received, now) if listener.welcomed else None) or []
         if isinstance(received, Malformed):
             return self._malformed(listener, received, now)
         if isinstance(received, SoftwareStop) and listener.welcomed:

@@ -6,7 +6,7 @@ declared secret.
 
 from __future__ import annotations
 
-from typing import Annotated, Literal, TypeAlias, TypedDict
+from typing import Annotated, Literal, NotRequired, TypeAlias, TypedDict
 
 from ..roles import Permission, Role
 from .declaration import Count, Done, ReadAs, Request, operation
@@ -39,6 +39,8 @@ class Session(TypedDict):
         address: where it comes from.
         name: name of the account or guest; empty where nobody logged in.
         role: likewise.
+        enabling_deadline: its enabling device (training) counts as let go after so long a silence
+            [s]; an older server says nothing of it.
     """
 
     session: int
@@ -46,6 +48,7 @@ class Session(TypedDict):
     address: str
     name: str
     role: str
+    enabling_deadline: NotRequired[float]
 
 
 class Sessions(TypedDict):

@@ -262,6 +262,8 @@ class Why(TypedDict):
         ended: why the last motion ended before its goal; None where it arrived or another began.
         remarks: what else is to be known, such as that the robot moved without a command; empty
             from an older server, whose answer has none.
+        enabling_deadline: the enabling device (training) of whoever was asked about counts as let
+            go after so long a silence [s]; an older server says nothing of it.
     """
 
     cell: str
@@ -271,6 +273,7 @@ class Why(TypedDict):
     conditions: list[Condition]
     ended: End | None
     remarks: NotRequired[list[str]]
+    enabling_deadline: NotRequired[float]
 
 
 class WayOut(TypedDict):

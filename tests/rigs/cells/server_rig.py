@@ -41,7 +41,7 @@ from openpendant.server.settings.cell_settings import (
     JogSettings,
     make_settings,
 )
-from openpendant.simplemsg.pendant import Activity
+from openpendant.simplemsg.pendant import PROTOCOL_VERSION, Activity
 from openpendant.simplemsg.verdicts import VerdictCode
 
 MS = 1_000_000
@@ -173,9 +173,15 @@ class Shell(ABC):
         self._open(pendant, port, address)
         return pendant
 
-    def pendant(self, client: str = "tester", *, state_rate: float = 0.0) -> Pendant:
+    def pendant(
+        self,
+        client: str = "tester",
+        *,
+        state_rate: float = 0.0,
+        version: int = PROTOCOL_VERSION,
+    ) -> Pendant:
         pendant = self.stranger()
-        pendant.hello(client, state_rate)
+        pendant.hello(client, state_rate, version)
         pendant.got.clear()
         return pendant
 

@@ -19,13 +19,25 @@ BEAT_TICKS = 5
 class JogPad:
     """One pendant that holds the authority and sees every state message."""
 
-    def __init__(self, rig: ServerRig, client: str = "pad", *, takes: bool = True) -> None:
+    def __init__(
+        self,
+        rig: ServerRig,
+        client: str = "pad",
+        *,
+        takes: bool = True,
+        silence: float = 0.25,
+        version: int = messages.PROTOCOL_VERSION,
+    ) -> None:
+        """Connect; declare for how long the enabling device may be silent [s], 0 for nothing."""
         self.rig = rig
-        self.pendant: Pendant = rig.pendant(client, state_rate=100.0)
+        self.pendant: Pendant = rig.pendant(client, state_rate=100.0, version=version)
         self.press_number = 0
         self.beat_number = 0
         self.is_pressed = False
         self.squeezes = False
+        if silence and version > 2:
+            assert self.declare(silence) is VerdictCode.ACCEPTED
+            self.pendant.got.clear()
         if takes:
             assert self.pendant.take() is VerdictCode.ACCEPTED
         rig.wait(10)
@@ -39,6 +51,10 @@ class JogPad:
         return self.pendant.all(messages.State)[-1]
 
     # One message each.
+
+    def declare(self, silence: float) -> VerdictCode | None:
+        unwanted = messages.Notices.UNWANTED
+        return self.pendant.code(messages.Declare(self._request(), silence, unwanted, "en"))
 
     def squeeze(self, position: int = messages.EnablingPosition.HELD) -> None:
         self.squeezes = position == messages.EnablingPosition.HELD

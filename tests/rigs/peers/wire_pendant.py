@@ -168,6 +168,15 @@ class WirePendant:
             pendant.JogBeat(self._press, self._beat),
         )
 
+    def let_go(self, position: pendant.EnablingPosition, *, key: bool) -> int:
+        """Put the enabling device elsewhere, and let the key go too; return when that went [ns]."""
+        self.enables = False
+        messages: list[Message] = [pendant.Enabling(position)]
+        if key:
+            self.beats = False
+            messages.append(pendant.JogRelease(self.request(), self._press))
+        return self.send(*messages)
+
     def come_to_rest(self) -> None:
         """Let the key go where it is held, and wait until nothing moves."""
         if self.beats:

@@ -162,13 +162,14 @@ def test_at_most_100_lines_in_any_second_and_none_uncounted(rate: int) -> None:
     assert counted + len(written) - len(summaries) == len(entries)
 
 
-def test_a_flood_of_failed_logins_does_not_hide_a_motion() -> None:
+@pytest.mark.parametrize("event", [AuditEvent.LOGIN_FAILED, AuditEvent.DECLARED])
+def test_a_flood_that_anybody_can_make_does_not_hide_a_motion(event: AuditEvent) -> None:
     limit = LineLimit()
-    noise = [AuditEntry(AuditEvent.LOGIN_FAILED, n, source="192.0.2.1") for n in range(5_000)]
+    noise = [AuditEntry(event, n, source="192.0.2.1") for n in range(5_000)]
     motion = AuditEntry(AuditEvent.MOTION_BEGAN, 5_000, who="ann")
     written = flood(limit, [*noise, motion])
     assert motion in written
-    assert written[-1].detail["event login-failed"] == 5_000 - 49
+    assert written[-1].detail[f"event {event.value}"] == 5_000 - 49
 
 
 def test_a_quiet_log_has_no_summary() -> None:

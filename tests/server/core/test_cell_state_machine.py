@@ -294,8 +294,10 @@ class Cell(RuleBasedStateMachine):
     def in_manual_only_what_is_enabled_moves(self) -> None:
         cell, now = self.rig.core.cell, self.rig.now
         if cell.modes.mode(cell.feedback.mode) in MANUAL and cell.activity is not Activity.PAUSED:
-            work = cell.driving.request
-            assert work is None or cell.modes.is_enabled(work.session, now)
+            work = cell.driving.work
+            # A jog whose press has ended only ramps to rest.
+            if work is not None and (work.jog is None or work.jog.press.ended is None):
+                assert cell.modes.is_enabled(work.request.session, now)
 
 
 class LongCell(Cell):

@@ -74,7 +74,7 @@ def press(rig: ByteRig, client: ByteClient, number: int, of: int) -> JogStart:
     rig.wait(50)
     seen = [each.sequence for each in client.heard() if isinstance(each, State)]
     rates = joint_array((1.0, 0.0))
-    return JogStart(number, of, seen[-1], 0.2, JogSpace.JOINTS, "", 2, rates)
+    return JogStart(number, of, seen[-1], 0.15, JogSpace.JOINTS, "", 2, rates)
 
 
 def answered(client: ByteClient) -> list[int]:

@@ -38,7 +38,7 @@ from .prompts import (
     creation,
     read_target,
 )
-from .stop_key import TIMEOUT_NS, EnablingToggle, StopKey
+from .stop_key import EMULATED_TIMEOUT_NS, TIMEOUT_NS, EnablingToggle, StopKey
 from .taught_program import TaughtProgram
 from .teaching import Teaching
 from .wording import MODES, in_screen_units
@@ -86,7 +86,7 @@ class Panel:
         self.cell.turned_away(reason)
         self.question = None
         self.messages.add(f"no login: {reason}")
-        return self._let_go()
+        return self._let_go("no login")
 
     def connected(self) -> list[Command]:
         """Take the event that the cell is connected, after `cell.connected`."""
@@ -99,10 +99,18 @@ class Panel:
         """Take the end of the connection; release everything that is held."""
         self.cell.lost(reason)
         self.jog.let_go()
-        self.enabling.turn_off()
+        self.enabling.turn_off("no link")
+        self.controller_described(is_emulated=False)
         self.question = None
         self.teaching.walked(None)
         self.messages.add(f"no link: {reason}")
+
+    def controller_described(self, *, is_emulated: bool) -> None:
+        """Take whether the controller is known to be emulated; it is not until the server says so.
+
+        There enabling (training) stays held for longer without a key.
+        """
+        self.enabling.timeout_ns = EMULATED_TIMEOUT_NS if is_emulated else TIMEOUT_NS
 
     def stop_changed(self, change: StopChanged) -> list[Command]:
         """Take the event of a stop; release what is held, as the server demands after a stop."""
@@ -112,20 +120,20 @@ class Panel:
             return []
         self.messages.add(f"stop by {change.client or 'the server'}: {change.reason}")
         self.stop_key.latched()
-        return self._let_go()
+        return self._let_go("a stop")
 
     def mode_changed(self, change: ModeChanged) -> list[Command]:
         """Take the event of another mode; release what is held likewise."""
         known = change.mode in set(OperatingMode)
         name = MODES[OperatingMode(change.mode)][1] if known else f"{change.mode}"
         self.messages.add(f"mode {name} by {change.client or 'the controller'}")
-        return self._let_go()
+        return self._let_go("another mode")
 
     def not_enabled(self) -> list[Command]:
         """Take the refusal of the enabling device; show it as released."""
         if self.enabling.is_on:
             self.messages.add("enabling (training) was let go: v holds it anew")
-        return self._let_go()
+        return self._let_go("the server does not take it as held")
 
     def opened(self, program: TaughtProgram) -> None:
         """Take a program that was loaded, or reloaded after an edit."""
@@ -163,10 +171,10 @@ class Panel:
         self.why = tuple(one_line(line, "?", _LONGEST_LINE) for line in lines[:_MOST_LINES])
         self._show(Page.WHY)
 
-    def _let_go(self) -> list[Command]:
+    def _let_go(self, why: str) -> list[Command]:
         """Release everything that is held."""
         self.jog.let_go()
-        return [do.Enable(False)] if self.enabling.turn_off() else []
+        return [do.Enable(False)] if self.enabling.turn_off(why) else []
 
     def _show(self, page: Page) -> None:
         self.page, self.scroll = page, 0
@@ -204,19 +212,19 @@ class Panel:
         """Advance the time: send a collected step, repeat a stop, release the enabling device."""
         asked: list[Command] = [*self.stop_key.tick(now), *self.jog.tick(now)]
         if self.enabling.has_run_out(now):
-            asked += self._let_go()
-            seconds = TIMEOUT_NS // 1_000_000_000
-            self.messages.add(f"enabling (training) let go: no key for {seconds} s")
+            why = f"no key for {self.enabling.timeout_ns // 1_000_000_000} s"
+            asked += self._let_go(why)
+            self.messages.add(f"enabling (training) let go: {why}")
         return asked
 
     def _stop(self, now: int) -> list[Command]:
         self.jog.let_go()
         self.question = None
-        return [*self.stop_key.struck(now), *self._let_go()]
+        return [*self.stop_key.struck(now), *self._let_go("space bar")]
 
     def _toggle_enabling(self, now: int) -> list[Command]:
         if self.enabling.is_on:
-            return self._let_go()
+            return self._let_go("v")
         self.enabling.turn_on(now)
         return [do.Enable(True)]
 
@@ -250,7 +258,7 @@ class Panel:
             case Intent.ENABLE:
                 return self._toggle_enabling(now)
             case Intent.LET_GO:
-                return self._let_go()
+                return self._let_go("Esc")
             case Intent.RESET:
                 return [do.UnlatchStop()]
             case Intent.CONTROL:

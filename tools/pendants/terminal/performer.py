@@ -170,7 +170,9 @@ class Performer:
         try:
             await work
         except Refused as refused:
-            self._panel.messages.add(refusal_line(refused, self._cell.joints))
+            line, why = refusal_line(refused, self._cell.joints), self._panel.enabling.why_off
+            is_lost = refused.code == VerdictCode.ENABLING_LOST and why
+            self._panel.messages.add(f"enabling let go ({why}): {line}" if is_lost else line)
             if refused.code in (VerdictCode.NOT_ENABLED, VerdictCode.ENABLING_LOST):
                 self.perform(self._panel.not_enabled())
         except PendantError as error:

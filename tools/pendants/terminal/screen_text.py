@@ -20,7 +20,6 @@ from .connection import Connect, LogIn
 from .jog_pad import PULSE_NS, JogKind
 from .panel import Panel, open_state, other_line, running_statement
 from .prompts import ProgramChoice
-from .stop_key import TIMEOUT_NS
 from .taught_program import REACHABLE
 from .teaching import Teaching
 
@@ -45,7 +44,10 @@ def lamp_line(panel: Panel, now: int) -> str:
 
 def banner(panel: Panel, now: int) -> str:
     """Return the most important sentence; a stop that is not confirmed comes first."""
-    return _row(panel.stop_key.doubt(now) or wording.banner(panel.cell, now))
+    wrong = wording.banner(panel.cell, now)
+    if wrong == wording.slowed(panel.cell):
+        wrong = panel.enabling.warning(now) or wrong
+    return _row(panel.stop_key.doubt(now) or wrong)
 
 
 def status_line(panel: Panel, now: int) -> str:
@@ -76,7 +78,7 @@ def jog_line(panel: Panel, now: int) -> str:
         how = f"steps of {jog.step.degrees:g}° or {jog.step.millimetres:g} mm"
     else:
         how = f"held: stops {PULSE_NS // 1_000_000} ms after the last key stroke"
-    limit = TIMEOUT_NS // 1_000_000_000
+    limit = panel.enabling.timeout_ns // 1_000_000_000
     if panel.enabling.is_on:
         enabling = f"HELD, {panel.enabling.seconds_left(now)} s left"
     else:

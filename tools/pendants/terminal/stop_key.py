@@ -4,7 +4,7 @@ A software stop is pending from the key stroke until the server has confirmed it
 is sent, when it is sent again, and when the screen must say that it is not confirmed. A dead link
 can go unnoticed for seconds; therefore a stop counts as not received until its verdict or the event
 of a latched stop arrives. The toggle is an enabling device for a keyboard without key-up events: it
-releases itself after a few seconds without any key.
+releases itself some time after the last key of any kind.
 """
 
 from __future__ import annotations
@@ -134,36 +134,67 @@ class StopKey:
 TIMEOUT_NS = 5_000_000_000
 """The toggle lets go so long after the last key of any kind [ns]."""
 
+EMULATED_TIMEOUT_NS = 30_000_000_000
+"""Likewise, where the controller is known to be emulated: nobody can be hurt there [ns]."""
+
+WARNING_NS = 5_000_000_000
+"""So long before the longer one is over a warning stands [ns]."""
+
 
 @dataclass(slots=True)
 class EnablingToggle:
-    """The enabling device (training) of a terminal."""
+    """The enabling device (training) of a terminal.
 
-    _until: int | None = None
+    Attributes:
+        timeout_ns: it lets go so long after the last key.
+        why_off: why it was let go last; empty while it is held.
+    """
+
+    timeout_ns: int = TIMEOUT_NS
+    why_off: str = ""
+    _struck: int | None = None
 
     @property
     def is_on(self) -> bool:
         """True while the enabling device counts as held."""
-        return self._until is not None
+        return self._struck is not None
 
     def seconds_left(self, now: int) -> int:
         """Return the seconds until it releases itself, rounded up; 0 while it is off."""
-        return 0 if self._until is None else max(0, math.ceil((self._until - now) / 1e9))
+        return math.ceil(self._left(now) / 1e9)
+
+    def _left(self, now: int) -> int:
+        return 0 if self._struck is None else max(0, self._struck + self.timeout_ns - now)
+
+    def warning(self, now: int) -> str:
+        """Return the warning that it will soon release itself; empty for none."""
+        left = self._left(now)
+        if self.timeout_ns <= WARNING_NS or not 0 < left <= WARNING_NS:
+            return ""
+        seconds = self.seconds_left(now)
+        return f"enabling (training) lapses in {seconds} s, and what moves stops: any key renews it"
 
     def turn_on(self, now: int) -> None:
         """Hold the enabling device from now on [ns]."""
-        self._until = now + TIMEOUT_NS
+        self._struck, self.why_off = now, ""
 
     def key(self, now: int) -> None:
         """Restart the time-out: a key shows that the user is present."""
-        if self._until is not None and now < self._until:
-            self._until = now + TIMEOUT_NS
+        if self.is_on and not self.has_run_out(now):
+            self._struck = now
 
-    def turn_off(self) -> bool:
-        """Release it; return True if it was held."""
-        was_on, self._until = self.is_on, None
+    def turn_off(self, why: str) -> bool:
+        """Release it; return True if it was held.
+
+        Args:
+            why: what the abort of a motion is explained by.
+        """
+        was_on = self.is_on
+        if was_on:
+            self.why_off = why
+        self._struck = None
         return was_on
 
     def has_run_out(self, now: int) -> bool:
         """Return True if it must be released because no key was struck for too long."""
-        return self._until is not None and now >= self._until
+        return self.is_on and self._left(now) == 0

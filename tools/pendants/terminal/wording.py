@@ -242,7 +242,7 @@ def banner(cell: CellView, now: int) -> str:
 
 
 _HERE = {
-    VerdictCode.NOT_ENABLED: "Press v, which holds it until 5 s without a key; then try again.",
+    VerdictCode.NOT_ENABLED: "Press v, which holds it for some seconds; then try again.",
     VerdictCode.ENABLING_LOST: "Press v, which holds it anew; then ask for the motion again.",
     VerdictCode.MODE_CHANGED: "Press v in a manual mode, then ask for the motion again.",
     VerdictCode.NOT_IN_CONTROL: "Press c, which asks for control.",

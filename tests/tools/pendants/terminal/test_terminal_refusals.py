@@ -67,7 +67,7 @@ def test_a_joint_at_fault_is_told_in_its_unit(
 @pytest.mark.parametrize(
     ("code", "remedy"),
     [
-        (VerdictCode.NOT_ENABLED, "Press v, which holds it until 5 s without a key"),
+        (VerdictCode.NOT_ENABLED, "Press v, which holds it for some seconds"),
         (VerdictCode.NOT_IN_CONTROL, "Press c, which asks for control."),
         (VerdictCode.OUTSIDE_LIMITS, "Jog the joint back inside; where m sets the mode,"),
         (VerdictCode.PLANNING, "Wait for its outcome, or stop it."),

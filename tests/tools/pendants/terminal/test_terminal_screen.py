@@ -197,6 +197,15 @@ async def test_a_refusal_is_shown_with_its_remedy_and_lets_enabling_go(shown: Sc
     await shown.until(lambda: "let go" in shown.text("jog"))
 
 
+async def test_an_abort_says_why_enabling_was_let_go(shown: Screen) -> None:
+    shown.server.completes = False
+    await shown.keys("v", "0", "1")
+    await shown.until(lambda: shown.server.all(messages.Home))
+    await shown.keys("escape")
+    shown.server.end_motion(shown.server.one(messages.Home).request_id, VerdictCode.ENABLING_LOST)
+    await shown.until(lambda: "enabling let go (Esc): ENABLING_LOST: " in shown.text("messages"))
+
+
 async def test_mode_control_and_home_are_asked_for(shown: Screen) -> None:
     await shown.keys("c", "m", "2", "0", "1")
     await shown.until(lambda: shown.server.all(messages.Home))
