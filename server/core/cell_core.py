@@ -184,7 +184,12 @@ class CellCore:
         self.environment: CellEnvironment | None = None
         if environment is not None:
             self.environment = CellEnvironment(
-                self.cell, environment, self._pending, settings, identity.robot
+                self.cell,
+                environment,
+                self._pending,
+                settings,
+                identity.robot,
+                access.questions,
             )
         self.pendants = PendantEndpoint(
             self.cell,

@@ -121,6 +121,7 @@ class PendantEndpoint:
         self._greeting = Greeting(
             identity, cell.limits.dof, settings, listeners, self.access, offers
         )
+        self._kinematics = None if environment is None else environment.kinematics
         self._motions = PendantMotions(cell, robot)
         self._jogs = JogRequests(cell, settings.jog, robot)
         self.programs = ProgramService(
@@ -199,7 +200,8 @@ class PendantEndpoint:
         self._cell.modes.forget(session)
         change = self._cell.authority.release(session, AuthorityReason.CONNECTION_LOST)
         out = self._cell.authority_gone(change, now)
-        return [*out, *self.access.closed(session, now), *self._bodies.closed(session)]
+        asked = [] if self._kinematics is None else self._kinematics.closed(session)
+        return [*out, *self.access.closed(session, now), *self._bodies.closed(session), *asked]
 
     def regranted(self, session: int, now: int) -> list[Effect]:
         """Follow a change of what a pendant may do; somebody else does not keep the authority."""
