@@ -25,6 +25,7 @@ class JointLimits:
     Attributes:
         names: joint names, wire order.
         prismatic: True if the joint is measured in metres.
+        display_names: what people call the joints; the names themselves where left out.
 
     Raises:
         WrongJointCount, NotFinite: in every check, not one finite value per joint.
@@ -36,10 +37,15 @@ class JointLimits:
     velocity: tuple[float, ...]
     acceleration: tuple[float, ...]
     prismatic: tuple[bool, ...]
+    display_names: tuple[str, ...] = ()
 
     def __post_init__(self) -> None:
         count = len(self.names)
-        for field in (self.lower, self.upper, self.velocity, self.acceleration, self.prismatic):
+        object.__setattr__(self, "display_names", self.display_names or self.names)
+        for field in (
+            *(self.lower, self.upper, self.velocity, self.acceleration, self.prismatic),
+            self.display_names,
+        ):
             if len(field) != count:
                 raise WrongJointCount(len(field), count)
         for index, name in enumerate(self.names):

@@ -156,6 +156,7 @@ def solve_configurations(
     most: int,
     in_every_turn: bool = False,
     restarts: int = _RESTARTS,
+    random_seed: int = 0,
     time_cap: float | None = 5.0,
 ) -> Configurations:
     """Return an answer of each configuration, in the turn nearest to the seed or in every turn.
@@ -166,12 +167,13 @@ def solve_configurations(
     Args:
         most: answers to list, and to check by forward kinematics, of all that there are.
         restarts: random restarts, of an arm without a closed form.
+        random_seed: the same number gives the same answers.
         time_cap: greatest duration [s] whatever the budget; None for no limit.
 
     Raises:
         MotionError: as of `solve`; otherwise there is at least one answer.
     """
-    budget = Budget(restarts, _ITERATIONS, 0, time_cap)
+    budget = Budget(restarts, _ITERATIONS, random_seed, time_cap)
     tolerances = (POSITION_TOLERANCE, ROTATION_TOLERANCE)
     question = IkProblem(
         kinematics, target, frame, seed, None, tolerances, budget, _clock(time_cap)

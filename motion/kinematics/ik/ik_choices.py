@@ -92,7 +92,7 @@ def choices(
     """
     if wanted is WantedBranches.NEAREST:
         nearest = solve(kinematics, target, seed, frame=frame, time_cap=LONGEST_SEARCH)
-        return Choices((_choice(1, nearest, seed),), 1, False)
+        return Choices((choice(1, nearest, seed),), 1, False)
     found = solve_configurations(
         kinematics,
         target,
@@ -104,11 +104,12 @@ def choices(
         time_cap=LONGEST_SEARCH,
     )
     numbered = zip(found.numbers, found.listed, strict=True)
-    listed = tuple(_choice(number, solution, seed) for number, solution in numbered)
+    listed = tuple(choice(number, solution, seed) for number, solution in numbered)
     return Choices(listed, found.total, _has_all(kinematics, found.listed))
 
 
-def _choice(branch: int, solution: Solution, seed: Sequence[float]) -> IkChoice:
+def choice(branch: int, solution: Solution, seed: Sequence[float]) -> IkChoice:
+    """Return one answer, with how far it is from a (n,) seed."""
     change = np.abs(solution.joint_position - np.asarray(seed, dtype=np.float64))
     return IkChoice(branch, solution, float(change.max()))
 

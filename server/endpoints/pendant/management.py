@@ -73,6 +73,8 @@ class JointDescription(JsonBody):
     upper: float
     velocity: float
     acceleration: float
+    display_name: str = ""
+    """What people call it: Base, Lower-Arm, ..."""
 
 
 class OwnerDescription(JsonBody):
@@ -198,6 +200,7 @@ def _joints(limits: JointLimits) -> tuple[JointDescription, ...]:
             upper=limits.upper[index],
             velocity=limits.velocity[index],
             acceleration=limits.acceleration[index],
+            display_name=limits.display_names[index],
         )
         for index in range(limits.dof)
     )
@@ -307,7 +310,8 @@ class ManagementRequests:
         """Return who asks, under the name that stands beside what it saves."""
         listener = self._listeners[session]
         name = unicodedata.normalize("NFC", listener.holder.client).strip() or f"session {session}"
-        return ReplyTo(session, message.request_id, name, listener.version)
+        in_full = self._cell.joint_names.in_full
+        return ReplyTo(session, message.request_id, name, listener.version, in_full)
 
     # The cell as a whole.
 

@@ -69,7 +69,7 @@ from ...environment import CellEnvironment
 from ...events.effects import Effect, Send, Then
 from ...events.management_requests import MOST_AT_ONCE, MOST_BEFORE_LOGIN, is_known, parse
 from ...events.pending import Pending
-from ...events.replies import sent_away, verdict
+from ...events.replies import in_words, sent_away, verdict
 from ...programs.execution.program_run import BareEnvironment
 from ...programs.program_service import ProgramService
 from ...refusal import Refusal
@@ -222,18 +222,26 @@ class PendantEndpoint:
         if session in self._listeners:
             self._listeners[session].dropped += 1
 
-    def as_known(self, effects: list[Effect]) -> list[Effect]:
-        """Tell connections of version 2 codes that they know, each with its true text."""
-        return [self._as_known(each) for each in effects] if self._listeners.older else effects
+    def as_told(self, effects: list[Effect]) -> list[Effect]:
+        """Put what leaves in the words of who gets it: codes that he knows, joints by their names.
 
-    def _as_known(self, effect: Effect) -> Effect:
+        Connections of version 2 are told codes that they know, each with its true text.
+        """
+        return [
+            self._as_told(each) if type(each) is Send or type(each) is Then else each
+            for each in effects
+        ]
+
+    def _as_told(self, effect: Effect) -> Effect:
         match effect:
-            case Send(session=session, message=Verdict() | Outcome() as told):
-                code = in_version_2(told.code)
-                if code != told.code and session in self._listeners.older:
-                    return Send(session, replace(told, code=code))
+            case Send(session=session, message=Verdict() | Outcome() as told) if told.code:
+                is_older = session in self._listeners.older
+                code = in_version_2(told.code) if is_older else told.code
+                text = in_words(told.text, self._cell.joint_names.in_full)
+                if (code, text) != (told.code, told.text):
+                    return Send(session, replace(told, code=code, text=text))
             case Then(step=step):
-                return Then(lambda: self.as_known(step()))
+                return Then(lambda: self.as_told(step()))
         return effect
 
     # Messages.
