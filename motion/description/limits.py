@@ -10,7 +10,7 @@ from __future__ import annotations
 import math
 import struct
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 
 from ..errors import BadArgument, NotFinite, OutOfRange, TooFast, TooSharp, WrongJointCount
 
@@ -37,17 +37,17 @@ class JointLimits:
     velocity: tuple[float, ...]
     acceleration: tuple[float, ...]
     prismatic: tuple[bool, ...]
-    display_names: tuple[str, ...] = ()
+    display_names: tuple[str, ...] = field(default=(), repr=False, compare=False)
 
     def __post_init__(self) -> None:
         count = len(self.names)
         object.__setattr__(self, "display_names", self.display_names or self.names)
-        for field in (
+        for values in (
             *(self.lower, self.upper, self.velocity, self.acceleration, self.prismatic),
             self.display_names,
         ):
-            if len(field) != count:
-                raise WrongJointCount(len(field), count)
+            if len(values) != count:
+                raise WrongJointCount(len(values), count)
         for index, name in enumerate(self.names):
             if not self.lower[index] < self.upper[index]:
                 value = (self.lower[index], self.upper[index])
