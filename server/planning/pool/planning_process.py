@@ -77,7 +77,7 @@ class PlanningProcess:
         begun: StartedChild | None = None,
         *,
         name: str = "planning",
-        longest: float = _LONGEST_PLAN,
+        longest: float | None = None,
     ) -> None:
         """Make a planner for some robots; `keep_up` starts its process.
 
@@ -85,7 +85,8 @@ class PlanningProcess:
             on_change: called when it became free, or went down.
             begun: its first process, which runs already; it starts one where left out.
             name: of what it is for, in the log.
-            longest: the process is ended where a job takes longer [s].
+            longest: the process is ended where a job takes longer [s], once it is warm; 30 s where
+                left out.
         """
         self._name, self._longest = name, longest
         self.is_down = False
@@ -131,7 +132,7 @@ class PlanningProcess:
             _kill(self._process)
             return False
         loop = asyncio.get_running_loop()
-        timer = loop.call_later(self._longest, self._give_up, task)
+        timer = loop.call_later(self._most_time, self._give_up, task)
         self._in_hand = TaskInHand(task, timer, loop.time())
         if pieces:
             self._writing = asyncio.ensure_future(self._write_rest(self._process, pieces))
@@ -155,8 +156,25 @@ class PlanningProcess:
 
     def _give_up(self, task: PlanTask) -> None:
         """End a process that has not answered for too long; `keep_up` starts another."""
-        log.error("%s job %d took more than %g s", self._name, task.job.job_id, self._longest)
+        log.error("%s job %d took more than %g s", self._name, task.job.job_id, self._most_time)
         self._doom()
+
+    @property
+    def _most_time(self) -> float:
+        """Longest that a job may take now [s]: one that gets warm needs time for that first."""
+        if self._longest is None or not self.is_warm:
+            return _LONGEST_PLAN
+        return self._longest
+
+    def _became_warm(self) -> None:
+        """Begin to count the time of a job that was given before."""
+        self.is_warm = True
+        in_hand = self._in_hand
+        if in_hand is not None and self._longest is not None:
+            in_hand.timer.cancel()
+            loop = asyncio.get_running_loop()
+            in_hand.timer = loop.call_later(self._longest, self._give_up, in_hand.task)
+        self._be_patient()
 
     def _doom(self) -> None:
         """End the process, and give it no job until another runs."""
@@ -238,8 +256,7 @@ class PlanningProcess:
             except asyncio.IncompleteReadError:
                 return
             if planned is None:
-                self.is_warm = True
-                self._be_patient()
+                self._became_warm()
                 continue
             in_hand, self._in_hand = self._in_hand, None
             assert in_hand is not None
