@@ -200,8 +200,9 @@ class PendantEndpoint:
         self._cell.modes.forget(session)
         change = self._cell.authority.release(session, AuthorityReason.CONNECTION_LOST)
         out = self._cell.authority_gone(change, now)
-        asked = [] if self._kinematics is None else self._kinematics.closed(session)
-        return [*out, *self.access.closed(session, now), *self._bodies.closed(session), *asked]
+        if self._kinematics is not None:
+            out = [*out, *self._kinematics.closed(session)]
+        return [*out, *self.access.closed(session, now), *self._bodies.closed(session)]
 
     def regranted(self, session: int, now: int) -> list[Effect]:
         """Follow a change of what a pendant may do; somebody else does not keep the authority."""

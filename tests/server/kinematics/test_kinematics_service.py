@@ -331,10 +331,19 @@ def test_a_pose_out_of_reach_is_refused_with_how_far_it_is(asked: AskedCell, bra
     assert 2.0 < told["value"] < 2.6
 
 
+def test_a_pose_that_is_out_of_reach_by_its_turn_alone_is_0_m_away() -> None:
+    palletiser = AskedCell("fanuc_m410ib")
+    home = serial_robot("fanuc_m410ib").home_position
+    place = palletiser.ask("fk", joints=home)["position"]
+    tilted = Pose.from_rpy((0.0, 0.0, 0.0), (math.pi - 0.5, 0.0, 0.0)).quaternion.tolist()
+    told = palletiser.ask("ik", pose={"position": place, "orientation": tilted}, seed=home)
+    assert (told["code"], told["value"]) == (V.UNREACHABLE, pytest.approx(0.0, abs=1e-4))
+
+
 def test_a_question_about_a_robot_that_is_not_reported_is_refused() -> None:
     cell = AskedCell()
     cell.cell.wait(2_000)
-    cell.cell.core.cell.feedback.forget()
+    cell.cell.now += 10_000 * 1_000_000  # no report came meanwhile
     assert cell.pendant.ask("kinematics.fk")["code"] == V.FEEDBACK_STALE
     assert "position" in cell.pendant.ask("kinematics.fk", joints=BENT)
 
