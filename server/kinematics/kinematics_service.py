@@ -9,6 +9,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
+from typing import Any
 
 from openpendant.motion.errors import BadArgument
 from openpendant.motion.frames.frame_tree import BASE, FLANGE, ROOT
@@ -84,7 +85,7 @@ class KinematicsService:
         self,
         asked: op.Question,
         joints: Sequence[float] | None,
-        reply: ReplyTo[op.Answer],
+        reply: ReplyTo[Any],
         now: int,
         *,
         names_frame: bool = False,

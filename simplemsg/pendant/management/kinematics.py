@@ -247,6 +247,3 @@ class InverseKinematics(Request[InverseAnswer]):
 
 Question: TypeAlias = ForwardKinematics | ToolJacobian | InverseKinematics
 """Any of these."""
-
-Answer: TypeAlias = ForwardAnswer | JacobianAnswer | InverseAnswer
-"""What answers it."""
