@@ -61,7 +61,7 @@ ASKINGS = (
 
 
 @dataclass(slots=True)
-class Account:
+class PagesSeen:
     """What was seen in one stretch of time.
 
     Attributes:
@@ -132,9 +132,9 @@ def served(robot: str) -> Iterator[int]:
 
 async def observed(
     port: int, asking: Asking, seconds: float, *, are_silent: bool = False, pages: int = PAGES
-) -> Account:
+) -> PagesSeen:
     """Have pages ask for some time; return what was seen."""
-    seen, ticks = Account(), list[int]()
+    seen, ticks = PagesSeen(), list[int]()
 
     def tick(state: State) -> None:
         ticks.append(state.time_s * 1_000_000_000 + state.time_ns)
@@ -165,7 +165,7 @@ async def _page(
     page: PendantClient,
     asking: Asking,
     poses: Iterator[dict[str, Any]],
-    seen: Account,
+    seen: PagesSeen,
     over: float,
     later: float,
 ) -> None:
@@ -183,7 +183,7 @@ async def _page(
         due = max(due + 1.0 / asking.rate, time.monotonic())
 
 
-async def _idle(seen: Account, over: float) -> None:
+async def _idle(seen: PagesSeen, over: float) -> None:
     while (now := time.monotonic()) < over:
         await asyncio.sleep(_IDLE)
         seen.idle.append((time.monotonic() - now - _IDLE) * 1e3)

@@ -54,7 +54,7 @@ _NAME = "terminal"
 app = command()
 
 
-class Names(StrEnum):
+class ShownNames(StrEnum):
     """Names of joints on the screen."""
 
     DISPLAY = "display"
@@ -110,8 +110,8 @@ def pendant(
         bool, typer.Option(help="Print once how the robot stands, and end; needs no terminal.")
     ] = False,
     names: Annotated[
-        Names, typer.Option(help="Joints as people call them, or as in the robot file.")
-    ] = Names.DISPLAY,
+        ShownNames, typer.Option(help="Joints as people call them, or as in the robot file.")
+    ] = ShownNames.DISPLAY,
 ) -> None:
     """A teach pendant in a terminal: jog, teach, run and stop.
 
@@ -161,7 +161,7 @@ def pendant(
 
         end_with_terminal([sys.stdin.fileno(), sys.stderr.fileno()])
         screen = PendantApp(connect, log_in)
-        screen.panel.cell.names_as_in_file = names is Names.FILE
+        screen.panel.cell.names_as_in_file = names is ShownNames.FILE
         with told_of_unprotected_secrets(screen.panel.messages.add):
             gave_up = screen.run(mouse=False)
         if screen.panel.stop_key.is_owed:
@@ -171,10 +171,10 @@ def pendant(
             _give_up(gave_up)
 
 
-def _status(connect: Connect, log_in: LogIn, names: Names) -> str:
+def _status(connect: Connect, log_in: LogIn, names: ShownNames) -> str:
     """Return the state of the robot as text."""
     try:
-        as_in_file = names is Names.FILE
+        as_in_file = names is ShownNames.FILE
         return asyncio.run(status_once(connect, log_in, names_as_in_file=as_in_file))
     except (Refused, SecretUnprotected, WrongArgument) as error:
         _give_up(error)
