@@ -89,6 +89,9 @@ with a verdict among it where none comes with a cell event."""
 _Request = Callable[[int, Any, int], _Answered]
 """Answers a request of a session at a time [ns]."""
 
+_IN_WORDS = frozenset({Verdict, Outcome})
+"""Messages whose text may name a joint, and whose code may be a newer one."""
+
 _Topic = Callable[[int, Any, int], None]
 """Takes a message that has no answer, of a session at a time [ns]."""
 
@@ -228,10 +231,16 @@ class PendantEndpoint:
 
         Connections of version 2 are told codes that they know, each with its true text.
         """
-        return [
-            self._as_told(each) if type(each) is Send or type(each) is Then else each
-            for each in effects
-        ]
+        told = effects
+        for place, each in enumerate(effects):
+            # Few effects have words, and each packet comes by here.
+            if isinstance(each, Then) or (
+                isinstance(each, Send) and type(each.message) in _IN_WORDS
+            ):
+                if told is effects:
+                    told = effects.copy()
+                told[place] = self._as_told(each)
+        return told
 
     def _as_told(self, effect: Effect) -> Effect:
         match effect:
