@@ -67,8 +67,7 @@ class CellView:
         is_greeted: a server has answered our hello, and so accepts a stop.
         is_connected: the login has succeeded, too.
         absence: why there is no connection, and what happens next.
-        names_as_in_file: joints have the names of the robot file on the screen, not those that people
-            call them by.
+        names_as_in_file: joints are called as in the robot file, not as people call them.
         joints: the driven joints, base to tip.
         frames: names of the frames to jog in, beside the joints.
         state: the newest state; None before the first.
