@@ -26,7 +26,7 @@ class TokenBucket:
         """Return how long to wait before so many tokens may be taken [ns]; 0 for not at all.
 
         Args:
-            spare: so many of the burst have to be left.
+            spare: so many of the burst have to be left; negative where some may be owed.
             tokens: at most the burst.
         """
         begin = max(self._full_at, now)

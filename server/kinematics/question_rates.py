@@ -20,6 +20,10 @@ PER_SECOND = 10
 BURST = 5
 """Questions of a connection at once after a quiet time."""
 
+_EARLY = 1
+"""Tokens that a question may owe which counts as a whole burst, a tenth of a second: asked at an
+even rate, every one that came a moment early would be refused."""
+
 OF_SERVER_PER_SECOND = 400
 """Questions of all connections together in one second."""
 
@@ -44,14 +48,15 @@ class QuestionRates:
         own = self._of_session.get(session)
         if own is None:
             own = self._of_session[session] = TokenBucket(PER_SECOND, BURST)
-        wait = own.wait(now, tokens=weight)
+        spare = -_EARLY if weight == BURST else 0
+        wait = own.wait(now, spare, weight)
         if wait:
             return _too_often(f"{PER_SECOND} questions a second and connection", wait, PER_SECOND)
         wait = self._of_server.take(now, tokens=weight)
         if wait:
             whose = f"{OF_SERVER_PER_SECOND} questions a second of all connections"
             return _too_often(whose, wait, OF_SERVER_PER_SECOND)
-        own.take(now, tokens=weight)
+        own.take(now, spare, weight)
         return None
 
     def forget(self, session: int) -> None:
