@@ -30,9 +30,21 @@ def roll_pitch_yaw(rotation: Array) -> Array:
     cosine = math.hypot(rotation[0, 0], rotation[1, 0])
     pitch = math.atan2(-rotation[2, 0], cosine)
     if cosine < _GIMBAL:
-        return np.array([0.0, pitch, math.atan2(-rotation[0, 1], rotation[1, 1])])
-    roll = math.atan2(rotation[2, 1], rotation[2, 2])
-    return np.array([roll, pitch, math.atan2(rotation[1, 0], rotation[0, 0])])
+        yaw = _half_open(math.atan2(-rotation[0, 1], rotation[1, 1]))
+        return np.array([0.0, pitch, yaw]) + 0.0
+    roll = _half_open(math.atan2(rotation[2, 1], rotation[2, 2]))
+    yaw = _half_open(math.atan2(rotation[1, 0], rotation[0, 0]))
+    return np.array([roll, pitch, yaw]) + 0.0  # makes -0.0 into 0.0
+
+
+def are_angles_unique(rotation: Array) -> bool:
+    """Return True if one roll and one yaw only make a (3, 3) rotation: the pitch is not ±π/2."""
+    return math.hypot(rotation[0, 0], rotation[1, 0]) >= _GIMBAL
+
+
+def _half_open(angle: float) -> float:
+    """Return an angle of [-π, π] in (-π, π]."""
+    return math.pi if angle == -math.pi else angle
 
 
 def rpy_increment(pose: Pose, increment: Sequence[float] | Array) -> Pose:

@@ -1,4 +1,4 @@
-"""All of a cell beside motion and programs: recordings, frames, tools, scene, signals, trace.
+"""All of a cell beside motion and programs: recordings, frames, tools, scene, signals, questions.
 
 Owns how these parts are joined and what of the cell they are told. Decides nothing.
 """
@@ -16,6 +16,8 @@ from openpendant.simplemsg.verdicts import VerdictCode
 from .cell.robot_cell import RobotCell
 from .events.effects import Effect
 from .events.pending import Pending
+from .kinematics.kinematics_service import KinematicsService
+from .kinematics.question_rates import QuestionRates
 from .programs.interpreter.run_events import Offer
 from .recording.recording_service import RecordingService
 from .refusal import Refusal, refusal_of
@@ -42,8 +44,14 @@ class CellEnvironment:
         pending: Pending,
         settings: CellSettings,
         robot_name: str,
+        rates: QuestionRates | None = None,
     ) -> None:
-        """Join the parts; from now on motions are checked against the scene."""
+        """Join the parts; from now on motions are checked against the scene.
+
+        Args:
+            rates: of questions on kinematics, for all cells of the server; of this cell alone
+                where left out.
+        """
         self._cell = cell
         self._view = view
         self.monitor = SceneMonitor(cell, settings.controller, pending)
@@ -58,6 +66,7 @@ class CellEnvironment:
             state_period=settings.controller.state_period,
         )
         self.service = SceneService(cell, self.world, view, self.signals, self.trace, robot_name)
+        self.kinematics = KinematicsService(cell, view, pending, rates or QuestionRates())
         self._traced = 0
         self._reported = -1  # when the last report came that was taken
         cell.motions.scene = view.scene
@@ -66,7 +75,7 @@ class CellEnvironment:
     @property
     def capabilities(self) -> Capability:
         """What a pendant may ask of it; signals where the controller has some for us."""
-        offered = Capability.RECORDING | Capability.SCENE
+        offered = Capability.RECORDING | Capability.SCENE | Capability.KINEMATICS
         return offered | Capability.SIGNALS if self.signals.is_offered else offered
 
     def contact(

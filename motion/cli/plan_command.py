@@ -25,7 +25,19 @@ from openpendant.tools.console import command, run
 from ..bounded_file import read_text
 from ..description.robot import SerialRobot, serial_robot
 from ..errors import BadArgument, MeshFileError
-from .arguments import FAULTS, Angles, parse_joints, parse_pose, tell, to_controller
+from .arguments import (
+    FAULTS,
+    Angles,
+    InDegrees,
+    NamedAs,
+    Names,
+    in_radians,
+    names_of,
+    parse_joints,
+    parse_pose,
+    tell,
+    to_controller,
+)
 
 if TYPE_CHECKING:
     from ..kinematics.serial import Kinematics
@@ -56,7 +68,8 @@ def plan(
     ] = None,
     goal: Annotated[str | None, typer.Option(help="JSON list of joint values.")] = None,
     pose: Annotated[
-        str | None, typer.Option(help='JSON {"xyz": [m], "quat": [x, y, z, w]}.')
+        str | None,
+        typer.Option(help='JSON {"xyz": [m], "quat": [x, y, z, w]}, or "rpy": [r, p, y].'),
     ] = None,
     program: Annotated[
         Path | None, typer.Option(help="JSON file: a list of goals, joint lists or poses.")
@@ -69,6 +82,8 @@ def plan(
     angles: Annotated[
         Angles, typer.Option(help="Joint values given are as in the robot file, or controller's.")
     ] = Angles.FILE,
+    degrees: InDegrees = False,
+    names: NamedAs = Names.DISPLAY,
     rows: Annotated[int, typer.Option(min=2, max=100_000, help="Rows of the table.")] = 16,
     csv: Annotated[Path | None, typer.Option(help="Write every sample as CSV.")] = None,
     as_json: Annotated[
@@ -85,14 +100,15 @@ def plan(
     goals = _goals(goal, pose, program)
     at = facts.home_position
     if start is not None:
-        at = to_controller(facts, parse_joints(start, "--start"), angles)
-    work = _Work(facts, scene, planner, seed, time_limit, speed, angles)
+        given = in_radians(facts.limits, parse_joints(start, "--start"), degrees)
+        at = to_controller(facts, given, angles)
+    work = _Work(facts, scene, planner, seed, time_limit, speed, angles, degrees=degrees)
     with _Bar() as bar:
         planned = work.run(at, goals, bar.show)
     if as_json == "-":
         sys.stdout.write(json_text(planned))
     else:
-        print_plan(planned, rows)
+        print_plan(planned, rows, names_of(facts, names))
         if as_json is not None:
             Path(as_json).write_text(json_text(planned), "utf-8")
     if csv is not None:
@@ -131,13 +147,15 @@ class _Work:
         time_limit: float,
         speed: float,
         angles: Angles,
+        *,
+        degrees: bool,
     ) -> None:
         from ..kinematics.serial import Kinematics
 
         self._facts = facts
         self._collision = _collision(Kinematics(facts), scene)
         self._planner, self._seed, self._time_limit = planner, seed, time_limit
-        self._speed, self._angles = speed, angles
+        self._speed, self._angles, self._degrees = speed, angles, degrees
 
     def run(
         self,
@@ -188,14 +206,15 @@ class _Work:
         self, text: str, near: Sequence[float] | Array, collision: CollisionModel
     ) -> Sequence[float] | Array:
         if text.lstrip().startswith("["):
-            return to_controller(self._facts, parse_joints(text, "goal"), self._angles)
+            given = in_radians(self._facts.limits, parse_joints(text, "goal"), self._degrees)
+            return to_controller(self._facts, given, self._angles)
         if not text.lstrip().startswith("{"):
-            accepted = "a JSON list of joint values, or a pose as an object of xyz and quat"
+            accepted = "a JSON list of joint values, or a pose as an object of xyz and quat or rpy"
             raise BadArgument("goal", text, accepted)
         from ..planning.planner import free_joint_position
         from ..pose import Pose
 
-        xyz, quaternion, frame = parse_pose(text, "pose")
+        xyz, quaternion, frame = parse_pose(text, "pose", degrees=self._degrees)
         return free_joint_position(
             collision,
             Pose.from_values(xyz, quaternion),

@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import json
 import math
+from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -66,8 +67,17 @@ def json_text(plan: PlannedMotion) -> str:
     return json.dumps(plan.as_dict(), separators=(",", ":"), allow_nan=False) + "\n"
 
 
-def print_plan(plan: PlannedMotion, rows: int, console: Console | None = None) -> None:
-    """Print joint angles and velocities at evenly spread times, and the figures of the plan."""
+def print_plan(
+    plan: PlannedMotion,
+    rows: int,
+    called: Mapping[str, str],
+    console: Console | None = None,
+) -> None:
+    """Print joint angles and velocities at evenly spread times, and the figures of the plan.
+
+    Args:
+        called: what each joint is called, by its name in the robot file.
+    """
     console = console or Console()
     limits, motion = plan.limits, plan.trajectory
     table = Table(title=f"{plan.robot}: position (velocity), controller-side")
@@ -75,7 +85,7 @@ def print_plan(plan: PlannedMotion, rows: int, console: Console | None = None) -
     table.add_column(Text("time [s]"), justify="right")
     for index, name in enumerate(limits.names):
         unit = "mm" if limits.prismatic[index] else "°"
-        table.add_column(Text(f"{name} [{unit}]"), justify="right")
+        table.add_column(Text(f"{called[name]} [{unit}]"), justify="right")
     scale = [1e3 if prismatic else math.degrees(1.0) for prismatic in limits.prismatic]
     for sample in np.unique(np.linspace(0, len(motion) - 1, rows).round().astype(int)).tolist():
         row = motion.row(sample)
@@ -89,8 +99,9 @@ def print_plan(plan: PlannedMotion, rows: int, console: Console | None = None) -
     console.print(f"planner {plan.planner}, seed {plan.seed}, planned in {plan.plan_seconds:.3f} s")
     console.print(f"duration {motion.duration:.2f} s, {len(motion)} samples")
     console.print(
-        f"largest share of a limit: velocity {found.velocity.ratio:.1%} ({found.velocity.joint}),"
-        f" acceleration {found.acceleration.ratio:.1%} ({found.acceleration.joint})"
+        f"largest share of a limit: velocity {found.velocity.ratio:.1%}"
+        f" ({called[found.velocity.joint]}), acceleration {found.acceleration.ratio:.1%}"
+        f" ({called[found.acceleration.joint]})"
     )
     console.print("certificate: valid, every sample keeps position, velocity and acceleration")
 

@@ -1,9 +1,9 @@
 """The command `openpendant robots`: list, show, draw, check and import robots, and try kinematics.
 
-Owns arguments and output, nothing else; `import` is in `robots_import`. Results go to standard
-output, of `fk` and `ik` as JSON: one line, or with `ik --all` one for each answer; an error is one
-line on standard error. Joint values are rad or m; of a platform they are the lengths of its legs,
-which are the same on both sides.
+Owns arguments and output, nothing else; `import` is in `robots_import`, and `fk`, `jacobian` and
+`ik` in `kinematics_commands`. Results go to standard output; an error is one line on standard
+error. Joint values are rad or m; of a platform they are the lengths of its legs, which are the same
+on both sides.
 
 Exit codes: 0 done, 1 a checked robot is bad, 2 a bad argument, robot name or robot file,
 3 refused: the pose cannot be reached, or the robot has no such thing, 74 a file cannot be written,
@@ -15,33 +15,32 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Any
+from typing import Annotated
 
 import typer
 
 from openpendant.tools.console import ExitCode, command, emit_json, one_line, run
 
 from ..description.robot import ParallelRobot, SerialRobot, load_robot, robot_names
-from ..errors import BadArgument, FrameUnknown, UnsupportedKind
+from ..errors import BadArgument, UnsupportedKind
 from .arguments import (
     FAULTS,
     Angles,
     AsJson,
-    InFrame,
+    InDegrees,
+    NamedAs,
+    Names,
     OnSide,
-    PoseFrame,
     Robot,
+    in_radians,
+    names_of,
     note_out_of_range,
     parse_joints,
-    parse_pose,
     tell,
     to_controller,
 )
+from .kinematics_commands import fk, ik, jacobian
 from .robots_import import import_robot
-
-if TYPE_CHECKING:
-    from ..kinematics.ik.ik import Solution
-
 
 app = command(
     "List, show, draw, check and import robots; forward and inverse kinematics by hand.",
@@ -77,6 +76,7 @@ def show(
     vrm: Annotated[
         bool, typer.Option("--vrm", help="RoboAnalyzer's rows and angles of this robot.")
     ] = False,
+    names: NamedAs = Names.DISPLAY,
 ) -> None:
     """Show a robot's specification, limits, DH table, home, base frame and coupling."""
     from ..robot_report.robot_report import VrmReport, dh_exactness, dh_frames_at_home, robot_data
@@ -87,14 +87,15 @@ def show(
         return
     from .tables import print_frames, print_robot, print_vrm
 
+    called = names_of(facts, names)
     if vrm:
         report = VrmReport.of(_serial(facts))
-        print_vrm(report.robot, report.table, report.home_angles, report.in_words)
+        print_vrm(report.robot, report.table, report.home_angles, report.in_words, called)
         return
     arm = _serial(facts) if frames else None
-    print_robot(facts, dh_exactness(facts))
+    print_robot(facts, called, dh_exactness(facts))
     if arm is not None:
-        print_frames(arm, dh_frames_at_home(arm))
+        print_frames(arm, dh_frames_at_home(arm), called)
 
 
 @app.command()
@@ -107,6 +108,7 @@ def draw(
         str | None, typer.Option(help="JSON list [rad or m]; the robot's home if not given.")
     ] = None,
     angles: OnSide = Angles.FILE,
+    degrees: InDegrees = False,
     azimuth: Annotated[
         float, typer.Option(help="Where the camera stands, degrees from x.")
     ] = -58.0,
@@ -123,6 +125,7 @@ def draw(
     facts = load_robot(robot)
     position = None if joints is None else parse_joints(joints, "--joints")
     if position is not None and isinstance(facts, SerialRobot):
+        position = in_radians(facts.limits, position, degrees)
         position = tuple(to_controller(facts, position, angles))
         note_out_of_range(facts.limits, position)
     view = View(math.radians(azimuth), math.radians(elevation), perspective=not orthographic)
@@ -156,109 +159,9 @@ def check(
 app.command("import")(import_robot)
 
 
-@app.command()
-def fk(
-    robot: Robot,
-    joints: Annotated[str, typer.Option(help="JSON list, one value per driven joint [rad or m].")],
-    frame: InFrame = PoseFrame.BASE,
-    angles: OnSide = Angles.FILE,
-) -> None:
-    """Print the tool's pose for joint values: position [m] and quaternion x, y, z, w."""
-    facts = load_robot(robot)
-    position = parse_joints(joints, "--joints")
-    if isinstance(facts, SerialRobot):
-        position = to_controller(facts, position, angles)
-    from ..paths.mechanism import mechanism
-
-    arm = mechanism(facts)
-    pose = arm.forward(position, frame)
-    note_out_of_range(arm.limits, position)
-    place = {"xyz": pose.position.tolist(), "quat": pose.quaternion.tolist()}
-    emit_json(place | {"frame": frame.value}, compact=True)
-
-
-@app.command()
-def ik(
-    robot: Robot,
-    pose: Annotated[str, typer.Option(help='JSON {"xyz": [m], "quat": [x, y, z, w]}.')],
-    seed: Annotated[
-        str | None, typer.Option(help="JSON list to start from; the robot's home if not given.")
-    ] = None,
-    frame: Annotated[
-        PoseFrame | None, typer.Option(help="Frame of the pose; its own `frame`, else base.")
-    ] = None,
-    angles: OnSide = Angles.FILE,
-    every: Annotated[
-        bool, typer.Option("--all", help="Every answer, a line each, the nearest to seed first.")
-    ] = False,
-    restarts: Annotated[int, typer.Option(min=0, max=10_000, help="Search budget.")] = 50,
-    random_seed: Annotated[
-        int, typer.Option(min=0, max=2**63 - 1, help="Same number, same answer.")
-    ] = 0,
-) -> None:
-    """Print joint values that put the tool at a pose, inside the limits."""
-    facts = load_robot(robot)
-    xyz, quaternion, named = parse_pose(pose, "--pose")
-    asked = _frame(frame, named)
-    start = None if seed is None else parse_joints(seed, "--seed")
-    from ..pose import Pose
-
-    target = Pose.from_values(xyz, quaternion)
-    if not isinstance(facts, SerialRobot):
-        from ..paths.mechanism import mechanism
-
-        platform = mechanism(facts)
-        solution = platform.solve(target, start or platform.home_position, frame=asked)
-        emit_json(_answer(solution, solution.joint_position.tolist(), asked, angles), compact=True)
-        return
-    from ..kinematics.ik.ik import solve, solve_all
-    from ..kinematics.serial import Kinematics
-
-    kinematics = Kinematics(facts)
-    near = facts.home_position if start is None else to_controller(facts, start, angles)
-    budget: dict[str, Any] = {"restarts": restarts, "random_seed": random_seed}
-    if every:
-        found = solve_all(kinematics, target, near, frame=asked, **budget)
-    else:
-        found = (solve(kinematics, target, near, frame=asked, **budget),)
-    for solution in found:
-        joints = tuple(solution.joint_position.tolist())
-        shown = facts.to_model(joints) if angles is Angles.FILE else joints
-        emit_json(_answer(solution, shown, asked, angles), compact=True)
-
-
-def _answer(
-    solution: Solution, joints: tuple[float, ...], frame: PoseFrame, angles: Angles
-) -> dict[str, object]:
-    """Return an answer as JSON can hold it; `configuration` is null where there are no flags."""
-    flags = solution.configuration
-    return {
-        "joints": joints,
-        "angles": angles.value,
-        "frame": frame.value,
-        "configuration": None
-        if flags is None
-        else {
-            "shoulder": flags.shoulder.value,
-            "elbow": flags.elbow.value,
-            "wrist": flags.wrist.value,
-            "turns": flags.turns,
-        },
-        "position_error": solution.position_error,
-        "rotation_error": solution.rotation_error,
-        "restarts": solution.restarts,
-        "iterations": solution.iterations,
-    }
-
-
-def _frame(option: PoseFrame | None, named: str | None) -> PoseFrame:
-    if named is None:
-        return option or PoseFrame.BASE
-    if named not in list(PoseFrame):
-        raise FrameUnknown(named, tuple(PoseFrame))
-    if option is not None and option != named:
-        raise BadArgument("--frame", option.value, f"the pose's own frame, {named}")
-    return PoseFrame(named)
+app.command("fk")(fk)
+app.command("jacobian")(jacobian)
+app.command("ik")(ik)
 
 
 def _serial(robot: ParallelRobot | SerialRobot) -> SerialRobot:

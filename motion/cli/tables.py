@@ -7,7 +7,7 @@ of its folder that imports rich.
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 
 from rich.table import Table
 from rich.text import Text
@@ -18,6 +18,7 @@ from openpendant.tools.console import table as console_table
 from ..description.robot import ParallelRobot, Robot, SerialRobot
 from ..description.schema import CouplingType, DhTable, Variable, Vrm
 from ..pose import Array, Pose
+from ..robot_report.robot_report import vrm_differences
 
 _ALONG = 1e-9
 
@@ -40,28 +41,32 @@ def print_list(robots: Iterable[Robot]) -> None:
     terminal().print(table)
 
 
-def print_robot(robot: Robot, dh_exactness: str = "") -> None:
-    """Print a robot's specification, limits, home, coupling and DH table, with its exactness."""
+def print_robot(robot: Robot, called: Mapping[str, str], dh_exactness: str = "") -> None:
+    """Print a robot's specification, limits, home, coupling and DH table, with its exactness.
+
+    Args:
+        called: what each driven joint is called, by its name in the robot file.
+    """
     console = terminal()
     console.print(Text(f"{robot.name}: {robot.manufacturer} {robot.model}"), style="bold")
-    console.print(_facts(robot))
+    console.print(_facts(robot, called))
     if isinstance(robot, ParallelRobot):
         console.print(_legs(robot))
     else:
-        console.print(_limits(robot))
+        console.print(_limits(robot, called))
         if robot.dh is not None:
-            console.print(_dh(robot.dh))
+            console.print(_dh(robot.dh, called))
             if dh_exactness:
                 console.print(Text(f"DH table and joints: {dh_exactness}"))
     for note in robot.notes:
         console.print(Text(f"note: {note}"))
 
 
-def print_frames(robot: SerialRobot, frames: Sequence[Pose]) -> None:
+def print_frames(robot: SerialRobot, frames: Sequence[Pose], called: Mapping[str, str]) -> None:
     """Print where the DH table's frames are at home, in the root link's frame."""
     table = console_table("frame", "on joint", "x mm", "y mm", "z mm", "x axis", "y axis", "z axis")
     table.title = f"DH frames at home, in {robot.root_link}"
-    joints = [*(joint.name for joint in robot.moving), "tool side"]
+    joints = [*(called.get(joint.name, joint.name) for joint in robot.moving), "tool side"]
     for index, (frame, joint) in enumerate(zip(frames, joints, strict=True)):
         origin = (_rounded(1000.0 * value) for value in frame.position)
         axes = (_direction(frame.rotation[:, axis]) for axis in range(3))
@@ -69,12 +74,19 @@ def print_frames(robot: SerialRobot, frames: Sequence[Pose]) -> None:
     terminal().print(table)
 
 
-def print_vrm(robot: SerialRobot, vrm: Vrm, angles: Sequence[float], difference: str) -> None:
+def print_vrm(
+    robot: SerialRobot,
+    vrm: Vrm,
+    angles: Sequence[float],
+    difference: str,
+    called: Mapping[str, str],
+) -> None:
     """Print RoboAnalyzer's rows and its angles at our home.
 
     Args:
         angles: the table's angles at our home [rad].
         difference: difference of its forward kinematics from ours, in words.
+        called: what each driven joint is called, by its name in the robot file.
     """
     table = console_table(
         "joint", "b mm", "theta", "a mm", "alpha", "least", "greatest", "theta at home"
@@ -87,7 +99,7 @@ def print_vrm(robot: SerialRobot, vrm: Vrm, angles: Sequence[float], difference:
         degrees = (f"{math.degrees(value):z.2f}°" for value in (row.lower, row.upper, angle))
         table.add_row(
             *cells(
-                joint.name,
+                called.get(joint.name, joint.name),
                 f"{1000.0 * row.b:z.6g}",
                 theta,
                 f"{1000.0 * row.a:z.6g}",
@@ -112,7 +124,7 @@ def _rounded(value: float) -> str:
     return f"{float(value):z.3f}"
 
 
-def _facts(robot: Robot) -> Table:
+def _facts(robot: Robot, called: Mapping[str, str]) -> Table:
     """Return kind, specification, conventions and base frame; mm and degrees."""
     table = Table(show_header=False, box=None)
     specs = robot.specs
@@ -124,6 +136,7 @@ def _facts(robot: Robot) -> Table:
         ("mass", f"{_known(specs.mass_kg)} kg"),
         ("tool", robot.tool_convention or robot.tool_link),
         ("zero pose", robot.zero_pose or "not described"),
+        *(("RoboAnalyzer", difference) for difference in vrm_differences(robot)),
     ]
     if isinstance(robot, SerialRobot):
         x, y, z = (f"{1000.0 * value:zg}" for value in robot.base_frame.xyz)
@@ -135,25 +148,25 @@ def _facts(robot: Robot) -> Table:
                 f" in {robot.base_frame.parent}",
             )
         )
-        rows.append(("coupling", _coupling(robot)))
+        rows.append(("coupling", _coupling(robot, called)))
     for label, value in rows:
         table.add_row(*cells(label, value))
     return table
 
 
-def _coupling(robot: SerialRobot) -> str:
+def _coupling(robot: SerialRobot, called: Mapping[str, str]) -> str:
     if robot.coupling.type is CouplingType.NONE:
         return "none"
-    second, third = robot.driven[1].name, robot.driven[2].name
+    second, third = (called[joint.name] for joint in robot.driven[1:3])
     sign = "-" if robot.coupling.state_factor > 0 else "+"
     rule = f"controller's {third} = the file's {third} {sign} {second}"
     return f"{rule}; rates and accelerations likewise"
 
 
-def _limits(robot: SerialRobot) -> Table:
+def _limits(robot: SerialRobot, called: Mapping[str, str]) -> Table:
     """Return range, speed, acceleration and home of each driven joint; degrees or mm, and s."""
     columns = ("least", "greatest", "speed /s", "acceleration /s²", "home", "home, file")
-    table = console_table("joint", "called", *columns)
+    table = console_table("joint", *columns)
     table.title = "Limits, controller's angles"
     limits = robot.limits
     for index, name in enumerate(limits.names):
@@ -167,11 +180,11 @@ def _limits(robot: SerialRobot) -> Table:
             robot.home[index],
         )
         shown = (f"{value * scale:z.2f}{unit}" for value in values)
-        table.add_row(*cells(name, robot.display_names[index], *shown))
+        table.add_row(*cells(called[name], *shown))
     return table
 
 
-def _dh(dh: DhTable) -> Table:
+def _dh(dh: DhTable, called: Mapping[str, str]) -> Table:
     """Return the standard Denavit-Hartenberg rows: Rz(theta) Tz(d) Tx(a) Rx(alpha), as in `dh`."""
     table = console_table("joint", "theta", "d mm", "a mm", "alpha")
     table.title = "DH table, standard, the file's angles"
@@ -183,7 +196,11 @@ def _dh(dh: DhTable) -> Table:
             d = f"q + {d}"
         table.add_row(
             *cells(
-                row.joint, theta, d, f"{1000.0 * row.a:z.6g}", f"{math.degrees(row.alpha):z.4g}°"
+                called.get(row.joint, row.joint),
+                theta,
+                d,
+                f"{1000.0 * row.a:z.6g}",
+                f"{math.degrees(row.alpha):z.4g}°",
             )
         )
     return table

@@ -10,7 +10,7 @@ from __future__ import annotations
 import math
 import struct
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 
 from ..errors import BadArgument, NotFinite, OutOfRange, TooFast, TooSharp, WrongJointCount
 
@@ -25,6 +25,7 @@ class JointLimits:
     Attributes:
         names: joint names, wire order.
         prismatic: True if the joint is measured in metres.
+        display_names: what people call the joints; the names themselves where left out.
 
     Raises:
         WrongJointCount, NotFinite: in every check, not one finite value per joint.
@@ -36,12 +37,17 @@ class JointLimits:
     velocity: tuple[float, ...]
     acceleration: tuple[float, ...]
     prismatic: tuple[bool, ...]
+    display_names: tuple[str, ...] = field(default=(), repr=False, compare=False)
 
     def __post_init__(self) -> None:
         count = len(self.names)
-        for field in (self.lower, self.upper, self.velocity, self.acceleration, self.prismatic):
-            if len(field) != count:
-                raise WrongJointCount(len(field), count)
+        object.__setattr__(self, "display_names", self.display_names or self.names)
+        for values in (
+            *(self.lower, self.upper, self.velocity, self.acceleration, self.prismatic),
+            self.display_names,
+        ):
+            if len(values) != count:
+                raise WrongJointCount(len(values), count)
         for index, name in enumerate(self.names):
             if not self.lower[index] < self.upper[index]:
                 value = (self.lower[index], self.upper[index])

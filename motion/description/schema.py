@@ -386,6 +386,7 @@ class SerialFacts(RobotFacts):
                 for joint in self.driven
             ),
             prismatic=tuple(joint.prismatic for joint in self.driven),
+            display_names=self.display_names,
         )
 
     @cached_property

@@ -85,6 +85,21 @@ def dh_exactness(robot: Robot) -> str:
     return f"{residual.position:.1e} m and {residual.rotation:.1e} rad apart at most"
 
 
+def vrm_differences(robot: Robot) -> tuple[str, ...]:
+    """Return in words where RoboAnalyzer's payload and weight are not ours."""
+    if not isinstance(robot, SerialRobot) or robot.vrm is None:
+        return ()
+    pairs = (
+        ("payload", robot.specs.payload_kg, robot.vrm.payload_kg),
+        ("weight", robot.specs.mass_kg, robot.vrm.weight_kg),
+    )
+    return tuple(
+        f"{what} {theirs:g} kg, ours {'unknown' if ours is None else f'{ours:g} kg'}"
+        for what, ours, theirs in pairs
+        if theirs is not None and theirs != ours
+    )
+
+
 def robot_data(robot: Robot, *, frames: bool = False, vrm: bool = False) -> dict[str, Any]:
     """Return a robot's specification page as JSON can hold it: SI units, radians.
 
@@ -94,6 +109,12 @@ def robot_data(robot: Robot, *, frames: bool = False, vrm: bool = False) -> dict
     """
     data: dict[str, Any] = {"facts": robot.model_dump(mode="json", by_alias=True)}
     if isinstance(robot, SerialRobot):
+        if robot.vrm is not None:
+            data["facts"]["specs"]["vrm"] = {
+                "payload_kg": robot.vrm.payload_kg,
+                "weight_kg": robot.vrm.weight_kg,
+                "differences": list(vrm_differences(robot)),
+            }
         limits = robot.limits
         data["limits"] = {
             "names": limits.names,

@@ -16,6 +16,7 @@ from typing import Generic, TypeVar
 
 from .exposure import is_loopback
 from .lockout import SECOND_NS
+from .token_bucket import TokenBucket
 
 PER_SECOND = 50
 """Connections let in in one second, all ports together."""
@@ -44,37 +45,6 @@ _HEAD_START_NS = SECOND_NS
 ever new addresses would keep one out that waits."""
 
 
-class AcceptRate:
-    """A token bucket: so many connections at once, one more each interval.
-
-    It is kept as one number, the time at which the bucket would be full again.
-    """
-
-    __slots__ = ("_burst", "_full_at", "_interval")
-
-    def __init__(self, per_second: int = PER_SECOND, burst: int = BURST) -> None:
-        """Make a full bucket."""
-        self._full_at = 0
-        self._interval = SECOND_NS // per_second
-        self._burst = burst
-
-    def take(self, now: int, spare: int = 0) -> int:
-        """Take a connection if one may be taken.
-
-        Args:
-            spare: so many of the burst have to be left.
-
-        Returns:
-            0 where it is taken; else how long to wait before asking again [ns].
-        """
-        begin = max(self._full_at, now)
-        wait = begin - now - (self._burst - 1 - spare) * self._interval
-        if wait > 0:
-            return wait
-        self._full_at = begin + self._interval
-        return 0
-
-
 class AddressRates:
     """The rate of each address."""
 
@@ -82,7 +52,7 @@ class AddressRates:
         """Remember no address yet."""
         self._most = most_addresses
         # In the order in which they came last.
-        self._rates: dict[str, AcceptRate] = {}
+        self._rates: dict[str, TokenBucket] = {}
 
     def __len__(self) -> int:
         """Return how many addresses are remembered."""
@@ -92,7 +62,7 @@ class AddressRates:
         """Return True if one more connection of an address may be looked at; it is counted then."""
         rate = self._rates.pop(source, None)
         if rate is None:
-            rate = AcceptRate(OF_ADDRESS_PER_SECOND, OF_ADDRESS_BURST)
+            rate = TokenBucket(OF_ADDRESS_PER_SECOND, OF_ADDRESS_BURST)
             if len(self._rates) >= self._most:
                 del self._rates[next(iter(self._rates))]
         self._rates[source] = rate

@@ -48,6 +48,7 @@ from .execution.motion_watch import ArmPoints
 from .execution.trajectory_execution import Publish, TrajectoryExecution
 from .hold_to_run import HoldToRun
 from .interlocks import check_interlocks, examine_cell, held_by, permission
+from .joint_names import JointNames
 from .joint_slots import JointSlots
 
 PATIENCE_NS = 2_000_000_000
@@ -142,6 +143,7 @@ class RobotCell:
             points: tool and elbow, held to the cap of the mode by what is reported, too.
         """
         self.limits = limits
+        self.joint_names = JointNames(limits)
         self.slots = JointSlots(limits)
         self.authority = MotionAuthority(round(settings.pendants.authority_timeout * 1e9))
         self.feedback = Feedback(limits.dof, settings.controller)

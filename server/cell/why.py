@@ -7,6 +7,7 @@ Owns how the chain of `interlocks` is told. The conditions themselves, and their
 from __future__ import annotations
 
 from collections.abc import Callable
+from typing import TypeAlias
 
 from openpendant.simplemsg.pendant.management.cell import WhyRequest, Wish
 from openpendant.simplemsg.verdicts import CATALOGUE, VerdictCode
@@ -84,7 +85,8 @@ def why(
     kind = MotionKind[wish.name]
     asked = InterlockQuery(role=role or (lambda _: None), contact=contact)
     chain = examine_motion(cell, kind, session, now, asked=asked)
-    reports = tuple(_report(finding, cell.stop) for finding in chain)
+    shortly = cell.joint_names.shortly
+    reports = tuple(_report(finding, cell.stop, shortly) for finding in chain)
     broken = next((report.condition for report in reports if not report.holds), "")
     return WhyReply(
         cell=name,
@@ -92,14 +94,18 @@ def why(
         ready=not broken,
         broken=broken,
         conditions=reports,
-        ended=None if cell.ended is None else _end(cell.ended),
+        ended=None if cell.ended is None else _end(cell.ended, shortly),
         remarks=_remarks(cell, now),
         enabling_deadline=round(cell.modes.enabling_deadline(session), 6),
     )
 
 
-def _end(refusal: Refusal) -> EndReport:
-    code, text, entry = refusal.code, refusal.sentence, CATALOGUE[refusal.code]
+_InWords: TypeAlias = Callable[[str], str]
+"""Returns a sentence with the display names of joints."""
+
+
+def _end(refusal: Refusal, shortly: _InWords) -> EndReport:
+    code, text, entry = refusal.code, shortly(refusal.sentence), CATALOGUE[refusal.code]
     return EndReport(code=code, name=code.name, text=text, cause=entry.cause, remedy=entry.remedy)
 
 
@@ -109,10 +115,11 @@ def _remarks(cell: RobotCell, now: int) -> tuple[str, ...]:
         return ()
     ago = (now - moved.at) / 1e9
     somebody = "somebody may have moved it with the controller's own pendant"
-    return (f"{ago:.0f} s ago {moved.sentence}; {somebody}",)
+    sentence = cell.joint_names.shortly(moved.sentence)
+    return (f"{ago:.0f} s ago {sentence}; {somebody}",)
 
 
-def _report(finding: Interlock, stop: StopLatch | None) -> ConditionReport:
+def _report(finding: Interlock, stop: StopLatch | None, shortly: _InWords) -> ConditionReport:
     condition, refusal = finding
     name, meaning = condition.name.lower(), condition.value
     if refusal is None:
@@ -126,7 +133,7 @@ def _report(finding: Interlock, stop: StopLatch | None) -> ConditionReport:
         holds=False,
         code=refusal.code,
         name=refusal.code.name,
-        text=refusal.sentence,
+        text=shortly(refusal.sentence),
         cause=entry.cause,
         remedy=entry.remedy,
     )

@@ -185,7 +185,12 @@ class CellCore:
         self.environment: CellEnvironment | None = None
         if environment is not None:
             self.environment = CellEnvironment(
-                self.cell, environment, self._pending, settings, identity.robot
+                self.cell,
+                environment,
+                self._pending,
+                settings,
+                identity.robot,
+                access.questions,
             )
         self.pendants = PendantEndpoint(
             self.cell,
@@ -265,8 +270,8 @@ class CellCore:
         # Asked here, and not in the monitor, because each tick and each message comes by.
         if now >= self._loop.late_from and event.checks_freeze:
             late = self._after_a_freeze(now)
-            return self.pendants.as_known(late + self._handlers[type(event)](event, now))
-        return self.pendants.as_known(self._handlers[type(event)](event, now))
+            return self.pendants.as_told(late + self._handlers[type(event)](event, now))
+        return self.pendants.as_told(self._handlers[type(event)](event, now))
 
     def _event_table(self) -> Mapping[type[Event], Callable[[Any, int], list[Effect]]]:
         """Return who takes which event."""

@@ -193,9 +193,19 @@ class ReplyTo(Generic[Answer]):
     """
 
     def __init__(
-        self, session: int, request_id: int, name: str, version: int = PROTOCOL_VERSION
+        self,
+        session: int,
+        request_id: int,
+        name: str,
+        version: int = PROTOCOL_VERSION,
+        in_words: Callable[[str], str] = str,
     ) -> None:
-        """Take note of one request."""
+        """Take note of one request.
+
+        Args:
+            in_words: returns a sentence with the joints' names as people know them.
+        """
+        self._in_words = in_words
         self.session = session
         self.version = version
         self.name = name
@@ -215,7 +225,7 @@ class ReplyTo(Generic[Answer]):
         """Return the answer to a request that was refused."""
         about = {
             "code": self.code(refusal.code),
-            "text": refusal.sentence,
+            "text": self._in_words(refusal.sentence),
             "joint": refusal.joint,
             "value": refusal.value,
             "limit": refusal.limit,

@@ -7,6 +7,7 @@ finite in four bytes, so that no answer is ever lost because it cannot be encode
 from __future__ import annotations
 
 import math
+from collections.abc import Callable
 
 from openpendant.simplemsg import ReplyCode, joint_array
 from openpendant.simplemsg.pendant import (
@@ -49,6 +50,12 @@ def cut(text: str, size: int) -> str:
     """Return text that fits a field: whole characters, no control characters."""
     clean = "".join(char if char.isprintable() else "?" for char in text)
     return clean.encode("utf-8", "replace")[:size].decode("utf-8", "ignore")
+
+
+def in_words(text: str, named: Callable[[str], str]) -> str:
+    """Return the text of a verdict or an outcome with other names in it, cut where too long."""
+    told = named(text)
+    return text if told == text else cut(told, _TEXT_BYTES)
 
 
 def claimed(name: str) -> str:

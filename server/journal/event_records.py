@@ -46,6 +46,7 @@ from ..planning.jobs import (
     DryRunFound,
     DryRunSlice,
     Job,
+    KinematicsFound,
     PathFree,
     PlanAnswer,
     PlaybackPlan,
@@ -407,7 +408,7 @@ def outcome_from_json(record: dict[str, Any]) -> Refusal | None:
 
 _FOUND: dict[str, TypeAdapter[Any]] = {
     kind.__name__: TypeAdapter(kind)
-    for kind in (DryRunFound, DryRunSlice, PathFree, *get_args(TaskResult))
+    for kind in (DryRunFound, DryRunSlice, KinematicsFound, PathFree, *get_args(TaskResult))
 }
 _PLAYBACK = TypeAdapter(PlaybackPlan)
 _ARRAYS = ("times", "position", "velocity", "acceleration", "waypoint_times")
@@ -445,7 +446,7 @@ def plan_to_json(planned: PlanAnswer) -> dict[str, Any]:
         return {"plan_time": planned.plan_time, "kind": BodyRead.__name__}
     if not isinstance(result, tuple):
         found = _FOUND[type(result).__name__].dump_python(result, mode="json")
-        if isinstance(result, TaskResult):
+        if isinstance(result, TaskResult | KinematicsFound):
             found = with_long_texts(found)
         return {"plan_time": planned.plan_time, "kind": type(result).__name__, "found": found}
     trajectory, _ = result

@@ -3,7 +3,8 @@
 Owns the fields of each job and answer, and of what they hold: `CertifiedTrajectory`, a trajectory
 with the proof that it keeps to the limits; `PoseGoal`, a pose to reach or the tool in the flange;
 `PlaybackPlan`, the figures of a playback for its reply. `RecordingJob` alone carries samples;
-`WayCheckJob` checks the rest of a motion in progress. Plain data that can be pickled.
+`WayCheckJob` checks the rest of a motion in progress; `KinematicsQuestion` plans nothing. Plain
+data that can be pickled.
 
 In a job `start` is (n,) where the robot stands, controller side [rad or m]; `tool_speed` the
 largest speed of tool and elbow [m/s], None for no cap; `tool` the tool centre point in the flange,
@@ -34,6 +35,7 @@ from openpendant.motion.trajectory.ptp import StraightMove
 from openpendant.motion.trajectory.trajectory import Trajectory
 from openpendant.simplemsg.pendant import Motion
 from openpendant.simplemsg.pendant.management.declaration import Request
+from openpendant.simplemsg.pendant.management.kinematics import Question
 from openpendant.simplemsg.verdicts import VerdictCode
 
 from ..programs.editing.program_tasks import Done, ProgramRefused, Task
@@ -310,8 +312,29 @@ class ReadBody:
     start: JointVector = ()
 
 
+@dataclass(frozen=True, slots=True)
+class KinematicsQuestion:
+    """Job: forward kinematics, a Jacobian or inverse kinematics; nothing moves.
+
+    Attributes:
+        session: the connection that asks; those of a server take turns.
+        start: (n,) the joint position that is asked about, or the seed.
+        frames: where the question names one that is not the robot's own, or a tool.
+        tool: the selected tool's centre point in the flange; None for the flange itself.
+        scene: where contacts are wanted.
+    """
+
+    job_id: int
+    session: int
+    asked: Question
+    start: JointVector
+    frames: FrameTree | None = field(default=None, repr=False)
+    tool: PoseGoal | None = None
+    scene: Scene | None = field(default=None, repr=False)
+
+
 MotionJob = PoseJob | JointPathJob | RosPathJob | BlockJob | RecordingJob
-Job = MotionJob | DryRunJob | WayCheckJob | ProgramJob | ReadBody
+Job = MotionJob | DryRunJob | WayCheckJob | ProgramJob | ReadBody | KinematicsQuestion
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -324,6 +347,17 @@ class BodyRead:
 
     operation: str
     asked: Request[Any] | Refusal
+
+
+@dataclass(frozen=True, slots=True)
+class KinematicsFound:
+    """Answer of a question on kinematics.
+
+    Attributes:
+        body: the reply, a JSON object; made where it was found, since it may be 40 kB.
+    """
+
+    body: str
 
 
 @dataclass(frozen=True, slots=True)
@@ -355,7 +389,7 @@ class PlanAnswer:
         result: of a motion, a trajectory with its certificate, or why there is none; of a dry
             run, its findings, or its progress; of a check of the remaining path, that it is free,
             or why not; of a task about a program, its result, or what is wrong with the program;
-            of a body, what was read.
+            of a body, what was read; of a question on kinematics, its reply.
         plan_time: wall time that planning took [s].
         playback: of a recording, what was asked and what is possible.
         took: from when a planning process was given the job to when its answer was read [s], which
@@ -372,6 +406,7 @@ class PlanAnswer:
         | Done
         | ProgramRefused
         | BodyRead
+        | KinematicsFound
     )
     plan_time: float
     playback: PlaybackPlan | None = None

@@ -25,10 +25,11 @@ from dataclasses import dataclass
 from functools import lru_cache, partial
 from typing import Any
 
-from ..access.arrivals import AcceptRate, AddressRates, FairQueue
+from ..access.arrivals import BURST, PER_SECOND, AddressRates, FairQueue
 from ..access.exposure import is_loopback, served_ports
 from ..access.lockout import source_of
 from ..access.places import MOST_STRANGERS, STRANGERS_OF_ADDRESS
+from ..access.token_bucket import TokenBucket
 from ..events.events import Port
 from ..settings.cell_settings import CellSettings
 
@@ -112,7 +113,7 @@ class Listening:
         """
         self._loop = asyncio.get_running_loop()
         self._by_address = by_address
-        self._rate = AcceptRate()
+        self._rate = TokenBucket(PER_SECOND, BURST)
         self._rates = AddressRates() if rates is None else rates
         self._is_gateway = is_gateway
         self._arrivals: FairQueue[_Arrival] = FairQueue()

@@ -30,6 +30,7 @@ from openpendant.server.store.documents import DocumentKind
 from openpendant.server.store.recording_format import Extract
 from openpendant.simplemsg.pendant import Motion
 from openpendant.simplemsg.pendant.management import statements
+from openpendant.simplemsg.pendant.management.kinematics import InverseKinematics
 from openpendant.simplemsg.pendant.management.program_values import (
     ArmConfiguration,
     PointPose,
@@ -128,6 +129,15 @@ JOBS: tuple[Any, ...] = (
     jobs.WayCheckJob(9, _START, b"positions", scene.Scene()),
     *(jobs.ProgramJob(10 + number, task) for number, task in enumerate(TASKS)),
     jobs.ReadBody(40, 3, b'{"op":"why"}', parse),
+    jobs.KinematicsQuestion(
+        41,
+        3,
+        InverseKinematics(pose={"position": (0.5, 0.25, 0.125)}, branches="all", scene=True),
+        _START,
+        FrameTree(),
+        jobs.PoseGoal((0.0, 0.0, 0.125), (0.0, 0.0, 0.0, 1.0)),
+        scene.Scene(),
+    ),
 )
 
 REQUESTS: tuple[Any, ...] = (

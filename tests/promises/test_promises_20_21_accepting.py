@@ -18,8 +18,10 @@ from promises.promise_table import figure
 from rigs.peers.server_clients import hello
 from rigs.processes.app_on_loop import app_on_loop, said, until
 
-from openpendant.server.access.arrivals import MOST_WAITING, AcceptRate
+from openpendant.server.access import arrivals
+from openpendant.server.access.arrivals import MOST_WAITING
 from openpendant.server.access.places import MOST_STOP_PLACES, place_refusal
+from openpendant.server.access.token_bucket import TokenBucket
 from openpendant.server.cli.serve import main
 from openpendant.server.settings.cell_settings import make_settings
 from openpendant.server.settings.config_file import ConfigurationError
@@ -44,7 +46,7 @@ START = 5_000_000_000
 
 @given(st.lists(st.integers(0, 60 * MS), min_size=1, max_size=300))
 def test_promise_20_no_window_has_more_than_the_burst_and_its_share(gaps: list[int]) -> None:
-    rate, now, taken = AcceptRate(), START, list[int]()
+    rate, now, taken = TokenBucket(arrivals.PER_SECOND, arrivals.BURST), START, list[int]()
     for gap in gaps:
         now += gap
         if not rate.take(now):
@@ -58,7 +60,7 @@ def test_promise_20_no_window_has_more_than_the_burst_and_its_share(gaps: list[i
 def test_promise_20_who_waits_as_long_as_told_is_taken_and_not_a_nanosecond_sooner(
     after: int,
 ) -> None:
-    rate = AcceptRate()
+    rate = TokenBucket(arrivals.PER_SECOND, arrivals.BURST)
     assert [rate.take(START) for _ in range(BURST)] == [0] * BURST
     now = START + after % INTERVAL
     wait = rate.take(now)

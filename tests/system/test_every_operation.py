@@ -201,6 +201,16 @@ async def devices(pendant: Pendant) -> None:
     await pendant.trace.clear()
 
 
+async def kinematics(pendant: Pendant) -> None:
+    calls = pendant.kinematics
+    at = await calls.fk(all_links=True)
+    assert len(pendant.joints()) == len((await calls.jacobian())["jacobian"][0])
+    pose: PlacedPose = {"position": at["position"], "orientation": at["orientation"]}
+    found = await calls.ik(pose, branches="all", scene=True)
+    assert found["total"] == len(found["solutions"])
+    assert await refused(calls.fk(frame="nowhere")) is V.UNKNOWN_FRAME
+
+
 async def accounts(pendant: Pendant, port: int) -> None:
     calls = pendant.users
     secret = "a long enough password"
@@ -232,6 +242,7 @@ PARTS = {
     ("tools",): tools,
     ("scene",): scene,
     ("signals", "robots", "trace"): devices,
+    ("kinematics",): kinematics,
 }
 ACCOUNTS = ("access", "users")
 

@@ -27,6 +27,7 @@ MODULES = (
     "ik",
     "planning",
     "programs",
+    "questions",
     "path_accuracy",
     "ticks",
     "cells",

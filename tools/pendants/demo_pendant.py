@@ -44,7 +44,7 @@ def live_table(state: State | None, joints: Sequence[JointFacts], doing: str) ->
     for index, joint in enumerate(joints):
         scale, unit = (180 / math.pi, "°") if joint["unit"] == "rad" else (1000.0, " mm")
         table.add_row(
-            *cells(joint["name"]),
+            *cells(joint.get("display_name") or joint["name"]),
             f"{state.positions[index] * scale:z9.2f}{unit}",
             f"{state.velocities[index] * scale:z9.2f}{unit}/s",
         )

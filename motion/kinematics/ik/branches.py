@@ -108,6 +108,22 @@ class BranchChoice:
             if any_fits:
                 return
 
+    def nearest_of_each(self, target: Array, wish: BranchPreference) -> Iterator[Sequence[float]]:
+        """Yield of every branch the revolution inside the limits that is nearest to the seed.
+
+        A spare joint has the first of its values for which there is any.
+
+        Args:
+            target: (4, 4) wanted tool placement in the base frame.
+        """
+        nearest = self._ranges.around(wish.seed).of
+        for preferred in self._preferences(wish.seed):
+            reached = self._form.branches(target, preferred).within(wish.gap)
+            fits = [nearest(_mapped(position, self._to_controller)) for position in reached]
+            yield from (fit[1] for fit in fits if fit is not None)
+            if any(fits):
+                return
+
     def _preferences(self, seed: Sequence[float]) -> Iterator[Sequence[float]]:
         """Yield chain-side values that free joints keep: the seed's, then others.
 

@@ -1,6 +1,6 @@
 """Inverse kinematics: a joint position that puts the tool at a pose.
 
-Owns the interface: the two functions, their defaults, and the answer. The effort of a search is
+Owns the interface: the three functions, their defaults, and the answer. The effort of a search is
 counted in restarts, so that the same query gets the same answer on any machine; time is only an
 outer limit. Every answer is checked again by forward kinematics and against the limits.
 """
@@ -11,6 +11,8 @@ import time
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
 
+import numpy as np
+
 from ...pose import Array, Pose
 from ..serial import Kinematics
 from .configuration import Configuration, configuration_of
@@ -19,6 +21,8 @@ from .levenberg_marquardt import Found
 
 POSITION_TOLERANCE = 1e-5  # m
 ROTATION_TOLERANCE = 1e-4  # rad
+
+_RESTARTS, _ITERATIONS = 50, 30
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -55,8 +59,8 @@ def solve(
     seed: Sequence[float] | Array,
     *,
     frame: str = "base",
-    restarts: int = 50,
-    iterations: int = 30,
+    restarts: int = _RESTARTS,
+    iterations: int = _ITERATIONS,
     time_cap: float | None = 5.0,
     random_seed: int = 0,
     position_tolerance: float = POSITION_TOLERANCE,
@@ -101,8 +105,8 @@ def solve_all(
     seed: Sequence[float] | Array,
     *,
     frame: str = "base",
-    restarts: int = 50,
-    iterations: int = 30,
+    restarts: int = _RESTARTS,
+    iterations: int = _ITERATIONS,
     time_cap: float | None = 5.0,
     random_seed: int = 0,
     position_tolerance: float = POSITION_TOLERANCE,
@@ -126,6 +130,67 @@ def solve_all(
         kinematics, target, frame, seed, configuration, tolerances, budget, _clock(time_cap)
     )
     return tuple(_solution(question, found) for found in question.every())
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Configurations:
+    """Answers to one pose, an answer for each configuration of the arm, or each of its turns.
+
+    Attributes:
+        listed: answers, the nearest to the seed first, at most as many as were asked for.
+        numbers: the configuration of each, from 1, the one nearest to the seed first.
+        total: how many answers there are.
+    """
+
+    listed: tuple[Solution, ...]
+    numbers: tuple[int, ...]
+    total: int
+
+
+def solve_configurations(
+    kinematics: Kinematics,
+    target: Pose,
+    seed: Sequence[float] | Array,
+    *,
+    frame: str = "base",
+    most: int,
+    in_every_turn: bool = False,
+    restarts: int = _RESTARTS,
+    random_seed: int = 0,
+    time_cap: float | None = 5.0,
+) -> Configurations:
+    """Return an answer of each configuration, in the turn nearest to the seed or in every turn.
+
+    Two answers are of one configuration if they differ by full revolutions only. Takes a small part
+    of the time of `solve_all` where an arm has many turns.
+
+    Args:
+        most: answers to list, and to check by forward kinematics, of all that there are.
+        restarts: random restarts, of an arm without a closed form.
+        random_seed: the same number gives the same answers.
+        time_cap: greatest duration [s] whatever the budget; None for no limit.
+
+    Raises:
+        MotionError: as of `solve`; otherwise there is at least one answer.
+    """
+    budget = Budget(restarts, _ITERATIONS, random_seed, time_cap)
+    tolerances = (POSITION_TOLERANCE, ROTATION_TOLERANCE)
+    question = IkProblem(
+        kinematics, target, frame, seed, None, tolerances, budget, _clock(time_cap)
+    )
+    found = question.configurations()
+    if not in_every_turn:
+        listed = found[:most]
+        numbers = tuple(range(1, len(listed) + 1))
+        return Configurations(_solutions(question, listed), numbers, len(found))
+    turned = question.in_every_turn(found)
+    listed = [question.placed(np.array(position)) for _, position in turned[:most]]
+    numbers = tuple(place + 1 for place, _ in turned[:most])
+    return Configurations(_solutions(question, listed), numbers, len(turned))
+
+
+def _solutions(question: IkProblem, found: Sequence[Found]) -> tuple[Solution, ...]:
+    return tuple(_solution(question, each) for each in found)
 
 
 def _clock(time_cap: float | None) -> Callable[[], bool]:

@@ -10,19 +10,22 @@ Knows no clock: a function tells it that the time is over.
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from functools import cached_property
-from typing import NamedTuple
+from typing import NamedTuple, TypeAlias
 
 import numpy as np
 
 from ...errors import BadArgument, MotionError, PoseUnreachable, WrongJointCount
 from ...pose import Array, Pose
 from ..serial import Kinematics
-from .branches import BranchChoice, BranchPreference, Offer
+from .branches import BranchPreference, Offer
 from .configuration import Configuration
 from .ik_context import arm_of
 from .levenberg_marquardt import DampedSearch, Found, rotation_angle
+
+_Offered: TypeAlias = Callable[[Array, BranchPreference], Iterator[Sequence[float]]]
+"""Returns (n,) positions of a closed form for a (4, 4) target."""
 
 
 class Budget(NamedTuple):
@@ -52,6 +55,13 @@ _POLISHED = 1e-8  # m or rad: a closed-form answer with a greater error is impro
 _MISSES_TRIED = 4
 _GREATEST_CHORD = math.sqrt(8.0)  # Frobenius distance of rotations that are π apart
 _SAME = 1e-6  # rad or m: answers nearer than this are one
+
+
+def _differ_by_turns(kinematics: Kinematics, position: Array, other: Array) -> bool:
+    """Return True if two (n,) joint positions are the same one but for full revolutions."""
+    apart = np.abs(position - other)
+    turned = np.abs(apart - 2.0 * math.pi * np.round(apart / (2.0 * math.pi)))
+    return bool((np.where(kinematics.turning, turned, apart) < _SAME).all())
 
 
 class IkProblem:
@@ -114,9 +124,46 @@ class IkProblem:
 
     def every(self) -> list[Found]:
         """Return all answers, at least one, the nearest to the seed first."""
-        distance = self.arm.ranges.distance
         choice = self.arm.choice
-        answers = self._every_by_formula(choice) if choice else self._every_by_search()
+        return self._ordered(self._verified_of(choice.every) if choice else self._every_by_search())
+
+    def configurations(self) -> list[Found]:
+        """Return one answer of each configuration, at least one, the nearest to the seed first.
+
+        Each is in the revolution that is nearest to the seed.
+        """
+        choice = self.arm.choice
+        answers = self._verified_of(choice.nearest_of_each) if choice else self._every_by_search()
+        different: list[Found] = []
+        for found in self._ordered(answers):
+            position = found.joint_position
+            if not any(
+                _differ_by_turns(self.kinematics, position, each.joint_position)
+                for each in different
+            ):
+                different.append(found)
+        return different
+
+    def in_every_turn(self, answers: Sequence[Found]) -> list[tuple[int, tuple[float, ...]]]:
+        """Return answers in every revolution inside the limits, the nearest to the seed first.
+
+        They need no check: a full revolution leaves the tool where it was.
+
+        Returns:
+            The place of each among the answers, and the (n,) position.
+        """
+        ranges = self.arm.ranges
+        turned = [
+            (place, position)
+            for place, found in enumerate(answers)
+            for position in ranges.every(found.joint_position.tolist())
+        ]
+        turned.sort(key=lambda pair: ranges.distance(pair[1], self.seed))
+        return turned
+
+    def _ordered(self, answers: Iterable[Found]) -> list[Found]:
+        """Return what is different of answers, the nearest to the seed first; the best for none."""
+        distance = self.arm.ranges.distance
         different: dict[tuple[int, ...], tuple[float, Found]] = {}
         for found in answers:
             values = found.joint_position.tolist()
@@ -163,7 +210,7 @@ class IkProblem:
         """Return the reason why the only offer of a closed form is none."""
         if offer.outside is not None:
             return offer.outside
-        miss = offer.miss and self._placed(np.array(offer.miss))
+        miss = offer.miss and self.placed(np.array(offer.miss))
         return self._unreachable(miss or None)
 
     def _between(self, refused: list[Offer]) -> Found | None:
@@ -201,8 +248,8 @@ class IkProblem:
             if found := self.search.from_random(random):
                 yield found
 
-    def _every_by_formula(self, choice: BranchChoice) -> Iterator[Found]:
-        for position in choice.every(self.target, self._wish()):
+    def _verified_of(self, offered: _Offered) -> Iterator[Found]:
+        for position in offered(self.target, self._wish()):
             if found := self._verified(position):
                 yield found
 
@@ -217,7 +264,7 @@ class IkProblem:
 
     def _verified(self, position: Sequence[float]) -> Found | None:
         """Check a closed-form answer by forward kinematics, and improve it if it is inexact."""
-        found = self._placed(np.array(position))
+        found = self.placed(np.array(position))
         if found.position_error <= _POLISHED and found.rotation_error <= _POLISHED:
             return found
         found = self.search.measured(found.joint_position)
@@ -225,7 +272,7 @@ class IkProblem:
             found = min(found, polished, key=self.search.score)
         return found if self.search.suffices(found) else None
 
-    def _placed(self, joint_position: Array) -> Found:
+    def placed(self, joint_position: Array) -> Found:
         """Return a closed-form answer with its errors by forward kinematics.
 
         Rotations an angle θ apart differ by √8 |sin θ/2| in the Frobenius norm, which gives small

@@ -50,6 +50,7 @@ from ...events.effects import Close, Effect, Send, WithdrawCheck
 from ...events.management_requests import ReplyTo, handles
 from ...events.pending import Pending
 from ...events.replies import NAME_BYTES, claimed, cut, verdict
+from ...kinematics.question_rates import QuestionRates
 from ...refusal import Refusal
 from ...settings.cell_settings import CellSettings
 from .connection_requests import ConnectionRequests
@@ -81,6 +82,7 @@ class CoreAccess:
         chooser: where pairing codes come from.
         numbers: of changes of accounts.
         lobby: the cells that share all this.
+        questions: how often connections of all cells may ask about kinematics.
     """
 
     login: Admission = field(default_factory=_single_user)
@@ -88,6 +90,7 @@ class CoreAccess:
     chooser: Chooser = field(default_factory=random.SystemRandom)
     numbers: Iterator[int] = field(default_factory=partial(count, 1))
     lobby: CellLobby = field(default_factory=CellLobby)
+    questions: QuestionRates = field(default_factory=QuestionRates)
 
 
 Regranted = Callable[[int, int], list[Effect]]

@@ -403,7 +403,7 @@ class EscapeRequests:
     def _hold(self, way: EscapeDirection, back: WayReport | None) -> HoldReport:
         ways = [] if back is None else [back]
         if way.rates is not None:
-            ways.append(_joint_keys(way.rates))
+            ways.append(_joint_keys(way.rates, self._cell.limits))
         text = _told(way, self._cell.limits)
         return HoldReport(reason=way.cause.reason, text=text, ways=tuple(ways))
 
@@ -420,10 +420,9 @@ class EscapeRequests:
         return _tool_key(values, pressed) if is_out else None
 
 
-def _joint_keys(values: tuple[float, ...]) -> WayReport:
-    named = " and ".join(
-        f"joint {joint + 1} towards {_sign(value)}" for joint, value in enumerate(values) if value
-    )
+def _joint_keys(values: tuple[float, ...], limits: JointLimits) -> WayReport:
+    keys = zip(limits.display_names, values, strict=True)
+    named = " and ".join(f"{name} towards {_sign(value)}" for name, value in keys if value)
     return WayReport(press=named, space=JogSpace.JOINTS, frame="", values=values)
 
 
@@ -447,7 +446,7 @@ def _told(way: EscapeDirection, limits: JointLimits) -> str:
     if cause.joint >= 0:
         unit = limits.unit(cause.joint)
         at, limit = f"{cause.value:.4f} {unit}", f"{cause.limit:g} {unit}"
-        return f"joint {cause.joint + 1} stands at {at}, its limit is {limit}"
+        return f"{limits.display_names[cause.joint]} stands at {at}, its limit is {limit}"
     name = f"the {way.singularity} singularity" if way.singularity else "a singularity"
     if way.rates is None:
         return f"it stands at {name}; a motion of the joints leads out, such as to home"

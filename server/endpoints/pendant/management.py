@@ -53,6 +53,8 @@ class JointDescription(JsonBody):
     upper: float
     velocity: float
     acceleration: float
+    display_name: str = ""
+    """What people call it: Base, Lower-Arm, ..."""
 
 
 class OwnerDescription(JsonBody):
@@ -178,6 +180,7 @@ def _joints(limits: JointLimits) -> tuple[JointDescription, ...]:
             upper=limits.upper[index],
             velocity=limits.velocity[index],
             acceleration=limits.acceleration[index],
+            display_name=limits.display_names[index],
         )
         for index in range(limits.dof)
     )
@@ -244,7 +247,9 @@ class ManagementRequests:
         self._access = access
         self._environment = environment
         self._authority = AuthorityNeed(cell, programs.executor, environment)
-        services = () if environment is None else (environment.service, environment.recordings)
+        services: tuple[object, ...] = ()
+        if environment is not None:
+            services = environment.service, environment.recordings, environment.kinematics
         self._handlers = handlers_of(self, access, access.connections, retreats, *services) | dict(
             programs.handlers
         )
@@ -287,7 +292,8 @@ class ManagementRequests:
         """Return who asks, under the name that stands beside what it saves."""
         listener = self._listeners[session]
         name = unicodedata.normalize("NFC", listener.holder.client).strip() or f"session {session}"
-        return ReplyTo(session, message.request_id, name, listener.version)
+        in_full = self._cell.joint_names.in_full
+        return ReplyTo(session, message.request_id, name, listener.version, in_full)
 
     # The cell as a whole.
 

@@ -81,7 +81,7 @@ from ...events.management_requests import (
     parse,
 )
 from ...events.pending import Pending
-from ...events.replies import sent_away, verdict
+from ...events.replies import in_words, sent_away, verdict
 from ...programs.execution.program_run import BareEnvironment
 from ...programs.program_service import ProgramService
 from ...refusal import Refusal
@@ -104,6 +104,9 @@ with a verdict among it where none comes with a cell event."""
 
 _Request = Callable[[int, Any, int], _Answered]
 """Answers a request of a session at a time [ns]."""
+
+_IN_WORDS = frozenset({Verdict, Outcome})
+"""Messages whose text may name a joint, and whose code may be a newer one."""
 
 _Topic = Callable[[int, Any, int], list[Effect] | None]
 """Takes a message that has no answer, of a session at a time [ns]; returns what follows."""
@@ -141,6 +144,7 @@ class PendantEndpoint:
             identity, cell.limits.dof, settings, listeners, self.access, offers
         )
         self._declarations = Declarations(cell, listeners, self.access)
+        self._kinematics = None if environment is None else environment.kinematics
         self._motions = PendantMotions(cell, robot)
         self._jogs = JogRequests(cell, settings.jog, robot, listeners.older)
         self.programs = ProgramService(
@@ -219,6 +223,8 @@ class PendantEndpoint:
         self._cell.modes.forget(session)
         change = self._cell.authority.release(session, AuthorityReason.CONNECTION_LOST)
         out = self._cell.authority_gone(change, now)
+        if self._kinematics is not None:
+            out = [*out, *self._kinematics.closed(session)]
         return [*out, *self.access.closed(session, now), *self._bodies.closed(session)]
 
     def regranted(self, session: int, now: int) -> list[Effect]:
@@ -240,18 +246,32 @@ class PendantEndpoint:
         if session in self._listeners:
             self._listeners[session].dropped += 1
 
-    def as_known(self, effects: list[Effect]) -> list[Effect]:
-        """Tell connections of version 2 codes that they know, each with its true text."""
-        return [self._as_known(each) for each in effects] if self._listeners.older else effects
+    def as_told(self, effects: list[Effect]) -> list[Effect]:
+        """Put what leaves in the words of who gets it: codes that he knows, joints by their names.
 
-    def _as_known(self, effect: Effect) -> Effect:
+        Connections of version 2 are told codes that they know, each with its true text.
+        """
+        told = effects
+        for place, each in enumerate(effects):
+            # Few effects have words, and each packet comes by here.
+            if isinstance(each, Then) or (
+                isinstance(each, Send) and type(each.message) in _IN_WORDS
+            ):
+                if told is effects:
+                    told = effects.copy()
+                told[place] = self._as_told(each)
+        return told
+
+    def _as_told(self, effect: Effect) -> Effect:
         match effect:
-            case Send(session=session, message=Verdict() | Outcome() as told):
-                code = in_version_2(told.code)
-                if code != told.code and session in self._listeners.older:
-                    return Send(session, replace(told, code=code))
+            case Send(session=session, message=Verdict() | Outcome() as told) if told.code:
+                is_older = session in self._listeners.older
+                code = in_version_2(told.code) if is_older else told.code
+                text = in_words(told.text, self._cell.joint_names.in_full)
+                if (code, text) != (told.code, told.text):
+                    return Send(session, replace(told, code=code, text=text))
             case Then(step=step):
-                return Then(lambda: self.as_known(step()))
+                return Then(lambda: self.as_told(step()))
         return effect
 
     # Messages.

@@ -16,6 +16,8 @@ spoils no other. A job that nobody waits for any more leaves the queue. Where a 
 it already, its cell gets no other meanwhile; and where others wait, the process is replaced soon.
 So a cell that asks for long plans and drops them delays the others by about 1 s, not by the
 duration of a plan; only long plans that somebody waits for can do that.
+
+Questions on kinematics are never among these jobs: `question_pool` has a process of their own.
 """
 
 from __future__ import annotations
@@ -25,9 +27,10 @@ from collections import deque
 from collections.abc import Collection, Iterable, Sequence
 from itertools import chain, count, islice, repeat
 
-from ..jobs import Deliver, Job, PlanTask, ReadBody, WayCheckJob
+from ..jobs import Deliver, Job, KinematicsQuestion, PlanTask, ReadBody, WayCheckJob
 from .forked_child import ForkedChild
 from .planning_process import PlanningProcess
+from .question_pool import QuestionPool
 
 
 class JobQueue:
@@ -151,6 +154,7 @@ class PlanningPool:
         kinds, wanted = processes_for(robots)
         self._numbers = count(1)
         self._waiting = JobQueue()
+        self._questions = QuestionPool(kinds)
         self._processes = [
             PlanningProcess(kinds, self.hand_out, child)
             for child in islice(chain(begun, repeat(None)), wanted)
@@ -162,12 +166,15 @@ class PlanningPool:
 
     def submit(self, task: PlanTask) -> None:
         """Plan a job when its cell's turn has come and a process is free."""
+        if isinstance(task.job, KinematicsQuestion):
+            self._questions.submit(task)
+            return
         self._waiting.put(task)
         self.hand_out()
 
     def withdraw(self, cell: int, job_id: int) -> None:
         """Withdraw a job; it is not answered any more."""
-        if not self._waiting.withdraw(cell, job_id):
+        if not (self._questions.withdraw(cell, job_id) or self._waiting.withdraw(cell, job_id)):
             for process in self._processes:
                 process.withdraw(cell, job_id)
 
@@ -195,6 +202,7 @@ class PlanningPool:
         async with asyncio.TaskGroup() as group:
             for process in self._processes:
                 group.create_task(process.keep_up())
+            group.create_task(self._questions.keep_up())
 
 
 class CellPlanner:

@@ -91,13 +91,20 @@ class PlanningProcess:
         robots: Sequence[str],
         on_change: Callable[[], None],
         begun: StartedChild | None = None,
+        *,
+        name: str = "planning",
+        longest: float | None = None,
     ) -> None:
         """Make a planner for some robots; `keep_up` starts its process.
 
         Args:
             on_change: called when it became free, or went down.
             begun: its first process, which runs already; it starts one where left out.
+            name: of what it is for, in the log.
+            longest: the process is ended where a job takes longer [s], once it is warm; 30 s where
+                left out.
         """
+        self._name, self._longest = name, longest
         self.is_down = False
         self.is_warm = False
         self._robots = robots
@@ -137,11 +144,11 @@ class PlanningProcess:
             self._process.stdin.write(head)
         except (OSError, RuntimeError) as error:
             # What uvloop does where asyncio drops the bytes: the input is closed.
-            log.error("the planning process takes no job: %s", error)
+            log.error("the %s process takes no job: %s", self._name, error)
             _kill(self._process)
             return False
         loop = asyncio.get_running_loop()
-        timer = loop.call_later(_LONGEST_PLAN, self._give_up, task)
+        timer = loop.call_later(self._most_time, self._give_up, task)
         self._in_hand = TaskInHand(task, timer, loop.time())
         if pieces:
             self._writing = asyncio.ensure_future(self._write_rest(self._process, pieces))
@@ -160,13 +167,30 @@ class PlanningProcess:
                 # A drain where nothing is waited for is no turn of the loop.
                 await asyncio.sleep(0)
         except (OSError, RuntimeError) as error:
-            log.error("the planning process does not take all of a job: %s", error)
+            log.error("the %s process does not take all of a job: %s", self._name, error)
             _kill(process)
 
     def _give_up(self, task: PlanTask) -> None:
         """End a process that has not answered for too long; `keep_up` starts another."""
-        log.error("planning job %d took more than %g s", task.job.job_id, _LONGEST_PLAN)
+        log.error("%s job %d took more than %g s", self._name, task.job.job_id, self._most_time)
         self._doom()
+
+    @property
+    def _most_time(self) -> float:
+        """Longest that a job may take now [s]: one that gets warm needs time for that first."""
+        if self._longest is None or not self.is_warm:
+            return _LONGEST_PLAN
+        return self._longest
+
+    def _became_warm(self) -> None:
+        """Begin to count the time of a job that was given before."""
+        self.is_warm = True
+        in_hand = self._in_hand
+        if in_hand is not None and self._longest is not None:
+            in_hand.timer.cancel()
+            loop = asyncio.get_running_loop()
+            in_hand.timer = loop.call_later(self._longest, self._give_up, in_hand.task)
+        self._be_patient()
 
     def _doom(self) -> None:
         """End the process, and give it no job until another runs."""
@@ -201,7 +225,9 @@ class PlanningProcess:
         if in_hand is None or not in_hand.is_overdue or self._is_doomed:
             return
         job_id = in_hand.task.job.job_id
-        log.warning("planning job %d was withdrawn and goes on; its process is replaced", job_id)
+        log.warning(
+            "%s job %d was withdrawn and goes on; its process is replaced", self._name, job_id
+        )
         self._doom()
 
     async def keep_up(self) -> None:
@@ -210,10 +236,10 @@ class PlanningProcess:
         while True:
             try:
                 await self._run_once()
-                log.error("the planning process ended; starting another")
+                log.error("the %s process ended; starting another", self._name)
             except OSError as error:
                 # Out of memory or processes, for example: retried, as the server serves without it.
-                log.error("the planning process failed, trying again: %s", error)
+                log.error("the %s process failed, trying again: %s", self._name, error)
             finally:
                 # One that was warm is back at once, and jobs may wait for that.
                 was_warm, self.is_warm, self.is_down = self.is_warm, False, not self.is_warm
@@ -249,8 +275,7 @@ class PlanningProcess:
             except asyncio.IncompleteReadError:
                 return
             if planned is None:
-                self.is_warm = True
-                self._be_patient()
+                self._became_warm()
                 continue
             in_hand, self._in_hand = self._in_hand, None
             assert in_hand is not None

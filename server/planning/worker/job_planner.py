@@ -13,7 +13,7 @@ from __future__ import annotations
 import time
 from collections.abc import Sequence
 from dataclasses import replace
-from functools import cache, lru_cache
+from functools import cache, lru_cache, partial
 
 import numpy as np
 
@@ -43,6 +43,7 @@ from ..jobs import (
     Job,
     JointPathJob,
     JointVector,
+    KinematicsQuestion,
     PathFree,
     PlanAnswer,
     PlaybackPlan,
@@ -57,6 +58,7 @@ from ..jobs import (
 )
 from .block_planning import check_running, collision_on, plan_block_job
 from .dry_run_planning import DryRuns, shortened
+from .kinematics_answers import answer_kinematics
 from .recording_planning import RecordingUnplayable, plan_recording
 
 
@@ -137,6 +139,9 @@ def answer(robot: str, job: Job) -> PlanAnswer:
         read = BodyRead(*job.read(job.body))
         return PlanAnswer(job.job_id, read, time.perf_counter() - started)
     kinematics = kinematics_of(robot)
+    if isinstance(job, KinematicsQuestion):
+        told = answer_kinematics(kinematics, partial(_tooled, robot), job)
+        return PlanAnswer(job.job_id, told, time.perf_counter() - started)
     if isinstance(job, DryRunJob):
         found = _dry_runs.slice(kinematics, job, lambda: time.perf_counter() - started > _SLICE)
         if isinstance(found, DryRunFound):

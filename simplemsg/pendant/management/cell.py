@@ -20,6 +20,7 @@ class JointFacts(TypedDict):
         upper: upper limit [rad or m].
         velocity: greatest speed [rad/s or m/s].
         acceleration: greatest acceleration [rad/s² or m/s²].
+        display_name: what people call it, as on a pendant's keys.
     """
 
     name: str
@@ -28,6 +29,7 @@ class JointFacts(TypedDict):
     upper: float
     velocity: float
     acceleration: float
+    display_name: NotRequired[str]
 
 
 class Owner(TypedDict):
@@ -280,8 +282,8 @@ class WayOut(TypedDict):
     """One key that leads out, or two or three to be held together.
 
     Attributes:
-        press: the name, as `joint 3 towards -`, `tool Z+ in base`, or
-            `joint 3 towards + and joint 5 towards -`.
+        press: the name, as `Upper-Arm towards -`, `tool Z+ in base`, or
+            `Upper-Arm towards + and Wrist-Pitch towards -`.
         space: 1 joints, 2 tool.
         frame: of a tool key; empty for joints.
         values: parts of the jog speed, one per joint, or along and about the frame's axes.

@@ -1,5 +1,6 @@
 import csv
 import json
+import math
 from pathlib import Path
 
 import numpy as np
@@ -50,6 +51,17 @@ def test_the_table_names_the_unit_of_every_joint(capsys: Capture) -> None:
     assert "[s]" in told
     assert told.count("[mm]") == sum(limits.prismatic) == 1
     assert told.count("[°]") == limits.dof - 1
+
+
+@pytest.mark.parametrize(("names", "shown"), [("display", "Upper-Arm"), ("file", "elbow_joint")])
+def test_the_table_names_joints_as_asked_for(capsys: Capture, names: str, shown: str) -> None:
+    goal = [math.degrees(value) for value in serial_robot("ur5").home]
+    goal[0] += 5.0
+    told = ("--robot", "ur5", "--goal", json.dumps(goal), "--degrees", "--names", names)
+    assert main(told) == 0
+    table = capsys.readouterr().out
+    assert shown.partition("_")[0] in table
+    assert ("Base" in table) == (names == "display")
 
 
 def test_every_output_holds_every_sample(capsys: Capture, scene: list[str], tmp_path: Path) -> None:

@@ -1,3 +1,4 @@
+import ast
 import json
 import math
 import re
@@ -14,6 +15,7 @@ from rigs.motion.robot_families import one_of_each_family
 from openpendant.motion.cli.robots import main
 from openpendant.motion.description.robot import robot_names
 from openpendant.motion.description.yaml_file import read_mapping
+from openpendant.motion.kinematics.ik.singularity import dexterity
 from openpendant.motion.kinematics.serial import Kinematics
 from openpendant.tools.console import ExitCode
 
@@ -54,7 +56,13 @@ def test_fk_prints_the_pose_as_one_json_line(capsys: Capture) -> None:
     home = serial_robot("ur5").home_position
     pose = arm("ur5").forward(home)
     told = {"xyz": pose.position.tolist(), "quat": pose.quaternion.tolist(), "frame": "base"}
-    assert answer(capsys, "fk", "ur5", "--joints", HOME_UR5) == told
+    found = answer(capsys, "fk", "ur5", "--joints", HOME_UR5)
+    assert {name: found[name] for name in told} == told
+    assert list(found)[:3] == list(told)
+    assert {*found} - {*told} == {
+        *("position", "orientation", "matrix", "rpy", "rpy_unique", "axis_angle"),
+        *("configuration", "limits"),
+    }
 
 
 def test_fk_of_a_coupled_robot_takes_the_files_angles_unless_told(capsys: Capture) -> None:
@@ -156,7 +164,7 @@ def test_no_page_prints_a_zero_with_a_sign(capsys: Capture, tmp_path: Path) -> N
 def test_show_prints_degrees_and_millimetres(capsys: Capture) -> None:
     assert main(["show", "abb_irb2400"]) == 0
     shown = capsys.readouterr().out
-    for part in ("IRB 2400/10", "1550 mm", "-60.00°", "705", "joint_3 + joint_2"):
+    for part in ("IRB 2400/10", "1550 mm", "-60.00°", "705", "Upper-Arm + Lower-Arm"):
         assert part in shown
 
 
@@ -297,6 +305,135 @@ def test_what_a_robot_cannot_do_is_refused_in_words(
     assert [part for part in parts if part not in line] == []
 
 
+def test_show_names_joints_as_in_the_file_where_asked_for(capsys: Capture) -> None:
+    assert main(["show", "abb_irb2400", "--names", "file"]) == 0
+    shown = capsys.readouterr().out
+    assert "joint_3 + joint_2" in shown
+    assert "Upper-Arm" not in shown
+
+
+def test_show_says_where_the_roboanalyzer_has_another_payload(capsys: Capture) -> None:
+    assert main(["show", "abb_irb2400"]) == 0
+    assert "payload 20 kg, ours 12 kg" in " ".join(capsys.readouterr().out.split())
+    theirs = answer(capsys, "show", "abb_irb2400", "--json")["facts"]["specs"]["vrm"]
+    assert theirs == {
+        "payload_kg": 20.0,
+        "weight_kg": 380.0,
+        "differences": ["payload 20 kg, ours 12 kg"],
+    }
+
+
+def test_degrees_are_taken_for_angles_and_metres_stay(capsys: Capture) -> None:
+    home = (*(math.degrees(value) for value in serial_robot("ur5").home),)
+    by_degrees = answer(capsys, "fk", "ur5", "--degrees", "--joints", json.dumps(home))
+    assert by_degrees["xyz"] == pytest.approx(answer(capsys, *FK_HOME)["xyz"], abs=1e-12)
+    rail = answer(capsys, "fk", "rail_kr5_arc", "--joints", "[0.5,0.1,-1.5,1.5,0,1.5,0]")
+    turned = [0.5, *map(math.degrees, (0.1, -1.5, 1.5, 0.0, 1.5, 0.0))]
+    again = answer(capsys, "fk", "rail_kr5_arc", "--degrees", "--joints", json.dumps(turned))
+    assert again["xyz"] == pytest.approx(rail["xyz"], abs=1e-12)
+
+
+FK_HOME = ("fk", "ur5", "--joints", HOME_UR5)
+
+
+@pytest.mark.parametrize("degrees", [False, True])
+def test_a_pose_may_have_roll_pitch_and_yaw(capsys: Capture, degrees: bool) -> None:
+    found = answer(capsys, *FK_HOME)
+    rpy = [math.degrees(angle) for angle in found["rpy"]] if degrees else found["rpy"]
+    pose = json.dumps({"xyz": found["xyz"], "rpy": rpy})
+    options = ("--degrees",) if degrees else ()
+    joints = answer(capsys, "ik", "ur5", "--pose", pose, *options)["joints"]
+    assert joints == pytest.approx(serial_robot("ur5").home, abs=1e-5)
+
+
+def test_ik_all_turns_has_each_full_turn_inside_the_limits(capsys: Capture) -> None:
+    pose = json.dumps(answer(capsys, "fk", "ur5", "--joints", "[0.1,-1.2,1.3,-1.4,-1.5,0.6]"))
+    told = {}
+    for options in (("--all",), ("--all", "--turns"), ("--turns",)):
+        assert main(["ik", "ur5", "--pose", pose, *options]) == 0
+        told[options] = [json.loads(line) for line in capsys.readouterr().out.splitlines()]
+    assert told["--all", "--turns"] == told["--turns",]
+    branches = [each["branch"] for each in told["--all",]]
+    assert branches == list(range(1, 9))
+    assert {each["branch"] for each in told["--turns",]} == {*branches}
+    # Five of its joints turn twice, of which each answer has either full turn.
+    assert len(told["--turns",]) == 8 * 2**5
+
+
+def test_the_jacobian_is_that_of_the_library(capsys: Capture) -> None:
+    home = serial_robot("ur5").home_position
+    told = answer(capsys, "jacobian", "ur5", "--joints", HOME_UR5)
+    assert told["jacobian"] == arm("ur5").jacobian(home).tolist()
+    assert (told["order"], told["frame"]) == ("linear-first", "base")
+    about = dexterity(arm("ur5"), home)
+    assert (told["condition"], told["manipulability"]) == (about.condition, about.manipulability)
+    in_root = answer(capsys, "jacobian", "ur5", "--joints", HOME_UR5, "--frame", "root")
+    assert in_root["jacobian"] == arm("ur5").jacobian(home, "root").tolist()
+
+
+def on_a_terminal(monkeypatch: pytest.MonkeyPatch, capsys: Capture, *argv: str) -> str:
+    monkeypatch.setattr("sys.stdout.isatty", lambda: True)
+    monkeypatch.setenv("COLUMNS", "200")
+    assert main(argv) == 0
+    return capsys.readouterr().out
+
+
+FORMS = [("matrix", "matrix"), ("rpy", "roll"), ("quat", "quaternion")]
+
+
+@pytest.mark.parametrize(("form", "word"), FORMS)
+def test_on_a_terminal_fk_prints_the_form_that_was_asked_for(
+    monkeypatch: pytest.MonkeyPatch, capsys: Capture, form: str, word: str
+) -> None:
+    shown = on_a_terminal(monkeypatch, capsys, *FK_HOME, "--as", form)
+    assert [each for _, each in FORMS if each in shown] == [word]
+    shown = on_a_terminal(monkeypatch, capsys, *FK_HOME)
+    assert [each for _, each in FORMS if each in shown] == [each for _, each in FORMS]
+
+
+def test_on_a_terminal_the_matrix_is_python_and_right(
+    monkeypatch: pytest.MonkeyPatch, capsys: Capture
+) -> None:
+    shown = on_a_terminal(monkeypatch, capsys, *FK_HOME, "--as", "matrix")
+    block = shown.partition("matrix, lengths in m\n")[2]
+    expected = arm("ur5").forward(serial_robot("ur5").home_position).to_matrix()
+    assert np.array(ast.literal_eval(block)) == pytest.approx(expected, abs=5e-10)
+    assert "e-" not in shown
+
+
+def test_on_a_terminal_a_right_angle_is_one(
+    monkeypatch: pytest.MonkeyPatch, capsys: Capture
+) -> None:
+    shown = on_a_terminal(monkeypatch, capsys, *FK_HOME, "--as", "rpy")
+    assert "roll 180  pitch 0  yaw 90 deg" in shown
+    assert "x -486.9  y -109.15  z 431.859 mm" in shown
+
+
+def test_on_a_terminal_answers_and_jacobian_are_tables(
+    monkeypatch: pytest.MonkeyPatch, capsys: Capture
+) -> None:
+    pose = json.dumps(answer(capsys, *FK_HOME))
+    shown = on_a_terminal(monkeypatch, capsys, "ik", "ur5", "--pose", pose, "--all")
+    assert "Upper-Arm °" in shown
+    assert "front up flip" in shown
+    assert "front down" in shown
+    shown = on_a_terminal(monkeypatch, capsys, "jacobian", *FK_HOME[1:], "--names", "file")
+    assert "wrist_3_joint" in shown
+    assert "nearest singularity: shoulder, 486.9 mm away" in shown
+
+
+LEGS_AT_HOME = [packaged("stewart_classroom")["leg"]["home_length"]] * 6
+
+
+@pytest.mark.parametrize("name", ["ur5", "stewart_classroom"])
+def test_json_is_printed_on_a_terminal_too_where_asked_for(
+    monkeypatch: pytest.MonkeyPatch, capsys: Capture, name: str
+) -> None:
+    joints = HOME_UR5 if name == "ur5" else json.dumps(LEGS_AT_HOME)
+    shown = on_a_terminal(monkeypatch, capsys, "fk", name, "--joints", joints, "--json")
+    assert json.loads(shown)["frame"] == "base"
+
+
 def test_ik_all_prints_every_branch_once_and_the_nearest_first(capsys: Capture) -> None:
     pose = answer(capsys, "fk", "abb_irb2400", "--joints", "[0.1,0.2,0.3,0.4,0.5,0.6]")
     assert main(["ik", "abb_irb2400", "--pose", json.dumps(pose), "--all"]) == 0
@@ -304,7 +441,8 @@ def test_ik_all_prints_every_branch_once_and_the_nearest_first(capsys: Capture) 
     near = answer(capsys, "ik", "abb_irb2400", "--pose", json.dumps(pose))
     assert answers[0] == near
     flags = [json.dumps(each["configuration"], sort_keys=True) for each in answers]
-    assert len(set(flags)) == len(flags) > 2
+    assert len(set(flags)) == len(flags) == 2
+    assert [each["branch"] for each in answers] == [1, 2]
     for each in answers:
         again = answer(capsys, "fk", "abb_irb2400", "--joints", json.dumps(each["joints"]))
         assert again["xyz"] == pytest.approx(pose["xyz"], abs=1e-5)

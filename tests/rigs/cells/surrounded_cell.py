@@ -57,7 +57,9 @@ class SurroundedCell:
         self.mathematics = RobotKinematics(robot())
         self.cell = RobotCell(settings, robot().limits, self._news, self.pending, self.mathematics)
         self.around = CellEnvironment(self.cell, self.mathematics, self.pending, settings, "ur5")
-        self._handlers = handlers_of(self.around.service, self.around.recordings)
+        self._handlers = handlers_of(
+            self.around.service, self.around.recordings, self.around.kinematics
+        )
         self.store = open_store(folder / "store.db", wall_clock=noon)
         self.refuse_with: StoreError | None = None
         self.answers: list[tuple[bool, dict[str, Any]]] = []

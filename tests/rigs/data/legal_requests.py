@@ -103,6 +103,7 @@ _FRAMES, _TOOLS, _SCENE = DocumentKind.FRAMES, DocumentKind.TOOLS, DocumentKind.
 _PROGRAM, _RECORDING = DocumentKind.PROGRAM, DocumentKind.RECORDING
 _numbers = count(10)
 _POSE = {"position": [0.1, 0.2, 0.3], "orientation": [0.0, 0.0, 0.0, 1.0]}
+_REACHED = {"position": [0.4, 0.1, 0.3], "orientation": [0.0, 1.0, 0.0, 0.0]}
 _BOX = {"type": "box", "size": [0.1, 0.1, 0.1]}
 HOME = (0.0, -1.5, 1.5, -1.5, -1.5, 0.0)
 
@@ -278,6 +279,9 @@ _LEGAL: Mapping[str, Legal] = {
         _plain(points=[[0.0, 0.0, 0.0], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 2.0, 0.0]])
     ),
     "frames.transform": Legal(_plain(source="f499", target="tool", pose=_POSE, seconds_ago=10.0)),
+    "kinematics.fk": Legal(_plain(frame="f499", tool="t1", all_links=True)),
+    "kinematics.jacobian": Legal(_plain(tool="t1")),
+    "kinematics.ik": Legal(_plain(pose=_REACHED, branches="turns", scene=True)),
     "tools.add": Legal(_TOOLED[1], after=(_UNTOOLED,)),
     "tools.move": Legal(_revised(_TOOLS, name="t1", tcp=_POSE)),
     "tools.remove": Legal(_UNTOOLED[1], before=(_TOOLED,)),

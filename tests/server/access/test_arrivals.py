@@ -7,13 +7,14 @@ from hypothesis import given
 from hypothesis import strategies as st
 from promises.promise_table import figure
 
+from openpendant.server.access import arrivals
 from openpendant.server.access.arrivals import (
     MOST_WAITING,
     SPARE,
-    AcceptRate,
     AddressRates,
     FairQueue,
 )
+from openpendant.server.access.token_bucket import TokenBucket
 
 MS = 1_000_000
 SECOND = 1_000 * MS
@@ -121,7 +122,11 @@ def test_promise_54_a_newcomer_waits_for_nobody_beside_hosts_that_come_all_the_t
     A teacher and a stranger come in the same millisecond; within a second of their last time they
     wait for the rate of all, but for nobody else.
     """
-    rates, rate, queue = AddressRates(), AcceptRate(), FairQueue[tuple[str, int]]()
+    rates, rate, queue = (
+        AddressRates(),
+        TokenBucket(arrivals.PER_SECOND, arrivals.BURST),
+        FairQueue[tuple[str, int]](),
+    )
     waited = list[int]()
     let_in = Counter[str]()
     for millisecond in range(10_000):
@@ -144,7 +149,7 @@ def test_promise_54_a_newcomer_waits_for_nobody_beside_hosts_that_come_all_the_t
 
 
 def test_promise_54_the_last_of_a_burst_are_left_to_addresses_that_come_seldom() -> None:
-    rate = AcceptRate()
+    rate = TokenBucket(arrivals.PER_SECOND, arrivals.BURST)
     taken = 0
     while not rate.take(START, SPARE):
         taken += 1

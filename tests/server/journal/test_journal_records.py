@@ -15,7 +15,7 @@ from openpendant.motion.trajectory.ptp import plan_joint_move
 from openpendant.motion.trajectory.trajectory import Trajectory
 from openpendant.server.journal import event_records
 from openpendant.server.journal.event_records import plan_from_json, plan_to_json
-from openpendant.server.planning.jobs import DryRunFound, PlanAnswer
+from openpendant.server.planning.jobs import DryRunFound, KinematicsFound, PlanAnswer
 from openpendant.server.programs.editing.program_tasks import BodyPrinted, BodyUnpacked
 from openpendant.server.programs.interpreter import dry_run_results
 from openpendant.server.programs.language.program import Program
@@ -180,6 +180,15 @@ def test_a_request_is_noted_with_all_that_is_to_be_kept(request_: Request, noted
     assert noted.encode() in said
     kept = {Save: "ö\n".encode(), AppendChunk: b"\0\xff"}
     assert said.endswith(kept.get(type(request_), b")"))
+
+
+@pytest.mark.parametrize("size", [10, 100_000])
+def test_an_answer_on_kinematics_is_noted_whole(size: int) -> None:
+    """What is long is left to the journal's writer, so that it holds up no turn of the loop."""
+    told = PlanAnswer(4, KinematicsFound(f'{{"ö":{"1" * size}}}'), 0.25)
+    record = plan_to_json(told)
+    assert isinstance(record["found"]["body"], LongValue) == (size > 10)
+    assert plan_from_json(4, read_back(record), LIMITS, START) == told
 
 
 @pytest.mark.parametrize(

@@ -52,6 +52,10 @@ def journals(seconds: float, tmp_path_factory: pytest.TempPathFactory) -> dict[s
                     await (await pendant.follow_joints(path, speed=0.2)).done()
                 with pytest.raises(Refused):
                     await pendant.move_joints([9.0, *home[1:]])
+                asked = [pendant.kinematics.fk() for _ in range(6)]
+                *answered, refused = await asyncio.gather(*asked, return_exceptions=True)
+                assert isinstance(refused, Refused)
+                assert not any(isinstance(each, Exception) for each in answered)
                 motion = await pendant.move_joints(aside, speed=0.05)
                 await asyncio.sleep(1.0)
                 await pendant.stop("enough")

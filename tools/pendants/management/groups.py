@@ -7,6 +7,7 @@ from openpendant.simplemsg.pendant.management import (
     cell,
     devices,
     frames,
+    kinematics,
     programs,
     recordings,
     scene,
@@ -118,6 +119,15 @@ class RobotCalls(CallGroup[Way]):
     load = call(devices.LoadRobot)
 
 
+@calls_of("kinematics")
+class KinematicsCalls(CallGroup[Way]):
+    """The questions on the robot's kinematics."""
+
+    fk = call(kinematics.ForwardKinematics)
+    jacobian = call(kinematics.ToolJacobian)
+    ik = call(kinematics.InverseKinematics)
+
+
 @calls_of("trace")
 class TraceCalls(CallGroup[Way]):
     """The operations on the trace of the tool."""
@@ -160,6 +170,7 @@ class GroupedCalls(CellCalls[Way]):
         scene: objects around the robot.
         signals: inputs and outputs.
         robots: the robot itself.
+        kinematics: forward kinematics, Jacobian, inverse kinematics.
         trace: where the tool went.
         access: who is connected.
         users: who has an account.
@@ -172,6 +183,7 @@ class GroupedCalls(CellCalls[Way]):
         self.scene = SceneCalls(way)
         self.signals = SignalCalls(way)
         self.robots = RobotCalls(way)
+        self.kinematics = KinematicsCalls(way)
         self.trace = TraceCalls(way)
         self.access = AccessCalls(way)
         self.users = UserCalls(way)

@@ -46,11 +46,13 @@ class ProgramPlace:
 
 
 def _joint(told: JointFacts) -> JointFacts:
-    """Return a joint of a snapshot whose name and limits are such."""
+    """Return a joint of a snapshot whose names and limits are such."""
     if told["unit"] not in ("rad", "m"):
         raise ValueError(told["unit"])
     lower, upper = float(told["lower"]), float(told["upper"])
-    return {**told, "name": str(told["name"]), "lower": lower, "upper": upper}
+    name = str(told["name"])
+    shown = str(told.get("display_name") or name)
+    return {**told, "name": name, "display_name": shown, "lower": lower, "upper": upper}
 
 
 def _place(told: ProgramUnderWay) -> ProgramPlace:
@@ -65,6 +67,7 @@ class CellView:
         is_greeted: a server has answered our hello, and so accepts a stop.
         is_connected: the login has succeeded, too.
         absence: why there is no connection, and what happens next.
+        names_as_in_file: joints are called as in the robot file, not as people call them.
         joints: the driven joints, base to tip.
         frames: names of the frames to jog in, beside the joints.
         state: the newest state; None before the first.
@@ -77,6 +80,7 @@ class CellView:
     robot: str = ""
     cell: str = ""
     session: int = 0
+    names_as_in_file: bool = False
     joints: tuple[JointFacts, ...] = ()
     frames: tuple[str, ...] = ("base", "tool")
     state: State | None = None
@@ -131,6 +135,12 @@ class CellView:
         """Take the end of the connection or a failed attempt; the last values stay, stale."""
         self.is_greeted = self.is_connected = False
         self.absence = reason
+
+    def name_of(self, joint: JointFacts) -> str:
+        """Return what a joint is called on this pendant."""
+        if self.names_as_in_file:
+            return joint["name"]
+        return joint.get("display_name", joint["name"])
 
     def take_state(self, state: State, now: int) -> None:
         """Take a state message received at `now` [ns]."""

@@ -16,6 +16,7 @@ import signal
 import sys
 import threading
 from collections.abc import Callable, Sequence
+from enum import StrEnum
 from pathlib import Path
 from typing import Annotated, NoReturn
 
@@ -51,6 +52,13 @@ _STATE_RATE = 25.0
 _NAME = "terminal"
 
 app = command()
+
+
+class ShownNames(StrEnum):
+    """Names of joints on the screen."""
+
+    DISPLAY = "display"
+    FILE = "file"
 
 
 class _Failed(Exception):
@@ -101,6 +109,9 @@ def pendant(
     plain: Annotated[
         bool, typer.Option(help="Print once how the robot stands, and end; needs no terminal.")
     ] = False,
+    names: Annotated[
+        ShownNames, typer.Option(help="Joints as people call them, or as in the robot file.")
+    ] = ShownNames.DISPLAY,
 ) -> None:
     """A teach pendant in a terminal: jog, teach, run and stop.
 
@@ -144,12 +155,13 @@ def pendant(
 
     if plain:
         with told_of_unprotected_secrets(lambda text: _complain(f"warning: {text}")):
-            print(_status(connect, log_in))
+            print(_status(connect, log_in, names))
     else:
         from .app import PendantApp
 
         end_with_terminal([sys.stdin.fileno(), sys.stderr.fileno()])
         screen = PendantApp(connect, log_in)
+        screen.panel.cell.names_as_in_file = names is ShownNames.FILE
         with told_of_unprotected_secrets(screen.panel.messages.add):
             gave_up = screen.run(mouse=False)
         if screen.panel.stop_key.is_owed:
@@ -159,10 +171,11 @@ def pendant(
             _give_up(gave_up)
 
 
-def _status(connect: Connect, log_in: LogIn) -> str:
+def _status(connect: Connect, log_in: LogIn, names: ShownNames) -> str:
     """Return the state of the robot as text."""
     try:
-        return asyncio.run(status_once(connect, log_in))
+        as_in_file = names is ShownNames.FILE
+        return asyncio.run(status_once(connect, log_in, names_as_in_file=as_in_file))
     except (Refused, SecretUnprotected, WrongArgument) as error:
         _give_up(error)
     except (OSError, PendantError, TimeoutError) as error:

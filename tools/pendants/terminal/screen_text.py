@@ -91,7 +91,8 @@ def joint_table(panel: Panel) -> str:
     positions = panel.cell.positions
     if positions is None:
         return "no joint values"
-    names = [one_line(joint["name"], "?", _LONGEST_NAME) for joint in panel.cell.joints]
+    called = map(panel.cell.name_of, panel.cell.joints)
+    names = [one_line(name, "?", _LONGEST_NAME) for name in called]
     width = max(map(len, names))
     rows = []
     for number, (joint, name, value) in enumerate(
@@ -187,7 +188,7 @@ def message_list(panel: Panel, rows: int, columns: int) -> str:
 _PATIENCE = 5.0
 
 
-async def status_once(connect: Connect, log_in: LogIn) -> str:
+async def status_once(connect: Connect, log_in: LogIn, *, names_as_in_file: bool = False) -> str:
     """Connect, wait for one state, and return it in words.
 
     Raises:
@@ -196,6 +197,7 @@ async def status_once(connect: Connect, log_in: LogIn) -> str:
         TimeoutError: no state came.
     """
     panel = Panel()
+    panel.cell.names_as_in_file = names_as_in_file
     async with await connect() as client:
         await log_in(client)
         panel.cell.connected(client.hello, await client.snapshot())

@@ -308,11 +308,18 @@ def _name(refused: Refused) -> str:
     return refused.code.name if isinstance(refused.code, VerdictCode) else str(refused.code)
 
 
+def _called(joint: JointFacts) -> str:
+    """Return a joint's display name, and in brackets its name in the robot file."""
+    name = joint["name"]
+    shown = joint.get("display_name") or name
+    return name if shown == name else f"{shown} ({name})"
+
+
 def _sentence(refused: Refused, joints: Sequence[JointFacts]) -> str:
     if not 0 <= refused.joint < len(joints):
         return in_screen_units(refused.text or refused.cause)
     joint = joints[refused.joint]
-    who, unit = f"joint {refused.joint + 1}, {joint['name']},", joint["unit"]
+    who, unit = f"joint {refused.joint + 1}, {_called(joint)},", joint["unit"]
     match refused.code:
         case VerdictCode.OUT_OF_RANGE | VerdictCode.OUTSIDE_LIMITS:
             lower, upper = joint_value(joint["lower"], unit), joint_value(joint["upper"], unit)

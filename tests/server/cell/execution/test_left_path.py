@@ -62,7 +62,7 @@ def test_why_tells_joint_value_and_tolerances_and_the_remedy_of_what_it_was_stop
     it.cell.reported = None
     it.cell.wait(1_000)
     (stop,) = [each for each in why(it.cell)["conditions"] if each["condition"] == "stop"]
-    assert "joint 2 is reported 0.2" in stop["text"]
+    assert "Lower-Arm is reported 0.2" in stop["text"]
     assert "path_tolerance 0.01 rad, lag 0.01 s at" in stop["text"]
     assert stop["cause"] == CATALOGUE[V.LEFT_THE_PATH].cause
     assert stop["remedy"] == CATALOGUE[V.LEFT_THE_PATH].remedy
@@ -81,7 +81,7 @@ def test_promise_52_reports_that_are_right_and_wrong_in_turn_stop_it_by_the_firs
     # It goes on reporting so: the stop stays, and that the robot seems to move is told.
     it.wait(2_000)
     assert it.code is V.LEFT_THE_PATH
-    assert "joint 4 moved by 0.3000 rad" in why(it.cell)["remarks"][0]
+    assert "Wrist-Roll moved by 0.3000 rad" in why(it.cell)["remarks"][0]
 
 
 @pytest.mark.parametrize("motion", MOTIONS)

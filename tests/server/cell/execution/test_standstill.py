@@ -233,7 +233,7 @@ def test_promise_52_a_robot_that_is_moved_at_rest_is_logged_and_told_and_not_sto
     assert cell.core.cell.stop is None
     cell.wait(4_000)
     remarks = expect(list, why(cell)["remarks"])
-    assert remarks[0].startswith("4 s ago joint 2 moved by 0.0200 rad")
+    assert remarks[0].startswith("4 s ago Lower-Arm moved by 0.0200 rad")
     assert "controller's own pendant" in remarks[0]
 
 

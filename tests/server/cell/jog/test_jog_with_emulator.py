@@ -188,8 +188,8 @@ def test_out_of_a_joint_limit_leads_that_joint_the_other_way(jogged: Jogged) -> 
     jogged.stand_at(j6=jogged.cell.limits.upper[5] - 0.15)
     jogged.jog(JogSpace.JOINTS, (0.0, 0.0, 0.0, 0.0, 0.0, 1.0), "", 2_000)
     hold = next(each for each in jogged.holds() if each["reason"] == "joint-limit")
-    assert hold["text"].startswith("joint 6 stands at ")
-    assert [way["press"] for way in hold["ways"]] == ["joint 6 towards -"]
+    assert hold["text"].startswith("Wrist-Twist stands at ")
+    assert [way["press"] for way in hold["ways"]] == ["Wrist-Twist towards -"]
     jogged.go(hold["ways"][0])
     assert "joint-limit" not in {each["reason"] for each in jogged.holds()}
 
@@ -200,7 +200,7 @@ def test_out_of_a_wrist_singularity_leads_a_joint(jogged: Jogged, near: float) -
     (hold,) = jogged.holds()
     assert (hold["reason"], hold["text"]) == ("singularity", "it stands at the wrist singularity")
     (way,) = hold["ways"]
-    assert way["press"].startswith("joint 5 towards ")
+    assert way["press"].startswith("Wrist-Pitch towards ")
     jogged.go(way)
     assert jogged.holds() == []
 
@@ -212,8 +212,8 @@ def test_out_of_two_singularities_at_once_lead_two_joints_together(jogged: Jogge
     told = "it stands at the elbow singularity and near another, so one joint alone does not"
     assert hold["text"].startswith(told)
     (way,) = hold["ways"]
-    assert way["press"].startswith("joint 3 towards ")
-    assert " and joint 5 towards " in way["press"]
+    assert way["press"].startswith("Upper-Arm towards ")
+    assert " and Wrist-Pitch towards " in way["press"]
     for _ in range(2):  # at 250 mm/s a long arm takes longer than one press
         jogged.go(way)
     assert jogged.holds() == []
@@ -228,7 +228,7 @@ def test_out_of_a_stretched_arm_leads_the_tool_back_or_a_joint(jogged: Jogged) -
     jogged.jog(JogSpace.TOOL, outward, "base", 4_000)
     (hold,) = jogged.holds()
     assert hold["text"] == "it stands at the elbow singularity"
-    assert (hold["ways"][0]["frame"], hold["ways"][-1]["press"]) == ("base", "joint 3 towards +")
+    assert (hold["ways"][0]["frame"], hold["ways"][-1]["press"]) == ("base", "Upper-Arm towards +")
     jogged.go(hold["ways"][0])
     assert jogged.holds() == []
 
@@ -241,7 +241,7 @@ def test_out_of_a_contact_leads_the_opposite_of_the_key_that_led_there(jogged: J
     assert "table" in hold["text"]
     assert hold["ways"][0]["press"] == "tool Z+ in base"
     joint = hold["ways"][1]
-    assert joint["press"].startswith("joint ")
+    assert joint["press"].startswith("Lower-Arm ")
     jogged.go(hold["ways"][0])
     assert jogged.holds() == []
 

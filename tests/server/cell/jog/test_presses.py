@@ -330,7 +330,7 @@ def test_the_verdict_of_a_press_carries_joint_value_and_limit() -> None:
     verdict = pad.pendant.all(Verdict)[-1]
     assert (verdict.joint, verdict.limit) == (1, 1.0)
     assert verdict.value == pytest.approx(1.01)
-    assert verdict.text == "the share of joint 2 is 1.01; accepted: -1 to 1"
+    assert verdict.text == "the share of elbow is 1.01; accepted: -1 to 1"
 
 
 @pytest.mark.parametrize("rate", [50, 100, 250])

@@ -38,6 +38,7 @@ def test_a_snapshot_describes_robot_and_cell() -> None:
         "upper": 2.0,
         "velocity": 2.0,
         "acceleration": 4.0,
+        "display_name": "elbow",
     }
     assert (body["activity"], body["link"], body["mode"]) == ("idle", "up", "auto")
     assert (body["owner"], body["stop"], body["obstacle"]) == (None, None, "")

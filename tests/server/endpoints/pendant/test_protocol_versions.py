@@ -78,7 +78,7 @@ def test_version_2_is_told_a_code_that_it_knows(code: V) -> None:
     ended = MotionEnded(MotionRequest(0, 5), refusal, plan_time=0.0, motion_time=0.0)
     for pendant, known in ((older, in_version_2(code)), (newer, code)):
         sent = [Send(pendant.session, each) for each in (verdict(4, refusal), outcome(ended))]
-        *at_once, then = rig.core.pendants.as_known([*sent, Then(partial(list, sent))])
+        *at_once, then = rig.core.pendants.as_told([*sent, Then(partial(list, sent))])
         assert isinstance(then, Then)
         told = [each.message for each in (*at_once, *then.step()) if isinstance(each, Send)]
         found = [(each.code, each.text) for each in told if isinstance(each, Verdict | Outcome)]

@@ -349,3 +349,16 @@ def test_why_names_the_key_that_leads_out_of_what_the_robot_stands_at() -> None:
 
 def test_why_says_so_where_nothing_is_broken() -> None:
     assert why_lines({"kind": "jog", "conditions": []})[0].startswith("A jog may start")
+
+
+@pytest.mark.parametrize(("names_as_in_file", "shown"), [(False, "Upper-Arm"), (True, "elbow")])
+def test_joints_are_named_as_people_do_unless_told_otherwise(
+    names_as_in_file: bool, shown: str
+) -> None:
+    rig = PanelRig()
+    told = snapshot(6)
+    told["joints"][2].update({"name": "elbow", "display_name": "Upper-Arm"})
+    rig.panel.cell.names_as_in_file = names_as_in_file
+    rig.panel.cell.connected(HELLO, told)
+    rig.state()
+    assert shown in screen_text.joint_table(rig.panel).splitlines()[2]
