@@ -104,7 +104,8 @@ class App:
         self.clients = Clients(self._settings, self.login, self._is_within_rate)
         self.cells: list[CellShell] = []
         self.inbox = Inbox(journal, self._router, self.cells, self.clients, clock)
-        self.connect = partial(ClientConnection, self.inbox, self._observations, share=LoopShare())
+        self._share = LoopShare()
+        self.connect = partial(ClientConnection, self.inbox, self._observations, share=self._share)
         self.cells += [self._shell(number) for number in range(len(served))]
         self._listening: Listening | None = None
         self._unasked: list[int] = []
@@ -246,6 +247,8 @@ class App:
         """Run a control tick and set the timer to the next absolute deadline."""
         try:
             computed = time.thread_time_ns()
+            late = asyncio.get_running_loop().time() - self._next_tick
+            self._share.ticked(round(late * 1e9))
             now = self.tick()
             line = self._loop_log.tick(now, computed, self.inbox.longest_gap())
             if line:
