@@ -378,7 +378,7 @@ def collision_on(kinematics: Kinematics, positions: Array, scene: Scene) -> Refu
     Raises:
         MotionError: the scene does not fit the robot.
     """
-    contact = first_contact(_model(kinematics, scene), positions)
+    contact = first_contact(collision_model(kinematics, scene), positions)
     if contact is None:
         return None
     if contact.fraction == 0.0:
@@ -395,5 +395,6 @@ def check_running(kinematics: Kinematics, job: WayCheckJob) -> Refusal | PathFre
 
 
 @lru_cache(maxsize=8)
-def _model(kinematics: Kinematics, scene: Scene) -> CollisionModel:
+def collision_model(kinematics: Kinematics, scene: Scene) -> CollisionModel:
+    """Return the model of a robot in a scene; the last ones are kept."""
     return CollisionModel(kinematics, scene)
