@@ -45,8 +45,10 @@ from ..planning.jobs import (
     Job,
     PathFree,
     PlanAnswer,
+    PlanFacts,
     PlaybackPlan,
     ReadBody,
+    SearchProgress,
 )
 from ..programs.editing.program_tasks import TaskResult
 from ..refusal import Refusal, field_fault
@@ -362,9 +364,10 @@ def outcome_from_json(record: dict[str, Any]) -> Refusal | None:
 
 _FOUND: dict[str, TypeAdapter[Any]] = {
     kind.__name__: TypeAdapter(kind)
-    for kind in (DryRunFound, DryRunSlice, PathFree, *get_args(TaskResult))
+    for kind in (DryRunFound, DryRunSlice, PathFree, SearchProgress, *get_args(TaskResult))
 }
 _PLAYBACK = TypeAdapter(PlaybackPlan)
+_FACTS = TypeAdapter(PlanFacts)
 _ARRAYS = ("times", "position", "velocity", "acceleration", "waypoint_times")
 _FINE = ("position", "velocity")
 
@@ -386,6 +389,7 @@ class _PlanRecord(BaseModel):
     refused: _Refused | None = None
     samples: dict[str, str] | None = None
     playback: Any = None
+    facts: Any = None
     kind: str | None = None
     found: Any = None
 
@@ -411,6 +415,8 @@ def plan_to_json(planned: PlanAnswer) -> dict[str, Any]:
     record = {**times, "joints": trajectory.dof, "samples": samples}
     if planned.playback is not None:
         record["playback"] = _PLAYBACK.dump_python(planned.playback, mode="json")
+    if planned.facts is not None:
+        record["facts"] = _FACTS.dump_python(planned.facts, mode="json")
     return record
 
 
@@ -464,6 +470,7 @@ def plan_from_json(
             read.plan_time,
             None if read.playback is None else _PLAYBACK.validate_python(read.playback),
             read.took,
+            None if read.facts is None else _FACTS.validate_python(read.facts),
         )
 
 

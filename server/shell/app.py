@@ -31,6 +31,7 @@ from ..endpoints.pendant.access_requests import CoreAccess, Identity
 from ..events.events import TICK, ShutDown, WatchdogStopped
 from ..planning.pool.forked_child import ForkedChild
 from ..planning.pool.planning_pool import PlanningPool
+from ..plans.plan_space import PlanSpace
 from ..settings.cell_settings import ControllerPath
 from ..store.store_client import StoreClient
 from ..watchdog.watchdog_process import Watchdog
@@ -93,7 +94,8 @@ class App:
         core_access = CoreAccess(self.login, self._access.record)
         names = tuple((each.settings.name, each.robot.name) for each in served)
         apart = self._observations.is_read_apart
-        self._router = ServerCore([_core(each, names, core_access, apart) for each in served])
+        shared = names, core_access, apart, PlanSpace()
+        self._router = ServerCore([_core(each, *shared) for each in served])
         self._settings = [each.settings for each in served]
         self.clients = Clients(self._settings, self.login)
         self.cells: list[CellShell] = []
@@ -325,9 +327,10 @@ def _core(
     cells: tuple[tuple[str, str], ...],
     access: CoreAccess,
     is_read_apart: Callable[[int], bool],
+    plan_space: PlanSpace,
 ) -> CellCore:
     settings, robot = served.settings, served.robot
     identity = Identity(settings.name, robot.name, f"openpendant {__version__}", cells)
     mathematics = RobotKinematics(robot)
     about = settings, robot.limits, identity, mathematics
-    return CellCore(*about, mathematics, access, is_read_apart)
+    return CellCore(*about, mathematics, access, is_read_apart, plan_space)

@@ -61,6 +61,7 @@ from .motion import (
     RunKind,
     SetSpeed,
 )
+from .plans import Execute, PlanChanged, PlanStage, PlanState
 from .session import (
     IN_VERSION_2,
     MAX_PENDANT_FRAME,
@@ -117,6 +118,8 @@ PENDANT_MESSAGES: tuple[type[Message], ...] = (
     JogUndo,
     ProgramRun,
     Home,
+    Execute,
+    PlanChanged,
     State,
     AuthorityChanged,
     StopChanged,
@@ -151,6 +154,7 @@ __all__ = [
     "Declare",
     "Enabling",
     "EnablingPosition",
+    "Execute",
     "Hello",
     "HelloReply",
     "Home",
@@ -183,6 +187,9 @@ __all__ = [
     "Pairing",
     "PairingAction",
     "PairingReply",
+    "PlanChanged",
+    "PlanStage",
+    "PlanState",
     "PoseMove",
     "PosePath",
     "PoseWaypoint",

@@ -42,6 +42,8 @@ class Permission(StrEnum):
     """Stop the robot."""
     MOVE = "move"
     """Take the motion authority; jog and move while holding it."""
+    PLAN = "plan"
+    """Have plans made, for oneself or for whoever holds the motion authority, and drop them."""
     RUN_PROGRAM = "run-program"
     """Start, step, pause and resume programs and recordings."""
     SET_OUTPUT = "set-output"
@@ -70,6 +72,7 @@ LEAST_ROLE: Mapping[Permission, Role] = {
     Permission.OBSERVE: Role.VIEWER,
     Permission.STOP: Role.VIEWER,
     Permission.MOVE: Role.OPERATOR,
+    Permission.PLAN: Role.OPERATOR,
     Permission.RUN_PROGRAM: Role.OPERATOR,
     Permission.SET_OUTPUT: Role.OPERATOR,
     Permission.RESET: Role.OPERATOR,

@@ -11,6 +11,7 @@ import time
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
 
+from ...errors import BadArgument
 from ...pose import Array, Pose
 from ..serial import Kinematics
 from .configuration import Configuration, configuration_of
@@ -126,6 +127,26 @@ def solve_all(
         kinematics, target, frame, seed, configuration, tolerances, budget, _clock(time_cap)
     )
     return tuple(_solution(question, found) for found in question.every())
+
+
+def branch_of(
+    kinematics: Kinematics,
+    target: Pose,
+    seed: Sequence[float] | Array,
+    branch: int,
+    *,
+    frame: str = "base",
+) -> Solution:
+    """Return one of the answers of `solve_all` by its number, from 1, the nearest to the seed.
+
+    Raises:
+        BadArgument: there are not so many.
+        MotionError: as of `solve_all`.
+    """
+    found = solve_all(kinematics, target, seed, frame=frame)
+    if not 1 <= branch <= len(found):
+        raise BadArgument("branch", branch, f"1 to {len(found)} at this pose")
+    return found[branch - 1]
 
 
 def _clock(time_cap: float | None) -> Callable[[], bool]:

@@ -362,6 +362,7 @@ _ALWAYS = (
     | Capability.PROGRAMS
     | Capability.LOGIN
     | Capability.NOTICES
+    | Capability.PLANS
 )
 """The rest needs an environment."""
 

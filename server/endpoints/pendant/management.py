@@ -34,6 +34,7 @@ from ...events.management_requests import (
     is_of_topic,
     unknown,
 )
+from ...plans.plan_service import PlanService
 from ...programs.program_service import ProgramService
 from ...refusal import JsonBody, Refusal, refusal_of
 from ...settings.cell_settings import CellSettings
@@ -254,6 +255,7 @@ class ManagementRequests:
         listeners: Listeners,
         access: AccessRequests,
         programs: ProgramService,
+        plans: PlanService,
         served: ServedCells,
         retreats: EscapeRequests,
         environment: CellEnvironment | None,
@@ -267,9 +269,9 @@ class ManagementRequests:
         self._environment = environment
         self._authority = AuthorityNeed(cell, programs.executor, environment)
         services = () if environment is None else (environment.service, environment.recordings)
-        self._handlers = handlers_of(self, access, access.connections, retreats, *services) | dict(
-            programs.handlers
-        )
+        self._handlers = handlers_of(
+            self, access, access.connections, plans, retreats, *services
+        ) | dict(programs.handlers)
 
     def answer(
         self,

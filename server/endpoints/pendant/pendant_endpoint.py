@@ -32,6 +32,7 @@ from openpendant.simplemsg.pendant import (
     Capability,
     Declare,
     Enabling,
+    Execute,
     Hello,
     Home,
     JogBeat,
@@ -70,6 +71,8 @@ from ...events.effects import Effect, Send, Then
 from ...events.management_requests import MOST_AT_ONCE, MOST_BEFORE_LOGIN, is_known, parse
 from ...events.pending import Pending
 from ...events.replies import sent_away, verdict
+from ...plans.plan_service import PlanService
+from ...plans.plan_space import PlanSpace
 from ...programs.execution.program_run import BareEnvironment
 from ...programs.program_service import ProgramService
 from ...refusal import Refusal
@@ -106,10 +109,12 @@ class PendantEndpoint:
         access: CoreAccess,
         environment: CellEnvironment | None,
         is_read_apart: Callable[[int], bool],
+        plan_space: PlanSpace,
     ) -> None:
         """Make an endpoint that nobody is connected to.
 
         Args:
+            plan_space: room for the plans of all cells.
             is_read_apart: whether a large body of a session is read in a planning process.
         """
         self._is_read_apart = is_read_apart
@@ -139,10 +144,16 @@ class PendantEndpoint:
         )
         served = ServedCells.of(identity.cells or [(identity.cell, identity.robot)])
         escapes = EscapeRequests(cell, robot, self._jogs)
-        self._management = ManagementRequests(
-            *(cell, settings, listeners, self.access, self.programs, served, escapes, environment)
-        )
         self.announcing = Notifications(cell, robot, listeners, self._jogs.states)
+        self.plans = PlanService(
+            *(cell, robot, settings.controller, pending, environment, plan_space),
+            notify=listeners.notice,
+            announce=self.announcing.on_cell_event,
+        )
+        self._management = ManagementRequests(
+            *(cell, settings, listeners, self.access, self.programs, self.plans, served, escapes),
+            environment,
+        )
         self._requests = self._request_table()
         self._topics = self._topic_table()
 
@@ -155,6 +166,7 @@ class PendantEndpoint:
             PoseMove: motions.ask,
             PosePath: motions.ask,
             Home: motions.ask,
+            Execute: self.plans.execute,
             JogStart: jogs.start,
             JogStep: jogs.step,
             JogUndo: jogs.undo,
@@ -198,7 +210,7 @@ class PendantEndpoint:
         self.programs.closed(session)
         self._cell.modes.forget(session)
         change = self._cell.authority.release(session, AuthorityReason.CONNECTION_LOST)
-        out = self._cell.authority_gone(change, now)
+        out = self._cell.authority_gone(change, now) + self.plans.closed(session, now)
         return [*out, *self.access.closed(session, now), *self._bodies.closed(session)]
 
     def regranted(self, session: int, now: int) -> list[Effect]:
@@ -392,7 +404,7 @@ class PendantEndpoint:
 
     def tick(self, now: int) -> list[Effect]:
         """Send state to whoever is due; end conversations that never began or fell silent."""
-        out = self.programs.executor.tick(now)
+        out = self.programs.executor.tick(now) + self.plans.tick(now)
         ends, due = self._listeners.tick(now)
         return out + ends + self.announcing.state(due, now)
 

@@ -21,12 +21,21 @@ import sys
 from collections.abc import Callable, Sequence
 from contextlib import suppress
 from dataclasses import replace
+from functools import partial
 from typing import BinaryIO, Protocol
 
 from openpendant.simplemsg.verdicts import VerdictCode
 
 from ...refusal import Refusal
-from ..jobs import LENGTH, PlanAnswer, PlanTask, TaskInHand, read_question, split_question
+from ..jobs import (
+    LENGTH,
+    PlanAnswer,
+    PlanTask,
+    TaskInHand,
+    is_search,
+    read_question,
+    split_question,
+)
 
 log = logging.getLogger("openpendant.server")
 
@@ -107,6 +116,11 @@ class PlanningProcess:
         """Number of the cell whose withdrawn job it is busy with; None for none."""
         in_hand = self._in_hand
         return in_hand.task.cell if in_hand is not None and in_hand.is_withdrawn else None
+
+    @property
+    def is_searching(self) -> bool:
+        """True if it is busy with a plan around obstacles, wanted or not."""
+        return self._in_hand is not None and is_search(self._in_hand.task.job)
 
     def give(self, task: PlanTask) -> bool:
         """Give a job to a free process.
@@ -233,8 +247,13 @@ class PlanningProcess:
                 self.is_warm = True
                 self._be_patient()
                 continue
-            in_hand, self._in_hand = self._in_hand, None
+            in_hand = self._in_hand
             assert in_hand is not None
+            if isinstance(planned, PlanAnswer) and not planned.is_final:
+                if not in_hand.is_withdrawn:
+                    in_hand.task.deliver(planned)
+                continue
+            self._in_hand = None
             in_hand.end()
             if not in_hand.is_withdrawn:
                 if isinstance(planned, PlanAnswer) and isinstance(planned.result, tuple):
@@ -329,7 +348,7 @@ def _answer_jobs(robots: Sequence[str], jobs: BinaryIO, answers: BinaryIO) -> No
             return
         robot, job = asked
         try:
-            planned = answer(robot, job)
+            planned = answer(robot, job, partial(_send, answers))
         except Exception as error:
             # A fault of ours: the pendant gets a refusal, the process and its libraries stay warm.
             text = f"{type(error).__name__}: {error}"

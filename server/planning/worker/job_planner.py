@@ -39,6 +39,7 @@ from ..jobs import (
     JointVector,
     PathFree,
     PlanAnswer,
+    PlanJob,
     PlaybackPlan,
     PoseGoal,
     PoseJob,
@@ -52,6 +53,7 @@ from ..jobs import (
 from .block_planning import check_running, collision_on, plan_block_job
 from .dry_run_planning import DryRuns, shortened
 from .motion_planning import certified_motion, speed_caps
+from .plan_making import Tell, make_plan
 from .recording_planning import RecordingUnplayable, plan_recording
 
 
@@ -118,8 +120,15 @@ def _tooled(robot: str, tool: PoseGoal | None) -> Kinematics:
     return Kinematics(with_tool(serial_robot(robot), tcp))
 
 
-def answer(robot: str, job: Job) -> PlanAnswer:
+def _say_nothing(word: PlanAnswer) -> None:
+    """Take a word on a plan that nobody wants to hear."""
+
+
+def answer(robot: str, job: Job, tell: Tell = _say_nothing) -> PlanAnswer:
     """Plan a job and certify the result.
+
+    Args:
+        tell: is told now and then how far a long search has come.
 
     Returns:
         The trajectory with its certificate, or the refusal; never raises for a motion that cannot
@@ -139,6 +148,8 @@ def answer(robot: str, job: Job) -> PlanAnswer:
         return PlanAnswer(job.job_id, found, time.perf_counter() - started)
     if isinstance(job, WayCheckJob):
         return PlanAnswer(job.job_id, _looked(kinematics, job), time.perf_counter() - started)
+    if isinstance(job, PlanJob):
+        return _made(robot, kinematics, job, tell, started)
     playback: PlaybackPlan | None = None
     if isinstance(job, RecordingJob):
         result, playback = _played_back(_tooled(robot, job.tool), job)
@@ -149,6 +160,17 @@ def answer(robot: str, job: Job) -> PlanAnswer:
     if isinstance(result, tuple) and job.scene is not None:
         result = _free(kinematics, result, job.scene)
     return PlanAnswer(job.job_id, result, time.perf_counter() - started, playback)
+
+
+def _made(
+    robot: str, kinematics: Kinematics, job: PlanJob, tell: Tell, started: float
+) -> PlanAnswer:
+    made = make_plan(kinematics, _tooled(robot, job.motion.tool), job, tell)
+    passed = time.perf_counter() - started
+    if isinstance(made, Refusal):
+        return PlanAnswer(job.job_id, made, passed)
+    certified, facts = made
+    return PlanAnswer(job.job_id, certified, passed, facts=facts)
 
 
 def _free(
