@@ -11,11 +11,13 @@ from __future__ import annotations
 from collections.abc import Callable
 from dataclasses import dataclass, replace
 from functools import partial
+from typing import cast
 
 from openpendant.simplemsg import Message
 from openpendant.simplemsg.pendant import Execute, PlanChanged, PlanStage, PlanState
 from openpendant.simplemsg.pendant.management import plans as op
 from openpendant.simplemsg.pendant.management.declaration import Done
+from openpendant.simplemsg.pendant.management.plan_goals import PlanGoal
 from openpendant.simplemsg.verdicts import VerdictCode
 
 from ..cell.execution.tracking import tracking_tolerances
@@ -136,10 +138,11 @@ class PlanService:
         basis = self._basis()
         caps = [cap for cap in (basis.cap, asked.tool_speed) if cap is not None]
         basis = basis._replace(cap=min(caps, default=None))
-        found = self._goals.motion(asked.goal, start, asked.speed, basis.cap)
+        goal = cast(PlanGoal, asked.goal)
+        found = self._goals.motion(goal, start, asked.speed, basis.cap)
         if isinstance(found, Refusal):
             return reply.refuse(found)
-        maker, kind = (reply.session, reply.name), str(asked.goal.kind)
+        maker, kind = (reply.session, reply.name), goal.kind
         plan = self._book.begin(maker, kind, asked.label, start, basis, now, is_of_here=is_of_here)
         job_id = self._cell.motions.new_job_id()
         self._making[plan.number] = _Making(plan, reply, job_id, now)
@@ -356,12 +359,11 @@ class PlanService:
     def _judged(self, plan: Plan, now: int) -> Refusal | None:
         """Return why a plan that is ready may be executed by nobody any more; it ends then."""
         if plan.expires_in(now) <= 0.0:
-            ended = PlanState.EXPIRED, None
+            self._book.end(plan, PlanState.EXPIRED, None, now)
         elif (changed := self._changed(plan)) is not None:
-            ended = PlanState.STALE, changed
+            self._book.end(plan, PlanState.STALE, changed, now)
         else:
             return None
-        self._book.end(plan, *ended, now)
         self._untold.append(plan)
         found = self._book.find(plan.number, now)
         assert isinstance(found, Refusal)
@@ -390,11 +392,15 @@ class PlanService:
         if environment is None:
             return Basis(scene, 0, 0, 0, None, cap)
         world = environment.world
-        revisions = (
-            world.revisions[kind]
-            for kind in (DocumentKind.SCENE, DocumentKind.TOOLS, DocumentKind.FRAMES)
+        revisions = world.revisions
+        return Basis(
+            scene,
+            revisions[DocumentKind.SCENE],
+            revisions[DocumentKind.TOOLS],
+            revisions[DocumentKind.FRAMES],
+            world.frames.selected_tool,
+            cap,
         )
-        return Basis(scene, *revisions, world.frames.selected_tool, cap)
 
     @staticmethod
     def _never(plan: Plan) -> Refusal | None:

@@ -100,6 +100,7 @@ def _made(
     bare: Kinematics, tooled: Kinematics, job: PlanJob, tell: Tell
 ) -> tuple[Trajectory, Certificate] | Refusal:
     motion = job.motion
+    found: tuple[Trajectory, Certificate] | Refusal
     if isinstance(motion, FreePath):
         found = _searched(bare, tooled, job, motion, tell)
     else:
@@ -199,10 +200,9 @@ def _facts(
 ) -> PlanFacts:
     motion = job.motion
     end = tooled.forward(trajectory.position[-1])
-    is_free = isinstance(motion, FreePath)
     return PlanFacts(
-        motion.planner if is_free else _planner_of(motion),
-        motion.seed if is_free else 0,
+        motion.planner if isinstance(motion, FreePath) else _way_of(motion),
+        motion.seed if isinstance(motion, FreePath) else 0,
         PoseGoal(tuple(end.position.tolist()), tuple(end.quaternion.tolist())),
         certificate.position_margin,
         worst_of(certificate),
@@ -210,7 +210,7 @@ def _facts(
     )
 
 
-def _planner_of(motion: PoseJob | JointPathJob) -> str:
+def _way_of(motion: PoseJob | JointPathJob) -> str:
     return "lin" if isinstance(motion, PoseJob) and motion.motion is Motion.LIN else "ptp"
 
 
