@@ -71,19 +71,16 @@ class CellEnvironment:
         offered = Capability.RECORDING | Capability.SCENE
         return offered | Capability.SIGNALS if self.signals.is_offered else offered
 
-    def in_base(
-        self, poses: Sequence[Pose], frame: str, position: Sequence[float]
-    ) -> tuple[Pose, ...]:
-        """Return in base the poses of a frame as it is at (n,) joints.
+    def place_of(self, frame: str, position: Sequence[float]) -> Pose:
+        """Return where a frame is in base at (n,) joints.
 
         Raises:
             FrameUnknown: there is no such frame.
         """
         tree = self.world.frames
         if not tree.moving_between(frame, BASE):
-            return tree.in_base(poses, frame)
-        place = tree.transform(frame, BASE, {FLANGE: self._view.flange(tuple(position))})
-        return tuple(place.compose(pose) for pose in poses)
+            return tree.transform(frame, BASE)
+        return tree.transform(frame, BASE, {FLANGE: self._view.flange(tuple(position))})
 
     def contact(
         self, then: Callable[[Refusal | None, int], list[Effect]], now: int

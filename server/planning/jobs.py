@@ -339,7 +339,8 @@ class PlanJob:
     """Job: plan a motion that is looked at before it is executed, if at all.
 
     Attributes:
-        motion: what is planned, without a scene of its own.
+        motion: what is planned, without a scene of its own, and with poses as they were given.
+        place: the frame of the poses, in base; None for base itself.
         branch: for a motion to one pose in joint space, which of the joint positions that reach it,
             from 1, the nearest to the start first; None for the one that the arm finds.
     """
@@ -349,6 +350,7 @@ class PlanJob:
     motion: PoseJob | JointPathJob | FreePath
     branch: int | None = None
     scene: Scene | None = None
+    place: PoseGoal | None = None
 
 
 MotionJob = PoseJob | JointPathJob | RosPathJob | BlockJob | RecordingJob

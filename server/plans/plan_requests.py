@@ -7,9 +7,8 @@ name. Decides nothing about the robot as it stands.
 
 from __future__ import annotations
 
-import math
-from collections.abc import Mapping, Sequence
-from typing import Any, TypeAlias
+from collections.abc import Callable, Mapping, Sequence
+from typing import Any, TypeAlias, cast
 
 from openpendant.motion.description.limits import JointLimits
 from openpendant.motion.errors import BadArgument, MotionError
@@ -32,14 +31,8 @@ from openpendant.simplemsg.verdicts import VerdictCode
 from ..cell.robot_model import RobotModel
 from ..control import speed_fault
 from ..environment import CellEnvironment
-from ..planning.jobs import FreePath, JointPathJob, JointVector, PoseGoal, PoseJob
+from ..planning.jobs import FreePath, JointPathJob, JointVector, PlanJob, PoseGoal, PoseJob
 from ..refusal import Refusal, refusal_of
-
-LARGEST_COORDINATE = 1e3
-"""No tool is asked to go farther from its frame [m]; keeps overflow out of the planner."""
-
-NORM_TOLERANCE = 1e-3
-"""How far the length of a quaternion may be from 1, which it is then given."""
 
 LONGEST_LABEL = 64
 """Characters of a label at most."""
@@ -50,7 +43,6 @@ FASTEST_TOOL = 10.0
 PLANNERS = (*(each.value for each in OmplPlanner), BUILT_IN)
 """Every planner by its name, installed or not."""
 
-Planned: TypeAlias = PoseJob | JointPathJob | FreePath
 _GivenPose: TypeAlias = Mapping[str, Any]
 
 
@@ -88,8 +80,10 @@ class GoalReader:
 
     def motion(
         self, goal: PlanGoal, start: JointVector, speed: float, cap: float | None
-    ) -> tuple[Planned, int | None] | Refusal:
-        """Return what is to be planned for a goal, and the branch that is asked for.
+    ) -> PlanJob | Refusal:
+        """Return what is to be planned for a goal, as a job without number and scene.
+
+        Whatever a path has many of is looked at in the planning process.
 
         Args:
             start: (n,) where the plan begins [rad or m].
@@ -103,92 +97,83 @@ class GoalReader:
 
     def _motion(
         self, goal: PlanGoal, start: JointVector, speed: float, cap: float | None
-    ) -> tuple[Planned, int | None] | Refusal:
-        tool = self._robot.tool_in_flange
+    ) -> PlanJob | Refusal:
+        how = speed, cap, self._robot.tool_in_flange
+
+        def through(*joints: JointVector) -> PlanJob:
+            return PlanJob(0, start, JointPathJob(0, start, joints, *how))
+
+        def poses(given: Sequence[_GivenPose], frame: str, way: Motion) -> PoseJob:
+            goals = tuple(PoseGoal(each["position"], each["orientation"]) for each in given)
+            return PoseJob(0, start, goals, frame, way, *how)
+
         match goal:
             case PositionGoal(name=name):
-                joints = self._robot.named_position(name)
-                return JointPathJob(0, start, (joints,), speed, cap, tool), None
+                return through(self._robot.named_position(name))
             case LinGoal(pose=pose, frame=frame):
-                goals = self._poses([pose], frame, start)
-                return PoseJob(0, start, goals, BASE, Motion.LIN, speed, cap, tool), None
+                motion = poses([cast(_GivenPose, pose)], frame, Motion.LIN)
+                return PlanJob(0, start, motion, place=self._place(frame, start))
             case PathGoal():
-                return self._path(goal, start, speed, cap)
+                return self._path(goal, start, through, poses)
             case PtpGoal():
-                aim = self._aim(goal, start)
-                if not isinstance(aim, PoseGoal):
-                    return JointPathJob(0, start, (aim,), speed, cap, tool), None
-                job = PoseJob(0, start, (aim,), BASE, Motion.PTP, speed, cap, tool)
-                return job, goal.branch
+                if goal.joints is None and goal.pose is not None:
+                    motion = poses([cast(_GivenPose, goal.pose)], goal.frame, Motion.PTP)
+                    place = self._place(goal.frame, start)
+                    return PlanJob(0, start, motion, goal.branch, place=place)
+                if goal.branch is not None:
+                    raise BadArgument("branch", goal.branch, "a branch with a pose only")
+                return through(self._only_joints(goal))
             case FreeGoal():
                 if goal.planner not in PLANNERS:
                     raise BadArgument("planner", goal.planner, ", ".join(PLANNERS))
-                aim = self._aim(goal, start)
-                how = goal.planner, goal.seed, goal.time_limit, goal.margin
-                return FreePath(start, aim, *how, speed, cap, tool), None
+                search = goal.planner, goal.seed, goal.time_limit, goal.margin
+                if goal.joints is None and goal.pose is not None:
+                    given = cast(_GivenPose, goal.pose)
+                    aim = PoseGoal(given["position"], given["orientation"])
+                    place = self._place(goal.frame, start)
+                    return PlanJob(0, start, FreePath(start, aim, *search, *how), place=place)
+                return PlanJob(0, start, FreePath(start, self._only_joints(goal), *search, *how))
 
-    def _aim(self, goal: PtpGoal | FreeGoal, start: JointVector) -> JointVector | PoseGoal:
-        """Return the joints or the pose that a goal names, of which it has to name one."""
-        if (goal.joints is None) == (goal.pose is None):
+    def _only_joints(self, goal: PtpGoal | FreeGoal) -> JointVector:
+        """Return the joints of a goal that has no pose."""
+        if goal.joints is None or goal.pose is not None:
             raise BadArgument("goal", goal.kind, "joints or pose, one of the two")
-        if goal.pose is None:
-            assert goal.joints is not None
-            if isinstance(goal, PtpGoal) and goal.branch is not None:
-                raise BadArgument("branch", goal.branch, "a branch with a pose only")
-            return self.joints(goal.joints)
-        (pose,) = self._poses([goal.pose], goal.frame, start)
-        return pose
+        return self.joints(goal.joints)
 
     def _path(
-        self, goal: PathGoal, start: JointVector, speed: float, cap: float | None
-    ) -> tuple[Planned, int | None] | Refusal:
-        tool, waypoints = self._robot.tool_in_flange, goal.waypoints
+        self,
+        goal: PathGoal,
+        start: JointVector,
+        through: Callable[..., PlanJob],
+        poses: Callable[[Sequence[_GivenPose], str, Motion], PoseJob],
+    ) -> PlanJob | Refusal:
+        waypoints = goal.waypoints
         if len(waypoints) > MAX_WAYPOINTS:
             found = len(waypoints)
             text = f"{found} waypoints; accepted: {MAX_WAYPOINTS}"
             return Refusal(VerdictCode.TOO_LARGE, text, value=found, limit=MAX_WAYPOINTS)
-        poses = [each for each in waypoints if not isinstance(each, tuple)]
-        if not poses:
-            if goal.way == "lin":
-                raise BadArgument("way", goal.way, "ptp through joint positions")
-            joints = tuple(self.joints(each) for each in waypoints if isinstance(each, tuple))
-            return JointPathJob(0, start, joints, speed, cap, tool), None
-        if len(poses) < len(waypoints):
+        joints = [each for each in waypoints if isinstance(each, tuple)]
+        if not joints:
+            motion = Motion.LIN if goal.way == "lin" else Motion.PTP
+            given = cast("tuple[_GivenPose, ...]", waypoints)
+            job = poses(given, goal.frame, motion)
+            return PlanJob(0, start, job, place=self._place(goal.frame, start))
+        if len(joints) < len(waypoints):
             raise BadArgument("waypoints", "both", "joint positions, or poses")
-        motion = Motion.LIN if goal.way == "lin" else Motion.PTP
-        goals = self._poses(poses, goal.frame, start)
-        return PoseJob(0, start, goals, BASE, motion, speed, cap, tool), None
+        if goal.way == "lin":
+            raise BadArgument("way", goal.way, "ptp through joint positions")
+        return through(*joints)
 
-    def _poses(
-        self, given: Sequence[_GivenPose], frame: str, start: JointVector
-    ) -> tuple[PoseGoal, ...]:
-        """Return poses of the tool in base.
+    def _place(self, frame: str, start: JointVector) -> PoseGoal | None:
+        """Return a frame as it is where the plan begins; None for base.
 
         Raises:
-            MotionError: a pose is none, or nobody knows the frame.
+            MotionError: nobody knows the frame.
         """
-        poses = [_pose(each, number) for number, each in enumerate(given, start=1)]
+        if frame == BASE:
+            return None
         if self._environment is None:
-            in_base = self._robot.frames.in_base(poses, frame)
+            (place,) = self._robot.frames.in_base([Pose.identity()], frame)
         else:
-            in_base = self._environment.in_base(poses, frame, start)
-        return tuple(
-            PoseGoal(tuple(each.position.tolist()), tuple(each.quaternion.tolist()))
-            for each in in_base
-        )
-
-
-def _pose(given: _GivenPose, number: int) -> Pose:
-    """Return a pose whose numbers are finite.
-
-    Raises:
-        BadArgument: it lies too far away, or its quaternion has another length than 1.
-    """
-    farthest = max(given["position"], key=abs)
-    if abs(farthest) > LARGEST_COORDINATE:
-        accepted = f"coordinates up to {LARGEST_COORDINATE:g} m"
-        raise BadArgument(f"pose {number}", farthest, accepted)
-    norm = math.sqrt(sum(part * part for part in given["orientation"]))
-    if not abs(norm - 1.0) <= NORM_TOLERANCE:
-        raise BadArgument(f"quaternion of pose {number}", f"length {norm:g}", "length 1")
-    return Pose.from_values(given["position"], given["orientation"])
+            place = self._environment.place_of(frame, start)
+        return PoseGoal(tuple(place.position.tolist()), tuple(place.quaternion.tolist()))

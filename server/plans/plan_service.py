@@ -43,7 +43,6 @@ from ..planning.jobs import (
     JointVector,
     PlanAnswer,
     PlanFacts,
-    PlanJob,
     SearchProgress,
     SearchStage,
 )
@@ -146,7 +145,7 @@ class PlanService:
         plan = self._book.begin(maker, kind, asked.label, start, basis, now, is_of_here=is_of_here)
         job_id = self._cell.motions.new_job_id()
         self._making[plan.number] = _Making(plan, reply, job_id, now)
-        job = PlanJob(job_id, start, *found, basis.scene)
+        job = replace(found, job_id=job_id, scene=basis.scene)
         planned = partial(self._planned, plan.number)
         return [*self._tell(plan), *self._pending.ask(job, planned)]
 

@@ -27,6 +27,7 @@ from ..pendants.management.groups import (
     AccessCalls,
     CellCalls,
     FrameCalls,
+    PlanCalls,
     ProgramCalls,
     RecordingCalls,
     RobotCalls,
@@ -49,6 +50,7 @@ class CallSection(NamedTuple):
 GROUPS: Mapping[str, CallSection] = {
     "": CallSection(CellCalls, "The cell"),
     "programs": CallSection(ProgramCalls, "Programs"),
+    "plans": CallSection(PlanCalls, "Plans"),
     "recordings": CallSection(RecordingCalls, "Recordings"),
     "frames": CallSection(FrameCalls, "User frames"),
     "tools": CallSection(ToolCalls, "Tools"),

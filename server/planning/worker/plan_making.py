@@ -7,11 +7,14 @@ the scene of the job, timed and certified likewise, and every plan is checked al
 
 from __future__ import annotations
 
+import math
 import time
 from collections.abc import Callable, Mapping
+from dataclasses import replace
 from typing import TypeAlias
 
 from openpendant.motion.errors import BadArgument, MotionError
+from openpendant.motion.frames.frame_tree import BASE
 from openpendant.motion.kinematics.ik.ik import branch_of
 from openpendant.motion.kinematics.serial import Kinematics
 from openpendant.motion.planning.closest_approach import closest_approach
@@ -51,6 +54,12 @@ LONGEST = 120.0
 
 MOST_SAMPLES = 12_000
 """Samples of a plan at most."""
+
+LARGEST_COORDINATE = 1e3
+"""No tool is asked to go farther from its frame [m]; keeps overflow out of the planner."""
+
+NORM_TOLERANCE = 1e-3
+"""How far the length of a quaternion may be from 1, which it is then given."""
 
 _TOLD_EVERY = 0.2
 """Time between two words of a search, so that there are at most five a second [s]."""
@@ -99,7 +108,7 @@ def make_plan(
 def _made(
     bare: Kinematics, tooled: Kinematics, job: PlanJob, tell: Tell
 ) -> tuple[Trajectory, Certificate] | Refusal:
-    motion = job.motion
+    motion = _placed(bare, job)
     found: tuple[Trajectory, Certificate] | Refusal
     if isinstance(motion, FreePath):
         found = _searched(bare, tooled, job, motion, tell)
@@ -108,6 +117,46 @@ def _made(
     if isinstance(found, Refusal) or job.scene is None:
         return found
     return collision_on(bare, found[0].position, job.scene) or found
+
+
+def _placed(kinematics: Kinematics, job: PlanJob) -> PoseJob | JointPathJob | FreePath:
+    """Return the motion of a job with its poses in base.
+
+    Raises:
+        MotionError: a pose or a joint position is none.
+    """
+    motion = job.motion
+    if isinstance(motion, JointPathJob):
+        for waypoint in motion.waypoints:
+            kinematics.limits.check_position(waypoint)
+        return motion
+    if isinstance(motion, PoseJob):
+        goals = enumerate(motion.goals, start=1)
+        return replace(
+            motion, goals=tuple(_in_base(goal, at, job.place) for at, goal in goals), frame=BASE
+        )
+    if isinstance(motion.goal, PoseGoal):
+        return replace(motion, goal=_in_base(motion.goal, 1, job.place))
+    return motion
+
+
+def _in_base(given: PoseGoal, number: int, place: PoseGoal | None) -> PoseGoal:
+    """Return a pose of a frame in base.
+
+    Raises:
+        BadArgument: it lies too far away, or its quaternion has another length than 1.
+    """
+    farthest = max(given.position, key=abs)
+    if abs(farthest) > LARGEST_COORDINATE:
+        accepted = f"coordinates up to {LARGEST_COORDINATE:g} m"
+        raise BadArgument(f"pose {number}", farthest, accepted)
+    norm = math.hypot(*given.orientation)
+    if not abs(norm - 1.0) <= NORM_TOLERANCE:
+        raise BadArgument(f"quaternion of pose {number}", f"length {norm:g}", "length 1")
+    pose = Pose.from_values(given.position, given.orientation)
+    if place is not None:
+        pose = Pose.from_values(place.position, place.orientation).compose(pose)
+    return PoseGoal(tuple(pose.position.tolist()), tuple(pose.quaternion.tolist()))
 
 
 def _in_branch(

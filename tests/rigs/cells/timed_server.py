@@ -29,8 +29,17 @@ from openpendant.server.access.accounts import AccountBook, AccountChange
 from openpendant.server.access.admission import VerifyJob
 from openpendant.server.access.audit import AuditEntry
 from openpendant.server.events.events import Port
-from openpendant.server.planning.jobs import Deliver, Job, split_question
+from openpendant.server.planning.jobs import (
+    CertifiedTrajectory,
+    Deliver,
+    Job,
+    JointPathJob,
+    PlanFacts,
+    PlanJob,
+    split_question,
+)
 from openpendant.server.planning.worker.job_planner import answer
+from openpendant.server.refusal import Refusal
 from openpendant.server.settings.cell_settings import ControllerPath, make_settings
 from openpendant.server.shell.app import App
 from openpendant.server.shell.cell_shell import CellParts
@@ -77,6 +86,20 @@ TICK = 10_000_000
 _YES, _NO = TriState.TRUE, TriState.FALSE
 _STANDING = Status(_YES, _NO, 0, _NO, _NO, ControllerMode.AUTO, _YES)
 PROGRAM = "main"
+
+
+@cache
+def longest_plan() -> tuple[CertifiedTrajectory, PlanFacts]:
+    """A turn of the first joint that takes two minutes, whose numbers have all their digits."""
+    robot = serial_robot(ROBOT)
+    home = robot.home_position
+    goal = (home[0] + 1.2345, *(value + 0.012345 for value in home[1:]))
+    speed = 1.2345 / 119.0 / robot.limits.velocity[0]
+    motion = JointPathJob(0, home, (goal,), speed)
+    made = answer(ROBOT, PlanJob(1, home, motion))
+    assert isinstance(made.result, tuple)
+    assert made.facts is not None
+    return CertifiedTrajectory(*made.result), made.facts
 
 
 def ball(number: int) -> dict[str, Any]:
@@ -281,6 +304,15 @@ class TimedServer:
         environment = self.app.cells[0].core.environment
         assert environment is not None
         return environment.world.revisions[kind]
+
+    def plan(self) -> int:
+        """Return the number of a plan that is kept, as long as a plan may be."""
+        plans = self.app.cells[0].core.pendants.plans
+        home = serial_robot(ROBOT).home_position
+        made = plans._book.begin((0, "the rig"), "ptp", "", home, plans._basis(), self.now)
+        certified, facts = longest_plan()
+        assert not isinstance(plans._book.keep(made, certified, facts, 0.1, self.now), Refusal)
+        return made.number
 
     def begin(self) -> None:
         """Go on as a server that runs, whose start the garbage collector looks at no more."""

@@ -52,6 +52,9 @@ class Served(Protocol):
     def revision(self, kind: DocumentKind) -> int:
         """Return the revision of a document that a change has to name."""
 
+    def plan(self) -> int:
+        """Return the number of a plan that is kept, as long as a plan may be."""
+
 
 LARGEST = 65_000
 """About as large as a body fits a frame [bytes]."""
@@ -63,6 +66,7 @@ _CODEC = codec_for(PENDANT, ByteOrder.LITTLE)
 _FRAMES, _TOOLS, _SCENE = DocumentKind.FRAMES, DocumentKind.TOOLS, DocumentKind.SCENE
 _numbers = count(10)
 _POSE = {"position": [0.1, 0.2, 0.3], "orientation": [0.0, 0.0, 0.0, 1.0]}
+_REACHED = {"position": [-0.45, -0.11, 0.4], "orientation": [0.7071068, 0.7071068, 0.0, 0.0]}
 _BOX = {"type": "box", "size": [0.1, 0.1, 0.1]}
 _HOME = (0.0, -1.5, 1.5, -1.5, -1.5, 0.0)
 
@@ -131,6 +135,9 @@ def _legal(op: str, server: Served, again: int) -> dict[str, Any]:
         "scene.forbid": {"first": "o1", "second": f"o{again + 1}", "expected_revision": scene},
         "scene.attach": {"name": "o3", "expected_revision": scene},
         "scene.detach": {"name": "o3", "expected_revision": scene},
+        "plans.make": {"goal": {"kind": "lin", "pose": _REACHED}, "label": "l" * 64},
+        "plans.samples": {"plan": server.plan() if op == "plans.samples" else 0, "with_tool": True},
+        "plans.drop": {"plan": server.plan() if op == "plans.drop" else 0},
         "programs.create": {"name": f"made {again}"},
         "programs.load": {"name": "main"},
         "programs.history": {"name": "main"},
@@ -185,6 +192,14 @@ def _large(op: str, server: Served) -> bytes | None:
                 "tools": [{"name": f"t{at}", **placed} for at in range(n)],
             },
             "expected_revision": tools,
+        },
+        "plans.make": lambda n: {
+            "goal": {
+                "kind": "path",
+                "waypoints": [
+                    [at / 2_000, *_HOME[1:]] for at in range(1, min(n, MAX_WAYPOINTS) + 1)
+                ],
+            },
         },
         "programs.save": lambda n: {"name": "new", "body": _text(n), "expected_revision": 9},
         "programs.check": lambda n: {"body": _text(n)},
@@ -261,6 +276,7 @@ def _is_large(op: str) -> bool:
         "scene.import",
         "frames.import",
         "tools.import",
+        "plans.make",
         "programs.save",
         "programs.check",
         "programs.edit",

@@ -27,6 +27,9 @@ class _Anything:
     def revision(self, kind: DocumentKind) -> int:
         return 0
 
+    def plan(self) -> int:
+        return 1
+
 
 def flood() -> list[bytes]:
     """Return the frames, in an order that is the same in every run."""

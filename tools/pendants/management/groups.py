@@ -7,6 +7,7 @@ from openpendant.simplemsg.pendant.management import (
     cell,
     devices,
     frames,
+    plans,
     programs,
     recordings,
     scene,
@@ -44,6 +45,16 @@ class ProgramCalls(CallGroup[Way]):
     breakpoints = call(programs.SetBreakpoints)
     dry_run = call(programs.StartDryRun)
     dry_run_progress = call(programs.AskDryRunProgress)
+
+
+@calls_of("plans")
+class PlanCalls(CallGroup[Way]):
+    """The operations on plans; `execute` moves the robot and is the clients' own."""
+
+    make = call(plans.MakePlan)
+    samples = call(plans.AskSamples)
+    show = call(plans.ShowPlans)
+    drop = call(plans.DropPlan)
 
 
 @calls_of("recordings")
@@ -154,6 +165,7 @@ class GroupedCalls(CellCalls[Way]):
     """The operations on the cell and, in groups, on what is in it, as both clients have them.
 
     Attributes:
+        plans: motions that are made, looked at and executed as shown.
         frames: user frames.
         tools: tools.
         scene: objects around the robot.
@@ -166,6 +178,7 @@ class GroupedCalls(CellCalls[Way]):
 
     def __init__(self, way: Way) -> None:
         super().__init__(way)
+        self.plans = PlanCalls(way)
         self.frames = FrameCalls(way)
         self.tools = ToolCalls(way)
         self.scene = SceneCalls(way)
