@@ -189,7 +189,8 @@ class _Problem:
 
     def _greatest_rate(self) -> Array:
         """Return the (g,) greatest path velocity that joints, points of the arm and rules allow."""
-        with np.errstate(divide="ignore"):
+        # A joint that stands has a slope of rounding errors only.
+        with np.errstate(divide="ignore", over="ignore"):
             bound: Array = (self.velocity / np.abs(self.slope)).min(axis=1)
         # A grid point on a knot obeys the rules of both sides.
         bound *= np.minimum(np.append(self.fraction, 1.0), np.append(1.0, self.fraction))

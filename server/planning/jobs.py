@@ -412,7 +412,7 @@ class WorstRatio:
 
 
 @dataclass(frozen=True, slots=True)
-class NearestBodies:
+class LeastClearance:
     """Where on a motion an object of the scene and another body come nearest.
 
     Attributes:
@@ -443,7 +443,7 @@ class PlanFacts:
     end: PoseGoal
     margin: float
     worst: tuple[WorstRatio, ...]
-    nearest: NearestBodies | None
+    nearest: LeastClearance | None
 
 
 class SearchStage(StrEnum):

@@ -50,7 +50,7 @@ START_SHIFT = 1e-4
 _LIVE = frozenset({PlanState.PLANNING, PlanState.READY, PlanState.RUNNING})
 
 
-class Basis(NamedTuple):
+class PlanBasis(NamedTuple):
     """What a plan is made from, but for the joints.
 
     Attributes:
@@ -73,7 +73,7 @@ class Basis(NamedTuple):
         objects = () if self.scene is None else self.scene.objects
         return tuple(each.name for each in objects if each.link is not None)
 
-    def changed(self, now: Basis) -> str:
+    def changed(self, now: PlanBasis) -> str:
         """Return what of it is not what it was, in words; empty for nothing."""
         if now.tool != self.tool:
             return f"the selected tool is {_named(now.tool)}, it was {_named(self.tool)}"
@@ -137,7 +137,7 @@ class Plan:
     kind: str
     label: str
     start: JointVector
-    basis: Basis
+    basis: PlanBasis
     since: int
     is_of_here: bool = True
     is_preview: bool = False
@@ -261,7 +261,7 @@ class PlanBook:
         kind: str,
         label: str,
         start: JointVector,
-        basis: Basis,
+        basis: PlanBasis,
         now: int,
         *,
         is_of_here: bool = True,

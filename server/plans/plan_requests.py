@@ -18,12 +18,12 @@ from openpendant.motion.planning.rrt_connect import BUILT_IN
 from openpendant.motion.pose import Pose
 from openpendant.simplemsg.pendant import MAX_WAYPOINTS, Motion
 from openpendant.simplemsg.pendant.management.plan_goals import (
-    FreeGoal,
-    LinGoal,
-    PathGoal,
+    FreeAim,
+    LinAim,
+    PathAim,
     PlanGoal,
-    PositionGoal,
-    PtpGoal,
+    PositionAim,
+    PtpAim,
 )
 from openpendant.simplemsg.pendant.management.plans import MakePlan
 from openpendant.simplemsg.verdicts import VerdictCode
@@ -108,14 +108,14 @@ class GoalReader:
             return PoseJob(0, start, goals, frame, way, *how)
 
         match goal:
-            case PositionGoal(name=name):
+            case PositionAim(name=name):
                 return through(self._robot.named_position(name))
-            case LinGoal(pose=pose, frame=frame):
+            case LinAim(pose=pose, frame=frame):
                 motion = poses([cast(_GivenPose, pose)], frame, Motion.LIN)
                 return PlanJob(0, start, motion, place=self._place(frame, start))
-            case PathGoal():
+            case PathAim():
                 return self._path(goal, start, through, poses)
-            case PtpGoal():
+            case PtpAim():
                 if goal.joints is None and goal.pose is not None:
                     motion = poses([cast(_GivenPose, goal.pose)], goal.frame, Motion.PTP)
                     place = self._place(goal.frame, start)
@@ -123,7 +123,7 @@ class GoalReader:
                 if goal.branch is not None:
                     raise BadArgument("branch", goal.branch, "a branch with a pose only")
                 return through(self._only_joints(goal))
-            case FreeGoal():
+            case FreeAim():
                 if goal.planner not in PLANNERS:
                     raise BadArgument("planner", goal.planner, ", ".join(PLANNERS))
                 search = goal.planner, goal.seed, goal.time_limit, goal.margin
@@ -134,7 +134,7 @@ class GoalReader:
                     return PlanJob(0, start, FreePath(start, aim, *search, *how), place=place)
                 return PlanJob(0, start, FreePath(start, self._only_joints(goal), *search, *how))
 
-    def _only_joints(self, goal: PtpGoal | FreeGoal) -> JointVector:
+    def _only_joints(self, goal: PtpAim | FreeAim) -> JointVector:
         """Return the joints of a goal that has no pose."""
         if goal.joints is None or goal.pose is not None:
             raise BadArgument("goal", goal.kind, "joints or pose, one of the two")
@@ -142,7 +142,7 @@ class GoalReader:
 
     def _path(
         self,
-        goal: PathGoal,
+        goal: PathAim,
         start: JointVector,
         through: Callable[..., PlanJob],
         poses: Callable[[Sequence[_GivenPose], str, Motion], PoseJob],

@@ -49,7 +49,7 @@ from ..planning.jobs import (
 from ..refusal import Refusal
 from ..settings.cell_settings import ControllerLink
 from ..store.documents import DocumentKind
-from .plan_book import Basis, Plan, PlanBook, moved
+from .plan_book import Plan, PlanBasis, PlanBook, moved
 from .plan_requests import GoalReader, request_fault
 from .plan_space import PlanSpace
 from .question_rate import QuestionRate
@@ -328,6 +328,10 @@ class PlanService:
 
     def execute(self, session: int, asked: Execute, now: int) -> Refusal | list[Effect]:
         """Execute a plan as it was shown, where everything is what it was planned from."""
+        # First, so that whoever may not move the robot makes no plan stale by asking.
+        not_in_control = permission(self._cell.authority, session, now)
+        if not_in_control is not None:
+            return not_in_control
         plan = self._found(asked.plan, now)
         if isinstance(plan, Refusal):
             return plan
@@ -385,14 +389,14 @@ class PlanService:
         limits = self._cell.limits
         return tracking_tolerances(self._link, limits, says_emulated=says_emulated).noise
 
-    def _basis(self) -> Basis:
+    def _basis(self) -> PlanBasis:
         cell, environment = self._cell, self._environment
         scene, cap = cell.motions.scene, cell.modes.tool_speed_cap(cell.feedback.mode)
         if environment is None:
-            return Basis(scene, 0, 0, 0, None, cap)
+            return PlanBasis(scene, 0, 0, 0, None, cap)
         world = environment.world
         revisions = world.revisions
-        return Basis(
+        return PlanBasis(
             scene,
             revisions[DocumentKind.SCENE],
             revisions[DocumentKind.TOOLS],

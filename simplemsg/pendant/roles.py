@@ -92,5 +92,8 @@ PERMISSIONS_OF: Mapping[Role, frozenset[Permission]] = {
 }
 """All that each role includes."""
 
+NOT_IN_VERSION_2 = frozenset({Permission.PLAN})
+"""What a connection of version 2 is not told of, as it knows no request that needs it."""
+
 WITHOUT_LOGIN = frozenset({Permission.STOP})
 """What any connection that completed hello may do, logged in or not (promise 19)."""

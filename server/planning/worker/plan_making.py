@@ -36,7 +36,7 @@ from ...refusal import Refusal, refusal_of
 from ..jobs import (
     FreePath,
     JointPathJob,
-    NearestBodies,
+    LeastClearance,
     PlanAnswer,
     PlanFacts,
     PlanJob,
@@ -276,7 +276,7 @@ def worst_of(certificate: Certificate) -> tuple[WorstRatio, ...]:
 
 def nearest_bodies(
     bare: Kinematics, trajectory: Trajectory, scene: Scene | None
-) -> NearestBodies | None:
+) -> LeastClearance | None:
     """Return where an object and another body come nearest; None where there is no object."""
     if scene is None:
         return None
@@ -284,4 +284,4 @@ def nearest_bodies(
     if found is None:
         return None
     at = float(trajectory.times[found.sample])
-    return NearestBodies(found.distance, found.first, found.second, at)
+    return LeastClearance(found.distance, found.first, found.second, at)

@@ -19,7 +19,7 @@ Joints: TypeAlias = Annotated[tuple[Real, ...], Length(1, 64)]
 """A joint position; whether it has as many values as the robot has joints, the server says."""
 
 
-class Goal:
+class Aim:
     """A goal; a key that its kind does not have is refused."""
 
     __slots__ = ()
@@ -27,7 +27,7 @@ class Goal:
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class PtpGoal(Goal):
+class PtpAim(Aim):
     """To a joint position, or to a pose, in a straight joint line.
 
     Attributes:
@@ -43,7 +43,7 @@ class PtpGoal(Goal):
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class LinGoal(Goal):
+class LinAim(Aim):
     """To a pose, with the tool on a straight line."""
 
     kind: Literal["lin"]
@@ -52,7 +52,7 @@ class LinGoal(Goal):
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class PathGoal(Goal):
+class PathAim(Aim):
     """Through joint positions without stopping, or through poses.
 
     Attributes:
@@ -66,7 +66,7 @@ class PathGoal(Goal):
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class FreeGoal(Goal):
+class FreeAim(Aim):
     """To a joint position or a pose, around what stands in the cell.
 
     Attributes:
@@ -87,14 +87,14 @@ class FreeGoal(Goal):
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class PositionGoal(Goal):
+class PositionAim(Aim):
     """To a named position."""
 
     kind: Literal["position"]
     name: str
 
 
-PlanGoal: TypeAlias = PtpGoal | LinGoal | PathGoal | FreeGoal | PositionGoal
+PlanGoal: TypeAlias = PtpAim | LinAim | PathAim | FreeAim | PositionAim
 
 AnyGoal: TypeAlias = Annotated[PlanGoal, ToldApart("kind")]
 """A goal as it is read from JSON."""

@@ -18,7 +18,7 @@ from openpendant.server.journal import event_records
 from openpendant.server.journal.event_records import plan_from_json, plan_to_json
 from openpendant.server.planning.jobs import (
     DryRunFound,
-    NearestBodies,
+    LeastClearance,
     PlanAnswer,
     PlanFacts,
     PoseGoal,
@@ -71,7 +71,7 @@ def test_what_is_told_of_a_plan_comes_back(planned: PlanAnswer) -> None:
         PoseGoal((0.1, 0.2, 0.3), (0.0, 0.0, 0.0, 1.0)),
         0.25,
         (WorstRatio("elbow", "velocity", 0.1 + 0.2, 0.07),),
-        NearestBodies(0.123456789012345, "forearm", "pillar", 0.5),
+        LeastClearance(0.123456789012345, "forearm", "pillar", 0.5),
     )
     again = plan_from_json(4, _through_text(replace(planned, facts=facts)), LIMITS, START)
     assert again.facts == facts

@@ -14,7 +14,7 @@ from rigs.data.example_counts import few
 from rigs.peers.server_clients import Pendant
 
 from openpendant.server.planning.jobs import Job, JointVector, PlanAnswer, PlanJob
-from openpendant.server.plans.plan_book import MOST_OF_CELL, Basis, Plan
+from openpendant.server.plans.plan_book import MOST_OF_CELL, Plan, PlanBasis
 from openpendant.server.store.documents import DocumentKind
 from openpendant.simplemsg.pendant import Activity, AuthorityBeat, PlanState
 from openpendant.simplemsg.verdicts import VerdictCode as V
@@ -117,7 +117,7 @@ class Orders:
             assert len(cell.sent) == sent
             assert cell.core.cell.activity is Activity.IDLE
 
-    def assert_current(self, basis: Basis, start: JointVector) -> None:
+    def assert_current(self, basis: PlanBasis, start: JointVector) -> None:
         """What a plan was made from is what there is."""
         around = known(self.cell.core.environment)
         assert basis.scene == around.world.scene
