@@ -232,8 +232,9 @@ def test_every_operation_was_asked_for_and_refused() -> None:
     for question, answer in questions():
         if isinstance(question.body, str) and question.name.partition(":")[0] in published:
             (done if answer.done else refused).add(json.loads(question.body)["op"])
-    # The last digits of what a calibration finds differ between machines.
-    assert done == published - {"tools.calibrate"}
+    # The last digits of what a calibration finds, and of a plan, differ between machines.
+    inexact = {"tools.calibrate", "plans.make", "plans.samples", "plans.drop"}
+    assert done == published - inexact
     assert refused == published
 
 

@@ -15,8 +15,10 @@ from openpendant.motion.errors import UnsupportedKind
 from openpendant.simplemsg.pendant import (
     Activity,
     AuthorityBeat,
+    EnablingPosition,
     MotionControl,
     MotionControlAction,
+    OperatingMode,
     Outcome,
     PlanState,
 )
@@ -166,6 +168,22 @@ def farthest_from(rows: list[list[float]], cell: PlansCell) -> float:
     return worst
 
 
+def test_a_plan_made_under_a_cap_is_executed_as_it_was_shown(cell: PlansCell) -> None:
+    assert cell.operator.mode(OperatingMode.MANUAL_HIGH) is V.ACCEPTED
+    cell.operator.enable(EnablingPosition.RELEASED, EnablingPosition.HELD)
+    plan = cell.plan()
+    cell.operator.enable(EnablingPosition.HELD)
+    rows = cell.samples(plan)
+    cell.operator.enable(EnablingPosition.RELEASED, EnablingPosition.HELD)
+    assert cell.execute(plan, override_is_one=1) is V.ACCEPTED
+    while cell.is_executing:
+        cell.operator.enable(EnablingPosition.HELD)
+        cell.operator.send(AuthorityBeat())
+        cell.wait(50)
+    assert_as_shown(cell, rows)
+    assert cell.operator.outcomes()[-1][1] is V.ACCEPTED
+
+
 def test_a_plan_is_executed_once(cell: PlansCell) -> None:
     plan = cell.plan()
     assert cell.execute(plan) is V.ACCEPTED
@@ -204,6 +222,7 @@ def test_one_whose_maker_leaves_goes_on(cell: PlansCell) -> None:
     cell.wait(100)
     maker.close()
     assert cell.core.cell.activity is Activity.MOVING
+    assert cell.state_of(made["plan"]) == "running"
     assert cell.execute(waiting) is V.PLAN_STALE
     cell.let_finish()
     assert cell.position == pytest.approx(cell.turned(1.0), abs=1e-3)

@@ -52,6 +52,7 @@ def test_a_viewer_looks_and_an_operator_plans(rig: GuardedRig, user: str) -> Non
     assert person.ask("plans.samples", plan=1)["code"] == V.PLAN_UNKNOWN
     drop = person.ask("plans.drop", plan=1)
     assert drop["code"] == (V.PLAN_UNKNOWN if may else V.ROLE_TOO_LOW)
+    person.take()
     assert person.code(Execute(5, 1, 0)) is (V.PLAN_UNKNOWN if may else V.ROLE_TOO_LOW)
 
 

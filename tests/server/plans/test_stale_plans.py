@@ -247,6 +247,13 @@ def test_so_does_an_override_that_is_not_one_where_that_is_asked_for(cell: Plans
     cell.let_finish()
 
 
+def test_so_does_an_object_that_is_being_added(cell: PlansCell) -> None:
+    plan = cell.plan()
+    cell.core.cell.unbuilt = "a change of the scene is being put in force"
+    assert cell.execute(plan) is V.CHANGE_WHILE_MOVING
+    assert cell.state_of(plan) == "ready"
+
+
 def test_a_plan_from_elsewhere_is_never_executed(cell: PlansCell) -> None:
     made = cell.make(start=cell.turned(0.3))
     assert made["executable"] is False
