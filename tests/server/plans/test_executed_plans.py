@@ -7,6 +7,7 @@ from typing import Any
 
 import numpy as np
 import pytest
+from promises.promise_table import figure
 from rigs.cells.planning_pendants import PlansCell, notices
 from rigs.data.example_counts import counts
 
@@ -42,7 +43,7 @@ def assert_as_shown(cell: PlansCell, rows: list[list[float]]) -> None:
     shown = np.array([row[1 : 1 + dof] for row in rows])
     sent = np.array(handed(cell))
     assert sent.shape == shown.shape
-    assert np.abs(sent - shown).max() <= 1e-9
+    assert np.abs(sent - shown).max() <= figure(33, "joint").bound
     times = [point.time for point in cell.handed]
     assert times == pytest.approx([row[0] for row in rows], abs=1e-9)
 

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Iterator
 
 import pytest
+from promises.promise_table import figure
 from rigs.cells.planning_pendants import PlansCell, notices
 
 from openpendant.simplemsg.pendant import (
@@ -123,13 +124,13 @@ def test_promise_34_everybody_is_told_within_a_tick(cell: PlansCell) -> None:
     plan = cell.plan()
     looking_on = cell.other()
     cap_falls(cell)
-    cell.wait(10)
+    cell.wait(10 * figure(34, "told").count)
     assert notices(looking_on, plan) == [(PlanState.STALE, V.PLAN_STALE)]
 
 
 def test_a_plan_expires_after_a_minute(cell: PlansCell) -> None:
     plan = cell.plan()
-    for _ in range(599):
+    for _ in range(figure(34, "kept").count * 10 - 1):
         cell.operator.send(beat())
         cell.wait(100)
     assert cell.state_of(plan) == "ready"
