@@ -36,7 +36,7 @@ from ..paths.blending import LEAST_ZONE, JointPolyline
 from ..pose import Array, Pose
 from ..scene.collision import CollisionModel, Proximity
 from ..trajectory.joint_curves import COINCIDENT, settle_start
-from .ompl_planner import OmplPlanner, ompl_is_installed, search_with_ompl
+from .ompl_planner import OmplPlanner, ompl_is_installed, planners, search_with_ompl
 from .path_check import EdgeChecker, first_contact
 from .rrt_connect import BUILT_IN, STEP, TreeSearch, rrt_connect, shorten
 
@@ -81,12 +81,6 @@ class PlanningProgress:
     iterations: int
     seconds: float | None
     time_limit: float
-
-
-def planners() -> tuple[str, ...]:
-    """Return the names of the planners that can be used here, the default first."""
-    names = tuple(OmplPlanner) if ompl_is_installed() else (OmplPlanner.RRT_CONNECT,)
-    return (*(name.value for name in names), BUILT_IN)
 
 
 def plan_free_path(

@@ -406,18 +406,22 @@ def plan_to_json(planned: PlanAnswer) -> dict[str, Any]:
         found = _FOUND[type(result).__name__].dump_python(result, mode="json")
         if isinstance(result, TaskResult):
             found = with_long_texts(found)
-        return {"plan_time": planned.plan_time, "kind": type(result).__name__, "found": found}
-    trajectory, _ = result
-    samples = {name: _encode(getattr(trajectory, name)) for name in _ARRAYS}
-    if trajectory.fine is not None:
-        samples |= {f"fine_{name}": _encode(getattr(trajectory.fine, name)) for name in _FINE}
+        record = {"plan_time": planned.plan_time, "kind": type(result).__name__, "found": found}
+        return record if planned.preview is None else record | _samples_of(planned.preview[0])
     times = {"plan_time": planned.plan_time, "took": planned.took}
-    record = {**times, "joints": trajectory.dof, "samples": samples}
+    record = times | _samples_of(result[0])
     if planned.playback is not None:
         record["playback"] = _PLAYBACK.dump_python(planned.playback, mode="json")
     if planned.facts is not None:
         record["facts"] = _FACTS.dump_python(planned.facts, mode="json")
     return record
+
+
+def _samples_of(trajectory: Trajectory) -> dict[str, Any]:
+    samples = {name: _encode(getattr(trajectory, name)) for name in _ARRAYS}
+    if trajectory.fine is not None:
+        samples |= {f"fine_{name}": _encode(getattr(trajectory.fine, name)) for name in _FINE}
+    return {"joints": trajectory.dof, "samples": samples}
 
 
 def _body_from_json(job: ReadBody, record: dict[str, Any]) -> PlanAnswer:
@@ -457,13 +461,14 @@ def plan_from_json(
                 raise AnswerRecordError(f"no answer of a planner is called {read.kind!r}")
             # As text, because statements are strict: an object is a statement in JSON alone.
             found = _FOUND[read.kind].validate_json(json.dumps(read.found))
-            return PlanAnswer(job_id, found, read.plan_time)
+            preview = None
+            if read.samples is not None:
+                shown = _trajectory(read.samples, read.joints)
+                preview = shown, certify(shown, limits)
+            return PlanAnswer(job_id, found, read.plan_time, preview=preview)
         if read.samples is None:
             raise AnswerRecordError("neither a trajectory nor a refusal")
-        arrays = {name: _decode(read.samples[name]) for name in _ARRAYS}
-        for name in ("position", "velocity", "acceleration"):
-            arrays[name] = arrays[name].reshape(-1, read.joints)
-        trajectory = Trajectory(**arrays, fine=_fine(read.samples, read.joints))
+        trajectory = _trajectory(read.samples, read.joints)
         return PlanAnswer(
             job_id,
             (trajectory, certify(trajectory, limits, start=start)),
@@ -472,6 +477,13 @@ def plan_from_json(
             read.took,
             None if read.facts is None else _FACTS.validate_python(read.facts),
         )
+
+
+def _trajectory(samples: dict[str, str], joints: int) -> Trajectory:
+    arrays = {name: _decode(samples[name]) for name in _ARRAYS}
+    for name in ("position", "velocity", "acceleration"):
+        arrays[name] = arrays[name].reshape(-1, joints)
+    return Trajectory(**arrays, fine=_fine(samples, joints))
 
 
 def _fine(samples: dict[str, str], joints: int) -> FineSamples | None:

@@ -267,6 +267,7 @@ class DryRunJob:
 
     Attributes:
         run_id: name of the dry run among all of the server; its slices share what was planned.
+        samples: whether the motions are wanted, too; in the journal the answer has them.
     """
 
     job_id: int
@@ -277,6 +278,7 @@ class DryRunJob:
     tool_speed: float | None = None
     scene: Scene | None = None
     signals: Offer = None
+    samples: bool = field(default=False, repr=False)
 
 
 @dataclass(frozen=True, slots=True)
@@ -478,6 +480,8 @@ class PlanAnswer:
         plan_time: wall time that planning took [s].
         playback: of a recording, what was asked and what is possible.
         facts: of a plan, what is told beside its samples.
+        preview: of a dry run whose samples are wanted, its motions one behind the other; None where
+            they are too long, or there are none.
         took: from when a planning process was given the job to when its answer was read [s], which
             is longer where that process, niced as it is, waited for a processor; 0 if not measured.
     """
@@ -498,6 +502,7 @@ class PlanAnswer:
     playback: PlaybackPlan | None = None
     took: float = 0.0
     facts: PlanFacts | None = None
+    preview: tuple[Trajectory, Certificate] | None = None
 
     @property
     def is_final(self) -> bool:

@@ -281,11 +281,11 @@ class PlanBook:
         self,
         plan: Plan,
         certified: CertifiedTrajectory,
-        facts: PlanFacts,
+        facts: PlanFacts | None,
         plan_time: float,
         now: int,
     ) -> list[Plan] | Refusal:
-        """Keep a plan that was made.
+        """Keep a plan that was made; the preview of a program has no facts.
 
         Where there is no room for it, the oldest ready plans of the same connection are dropped,
         never another's.

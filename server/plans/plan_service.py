@@ -50,7 +50,7 @@ from ..refusal import Refusal
 from ..settings.cell_settings import ControllerLink
 from ..store.documents import DocumentKind
 from .plan_book import Plan, PlanBasis, PlanBook, moved
-from .plan_requests import GoalReader, request_fault
+from .plan_requests import LONGEST_LABEL, GoalReader, request_fault
 from .plan_space import PlanSpace
 from .question_rate import QuestionRate
 from .sample_text import sample_text
@@ -179,6 +179,26 @@ class PlanService:
             return [*reply.refuse(dropped), *self._tell(plan)]
         out = [effect for each in dropped for effect in self._tell(each)]
         return [*out, *reply.answer(self._made(plan, now)), *self._tell(plan)]
+
+    def keep_preview(
+        self, session: int, name: str, program: str, certified: CertifiedTrajectory, now: int
+    ) -> tuple[int, list[Effect]] | Refusal:
+        """Keep the motions of a program as a plan that is looked at and never executed.
+
+        Returns:
+            The number of the plan, and who is told of it; or why it is not kept.
+        """
+        refusal = self._book.room_fault(session)
+        if refusal is not None:
+            return refusal
+        start = tuple(certified.trajectory.row(0).position)
+        about = "program", program[:LONGEST_LABEL], start, self._basis(), now
+        plan = self._book.begin((session, name), *about, is_of_here=False, is_preview=True)
+        dropped = self._book.keep(plan, certified, None, 0.0, now)
+        if isinstance(dropped, Refusal):
+            return dropped
+        told = [effect for each in (*dropped, plan) for effect in self._tell(each)]
+        return plan.number, told
 
     def _progress(self, making: _Making, word: SearchProgress, now: int) -> list[Effect]:
         if now - making.told < PROGRESS_NS:

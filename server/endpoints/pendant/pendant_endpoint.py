@@ -136,6 +136,7 @@ class PendantEndpoint:
             cell_name=identity.cell,
             robot_name=identity.robot,
             environment=BareEnvironment() if environment is None else environment,
+            keep_preview=lambda *about: self.plans.keep_preview(*about),
         )
         self._authority = AuthorityRequests(cell, listeners)
         self._control = ControlRequests(

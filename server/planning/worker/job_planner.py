@@ -53,7 +53,7 @@ from ..jobs import (
 from .block_planning import check_running, collision_on, plan_block_job
 from .dry_run_planning import DryRuns, shortened
 from .motion_planning import certified_motion, speed_caps
-from .plan_making import Tell, make_plan
+from .plan_making import Tell, make_plan, preview_of
 from .recording_planning import RecordingUnplayable, plan_recording
 
 
@@ -142,10 +142,15 @@ def answer(robot: str, job: Job, tell: Tell = _say_nothing) -> PlanAnswer:
         return PlanAnswer(job.job_id, read, time.perf_counter() - started)
     kinematics = kinematics_of(robot)
     if isinstance(job, DryRunJob):
-        found = _dry_runs.slice(kinematics, job, lambda: time.perf_counter() - started > _SLICE)
+        walked: list[Trajectory] = []
+        found = _dry_runs.slice(
+            kinematics, job, lambda: time.perf_counter() - started > _SLICE, walked
+        )
+        preview = None
         if isinstance(found, DryRunFound):
             found = shortened(found)
-        return PlanAnswer(job.job_id, found, time.perf_counter() - started)
+            preview = preview_of(walked, kinematics.limits) if job.samples else None
+        return PlanAnswer(job.job_id, found, time.perf_counter() - started, preview=preview)
     if isinstance(job, WayCheckJob):
         return PlanAnswer(job.job_id, _looked(kinematics, job), time.perf_counter() - started)
     if isinstance(job, PlanJob):

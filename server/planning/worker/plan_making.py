@@ -9,10 +9,11 @@ from __future__ import annotations
 
 import math
 import time
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import replace
 from typing import TypeAlias
 
+from openpendant.motion.description.limits import JointLimits
 from openpendant.motion.errors import BadArgument, MotionError
 from openpendant.motion.frames.frame_tree import BASE
 from openpendant.motion.kinematics.ik.ik import branch_of
@@ -28,7 +29,7 @@ from openpendant.motion.pose import Pose
 from openpendant.motion.scene.scene import Scene
 from openpendant.motion.timing.parameterization import time_path
 from openpendant.motion.trajectory.certificate import Certificate, certify
-from openpendant.motion.trajectory.trajectory import Trajectory
+from openpendant.motion.trajectory.trajectory import Trajectory, join
 from openpendant.simplemsg.pendant import Motion
 from openpendant.simplemsg.verdicts import VerdictCode
 
@@ -238,6 +239,18 @@ def _too_long(trajectory: Trajectory) -> Refusal | None:
     return Refusal(
         VerdictCode.PLAN_TOO_LONG, f"{text} {MOST_SAMPLES}", value=duration, limit=LONGEST
     )
+
+
+def preview_of(
+    walked: Sequence[Trajectory], limits: JointLimits
+) -> tuple[Trajectory, Certificate] | None:
+    """Return the motions of a program one behind the other; None where that makes no plan."""
+    try:
+        whole = join(walked)
+        return None if _too_long(whole) else (whole, certify(whole, limits))
+    except MotionError:
+        # There are none, or one could not be planned and the walk went on behind it.
+        return None
 
 
 def _facts(

@@ -14,7 +14,7 @@ from rigs.cells.server_rig import MS
 from openpendant.motion.description.robot import serial_robot
 from openpendant.motion.kinematics.ik.ik import solve_all
 from openpendant.motion.kinematics.serial import Kinematics
-from openpendant.motion.pose import Pose
+from openpendant.motion.pose import Array, Pose
 from openpendant.motion.trajectory.trajectory import Trajectory
 from openpendant.server.events.management_requests import MOST_ANSWER
 from openpendant.server.planning.jobs import PlanAnswer, SearchProgress, SearchStage
@@ -72,7 +72,7 @@ def test_a_reply_tells_all_of_it(cell: PlansCell) -> None:
     assert made["end"] == cell.turned(0.4)
     place = UR5.forward(cell.turned(0.4))
     assert made["end_pose"]["position"] == pytest.approx(place.position.tolist())
-    based = {"scene": 1, "tools": 0, "frames": 0, "tool": None, "attached": []}
+    based: dict[str, Any] = {"scene": 1, "tools": 0, "frames": 0, "tool": None, "attached": []}
     assert made["based_on"] == based
     assert made["certificate"]["valid"] is True
     ratios = {each["quantity"]: each["ratio"] for each in made["certificate"]["worst"]}
@@ -473,7 +473,7 @@ def test_where_a_frame_would_overflow_fewer_rows_come() -> None:
     """The longest robot that a file may describe would be far shorter of digits than this."""
     count, joints = 100, 16
     values = np.full((count, joints), -1.2345678901234567e-101)
-    times = np.arange(count) * 0.01
+    times: Array = np.linspace(0.0, 0.99, count)
     trajectory = Trajectory(times, values, values.copy(), values.copy(), times[::99].copy())
     steps = sample_text(1, trajectory, 0, 100, 1, None)
     turns = 0

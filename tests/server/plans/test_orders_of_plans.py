@@ -144,24 +144,26 @@ def assert_in_order(steps: list[tuple[str, Any]]) -> None:
     assert orders.cell.controller.referee.total == 0
 
 
-def some(*kinds: list[st.SearchStrategy[tuple[str, Any]]]) -> Any:
+def some(
+    *kinds: list[st.SearchStrategy[tuple[str, Any]]],
+) -> st.SearchStrategy[list[tuple[str, Any]]]:
     alphabet = st.one_of(*PLANNING, *PLANNING, *(each for kind in kinds for each in kind))
-    return given(st.lists(alphabet, min_size=5, max_size=8))
+    return st.lists(alphabet, min_size=5, max_size=8)
 
 
 @few(100, soak=3_400)
-@some(CHANGES)
+@given(some(CHANGES))
 def test_promise_34_only_ready_plans_are_executed_whatever_changes(steps: Any) -> None:
     assert_in_order(steps)
 
 
 @few(100, soak=3_300)
-@some(STOPS)
+@given(some(STOPS))
 def test_promise_34_only_ready_plans_are_executed_whoever_stops(steps: Any) -> None:
     assert_in_order(steps)
 
 
 @few(100, soak=3_300)
-@some(CHANGES, STOPS, PEOPLE)
+@given(some(CHANGES, STOPS, PEOPLE))
 def test_promise_34_only_ready_plans_are_executed_whoever_comes_and_goes(steps: Any) -> None:
     assert_in_order(steps)

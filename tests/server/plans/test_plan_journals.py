@@ -32,8 +32,9 @@ async def _plan_and_execute(folder: Path) -> None:
             there = [home[0] + 0.3, *home[1:]]
             made = await pendant.plans.make({"kind": "ptp", "joints": there})
             stale = await pendant.plans.make({"kind": "path", "waypoints": [there, home]})
-            around = {"kind": "free", "joints": there, "planner": "BuiltInRRTConnect"}
-            dropped = await pendant.plans.make(around)
+            dropped = await pendant.plans.make(
+                {"kind": "free", "joints": there, "planner": "BuiltInRRTConnect"}
+            )
             assert len(await _rows(pendant, made["plan"])) == made["samples"]
             await pendant.plans.drop(dropped["plan"])
             result = await (await pendant.execute(made["plan"], override_is_one=True)).done()

@@ -5,12 +5,12 @@ import subprocess
 import sys
 from pathlib import Path
 
-import numpy as np
 import pytest
 
 from openpendant.motion.description.robot import serial_robot
 from openpendant.motion.kinematics.serial import Kinematics
-from openpendant.motion.planning.planner import BUILT_IN, planners
+from openpendant.motion.planning.ompl_planner import planners
+from openpendant.motion.planning.rrt_connect import BUILT_IN
 from openpendant.motion.scene.collision import CollisionModel
 from openpendant.motion.scene.scene import Box, Scene, SceneObject
 from openpendant.server.planning.jobs import (
@@ -43,7 +43,7 @@ def digest(planned: PlanAnswer) -> str:
     assert isinstance(planned.result, tuple), planned.result
     trajectory = planned.result[0]
     arrays = trajectory.times, trajectory.position, trajectory.velocity, trajectory.acceleration
-    return hashlib.sha256(b"".join(np.ascontiguousarray(each) for each in arrays)).hexdigest()
+    return hashlib.sha256(b"".join(each.tobytes() for each in arrays)).hexdigest()
 
 
 PLANNERS = sorted({"RRTConnect", BUILT_IN} & set(planners()))
