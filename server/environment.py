@@ -5,10 +5,12 @@ Owns how these parts are joined and what of the cell they are told. Decides noth
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from typing import TYPE_CHECKING
 
 from openpendant.motion.errors import StartInCollision
+from openpendant.motion.frames.frame_tree import BASE, FLANGE
+from openpendant.motion.pose import Pose
 from openpendant.motion.scene.scene import Scene
 from openpendant.simplemsg.pendant import Capability
 from openpendant.simplemsg.verdicts import VerdictCode
@@ -77,6 +79,17 @@ class CellEnvironment:
         """What a pendant may ask of it; signals where the controller has some for us."""
         offered = Capability.RECORDING | Capability.SCENE | Capability.KINEMATICS
         return offered | Capability.SIGNALS if self.signals.is_offered else offered
+
+    def place_of(self, frame: str, position: Sequence[float]) -> Pose:
+        """Return where a frame is in base at (n,) joints.
+
+        Raises:
+            FrameUnknown: there is no such frame.
+        """
+        tree = self.world.frames
+        if not tree.moving_between(frame, BASE):
+            return tree.transform(frame, BASE)
+        return tree.transform(frame, BASE, {FLANGE: self._view.flange(tuple(position))})
 
     def contact(
         self, then: Callable[[Refusal | None, int], list[Effect]], now: int

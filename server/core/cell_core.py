@@ -80,6 +80,7 @@ from ..events.events import (
 from ..events.pending import Pending
 from ..events.replies import stop_changed, verdict
 from ..planning.jobs import MotionJob
+from ..plans.plan_space import PlanSpace
 from ..refusal import Refusal
 from ..scene.planning_scene import RobotEnvironment
 from ..settings.cell_settings import CellSettings, ControllerPath
@@ -167,6 +168,7 @@ class CellCore:
         environment: RobotEnvironment | None = None,
         access: CoreAccess | None = None,
         is_read_apart: Callable[[int], bool] = lambda session: False,
+        plan_space: PlanSpace | None = None,
     ) -> None:
         """Make a server nobody is connected to.
 
@@ -176,6 +178,7 @@ class CellCore:
             access: who the pendants are; where left out, whoever is on this machine may do all.
             is_read_apart: whether a large body of a session is read in a planning process; where
                 left out, all are read at once.
+            plan_space: room for the plans of all cells; one of this cell's own where left out.
         """
         access = access or CoreAccess()
         self.name = identity.cell
@@ -201,6 +204,7 @@ class CellCore:
             access,
             self.environment,
             is_read_apart,
+            PlanSpace() if plan_space is None else plan_space,
         )
         about = identity.cell, identity.robot, identity.display
         access.lobby.join(LobbyCell(*about, glance=self._glance))
@@ -222,6 +226,7 @@ class CellCore:
         recordings = None if self.environment is None else self.environment.recordings
         self._owners: dict[MotionOwner, _Subscriber] = {
             MotionOwner.PENDANT: announcing.on_cell_event,
+            MotionOwner.PLAN: self.pendants.plans.on_cell_event,
             MotionOwner.PROGRAM: programs.on_cell_event,
             MotionOwner.ROS: self.ros.on_cell_event,
         }

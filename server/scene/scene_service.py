@@ -14,10 +14,12 @@ from openpendant.motion.frames.frame_file import FramesFile, frames_to_json
 from openpendant.motion.frames.frame_teaching import frame_from_four_points, frame_from_three_points
 from openpendant.motion.frames.frame_tree import FLANGE
 from openpendant.motion.frames.tool_calibration import tool_centre
+from openpendant.motion.planning.ompl_planner import planners
 from openpendant.motion.pose import Pose
 from openpendant.motion.scene.scene import Scene
 from openpendant.motion.scene.scene_file import SCENE_SCHEMA
 from openpendant.motion.steps import Stepwise
+from openpendant.simplemsg.pendant import PROTOCOL_VERSION
 from openpendant.simplemsg.pendant.management import devices, frames, scene
 from openpendant.simplemsg.pendant.management.declaration import AnyPose, Changed, Done, FoundPose
 from openpendant.simplemsg.verdicts import VerdictCode
@@ -60,7 +62,11 @@ class _Change(Protocol):
 
 
 class SceneService:
-    """Scene service of one cell."""
+    """Scene service of one cell.
+
+    Attributes:
+        planners: names of those that find ways around obstacles here.
+    """
 
     def __init__(
         self,
@@ -72,6 +78,7 @@ class SceneService:
         robot_name: str,
     ) -> None:
         """Join what it asks."""
+        self.planners = planners()
         self._cell = cell
         self._world = world
         self._view = view
@@ -404,7 +411,10 @@ class SceneService:
     ) -> list[Effect]:
         if asked.name not in (None, self._robot_name):
             return reply.refuse(self._other_robot(asked.name))
-        return reply.answer(cast(devices.RobotSpecification, self._view.specification))
+        facts = dict(self._view.specification)
+        if reply.version >= PROTOCOL_VERSION:
+            facts["planners"] = list(self.planners)
+        return reply.answer(cast(devices.RobotSpecification, facts))
 
     @handles(devices.LoadRobot)
     def _load_robot(

@@ -62,6 +62,7 @@ from .motion import (
     RunKind,
     SetSpeed,
 )
+from .plans import Execute, PlanChanged, PlanStage, PlanState
 from .session import (
     IN_VERSION_2,
     MAX_PENDANT_FRAME,
@@ -121,6 +122,8 @@ PENDANT_MESSAGES: tuple[type[Message], ...] = (
     JogUndo,
     ProgramRun,
     Home,
+    Execute,
+    PlanChanged,
     State,
     AuthorityChanged,
     StopChanged,
@@ -156,6 +159,7 @@ __all__ = [
     "Enabling",
     "EnablingPosition",
     "Encrypted",
+    "Execute",
     "Forwarded",
     "Hello",
     "HelloReply",
@@ -191,6 +195,9 @@ __all__ = [
     "Pairing",
     "PairingAction",
     "PairingReply",
+    "PlanChanged",
+    "PlanStage",
+    "PlanState",
     "PoseMove",
     "PosePath",
     "PoseWaypoint",

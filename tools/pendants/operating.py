@@ -18,6 +18,7 @@ from openpendant.simplemsg.pendant import (
     AuthorityWanted,
     Enabling,
     EnablingPosition,
+    Execute,
     Home,
     JointMove,
     JointPath,
@@ -394,6 +395,24 @@ class Moves(PendantSession):
         """
         return await self._begin(
             lambda request_id: Home(request_id=request_id, speed=speed, target=target)
+        )
+
+    async def execute(self, plan: int, *, override_is_one: bool = False) -> MotionHandle:
+        """Execute a plan of `plans.make` once, sample by sample, as `plans.samples` shows it.
+
+        Args:
+            plan: its number.
+            override_is_one: be refused unless the speed override is 1, for a measured run.
+
+        Raises:
+            Refused: PLAN_STALE, anything that it was made from has changed; PLAN_UNKNOWN; not in
+                control, robot busy, …, which leaves the plan as it is.
+            ConnectionLost: the connection ended.
+        """
+        return await self._begin(
+            lambda request_id: Execute(
+                request_id=request_id, plan=plan, override_is_one=int(override_is_one)
+            )
         )
 
     async def run_program(

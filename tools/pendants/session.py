@@ -30,6 +30,7 @@ from openpendant.simplemsg.pendant import (
     ModeChanged,
     Notices,
     Outcome,
+    PlanChanged,
     ProgramReport,
     State,
     StopChanged,
@@ -89,6 +90,7 @@ class PendantSession:
         on_wanted: called when another pendant requests the authority that we hold.
         on_stop: called when a stop is latched or reset.
         on_mode: called when the mode of operation changes.
+        on_plan: called when a plan changes its state, where notices were declared to be wanted.
         on_program: called when a program comes to another line, pauses or ends.
         ramp_time: how long the robot may take to come to rest after a press ended [s]; then it is
             stopped. None until the server has said it.
@@ -105,6 +107,7 @@ class PendantSession:
         self.on_wanted: Callable[[AuthorityWanted], None] | None = None
         self.on_stop: Callable[[StopChanged], None] | None = None
         self.on_mode: Callable[[ModeChanged], None] | None = None
+        self.on_plan: Callable[[PlanChanged], None] | None = None
         self.on_program: Callable[[ProgramReport], None] | None = None
         self._conversation = Conversation(self._take_notification)
         self._client = ""
@@ -423,6 +426,8 @@ class PendantSession:
                 _call_back(self.on_stop, message)
             case ModeChanged():
                 _call_back(self.on_mode, message)
+            case PlanChanged():
+                _call_back(self.on_plan, message)
             case ProgramReport():
                 _call_back(self.on_program, message)
             case JogEnded():

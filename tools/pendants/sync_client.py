@@ -366,6 +366,7 @@ class SyncPendantClient(GroupedCalls[SyncCalls], OnThread[PendantClient]):
     follow_joints = _begins(PendantClient.follow_joints)
     follow_poses = _begins(PendantClient.follow_poses)
     home = _begins(PendantClient.home)
+    execute = _begins(PendantClient.execute)
     run_program = _begins(PendantClient.run_program)
     jog = _holds(PendantClient.jog)
     jog_tool = _holds(PendantClient.jog_tool)

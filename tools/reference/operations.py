@@ -28,6 +28,7 @@ from ..pendants.management.groups import (
     CellCalls,
     FrameCalls,
     KinematicsCalls,
+    PlanCalls,
     ProgramCalls,
     RecordingCalls,
     RobotCalls,
@@ -50,6 +51,7 @@ class CallSection(NamedTuple):
 GROUPS: Mapping[str, CallSection] = {
     "": CallSection(CellCalls, "The cell"),
     "programs": CallSection(ProgramCalls, "Programs"),
+    "plans": CallSection(PlanCalls, "Plans"),
     "recordings": CallSection(RecordingCalls, "Recordings"),
     "frames": CallSection(FrameCalls, "User frames"),
     "tools": CallSection(ToolCalls, "Tools"),

@@ -33,6 +33,7 @@ from ...events.management_requests import (
     is_of_topic,
     unknown,
 )
+from ...plans.plan_service import PlanService
 from ...programs.program_service import ProgramService
 from ...refusal import JsonBody, Refusal, refusal_of
 from ...settings.cell_settings import CellSettings
@@ -237,6 +238,7 @@ class ManagementRequests:
         listeners: Listeners,
         access: AccessRequests,
         programs: ProgramService,
+        plans: PlanService,
         retreats: EscapeRequests,
         environment: CellEnvironment | None,
     ) -> None:
@@ -250,9 +252,9 @@ class ManagementRequests:
         services: tuple[object, ...] = ()
         if environment is not None:
             services = environment.service, environment.recordings, environment.kinematics
-        self._handlers = handlers_of(self, access, access.connections, retreats, *services) | dict(
-            programs.handlers
-        )
+        self._handlers = handlers_of(
+            self, access, access.connections, plans, retreats, *services
+        ) | dict(programs.handlers)
 
     def answer(
         self,

@@ -35,6 +35,7 @@ from openpendant.simplemsg.pendant import (
     Capability,
     Declare,
     Enabling,
+    Execute,
     Forwarded,
     Hello,
     Home,
@@ -82,6 +83,8 @@ from ...events.management_requests import (
 )
 from ...events.pending import Pending
 from ...events.replies import in_words, sent_away, verdict
+from ...plans.plan_service import PlanService
+from ...plans.plan_space import PlanSpace
 from ...programs.execution.program_run import BareEnvironment
 from ...programs.program_service import ProgramService
 from ...refusal import Refusal
@@ -125,10 +128,12 @@ class PendantEndpoint:
         access: CoreAccess,
         environment: CellEnvironment | None,
         is_read_apart: Callable[[int], bool],
+        plan_space: PlanSpace,
     ) -> None:
         """Make an endpoint that nobody is connected to.
 
         Args:
+            plan_space: room for the plans of all cells.
             is_read_apart: whether a large body of a session is read in a planning process.
         """
         self._is_read_apart = is_read_apart
@@ -155,6 +160,7 @@ class PendantEndpoint:
             cell_name=identity.cell,
             robot_name=identity.robot,
             environment=BareEnvironment() if environment is None else environment,
+            keep_preview=lambda *about: self.plans.keep_preview(*about),
         )
         self._authority = AuthorityRequests(cell, listeners)
         self._control = ControlRequests(
@@ -162,10 +168,16 @@ class PendantEndpoint:
             None if environment is None else environment.recordings,
         )
         escapes = EscapeRequests(cell, robot, self._jogs)
-        self._management = ManagementRequests(
-            *(cell, settings, listeners, self.access, self.programs, escapes, environment)
-        )
         self.announcing = Notifications(cell, robot, listeners, self._jogs.states)
+        self.plans = PlanService(
+            *(cell, robot, settings.controller, pending, environment, plan_space),
+            notify=listeners.notice,
+            announce=self.announcing.on_cell_event,
+        )
+        self._management = ManagementRequests(
+            *(cell, settings, listeners, self.access, self.programs, self.plans, escapes),
+            environment,
+        )
         self._requests = self._request_table()
         self._topics = self._topic_table()
 
@@ -178,6 +190,7 @@ class PendantEndpoint:
             PoseMove: motions.pose_move,
             PosePath: motions.pose_path,
             Home: motions.home,
+            Execute: self.plans.execute,
             JogStart: jogs.start,
             JogStep: jogs.step,
             JogUndo: jogs.undo,
@@ -222,9 +235,9 @@ class PendantEndpoint:
         self.programs.closed(session)
         self._cell.modes.forget(session)
         change = self._cell.authority.release(session, AuthorityReason.CONNECTION_LOST)
-        out = self._cell.authority_gone(change, now)
+        out = self._cell.authority_gone(change, now) + self.plans.closed(session, now)
         if self._kinematics is not None:
-            out = [*out, *self._kinematics.closed(session)]
+            out += self._kinematics.closed(session)
         return [*out, *self.access.closed(session, now), *self._bodies.closed(session)]
 
     def regranted(self, session: int, now: int) -> list[Effect]:
@@ -460,7 +473,7 @@ class PendantEndpoint:
 
     def tick(self, now: int) -> list[Effect]:
         """Send state to whoever is due; end conversations that never began or fell silent."""
-        out = self.programs.executor.tick(now)
+        out = self.programs.executor.tick(now) + self.plans.tick(now)
         ends, due = self._listeners.tick(now)
         return out + ends + self.announcing.state(due, now)
 

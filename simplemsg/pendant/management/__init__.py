@@ -3,7 +3,7 @@
 Importing this package imports every topic, so that the table of operations is whole.
 """
 
-from . import access, cell, devices, frames, kinematics, programs, recordings, scene
+from . import access, cell, devices, frames, kinematics, plans, programs, recordings, scene
 from .declaration import OPERATIONS
 
 __all__ = [
@@ -13,6 +13,7 @@ __all__ = [
     "devices",
     "frames",
     "kinematics",
+    "plans",
     "programs",
     "recordings",
     "scene",

@@ -69,6 +69,9 @@ class Served(Protocol):
     def kept(self, name: str) -> str:
         """Return the JSON of a program."""
 
+    def plan(self) -> int:
+        """Return the number of a plan that is kept, as long as a plan may be."""
+
     def somebody(self) -> int:
         """Connect another pendant; return the number of its session."""
 
@@ -104,6 +107,7 @@ _PROGRAM, _RECORDING = DocumentKind.PROGRAM, DocumentKind.RECORDING
 _numbers = count(10)
 _POSE = {"position": [0.1, 0.2, 0.3], "orientation": [0.0, 0.0, 0.0, 1.0]}
 _REACHED = {"position": [0.4, 0.1, 0.3], "orientation": [0.0, 1.0, 0.0, 0.0]}
+_NEAR_HOME = {"position": [-0.45, -0.11, 0.4], "orientation": [0.7071068, 0.7071068, 0.0, 0.0]}
 _BOX = {"type": "box", "size": [0.1, 0.1, 0.1]}
 HOME = (0.0, -1.5, 1.5, -1.5, -1.5, 0.0)
 
@@ -292,6 +296,10 @@ _LEGAL: Mapping[str, Legal] = {
     "scene.move": Legal(_revised(_SCENE, name="o1", pose=_POSE)),
     "scene.allow": Legal(_NOTED[1], after=(_UNNOTED,)),
     "scene.forbid": Legal(_UNNOTED[1], before=(_NOTED,)),
+    # A plan as long as a plan may be, whose numbers have all their digits.
+    "plans.make": Legal(_plain(goal={"kind": "lin", "pose": _NEAR_HOME}, label="l" * 64)),
+    "plans.samples": Legal(lambda server, number: {"plan": server.plan(), "with_tool": True}),
+    "plans.drop": Legal(lambda server, number: {"plan": server.plan()}),
     "programs.create": Legal(
         lambda server, number: {"name": f"made {number}"},
         after=(("programs.delete", lambda s, n: {"name": f"made {n}", "expected_revision": 1}),),

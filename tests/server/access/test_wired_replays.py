@@ -47,6 +47,7 @@ FRAMES: dict[str, Frame] = {
         number, 1, 0.5, "base", (messages.PoseWaypoint(NEAR, UPRIGHT),)
     ),
     "home": lambda number: messages.Home(number, 0.5, "home"),
+    "execute": lambda number: messages.Execute(number, 1, 0),
     "jog press": press,
     "jog step": lambda number: messages.JogStep(
         number, 0.5, messages.JogSpace.JOINTS, "", 2, joint_array((0.01,))

@@ -8,6 +8,7 @@ from openpendant.simplemsg.pendant.management import (
     devices,
     frames,
     kinematics,
+    plans,
     programs,
     recordings,
     scene,
@@ -45,6 +46,16 @@ class ProgramCalls(CallGroup[Way]):
     breakpoints = call(programs.SetBreakpoints)
     dry_run = call(programs.StartDryRun)
     dry_run_progress = call(programs.AskDryRunProgress)
+
+
+@calls_of("plans")
+class PlanCalls(CallGroup[Way]):
+    """The operations on plans; `execute` moves the robot and is the clients' own."""
+
+    make = call(plans.MakePlan)
+    samples = call(plans.AskSamples)
+    show = call(plans.ShowPlans)
+    drop = call(plans.DropPlan)
 
 
 @calls_of("recordings")
@@ -165,6 +176,7 @@ class GroupedCalls(CellCalls[Way]):
     """The operations on the cell and, in groups, on what is in it, as both clients have them.
 
     Attributes:
+        plans: motions that are made, looked at and executed as shown.
         frames: user frames.
         tools: tools.
         scene: objects around the robot.
@@ -178,6 +190,7 @@ class GroupedCalls(CellCalls[Way]):
 
     def __init__(self, way: Way) -> None:
         super().__init__(way)
+        self.plans = PlanCalls(way)
         self.frames = FrameCalls(way)
         self.tools = ToolCalls(way)
         self.scene = SceneCalls(way)
