@@ -42,6 +42,7 @@ from ..events.effects import Effect, LogLine, QueryController, Then
 from ..events.pending import Pending
 from ..refusal import Refusal
 from ..settings.cell_settings import CellSettings, ControllerPath
+from ..uplinks import dialect_of
 from .cell_motions import CellMotions
 from .execution.feedback import Feedback, interruption
 from .execution.motion_watch import ArmPoints
@@ -115,6 +116,7 @@ class RobotCell:
     """One robot: who may move it, whether it may move now, and what it is doing.
 
     Attributes:
+        declaration: what its controller can do.
         modes: the mode of operation, enabling (training) and speeds.
         motions: what is planned and moved.
         stop: the latched stop, None where there is none.
@@ -140,6 +142,8 @@ class RobotCell:
             points: tool and elbow, held to the cap of the mode by what is reported, too.
         """
         self.limits = limits
+        self.declaration = dialect_of(settings.controller).declared(settings.controller)
+        self._is_told_emulated = settings.controller.emulated
         self.slots = JointSlots(limits)
         self.authority = MotionAuthority(round(settings.pendants.authority_timeout * 1e9))
         self.feedback = Feedback(limits.dof, settings.controller)
@@ -180,6 +184,15 @@ class RobotCell:
         if activity is _IDLE and self.program is not None:
             return self.program.activity
         return activity
+
+    @property
+    def is_known_emulated(self) -> bool:
+        """Whether the controller is known to be emulated: it says so, and so does the cell's file.
+
+        Neither is enough for what only training may do. A real one could be made to answer the
+        question by chance, and a file may be copied to another cell.
+        """
+        return self._is_told_emulated and self.feedback.says_emulated
 
     def link_state(self, now: int) -> LinkState:
         """Return the state of the controller connection."""

@@ -344,6 +344,7 @@ class PlanningScene:
         author: str,
         now: int,
         told: Told,
+        session: int = 0,
     ) -> Refusal | list[Effect]:
         """Change user frames or tools while the robot is at rest; in force once it is saved.
 
@@ -351,6 +352,7 @@ class PlanningScene:
             kind: frames or tools.
             expected: revision of the document that the change was made from.
             told: called with the new revision, or why it was not saved.
+            session: connection of the author, 0 for the server.
         """
         refusal = self._not_now(kind) or self._stale(kind, expected)
         if refusal is not None:
@@ -369,7 +371,7 @@ class PlanningScene:
             return told(self.revisions[kind], at)
 
         def made(body: str, at: int) -> list[Effect]:
-            return self._save(kind, body, author, saved)
+            return self._save(kind, body, author, session, saved)
 
         self._saving.add(kind)
         self._tell_cell()
@@ -383,7 +385,13 @@ class PlanningScene:
         return (yield from self._frames_text.steps(tree, frames=not is_tools, tools=is_tools))
 
     def change_scene(
-        self, change: SceneChange, expected: int, author: str, now: int, told: Told
+        self,
+        change: SceneChange,
+        expected: int,
+        author: str,
+        now: int,
+        told: Told,
+        session: int = 0,
     ) -> Refusal | list[Effect]:
         """Change the scene; while the robot moves, objects may only be added to it.
 
@@ -412,7 +420,7 @@ class PlanningScene:
         def put_in_force(refused: Refusal | None, at: int) -> list[Effect]:
             if refused is not None:
                 return told(refused, at)
-            return self._save(DocumentKind.SCENE, self._body, author, saved)
+            return self._save(DocumentKind.SCENE, self._body, author, session, saved)
 
         return self._build(scene, now, put_in_force, is_kept=True)
 
@@ -579,11 +587,13 @@ class PlanningScene:
         kind: DocumentKind,
         body: str,
         author: str,
+        session: int,
         saved: Callable[[Answer, int], list[Effect]],
     ) -> list[Effect]:
         self._saving.add(kind)
         self._tell_cell()
-        return self._pending.ask(Save(kind, self._name, body, self.revisions[kind], author), saved)
+        save = Save(kind, self._name, body, self.revisions[kind], author, session)
+        return self._pending.ask(save, saved)
 
     def _saved(self, kind: DocumentKind, answer: Answer) -> Refusal | None:
         self._saving.discard(kind)

@@ -224,7 +224,8 @@ class SceneService:
         change: FrameChange,
     ) -> list[Effect]:
         expected, told = asked.expected_revision, _revision(reply)
-        changed = self._world.change_frames(kind, change, expected, reply.name, now, told)
+        by = reply.name
+        changed = self._world.change_frames(kind, change, expected, by, now, told, reply.session)
         return reply.refuse(changed) if isinstance(changed, Refusal) else changed
 
     # The scene.
@@ -329,7 +330,8 @@ class SceneService:
         self, asked: _Change, reply: ReplyTo[Changed], now: int, change: SceneChange
     ) -> list[Effect]:
         expected, told = asked.expected_revision, _revision(reply)
-        changed = self._world.change_scene(change, expected, reply.name, now, told)
+        by = reply.name
+        changed = self._world.change_scene(change, expected, by, now, told, reply.session)
         return reply.refuse(changed) if isinstance(changed, Refusal) else changed
 
     # The trace of the tool.

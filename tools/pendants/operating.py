@@ -29,6 +29,8 @@ from openpendant.simplemsg.pendant import (
     PoseMove,
     PosePath,
     PoseWaypoint,
+    Prepare,
+    PrepareAction,
     ProgramRun,
     ResetStop,
     RunKind,
@@ -363,6 +365,23 @@ class Moves(PendantSession):
         """
         return await self._begin(
             lambda request_id: Home(request_id=request_id, speed=speed, target=target)
+        )
+
+    async def prepare(
+        self, action: PrepareAction = PrepareAction.PREPARE, *, token: int = 0
+    ) -> MotionHandle:
+        """Have the controller prepared, or a single step of that taken; `done` tells when it is.
+
+        Args:
+            action: what is to be done; `controller.describe` tells what the controller takes.
+            token: the value of the refusal CONFIRM_FIRST, once a person has confirmed; else 0.
+
+        Raises:
+            Refused: BAD_ARGUMENT, the controller has nothing to prepare; CONFIRM_FIRST, …
+            ConnectionLost: the connection ended.
+        """
+        return await self._begin(
+            lambda request_id: Prepare(request_id=request_id, action=action, token=token)
         )
 
     async def run_program(

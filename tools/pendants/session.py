@@ -19,6 +19,8 @@ from openpendant.simplemsg.pendant import (
     AuthorityChanged,
     AuthorityWanted,
     Capability,
+    ControllerChanged,
+    DocumentChanged,
     Hello,
     HelloReply,
     JogEnded,
@@ -77,6 +79,9 @@ class PendantSession:
         on_stop: called when a stop is latched or reset.
         on_mode: called when the mode of operation changes.
         on_program: called when a program comes to another line, pauses or ends.
+        on_document: called when a document changes, where the wish was declared.
+        on_controller: called when something else is known of the controller; ask
+            `controller.describe` again.
     """
 
     hello: HelloReply
@@ -89,6 +94,8 @@ class PendantSession:
         self.on_stop: Callable[[StopChanged], None] | None = None
         self.on_mode: Callable[[ModeChanged], None] | None = None
         self.on_program: Callable[[ProgramReport], None] | None = None
+        self.on_document: Callable[[DocumentChanged], None] | None = None
+        self.on_controller: Callable[[ControllerChanged], None] | None = None
         self._conversation = Conversation(self._take_notification)
         self._client = ""
         self._state_rate = 0.0
@@ -305,6 +312,10 @@ class PendantSession:
                 _call_back(self.on_mode, message)
             case ProgramReport():
                 _call_back(self.on_program, message)
+            case DocumentChanged():
+                _call_back(self.on_document, message)
+            case ControllerChanged():
+                _call_back(self.on_controller, message)
             case JogEnded():
                 self._jog_ended(message)
             case Outcome():

@@ -9,7 +9,7 @@ from __future__ import annotations
 
 import json
 import unicodedata
-from collections.abc import Iterable
+from collections.abc import Iterable, Sequence
 from typing import Any, Literal, Self, cast
 
 from pydantic import ConfigDict, Field
@@ -39,7 +39,6 @@ from ...refusal import JsonBody, Refusal, refusal_of
 from ...settings.cell_settings import CellSettings
 from .access_requests import AccessRequests
 from .authority_need import AuthorityNeed
-from .jog_requests import EscapeRequests
 from .notifications import Listeners
 
 
@@ -255,10 +254,14 @@ class ManagementRequests:
         access: AccessRequests,
         programs: ProgramService,
         served: ServedCells,
-        retreats: EscapeRequests,
         environment: CellEnvironment | None,
+        besides: Sequence[object] = (),
     ) -> None:
-        """Join those who answer; a cell without an environment has no scene and no recordings."""
+        """Join those who answer; a cell without an environment has no scene and no recordings.
+
+        Args:
+            besides: who else has handlers.
+        """
         self._cell = cell
         self._settings = settings
         self._listeners = listeners
@@ -267,7 +270,7 @@ class ManagementRequests:
         self._environment = environment
         self._authority = AuthorityNeed(cell, programs.executor, environment)
         services = () if environment is None else (environment.service, environment.recordings)
-        self._handlers = handlers_of(self, access, access.connections, retreats, *services) | dict(
+        self._handlers = handlers_of(self, access, access.connections, *services, *besides) | dict(
             programs.handlers
         )
 

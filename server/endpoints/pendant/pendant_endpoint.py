@@ -49,6 +49,7 @@ from openpendant.simplemsg.pendant import (
     Pairing,
     PoseMove,
     PosePath,
+    Prepare,
     ProgramRun,
     ResetStop,
     SetAccount,
@@ -75,8 +76,11 @@ from ...programs.execution.program_run import BareEnvironment
 from ...programs.program_service import ProgramService
 from ...refusal import Refusal
 from ...settings.cell_settings import CellSettings
-from .access_requests import AccessRequests, CoreAccess, Greeting, Identity
+from .access_requests import ALWAYS, AccessRequests, CoreAccess, Greeting, Identity
+from .catalogue_requests import CatalogueRequests
 from .control_requests import AuthorityRequests, ControlRequests
+from .controller_requests import ControllerRequests, offered
+from .document_notices import DocumentNotices
 from .jog_requests import EscapeRequests, JogRequests
 from .large_bodies import LargeBodies
 from .management import ManagementRequests, ServedCells
@@ -121,8 +125,14 @@ class PendantEndpoint:
         self._cell = cell
         self._listeners = listeners = Listeners(settings, self.access.waits)
         offers = Capability(0) if environment is None else environment.capabilities
+        self.controller = ControllerRequests(cell, settings, listeners)
         self._greeting = Greeting(
-            identity, cell.limits.dof, settings, listeners, self.access, offers
+            identity,
+            cell.limits.dof,
+            settings,
+            listeners,
+            self.access,
+            offered(cell.declaration, ALWAYS | offers),
         )
         self._motions = PendantMotions(cell, robot)
         self._jogs = JogRequests(cell, settings.jog, robot)
@@ -143,8 +153,11 @@ class PendantEndpoint:
         served = ServedCells.of(identity.cells or [(identity.cell, identity.robot)])
         escapes = EscapeRequests(cell, robot, self._jogs)
         self._management = ManagementRequests(
-            *(cell, settings, listeners, self.access, self.programs, served, escapes, environment)
+            *(cell, settings, listeners, self.access, self.programs, served, environment),
+            besides=(escapes, self.controller, CatalogueRequests()),
         )
+        signals = None if environment is None else environment.signals
+        self.notices = DocumentNotices(listeners, signals, identity.cell)
         self.announcing = Notifications(cell, robot, listeners, self._jogs.states)
         self._requests = self._request_table()
         self._topics = self._topic_table()
@@ -158,6 +171,7 @@ class PendantEndpoint:
             PoseMove: motions.ask,
             PosePath: motions.ask,
             Home: motions.ask,
+            Prepare: self.controller.prepare,
             JogStart: jogs.start,
             JogStep: jogs.step,
             JogUndo: jogs.undo,
@@ -337,7 +351,7 @@ class PendantEndpoint:
         answer = self._requests.get(type(message))
         if answer is None:
             return [Send(session, refused(message)), *listener.count_fault(now)]
-        answered = answer(session, message, now)
+        answered = self.controller.unable(message) or answer(session, message, now)
         if isinstance(answered, Refusal):
             self.access.gate.turned_down(session, message, answered, now)
         return answered if isinstance(answered, list) else [_verdict(session, message, answered)]
@@ -397,7 +411,7 @@ class PendantEndpoint:
         """Send state to whoever is due; end conversations that never began or fell silent."""
         out = self.programs.executor.tick(now)
         ends, due = self._listeners.tick(now)
-        return out + ends + self.announcing.state(due, now)
+        return out + ends + self.notices.tick(now) + self.announcing.state(due, now)
 
 
 def _verdict(session: int, message: Message, refusal: Refusal | None) -> Send:

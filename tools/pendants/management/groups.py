@@ -4,7 +4,9 @@ from __future__ import annotations
 
 from openpendant.simplemsg.pendant.management import (
     access,
+    catalogue,
     cell,
+    controller,
     devices,
     frames,
     programs,
@@ -21,6 +23,7 @@ class CellCalls(CallGroup[Way]):
     snapshot = call(cell.SnapshotRequest)
     cells = call(cell.CellsRequest)
     why = call(cell.WhyRequest)
+    catalogue = call(catalogue.ReadCatalogue)
     retreat: call[[], list[cell.Hold]] = call(cell.RetreatRequest, part="holds")
 
 
@@ -118,6 +121,13 @@ class RobotCalls(CallGroup[Way]):
     load = call(devices.LoadRobot)
 
 
+@calls_of("controller")
+class ControllerCalls(CallGroup[Way]):
+    """The operations on the robot controller."""
+
+    describe = call(controller.DescribeController)
+
+
 @calls_of("trace")
 class TraceCalls(CallGroup[Way]):
     """The operations on the trace of the tool."""
@@ -159,6 +169,7 @@ class GroupedCalls(CellCalls[Way]):
         scene: objects around the robot.
         signals: inputs and outputs.
         robots: the robot itself.
+        controller: the robot controller.
         trace: where the tool went.
         access: who is connected.
         users: who has an account.
@@ -171,6 +182,7 @@ class GroupedCalls(CellCalls[Way]):
         self.scene = SceneCalls(way)
         self.signals = SignalCalls(way)
         self.robots = RobotCalls(way)
+        self.controller = ControllerCalls(way)
         self.trace = TraceCalls(way)
         self.access = AccessCalls(way)
         self.users = UserCalls(way)
