@@ -67,7 +67,7 @@ from .preparing import (
     ControllerIdentity,
     Prepare,
     PrepareAction,
-    Prepared,
+    Preparedness,
 )
 from .session import (
     IN_VERSION_2,
@@ -204,7 +204,7 @@ __all__ = [
     "PoseWaypoint",
     "Prepare",
     "PrepareAction",
-    "Prepared",
+    "Preparedness",
     "ProgramReport",
     "ProgramRun",
     "ProgramState",

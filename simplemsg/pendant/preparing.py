@@ -17,7 +17,7 @@ class PrepareAction(IntEnum):
     DRIVES_OFF = 5
 
 
-class Prepared(IntEnum):
+class Preparedness(IntEnum):
     """Whether the controller is prepared to be moved by the server."""
 
     NO = 0
@@ -61,7 +61,7 @@ class Prepare(Message):
 class ControllerChanged(Topic):
     """CONTROLLER_CHANGED: to every connection of the cell; ask `controller.describe` again."""
 
-    prepared: Annotated[int, Int("0 no, 1 yes, 2 not needed", values=Prepared)]
+    prepared: Annotated[int, Int("0 no, 1 yes, 2 not needed", values=Preparedness)]
     identity: Annotated[int, Int("0 unverified, 1 match, 2 mismatch", values=ControllerIdentity)]
     is_emulated: Annotated[int, Int("1 where it is known to be emulated")]
     declaration: Annotated[int, Int("counts the changes of what controller.describe tells, from 1")]

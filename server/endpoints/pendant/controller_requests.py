@@ -18,13 +18,14 @@ from openpendant.simplemsg.pendant import (
     MotionControl,
     MotionControlAction,
     Prepare,
-    Prepared,
+    Preparedness,
     SetSpeed,
 )
 from openpendant.simplemsg.pendant.management import controller as op
 from openpendant.simplemsg.verdicts import VerdictCode
 
 from ...cell.execution.tracking import tracking_tolerances
+from ...cell.interlocks import permission
 from ...cell.ramp_time import ramp_time
 from ...cell.robot_cell import RobotCell
 from ...events.effects import Effect
@@ -34,7 +35,7 @@ from ...settings.cell_settings import CellSettings
 from ...uplinks.declaration import Declaration, JogSupport, PauseSupport
 from .notifications import Listeners
 
-_PREPARED = Prepared.NOT_NEEDED
+_PREPARED = Preparedness.NOT_NEEDED
 """No dialect has anything to be prepared yet, so PREPARE is refused and its capability off."""
 
 _IDENTITY = ControllerIdentity.UNVERIFIED
@@ -103,7 +104,10 @@ class ControllerRequests:
         return Refusal(VerdictCode.CANNOT_PAUSE, text)
 
     def prepare(self, session: int, message: Prepare, now: int) -> Refusal:
-        """Refuse to prepare a controller that has nothing to be prepared, whoever asks."""
+        """Refuse to prepare a controller that has nothing to be prepared."""
+        fault = permission(self._cell.authority, session, now)
+        if fault is not None:
+            return fault
         text = f"a controller of the dialect {self._declaration.dialect} has nothing to prepare"
         return Refusal(VerdictCode.BAD_ARGUMENT, text, value=message.action)
 

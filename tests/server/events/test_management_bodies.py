@@ -66,9 +66,9 @@ def test_a_list_is_read_up_to_its_first_wrong_element(monkeypatch: pytest.Monkey
     faults: list[int] = []
     fault = management_requests._fault
 
-    def counted(name: str, body: bytes, error: object) -> Refusal:
+    def counted(name: str, body: bytes, error: object, version: int) -> Refusal:
         faults.append(error.error_count())  # type: ignore[attr-defined]  # a ValidationError
-        return fault(name, body, error)  # type: ignore[arg-type]
+        return fault(name, body, error, version)  # type: ignore[arg-type]
 
     monkeypatch.setattr(management_requests, "_fault", counted)
     for field, value in (("positions", [["a"] * 900] * 4), ("positions", ["a"] * 20)):
