@@ -225,7 +225,7 @@ async def accounts(pendant: Pendant, port: int) -> None:
 
 
 PARTS = {
-    ("cells", "snapshot", "why", "jog"): the_cell,
+    ("cells", "snapshot", "why", "jog", "catalogue", "controller"): the_cell,
     ("programs",): programs,
     ("recordings",): recordings,
     ("frames",): frames,

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from openpendant.simplemsg.pendant import PROTOCOL_VERSION
-from openpendant.simplemsg.pendant.catalogue import entries
+from openpendant.simplemsg.pendant.catalogue import PARTS, entries
 from openpendant.simplemsg.pendant.management.catalogue import CatalogueChunk, ReadCatalogue
 from openpendant.simplemsg.verdicts import VerdictCode
 
@@ -20,6 +20,11 @@ _AROUND = 256
 
 class CatalogueRequests:
     """The catalogue of codes, messages and operations."""
+
+    def __init__(self) -> None:
+        """Make the entries now: the first question would hold the event loop for too long."""
+        for part in PARTS:
+            entries(part)
 
     @handles(ReadCatalogue)
     def _read(self, asked: ReadCatalogue, reply: ReplyTo[CatalogueChunk], now: int) -> list[Effect]:

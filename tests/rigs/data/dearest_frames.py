@@ -108,6 +108,7 @@ def _legal(op: str, server: Served, again: int) -> dict[str, Any]:
         "users.set_role": {"name": "otto", "role": "operator"},
         "users.disable": {"name": "vera"},
         "users.enable": {"name": "vera"},
+        "catalogue": {"part": "messages"},
         "signals.set": {"output": 1, "value": True},
         "robots.load": {"name": "ur5"},
         "frames.add": {"name": f"n{again}", "pose": _POSE, "expected_revision": frames},

@@ -156,7 +156,7 @@ def test_a_motion_may_begin_as_far_away_as_is_declared() -> None:
     ],
 )
 def test_a_declaration_that_contradicts_itself_is_refused(change: dict[str, Any]) -> None:
-    with pytest.raises(ValueError, match="jog|connection|deadline"):
+    with pytest.raises(ValueError, match=r"jog|connection|deadline"):
         replace(generic_declaration(ControllerLink()), **change)
 
 
