@@ -6,6 +6,7 @@ from itertools import count
 from typing import Any
 
 import pytest
+from promises.promise_table import figure
 from rigs.cells.emulated_cell import EmulatedCell
 from rigs.cells.expectations import only
 from rigs.cells.server_rig import MS
@@ -244,7 +245,7 @@ class Clogged(EmulatedCell):
         return done
 
 
-def test_whoever_reads_too_slowly_is_told_once_to_look_at_everything() -> None:
+def test_promise_39_whoever_reads_too_slowly_is_told_once_to_look_at_everything() -> None:
     cell = Clogged(has_surroundings=True)
     cell.wait(50)
     slow, quick, maker = wanting(cell, "slow"), wanting(cell, "quick"), cell.pendant("maker")
@@ -280,28 +281,25 @@ def signals(pendant: Pendant) -> list[DocumentChanged]:
     return [each for each in pendant.all(DocumentChanged) if each.kind == NoticeKind.SIGNALS]
 
 
-def test_a_changed_output_is_told_within_a_tick_of_what_the_controller_said(
+def test_promise_39_signals_are_told_within_a_tick_and_ten_times_a_second(
     cell: EmulatedCell,
 ) -> None:
+    """And the last of them always."""
     cell.wait(300)
     watcher, maker = wanting(cell), cell.holder("maker")
-    asked_once = _request("signals.set", {"output": 1, "value": True})
-    maker.send(asked_once)
+    maker.send(_request("signals.set", {"output": 1, "value": False}))
+    maker.send(_request("signals.set", {"output": 1, "value": True}))
     assert signals(watcher) == []
-    cell.wait(10)
+    cell.wait(10 * figure(39, "signals").count)
     assert len(signals(watcher)) == 1
-
-
-def test_signals_are_told_at_most_ten_times_a_second_and_the_last_of_them_always(
-    cell: EmulatedCell,
-) -> None:
-    cell.wait(300)
-    watcher, maker = wanting(cell), cell.holder("maker")
+    watcher.got.clear()
+    cell.wait(100)
     for number in range(100):
         maker.send(_request("signals.set", {"output": 1, "value": number % 2 == 0}))
         cell.wait(10)
     found = len(signals(watcher))
-    assert 9 <= found <= 10 == 1_000 * MS // SIGNALS_PERIOD_NS
+    most = figure(39, "rate").count
+    assert most - 1 <= found <= most == 1_000 * MS // SIGNALS_PERIOD_NS
     cell.wait(200)
     assert len(signals(watcher)) == found + 1
     revisions = [each.revision for each in signals(watcher)]
