@@ -38,7 +38,7 @@ local VALUES = {
   StateField = { { 2, "POSITION" }, { 4, "VELOCITY" }, { 16, "TOOL" } },
   AuthorityReason = { [1] = "GRANTED", [2] = "RELEASED", [3] = "EXPIRED", [4] = "CONNECTION_LOST", [5] = "TAKEN_OVER", [6] = "LOGGED_OUT", [7] = "ROLE_LOST" },
   JogEnd = { [1] = "RELEASED", [2] = "SILENT", [3] = "CONNECTION_LOST", [4] = "REPLACED", [5] = "STOPPED" },
-  Prepared = { [0] = "NO", [1] = "YES", [2] = "NOT_NEEDED" },
+  Preparedness = { [0] = "NO", [1] = "YES", [2] = "NOT_NEEDED" },
   ControllerIdentity = { [0] = "UNVERIFIED", [1] = "MATCH", [2] = "MISMATCH" },
   NoticeKind = { [0] = "EVERYTHING", [1] = "PROGRAM", [2] = "RECORDING", [3] = "FRAMES", [4] = "TOOLS", [5] = "SCENE", [6] = "POSITIONS", [7] = "SIGNALS", [8] = "EXERCISE", [9] = "ROBOT" },
   Change = { [1] = "NEW", [2] = "CHANGED", [3] = "RENAMED", [4] = "DELETED" },
@@ -437,7 +437,7 @@ local MESSAGES = {
     { kind = "text", size = 160, name = "text", meaning = "one sentence, empty for none" },
   } },
   { type = 65043, name = "controller_changed", filter = "controller_changed", fields = {
-    { kind = "int", name = "prepared", meaning = "0 no, 1 yes, 2 not needed", values = VALUES.Prepared },
+    { kind = "int", name = "prepared", meaning = "0 no, 1 yes, 2 not needed", values = VALUES.Preparedness },
     { kind = "int", name = "identity", meaning = "0 unverified, 1 match, 2 mismatch", values = VALUES.ControllerIdentity },
     { kind = "int", name = "is_emulated", meaning = "1 where it is known to be emulated" },
     { kind = "int", name = "declaration", meaning = "counts the changes of what controller.describe tells, from 1" },

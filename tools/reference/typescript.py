@@ -88,7 +88,7 @@ def typescript_files() -> dict[str, str]:
 
 
 def _protocol() -> str:
-    messages = (Ping, *PENDANT_MESSAGES)
+    messages: tuple[type[Message], ...] = (Ping, *PENDANT_MESSAGES)
     parts = [
         _PROTOCOL_HEAD,
         *_enumerations(messages),

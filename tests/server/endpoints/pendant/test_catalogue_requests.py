@@ -8,6 +8,7 @@ import pytest
 from rigs.cells.server_rig import ready
 from rigs.peers.server_clients import Pendant
 
+from openpendant.server.endpoints.pendant import catalogue_requests
 from openpendant.server.endpoints.pendant.catalogue_requests import MOST_CHUNK
 from openpendant.simplemsg.pendant import PENDANT_MESSAGES, Management
 from openpendant.simplemsg.pendant.catalogue import PARTS
@@ -51,6 +52,21 @@ def test_no_chunk_is_larger_than_48_kb(pendant: Pendant, part: str) -> None:
     sizes = [len(each.body) for each in pendant.all(Management)]
     assert sizes
     assert max(sizes) <= MOST_CHUNK == 48_000
+
+
+@pytest.mark.parametrize("most", [8_000, 20_000])
+@pytest.mark.parametrize("part", PARTS)
+def test_what_does_not_fit_one_chunk_comes_in_several(
+    pendant: Pendant, monkeypatch: pytest.MonkeyPatch, part: str, most: int
+) -> None:
+    whole = read(pendant, part)
+    pendant.got.clear()
+    monkeypatch.setattr(catalogue_requests, "MOST_CHUNK", most)
+    assert read(pendant, part) == whole
+    sizes = [len(each.body) for each in pendant.all(Management)]
+    assert max(sizes) <= most
+    # As many as fit: no entry is half as large as a chunk.
+    assert min(sizes[:-1], default=most) > most / 2
 
 
 def test_every_code_message_and_operation_is_in_it(pendant: Pendant) -> None:

@@ -231,7 +231,8 @@ class Clogged(EmulatedCell):
     clogged: frozenset[int] = frozenset()
 
     def perform(self, outgoing: list[Effect]) -> list[Effect]:
-        written, missed = [], []
+        written: list[Effect] = []
+        missed: list[int] = []
         for effect in outgoing:
             if isinstance(effect, Notify) and self.clogged & set(effect.sessions):
                 missed += [each for each in effect.sessions if each in self.clogged]

@@ -88,7 +88,7 @@ export const AuthorityReason = { GRANTED: 1, RELEASED: 2, EXPIRED: 3, CONNECTION
 export const JogEnd = { RELEASED: 1, SILENT: 2, CONNECTION_LOST: 3, REPLACED: 4, STOPPED: 5 } as const;
 
 /** Whether the controller is prepared to be moved by the server. */
-export const Prepared = { NO: 0, YES: 1, NOT_NEEDED: 2 } as const;
+export const Preparedness = { NO: 0, YES: 1, NOT_NEEDED: 2 } as const;
 
 /** Whether the controller is that of the robot that the cell is configured for. */
 export const ControllerIdentity = { UNVERIFIED: 0, MATCH: 1, MISMATCH: 2 } as const;
@@ -659,7 +659,7 @@ export interface ProgramReport extends Header {
 export interface ControllerChanged extends Header {
   type: "controller_changed";
   /** 0 no, 1 yes, 2 not needed */
-  prepared: Named<typeof Prepared>;
+  prepared: Named<typeof Preparedness>;
   /** 0 unverified, 1 match, 2 mismatch */
   identity: Named<typeof ControllerIdentity>;
   /** 1 where it is known to be emulated */
