@@ -12,6 +12,7 @@ from rigs.processes.node import LEAST, node
 
 from openpendant.simplemsg.pendant import Hello
 from openpendant.simplemsg.verdicts import CATALOGUE
+from openpendant.tools.reference.files import stale_sources, write_sources
 from openpendant.tools.reference.typescript import FOLDER, MOST_SOURCE, typescript_files
 
 ROOT = Path(__file__).parents[3]
@@ -167,6 +168,14 @@ def test_numbers_without_a_name_come_through(answers: dict[str, Any]) -> None:
 @pytest.mark.parametrize("name", typescript_files())
 def test_the_committed_files_are_what_the_declarations_say(name: str) -> None:
     assert (SOURCES / name).read_text("utf-8") == typescript_files()[name], "run: make reference"
+
+
+def test_a_source_that_differs_or_is_missing_is_told(tmp_path: Path) -> None:
+    write_sources(tmp_path)
+    assert stale_sources(tmp_path) == []
+    (tmp_path / "protocol.ts").write_text("// mine\n", "utf-8")
+    (tmp_path / "operations.ts").unlink()
+    assert stale_sources(tmp_path) == ["protocol.ts is stale", "operations.ts is missing"]
 
 
 @pytest.mark.parametrize("name", typescript_files())
