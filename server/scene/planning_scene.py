@@ -336,6 +336,7 @@ class PlanningScene:
         author: str,
         now: int,
         told: Told,
+        session: int = 0,
     ) -> Refusal | list[Effect]:
         """Change user frames or tools while the robot is at rest; in force once it is saved.
 
@@ -343,6 +344,7 @@ class PlanningScene:
             kind: frames or tools.
             expected: revision of the document that the change was made from.
             told: called with the new revision, or why it was not saved.
+            session: connection of the author, 0 for the server.
         """
         refusal = self._not_now(kind) or self._stale(kind, expected)
         if refusal is not None:
@@ -353,7 +355,8 @@ class PlanningScene:
         except MotionError as error:
             return refusal_of(error)
         turns = _Turns(_PER_FRAME * len(tree.frames))
-        return self._keep_frames(kind, self._kept(kind, tree), turns, author, now, told)
+        kept = self._kept(kind, tree)
+        return self._keep_frames(kind, kept, turns, (author, session), now, told)
 
     def import_frames(
         self,
@@ -363,17 +366,20 @@ class PlanningScene:
         author: str,
         now: int,
         told: Told,
+        session: int = 0,
     ) -> Refusal | list[Effect]:
         """Replace user frames or tools by those of a file, in steps.
 
         Args:
             kind: frames or tools, as for `change_frames`; so are the others.
             reading: reads the file.
+            session: connection of the author, 0 for the server.
         """
         refusal = self._not_now(kind) or self._stale(kind, expected)
         if refusal is not None:
             return refusal
-        return self._keep_frames(kind, self._imported(kind, reading), _Turns(), author, now, told)
+        steps = self._imported(kind, reading)
+        return self._keep_frames(kind, steps, _Turns(), (author, session), now, told)
 
     def _imported(self, kind: DocumentKind, reading: Stepwise[FramesFile]) -> Stepwise[_KeptFrames]:
         read = yield from reading
@@ -394,11 +400,15 @@ class PlanningScene:
         kind: DocumentKind,
         steps: Stepwise[_KeptFrames],
         turns: _Turns,
-        author: str,
+        by: tuple[str, int],
         now: int,
         told: Told,
     ) -> list[Effect]:
-        """Make frames that are to be kept, save them, and put them in force."""
+        """Make frames that are to be kept, save them, and put them in force.
+
+        Args:
+            by: name of the author, and its connection.
+        """
 
         def made(found: _KeptFrames | Refusal, at: int) -> list[Effect]:
             if isinstance(found, Refusal):
@@ -414,7 +424,7 @@ class PlanningScene:
                 self._stand(tree, kept_at)
                 return told(self.revisions[kind], kept_at)
 
-            return self._save(kind, body, author, saved)
+            return self._save(kind, body, *by, saved)
 
         # From now on: nobody may change what the tree is made from, and no motion may begin.
         self._saving.add(kind)
@@ -428,6 +438,7 @@ class PlanningScene:
         author: str,
         now: int,
         told: Told,
+        session: int = 0,
         *,
         spent: float = 0.0,
     ) -> Refusal | list[Effect]:
@@ -452,10 +463,18 @@ class PlanningScene:
         # That the scene was made belongs to the first turn, too.
         spent += _PER_OBJECT * len(scene.objects) + _PER_ALLOWED * len(scene.allowed)
         turns = _Turns(spent)
-        return self._build(scene, now, self._saves_scene(author, told), turns, is_kept=True)
+        return self._build(
+            scene, now, self._saves_scene(author, session, told), turns, is_kept=True
+        )
 
     def import_scene(
-        self, arriving: SceneInTransfer, expected: int, author: str, now: int, told: Told
+        self,
+        arriving: SceneInTransfer,
+        expected: int,
+        author: str,
+        now: int,
+        told: Told,
+        session: int = 0,
     ) -> Refusal | list[Effect]:
         """Replace the scene by one that a planning process has read; else as `change_scene`.
 
@@ -468,7 +487,7 @@ class PlanningScene:
         before, turns = self.scene, _Turns()
         has_arrived = is_announced = False
 
-        then = self._saves_scene(author, told)
+        then = self._saves_scene(author, session, told)
 
         def arrived(scene: Scene, at: int) -> list[Effect]:
             nonlocal has_arrived
@@ -492,7 +511,7 @@ class PlanningScene:
         """Return why a scene may not take the place of another while the robot moves."""
         return None if _only_adds(before, after) else self._not_now(DocumentKind.SCENE)
 
-    def _saves_scene(self, author: str, told: Told) -> _Then:
+    def _saves_scene(self, author: str, session: int, told: Told) -> _Then:
         """Return what saves the scene that was built last, once it is in force."""
 
         def saved(answer: Answer, at: int) -> list[Effect]:
@@ -505,7 +524,7 @@ class PlanningScene:
         def put_in_force(refused: Refusal | None, at: int) -> list[Effect]:
             if refused is not None:
                 return told(refused, at)
-            return self._save(DocumentKind.SCENE, self._body, author, saved)
+            return self._save(DocumentKind.SCENE, self._body, author, session, saved)
 
         return put_in_force
 
@@ -683,11 +702,13 @@ class PlanningScene:
         kind: DocumentKind,
         body: str,
         author: str,
+        session: int,
         saved: Callable[[Answer, int], list[Effect]],
     ) -> list[Effect]:
         self._saving.add(kind)
         self._tell_cell()
-        return self._pending.ask(Save(kind, self._name, body, self.revisions[kind], author), saved)
+        save = Save(kind, self._name, body, self.revisions[kind], author, session)
+        return self._pending.ask(save, saved)
 
     def _saved(self, kind: DocumentKind, answer: Answer) -> Refusal | None:
         self._saving.discard(kind)

@@ -243,7 +243,8 @@ class SceneService:
         change: FrameChange,
     ) -> list[Effect]:
         expected, told = asked.expected_revision, _revision(reply)
-        changed = self._world.change_frames(kind, change, expected, reply.name, now, told)
+        by = reply.name
+        changed = self._world.change_frames(kind, change, expected, by, now, told, reply.session)
         return reply.refuse(changed) if isinstance(changed, Refusal) else changed
 
     def _take_frames(
@@ -255,7 +256,8 @@ class SceneService:
         file: Stepwise[FramesFile],
     ) -> list[Effect]:
         expected, told = asked.expected_revision, _revision(reply)
-        changed = self._world.import_frames(kind, file, expected, reply.name, now, told)
+        by = reply.name
+        changed = self._world.import_frames(kind, file, expected, by, now, told, reply.session)
         return reply.refuse(changed) if isinstance(changed, Refusal) else changed
 
     # The scene.
@@ -364,7 +366,8 @@ class SceneService:
         if isinstance(asked.read, Refusal):
             return reply.refuse(asked.read)
         expected, told = asked.expected_revision, _revision(reply)
-        changed = self._world.import_scene(asked.read, expected, reply.name, now, told)
+        by, session = reply.name, reply.session
+        changed = self._world.import_scene(asked.read, expected, by, now, told, session)
         return reply.refuse(changed) if isinstance(changed, Refusal) else changed
 
     def _change_scene(
@@ -376,7 +379,8 @@ class SceneService:
         spent: float = 0.0,
     ) -> list[Effect]:
         expected, told = asked.expected_revision, _revision(reply)
-        changed = self._world.change_scene(change, expected, reply.name, now, told, spent=spent)
+        by, session = reply.name, reply.session
+        changed = self._world.change_scene(change, expected, by, now, told, session, spent=spent)
         return reply.refuse(changed) if isinstance(changed, Refusal) else changed
 
     # The trace of the tool.

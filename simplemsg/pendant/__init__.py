@@ -62,7 +62,15 @@ from .motion import (
     RunKind,
     SetSpeed,
 )
+from .notices import Change, DocumentChanged, NoticeKind
 from .plans import Execute, PlanChanged, PlanStage, PlanState
+from .preparing import (
+    ControllerChanged,
+    ControllerIdentity,
+    Prepare,
+    PrepareAction,
+    Preparedness,
+)
 from .session import (
     IN_VERSION_2,
     MAX_PENDANT_FRAME,
@@ -124,6 +132,7 @@ PENDANT_MESSAGES: tuple[type[Message], ...] = (
     Home,
     Execute,
     PlanChanged,
+    Prepare,
     State,
     AuthorityChanged,
     StopChanged,
@@ -131,6 +140,8 @@ PENDANT_MESSAGES: tuple[type[Message], ...] = (
     ModeChanged,
     JogEnded,
     ProgramReport,
+    ControllerChanged,
+    DocumentChanged,
     OperatorEvent,
     ReadSignals,
     ReadSignalsReply,
@@ -155,7 +166,11 @@ __all__ = [
     "AuthorityReason",
     "AuthorityWanted",
     "Capability",
+    "Change",
+    "ControllerChanged",
+    "ControllerIdentity",
     "Declare",
+    "DocumentChanged",
     "Enabling",
     "EnablingPosition",
     "Encrypted",
@@ -186,6 +201,7 @@ __all__ = [
     "Motion",
     "MotionControl",
     "MotionControlAction",
+    "NoticeKind",
     "Notices",
     "OperatingMode",
     "OperatorAction",
@@ -201,6 +217,9 @@ __all__ = [
     "PoseMove",
     "PosePath",
     "PoseWaypoint",
+    "Prepare",
+    "PrepareAction",
+    "Preparedness",
     "ProgramReport",
     "ProgramRun",
     "ProgramState",

@@ -283,7 +283,7 @@ def run_again(files: list[Path], capsys: pytest.CaptureFixture[str]) -> list[dic
     return reports
 
 
-def test_every_conversation_runs_again_without_a_difference(
+def test_promise_42_every_conversation_runs_again_without_a_difference(
     tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
     files = unpacked(tmp_path)

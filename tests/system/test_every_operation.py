@@ -76,6 +76,10 @@ async def the_cell(pendant: Pendant) -> None:
     assert (await pendant.cells())["cells"][0]["robot"] == "ur5"
     assert (await pendant.why(whose="mine"))["ready"]
     assert (await pendant.why(kind="jog"))["conditions"]
+    codes = await pendant.catalogue("codes")
+    assert (codes["version"], codes["offset"], codes["entries"][0]["name"]) == (3, 0, "ACCEPTED")
+    told = await pendant.controller.describe()
+    assert (told["dialect"], told["says_emulated"], told["emulated"]) == ("generic", True, False)
     for hold in await pendant.retreat():
         assert hold["ways"]
 
@@ -235,7 +239,7 @@ async def accounts(pendant: Pendant, port: int) -> None:
 
 
 PARTS = {
-    ("cells", "snapshot", "why", "jog"): the_cell,
+    ("cells", "snapshot", "why", "jog", "catalogue", "controller"): the_cell,
     ("programs",): programs,
     ("recordings",): recordings,
     ("frames",): frames,

@@ -30,6 +30,8 @@ from openpendant.simplemsg.pendant import (
     PoseMove,
     PosePath,
     PoseWaypoint,
+    Prepare,
+    PrepareAction,
     ProgramRun,
     ResetStop,
     RunKind,
@@ -413,6 +415,23 @@ class Moves(PendantSession):
             lambda request_id: Execute(
                 request_id=request_id, plan=plan, override_is_one=int(override_is_one)
             )
+        )
+
+    async def prepare(
+        self, action: PrepareAction = PrepareAction.PREPARE, *, token: int = 0
+    ) -> MotionHandle:
+        """Have the controller prepared, or a single step of that taken; `done` tells when it is.
+
+        Args:
+            action: what is to be done; `controller.describe` tells what the controller takes.
+            token: the value of the refusal CONFIRM_FIRST, once a person has confirmed; else 0.
+
+        Raises:
+            Refused: BAD_ARGUMENT, the controller has nothing to prepare; CONFIRM_FIRST, …
+            ConnectionLost: the connection ended.
+        """
+        return await self._begin(
+            lambda request_id: Prepare(request_id=request_id, action=action, token=token)
         )
 
     async def run_program(

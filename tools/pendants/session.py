@@ -19,7 +19,9 @@ from openpendant.simplemsg.pendant import (
     AuthorityChanged,
     AuthorityWanted,
     Capability,
+    ControllerChanged,
     Declare,
+    DocumentChanged,
     Hello,
     HelloReply,
     JogEnded,
@@ -94,6 +96,9 @@ class PendantSession:
         on_program: called when a program comes to another line, pauses or ends.
         ramp_time: how long the robot may take to come to rest after a press ended [s]; then it is
             stopped. None until the server has said it.
+        on_document: called when a document changes, where the wish was declared.
+        on_controller: called when something else is known of the controller; ask
+            `controller.describe` again.
     """
 
     hello: HelloReply
@@ -109,6 +114,8 @@ class PendantSession:
         self.on_mode: Callable[[ModeChanged], None] | None = None
         self.on_plan: Callable[[PlanChanged], None] | None = None
         self.on_program: Callable[[ProgramReport], None] | None = None
+        self.on_document: Callable[[DocumentChanged], None] | None = None
+        self.on_controller: Callable[[ControllerChanged], None] | None = None
         self._conversation = Conversation(self._take_notification)
         self._client = ""
         self._state_rate = 0.0
@@ -430,6 +437,10 @@ class PendantSession:
                 _call_back(self.on_plan, message)
             case ProgramReport():
                 _call_back(self.on_program, message)
+            case DocumentChanged():
+                _call_back(self.on_document, message)
+            case ControllerChanged():
+                _call_back(self.on_controller, message)
             case JogEnded():
                 self._jog_ended(message)
             case Outcome():

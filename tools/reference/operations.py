@@ -26,6 +26,7 @@ from ..pendants.management.calls import call, function_of
 from ..pendants.management.groups import (
     AccessCalls,
     CellCalls,
+    ControllerCalls,
     FrameCalls,
     KinematicsCalls,
     PlanCalls,
@@ -58,6 +59,7 @@ GROUPS: Mapping[str, CallSection] = {
     "scene": CallSection(SceneCalls, "The scene"),
     "signals": CallSection(SignalCalls, "Signals"),
     "robots": CallSection(RobotCalls, "The robot itself"),
+    "controller": CallSection(ControllerCalls, "The controller"),
     "kinematics": CallSection(KinematicsCalls, "Kinematics"),
     "trace": CallSection(TraceCalls, "The trace of the tool"),
     "access": CallSection(AccessCalls, "Connections"),

@@ -413,7 +413,7 @@ class AccessRequests:
         return self._change(reply.session, answer, action, name, role)
 
 
-_ALWAYS = (
+ALWAYS = (
     Capability.JOINT_MOVE
     | Capability.POSE_MOVE
     | Capability.JOINT_PATH
@@ -467,9 +467,9 @@ class Greeting:
         """Offer what a cell has.
 
         Args:
-            offers: what the environment adds to what is always offered.
+            offers: to connections of the newest version.
         """
-        self.offers = _ALWAYS | offers
+        self.offers = offers
         self._identity = identity
         self._dof = dof
         self._settings = settings

@@ -9,6 +9,7 @@ from __future__ import annotations
 
 import json
 import unicodedata
+from collections.abc import Sequence
 from typing import Any, Literal, cast
 
 from pydantic import ConfigDict, Field
@@ -33,13 +34,11 @@ from ...events.management_requests import (
     is_of_topic,
     unknown,
 )
-from ...plans.plan_service import PlanService
 from ...programs.program_service import ProgramService
 from ...refusal import JsonBody, Refusal, refusal_of
 from ...settings.cell_settings import CellSettings
 from .access_requests import AccessRequests
 from .authority_need import AuthorityNeed
-from .jog_requests import EscapeRequests
 from .notifications import Listeners
 
 _ROBOTS_OWN = ("base", "root")
@@ -238,11 +237,14 @@ class ManagementRequests:
         listeners: Listeners,
         access: AccessRequests,
         programs: ProgramService,
-        plans: PlanService,
-        retreats: EscapeRequests,
         environment: CellEnvironment | None,
+        besides: Sequence[object] = (),
     ) -> None:
-        """Join those who answer; a cell without an environment has no scene and no recordings."""
+        """Join those who answer; a cell without an environment has no scene and no recordings.
+
+        Args:
+            besides: who else has handlers.
+        """
         self._cell = cell
         self._settings = settings
         self._listeners = listeners
@@ -252,9 +254,9 @@ class ManagementRequests:
         services: tuple[object, ...] = ()
         if environment is not None:
             services = environment.service, environment.recordings, environment.kinematics
-        self._handlers = handlers_of(
-            self, access, access.connections, plans, retreats, *services
-        ) | dict(programs.handlers)
+        self._handlers = handlers_of(self, access, access.connections, *services, *besides) | dict(
+            programs.handlers
+        )
 
     def answer(
         self,

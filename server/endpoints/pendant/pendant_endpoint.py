@@ -55,6 +55,7 @@ from openpendant.simplemsg.pendant import (
     Pairing,
     PoseMove,
     PosePath,
+    Prepare,
     ProgramRun,
     ResetStop,
     SetAccount,
@@ -90,9 +91,12 @@ from ...programs.program_service import ProgramService
 from ...refusal import Refusal
 from ...scene.imports import read_apart
 from ...settings.cell_settings import CellSettings
-from .access_requests import AccessRequests, CoreAccess, Greeting, Identity
+from .access_requests import ALWAYS, AccessRequests, CoreAccess, Greeting, Identity
+from .catalogue_requests import CatalogueRequests
 from .control_requests import AuthorityRequests, ControlRequests
+from .controller_requests import ControllerRequests, offered
 from .declarations import Declarations
+from .document_notices import DocumentNotices
 from .jog_requests import EscapeRequests, JogRequests
 from .large_bodies import LargeBodies
 from .management import ManagementRequests
@@ -145,8 +149,14 @@ class PendantEndpoint:
         self._cell = cell
         self._listeners = listeners = Listeners(settings, self.access.waits)
         offers = Capability(0) if environment is None else environment.capabilities
+        self.controller = ControllerRequests(cell, settings, listeners)
         self._greeting = Greeting(
-            identity, cell.limits.dof, settings, listeners, self.access, offers
+            identity,
+            cell.limits.dof,
+            settings,
+            listeners,
+            self.access,
+            offered(cell.declaration, ALWAYS | offers),
         )
         self._declarations = Declarations(cell, listeners, self.access)
         self._kinematics = None if environment is None else environment.kinematics
@@ -175,9 +185,11 @@ class PendantEndpoint:
             announce=self.announcing.on_cell_event,
         )
         self._management = ManagementRequests(
-            *(cell, settings, listeners, self.access, self.programs, self.plans, escapes),
-            environment,
+            *(cell, settings, listeners, self.access, self.programs, environment),
+            besides=(self.plans, escapes, self.controller, CatalogueRequests()),
         )
+        signals = None if environment is None else environment.signals
+        self.notices = DocumentNotices(listeners, signals, identity.cell)
         self._requests = self._request_table()
         self._topics = self._topic_table()
 
@@ -191,6 +203,7 @@ class PendantEndpoint:
             PosePath: motions.pose_path,
             Home: motions.home,
             Execute: self.plans.execute,
+            Prepare: self.controller.prepare,
             JogStart: jogs.start,
             JogStep: jogs.step,
             JogUndo: jogs.undo,
@@ -391,7 +404,7 @@ class PendantEndpoint:
         answer = self._requests.get(type(message))
         if answer is None:
             return [Send(session, refused(message)), *listener.count_fault(now)]
-        answered = answer(session, message, now)
+        answered = self.controller.unable(message) or answer(session, message, now)
         if isinstance(answered, Refusal):
             self.access.gate.turned_down(session, message, answered, now)
         return answered if isinstance(answered, list) else [_verdict(session, message, answered)]
@@ -475,7 +488,7 @@ class PendantEndpoint:
         """Send state to whoever is due; end conversations that never began or fell silent."""
         out = self.programs.executor.tick(now) + self.plans.tick(now)
         ends, due = self._listeners.tick(now)
-        return out + ends + self.announcing.state(due, now)
+        return out + ends + self.notices.tick(now) + self.announcing.state(due, now)
 
 
 def _verdict(session: int, message: Message, refusal: Refusal | None) -> Send:

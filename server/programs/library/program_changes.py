@@ -169,7 +169,7 @@ class ProgramChanges:
             places = self._breakpoints.places(name, revision, body)
             return self._work.run(places, followed, now)
 
-        return self._ask(Save(_KIND, name, body, expected, reply_to.name), kept)
+        return self._ask(Save(_KIND, name, body, expected, reply_to.name, reply_to.session), kept)
 
     def _history(self, name: str, revision: int) -> History:
         """Return the history of a revision, as far as it is known."""
@@ -348,7 +348,8 @@ class ProgramChanges:
         def loaded(body: str, now: int) -> list[Effect]:
             def edited(done: Done, now: int) -> list[Effect]:
                 assert isinstance(done, BodyEdited)
-                copy = Save(_KIND, new, done.splice.applied(body), 0, reply_to.name)
+                after, by = done.splice.applied(body), reply_to
+                copy = Save(_KIND, new, after, 0, by.name, by.session, renames=old)
                 return self._ask(copy, copied)
 
             task = EditBody(body, old, DescribeProgram(name=new))
@@ -368,6 +369,7 @@ class ProgramChanges:
                 self._breakpoints.rename(old, new, copy.revision)
                 return saved(copy, reply_to, self._breakpoints.fields(new, copy.revision))
 
-            return self._ask(Delete(_KIND, old, expected, reply_to.name), deleted)
+            delete = Delete(_KIND, old, expected, reply_to.name, reply_to.session, copy)
+            return self._ask(delete, deleted)
 
         return self._of_kept(asked, reply_to, loaded, now)

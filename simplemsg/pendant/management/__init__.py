@@ -3,13 +3,27 @@
 Importing this package imports every topic, so that the table of operations is whole.
 """
 
-from . import access, cell, devices, frames, kinematics, plans, programs, recordings, scene
+from . import (
+    access,
+    catalogue,
+    cell,
+    controller,
+    devices,
+    frames,
+    kinematics,
+    plans,
+    programs,
+    recordings,
+    scene,
+)
 from .declaration import OPERATIONS
 
 __all__ = [
     "OPERATIONS",
     "access",
+    "catalogue",
     "cell",
+    "controller",
     "devices",
     "frames",
     "kinematics",

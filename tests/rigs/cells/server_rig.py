@@ -289,7 +289,8 @@ class ServerRig(Shell):
             match item:
                 case effects.Send(session=session, message=message):
                     self._deliver(session, message)
-                case effects.Broadcast(sessions=sessions, message=message):
+                case effects.Broadcast() | effects.Notify():
+                    sessions, message = item.sessions, item.message
                     for session in sessions:
                         self._deliver(session, message)
                 case effects.Close(session=session, reason=reason):

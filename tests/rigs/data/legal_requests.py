@@ -270,6 +270,7 @@ _LEGAL: Mapping[str, Legal] = {
     "users.set_role": Legal(_plain(name="otto", role="operator")),
     "users.disable": Legal(_plain(name="vera")),
     "users.enable": Legal(_plain(name="vera")),
+    "catalogue": Legal(_plain(part="messages")),
     "signals.set": Legal(_plain(output=511, value=True)),
     "robots.load": Legal(_plain(name="ur5")),
     "frames.add": Legal(_FRAMED[1], after=(_UNFRAMED,)),

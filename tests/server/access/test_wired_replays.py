@@ -52,6 +52,7 @@ FRAMES: dict[str, Frame] = {
     "jog step": lambda number: messages.JogStep(
         number, 0.5, messages.JogSpace.JOINTS, "", 2, joint_array((0.01,))
     ),
+    "prepare": lambda number: messages.Prepare(number, messages.PrepareAction.PREPARE, 0),
     "jog undo": lambda number: messages.JogUndo(number, 0.5),
     "speed": lambda number: messages.SetSpeed(number, 0.5, 0.0),
     "resume": lambda number: messages.MotionControl(number, messages.MotionControlAction.RESUME),

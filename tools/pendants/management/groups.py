@@ -4,7 +4,9 @@ from __future__ import annotations
 
 from openpendant.simplemsg.pendant.management import (
     access,
+    catalogue,
     cell,
+    controller,
     devices,
     frames,
     kinematics,
@@ -23,6 +25,7 @@ class CellCalls(CallGroup[Way]):
     snapshot = call(cell.SnapshotRequest)
     cells = call(cell.CellsRequest)
     why = call(cell.WhyRequest)
+    catalogue = call(catalogue.ReadCatalogue)
     retreat: call[[], list[cell.Hold]] = call(cell.RetreatRequest, part="holds")
 
 
@@ -130,6 +133,13 @@ class RobotCalls(CallGroup[Way]):
     load = call(devices.LoadRobot)
 
 
+@calls_of("controller")
+class ControllerCalls(CallGroup[Way]):
+    """The operations on the robot controller."""
+
+    describe = call(controller.DescribeController)
+
+
 @calls_of("kinematics")
 class KinematicsCalls(CallGroup[Way]):
     """The questions on the robot's kinematics."""
@@ -182,6 +192,7 @@ class GroupedCalls(CellCalls[Way]):
         scene: objects around the robot.
         signals: inputs and outputs.
         robots: the robot itself.
+        controller: the robot controller.
         kinematics: forward kinematics, Jacobian, inverse kinematics.
         trace: where the tool went.
         access: who is connected.
@@ -196,6 +207,7 @@ class GroupedCalls(CellCalls[Way]):
         self.scene = SceneCalls(way)
         self.signals = SignalCalls(way)
         self.robots = RobotCalls(way)
+        self.controller = ControllerCalls(way)
         self.kinematics = KinematicsCalls(way)
         self.trace = TraceCalls(way)
         self.access = AccessCalls(way)
