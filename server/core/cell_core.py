@@ -256,7 +256,7 @@ class CellCore:
         """Return what anybody may be told of the cell before he has chosen it."""
         holder = None if self.fault is not None else self.cell.authority.holder
         name = "" if holder is None else holder.client
-        return CellGlance(name, self.is_moving, self.cell.feedback.says_emulated)
+        return CellGlance(name, self.is_moving, self.cell.is_known_emulated)
 
     def publish(self, event: CellEvent, now: int) -> list[Effect]:
         """Tell whom an event of the cell concerns: a motion's owner, or its subscribers."""

@@ -185,6 +185,7 @@ class PlanBook:
 
     Attributes:
         running: the plan that is executed; None for none.
+        live: plans that are made, kept or executed, by their numbers.
     """
 
     def __init__(self, space: PlanSpace) -> None:
@@ -195,25 +196,25 @@ class PlanBook:
         """
         self.running: Plan | None = None
         self._space = space
-        self._live: dict[int, Plan] = {}
+        self.live: dict[int, Plan] = {}
         self._ended: dict[int, Plan] = {}
 
     def __iter__(self) -> Iterator[Plan]:
         """Return the plans that are known, those that ended first."""
-        return iter([*self._ended.values(), *self._live.values()])
+        return iter([*self._ended.values(), *self.live.values()])
 
     @property
     def ready(self) -> list[Plan]:
         """Plans that could be executed."""
-        return [plan for plan in self._live.values() if plan.state is PlanState.READY]
+        return [plan for plan in self.live.values() if plan.state is PlanState.READY]
 
     def of(self, session: int) -> list[Plan]:
         """Return the plans that a connection had made and that have not ended."""
-        return [plan for plan in self._live.values() if plan.session == session]
+        return [plan for plan in self.live.values() if plan.session == session]
 
     def find(self, number: int, now: int) -> Plan | Refusal:
         """Return a plan that has not ended; else why there is none."""
-        plan = self._live.get(number)
+        plan = self.live.get(number)
         if plan is not None:
             return plan
         ended = self._ended.get(number)
@@ -234,12 +235,12 @@ class PlanBook:
                 return Refusal(VerdictCode.PLANNING, text)
         if self._oldest_ready(session) is not None:
             return None  # its place is taken, where one is needed
-        making = sum(plan.state is PlanState.PLANNING for plan in self._live.values())
+        making = sum(plan.state is PlanState.PLANNING for plan in self.live.values())
         return self._fault(session, making) or self._space.fault(1, 0)
 
     def _fault(self, session: int, making: int) -> Refusal | None:
         """Return why one more plan of a connection cannot be kept, beside those being made."""
-        kept = [plan for plan in self._live.values() if plan.state is not PlanState.PLANNING]
+        kept = [plan for plan in self.live.values() if plan.state is not PlanState.PLANNING]
         own, here = sum(plan.session == session for plan in kept), len(kept) + making
         if own >= MOST_OF_CONNECTION:
             text = f"{own} plans of this connection are kept; accepted: {MOST_OF_CONNECTION}"
@@ -274,7 +275,7 @@ class PlanBook:
         """
         number = self._space.begin()
         about = number, *maker, kind, label, start, basis, now, is_of_here, is_preview
-        plan = self._live[number] = Plan(*about)
+        plan = self.live[number] = Plan(*about)
         return plan
 
     def keep(
@@ -322,7 +323,7 @@ class PlanBook:
         assert state not in _LIVE
         if plan is self.running:
             self.running = None
-        del self._live[plan.number]
+        del self.live[plan.number]
         self._space.end(plan.size)
         plan.state, plan.why, plan.since = state, why, now
         plan.certified = plan.facts = None

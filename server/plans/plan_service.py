@@ -95,7 +95,12 @@ class _Making:
 
 
 class PlanService:
-    """The plans of one cell."""
+    """The plans of one cell.
+
+    Attributes:
+        live: plans that are made, kept or executed, by their numbers.
+        untold: plans that ended since the last tick.
+    """
 
     def __init__(
         self,
@@ -117,9 +122,10 @@ class PlanService:
         self._notify = notify
         self._announce = announce
         self._book = PlanBook(space)
+        self.live = self._book.live
         self._goals = GoalReader(cell.limits, robot, environment)
         self._making: dict[int, _Making] = {}  # by number of the plan
-        self._untold: list[Plan] = []  # those that ended since the last tick
+        self.untold: list[Plan] = []
         self._rate = QuestionRate(SAMPLES_PER_SECOND, SAMPLES_PER_SECOND)
         self._open: dict[int, int] = {}  # questions for samples by connection
 
@@ -387,7 +393,7 @@ class PlanService:
             self._book.end(plan, PlanState.STALE, changed, now)
         else:
             return None
-        self._untold.append(plan)
+        self.untold.append(plan)
         found = self._book.find(plan.number, now)
         assert isinstance(found, Refusal)
         return found
@@ -475,7 +481,7 @@ class PlanService:
         """Look at the plans that are ready, and tell what became of those that are no more."""
         for plan in self._book.ready:
             self._judged(plan, now)
-        untold, self._untold = self._untold, []
+        untold, self.untold = self.untold, []
         return [effect for plan in untold for effect in self._tell(plan)]
 
     def _tell(self, plan: Plan) -> list[Effect]:

@@ -142,6 +142,7 @@ class PendantSession:
         password: str | None = None,
         pairing: str | None = None,
         enabling_deadline: float = LONGEST_SILENCE,
+        notices: bool = False,
         language: str = "",
     ) -> Self:
         """Connect, say hello and, where a secret is given, log in.
@@ -162,6 +163,7 @@ class PendantSession:
             pairing: code that the teacher shows, instead of a password.
             enabling_deadline: the enabling device (training) counts as let go after so long a
                 silence, 0.05 to 0.25 s; 0 for the cell's own. No press may be silent for longer.
+            notices: be told what others change: `on_document`, `on_plan`.
             language: of the person, as `en`; at most 8 bytes, for the server's audit log.
 
         Raises:
@@ -183,7 +185,7 @@ class PendantSession:
             except ConnectionLost as error:
                 raise unanswered(error, host, port, tls=encrypted) from None
             if pendant._version >= Declare.PLACE.since:
-                pendant._declare_at_once(enabling_deadline, language)
+                pendant._declare_at_once(enabling_deadline, notices, language)
             if password is not None or pairing is not None:
                 await pendant.login(user, password=password, pairing=pairing)
         except BaseException:
@@ -276,13 +278,18 @@ class PendantSession:
         self._begin_work()
 
     async def declare(
-        self, *, enabling_deadline: float = LONGEST_SILENCE, language: str = ""
+        self,
+        *,
+        enabling_deadline: float = LONGEST_SILENCE,
+        notices: bool = False,
+        language: str = "",
     ) -> float:
         """Declare anew what `connect` declared; not while this connection moves the robot.
 
         Args:
             enabling_deadline: the enabling device (training) counts as let go after so long a
                 silence, 0.05 to 0.25 s; 0 for the cell's own. No press may be silent for longer.
+            notices: be told what others change: `on_document`, `on_plan`.
             language: of the person, as `en`; at most 8 bytes, for the server's audit log.
 
         Returns:
@@ -294,13 +301,13 @@ class PendantSession:
             ConnectionLost: the connection ended.
         """
         request_id = self._conversation.new_request()
-        request = _declaration(request_id, enabling_deadline, language)
+        request = _declaration(request_id, enabling_deadline, notices, language)
         return self._declared(await self._conversation.ask(request, request_id))
 
-    def _declare_at_once(self, enabling_deadline: float, language: str) -> None:
+    def _declare_at_once(self, enabling_deadline: float, notices: bool, language: str) -> None:
         """Declare without a wait for the answer: a stop may be urgent."""
         request_id = self._conversation.new_request()
-        request = _declaration(request_id, enabling_deadline, language)
+        request = _declaration(request_id, enabling_deadline, notices, language)
         answer = self._conversation.send(request, request_id)
         answer.add_done_callback(self._take_ramp_time)
 
@@ -476,14 +483,16 @@ def _is_cell(told: object) -> bool:
     )
 
 
-def _declaration(request_id: int, enabling_deadline: float, language: str) -> Declare:
+def _declaration(
+    request_id: int, enabling_deadline: float, notices: bool, language: str
+) -> Declare:
     if enabling_deadline and not SHORTEST_SILENCE <= enabling_deadline <= LONGEST_SILENCE:
         accepted = f"0, or {SHORTEST_SILENCE:g} to {LONGEST_SILENCE:g}"
         raise WrongArgument(f"enabling deadline {enabling_deadline:g} s; accepted: {accepted}")
     return Declare(
         request_id=request_id,
         enabling_deadline=enabling_deadline,
-        notices=Notices.UNWANTED,
+        notices=Notices.WANTED if notices else Notices.UNWANTED,
         language=language,
     )
 

@@ -231,6 +231,7 @@ class SyncPendantClient(GroupedCalls[SyncCalls], OnThread[PendantClient]):
         password: str | None = None,
         pairing: str | None = None,
         enabling_deadline: float = LONGEST_SILENCE,
+        notices: bool = False,
         language: str = "",
     ) -> Self:
         """Connect, say hello and, where a secret is given, log in: as `PendantClient.connect`."""
@@ -249,6 +250,7 @@ class SyncPendantClient(GroupedCalls[SyncCalls], OnThread[PendantClient]):
                     password=password,
                     pairing=pairing,
                     enabling_deadline=enabling_deadline,
+                    notices=notices,
                     language=language,
                 )
             )

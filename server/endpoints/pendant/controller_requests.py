@@ -26,7 +26,6 @@ from openpendant.simplemsg.verdicts import VerdictCode
 
 from ...cell.execution.tracking import tracking_tolerances
 from ...cell.interlocks import permission
-from ...cell.ramp_time import ramp_time
 from ...cell.robot_cell import RobotCell
 from ...events.effects import Effect
 from ...events.management_requests import ReplyTo, handles
@@ -62,11 +61,6 @@ class ControllerRequests:
         self._declaration = cell.declaration
         self._changes = 1
         self._known_emulated = cell.is_known_emulated
-
-    @property
-    def ramp_time(self) -> float:
-        """How long a released jog may ramp before that becomes a stop [s]."""
-        return ramp_time(self._cell.limits, 1.0 / self._settings.tick_rate)
 
     def changed(self) -> list[Effect]:
         """Tell every connection where something else is known of the controller than before."""
@@ -147,7 +141,7 @@ class ControllerRequests:
             "residual_motion": told.residual_delay + ramp,
             "blind_motion": told.blind_delay + ramp,
             "freeze_protection": told.freeze_protection.value,
-            "ramp_time": self.ramp_time,
+            "ramp_time": self._cell.hold_to_run.ramp_time,
             "following": told.following,
             "following_tolerance": next(paths, link.path_tolerance),
             "lag": tolerances.lag,

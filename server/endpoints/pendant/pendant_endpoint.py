@@ -486,7 +486,9 @@ class PendantEndpoint:
 
     def tick(self, now: int) -> list[Effect]:
         """Send state to whoever is due; end conversations that never began or fell silent."""
-        out = self.programs.executor.tick(now) + self.plans.tick(now)
+        out = self.programs.executor.tick(now)
+        if self.plans.live or self.plans.untold:
+            out = out + self.plans.tick(now)
         ends, due = self._listeners.tick(now)
         return out + ends + self.notices.tick(now) + self.announcing.state(due, now)
 

@@ -9,10 +9,8 @@ from rigs.cells.expectations import only
 from rigs.cells.server_rig import ServerRig, ready
 from rigs.peers.server_clients import Pendant
 
-from openpendant.motion.description.limits import JointLimits
 from openpendant.server import uplinks
 from openpendant.server.cell.execution.point_stream import START_TOLERANCE
-from openpendant.server.cell.ramp_time import ramp_time
 from openpendant.server.settings.cell_settings import ControllerLink, ControllerPath
 from openpendant.server.uplinks.declaration import Feeding, JogSupport, PauseSupport
 from openpendant.server.uplinks.generic import GENERIC, generic_declaration
@@ -158,29 +156,6 @@ def test_a_motion_may_begin_as_far_away_as_is_declared() -> None:
 def test_a_declaration_that_contradicts_itself_is_refused(change: dict[str, Any]) -> None:
     with pytest.raises(ValueError, match=r"jog|connection|deadline"):
         replace(generic_declaration(ControllerLink()), **change)
-
-
-def limits(*pairs: tuple[float, float]) -> JointLimits:
-    count = len(pairs)
-    velocity, acceleration = (tuple(each) for each in zip(*pairs, strict=True))
-    names, low, up = ("j",) * count, (-1.0,) * count, (1.0,) * count
-    return JointLimits(names, low, up, velocity, acceleration, (False,) * count)
-
-
-@pytest.mark.parametrize(
-    ("pairs", "expected"),
-    [
-        ([(2.0, 4.0)], 0.77),
-        ([(1.0, 10.0), (1.0, 100.0)], 0.17),
-        ([(1.0, 9.9)], 0.18),
-        ([(0.6, 10.0)], 0.11),
-        ([(2.0, 2.0)], 1.0),
-    ],
-)
-def test_the_ramp_time_is_half_more_than_the_slowest_joint_needs_in_whole_ticks(
-    pairs: list[tuple[float, float]], expected: float
-) -> None:
-    assert ramp_time(limits(*pairs), 0.01) == pytest.approx(expected, abs=1e-12)
 
 
 # What a dialect cannot.

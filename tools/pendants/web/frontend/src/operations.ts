@@ -10,6 +10,7 @@ export type JointDescription = {
   /** Upper limit [rad or m]. */ upper: number;
   /** Greatest speed [rad/s or m/s]. */ velocity: number;
   /** Greatest acceleration [rad/s² or m/s²]. */ acceleration: number;
+  /** What people call it, as on a pendant's keys. */ display_name?: string;
 };
 export type SpeedDescription = {
   /** Fraction of the planned speed. */ override: number;
@@ -41,8 +42,14 @@ export type StopDescription = {
   /** In the words of whoever stopped. */ reason: string;
 };
 export type ServedCell = {
-  /** Its name, for `connect`. */ cell: string;
-  /** Name of its robot. */ robot: string;
+  /** its name, for `connect`. */ cell: string;
+  /** name of its robot. */ robot: string;
+  /** manufacturer and model of the robot. */ display?: string;
+  /** whether its controller is known to be emulated. */ emulated?: boolean;
+  /** whether whoever comes from this address has to log in to move it. */ login_needed?: boolean;
+  /** name of who has the motion authority; empty where nobody has it. */ holder?: string;
+  /** whether the robot moves, as far as anyone knows. */ moving?: boolean;
+  /** how many pendants it has. */ connections?: number;
 };
 export type Wish = "move" | "jog" | "program";
 export type ConditionReport = {
@@ -63,7 +70,7 @@ export type EndReport = {
   /** What to do about it. */ remedy: string;
 };
 export type WayReport = {
-  /** The name, as `joint 3 towards -`, `tool Z+ in base`, or `joint 3 towards + and joint 5 towards -`. */ press: string;
+  /** The name, as `Upper-Arm towards -`, `tool Z+ in base`, or `Upper-Arm towards + and Wrist-Pitch towards -`. */ press: string;
   /** 1 joints, 2 tool. */ space: number;
   /** Of a tool key; empty for joints. */ frame: string;
   /** Parts of the jog speed, one per joint, or along and about the frame's axes. */ values: number[];
@@ -285,6 +292,87 @@ export type PointVerdict = {
   /** why not; entry of the catalogue. */ code?: number;
   /** the same, as a sentence with its numbers. */ text?: string;
 };
+export type PlacedPose = {
+  /** x, y, z [m]. */ position: [number, number, number];
+  /** quaternion x, y, z, w; left out for no rotation. */ orientation?: [number, number, number, number];
+};
+export type PtpAim = {
+  kind: "ptp";
+  joints?: number[] | null;
+  pose?: PlacedPose | null;
+  frame?: string;
+  branch?: number | null;
+};
+export type LinAim = {
+  kind: "lin";
+  pose: PlacedPose;
+  frame?: string;
+};
+export type PathAim = {
+  kind: "path";
+  waypoints: (number[] | PlacedPose)[];
+  frame?: string;
+  way?: "ptp" | "lin";
+};
+export type FreeAim = {
+  kind: "free";
+  joints?: number[] | null;
+  pose?: PlacedPose | null;
+  frame?: string;
+  planner?: string;
+  seed?: number;
+  time_limit?: number;
+  margin?: number;
+};
+export type PositionAim = {
+  kind: "position";
+  name: string;
+};
+export type FoundPose = {
+  /** x, y, z [m]. */ position: number[];
+  /** quaternion x, y, z, w. */ orientation: number[];
+};
+export type BasedOn = {
+  /** revision of the scene. */ scene: number;
+  /** revision of the tools. */ tools: number;
+  /** revision of the user frames. */ frames: number;
+  /** the selected tool; None for the bare flange. */ tool: string | null;
+  /** objects that the robot carries. */ attached: string[];
+};
+export type Worst = {
+  /** name of the joint, or of the point of the arm. */ joint: string;
+  /** what is limited. */ quantity: string;
+  /** to its limit, 1 being on the limit. */ ratio: number;
+  /** when [s]. */ at: number;
+};
+export type PlanCertificate = {
+  /** always true: what fails is refused. */ valid: boolean;
+  /** least distance of a joint from the end of its range [rad or m]. */ margin: number;
+  /** the greatest value of each quantity. */ worst: Worst[];
+};
+export type PlanClearance = {
+  /** how near [m]. */ distance: number;
+  /** one of them. */ first: string;
+  /** the other. */ second: string;
+  /** when [s]. */ at: number;
+};
+export type Unexecutable = {
+  /** the condition of `why` that is broken; `plan` for one of the plan's own. */ condition: string;
+  /** entry of the catalogue. */ code: number;
+  /** one sentence with the numbers. */ text: string;
+};
+export type PlanHead = {
+  /** its number. */ plan: number;
+  /** planning, ready, running, done, stale, expired or dropped. */ state: string;
+  /** of its goal; `program` for the preview of one. */ kind: string;
+  /** what its maker calls it. */ label: string;
+  /** who had it made. */ maker: string;
+  /** of the motion [s]; 0 while it is planned. */ duration: number;
+  /** how many; 0 while it is planned. */ samples: number;
+  /** how long it is kept [s]; 0 where it is no longer ready. */ expires_in: number;
+  /** why its state is what it is; 0 for nothing. */ code: number;
+  /** the same in words. */ text: string;
+};
 export type RecordingHeading = {
   /** name of the recording. */ name: string;
   /** of its description: rename or delete it from this one. */ revision: number;
@@ -303,14 +391,6 @@ export type RecordingProgress = {
   /** samples that are on the disk. */ kept: number;
   /** between samples, so far. */ gaps: number;
 };
-export type PlacedPose = {
-  /** x, y, z [m]. */ position: [number, number, number];
-  /** quaternion x, y, z, w; left out for no rotation. */ orientation?: [number, number, number, number];
-};
-export type FoundPose = {
-  /** x, y, z [m]. */ position: number[];
-  /** quaternion x, y, z, w. */ orientation: number[];
-};
 export type JointTable = {
   /** of the joints. */ names: string[];
   /** as people call them. */ display_names: string[];
@@ -324,12 +404,50 @@ export type ReplyDeadlines = {
   /** until a STOP is answered [s]. */ stop: number;
   /** until the robot moves after its first point [s]. */ motion: number;
 };
+export type ArmPosture = {
+  /** `front` or `back`. */ shoulder: string;
+  /** `up` or `down`. */ elbow: string;
+  /** `no-flip` or `flip`. */ wrist: string;
+  /** revolutions of each joint, 0 from -π up to π. */ turns: number[];
+};
+export type JointOutside = {
+  /** its number, from 0. */ joint: number;
+  /** what was given [rad, m for a linear axis]. */ value: number;
+  /** lower limit [rad, m for a linear axis]. */ lower: number;
+  /** upper limit [rad, m for a linear axis]. */ upper: number;
+};
+export type LinkPose = {
+  /** its name. */ link: string;
+  /** x, y, z [m]. */ position: number[];
+  /** quaternion x, y, z, w. */ orientation: number[];
+};
+export type NearestSingularity = {
+  /** `wrist`, `elbow`, `shoulder` or `unnamed`. */ kind: string;
+  /** from it, in `unit`. */ distance: number;
+  /** `rad` or `m`; empty for an unnamed one, whose distance is the least singular value. */ unit: string;
+  /** numbers of the joints that, moved together there, leave the tool still. */ joints: number[];
+};
+export type NearestLimit = {
+  /** its number, from 0. */ joint: number;
+  /** how far it may go there [rad, m for a linear axis]. */ margin: number;
+};
+export type InverseSolution = {
+  /** number of its configuration, from 1; turns of one share it. It names the same one while joints, tool and frame stay. */ branch: number;
+  /** inside the limits [rad, m for a linear axis]. */ joints: number[];
+  /** how the arm stands; None where it has no flags. */ configuration: ArmPosture | null;
+  /** greatest change of a joint from the seed [rad, m for a linear axis]. */ distance: number;
+  /** distance from the pose, by forward kinematics [m]. */ position_error: number;
+  /** angle from it [rad]. */ rotation_error: number;
+  /** the joint that is nearest to an end of its range. */ nearest_limit: NearestLimit;
+  /** names of two bodies that touch; None for none, and where it was not asked for. */ touches: string[] | null;
+};
 export type Session = {
   /** its number. */ session: number;
   /** name of the pendant. */ client: string;
   /** where it comes from. */ address: string;
   /** name of the account or guest; empty where nobody logged in. */ name: string;
   /** likewise. */ role: string;
+  /** its enabling device (training) counts as let go after so long a silence [s]; an older server says nothing of it. */ enabling_deadline?: number;
 };
 export type ConnectionReport = {
   /** its number. */ session: number;
@@ -381,12 +499,15 @@ export interface SnapshotReply {
   /** The latched stop; null where there is none. */ stop: StopDescription | null;
   /** Why no motion may start now; empty where it may. */ obstacle: string;
 }
-/** Return which cells and robots the server has behind this port. Role: viewer. */
+/** Return which cells and robots the server has behind this port, as a lobby tells them. Role: viewer. */
 export interface CellsRequest {
   op: "cells";
 }
 export interface CellsReply {
-  /** In the order of the server's configuration. */ cells: ServedCell[];
+  /** name and version of the server. */ server?: string;
+  /** newest version of the pendant protocol that it speaks. */ version?: number;
+  /** whether a class may be joined; no server has one yet. */ joins?: boolean;
+  /** in the order of the server's configuration. */ cells: ServedCell[];
 }
 /** Return what keeps the robot from moving: every condition, and the first broken one. Role: viewer. */
 export interface WhyRequest {
@@ -402,6 +523,7 @@ export interface WhyReply {
   /** All of them. */ conditions: ConditionReport[];
   /** Why the last motion ended before its goal; null where it arrived or another began. */ ended?: EndReport | null;
   /** What else is to be known, such as that the robot moved without a command; empty from an older server, whose answer has none. */ remarks: string[];
+  /** The enabling device (training) of whoever was asked about counts as let go after so long a silence [s]; an older server says nothing of it. */ enabling_deadline: number;
 }
 /** Return codes with cause and remedy, or messages, or operations of the protocol, in chunks. Role: viewer. */
 export interface CatalogueRequest {
@@ -611,6 +733,7 @@ export interface ProgramsBreakpointsReply {
 export interface ProgramsDryRunRequest {
   op: "programs.dry_run";
   /** name of the program. */ name: string;
+  /** whether its motions are kept as a plan to be looked at; from version 3 of the protocol. */ samples?: boolean;
 }
 export interface ProgramsDryRunReply {
   /** its name. */ program: string;
@@ -626,6 +749,7 @@ export interface ProgramsDryRunReply {
   /** likewise, the points that are named. */ points: PointVerdict[];
   /** statements in branches that are not taken. */ not_walked: NotWalked[];
   /** the way of the tool: time [s], then x, y, z in base [m]. */ path: number[][];
+  /** where samples were asked for, the plan that `plans.samples` shows its motions by, one behind the other without waits, and that is never executed; None where there is none. */ plan?: number | null;
 }
 /** Return how far the dry run is that is under way. Role: viewer. */
 export interface ProgramsDryRunProgressRequest {
@@ -635,6 +759,65 @@ export interface ProgramsDryRunProgressReply {
   /** whether a dry run is under way. */ running: boolean;
   /** blocks of motion that were looked at. */ blocks: number;
 }
+/** Plan a motion and keep it, to be looked at and executed; nothing moves. Role: operator. */
+export interface PlansMakeRequest {
+  op: "plans.make";
+  /** where to, and how. */ goal: PtpAim | LinAim | PathAim | FreeAim | PositionAim;
+  /** joints where it begins; None for where the robot stands: no other plan is executed. */ start?: number[] | null;
+  /** fraction of the joints' greatest speeds, above 0, up to 1. */ speed?: number;
+  /** cap of tool and elbow, beside that of the mode [m/s]; None for no other. */ tool_speed?: number | null;
+  /** shown to others; up to 64 characters. */ label?: string;
+}
+export interface PlansMakeReply {
+  /** its number. */ plan: number;
+  /** `ready`. */ state: string;
+  /** how long it is kept [s]. */ expires_in: number;
+  /** of the motion [s]. */ duration: number;
+  /** how many, one every 10 ms, the last at the end. */ samples: number;
+  /** how long planning took [s]. */ plan_time: number;
+  /** what found the path. */ planner: string;
+  /** of a planner that draws numbers; 0 for others. */ seed: number;
+  /** joints where it begins [rad, m for a linear axis]. */ start: number[];
+  /** joints where it ends. */ end: number[];
+  /** of the tool there, in base. */ end_pose: FoundPose;
+  /** what it was made from. */ based_on: BasedOn;
+  /** what the check of every sample found. */ certificate: PlanCertificate;
+  /** where an object of the scene and another body come nearest; None where the scene has none. */ clearance: PlanClearance | null;
+  /** whether `execute` would be accepted now. */ executable: boolean;
+  /** what it would be refused for; None for nothing. */ why: Unexecutable | null;
+}
+/** Return samples of a plan, exactly as they would be executed. Role: viewer. */
+export interface PlansSamplesRequest {
+  op: "plans.samples";
+  /** number of the plan. */ plan: number;
+  /** number of the first sample, from 0. */ first?: number;
+  /** rows at most; fewer come where a frame holds no more. */ count?: number;
+  /** of each so many samples one. */ every?: number;
+  /** whether the tool's place is told, too. */ with_tool?: boolean;
+}
+export interface PlansSamplesReply {
+  /** its number. */ plan: number;
+  /** number of the first sample that is told, from 0. */ first: number;
+  /** of each so many samples one is told. */ every: number;
+  /** samples of the plan. */ total: number;
+  /** `t`, then `q0` and so on the joints, `v0` their speeds, `a0` their accelerations. */ columns: string[];
+  /** the samples [s; rad, rad/s, rad/s², m for a linear axis]. */ rows: number[][];
+  /** x, y, z [m] and quaternion x, y, z, w of the tool in base at each row, where asked. */ tool?: number[][];
+  /** whether samples follow behind the last row. */ more: boolean;
+}
+/** Return all plans of the cell in short. Role: viewer. */
+export interface PlansShowRequest {
+  op: "plans.show";
+}
+export interface PlansShowReply {
+  /** those that are made, kept or executed, and the last that were, by number. */ plans: PlanHead[];
+}
+/** Forget a plan of one's own, or any with the motion authority. Role: operator. */
+export interface PlansDropRequest {
+  op: "plans.drop";
+  /** number of the plan. */ plan: number;
+}
+export interface PlansDropReply {}
 /** Return which recordings there are, 100 at a time, and which one is under way. Role: viewer. */
 export interface RecordingsListRequest {
   op: "recordings.list";
@@ -1028,6 +1211,7 @@ export interface RobotsDescribeReply {
   /** its robot file: kind, tables, sources, frames. */ facts: Record<string, unknown>;
   /** of its joints; missing for a robot without a chain of joints. */ limits?: JointTable;
   /** of its joints [rad, m for a linear axis]; likewise. */ home_position?: number[];
+  /** names of those that find ways around obstacles here, the default first; from version 3 of the protocol. */ planners?: string[];
 }
 /** Demand that this cell has a certain robot; refused unless it has it already. Role: programmer. */
 export interface RobotsLoadRequest {
@@ -1080,6 +1264,56 @@ export interface ControllerDescribeReply {
   /** `openpendant` where it has some for the server. */ signals: "none" | "openpendant";
   /** how long its answers are waited for. */ reply_deadlines: ReplyDeadlines;
 }
+/** Return where the tool is at a joint position: matrix, angles, quaternion, configuration. Role: viewer. */
+export interface KinematicsFkRequest {
+  op: "kinematics.fk";
+  /** the joint position [rad, m for a linear axis]; None for where the robot is reported now. */ joints?: number[] | null;
+  /** base, root or a user frame that stands still. */ frame?: string;
+  /** a tool, or flange; None for the selected tool. */ tool?: string | null;
+  /** a link whose place is wanted; None for the tool. */ link?: string | null;
+  /** whether all links are told as well. */ all_links?: boolean;
+}
+export interface KinematicsFkReply {
+  /** x, y, z [m]. */ position: number[];
+  /** quaternion x, y, z, w; w is not negative. */ orientation: number[];
+  /** 4 × 4, row by row: [[R, p], [0, 1]] [m]. */ matrix: number[][];
+  /** roll, pitch, yaw [rad] with R = Rz(yaw) Ry(pitch) Rx(roll). */ rpy: number[];
+  /** False at a pitch of ±π/2, where roll is 0 and yaw the sum or difference. */ rpy_unique: boolean;
+  /** rotation vector x, y, z [rad]. */ axis_angle: number[];
+  /** how the arm stands; None where it has no flags. */ configuration: ArmPosture | null;
+  /** joints outside their limits; the pose is told all the same. */ limits: JointOutside[];
+  /** all links, where asked for. */ links?: LinkPose[];
+}
+/** Return the Jacobian of the tool centre point, its condition and the nearest singularity. Role: viewer. */
+export interface KinematicsJacobianRequest {
+  op: "kinematics.jacobian";
+  /** the joint position [rad, m for a linear axis]; None for where the robot is reported now. */ joints?: number[] | null;
+  /** whose axes. */ frame?: "base" | "root";
+  /** a tool, or flange; None for the selected tool. */ tool?: string | null;
+}
+export interface KinematicsJacobianReply {
+  /** 6 × n, rows vx, vy, vz, ωx, ωy, ωz, per unit of controller-side joint speed [m/rad and rad/rad; m/m and rad/m on a linear axis]. */ jacobian: number[][];
+  /** `linear-first`; the RoboAnalyzer's paper stacks [ω; v], so swap the halves for it. */ order: string;
+  /** greatest over least singular value, 1 at best; None for infinite. */ condition: number | null;
+  /** square root of the determinant of J Jᵀ, of Jᵀ J with fewer than six joints. */ manipulability: number;
+  /** which, and how far. */ nearest_singularity: NearestSingularity;
+  /** length by which those of the Jacobian are divided for these three [m]. */ size: number;
+}
+/** Return joint positions that put the tool at a pose; of a connection's only the newest waits. Role: viewer. */
+export interface KinematicsIkRequest {
+  op: "kinematics.ik";
+  /** the wanted pose of the tool. */ pose: PlacedPose;
+  /** base, root or a user frame that stands still. */ frame?: string;
+  /** a tool, or flange; None for the selected tool. */ tool?: string | null;
+  /** the joint position to be near to; None for where the robot is reported now. */ seed?: number[] | null;
+  /** the nearest answer, each configuration at its nearest turn, or all turns in the limits. */ branches?: "nearest" | "all" | "turns";
+  /** whether each answer also tells what touches in the cell's scene. */ scene?: boolean;
+}
+export interface KinematicsIkReply {
+  /** at most 64. */ solutions: InverseSolution[];
+  /** how many there are of the kind that was asked for. */ total: number;
+  /** whether nothing is missing in `total`; false for `nearest`, for an arm with a self-motion or without a closed form, and at a singularity: those are samples. */ complete: boolean;
+}
 /** Return the way of the tool since the trace was cleared. Role: viewer. */
 export interface TraceShowRequest {
   op: "trace.show";
@@ -1116,6 +1350,14 @@ export interface AccessSessionsRequest {
 }
 export interface AccessSessionsReply {
   /** all that said hello. */ sessions: Session[];
+}
+/** Return whether logins are demanded of other machines, and whether the port is encrypted. Role: anybody. */
+export interface AccessExposureRequest {
+  op: "access.exposure";
+}
+export interface AccessExposureReply {
+  /** whether who comes from another machine has to log in to do more than stop. */ logins_demanded: boolean;
+  /** whether the pendant port is encrypted. */ tls: boolean;
 }
 /** Return every connection of the server with its address, standing, rate and cost. Role: admin. */
 export interface AccessConnectionsRequest {
@@ -1204,6 +1446,10 @@ export interface Operations {
   "programs.breakpoints": [ProgramsBreakpointsRequest, ProgramsBreakpointsReply];
   "programs.dry_run": [ProgramsDryRunRequest, ProgramsDryRunReply];
   "programs.dry_run_progress": [ProgramsDryRunProgressRequest, ProgramsDryRunProgressReply];
+  "plans.make": [PlansMakeRequest, PlansMakeReply];
+  "plans.samples": [PlansSamplesRequest, PlansSamplesReply];
+  "plans.show": [PlansShowRequest, PlansShowReply];
+  "plans.drop": [PlansDropRequest, PlansDropReply];
   "recordings.list": [RecordingsListRequest, RecordingsListReply];
   "recordings.describe": [RecordingsDescribeRequest, RecordingsDescribeReply];
   "recordings.start": [RecordingsStartRequest, RecordingsStartReply];
@@ -1242,11 +1488,15 @@ export interface Operations {
   "robots.describe": [RobotsDescribeRequest, RobotsDescribeReply];
   "robots.load": [RobotsLoadRequest, RobotsLoadReply];
   "controller.describe": [ControllerDescribeRequest, ControllerDescribeReply];
+  "kinematics.fk": [KinematicsFkRequest, KinematicsFkReply];
+  "kinematics.jacobian": [KinematicsJacobianRequest, KinematicsJacobianReply];
+  "kinematics.ik": [KinematicsIkRequest, KinematicsIkReply];
   "trace.show": [TraceShowRequest, TraceShowReply];
   "trace.clear": [TraceClearRequest, TraceClearReply];
   "access.whoami": [AccessWhoamiRequest, AccessWhoamiReply];
   "access.logout": [AccessLogoutRequest, AccessLogoutReply];
   "access.sessions": [AccessSessionsRequest, AccessSessionsReply];
+  "access.exposure": [AccessExposureRequest, AccessExposureReply];
   "access.connections": [AccessConnectionsRequest, AccessConnectionsReply];
   "access.close": [AccessCloseRequest, AccessCloseReply];
   "access.bar": [AccessBarRequest, AccessBarReply];

@@ -18,6 +18,9 @@ export const Capability = { JOINT_MOVE: 1, POSE_MOVE: 2, JOINT_PATH: 4, POSE_PAT
 /** Whether a connection is told what others change. */
 export const Notices = { UNWANTED: 0, WANTED: 1 } as const;
 
+/** Whether a browser came to the gateway by TLS. */
+export const Encrypted = { NO: 0, YES: 1 } as const;
+
 /** Why a request was refused or a motion aborted; ACCEPTED and COMPLETED are 0. */
 export const VerdictCode = { ACCEPTED: 0, HELLO_FIRST: 1, VERSION: 2, UNKNOWN_CELL: 3, NOT_IN_CONTROL: 4, HELD_BY_OTHER: 5, ADDRESS_NOT_ALLOWED: 6, NOT_AUTOMATIC: 7, AUTHORITY_LOST: 8, NO_PLACE: 9, NO_TAKE_OVER: 10, STOP_LATCHED: 20, PLANNING: 21, MOVING: 22, CONTROLLER_DOWN: 23, FEEDBACK_STALE: 24, CONTROLLER_NOT_READY: 25, NOT_STANDING: 26, STOPPED: 27, SHUTTING_DOWN: 28, MODE_FORBIDS: 29, NOT_ENABLED: 30, ENABLING_LOST: 31, MODE_CHANGED: 32, MODE_NOT_OURS: 33, PRESS_DEAD: 34, PRESS_STALE: 35, PROTECTIVE_STOP: 36, PAUSED: 37, NOTHING_TO_CONTROL: 38, PROGRAM_STOPPED: 39, OVERTAKEN_BY_STOP: 40, MALFORMED: 41, BAD_ARGUMENT: 42, NOT_FINITE: 43, WRONG_JOINT_COUNT: 44, OUT_OF_RANGE: 45, TOO_FAST: 46, TOO_SHARP: 47, UNREACHABLE: 48, BRANCH_CHANGE: 49, NOT_TIMEABLE: 50, NO_MOTION: 51, UNKNOWN_FRAME: 52, CERTIFICATE_REFUSED: 53, PLANNER_FAILED: 54, SEQUENCE: 55, TOO_MANY_POINTS: 56, TRAJECTORY_INCOMPLETE: 57, TRAJECTORY_LATE: 58, CONTROLLER_REFUSED: 60, CONTROLLER_SILENT: 61, CONTROLLER_LOST: 62, CONTROLLER_MISMATCH: 63, CONTROLLER_STOPPED: 64, NOT_ARRIVED: 65, NOT_FOLLOWING: 66, JOG_INCREMENTS_ONLY: 67, CANNOT_PAUSE: 68, CONFIRM_FIRST: 69, NOT_PREPARED: 70, LEFT_THE_PATH: 72, OVER_SPEED: 73, OVER_RANGE: 74, FRAME_REFUSED: 80, NOT_IN_HISTORY: 81, POOR_GEOMETRY: 82, BAD_FILE: 83, PLATFORM_LIMIT: 84, NO_ASSEMBLY: 85, NOT_INSTALLED: 86, UNKNOWN_OBJECT: 87, DUPLICATE_OBJECT: 88, START_IN_COLLISION: 89, GOAL_IN_COLLISION: 90, PATH_IN_COLLISION: 91, NO_PATH_FOUND: 92, BAD_CIRCLE: 93, ZONE_TOO_LARGE: 94, REVISION_CONFLICT: 100, NOT_FOUND: 101, DISK_FULL: 102, STORE_READ_ONLY: 103, STORE_FAILED: 104, STORE_BUSY: 105, BAD_NAME: 106, TOO_LARGE: 107, BAD_DOCUMENT: 108, OUT_OF_SEQUENCE: 109, PROGRAM_SYNTAX: 110, PROGRAM_TOO_LARGE: 111, PROGRAM_INVALID: 112, PROGRAM_WRONG_ROBOT: 113, PROGRAM_UNKNOWN: 114, POINT_UNKNOWN: 115, POINT_IN_USE: 116, POINT_EXISTS: 117, POINT_INCONSISTENT: 118, CALL_TOO_DEEP: 119, INPUT_TIMEOUT: 120, PROGRAM_NOT_RUNNING: 121, PROGRAM_RUNNING: 122, PROGRAM_STUCK: 123, NOTHING_TO_UNDO: 124, STEP_BACK_REFUSED: 125, FLAG_NOT_READ: 126, STEP_FORWARD_REFUSED: 127, LOGIN_NEEDED: 130, LOGIN_FAILED: 131, LOCKED_OUT: 132, LOGIN_BUSY: 133, ROLE_TOO_LOW: 134, PAIRING_WRONG: 135, NAME_TAKEN: 136, BAD_PASSWORD: 137, BAD_ACCOUNT_NAME: 138, ACCOUNT_EXISTS: 139, UNKNOWN_ACCOUNT: 140, LAST_ADMIN: 141, REQUEST_REPEATED: 142, ACCOUNT_FULL: 143, ADDRESS_BARRED: 144, BAR_REFUSED: 145, NO_JOG_TO_UNDO: 146, UNKNOWN_CONNECTION: 147, OUTSIDE_LIMITS: 148, SERVER_LATE: 149, CELL_FAULTED: 150, OVERRIDE_ZERO: 151, NO_SIGNAL: 160, NO_STORE: 161, RECORDING_RUNNING: 170, NOT_RECORDING: 171, RECORDING_WRONG_ROBOT: 172, RECORDING_GAP: 173, RECORDING_FELL_BEHIND: 174, CHANGE_WHILE_MOVING: 175, SIGNALS_UNAVAILABLE: 177, ROBOT_FIXED: 178, PLAN_UNKNOWN: 180, PLAN_STALE: 181, TOO_MANY_PLANS: 182, PLAN_TOO_LONG: 183, TOO_OFTEN: 184, SUPERSEDED: 185, FORWARD_FIRST: 186, FORWARD_REFUSED: 187, NOTHING_GRIPPED: 190, NOT_HELD: 191, UNKNOWN_POSITION: 195, UNKNOWN_MESH: 196 } as const;
 
@@ -53,6 +56,12 @@ export const JogSpace = { JOINTS: 1, TOOL: 2 } as const;
 
 /** How much of a program is run. */
 export const RunKind = { ALL: 1, STEP_FORWARD: 2, STEP_BACKWARD: 3 } as const;
+
+/** What has become of a plan; from DONE on it can be neither read nor executed any more. */
+export const PlanState = { PLANNING: 1, READY: 2, RUNNING: 3, DONE: 4, STALE: 5, EXPIRED: 6, DROPPED: 7 } as const;
+
+/** How far a plan around obstacles has come. */
+export const PlanStage = { NONE: 0, SEARCHING: 1, SHORTENING: 2, CHECKING: 3 } as const;
 
 /** What is to be done at the controller: all that it needs, or a single step. */
 export const PrepareAction = { PREPARE: 1, RELEASE: 2, ALARMS: 3, DRIVES_ON: 4, DRIVES_OFF: 5 } as const;
@@ -172,6 +181,35 @@ export interface Declare extends Header {
   notices: Named<typeof Notices>;
   /** of the person, as en or de; for the audit log */
   language: string;
+}
+
+/** 65050, pendant to server. Says for whom a gateway opened this connection; always the very first frame. */
+export interface Forwarded extends Header {
+  type: "forwarded";
+  /** name of the gateway in the server's configuration */
+  gateway: string;
+  /** its secret, 32 bytes in hexadecimal */
+  secret: string;
+  /** address of the browser, IPv4 or IPv6, without a port */
+  address: string;
+  /** 1 if the browser came by TLS, else 0 */
+  is_encrypted: Named<typeof Encrypted>;
+}
+
+/** 65052, pendant to server. Asks which cells there are, before or after hello; once a second. */
+export interface Lobby extends Header {
+  type: "lobby";
+  /** chosen by the pendant */
+  request_id: number;
+}
+
+/** 65052, server to pendant. Tells which cells there are. */
+export interface LobbyReply extends Header {
+  type: "lobby_reply";
+  /** of the request */
+  request_id: number;
+  /** one JSON object, UTF-8 */
+  body: Uint8Array;
 }
 
 /** 65001, pendant to server. Asks for data that has no fixed layout; the body is one JSON object. */
@@ -497,6 +535,34 @@ export interface Home extends Header {
   target: string;
 }
 
+/** 65053, pendant to server. Executes a plan, sample by sample, as it was shown. */
+export interface Execute extends Header {
+  type: "execute";
+  /** chosen by the pendant */
+  request_id: number;
+  /** number of the plan */
+  plan: number;
+  /** 1 to be refused unless the speed override is 1, else 0 */
+  override_is_one: number;
+}
+
+/** 65054, server to pendant. A plan is being made, or has changed its state. */
+export interface PlanChanged extends Header {
+  type: "plan_changed";
+  /** number of the plan */
+  plan: number;
+  /** what has become of it */
+  state: Named<typeof PlanState>;
+  /** why, an entry of the catalogue; 0 for nothing */
+  code: Named<typeof VerdictCode>;
+  /** how far the planning has come */
+  stage: Named<typeof PlanStage>;
+  /** of the time that planning may take, 0 to 1 */
+  fraction: number;
+  /** one sentence, empty for none */
+  text: string;
+}
+
 /** 65042, pendant to server. Prepares the controller, or takes a single step of that, where its dialect has one. */
 export interface Prepare extends Header {
   type: "prepare";
@@ -743,6 +809,9 @@ export type Message =
   | Hello
   | HelloReply
   | Declare
+  | Forwarded
+  | Lobby
+  | LobbyReply
   | Management
   | Verdict
   | Outcome
@@ -770,6 +839,8 @@ export type Message =
   | JogUndo
   | ProgramRun
   | Home
+  | Execute
+  | PlanChanged
   | Prepare
   | State
   | AuthorityChanged
@@ -793,6 +864,9 @@ export const LAYOUTS: Layouts = {
   hello: [65000, "request", "protocol_version:i state_rate:r cell:t32 client:t32"],
   hello_reply: [65000, "answer", "protocol_version:i session:i capabilities:i max_frame:i dof:i tick_rate:r max_state_rate:r authority_timeout:r cell:t32 robot:t32 server:t32"],
   declare: [65051, "request", "request_id:i enabling_deadline:r notices:i language:t8"],
+  forwarded: [65050, "request", "gateway:t32 secret:t64 address:t64 is_encrypted:i"],
+  lobby: [65052, "request", "request_id:i"],
+  lobby_reply: [65052, "answer", "request_id:i body:b"],
   management: [65001, "request", "request_id:i body:b"],
   verdict: [65002, "reply", "request_id:i code:i joint:i value:r limit:r text:t160"],
   outcome: [65003, "topic", "request_id:i outcome:i code:i joint:i value:r limit:r plan_time:r motion_time:r text:t160"],
@@ -820,6 +894,8 @@ export const LAYOUTS: Layouts = {
   jog_undo: [65034, "request", "request_id:i speed:r"],
   program_run: [65040, "request", "request_id:i run:i line:i loops:i revision:i speed:r program:t64"],
   home: [65041, "request", "request_id:i speed:r target:t32"],
+  execute: [65053, "request", "request_id:i plan:i override_is_one:i"],
+  plan_changed: [65054, "topic", "plan:i state:i code:i stage:i fraction:r text:t96"],
   prepare: [65042, "request", "request_id:i action:i token:i"],
   state: [65020, "topic", "sequence:i time_s:i time_ns:i age:r dropped:i activity:i request_id:i holder:i stop:i operating_mode:i enabling:i override:r tool_speed_cap:r jog_scale:r jog_reason:i jog_joint:i program_state:i program_line:i link:i drives_powered:i e_stopped:i error_code:i in_error:i in_motion:i mode:i motion_possible:i valid_fields:i tool_speed:r positions:R10 velocities:R10 tool_position:R3 tool_orientation:R4"],
   authority_changed: [65021, "topic", "holder:i reason:i client:t32"],
