@@ -1,11 +1,12 @@
 """The command `openpendant robots`: list, show, draw, check and import robots, and try kinematics.
 
-Owns arguments and output, nothing else; `import` is in `robots_import`. Results go to standard
+Owns arguments and output, nothing else; `import` is in `robots_import`, `home-check` in
+`robots_home_check`. Results go to standard
 output, of `fk` and `ik` as JSON: one line, or with `ik --all` one for each answer; an error is one
 line on standard error. Joint values are rad or m; of a platform they are the lengths of its legs,
 which are the same on both sides.
 
-Exit codes: 0 done, 1 a checked robot is bad, 2 a bad argument, robot name or robot file,
+Exit codes: 0 done, 1 a checked robot or home is bad, 2 a bad argument, robot name or robot file,
 3 refused: the pose cannot be reached, or the robot has no such thing, 74 a file cannot be written,
 130 interrupted.
 """
@@ -37,6 +38,7 @@ from .arguments import (
     tell,
     to_controller,
 )
+from .robots_home_check import home_check
 from .robots_import import import_robot
 
 if TYPE_CHECKING:
@@ -45,7 +47,7 @@ if TYPE_CHECKING:
 
 app = command(
     "List, show, draw, check and import robots; forward and inverse kinematics by hand.",
-    "0 done, 1 a checked robot is bad, 2 bad argument or file, 3 refused",
+    "0 done, 1 a checked robot or home is bad, 2 bad argument or file, 3 refused",
 )
 
 
@@ -153,6 +155,7 @@ def check(
         raise typer.Exit(ExitCode.FAILED)
 
 
+app.command("home-check")(home_check)
 app.command("import")(import_robot)
 
 
