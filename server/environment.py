@@ -16,6 +16,8 @@ from openpendant.simplemsg.verdicts import VerdictCode
 from .cell.robot_cell import RobotCell
 from .events.effects import Effect
 from .events.pending import Pending
+from .positions.named_positions import NamedPositions
+from .positions.position_service import PositionService
 from .programs.interpreter.run_events import Offer
 from .recording.recording_service import RecordingService
 from .refusal import Refusal, refusal_of
@@ -42,6 +44,7 @@ class CellEnvironment:
         pending: Pending,
         settings: CellSettings,
         robot_name: str,
+        positions: NamedPositions,
     ) -> None:
         """Join the parts; from now on motions are checked against the scene."""
         self._cell = cell
@@ -57,6 +60,8 @@ class CellEnvironment:
             robot_name=robot_name,
             state_period=settings.controller.state_period,
         )
+        self.positions = positions
+        self.named = PositionService(cell, positions, view, pending)
         self.service = SceneService(cell, self.world, view, self.signals, self.trace, robot_name)
         self._traced = 0
         self._reported = -1  # when the last report came that was taken
@@ -66,8 +71,12 @@ class CellEnvironment:
     @property
     def capabilities(self) -> Capability:
         """What a pendant may ask of it; signals where the controller has some for us."""
-        offered = Capability.RECORDING | Capability.SCENE
+        offered = Capability.RECORDING | Capability.SCENE | Capability.POSITIONS
         return offered | Capability.SIGNALS if self.signals.is_offered else offered
+
+    def load(self) -> list[Effect]:
+        """Have what the store keeps of the cell read."""
+        return [*self.world.load(), *self.positions.load()]
 
     def contact(
         self, then: Callable[[Refusal | None, int], list[Effect]], now: int

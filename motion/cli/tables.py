@@ -8,7 +8,6 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterable, Sequence
-
 from typing import TYPE_CHECKING
 
 from rich.table import Table

@@ -24,7 +24,7 @@ import numpy as np
 from ..description.robot import Robot
 from ..errors import MotionError
 from ..jog.jog_commands import shifted, turned
-from ..kinematics.ik.singularity import dexterity
+from ..kinematics.ik.singularity import SINGULAR, condition
 from ..kinematics.serial import Kinematics
 from ..paths.mechanism import Mechanism, PlatformMechanism, SerialMechanism, mechanism
 from ..planning.path_check import check_path
@@ -38,9 +38,6 @@ SHIFT = 0.010
 
 TURN = math.radians(5.0)
 """Increment about an axis [rad]."""
-
-SINGULAR = 1e9
-"""A greater condition number of the Jacobian counts as infinite."""
 
 AXES = ("x", "y", "z", "A", "B", "C")
 """Axes of an increment: along x, y, z, and about them."""
@@ -167,8 +164,8 @@ def check_position(
             break
         if increment not in beyond:
             refused.extend(_refusal(arm, joints, pose, increment, collision))
-    condition = condition_at(arm, joints)
-    return HomeReport(name, joints, pose, condition, None, contact, beyond, tuple(refused))
+    measure = condition_at(arm, joints)
+    return HomeReport(name, joints, pose, measure, None, contact, beyond, tuple(refused))
 
 
 def touching_at(collision: CollisionModel, joints: Sequence[float]) -> Proximity | None:
@@ -183,16 +180,13 @@ def condition_at(arm: Mechanism, joints: Sequence[float]) -> float:
     """Return the condition number of the Jacobian without units; infinite from `SINGULAR` on."""
     if isinstance(arm, PlatformMechanism):
         kinematics = arm.kinematics
-        condition = kinematics.workspace.holding(kinematics.forward(joints)).condition
-    else:
-        assert isinstance(arm, SerialMechanism)
-        condition = dexterity(arm.kinematics, joints).condition
-    return condition if condition < SINGULAR else math.inf
+        found = kinematics.workspace.holding(kinematics.forward(joints)).condition
+        return found if found < SINGULAR else math.inf
+    assert isinstance(arm, SerialMechanism)
+    return condition(arm.kinematics, joints)
 
 
-def increments_beyond(
-    arm: Mechanism, joints: Sequence[float], here: Pose
-) -> tuple[Increment, ...]:
+def increments_beyond(arm: Mechanism, joints: Sequence[float], here: Pose) -> tuple[Increment, ...]:
     """Return the increments that an arm of fewer than six axes cannot do by its construction.
 
     None at a singularity: what is lost there is lost at that position only.

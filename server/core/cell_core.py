@@ -79,6 +79,7 @@ from ..events.events import (
 from ..events.pending import Pending
 from ..events.replies import stop_changed, verdict
 from ..planning.jobs import MotionJob
+from ..positions.named_positions import NamedPositions
 from ..refusal import Refusal
 from ..scene.planning_scene import RobotEnvironment
 from ..settings.cell_settings import CellSettings, ControllerPath
@@ -181,10 +182,11 @@ class CellCore:
         self.fault: Refusal | None = None
         self._pending = Pending()
         self.cell = RobotCell(settings, limits, self.publish, self._pending, robot)
+        positions = NamedPositions(settings.name, robot.named_positions, limits, self._pending)
         self.environment: CellEnvironment | None = None
         if environment is not None:
             self.environment = CellEnvironment(
-                self.cell, environment, self._pending, settings, identity.robot
+                self.cell, environment, self._pending, settings, identity.robot, positions
             )
         self.pendants = PendantEndpoint(
             self.cell,
@@ -195,6 +197,7 @@ class CellCore:
             access,
             self.environment,
             is_read_apart,
+            positions,
         )
         self._trail = AuditTrail(access.record, access.login, self.cell, self.name)
         self.ros = RosEndpoint(self.cell, settings)
@@ -389,10 +392,10 @@ class CellCore:
         return out
 
     def _load(self, now: int) -> list[Effect]:
-        """Load frames, tools and scene with the first tick, when all parts are there."""
+        """Load frames, tools, scene and positions with the first tick, when all parts are there."""
         assert self.environment is not None
         self._ticked = (*self.environment.ticked, *self._ticked[1:])
-        return self.environment.world.load()
+        return self.environment.load()
 
     def _on_watchdog_stopped(self, event: WatchdogStopped, now: int) -> list[Effect]:
         if self.cell.stop is None:

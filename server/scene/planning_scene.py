@@ -463,7 +463,7 @@ class PlanningScene:
         now: int,
     ) -> list[Effect]:
         """Find the nearest two bodies at (n,) joints in the scene in force, in as many turns."""
-        return self._pending.run(_Turns().take(self._view.nearest_steps(position)), then, now)
+        return self._pending.run(Turns().take(self._view.nearest_steps(position)), then, now)
 
     def show_scene(self, then: Callable[[str, int], list[Effect]], now: int) -> list[Effect]:
         """Tell the scene in force with its revision, as the JSON of a reply, in as many turns."""
@@ -512,7 +512,7 @@ class PlanningScene:
         self._tell_cell()
         # That the scene was made belongs to the first turn, too.
         spent = _PER_OBJECT * len(scene.objects) + _PER_ALLOWED * len(scene.allowed)
-        turns, is_announced = _Turns(spent), False
+        turns, is_announced = Turns(spent), False
         steps = self._view.scene_steps(scene)
 
         def built(found: Any, at: int) -> list[Effect]:
@@ -544,7 +544,7 @@ class PlanningScene:
         return out
 
     def _made(
-        self, steps: Generator[BuildStep, None, Any], turns: _Turns, kept: Scene | None
+        self, steps: Generator[BuildStep, None, Any], turns: Turns, kept: Scene | None
     ) -> Steps[Any]:
         """Make a scene that fits, and the text of one to be kept; return why it cannot be made."""
         try:
@@ -671,21 +671,31 @@ def _of_the_other(kind: DocumentKind, tree: FrameTree) -> list[object]:
 
 def _in_turns(making: Making, spent: float = 0.0) -> Steps[str]:
     """Make a text in turns of its own, of the first of which some is spent [µs]."""
-    return _Turns(spent).make(making)
+    return Turns(spent).make(making)
 
 
-class _Turns:
-    """Turns of one build: how much of its work is done in each."""
+class Turns:
+    """Turns of one task: how much of its work is done in each.
 
-    def __init__(self, spent: float = 0.0) -> None:
-        self._spent, self._most = spent, FIRST_EFFORT
+    Attributes:
+        spent: effort of the work done in this turn [µs].
+    """
+
+    def __init__(self, spent: float = 0.0, most: float = FIRST_EFFORT) -> None:
+        """Begin a turn.
+
+        Args:
+            spent: effort of what was done in it before [µs].
+            most: effort that it may take [µs]; each later one `TURN_EFFORT`.
+        """
+        self.spent, self._most = spent, most
 
     def spend(self, effort: float) -> Steps[None]:
         """Wait for the next tick where a step would make this turn too long."""
-        if self._spent and self._spent + effort > self._most:
+        if self.spent and self.spent + effort > self._most:
             yield Turn.NEXT
-            self._spent, self._most = 0.0, TURN_EFFORT
-        self._spent += effort
+            self.spent, self._most = 0.0, TURN_EFFORT
+        self.spent += effort
 
     def make(self, making: Making) -> Steps[str]:
         """Make a text."""
@@ -711,7 +721,7 @@ class _Turns:
 
 
 def _until_it_fits(
-    scene: Scene, before: Scene, steps: Generator[BuildStep, None, Any], turns: _Turns
+    scene: Scene, before: Scene, steps: Generator[BuildStep, None, Any], turns: Turns
 ) -> Steps[Refusal | None]:
     """Find out whether a scene fits, and make it ready for planning; return why it does not."""
     try:

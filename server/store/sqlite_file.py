@@ -81,6 +81,8 @@ MIGRATIONS: Sequence[Migration] = (
             """,
         ),
     ),
+    # Documents of named positions.
+    Migration(2, ()),
 )
 
 

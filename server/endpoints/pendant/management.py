@@ -266,7 +266,11 @@ class ManagementRequests:
         self._access = access
         self._environment = environment
         self._authority = AuthorityNeed(cell, programs.executor, environment)
-        services = () if environment is None else (environment.service, environment.recordings)
+        services = (
+            ()
+            if environment is None
+            else (environment.service, environment.named, environment.recordings)
+        )
         self._handlers = handlers_of(self, access, access.connections, retreats, *services) | dict(
             programs.handlers
         )

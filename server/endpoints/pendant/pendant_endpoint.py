@@ -71,6 +71,7 @@ from ...events.effects import Effect, Send, Then
 from ...events.management_requests import MOST_AT_ONCE, MOST_BEFORE_LOGIN, is_known, parse
 from ...events.pending import Pending
 from ...events.replies import sent_away, verdict
+from ...positions.named_positions import NamedPositions
 from ...programs.execution.program_run import BareEnvironment
 from ...programs.program_service import ProgramService
 from ...refusal import Refusal
@@ -109,6 +110,7 @@ class PendantEndpoint:
         access: CoreAccess,
         environment: CellEnvironment | None,
         is_read_apart: Callable[[int], bool],
+        positions: NamedPositions,
     ) -> None:
         """Make an endpoint that nobody is connected to.
 
@@ -124,7 +126,7 @@ class PendantEndpoint:
         self._greeting = Greeting(
             identity, cell.limits.dof, settings, listeners, self.access, offers
         )
-        self._motions = PendantMotions(cell, robot)
+        self._motions = PendantMotions(cell, robot, positions)
         self._jogs = JogRequests(cell, settings.jog, robot)
         self.programs = ProgramService(
             cell,

@@ -3,7 +3,7 @@
 Importing this package imports every topic, so that the table of operations is whole.
 """
 
-from . import access, cell, devices, frames, programs, recordings, scene
+from . import access, cell, devices, frames, positions, programs, recordings, scene
 from .declaration import OPERATIONS
 
 __all__ = [
@@ -12,6 +12,7 @@ __all__ = [
     "cell",
     "devices",
     "frames",
+    "positions",
     "programs",
     "recordings",
     "scene",

@@ -17,6 +17,7 @@ from openpendant.server.events.cell_events import CellEvent
 from openpendant.server.events.effects import Ask, Backend, Effect, QueryController, Send
 from openpendant.server.events.management_requests import ReplyTo, handlers_of, parse
 from openpendant.server.events.pending import Pending
+from openpendant.server.positions.named_positions import NamedPositions
 from openpendant.server.refusal import Refusal
 from openpendant.server.settings.cell_settings import make_settings
 from openpendant.server.shell.robot_kinematics import RobotKinematics
@@ -47,15 +48,20 @@ class SurroundedCell:
         self.pending = Pending()
         self.mathematics = RobotKinematics(robot())
         self.cell = RobotCell(settings, robot().limits, self._news, self.pending, self.mathematics)
-        self.around = CellEnvironment(self.cell, self.mathematics, self.pending, settings, "ur5")
-        self._handlers = handlers_of(self.around.service, self.around.recordings)
+        own = self.mathematics.named_positions
+        self.positions = NamedPositions(settings.name, own, robot().limits, self.pending)
+        self.around = CellEnvironment(
+            *(self.cell, self.mathematics, self.pending, settings, "ur5", self.positions)
+        )
+        around = self.around
+        self._handlers = handlers_of(around.service, around.named, around.recordings)
         self.store = open_store(folder / "store.db", wall_clock=noon)
         self.refuse_with: StoreError | None = None
         self.answers: list[tuple[bool, dict[str, Any]]] = []
         self.outcomes: list[Outcome] = []
         self.queries: list[Message] = []
         self.turns: list[int] = []
-        self.perform(self.around.world.load())
+        self.perform(self.around.load())
         self.until(lambda: not self.around.world.is_busy)
 
     def _news(self, news: CellEvent, now: int) -> list[Effect]:

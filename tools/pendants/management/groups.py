@@ -7,6 +7,7 @@ from openpendant.simplemsg.pendant.management import (
     cell,
     devices,
     frames,
+    positions,
     programs,
     recordings,
     scene,
@@ -85,6 +86,16 @@ class ToolCalls(CallGroup[Way]):
     import_ = call(frames.ImportTools)
 
 
+@calls_of("positions")
+class PositionCalls(CallGroup[Way]):
+    """The operations on named positions."""
+
+    list = call(positions.ListPositions)
+    save = call(positions.SavePosition)
+    rename = call(positions.RenamePosition)
+    delete = call(positions.DeletePosition)
+
+
 @calls_of("scene")
 class SceneCalls(CallGroup[Way]):
     """The operations on the scene."""
@@ -156,6 +167,7 @@ class GroupedCalls(CellCalls[Way]):
     Attributes:
         frames: user frames.
         tools: tools.
+        positions: joint positions with a name.
         scene: objects around the robot.
         signals: inputs and outputs.
         robots: the robot itself.
@@ -168,6 +180,7 @@ class GroupedCalls(CellCalls[Way]):
         super().__init__(way)
         self.frames = FrameCalls(way)
         self.tools = ToolCalls(way)
+        self.positions = PositionCalls(way)
         self.scene = SceneCalls(way)
         self.signals = SignalCalls(way)
         self.robots = RobotCalls(way)
