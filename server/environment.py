@@ -60,7 +60,6 @@ class CellEnvironment:
             robot_name=robot_name,
             state_period=settings.controller.state_period,
         )
-        self.positions = positions
         self.named = PositionService(cell, positions, view, pending)
         self.service = SceneService(cell, self.world, view, self.signals, self.trace, robot_name)
         self._traced = 0
@@ -73,10 +72,6 @@ class CellEnvironment:
         """What a pendant may ask of it; signals where the controller has some for us."""
         offered = Capability.RECORDING | Capability.SCENE | Capability.POSITIONS
         return offered | Capability.SIGNALS if self.signals.is_offered else offered
-
-    def load(self) -> list[Effect]:
-        """Have what the store keeps of the cell read."""
-        return [*self.world.load(), *self.positions.load()]
 
     def contact(
         self, then: Callable[[Refusal | None, int], list[Effect]], now: int

@@ -182,7 +182,10 @@ class CellCore:
         self.fault: Refusal | None = None
         self._pending = Pending()
         self.cell = RobotCell(settings, limits, self.publish, self._pending, robot)
-        positions = NamedPositions(settings.name, robot.named_positions, limits, self._pending)
+        positions = NamedPositions(
+            *(settings.name, robot.named_positions, limits, self._pending),
+            is_stored=environment is not None,
+        )
         self.environment: CellEnvironment | None = None
         if environment is not None:
             self.environment = CellEnvironment(
@@ -392,10 +395,10 @@ class CellCore:
         return out
 
     def _load(self, now: int) -> list[Effect]:
-        """Load frames, tools, scene and positions with the first tick, when all parts are there."""
+        """Load frames, tools and scene with the first tick, when all parts are there."""
         assert self.environment is not None
         self._ticked = (*self.environment.ticked, *self._ticked[1:])
-        return self.environment.load()
+        return self.environment.world.load()
 
     def _on_watchdog_stopped(self, event: WatchdogStopped, now: int) -> list[Effect]:
         if self.cell.stop is None:

@@ -55,8 +55,14 @@ class NamedPositions:
         of_robot: Mapping[str, JointVector],
         limits: JointLimits,
         pending: Pending,
+        *,
+        is_stored: bool = True,
     ) -> None:
-        """Make a book of the robot's own positions; `load` reads the others."""
+        """Make a book of the robot's own positions; `read_once` has the others read.
+
+        Args:
+            is_stored: whether there is a store to ask.
+        """
         self.of_robot = of_robot
         self.of_cell: Mapping[str, JointVector] = {}
         self.revision = 0
@@ -65,6 +71,7 @@ class NamedPositions:
         self._limits = limits
         self._pending = pending
         self._busy = ""
+        self._is_stored, self._is_asked = is_stored, False
 
     def position_named(self, name: str) -> JointVector | Refusal:
         """Return the joints at a named position, or why the robot may not stand there."""
@@ -95,9 +102,17 @@ class NamedPositions:
         """Why nobody can say yet which positions there are; None once the store has answered."""
         return Refusal(VerdictCode.STORE_BUSY, self._busy) if self._busy == _READING else None
 
+    def read_once(self) -> list[Effect]:
+        """Have the document of the cell read, where nobody has asked for that yet.
+
+        It is read when the first pendant comes that knows of such positions, or somebody names one:
+        a conversation of version 2 is the same, to the last question to the store, as before.
+        """
+        return [] if self._is_asked or not self._is_stored else self.load()
+
     def load(self) -> list[Effect]:
         """Have the document of the cell read."""
-        self._busy = _READING
+        self._busy, self._is_asked = _READING, True
         return self._pending.ask(Load(_KIND, self._cell), self._loaded)
 
     def _loaded(self, answer: Answer, now: int) -> list[Effect]:

@@ -119,6 +119,7 @@ class PositionService:
                 turns = Turns(most=TURN_EFFORT)
             yield from turns.spend(_LOOK)
             place, turn = self._view.tool_pose(joints)
+            condition = self._view.condition(joints)
             why = yield from self._why_not(joints, turns)
             rows.append(
                 {
@@ -126,10 +127,10 @@ class PositionService:
                     "kind": "robot" if is_robots else "user",
                     "joints": list(joints),
                     "pose": {
-                        "position": [round(value, _DIGITS) for value in place],
-                        "orientation": [round(value, _DIGITS) for value in turn],
+                        "position": [_rounded(value) for value in place],
+                        "orientation": [_rounded(value) for value in turn],
                     },
-                    "condition": self._view.condition(joints),
+                    "condition": None if condition is None else float(f"{condition:.4g}"),
                     "legal": not why,
                     "why": why[:_LONGEST_WHY],
                 }
@@ -237,3 +238,8 @@ class PositionService:
             return reply.answer({"revision": revision})
 
         return self._positions.keep(positions, reply.name, told)
+
+
+def _rounded(value: float) -> float:
+    """Return a number of a pose as it is told, without the sign of a zero."""
+    return round(value, _DIGITS) + 0.0

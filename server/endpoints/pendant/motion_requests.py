@@ -22,7 +22,8 @@ from ...cell.robot_cell import RobotCell
 from ...cell.robot_model import RobotModel
 from ...control import speed_fault
 from ...events.cell_events import MotionRequest
-from ...events.effects import Effect
+from ...events.effects import Effect, Send
+from ...events.replies import verdict
 from ...planning.jobs import JointPathJob, JointVector, MotionJob, PoseGoal, PoseJob
 from ...positions.named_positions import NamedPositions
 from ...refusal import Refusal, refusal_of
@@ -187,6 +188,11 @@ class PendantMotions:
         refusal = check_interlocks(self._cell, session, now) or speed_fault(message.speed)
         if refusal is not None:
             return refusal
+        if message.target not in self._positions.of_robot and (
+            reading := self._positions.read_once()
+        ):
+            busy = self._positions.being_read
+            return [*reading, Send(session, verdict(message.request_id, busy))]
         goal = self._positions.position_named(message.target)
         if isinstance(goal, Refusal):
             return goal

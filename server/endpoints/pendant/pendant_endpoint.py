@@ -126,6 +126,7 @@ class PendantEndpoint:
         self._greeting = Greeting(
             identity, cell.limits.dof, settings, listeners, self.access, offers
         )
+        self._positions = positions
         self._motions = PendantMotions(cell, robot, positions)
         self._jogs = JogRequests(cell, settings.jog, robot)
         self.programs = ProgramService(
@@ -324,7 +325,7 @@ class PendantEndpoint:
         session = listener.session
         match message:
             case Hello():
-                return self._greeting.hello(session, message, now)
+                return self._hello(listener, message, now)
             case Ping():
                 return [Send(session, Ping(comm_type=CommType.REPLY, reply_code=ReplyCode.SUCCESS))]
         if not listener.welcomed:
@@ -343,6 +344,12 @@ class PendantEndpoint:
         if isinstance(answered, Refusal):
             self.access.gate.turned_down(session, message, answered, now)
         return answered if isinstance(answered, list) else [_verdict(session, message, answered)]
+
+    def _hello(self, listener: Listener, message: Hello, now: int) -> list[Effect]:
+        """Greet a pendant; one that knows of named positions has them read."""
+        out = self._greeting.hello(listener.session, message, now)
+        is_new = listener.welcomed and listener.version == PROTOCOL_VERSION
+        return out + self._positions.read_once() if is_new else out
 
     def _managed(
         self, session: int, message: Management, now: int, *, is_behind: bool = True

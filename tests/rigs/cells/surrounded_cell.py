@@ -61,7 +61,8 @@ class SurroundedCell:
         self.outcomes: list[Outcome] = []
         self.queries: list[Message] = []
         self.turns: list[int] = []
-        self.perform(self.around.load())
+        self.perform(self.positions.read_once())
+        self.perform(self.around.world.load())
         self.until(lambda: not self.around.world.is_busy)
 
     def _news(self, news: CellEvent, now: int) -> list[Effect]:

@@ -9,6 +9,7 @@ from ..client import PendantClient
 from .moving import STATE_RATE, move
 from .running import CommandOutput, add_speed, parser, run, server_access
 
+
 def main(argv: list[str] | None = None) -> int:
     """Run the command and return its exit code."""
     about = "Move the robot to its home, or another named position. Ctrl-C stops it."
