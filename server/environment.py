@@ -16,7 +16,7 @@ from openpendant.simplemsg.verdicts import VerdictCode
 from .cell.robot_cell import RobotCell
 from .events.effects import Effect
 from .events.pending import Pending
-from .positions.named_positions import NamedPositions
+from .positions.position_book import PositionBook
 from .positions.position_service import PositionService
 from .programs.interpreter.run_events import Offer
 from .recording.recording_service import RecordingService
@@ -44,7 +44,7 @@ class CellEnvironment:
         pending: Pending,
         settings: CellSettings,
         robot_name: str,
-        positions: NamedPositions,
+        positions: PositionBook,
     ) -> None:
         """Join the parts; from now on motions are checked against the scene."""
         self._cell = cell

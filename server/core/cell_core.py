@@ -79,7 +79,7 @@ from ..events.events import (
 from ..events.pending import Pending
 from ..events.replies import stop_changed, verdict
 from ..planning.jobs import MotionJob
-from ..positions.named_positions import NamedPositions
+from ..positions.position_book import PositionBook
 from ..refusal import Refusal
 from ..scene.planning_scene import RobotEnvironment
 from ..settings.cell_settings import CellSettings, ControllerPath
@@ -182,7 +182,7 @@ class CellCore:
         self.fault: Refusal | None = None
         self._pending = Pending()
         self.cell = RobotCell(settings, limits, self.publish, self._pending, robot)
-        positions = NamedPositions(
+        positions = PositionBook(
             *(settings.name, robot.named_positions, limits, self._pending),
             is_stored=environment is not None,
         )

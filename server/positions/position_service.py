@@ -24,7 +24,7 @@ from ..events.pending import Pending, Steps, Turn
 from ..planning.jobs import JointVector
 from ..refusal import Refusal
 from ..scene.planning_scene import TURN_EFFORT, Turns
-from .named_positions import NamedPositions
+from .position_book import PositionBook
 
 if TYPE_CHECKING:
     from openpendant.motion.scene.collision import BuildStep, Proximity
@@ -69,7 +69,7 @@ class PositionService:
     def __init__(
         self,
         cell: RobotCell,
-        positions: NamedPositions,
+        positions: PositionBook,
         view: RobotAtPositions,
         pending: Pending,
     ) -> None:

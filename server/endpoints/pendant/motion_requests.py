@@ -25,7 +25,7 @@ from ...events.cell_events import MotionRequest
 from ...events.effects import Effect, Send
 from ...events.replies import verdict
 from ...planning.jobs import JointPathJob, JointVector, MotionJob, PoseGoal, PoseJob
-from ...positions.named_positions import NamedPositions
+from ...positions.position_book import PositionBook
 from ...refusal import Refusal, refusal_of
 
 LARGEST_COORDINATE = 1e3
@@ -63,7 +63,7 @@ def pose_fault(goals: Sequence[PoseGoal]) -> Refusal | None:
 class PendantMotions:
     """All single motions of one cell."""
 
-    def __init__(self, cell: RobotCell, robot: RobotModel, positions: NamedPositions) -> None:
+    def __init__(self, cell: RobotCell, robot: RobotModel, positions: PositionBook) -> None:
         """Start with no request in progress."""
         self._cell = cell
         self._robot = robot

@@ -71,7 +71,7 @@ from ...events.effects import Effect, Send, Then
 from ...events.management_requests import MOST_AT_ONCE, MOST_BEFORE_LOGIN, is_known, parse
 from ...events.pending import Pending
 from ...events.replies import sent_away, verdict
-from ...positions.named_positions import NamedPositions
+from ...positions.position_book import PositionBook
 from ...programs.execution.program_run import BareEnvironment
 from ...programs.program_service import ProgramService
 from ...refusal import Refusal
@@ -110,7 +110,7 @@ class PendantEndpoint:
         access: CoreAccess,
         environment: CellEnvironment | None,
         is_read_apart: Callable[[int], bool],
-        positions: NamedPositions,
+        positions: PositionBook,
     ) -> None:
         """Make an endpoint that nobody is connected to.
 

@@ -17,7 +17,7 @@ from openpendant.server.events.cell_events import CellEvent
 from openpendant.server.events.effects import Ask, Backend, Effect, QueryController, Send
 from openpendant.server.events.management_requests import ReplyTo, handlers_of, parse
 from openpendant.server.events.pending import Pending
-from openpendant.server.positions.named_positions import NamedPositions
+from openpendant.server.positions.position_book import PositionBook
 from openpendant.server.refusal import Refusal
 from openpendant.server.settings.cell_settings import make_settings
 from openpendant.server.shell.robot_kinematics import RobotKinematics
@@ -49,7 +49,7 @@ class SurroundedCell:
         self.mathematics = RobotKinematics(robot())
         self.cell = RobotCell(settings, robot().limits, self._news, self.pending, self.mathematics)
         own = self.mathematics.named_positions
-        self.positions = NamedPositions(settings.name, own, robot().limits, self.pending)
+        self.positions = PositionBook(settings.name, own, robot().limits, self.pending)
         self.around = CellEnvironment(
             *(self.cell, self.mathematics, self.pending, settings, "ur5", self.positions)
         )

@@ -9,7 +9,7 @@ from rigs.cells.surrounded_cell import SurroundedCell, robot
 
 from openpendant.motion.description.robot import serial_robot
 from openpendant.server.events.pending import Pending
-from openpendant.server.positions.named_positions import NamedPositions
+from openpendant.server.positions.position_book import PositionBook
 from openpendant.server.positions.position_document import positions_to_json
 from openpendant.server.refusal import Refusal
 from openpendant.server.store.documents import DocumentKind
@@ -137,7 +137,7 @@ def test_a_name_of_32_bytes_is_one(cell: SurroundedCell) -> None:
 
 def test_a_name_of_the_robots_file_is_not_given_again() -> None:
     puma = serial_robot("puma560")
-    book = NamedPositions("cell", puma.named_positions, puma.limits, Pending())
+    book = PositionBook("cell", puma.named_positions, puma.limits, Pending())
     fault = book.saved_as("qn", puma.home_position)
     assert isinstance(fault, Refusal)
     assert (fault.code, "of the robot's file" in fault.text) == (V.BAD_ARGUMENT, True)
@@ -308,7 +308,7 @@ def test_nobody_can_say_which_positions_there_are_before_the_store_has(
 )
 def test_an_unknown_name_is_refused_with_the_nearest_spelling(name: str, words: str) -> None:
     puma = serial_robot("puma560")
-    book = NamedPositions("cell", puma.named_positions, puma.limits, Pending())
+    book = PositionBook("cell", puma.named_positions, puma.limits, Pending())
     found = book.position_named(name)
     assert isinstance(found, Refusal)
     assert (found.code, words in found.text) == (V.UNKNOWN_POSITION, True)
@@ -317,7 +317,7 @@ def test_an_unknown_name_is_refused_with_the_nearest_spelling(name: str, words: 
 def test_a_position_that_a_limit_excludes_is_refused_with_the_joint() -> None:
     arm = serial_robot("kuka_iiwa14")
     own = {"far": (0.0,) * 6 + (9.0,)}
-    book = NamedPositions("cell", own, arm.limits, Pending())
+    book = PositionBook("cell", own, arm.limits, Pending())
     found = book.position_named("far")
     assert isinstance(found, Refusal)
     assert (found.code, found.joint) == (V.OUT_OF_RANGE, 6)

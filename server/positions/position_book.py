@@ -38,7 +38,7 @@ Told: TypeAlias = Callable[[int | Refusal, int], list[Effect]]
 """Takes the new revision of the document, or why it was not changed, and the time."""
 
 
-class NamedPositions:
+class PositionBook:
     """The named positions of a cell.
 
     Attributes:
