@@ -60,6 +60,7 @@ class CellEnvironment:
             robot_name=robot_name,
             state_period=settings.controller.state_period,
         )
+        self.positions = positions
         self.named = PositionService(cell, positions, view, pending)
         self.service = SceneService(cell, self.world, view, self.signals, self.trace, robot_name)
         self._traced = 0

@@ -102,7 +102,10 @@ def test_four_axes_cannot_tilt_and_nothing_else(name: str) -> None:
 
 
 def test_at_a_singularity_nothing_is_beyond_an_arm_of_four_axes() -> None:
-    report = at("mitsubishi_rh6frh5520", (0, 0, 0, 0))
+    robot = serial_robot("mitsubishi_rh6frh5520")
+    stretched = (0.0, 0.0, *robot.home_position[2:])
+    report = check_position(robot.name, mechanism(robot), stretched)
+    assert report.outside is None
     assert report.beyond == ()
     assert not report.is_good
 

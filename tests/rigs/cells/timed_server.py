@@ -280,6 +280,8 @@ class TimedServer:
             return self._store.kept.load(kind, PROGRAM).heading.revision
         environment = self.app.cells[0].core.environment
         assert environment is not None
+        if kind is DocumentKind.POSITIONS:
+            return environment.positions.revision
         return environment.world.revisions[kind]
 
     def begin(self) -> None:

@@ -100,7 +100,7 @@ def _ball(number: int) -> dict[str, Any]:
 def _legal(op: str, server: Served, again: int) -> dict[str, Any]:
     """Return the fields of a request that is carried out, or is refused as late as can be."""
     frames, tools = server.revision(_FRAMES), server.revision(_TOOLS)
-    scene = server.revision(_SCENE)
+    scene, positions = server.revision(_SCENE), server.revision(DocumentKind.POSITIONS)
     main = {"name": "main", "expected_revision": server.revision(DocumentKind.PROGRAM)}
     move = {"statement": "move", "way": "PTP", "point": "p1"}
     known: dict[str, dict[str, Any]] = {
@@ -116,6 +116,9 @@ def _legal(op: str, server: Served, again: int) -> dict[str, Any]:
         "frames.remove": {"name": f"n{again}", "expected_revision": frames},
         "frames.teach": {"points": [[0.0, 0.0, 0.0], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0]]},
         "frames.transform": {"source": "f1", "target": "f2", "seconds_ago": 10.0},
+        "positions.save": {"name": f"n{again}", "joints": _HOME, "expected_revision": positions},
+        "positions.rename": {"name": "none", "new_name": "n", "expected_revision": positions},
+        "positions.delete": {"name": f"n{again}", "expected_revision": positions},
         "tools.add": {"name": f"n{again}", "tcp": _POSE, "expected_revision": tools},
         "tools.move": {"name": "t1", "tcp": _POSE, "expected_revision": tools},
         "tools.remove": {"name": f"n{again}", "expected_revision": tools},
