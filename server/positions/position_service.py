@@ -9,8 +9,8 @@ another, and requests that ask alike meanwhile get one answer.
 from __future__ import annotations
 
 import math
-from collections.abc import Generator, Mapping, Sequence
-from typing import TYPE_CHECKING, Protocol, TypeAlias
+from collections.abc import Mapping, Sequence
+from typing import TYPE_CHECKING, TypeAlias
 
 from openpendant.motion.errors import for_a_screen
 from openpendant.simplemsg.pendant.management import positions as op
@@ -23,11 +23,10 @@ from ..events.management_requests import ReplyTo, handles
 from ..events.pending import Pending, Steps, Turn
 from ..planning.jobs import JointVector
 from ..refusal import Refusal
-from ..scene.planning_scene import TURN_EFFORT, Turns
+from ..scene.planning_scene import TURN_EFFORT, RobotEnvironment, Turns
 from .position_book import PositionBook
 
 if TYPE_CHECKING:
-    from openpendant.motion.scene.collision import BuildStep, Proximity
     from openpendant.motion.scene.scene import Scene
 
 LARGEST_CONDITION = 100.0
@@ -41,25 +40,6 @@ _LONGEST_WHY = 100  # characters, so that a hundred positions fit a reply
 _DIGITS = 9  # of a pose: nanometres
 
 
-class RobotAtPositions(Protocol):
-    """The robot's mathematics in its scene, as far as named positions need them."""
-
-    @property
-    def scene(self) -> Scene:
-        """The objects in force; another scene once they change."""
-
-    def tool_pose(self, position: Sequence[float]) -> tuple[tuple[float, ...], tuple[float, ...]]:
-        """Return x, y, z [m] and quaternion x, y, z, w of the tool in the base frame."""
-
-    def condition(self, position: Sequence[float]) -> float | None:
-        """Return the condition number of the Jacobian at (n,) joints; None at a singularity."""
-
-    def nearest_steps(
-        self, position: Sequence[float]
-    ) -> Generator[BuildStep, None, Proximity | None]:
-        """Find the nearest two bodies at (n,) joints in steps, each announced before it is made."""
-
-
 _Rows: TypeAlias = list[op.NamedPosition]
 
 
@@ -70,7 +50,7 @@ class PositionService:
         self,
         cell: RobotCell,
         positions: PositionBook,
-        view: RobotAtPositions,
+        view: RobotEnvironment,
         pending: Pending,
     ) -> None:
         """Join what it asks."""

@@ -182,6 +182,12 @@ class RobotEnvironment(SceneModel, Protocol):
     ) -> tuple[tuple[float, ...], tuple[float, ...], float]:
         """Return place [m], quaternion and speed [m/s] of the tool in the base frame."""
 
+    def tool_pose(self, position: Sequence[float]) -> tuple[tuple[float, ...], tuple[float, ...]]:
+        """Return x, y, z [m] and quaternion x, y, z, w of the tool in the base frame."""
+
+    def condition(self, position: Sequence[float]) -> float | None:
+        """Return the condition number of the Jacobian at (n,) joints; None at a singularity."""
+
 
 Told: TypeAlias = Callable[[int | Refusal, int], list[Effect]]
 """Takes the new revision of a document, or why it was not changed, and the time."""
