@@ -12,7 +12,6 @@ import math
 from collections.abc import Iterator
 
 import numpy as np
-from numpy.typing import NDArray
 
 from ..description.robot import SerialRobot
 from ..paths.mechanism import SerialMechanism
@@ -69,11 +68,9 @@ def _candidates(robot: SerialRobot) -> Iterator[Array]:
         chosen = random.choice(steps, _TRIALS)
         columns.append(np.where(random.random(_TRIALS) < _UNMOVED, 0.0, chosen))
     trials = np.unique(home + np.column_stack(columns), axis=0)
-    inside: NDArray[np.bool_] = ((trials >= lower) & (trials <= upper)).all(axis=1)
+    trials = trials[np.all((trials >= lower) & (trials <= upper), axis=1)]
     effort = np.abs((trials - home) / (upper - lower)).sum(axis=1)
-    for index in np.argsort(effort, kind="stable"):
-        if inside[index]:
-            yield trials[index]
+    yield from trials[np.argsort(effort, kind="stable")]
 
 
 def refused_in_words(report: HomeReport, most: int = 3) -> str:
