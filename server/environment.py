@@ -20,6 +20,8 @@ from .events.effects import Effect
 from .events.pending import Pending
 from .kinematics.kinematics_service import KinematicsService
 from .kinematics.question_rates import QuestionRates
+from .positions.position_book import PositionBook
+from .positions.position_service import PositionService
 from .programs.interpreter.run_events import Offer
 from .recording.recording_service import RecordingService
 from .refusal import Refusal, refusal_of
@@ -46,6 +48,7 @@ class CellEnvironment:
         pending: Pending,
         settings: CellSettings,
         robot_name: str,
+        positions: PositionBook,
         rates: QuestionRates | None = None,
     ) -> None:
         """Join the parts; from now on motions are checked against the scene.
@@ -67,6 +70,8 @@ class CellEnvironment:
             robot_name=robot_name,
             state_period=settings.controller.state_period,
         )
+        self.positions = positions
+        self.named = PositionService(cell, positions, view, pending)
         self.service = SceneService(cell, self.world, view, self.signals, self.trace, robot_name)
         self.kinematics = KinematicsService(cell, view, pending, rates or QuestionRates())
         self._traced = 0
@@ -77,7 +82,8 @@ class CellEnvironment:
     @property
     def capabilities(self) -> Capability:
         """What a pendant may ask of it; signals where the controller has some for us."""
-        offered = Capability.RECORDING | Capability.SCENE | Capability.KINEMATICS
+        offered = Capability.RECORDING | Capability.SCENE
+        offered |= Capability.KINEMATICS | Capability.POSITIONS
         return offered | Capability.SIGNALS if self.signals.is_offered else offered
 
     def place_of(self, frame: str, position: Sequence[float]) -> Pose:

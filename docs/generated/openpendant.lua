@@ -375,7 +375,7 @@ local MESSAGES = {
   { type = 65041, name = "home", filter = "home", fields = {
     { kind = "int", name = "request_id", meaning = "chosen by the pendant" },
     { kind = "real", name = "speed", meaning = "fraction of the joints' largest speed, above 0, up to 1" },
-    { kind = "text", size = 32, name = "target", meaning = "home or zero" },
+    { kind = "text", size = 32, name = "target", meaning = "a named position, such as home or zero; see positions.list" },
   } },
   { type = 65053, name = "execute", filter = "execute", fields = {
     { kind = "int", name = "request_id", meaning = "chosen by the pendant" },

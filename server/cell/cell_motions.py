@@ -198,6 +198,11 @@ class CellMotions:
         )
         return self._driving.play(work, certified, self._share(work), now)
 
+    def arrive(self, request: MotionRequest, now: int) -> list[Effect]:
+        """Complete a request that is permitted and whose goal is where the robot stands."""
+        ended = MotionEnded(request, None, 0.0, 0.0)
+        return self._publish(MotionStarted(request), now) + self._publish(ended, now)
+
     def _is_free(self, move: StraightMove) -> bool:
         """Return whether it is proved that a move touches nothing, or nothing is to be checked."""
         if self.scene is None:

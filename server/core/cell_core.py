@@ -82,6 +82,7 @@ from ..events.pending import Pending
 from ..events.replies import stop_changed, verdict
 from ..planning.jobs import MotionJob
 from ..plans.plan_space import PlanSpace
+from ..positions.position_book import PositionBook
 from ..refusal import Refusal
 from ..scene.planning_scene import RobotEnvironment
 from ..settings.cell_settings import CellSettings, ControllerPath
@@ -187,15 +188,15 @@ class CellCore:
         self.fault: Refusal | None = None
         self._pending = Pending()
         self.cell = RobotCell(settings, limits, self.publish, self._pending, robot)
+        positions = PositionBook(
+            *(settings.name, robot.named_positions, limits, self._pending),
+            is_stored=environment is not None,
+        )
         self.environment: CellEnvironment | None = None
         if environment is not None:
             self.environment = CellEnvironment(
-                self.cell,
-                environment,
-                self._pending,
-                settings,
-                identity.robot,
-                access.questions,
+                *(self.cell, environment, self._pending, settings, identity.robot),
+                *(positions, access.questions),
             )
         self.pendants = PendantEndpoint(
             self.cell,
@@ -207,6 +208,7 @@ class CellCore:
             self.environment,
             is_read_apart,
             PlanSpace() if plan_space is None else plan_space,
+            positions,
         )
         about = identity.cell, identity.robot, identity.display
         access.lobby.join(LobbyCell(*about, glance=self._glance))

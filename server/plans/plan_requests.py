@@ -31,6 +31,7 @@ from ..cell.robot_model import RobotModel
 from ..control import speed_fault
 from ..environment import CellEnvironment
 from ..planning.jobs import FreePath, JointPathJob, JointVector, PlanJob, PoseGoal, PoseJob
+from ..positions.position_book import PositionBook
 from ..refusal import Refusal, refusal_of
 
 LONGEST_LABEL = 64
@@ -61,12 +62,17 @@ class GoalReader:
     """Reader of the goals of one cell."""
 
     def __init__(
-        self, limits: JointLimits, robot: RobotModel, environment: CellEnvironment | None
+        self,
+        limits: JointLimits,
+        robot: RobotModel,
+        environment: CellEnvironment | None,
+        positions: PositionBook,
     ) -> None:
         """Read goals for a robot; without an environment it has its own frames only."""
         self._limits = limits
         self._robot = robot
         self._environment = environment
+        self._positions = positions
 
     def joints(self, values: Sequence[float]) -> JointVector:
         """Return a joint position.
@@ -108,7 +114,8 @@ class GoalReader:
 
         match goal:
             case PositionAim(name=name):
-                return through(self._robot.named_position(name))
+                found = self._positions.position_named(name)
+                return found if isinstance(found, Refusal) else through(found)
             case LinAim(pose=pose, frame=frame):
                 motion = poses([cast(_GivenPose, pose)], frame, Motion.LIN)
                 return PlanJob(0, start, motion, place=self._place(frame, start))

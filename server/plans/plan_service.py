@@ -46,6 +46,7 @@ from ..planning.jobs import (
     SearchProgress,
     SearchStage,
 )
+from ..positions.position_book import PositionBook
 from ..refusal import Refusal
 from ..settings.cell_settings import ControllerLink
 from ..store.documents import DocumentKind
@@ -110,6 +111,7 @@ class PlanService:
         pending: Pending,
         environment: CellEnvironment | None,
         space: PlanSpace,
+        positions: PositionBook,
         notify: Notify,
         announce: Announce,
     ) -> None:
@@ -123,7 +125,7 @@ class PlanService:
         self._announce = announce
         self._book = PlanBook(space)
         self.live = self._book.live
-        self._goals = GoalReader(cell.limits, robot, environment)
+        self._goals = GoalReader(cell.limits, robot, environment, positions)
         self._making: dict[int, _Making] = {}  # by number of the plan
         self.untold: list[Plan] = []
         self._rate = QuestionRate(SAMPLES_PER_SECOND, SAMPLES_PER_SECOND)

@@ -147,6 +147,12 @@ class RobotEnvironment(SceneModel, Protocol):
     ) -> tuple[tuple[float, ...], tuple[float, ...], float]:
         """Return place [m], quaternion and speed [m/s] of the tool in the base frame."""
 
+    def tool_pose(self, position: Sequence[float]) -> tuple[tuple[float, ...], tuple[float, ...]]:
+        """Return x, y, z [m] and quaternion x, y, z, w of the tool in the base frame."""
+
+    def condition(self, position: Sequence[float]) -> float | None:
+        """Return the condition number of the Jacobian at (n,) joints; None at a singularity."""
+
 
 Told: TypeAlias = Callable[[int | Refusal, int], list[Effect]]
 """Takes the new revision of a document, or why it was not changed, and the time."""
@@ -307,10 +313,10 @@ class PlanningScene:
             self._stand(found, at)
             return then(None, at)
 
-        return self._pending.run(_Turns().find(self._tree_in(kind, answer.body)), read, now)
+        return self._pending.run(Turns().find(self._tree_in(kind, answer.body)), read, now)
 
     def _take_scene(self, body: str, then: _Then, now: int) -> list[Effect]:
-        turns = _Turns()
+        turns = Turns()
 
         def read(found: Scene | Refusal, at: int) -> list[Effect]:
             if isinstance(found, Refusal):
@@ -354,7 +360,7 @@ class PlanningScene:
             self._check_apart(kind, tree)
         except MotionError as error:
             return refusal_of(error)
-        turns = _Turns(_PER_FRAME * len(tree.frames))
+        turns = Turns(_PER_FRAME * len(tree.frames))
         kept = self._kept(kind, tree)
         return self._keep_frames(kind, kept, turns, (author, session), now, told)
 
@@ -379,7 +385,7 @@ class PlanningScene:
         if refusal is not None:
             return refusal
         steps = self._imported(kind, reading)
-        return self._keep_frames(kind, steps, _Turns(), (author, session), now, told)
+        return self._keep_frames(kind, steps, Turns(), (author, session), now, told)
 
     def _imported(self, kind: DocumentKind, reading: Stepwise[FramesFile]) -> Stepwise[_KeptFrames]:
         read = yield from reading
@@ -399,7 +405,7 @@ class PlanningScene:
         self,
         kind: DocumentKind,
         steps: Stepwise[_KeptFrames],
-        turns: _Turns,
+        turns: Turns,
         by: tuple[str, int],
         now: int,
         told: Told,
@@ -462,7 +468,7 @@ class PlanningScene:
             return refusal
         # That the scene was made belongs to the first turn, too.
         spent += _PER_OBJECT * len(scene.objects) + _PER_ALLOWED * len(scene.allowed)
-        turns = _Turns(spent)
+        turns = Turns(spent)
         return self._build(
             scene, now, self._saves_scene(author, session, told), turns, is_kept=True
         )
@@ -484,7 +490,7 @@ class PlanningScene:
         refusal = self._stale(DocumentKind.SCENE, expected)
         if refusal is not None:
             return refusal
-        before, turns = self.scene, _Turns()
+        before, turns = self.scene, Turns()
         has_arrived = is_announced = False
 
         then = self._saves_scene(author, session, told)
@@ -560,7 +566,7 @@ class PlanningScene:
             except MotionError as error:
                 return put_in_force(refusal_of(error), at)
             spent = _PER_OBJECT * len(scene.objects) + _PER_ALLOWED * len(scene.allowed)
-            return self._build(scene, at, put_in_force, _Turns(spent))
+            return self._build(scene, at, put_in_force, Turns(spent))
 
         if self._building is not None:
             self._waiting.append(begin)
@@ -576,7 +582,7 @@ class PlanningScene:
         now: int,
     ) -> list[Effect]:
         """Find the nearest two bodies at (n,) joints in the scene in force, in as many turns."""
-        return self._pending.run(_Turns().take(self._view.nearest_steps(position)), then, now)
+        return self._pending.run(Turns().take(self._view.nearest_steps(position)), then, now)
 
     def show_scene(self, then: Callable[[str, int], list[Effect]], now: int) -> list[Effect]:
         """Tell the scene in force with its revision, as the JSON of a reply, in as many turns."""
@@ -585,7 +591,7 @@ class PlanningScene:
         def made(content: str, at: int) -> list[Effect]:
             return then(joined({"content": content, "revision": str(revision)}, COMPACT), at)
 
-        return self._pending.run(_Turns().make(self._shown_scene.steps(scene)), made, now)
+        return self._pending.run(Turns().make(self._shown_scene.steps(scene)), made, now)
 
     def show_frames(
         self, facts: Mapping[str, Any], then: Callable[[str, int], list[Effect]], now: int
@@ -603,7 +609,7 @@ class PlanningScene:
             }
             return then(joined({"content": content, **rest}, COMPACT), at)
 
-        return self._pending.run(_Turns().make(self._shown_frames.steps(self.frames)), made, now)
+        return self._pending.run(Turns().make(self._shown_frames.steps(self.frames)), made, now)
 
     # To put something in force.
 
@@ -617,7 +623,7 @@ class PlanningScene:
         scene: Scene,
         now: int,
         then: _Then,
-        turns: _Turns,
+        turns: Turns,
         *,
         is_kept: bool = False,
         announced: int | None = None,
@@ -667,7 +673,7 @@ class PlanningScene:
         return out
 
     def _made(
-        self, steps: Generator[BuildStep, None, Any], turns: _Turns, kept: Scene | None
+        self, steps: Generator[BuildStep, None, Any], turns: Turns, kept: Scene | None
     ) -> Steps[Any]:
         """Make a scene that fits, and the text of one to be kept; return why it cannot be made."""
         try:
@@ -794,18 +800,28 @@ def _of_the_other(kind: DocumentKind, tree: FrameTree) -> list[object]:
     return said
 
 
-class _Turns:
-    """Turns of one build: how much of its work is done in each."""
+class Turns:
+    """Turns of one build: how much of its work is done in each.
 
-    def __init__(self, spent: float = 0.0) -> None:
-        self._spent, self._most = spent, FIRST_EFFORT
+    Attributes:
+        spent: effort of the work done in this turn [µs].
+    """
+
+    def __init__(self, spent: float = 0.0, most: float = FIRST_EFFORT) -> None:
+        """Begin a turn.
+
+        Args:
+            spent: effort of what was done in it before [µs].
+            most: effort that it may take [µs]; each later one `TURN_EFFORT`.
+        """
+        self.spent, self._most = spent, most
 
     def spend(self, effort: float) -> Steps[None]:
         """Wait for the next tick where a step would make this turn too long."""
-        if self._spent and self._spent + effort > self._most:
+        if self.spent and self.spent + effort > self._most:
             yield Turn.NEXT
-            self._spent, self._most = 0.0, TURN_EFFORT
-        self._spent += effort
+            self.spent, self._most = 0.0, TURN_EFFORT
+        self.spent += effort
 
     def make(self, steps: Stepwise[_Made]) -> Steps[_Made]:
         """Take steps; return what they return."""
@@ -839,7 +855,7 @@ class _Turns:
 
 
 def _until_it_fits(
-    scene: Scene, before: Scene, steps: Generator[BuildStep, None, Any], turns: _Turns
+    scene: Scene, before: Scene, steps: Generator[BuildStep, None, Any], turns: Turns
 ) -> Steps[Refusal | None]:
     """Find out whether a scene fits, and make it ready for planning; return why it does not."""
     try:

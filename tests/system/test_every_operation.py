@@ -154,6 +154,20 @@ async def frames(pendant: Pendant) -> None:
     await calls.import_({**content, "tools": [], "selected_tool": None}, at)
 
 
+async def positions(pendant: Pendant) -> None:
+    calls, number = pendant.positions, next(NUMBERS)
+    park, rest = f"park {number}", f"rest {number}"
+    listed = await calls.list()
+    home = next(each for each in listed["positions"] if each["name"] == "home")
+    saved = await calls.save(park, listed["revision"], joints=home["joints"])
+    assert saved["warning"] is None
+    at = (await calls.rename(park, rest, saved["revision"]))["revision"]
+    assert rest in [each["name"] for each in (await calls.list())["positions"]]
+    await (await pendant.home(rest, speed=0.5)).done()
+    await calls.delete(rest, at)
+    assert await refused(pendant.home(rest)) is V.UNKNOWN_POSITION
+
+
 async def tools(pendant: Pendant) -> None:
     calls, torch = pendant.tools, f"torch {next(NUMBERS)}"
     at = (await pendant.frames.show())["tools_revision"]
@@ -243,6 +257,7 @@ PARTS = {
     ("programs",): programs,
     ("recordings",): recordings,
     ("frames",): frames,
+    ("positions",): positions,
     ("tools",): tools,
     ("scene",): scene,
     ("signals", "robots", "trace"): devices,

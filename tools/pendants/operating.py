@@ -389,10 +389,13 @@ class Moves(PendantSession):
         )
 
     async def home(self, target: str = "home", *, speed: float = 0.1) -> MotionHandle:
-        """Move all joints to a named position of the robot, `home` or `zero`.
+        """Move all joints to a named position: `home`, `zero`, or another of `positions.list`.
+
+        Done at once where the robot stands there already.
 
         Raises:
-            Refused: the robot may not stand there, not in control, robot busy, …
+            Refused: there is no such position, the robot may not stand there, not in control, robot
+                busy, …
             ConnectionLost: the connection ended.
         """
         return await self._begin(

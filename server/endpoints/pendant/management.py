@@ -253,7 +253,10 @@ class ManagementRequests:
         self._authority = AuthorityNeed(cell, programs.executor, environment)
         services: tuple[object, ...] = ()
         if environment is not None:
-            services = environment.service, environment.recordings, environment.kinematics
+            services = (
+                *(environment.service, environment.named, environment.recordings),
+                environment.kinematics,
+            )
         self._handlers = handlers_of(self, access, access.connections, *services, *besides) | dict(
             programs.handlers
         )

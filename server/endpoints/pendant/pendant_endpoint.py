@@ -86,6 +86,7 @@ from ...events.pending import Pending
 from ...events.replies import in_words, sent_away, verdict
 from ...plans.plan_service import PlanService
 from ...plans.plan_space import PlanSpace
+from ...positions.position_book import PositionBook
 from ...programs.execution.program_run import BareEnvironment
 from ...programs.program_service import ProgramService
 from ...refusal import Refusal
@@ -133,6 +134,7 @@ class PendantEndpoint:
         environment: CellEnvironment | None,
         is_read_apart: Callable[[int], bool],
         plan_space: PlanSpace,
+        positions: PositionBook,
     ) -> None:
         """Make an endpoint that nobody is connected to.
 
@@ -160,7 +162,8 @@ class PendantEndpoint:
         )
         self._declarations = Declarations(cell, listeners, self.access)
         self._kinematics = None if environment is None else environment.kinematics
-        self._motions = PendantMotions(cell, robot)
+        self._positions = positions
+        self._motions = PendantMotions(cell, robot, positions)
         self._jogs = JogRequests(cell, settings.jog, robot, listeners.older)
         self.programs = ProgramService(
             cell,
@@ -180,7 +183,7 @@ class PendantEndpoint:
         escapes = EscapeRequests(cell, robot, self._jogs)
         self.announcing = Notifications(cell, robot, listeners, self._jogs.states)
         self.plans = PlanService(
-            *(cell, robot, settings.controller, pending, environment, plan_space),
+            *(cell, robot, settings.controller, pending, environment, plan_space, positions),
             notify=listeners.notice,
             announce=self.announcing.on_cell_event,
         )
@@ -384,7 +387,7 @@ class PendantEndpoint:
         session = listener.session
         match message:
             case Hello():
-                return self._greeting.hello(session, message, now)
+                return self._hello(listener, message, now)
             case Ping():
                 return [Send(session, Ping(comm_type=CommType.REPLY, reply_code=ReplyCode.SUCCESS))]
             case Forwarded():
@@ -429,6 +432,12 @@ class PendantEndpoint:
             text = f"the answer has {len(body)} bytes; accepted by a frame: {MOST_ANSWER}"
             return Refusal(VerdictCode.TOO_LARGE, text, value=len(body), limit=MOST_ANSWER)
         return [Send(session, LobbyReply(message.request_id, body))]
+
+    def _hello(self, listener: Listener, message: Hello, now: int) -> list[Effect]:
+        """Greet a pendant; one that knows of named positions has them read."""
+        out = self._greeting.hello(listener.session, message, now)
+        is_new = listener.welcomed and listener.version == PROTOCOL_VERSION
+        return out + self._positions.read_once() if is_new else out
 
     def _managed(
         self, session: int, message: Management, now: int, *, is_behind: bool = True

@@ -18,7 +18,6 @@ from typing import TypeAlias, cast
 from openpendant.motion.errors import MotionError
 from openpendant.motion.frames.frame_tree import BASE, TOOL, FrameTree
 from openpendant.motion.pose import Pose
-from openpendant.simplemsg.pendant import Activity
 from openpendant.simplemsg.pendant.management import programs as op
 from openpendant.simplemsg.pendant.management.program_values import (
     ArmConfiguration,
@@ -34,10 +33,10 @@ from openpendant.simplemsg.pendant.management.statements import (
     RecordPoint,
     TouchUp,
 )
-from openpendant.simplemsg.verdicts import VerdictCode
 
 from ...cell.robot_cell import RobotCell
 from ...cell.robot_model import RobotModel
+from ...cell.standing import standing_at
 from ...events.effects import Effect
 from ...events.management_requests import ReplyTo, handles
 from ...events.pending import AskStore, Steps
@@ -72,14 +71,9 @@ class Standing:
 
 def standing_now(cell: RobotCell, robot: RobotModel, now: int) -> Standing | Refusal:
     """Return where the robot stands, or why no point can be taught now."""
-    feedback = cell.feedback
-    if feedback.position is None or not feedback.is_fresh(now):
-        return Refusal(VerdictCode.FEEDBACK_STALE)
-    # Some controllers report a motion as long as they are sent points, even equal ones.
-    is_paused = cell.driving.activity is Activity.PAUSED
-    if not (feedback.joints_rest if is_paused else feedback.is_standing and not cell.is_busy):
-        return Refusal(VerdictCode.MOVING, "a point is taught while the robot stands")
-    joints = tuple(feedback.position)
+    joints = standing_at(cell, "a point", now)
+    if isinstance(joints, Refusal):
+        return joints
     return Standing(joints, Pose.from_values(*robot.tool_pose(joints)), robot.frames)
 
 

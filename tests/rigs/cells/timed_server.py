@@ -393,6 +393,8 @@ class TimedServer:
             headings = self._store.kept.headings(kind)
             found = [each.revision for each in headings if each.name == name and not each.deleted]
             return found[0] if found else 0
+        if kind is DocumentKind.POSITIONS:
+            return self._environment.positions.revision
         return self._environment.world.revisions[kind]
 
     def kept(self, name: str) -> str:

@@ -104,6 +104,7 @@ class Row:
 _CODEC = codec_for(PENDANT, ByteOrder.LITTLE)
 _FRAMES, _TOOLS, _SCENE = DocumentKind.FRAMES, DocumentKind.TOOLS, DocumentKind.SCENE
 _PROGRAM, _RECORDING = DocumentKind.PROGRAM, DocumentKind.RECORDING
+_POSITIONS = DocumentKind.POSITIONS
 _numbers = count(10)
 _POSE = {"position": [0.1, 0.2, 0.3], "orientation": [0.0, 0.0, 0.0, 1.0]}
 _REACHED = {"position": [0.4, 0.1, 0.3], "orientation": [0.0, 1.0, 0.0, 0.0]}
@@ -245,6 +246,9 @@ _FRAMED: Step = ("frames.add", _numbered(_FRAMES, pose=_POSE))
 _UNFRAMED: Step = ("frames.remove", _numbered(_FRAMES))
 _TOOLED: Step = ("tools.add", _numbered(_TOOLS, tcp=_POSE))
 _UNTOOLED: Step = ("tools.remove", _numbered(_TOOLS))
+_STOOD: Step = ("positions.save", _numbered(_POSITIONS, joints=HOME))
+_KEPT_POSITION: Step = ("positions.save", _revised(_POSITIONS, name="p1", joints=HOME))
+_LEFT_POSITION: Step = ("positions.delete", _numbered(_POSITIONS))
 _LONG = "n" * 50
 
 
@@ -301,6 +305,13 @@ _LEGAL: Mapping[str, Legal] = {
     "plans.make": Legal(_plain(goal={"kind": "lin", "pose": _NEAR_HOME}, label="l" * 64)),
     "plans.samples": Legal(lambda server, number: {"plan": server.plan(), "with_tool": True}),
     "plans.drop": Legal(lambda server, number: {"plan": server.plan()}),
+    "positions.save": Legal(_STOOD[1], after=(_LEFT_POSITION,)),
+    "positions.rename": Legal(
+        _revised(_POSITIONS, name="p1", new_name="p1 anew"),
+        before=(_KEPT_POSITION,),
+        after=(("positions.delete", _revised(_POSITIONS, name="p1 anew")),),
+    ),
+    "positions.delete": Legal(_LEFT_POSITION[1], before=(_STOOD,)),
     "programs.create": Legal(
         lambda server, number: {"name": f"made {number}"},
         after=(("programs.delete", lambda s, n: {"name": f"made {n}", "expected_revision": 1}),),

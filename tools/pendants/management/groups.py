@@ -11,6 +11,7 @@ from openpendant.simplemsg.pendant.management import (
     frames,
     kinematics,
     plans,
+    positions,
     programs,
     recordings,
     scene,
@@ -98,6 +99,16 @@ class ToolCalls(CallGroup[Way]):
     select = call(frames.SelectTool)
     calibrate = call(frames.CalibrateTool)
     import_ = call(frames.ImportTools)
+
+
+@calls_of("positions")
+class PositionCalls(CallGroup[Way]):
+    """The operations on named positions."""
+
+    list = call(positions.ListPositions)
+    save = call(positions.SavePosition)
+    rename = call(positions.RenamePosition)
+    delete = call(positions.DeletePosition)
 
 
 @calls_of("scene")
@@ -189,6 +200,7 @@ class GroupedCalls(CellCalls[Way]):
         plans: motions that are made, looked at and executed as shown.
         frames: user frames.
         tools: tools.
+        positions: joint positions with a name.
         scene: objects around the robot.
         signals: inputs and outputs.
         robots: the robot itself.
@@ -204,6 +216,7 @@ class GroupedCalls(CellCalls[Way]):
         self.plans = PlanCalls(way)
         self.frames = FrameCalls(way)
         self.tools = ToolCalls(way)
+        self.positions = PositionCalls(way)
         self.scene = SceneCalls(way)
         self.signals = SignalCalls(way)
         self.robots = RobotCalls(way)

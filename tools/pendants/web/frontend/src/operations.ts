@@ -391,6 +391,15 @@ export type RecordingProgress = {
   /** samples that are on the disk. */ kept: number;
   /** between samples, so far. */ gaps: number;
 };
+export type NamedPosition = {
+  /** what HOME takes in `target`. */ name: string;
+  /** `robot` of the robot's file, which nobody changes here; `user` of this cell. */ kind: "robot" | "user";
+  /** one value per driven joint [rad or m]. */ joints: number[];
+  /** there, of the tool in base. */ pose: FoundPose;
+  /** greatest over least singular value of the Jacobian, lengths in arm's sizes; None at a singularity. */ condition: number | null;
+  /** whether the robot may stand there: inside its limits, and nothing touches. */ legal: boolean;
+  /** what forbids it, in words; empty where it may. */ why: string;
+};
 export type JointTable = {
   /** of the joints. */ names: string[];
   /** as people call them. */ display_names: string[];
@@ -1024,6 +1033,45 @@ export interface FramesImportRequest {
 export interface FramesImportReply {
   /** the one that is kept now: make the next change from it. */ revision: number;
 }
+/** Return every named position, whether the robot may stand there, and the revision. Role: viewer. */
+export interface PositionsListRequest {
+  op: "positions.list";
+}
+export interface PositionsListReply {
+  /** those of the robot's file first, then those of the cell by name. */ positions: NamedPosition[];
+  /** what a change is made from. */ revision: number;
+  /** what is wrong with the document of the store; empty for nothing. */ problem: string;
+}
+/** Give a joint position a name; where it has one already in this cell, that is moved. Role: programmer. */
+export interface PositionsSaveRequest {
+  op: "positions.save";
+  /** what it is called: 1 to 32 printable bytes. */ name: string;
+  /** one value per driven joint [rad or m]; None for where the robot stands. */ joints?: number[] | null;
+  /** the one that the change was made from. */ expected_revision: number;
+}
+export interface PositionsSaveReply {
+  /** the one that is kept now: make the next change from it. */ revision: number;
+  /** what to know before a motion there: near a singularity or a limit, or something touches; None for nothing. */ warning: string | null;
+}
+/** Give a position of this cell another name. Role: programmer. */
+export interface PositionsRenameRequest {
+  op: "positions.rename";
+  /** the name that it has. */ name: string;
+  /** the name that it has afterwards. */ new_name: string;
+  /** the one that the change was made from. */ expected_revision: number;
+}
+export interface PositionsRenameReply {
+  /** the one that is kept now: make the next change from it. */ revision: number;
+}
+/** Forget a position of this cell. Role: programmer. */
+export interface PositionsDeleteRequest {
+  op: "positions.delete";
+  /** the name that it has. */ name: string;
+  /** the one that the change was made from. */ expected_revision: number;
+}
+export interface PositionsDeleteReply {
+  /** the one that is kept now: make the next change from it. */ revision: number;
+}
 /** Add a tool. Role: programmer. */
 export interface ToolsAddRequest {
   op: "tools.add";
@@ -1466,6 +1514,10 @@ export interface Operations {
   "frames.teach": [FramesTeachRequest, FramesTeachReply];
   "frames.transform": [FramesTransformRequest, FramesTransformReply];
   "frames.import": [FramesImportRequest, FramesImportReply];
+  "positions.list": [PositionsListRequest, PositionsListReply];
+  "positions.save": [PositionsSaveRequest, PositionsSaveReply];
+  "positions.rename": [PositionsRenameRequest, PositionsRenameReply];
+  "positions.delete": [PositionsDeleteRequest, PositionsDeleteReply];
   "tools.add": [ToolsAddRequest, ToolsAddReply];
   "tools.move": [ToolsMoveRequest, ToolsMoveReply];
   "tools.remove": [ToolsRemoveRequest, ToolsRemoveReply];

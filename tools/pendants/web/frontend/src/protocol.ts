@@ -524,14 +524,14 @@ export interface ProgramRun extends Header {
   program: string;
 }
 
-/** 65041, pendant to server. Moves all joints to a named position of the robot. */
+/** 65041, pendant to server. Moves all joints to a named position of the robot or the cell. */
 export interface Home extends Header {
   type: "home";
   /** chosen by the pendant */
   request_id: number;
   /** fraction of the joints' largest speed, above 0, up to 1 */
   speed: number;
-  /** home or zero */
+  /** a named position, such as home or zero; see positions.list */
   target: string;
 }
 
