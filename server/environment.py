@@ -11,7 +11,6 @@ from typing import TYPE_CHECKING
 from openpendant.motion.errors import StartInCollision
 from openpendant.motion.scene.scene import Scene
 from openpendant.simplemsg.pendant import Capability
-from openpendant.simplemsg.verdicts import VerdictCode
 
 from .cell.robot_cell import RobotCell
 from .events.effects import Effect
@@ -21,7 +20,8 @@ from .kinematics.question_rates import QuestionRates
 from .programs.interpreter.run_events import Offer
 from .recording.recording_service import RecordingService
 from .refusal import Refusal, refusal_of
-from .scene.planning_scene import PlanningScene, Rearranged, RobotEnvironment
+from .scene.grasps import Grasps, Rearranged
+from .scene.planning_scene import PlanningScene, RobotEnvironment
 from .scene.scene_monitor import SceneMonitor
 from .scene.scene_service import SceneService
 from .scene.signals import CellSignals
@@ -65,7 +65,10 @@ class CellEnvironment:
             robot_name=robot_name,
             state_period=settings.controller.state_period,
         )
-        self.service = SceneService(cell, self.world, view, self.signals, self.trace, robot_name)
+        self.grasps = Grasps(cell, view, self.world, self.signals)
+        self.service = SceneService(
+            *(cell, self.world, view, self.grasps, self.signals, self.trace, robot_name)
+        )
         self.kinematics = KinematicsService(cell, view, pending, rates or QuestionRates())
         self._traced = 0
         self._reported = -1  # when the last report came that was taken
@@ -76,6 +79,7 @@ class CellEnvironment:
     def capabilities(self) -> Capability:
         """What a pendant may ask of it; signals where the controller has some for us."""
         offered = Capability.RECORDING | Capability.SCENE | Capability.KINEMATICS
+        offered |= Capability.GRASP
         return offered | Capability.SIGNALS if self.signals.is_offered else offered
 
     def contact(
@@ -151,17 +155,9 @@ class CellEnvironment:
         return self.signals.set_output(signal, value, now)
 
     def attach(self, scene_object: str, now: int, then: Rearranged) -> list[Effect]:
-        """Let the tool carry an object."""
-        position = self._cell.feedback.position
-        if position is None:
-            then(Refusal(VerdictCode.FEEDBACK_STALE))
-            return []
-        return self.world.carry(scene_object, position, now, then)
+        """Let the tool take an object within its reach."""
+        return self.grasps.take_in_passing(scene_object, now, then)
 
     def detach(self, scene_object: str, now: int, then: Rearranged) -> list[Effect]:
         """Leave an object where it is."""
-        position = self._cell.feedback.position
-        if position is None:
-            then(Refusal(VerdictCode.FEEDBACK_STALE))
-            return []
-        return self.world.put_down(scene_object, position, now, then)
+        return self.grasps.leave_in_passing(scene_object, now, then)
