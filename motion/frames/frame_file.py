@@ -2,7 +2,8 @@
 
 Owns the layout, the bounds and the wording of what is wrong with a file. SI: metres; quaternions
 x, y, z, w of length 1. Predefined frames are the robot's and never in the file; parents stand
-before children. A tool's `grasp`, and each key of it, may be left out. Knows the tree, and no robot.
+before children. A tool's `grasp`, and each key of it, may be left out. Knows the tree, and no
+robot.
 
     {"schema": "openpendant-frames/1",
      "tools": [{"name": "gripper", "xyz": [0, 0, 0.12], "quat": [0, 0, 0, 1],
