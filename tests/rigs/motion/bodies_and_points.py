@@ -40,9 +40,9 @@ def to_triangle(p: Vector, a: Vector, b: Vector, c: Vector) -> float:
         np.dot(np.cross(edge, p - start), normal) >= 0
         for start, edge in ((a, ab), (b, bc), (c, -ac))
     )
-    return (
-        min(edges, abs(float(np.dot(p - a, normal))) / np.linalg.norm(normal)) if inside else edges
-    )
+    if not inside:
+        return edges
+    return min(edges, abs(float(np.dot(p - a, normal))) / float(np.linalg.norm(normal)))
 
 
 def to_edge(p: Vector, start: Vector, edge: Vector) -> float:
