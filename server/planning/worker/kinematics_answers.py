@@ -105,8 +105,7 @@ def _frame(kinematics: Kinematics, job: KinematicsQuestion, name: str) -> Pose |
     if name == ROOT:
         return kinematics.to_base(Pose.identity(), ROOT)
     assert job.frames is not None
-    (place,) = job.frames.in_base((Pose.identity(),), name)
-    return place
+    return job.frames.standing_in_base(name)
 
 
 def _tool(job: KinematicsQuestion) -> PoseGoal | None:
