@@ -5,10 +5,12 @@ Owns how these parts are joined and what of the cell they are told. Decides noth
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from typing import TYPE_CHECKING
 
 from openpendant.motion.errors import StartInCollision
+from openpendant.motion.frames.frame_tree import BASE, FLANGE
+from openpendant.motion.pose import Pose
 from openpendant.motion.scene.scene import Scene
 from openpendant.simplemsg.pendant import Capability
 
@@ -17,6 +19,8 @@ from .events.effects import Effect
 from .events.pending import Pending
 from .kinematics.kinematics_service import KinematicsService
 from .kinematics.question_rates import QuestionRates
+from .positions.position_book import PositionBook
+from .positions.position_service import PositionService
 from .programs.interpreter.run_events import Offer
 from .recording.recording_service import RecordingService
 from .refusal import Refusal, refusal_of
@@ -44,6 +48,7 @@ class CellEnvironment:
         pending: Pending,
         settings: CellSettings,
         robot_name: str,
+        positions: PositionBook,
         rates: QuestionRates | None = None,
     ) -> None:
         """Join the parts; from now on motions are checked against the scene.
@@ -65,6 +70,8 @@ class CellEnvironment:
             robot_name=robot_name,
             state_period=settings.controller.state_period,
         )
+        self.positions = positions
+        self.named = PositionService(cell, positions, view, pending)
         self.grasps = Grasps(cell, view, self.world, self.signals)
         self.service = SceneService(
             *(cell, self.world, view, self.grasps, self.signals, self.trace, robot_name)
@@ -78,9 +85,20 @@ class CellEnvironment:
     @property
     def capabilities(self) -> Capability:
         """What a pendant may ask of it; signals where the controller has some for us."""
-        offered = Capability.RECORDING | Capability.SCENE | Capability.KINEMATICS
-        offered |= Capability.GRASP
+        offered = Capability.RECORDING | Capability.SCENE | Capability.GRASP
+        offered |= Capability.KINEMATICS | Capability.POSITIONS
         return offered | Capability.SIGNALS if self.signals.is_offered else offered
+
+    def place_of(self, frame: str, position: Sequence[float]) -> Pose:
+        """Return where a frame is in base at (n,) joints.
+
+        Raises:
+            FrameUnknown: there is no such frame.
+        """
+        tree = self.world.frames
+        if not tree.moving_between(frame, BASE):
+            return tree.transform(frame, BASE)
+        return tree.transform(frame, BASE, {FLANGE: self._view.flange(tuple(position))})
 
     def contact(
         self, then: Callable[[Refusal | None, int], list[Effect]], now: int

@@ -83,7 +83,18 @@ def test_the_wheel_carries_the_licence_the_command_and_the_extras(wheel: zipfile
     assert b"Apache License" in wheel.read(f"{info}/licenses/LICENSE")
     assert b"openpendant = openpendant.tools.cli:main" in wheel.read(f"{info}/entry_points.txt")
     metadata = email.message_from_bytes(wheel.read(f"{info}/METADATA"))
-    extras = ["dev", "fast", "fuzz", "motion", "oracle", "plan", "plot", "server", "terminal"]
+    extras = [
+        "dev",
+        "fast",
+        "fuzz",
+        "motion",
+        "node",
+        "oracle",
+        "plan",
+        "plot",
+        "server",
+        "terminal",
+    ]
     assert metadata.get_all("Provides-Extra") == extras
 
 

@@ -220,7 +220,7 @@ def run_demo(
                     *("--ros-state-port", "0", "--json", "--plans", str(plans)),
                     *("--journal", str(journals.server), "--store", "off"),
                     *("--controller", f"127.0.0.1:{controller['motion']}:{controller['state']}"),
-                    *("--signals", "openpendant"),
+                    *("--signals", "openpendant", "--emulated"),
                 ),
             )
         )

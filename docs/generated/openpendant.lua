@@ -4,7 +4,7 @@
 -- of personal Lua plugins.
 
 local DEFAULT_PORTS = "11000,11002,11010,12000,12002,50240-50242"
-local TYPE_NAMES = { [65112] = "set_inputs", [65111] = "write_outputs", [65110] = "read_signals", [65100] = "operator_event", [65026] = "program_report", [65025] = "jog_ended", [65024] = "mode_changed", [65023] = "authority_wanted", [65022] = "stop_changed", [65021] = "authority_changed", [65020] = "state", [65041] = "home", [65040] = "program_run", [65034] = "jog_undo", [65033] = "jog_step", [65032] = "jog_release", [65031] = "jog_beat", [65030] = "jog_start", [65019] = "motion_control", [65018] = "set_speed", [65017] = "set_mode", [65016] = "enabling", [65015] = "reset_stop", [65014] = "software_stop", [65013] = "pose_path", [65012] = "joint_path", [65011] = "pose_move", [65010] = "joint_move", [65009] = "pairing", [65008] = "set_account", [65007] = "login", [65006] = "authority_beat", [65005] = "authority", [65004] = "subscribe", [65003] = "outcome", [65002] = "verdict", [65001] = "management", [65052] = "lobby", [65050] = "forwarded", [65051] = "declare", [65000] = "hello", [2020] = "motoman_get_dh_parameters", [2018] = "motoman_select_tool", [2017] = "motoman_joint_feedback_ex", [2016] = "motoman_joint_traj_pt_full_ex", [2013] = "motoman_write_mregister", [2012] = "motoman_read_mregister", [2010] = "motoman_write_group_io_reply", [2009] = "motoman_write_group_io", [2008] = "motoman_read_group_io_reply", [2007] = "motoman_read_group_io", [2006] = "motoman_write_single_io_reply", [2005] = "motoman_write_single_io", [2004] = "motoman_read_single_io_reply", [2003] = "motoman_read_single_io", [2002] = "motoman_motion_reply", [2001] = "motoman_motion_ctrl", [15] = "joint_feedback", [14] = "joint_traj_pt_full", [13] = "status", [12] = "joint_traj", [11] = "joint_traj_pt", [10] = "joint_position", [2] = "get_version", [1] = "ping", [20] = "read_input", [21] = "write_output" }
+local TYPE_NAMES = { [65112] = "set_inputs", [65111] = "write_outputs", [65110] = "read_signals", [65100] = "operator_event", [65055] = "document_changed", [65043] = "controller_changed", [65026] = "program_report", [65025] = "jog_ended", [65024] = "mode_changed", [65023] = "authority_wanted", [65022] = "stop_changed", [65021] = "authority_changed", [65020] = "state", [65042] = "prepare", [65054] = "plan_changed", [65053] = "execute", [65041] = "home", [65040] = "program_run", [65034] = "jog_undo", [65033] = "jog_step", [65032] = "jog_release", [65031] = "jog_beat", [65030] = "jog_start", [65019] = "motion_control", [65018] = "set_speed", [65017] = "set_mode", [65016] = "enabling", [65015] = "reset_stop", [65014] = "software_stop", [65013] = "pose_path", [65012] = "joint_path", [65011] = "pose_move", [65010] = "joint_move", [65009] = "pairing", [65008] = "set_account", [65007] = "login", [65006] = "authority_beat", [65005] = "authority", [65004] = "subscribe", [65003] = "outcome", [65002] = "verdict", [65001] = "management", [65052] = "lobby", [65050] = "forwarded", [65051] = "declare", [65000] = "hello", [2020] = "motoman_get_dh_parameters", [2018] = "motoman_select_tool", [2017] = "motoman_joint_feedback_ex", [2016] = "motoman_joint_traj_pt_full_ex", [2013] = "motoman_write_mregister", [2012] = "motoman_read_mregister", [2010] = "motoman_write_group_io_reply", [2009] = "motoman_write_group_io", [2008] = "motoman_read_group_io_reply", [2007] = "motoman_read_group_io", [2006] = "motoman_write_single_io_reply", [2005] = "motoman_write_single_io", [2004] = "motoman_read_single_io_reply", [2003] = "motoman_read_single_io", [2002] = "motoman_motion_reply", [2001] = "motoman_motion_ctrl", [15] = "joint_feedback", [14] = "joint_traj_pt_full", [13] = "status", [12] = "joint_traj", [11] = "joint_traj_pt", [10] = "joint_position", [2] = "get_version", [1] = "ping", [20] = "read_input", [21] = "write_output" }
 local NAMED_OPAQUE = { [20] = "read_input", [21] = "write_output" }
 local VALUES = {
   SpecialSequence = { [-1] = "START_DOWNLOAD", [-2] = "START_STREAMING", [-3] = "END", [-4] = "STOP" },
@@ -30,6 +30,9 @@ local VALUES = {
   MotionControlAction = { [1] = "PAUSE", [2] = "RESUME", [3] = "PROGRAM_STOP" },
   JogSpace = { [1] = "JOINTS", [2] = "TOOL" },
   RunKind = { [1] = "ALL", [2] = "STEP_FORWARD", [3] = "STEP_BACKWARD" },
+  PlanState = { [1] = "PLANNING", [2] = "READY", [3] = "RUNNING", [4] = "DONE", [5] = "STALE", [6] = "EXPIRED", [7] = "DROPPED" },
+  PlanStage = { [0] = "NONE", [1] = "SEARCHING", [2] = "SHORTENING", [3] = "CHECKING" },
+  PrepareAction = { [1] = "PREPARE", [2] = "RELEASE", [3] = "ALARMS", [4] = "DRIVES_ON", [5] = "DRIVES_OFF" },
   Activity = { [0] = "IDLE", [1] = "PLANNING", [2] = "MOVING", [3] = "STOPPING", [4] = "JOGGING", [5] = "PAUSED", [6] = "PAUSING" },
   StopKind = { [0] = "NONE", [1] = "SOFTWARE", [2] = "PROTECTIVE" },
   JogReason = { [0] = "NONE", [1] = "JOINT_LIMIT", [2] = "SINGULARITY", [3] = "COLLISION", [4] = "TOOL_SPEED", [5] = "JOINT_SPEED", [6] = "WORKSPACE", [7] = "ELBOW_SPEED", [8] = "DIRECTION", [9] = "REACH" },
@@ -38,6 +41,10 @@ local VALUES = {
   StateField = { { 2, "POSITION" }, { 4, "VELOCITY" }, { 16, "TOOL" } },
   AuthorityReason = { [1] = "GRANTED", [2] = "RELEASED", [3] = "EXPIRED", [4] = "CONNECTION_LOST", [5] = "TAKEN_OVER", [6] = "LOGGED_OUT", [7] = "ROLE_LOST" },
   JogEnd = { [1] = "RELEASED", [2] = "SILENT", [3] = "CONNECTION_LOST", [4] = "REPLACED", [5] = "STOPPED" },
+  Preparedness = { [0] = "NO", [1] = "YES", [2] = "NOT_NEEDED" },
+  ControllerIdentity = { [0] = "UNVERIFIED", [1] = "MATCH", [2] = "MISMATCH" },
+  NoticeKind = { [0] = "EVERYTHING", [1] = "PROGRAM", [2] = "RECORDING", [3] = "FRAMES", [4] = "TOOLS", [5] = "SCENE", [6] = "POSITIONS", [7] = "SIGNALS", [8] = "EXERCISE", [9] = "ROBOT" },
+  Change = { [1] = "NEW", [2] = "CHANGED", [3] = "RENAMED", [4] = "DELETED" },
   OperatorAction = { [1] = "EMERGENCY_STOP", [2] = "RESET", [3] = "IDENTIFY" },
 }
 local MESSAGES = {
@@ -368,7 +375,25 @@ local MESSAGES = {
   { type = 65041, name = "home", filter = "home", fields = {
     { kind = "int", name = "request_id", meaning = "chosen by the pendant" },
     { kind = "real", name = "speed", meaning = "fraction of the joints' largest speed, above 0, up to 1" },
-    { kind = "text", size = 32, name = "target", meaning = "home or zero" },
+    { kind = "text", size = 32, name = "target", meaning = "a named position, such as home or zero; see positions.list" },
+  } },
+  { type = 65053, name = "execute", filter = "execute", fields = {
+    { kind = "int", name = "request_id", meaning = "chosen by the pendant" },
+    { kind = "int", name = "plan", meaning = "number of the plan" },
+    { kind = "int", name = "override_is_one", meaning = "1 to be refused unless the speed override is 1, else 0" },
+  } },
+  { type = 65054, name = "plan_changed", filter = "plan_changed", fields = {
+    { kind = "int", name = "plan", meaning = "number of the plan" },
+    { kind = "int", name = "state", meaning = "what has become of it", values = VALUES.PlanState },
+    { kind = "int", name = "code", meaning = "why, an entry of the catalogue; 0 for nothing", values = VALUES.VerdictCode },
+    { kind = "int", name = "stage", meaning = "how far the planning has come", values = VALUES.PlanStage },
+    { kind = "real", name = "fraction", meaning = "of the time that planning may take, 0 to 1" },
+    { kind = "text", size = 96, name = "text", meaning = "one sentence, empty for none" },
+  } },
+  { type = 65042, name = "prepare", filter = "prepare", fields = {
+    { kind = "int", name = "request_id", meaning = "chosen by the pendant" },
+    { kind = "int", name = "action", meaning = "1 prepare, 2 release; single steps: 3 alarms, 4 drives on, 5 drives off", values = VALUES.PrepareAction },
+    { kind = "int", name = "token", meaning = "of the verdict CONFIRM_FIRST, 0 at the first asking" },
   } },
   { type = 65020, name = "state", filter = "state", fields = {
     { kind = "int", name = "sequence", meaning = "counts the cell's state messages; a listener may see gaps" },
@@ -439,6 +464,21 @@ local MESSAGES = {
     { kind = "int", name = "revision", meaning = "revision of that program in this run" },
     { kind = "text", size = 64, name = "program", meaning = "name of the program" },
     { kind = "text", size = 160, name = "text", meaning = "one sentence, empty for none" },
+  } },
+  { type = 65043, name = "controller_changed", filter = "controller_changed", fields = {
+    { kind = "int", name = "prepared", meaning = "0 no, 1 yes, 2 not needed", values = VALUES.Preparedness },
+    { kind = "int", name = "identity", meaning = "0 unverified, 1 match, 2 mismatch", values = VALUES.ControllerIdentity },
+    { kind = "int", name = "is_emulated", meaning = "1 where it is known to be emulated" },
+    { kind = "int", name = "declaration", meaning = "counts the changes of what controller.describe tells, from 1" },
+  } },
+  { type = 65055, name = "document_changed", filter = "document_changed", fields = {
+    { kind = "int", name = "kind", meaning = "what changed; 0: look at everything", values = VALUES.NoticeKind },
+    { kind = "int", name = "revision", meaning = "the one that is kept now, 0 where it was deleted" },
+    { kind = "int", name = "session", meaning = "connection that changed it, 0 for the server" },
+    { kind = "int", name = "what", meaning = "1 new, 2 changed, 3 renamed, 4 deleted", values = VALUES.Change },
+    { kind = "text", size = 64, name = "name", meaning = "of the document" },
+    { kind = "text", size = 64, name = "from_name", meaning = "its former name where it was renamed" },
+    { kind = "text", size = 32, name = "client", meaning = "name of whoever changed it" },
   } },
   { type = 65100, name = "operator_event", filter = "operator_event", fields = {
     { kind = "int", name = "action", meaning = "1 emergency stop, 2 reset, 3 identify", values = VALUES.OperatorAction },

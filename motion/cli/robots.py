@@ -1,11 +1,11 @@
 """The command `openpendant robots`: list, show, draw, check and import robots, and try kinematics.
 
-Owns arguments and output, nothing else; `import` is in `robots_import`, and `fk`, `jacobian` and
-`ik` in `kinematics_commands`. Results go to standard output; an error is one line on standard
-error. Joint values are rad or m; of a platform they are the lengths of its legs, which are the same
-on both sides.
+Owns arguments and output, nothing else; `import` is in `robots_import`, `home-check` in
+`robots_home_check`, and `fk`, `jacobian` and `ik` in `kinematics_commands`. Results go to standard
+output; an error is one line on standard error. Joint values are rad or m; of a platform they are
+the lengths of its legs, which are the same on both sides.
 
-Exit codes: 0 done, 1 a checked robot is bad, 2 a bad argument, robot name or robot file,
+Exit codes: 0 done, 1 a checked robot or home is bad, 2 a bad argument, robot name or robot file,
 3 refused: the pose cannot be reached, or the robot has no such thing, 74 a file cannot be written,
 130 interrupted.
 """
@@ -40,11 +40,12 @@ from .arguments import (
     to_controller,
 )
 from .kinematics_commands import fk, ik, jacobian
+from .robots_home_check import home_check
 from .robots_import import import_robot
 
 app = command(
     "List, show, draw, check and import robots; forward and inverse kinematics by hand.",
-    "0 done, 1 a checked robot is bad, 2 bad argument or file, 3 refused",
+    "0 done, 1 a checked robot or home is bad, 2 bad argument or file, 3 refused",
 )
 
 
@@ -156,6 +157,7 @@ def check(
         raise typer.Exit(ExitCode.FAILED)
 
 
+app.command("home-check")(home_check)
 app.command("import")(import_robot)
 
 

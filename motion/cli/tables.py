@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterable, Mapping, Sequence
+from typing import TYPE_CHECKING
 
 from rich.table import Table
 from rich.text import Text
@@ -19,6 +20,9 @@ from ..description.robot import ParallelRobot, Robot, SerialRobot
 from ..description.schema import CouplingType, DhTable, Variable, Vrm
 from ..pose import Array, Pose
 from ..robot_report.robot_report import vrm_differences
+
+if TYPE_CHECKING:
+    from ..robot_report.home_check import HomeReport
 
 _ALONG = 1e-9
 
@@ -71,6 +75,37 @@ def print_frames(robot: SerialRobot, frames: Sequence[Pose], called: Mapping[str
         origin = (_rounded(1000.0 * value) for value in frame.position)
         axes = (_direction(frame.rotation[:, axis]) for axis in range(3))
         table.add_row(*cells(str(index), joint, *origin, *axes))
+    terminal().print(table)
+
+
+def print_homes(
+    reports: Sequence[HomeReport],
+    homes: Sequence[Sequence[float]],
+    prismatic: Sequence[Sequence[bool]],
+) -> None:
+    """Print one line per home: the increments accepted of those possible, and how it stands.
+
+    Args:
+        homes: (n,) home of each robot as in its file [rad or m]; empty for a platform.
+        prismatic: True for each of these values that is in m.
+    """
+    table = console_table("robot", "home", "base", "tool", "condition", "tool at mm", "home is")
+    for report, home, in_metres in zip(reports, homes, prismatic, strict=True):
+        values = (
+            f"{1000.0 * value:z.4g} mm" if metres else f"{math.degrees(value):z.4g}"
+            for value, metres in zip(home, in_metres, strict=True)
+        )
+        place = () if report.pose is None else report.pose.position
+        table.add_row(
+            *cells(
+                report.robot,
+                " ".join(values) or "platform",
+                *(f"{report.accepted(each)}/{report.possible(each)}" for each in ("base", "tool")),
+                "∞" if math.isinf(report.condition) else f"{report.condition:.1f}",
+                " ".join(f"{1000.0 * value:z.0f}" for value in place),
+                "good" if report.is_good else "BAD",
+            )
+        )
     terminal().print(table)
 
 

@@ -8,10 +8,19 @@ from __future__ import annotations
 
 import math
 from collections import Counter
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterable, Iterator, Sequence
 
 from .field_problems import Problem
-from .schema import CouplingType, FixedJoint, Joint, ParallelFacts, Placement, SerialFacts, Variable
+from .schema import (
+    OWN_NAMES,
+    CouplingType,
+    FixedJoint,
+    Joint,
+    ParallelFacts,
+    Placement,
+    SerialFacts,
+    Variable,
+)
 
 MAX_DOF = 10  # a simple-message joint vector holds ten values
 
@@ -44,6 +53,7 @@ def serial_problems(robot: SerialFacts) -> Iterator[Problem]:
     yield from coupling
     if not structure and not coupling:
         yield from _home(robot)
+        yield from _positions(robot)
     yield from _dh(robot)
     yield from _vrm(robot)
     yield from _links(robot)
@@ -200,14 +210,31 @@ def _coupling(robot: SerialFacts) -> Iterator[Problem]:
 
 
 def _home(robot: SerialFacts) -> Iterator[Problem]:
-    for joint, value in zip(robot.driven, robot.home_position, strict=True):
+    yield from _inside("home", robot, robot.home_position)
+
+
+def _inside(where: str, robot: SerialFacts, position: Sequence[float]) -> Iterator[Problem]:
+    """Yield each joint whose value at a (n,) controller-side position leaves its range."""
+    for joint, value in zip(robot.driven, position, strict=True):
         if not joint.lower <= value <= joint.upper:
             unit = "m" if joint.prismatic else "rad"
             yield (
-                "home",
+                where,
                 f"puts {joint.name} at {value} {unit} on the controller's side;"
                 f" accepted: {joint.lower} to {joint.upper} {unit}",
             )
+
+
+def _positions(robot: SerialFacts) -> Iterator[Problem]:
+    for name, values in robot.positions.items():
+        if name in OWN_NAMES:
+            yield "positions", f"names {name!r}; accepted: other names than {_list(OWN_NAMES)}"
+        where = f"positions.{name}"
+        if len(values) != len(robot.driven):
+            accepted = f"{len(robot.driven)}, one per driven joint"
+            yield where, f"has {len(values)} values; accepted: {accepted}"
+            continue
+        yield from _inside(where, robot, robot.to_controller(values))
 
 
 def _dh(robot: SerialFacts) -> Iterator[Problem]:
@@ -245,6 +272,7 @@ def _vrm(robot: SerialFacts) -> Iterator[Problem]:
         ("rows", robot.vrm.rows),
         ("map.sign", robot.vrm.map.sign),
         ("map.offset", robot.vrm.map.offset),
+        ("home_joints", robot.vrm.home_joints),
     ):
         if len(values) != count:
             yield f"vrm.{field}", f"has {len(values)} entries; accepted: {count}"

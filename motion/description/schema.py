@@ -2,7 +2,8 @@
 
 Owns the fields, their types and their units: SI, radians, metres for prismatic joints; `rpy` is
 R = Rz(yaw) Ry(pitch) Rx(roll). Owns also what follows from the fields alone: the driven joints and
-their limits, and the display names of joints, the file's or else the default ones. Rules that join
+their limits, the named joint positions, and the display names of joints, the file's or else the
+default ones. Rules that join
 several fields are in `rules`; `robot` loads files and obeys them. No numpy here: the emulator
 imports these models.
 """
@@ -337,6 +338,11 @@ def _in_words(name: str) -> str:
     return words[:1].upper() + words[1:]
 
 
+HOME_NAME, ZERO_NAME, VRM_NAME = "home", "zero", "vrm"
+OWN_NAMES = (HOME_NAME, ZERO_NAME, VRM_NAME)
+"""Names of joint positions that only a robot's file gives a meaning."""
+
+
 class SerialFacts(RobotFacts):
     """A chain of joints from `root_link` to `tool_link`."""
 
@@ -345,6 +351,7 @@ class SerialFacts(RobotFacts):
     flange_link: Name | None = None
     coupling: Coupling
     joints: tuple[AnyJoint, ...]
+    positions: Mapping[Name, tuple[Real, ...]] = Field(default_factory=dict)
     link_mass_kg: Mapping[Name, NotNegative | None] = Field(default_factory=dict)
     dh: DhTable | None = None
     vrm: Vrm | None = None
@@ -393,6 +400,21 @@ class SerialFacts(RobotFacts):
     def home_position(self) -> tuple[float, ...]:
         """The home joint position, controller side [rad or m]."""
         return self.to_controller(self.home)
+
+    @cached_property
+    def named_positions(self) -> Mapping[str, tuple[float, ...]]:
+        """The joint positions that the robot's file names, controller side [rad or m].
+
+        `home`, and `zero`, all joints at zero; `vrm`, the home of RoboAnalyzer's Virtual Robot
+        Module, where the file has one; then those of `positions`. The robot may be unable to stand
+        at `zero` or `vrm`: limits exclude it, or links touch.
+        """
+        named = {HOME_NAME: self.home_position, ZERO_NAME: (0.0,) * len(self.driven)}
+        if self.vrm is not None:
+            stated = zip(self.moving, self.vrm.home_joints, strict=True)
+            model = [value for joint, value in stated if joint.dependent is None]
+            named[VRM_NAME] = self.to_controller(model)
+        return named | {name: self.to_controller(at) for name, at in self.positions.items()}
 
     def to_controller(self, model: Sequence[float]) -> tuple[float, ...]:
         """Convert (n,) chain-side driven joint values to the controller's: c3 = j3 - f·j2.

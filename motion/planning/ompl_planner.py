@@ -21,7 +21,7 @@ import numpy as np
 
 from ..errors import PlannerUnavailable
 from ..pose import Array
-from .rrt_connect import TreeSearch
+from .rrt_connect import BUILT_IN, TreeSearch
 
 
 class OmplPlanner(StrEnum):
@@ -62,6 +62,12 @@ _SAME_END = 1e-9  # rad or m
 def ompl_is_installed() -> bool:
     """Return True if the library is installed, without importing it."""
     return find_spec("ompl") is not None
+
+
+def planners() -> tuple[str, ...]:
+    """Return the names of the planners that can be used here, the default first."""
+    names = tuple(OmplPlanner) if ompl_is_installed() else (OmplPlanner.RRT_CONNECT,)
+    return (*(name.value for name in names), BUILT_IN)
 
 
 def search_with_ompl(

@@ -36,16 +36,16 @@ from ..paths.blending import LEAST_ZONE, JointPolyline
 from ..pose import Array, Pose
 from ..scene.collision import CollisionModel, Proximity
 from ..trajectory.joint_curves import COINCIDENT, settle_start
-from .ompl_planner import OmplPlanner, ompl_is_installed, search_with_ompl
+from .ompl_planner import OmplPlanner, ompl_is_installed, planners, search_with_ompl
 from .path_check import EdgeChecker, first_contact
-from .rrt_connect import STEP, TreeSearch, rrt_connect, shorten
+from .rrt_connect import BUILT_IN, STEP, TreeSearch, rrt_connect, shorten
 
 DEFAULT_PLANNER = "RRTConnect"
-BUILT_IN = "BuiltInRRTConnect"
-"""Name of the built-in search, which needs no OMPL and keeps its name where OMPL is installed."""
 
 MARGIN = 0.005
 """Distance that is kept from bodies where start and goal keep twice as much [m]."""
+MOST_MARGIN = 0.05
+"""Greatest distance that may be asked for [m]."""
 EDGE_RESOLUTION = 0.03
 """Distance of the positions checked on an edge, in the first attempt [rad or m]."""
 TIME_LIMIT = 5.0
@@ -83,12 +83,6 @@ class PlanningProgress:
     time_limit: float
 
 
-def planners() -> tuple[str, ...]:
-    """Return the names of the planners that can be used here, the default first."""
-    names = tuple(OmplPlanner) if ompl_is_installed() else (OmplPlanner.RRT_CONNECT,)
-    return (*(name.value for name in names), BUILT_IN)
-
-
 def plan_free_path(
     kinematics: Kinematics,
     collision: CollisionModel,
@@ -98,6 +92,7 @@ def plan_free_path(
     planner: str = DEFAULT_PLANNER,
     seed: int = 0,
     time_limit: float = TIME_LIMIT,
+    margin: float = MARGIN,
     on_progress: Callable[[PlanningProgress], None] | None = None,
     clock: Callable[[], float] | None = None,
 ) -> JointPolyline:
@@ -108,6 +103,8 @@ def plan_free_path(
         planner: one of `planners()`.
         seed: the same number gives the same path; 0 to 2³¹ - 1.
         time_limit: greatest duration by `clock` [s].
+        margin: distance that is kept from bodies where start and goal keep twice as much [m]; 0 to
+            0.05.
         on_progress: called now and then; what it raises ends the plan.
         clock: returns seconds; without one only the number of samples is bounded.
 
@@ -119,7 +116,7 @@ def plan_free_path(
         NoMotion: the robot is already there.
         OutOfRange: start or goal is outside a joint's range.
         WrongJointCount, NotFinite: start or goal is not one finite value per joint.
-        BadArgument: the seed or the time limit.
+        BadArgument: the seed, the time limit or the margin.
     """
     if planner not in planners():
         raise PlannerUnavailable(planner, planners())
@@ -127,12 +124,14 @@ def plan_free_path(
         raise BadArgument("seed", seed, "0 to 2147483647")
     if not 0.0 < time_limit <= 3600.0:
         raise BadArgument("time_limit", time_limit, "more than 0 and at most 3600 s")
+    if not 0.0 <= margin <= MOST_MARGIN:
+        raise BadArgument("margin", margin, f"0 to {MOST_MARGIN:g} m")
     first = np.array(settle_start(start, kinematics.limits))
     last = np.array([float(value) for value in goal])
     kinematics.limits.check_position(last.tolist())
     if np.abs(last - first).max() < COINCIDENT:
         raise NoMotion
-    margin = _margin(collision, first, last)
+    margin = _margin(collision, first, last, margin)
     report = _Report(planner, time_limit, on_progress, clock)
     for attempt in range(_ATTEMPTS):
         report.attempt = attempt + 1
@@ -195,9 +194,8 @@ class _Report:
         return self.left() > 0.0
 
 
-def _margin(collision: CollisionModel, start: Array, goal: Array) -> float:
+def _margin(collision: CollisionModel, start: Array, goal: Array, margin: float) -> float:
     """Return the distance to keep from bodies, at most half of that of start and goal."""
-    margin = MARGIN
     for position, refusal in ((start, StartInCollision), (goal, GoalInCollision)):
         nearest: Proximity | None = collision.distance(position)
         if nearest is None:
@@ -281,15 +279,20 @@ def free_joint_position(
     *,
     frame: str = "base",
     random_seed: int = 0,
+    kinematics: Kinematics | None = None,
 ) -> Array:
     """Return an (n,) joint position that reaches a pose without contact.
+
+    Args:
+        kinematics: of the same robot with the tool that the pose is of; that of the collision
+            model where left out.
 
     Raises:
         PoseUnreachable: no joint position reaches the pose.
         GoalInCollision: all that were found touch; of the nearest one.
         FrameUnknown: there is no such frame.
     """
-    kinematics = collision.kinematics
+    kinematics = kinematics or collision.kinematics
     first = solve(kinematics, pose, near, frame=frame, random_seed=random_seed).joint_position
     if not collision.collides(first):
         return first

@@ -17,6 +17,9 @@ import numpy as np
 
 from ..pose import Array
 
+BUILT_IN = "BuiltInRRTConnect"
+"""Name of this search, which needs no OMPL and keeps its name where OMPL is installed."""
+
 STEP = 0.5
 """Greatest length of an edge [rad or m]."""
 

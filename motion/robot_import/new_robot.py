@@ -26,7 +26,7 @@ from ..errors import BadArgument
 from .decisions import Decisions, ImportStep, MissingFact, on_screen
 from .dh_derivation import derive_table, table_residual
 from .imported_chain import UNTURNED, ImportedChain
-from .planning_step import allowed_pairs, home, limits
+from .planning_step import allowed_pairs, checked_home, home, limits
 
 DH_TOLERANCE = 1e-9
 """Greatest difference of a table from the chain to be part of a robot file [m, rad]."""
@@ -64,6 +64,7 @@ def configure(chain: ImportedChain, wishes: Wishes, decisions: Decisions) -> dic
     content |= home(chain, wishes.home, wishes.coupling or 0, content, decisions)
     stated_home = wishes.home is not None or chain.home is not None
     content |= allowed_pairs(_provisional(chain, wishes, content), stated_home, decisions)
+    content |= checked_home(_provisional(chain, wishes, content), stated_home, decisions)
     content |= _controller(chain, wishes, decisions)
     content |= _pendant(chain, wishes, decisions, content)
     decisions.finish()

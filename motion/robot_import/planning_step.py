@@ -319,6 +319,37 @@ def allowed_pairs(robot: SerialRobot, home_is_stated: bool, decisions: Decisions
     }
 
 
+def checked_home(robot: SerialRobot, is_stated: bool, decisions: Decisions) -> dict[str, Any]:
+    """Return the field `home`: one from which each first increment of the tool works, if possible.
+
+    A stated home stays, and so does one where no better is found; the report says so.
+    """
+    from .home_search import home_to_jog_from, refused_in_words
+
+    found, own = home_to_jog_from(robot)
+    if own.is_good:
+        each = " and ".join(f"{own.possible(frame)} of 12 in {frame}" for frame in ("base", "tool"))
+        decisions.done(_STEP, "home", f"every first increment that the arm can do works: {each}")
+        return {}
+    why = refused_in_words(own)
+    if is_stated:
+        decisions.assumed(_STEP, "home", f"kept as stated, though {why}; see robots home-check")
+        return {}
+    if found is None:
+        nowhere = "no position was found from which every first increment works"
+        decisions.assumed(_STEP, "home", f"{nowhere}; from this one {why}")
+        return {}
+    values = robot.to_model(found.tolist())
+    shown = ", ".join(
+        on_screen(value, joint_unit)
+        for value, joint_unit in zip(
+            values, map(robot.limits.unit, range(robot.limits.dof)), strict=True
+        )
+    )
+    decisions.assumed(_STEP, "home", f"{shown}, the nearest from which all work; before, {why}")
+    return {"home": list(values)}
+
+
 def _allowing(robot: SerialRobot, pairs: Pairs) -> SerialRobot:
     return robot.model_copy(update={"allowed_collisions": pairs})
 

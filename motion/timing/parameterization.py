@@ -189,7 +189,7 @@ class _Problem:
 
     def _greatest_rate(self) -> Array:
         """Return the (g,) greatest path velocity that joints, points of the arm and rules allow."""
-        # Over a slope that is nearly none, any rate is as good as infinite.
+        # A joint that stands has a slope of rounding errors only.
         with np.errstate(divide="ignore", over="ignore"):
             bound: Array = (self.velocity / np.abs(self.slope)).min(axis=1)
         # A grid point on a knot obeys the rules of both sides.

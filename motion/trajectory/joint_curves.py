@@ -168,7 +168,7 @@ class JointSpline(WaypointPath):
         end = np.diff(self.knots)[:, np.newaxis]
         # The extrema are at the roots of b + 2cu + 3du²; this form has no cancellation.
         q = -(c + np.copysign(np.sqrt(np.maximum(c * c - 3.0 * b * d, 0.0)), c))
-        with np.errstate(divide="ignore", invalid="ignore"):
+        with np.errstate(divide="ignore", invalid="ignore", over="ignore"):
             turns = np.stack((q / (3.0 * d), b / q))
         turns = np.where((turns > 0.0) & (turns < end), turns, 0.0)
         values = a + turns * (b + turns * (c + turns * d))

@@ -172,6 +172,37 @@ class CellMotions:
         certified = CertifiedTrajectory(move, certificate)
         return self._driving.play(work, certified, self._share(work), now)
 
+    def execute(
+        self,
+        request: MotionRequest,
+        certified: CertifiedTrajectory,
+        plan_time: float,
+        planned_cap: float | None,
+        now: int,
+    ) -> list[Effect]:
+        """Start a plan that `check_interlocks` permits, sample by sample as it was shown.
+
+        Whoever kept it has found that the robot stands where it begins, and that all is as it was
+        planned for.
+
+        Args:
+            plan_time: how long it was planned [s].
+            planned_cap: cap of the tool speed that it was planned with [m/s]; None for none.
+        """
+        work = ActiveMotion(
+            request,
+            MotionKind.MOVE,
+            self.new_job_id(),
+            planned_cap=planned_cap,
+            plan_time=plan_time,
+        )
+        return self._driving.play(work, certified, self._share(work), now)
+
+    def arrive(self, request: MotionRequest, now: int) -> list[Effect]:
+        """Complete a request that is permitted and whose goal is where the robot stands."""
+        ended = MotionEnded(request, None, 0.0, 0.0)
+        return self._publish(MotionStarted(request), now) + self._publish(ended, now)
+
     def _is_free(self, move: StraightMove) -> bool:
         """Return whether it is proved that a move touches nothing, or nothing is to be checked."""
         if self.scene is None:

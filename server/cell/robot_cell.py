@@ -42,6 +42,7 @@ from ..events.effects import Effect, LogLine, QueryController, Then
 from ..events.pending import Pending
 from ..refusal import Refusal
 from ..settings.cell_settings import CellSettings, ControllerPath
+from ..uplinks import dialect_of
 from .cell_motions import CellMotions
 from .execution.feedback import Feedback, interruption
 from .execution.motion_watch import ArmPoints
@@ -117,6 +118,7 @@ class RobotCell:
     """One robot: who may move it, whether it may move now, and what it is doing.
 
     Attributes:
+        declaration: what its controller can do.
         modes: the mode of operation, enabling (training) and speeds.
         hold_to_run: judges the press and the enabling devices.
         motions: what is planned and moved.
@@ -144,6 +146,8 @@ class RobotCell:
         """
         self.limits = limits
         self.joint_names = JointNames(limits)
+        self.declaration = dialect_of(settings.controller).declared(settings.controller)
+        self._is_told_emulated = settings.controller.emulated
         self.slots = JointSlots(limits)
         self.authority = MotionAuthority(round(settings.pendants.authority_timeout * 1e9))
         self.feedback = Feedback(limits.dof, settings.controller)
@@ -187,6 +191,15 @@ class RobotCell:
         if activity is _IDLE and self.program is not None:
             return self.program.activity
         return activity
+
+    @property
+    def is_known_emulated(self) -> bool:
+        """Whether the controller is known to be emulated: it says so, and so does the cell's file.
+
+        Neither is enough for what only training may do. A real one could be made to answer the
+        question by chance, and a file may be copied to another cell.
+        """
+        return self._is_told_emulated and self.feedback.says_emulated
 
     def link_state(self, now: int) -> LinkState:
         """Return the state of the controller connection."""

@@ -5,7 +5,7 @@ The shell supplies it, so that the cores load no kinematics and their tests can 
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from typing import TYPE_CHECKING, Protocol
 
 from ..planning.jobs import JointVector, PoseGoal
@@ -48,12 +48,9 @@ class RobotModel(Protocol):
     ) -> tuple[tuple[float, ...], tuple[float, ...], float]:
         """Return place [m], quaternion and speed [m/s] of the tool in the base frame."""
 
-    def named_position(self, name: str) -> JointVector:
-        """Return where the joints are at `home` or `zero`.
-
-        Raises:
-            MotionError: nobody knows the name, or the robot may not stand there.
-        """
+    @property
+    def named_positions(self) -> Mapping[str, JointVector]:
+        """The joint positions that the robot's file names: `home`, `zero` and others."""
 
     def begin(self, start: Sequence[float], caps: JogCaps) -> Jogger:
         """Return a jogger that stands at `start` (n,)."""

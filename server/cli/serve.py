@@ -67,6 +67,10 @@ def serve(
         str | None,
         typer.Option(help="Its inputs and outputs: none, or openpendant, as our emulator's."),
     ] = None,
+    emulated: Annotated[
+        bool | None,
+        typer.Option(help="It is an emulated controller, never a real one: training may do more."),
+    ] = None,
     stop_connection: Annotated[
         bool | None, typer.Option(help="Keep a second motion connection for nothing but STOP.")
     ] = None,
@@ -102,6 +106,7 @@ def serve(
             "controller": {
                 "points": points,
                 "signals": signals,
+                "emulated": emulated,
                 "stop_connection": stop_connection,
             },
         }

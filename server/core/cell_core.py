@@ -66,6 +66,7 @@ from ..events.events import (
     ControllerReport,
     Event,
     Misdirected,
+    NoticesMissed,
     Opened,
     PathChanged,
     Port,
@@ -80,10 +81,13 @@ from ..events.events import (
 from ..events.pending import Pending
 from ..events.replies import stop_changed, verdict
 from ..planning.jobs import MotionJob
+from ..plans.plan_space import PlanSpace
+from ..positions.position_book import PositionBook
 from ..refusal import Refusal
 from ..scene.planning_scene import RobotEnvironment
 from ..settings.cell_settings import CellSettings, ControllerPath
 from ..store.documents import Heading
+from ..store.requests import Request as StoreRequest
 from ..uplinks import dialect_of
 from .audit_trail import AuditTrail
 
@@ -167,6 +171,7 @@ class CellCore:
         environment: RobotEnvironment | None = None,
         access: CoreAccess | None = None,
         is_read_apart: Callable[[int], bool] = lambda session: False,
+        plan_space: PlanSpace | None = None,
     ) -> None:
         """Make a server nobody is connected to.
 
@@ -176,21 +181,22 @@ class CellCore:
             access: who the pendants are; where left out, whoever is on this machine may do all.
             is_read_apart: whether a large body of a session is read in a planning process; where
                 left out, all are read at once.
+            plan_space: room for the plans of all cells; one of this cell's own where left out.
         """
         access = access or CoreAccess()
         self.name = identity.cell
         self.fault: Refusal | None = None
         self._pending = Pending()
         self.cell = RobotCell(settings, limits, self.publish, self._pending, robot)
+        positions = PositionBook(
+            *(settings.name, robot.named_positions, limits, self._pending),
+            is_stored=environment is not None,
+        )
         self.environment: CellEnvironment | None = None
         if environment is not None:
             self.environment = CellEnvironment(
-                self.cell,
-                environment,
-                self._pending,
-                settings,
-                identity.robot,
-                access.questions,
+                *(self.cell, environment, self._pending, settings, identity.robot),
+                *(positions, access.questions),
             )
         self.pendants = PendantEndpoint(
             self.cell,
@@ -201,6 +207,8 @@ class CellCore:
             access,
             self.environment,
             is_read_apart,
+            PlanSpace() if plan_space is None else plan_space,
+            positions,
         )
         about = identity.cell, identity.robot, identity.display
         access.lobby.join(LobbyCell(*about, glance=self._glance))
@@ -222,6 +230,7 @@ class CellCore:
         recordings = None if self.environment is None else self.environment.recordings
         self._owners: dict[MotionOwner, _Subscriber] = {
             MotionOwner.PENDANT: announcing.on_cell_event,
+            MotionOwner.PLAN: self.pendants.plans.on_cell_event,
             MotionOwner.PROGRAM: programs.on_cell_event,
             MotionOwner.ROS: self.ros.on_cell_event,
         }
@@ -249,7 +258,7 @@ class CellCore:
         """Return what anybody may be told of the cell before he has chosen it."""
         holder = None if self.fault is not None else self.cell.authority.holder
         name = "" if holder is None else holder.client
-        return CellGlance(name, self.is_moving, self.cell.feedback.says_emulated)
+        return CellGlance(name, self.is_moving, self.cell.is_known_emulated)
 
     def publish(self, event: CellEvent, now: int) -> list[Effect]:
         """Tell whom an event of the cell concerns: a motion's owner, or its subscribers."""
@@ -283,6 +292,7 @@ class CellCore:
             Misdirected: self._on_misdirected,
             ClientFailed: self._on_client_failed,
             Skipped: self._on_skipped,
+            NoticesMissed: self._on_notices_missed,
             Regranted: self._on_regranted,
             PathChanged: self._on_path_changed,
             ControllerReport: self._on_report,
@@ -341,6 +351,10 @@ class CellCore:
                 self.pendants.skipped(session)
         return []
 
+    def _on_notices_missed(self, event: NoticesMissed, now: int) -> list[Effect]:
+        self.pendants.notices.missed(event.sessions)
+        return []
+
     def _on_regranted(self, event: Regranted, now: int) -> list[Effect]:
         is_here = self._endpoint_of.get(event.session) is self.pendants
         return self.pendants.regranted(event.session, now) if is_here else []
@@ -349,7 +363,10 @@ class CellCore:
 
     def _on_path_changed(self, event: PathChanged, now: int) -> list[Effect]:
         out = self.cell.path_changed(event.path, event.up, now)
-        if self.environment is None or event.path is not ControllerPath.STATE:
+        if event.path is not ControllerPath.STATE:
+            return out
+        out += self.pendants.controller.changed()
+        if self.environment is None:
             return out
         return out + self.environment.signals.link_changed(event.up, now)
 
@@ -358,14 +375,14 @@ class CellCore:
         cell, environment = self.cell, self.environment
         path, received = event.path, event.message
         if isinstance(received, _NO_MESSAGE):
-            return _bad_message(cell, path, received, now)
+            return self._bad_message(path, received, now)
         is_motion = path is _MOTION
         kind = received.comm_type
         if kind == _REPLY:
             if is_motion:
                 return cell.driving.answered(received, event.pending, now)
             if path is _STATE and message_type(received) == _IDENTITY:
-                return cell.identified(received.reply_code, now)
+                return self._identified(received.reply_code, now)
             if environment is None or path is not _STATE:
                 return []
             return environment.signals.answered(received, now)
@@ -378,6 +395,33 @@ class CellCore:
         out = cell.reported(received, now)
         return out if environment is None else out + environment.reported(now)
 
+    def _bad_message(
+        self, path: ControllerPath, received: Unasked | Malformed, now: int
+    ) -> list[Effect]:
+        """Take what is no message: an answer that nobody asked for, or one that cannot be read."""
+        if path is _STATE:
+            return self._misidentified(received, now)
+        driving = self.cell.driving
+        if path is not _MOTION:
+            return []
+        if isinstance(received, Unasked):
+            return driving.on_bad_reply("the controller answered although nothing was asked", now)
+        if received.comm_type != _REPLY:
+            return []
+        return driving.on_bad_reply(str(received.error), now)
+
+    def _misidentified(self, received: Unasked | Malformed, now: int) -> list[Effect]:
+        """Take a second or an unreadable answer to whether the controller is emulated."""
+        if isinstance(received, Malformed):
+            is_answer = received.msg_type == _IDENTITY and received.comm_type == _REPLY
+            return self._identified(ReplyCode.FAILURE, now) if is_answer else []
+        again = received.message
+        return self._identified(again.reply_code, now) if message_type(again) == _IDENTITY else []
+
+    def _identified(self, reply_code: int, now: int) -> list[Effect]:
+        """Take the answer to whether the controller is emulated; tell what is new of it."""
+        return self.cell.identified(reply_code, now) + self.pendants.controller.changed()
+
     def _on_garbled(self, event: ControllerGarbled, now: int) -> list[Effect]:
         if event.path is ControllerPath.STOP:
             return []
@@ -389,6 +433,8 @@ class CellCore:
         if isinstance(event.answer, Heading):
             self._trail.saved(event.answer, now)
         out = self._pending.resume(event.ask, event.answer, now)
+        if isinstance(event.ask.question, StoreRequest):
+            out += self.pendants.notices.acknowledged(event.ask.question, event.answer)
         if self.environment is None or not isinstance(event.ask.question, MotionJob):
             return out
         monitor = self.environment.monitor
@@ -460,27 +506,3 @@ class CellCore:
             out.append(Close(session, fault.sentence))
         self._endpoint_of.clear()
         return out
-
-
-def _bad_message(
-    cell: RobotCell, path: ControllerPath, received: Unasked | Malformed, now: int
-) -> list[Effect]:
-    """Take what is no message: an answer that nobody asked for, or one that cannot be read."""
-    if path is _STATE:
-        return _misidentified(cell, received, now)
-    if path is not _MOTION:
-        return []
-    if isinstance(received, Unasked):
-        return cell.driving.on_bad_reply("the controller answered although nothing was asked", now)
-    if received.comm_type != _REPLY:
-        return []
-    return cell.driving.on_bad_reply(str(received.error), now)
-
-
-def _misidentified(cell: RobotCell, received: Unasked | Malformed, now: int) -> list[Effect]:
-    """Take an answer to whether the controller is emulated that came twice, or cannot be read."""
-    if isinstance(received, Malformed):
-        is_answer = received.msg_type == _IDENTITY and received.comm_type == _REPLY
-        return cell.identified(ReplyCode.FAILURE, now) if is_answer else []
-    again = received.message
-    return cell.identified(again.reply_code, now) if message_type(again) == _IDENTITY else []

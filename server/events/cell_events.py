@@ -70,6 +70,7 @@ class MotionOwner(Enum):
     """Owner of a motion: the part that asked for it; only the owner handles its events."""
 
     PENDANT = "pendant"
+    PLAN = "plan"
     PROGRAM = "program"
     RECORDING = "recording"
     ROS = "ROS-Industrial"

@@ -62,6 +62,14 @@ class Broadcast:
 
 
 @dataclass(frozen=True, slots=True)
+class Notify:
+    """Write a notice of a change to connections; who reads slowly is skipped, and told of later."""
+
+    sessions: tuple[int, ...]
+    message: Message
+
+
+@dataclass(frozen=True, slots=True)
 class Close:
     """Close a connection after what was written.
 
@@ -215,6 +223,7 @@ class Then:
 Effect = (
     Send
     | Broadcast
+    | Notify
     | Close
     | CutOff
     | HoldClient

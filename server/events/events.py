@@ -119,6 +119,19 @@ class Skipped:
 
 
 @dataclass(frozen=True, slots=True)
+class NoticesMissed:
+    """Clients read too slowly for a notice of a change, which they were not sent.
+
+    Attributes:
+        sessions: numbers of the connections.
+    """
+
+    checks_freeze: ClassVar[bool] = False
+
+    sessions: tuple[int, ...]
+
+
+@dataclass(frozen=True, slots=True)
 class Regranted:
     """The grant of a connection changed, because its account was changed."""
 
@@ -221,6 +234,7 @@ Event: TypeAlias = (
     ClientEvent
     | ClientFailed
     | Skipped
+    | NoticesMissed
     | Regranted
     | PathChanged
     | ControllerReport

@@ -63,7 +63,7 @@ _VALIDATOR = SchemaValidator(_failing_fast(TypeAdapter(_TOLD_APART).core_schema)
 _TOGETHER = (("frames", "tools", "scene", "signals", "robots", "trace"), ("access", "users"))
 """Topics whose operations are named together where an unknown one of them is refused."""
 
-_WITHOUT_TOPIC = ("snapshot", "cells", "why")
+_WITHOUT_TOPIC = ("snapshot", "cells", "why", "catalogue")
 
 _ALONE = frozenset({*_WITHOUT_TOPIC, "jog.retreat"})
 """Operations that a fault does not name in front of its place."""
@@ -131,7 +131,7 @@ def unknown(name: str, version: int) -> Refusal:
         tags = ", ".join(map(repr, known))
         problem = f"Input tag '{name}' found using 'op' does not match any of the expected tags"
         return _refusal((), f"{problem}: {tags}")
-    accepted = ", ".join(_WITHOUT_TOPIC)
+    accepted = ", ".join(op for op in _WITHOUT_TOPIC if is_known(op, version))
     return _refusal(("op",), f"{name[:_LONGEST_NAME]!r}; accepted: {accepted}")
 
 

@@ -108,8 +108,13 @@ class Pending:
         return [asked]
 
     def resume(self, asked: Ask, answer: object, now: int) -> list[Effect]:
-        """Pass an answer to its handler; drop one that has none."""
-        waiting = self._waiting.pop((BACKENDS[type(asked.question)], asked.id), None)
+        """Pass an answer to its handler; drop one that has none.
+
+        A plan that is being made tells how far it has come, which is not its last answer.
+        """
+        key = BACKENDS[type(asked.question)], asked.id
+        is_final = not isinstance(answer, PlanAnswer) or answer.is_final
+        waiting = self._waiting.pop(key, None) if is_final else self._waiting.get(key)
         return [] if waiting is None else waiting.then(answer, now)
 
     def find(self, backend: Backend, number: int) -> Ask | None:

@@ -20,6 +20,7 @@ from openpendant.motion.frames.frame_tree import FrameTree
 from openpendant.simplemsg.pendant.management.program_values import BadValue, ProgramError
 
 from ..access.accounts import read_account
+from ..positions.position_document import BadPositions, positions_from_json
 from ..programs.editing.program_tasks import ReadSource, check_to_be_kept, read_source
 from ..programs.language.printer import print_program
 from ..programs.language.program import OwnRobot, Program, check_robot
@@ -94,6 +95,11 @@ def _checked(entry: ImportedDocument, other: KeptBody) -> ImportedDocument:
                 scene_from_json(entry.body)
             except MotionError as error:
                 raise _of_motion(error) from None
+        case DocumentKind.POSITIONS:
+            try:
+                positions_from_json(entry.body)
+            except BadPositions as error:
+                raise _Unfit("", str(error)) from None
         case DocumentKind.ACCOUNT:
             try:
                 read_account(entry.name, entry.body)

@@ -49,8 +49,10 @@ from ..planning.jobs import (
     KinematicsFound,
     PathFree,
     PlanAnswer,
+    PlanFacts,
     PlaybackPlan,
     ReadBody,
+    SearchProgress,
 )
 from ..programs.editing.program_tasks import TaskResult
 from ..refusal import Refusal, field_fault
@@ -408,9 +410,13 @@ def outcome_from_json(record: dict[str, Any]) -> Refusal | None:
 
 _FOUND: dict[str, TypeAdapter[Any]] = {
     kind.__name__: TypeAdapter(kind)
-    for kind in (DryRunFound, DryRunSlice, KinematicsFound, PathFree, *get_args(TaskResult))
+    for kind in (
+        *(DryRunFound, DryRunSlice, KinematicsFound, PathFree, SearchProgress),
+        *get_args(TaskResult),
+    )
 }
 _PLAYBACK = TypeAdapter(PlaybackPlan)
+_FACTS = TypeAdapter(PlanFacts)
 _ARRAYS = ("times", "position", "velocity", "acceleration", "waypoint_times")
 _FINE = ("position", "velocity")
 
@@ -432,6 +438,7 @@ class _PlanRecord(BaseModel):
     refused: _Refused | None = None
     samples: dict[str, str] | None = None
     playback: Any = None
+    facts: Any = None
     kind: str | None = None
     found: Any = None
 
@@ -448,16 +455,22 @@ def plan_to_json(planned: PlanAnswer) -> dict[str, Any]:
         found = _FOUND[type(result).__name__].dump_python(result, mode="json")
         if isinstance(result, TaskResult | KinematicsFound):
             found = with_long_texts(found)
-        return {"plan_time": planned.plan_time, "kind": type(result).__name__, "found": found}
-    trajectory, _ = result
+        record = {"plan_time": planned.plan_time, "kind": type(result).__name__, "found": found}
+        return record if planned.preview is None else record | _samples_of(planned.preview[0])
+    times = {"plan_time": planned.plan_time, "took": planned.took}
+    record = times | _samples_of(result[0])
+    if planned.playback is not None:
+        record["playback"] = _PLAYBACK.dump_python(planned.playback, mode="json")
+    if planned.facts is not None:
+        record["facts"] = _FACTS.dump_python(planned.facts, mode="json")
+    return record
+
+
+def _samples_of(trajectory: Trajectory) -> dict[str, Any]:
     samples = {name: _encode(getattr(trajectory, name)) for name in _ARRAYS}
     if trajectory.fine is not None:
         samples |= {f"fine_{name}": _encode(getattr(trajectory.fine, name)) for name in _FINE}
-    times = {"plan_time": planned.plan_time, "took": planned.took}
-    record = {**times, "joints": trajectory.dof, "samples": samples}
-    if planned.playback is not None:
-        record["playback"] = _PLAYBACK.dump_python(planned.playback, mode="json")
-    return record
+    return {"joints": trajectory.dof, "samples": samples}
 
 
 def _body_from_json(job: ReadBody, record: dict[str, Any]) -> PlanAnswer:
@@ -497,20 +510,29 @@ def plan_from_json(
                 raise AnswerRecordError(f"no answer of a planner is called {read.kind!r}")
             # As text, because statements are strict: an object is a statement in JSON alone.
             found = _FOUND[read.kind].validate_json(json.dumps(read.found))
-            return PlanAnswer(job_id, found, read.plan_time)
+            preview = None
+            if read.samples is not None:
+                shown = _trajectory(read.samples, read.joints)
+                preview = shown, certify(shown, limits)
+            return PlanAnswer(job_id, found, read.plan_time, preview=preview)
         if read.samples is None:
             raise AnswerRecordError("neither a trajectory nor a refusal")
-        arrays = {name: _decode(read.samples[name]) for name in _ARRAYS}
-        for name in ("position", "velocity", "acceleration"):
-            arrays[name] = arrays[name].reshape(-1, read.joints)
-        trajectory = Trajectory(**arrays, fine=_fine(read.samples, read.joints))
+        trajectory = _trajectory(read.samples, read.joints)
         return PlanAnswer(
             job_id,
             (trajectory, certify(trajectory, limits, start=start)),
             read.plan_time,
             None if read.playback is None else _PLAYBACK.validate_python(read.playback),
             read.took,
+            None if read.facts is None else _FACTS.validate_python(read.facts),
         )
+
+
+def _trajectory(samples: dict[str, str], joints: int) -> Trajectory:
+    arrays = {name: _decode(samples[name]) for name in _ARRAYS}
+    for name in ("position", "velocity", "acceleration"):
+        arrays[name] = arrays[name].reshape(-1, joints)
+    return Trajectory(**arrays, fine=_fine(samples, joints))
 
 
 def _fine(samples: dict[str, str], joints: int) -> FineSamples | None:

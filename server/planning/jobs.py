@@ -2,9 +2,9 @@
 
 Owns the fields of each job and answer, and of what they hold: `CertifiedTrajectory`, a trajectory
 with the proof that it keeps to the limits; `PoseGoal`, a pose to reach or the tool in the flange;
-`PlaybackPlan`, the figures of a playback for its reply. `RecordingJob` alone carries samples;
-`WayCheckJob` checks the rest of a motion in progress; `KinematicsQuestion` plans nothing. Plain
-data that can be pickled.
+`PlaybackPlan`, the figures of a playback for its reply; `PlanFacts`, those of a plan that is
+looked at before it is executed. `RecordingJob` alone carries samples; `WayCheckJob` checks the
+rest of a motion in progress; `KinematicsQuestion` plans nothing. Plain data that can be pickled.
 
 In a job `start` is (n,) where the robot stands, controller side [rad or m]; `tool_speed` the
 largest speed of tool and elbow [m/s], None for no cap; `tool` the tool centre point in the flange,
@@ -25,6 +25,7 @@ import struct
 from collections import deque
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field, replace
+from enum import StrEnum
 from functools import lru_cache
 from typing import Any, BinaryIO, Protocol
 
@@ -268,6 +269,7 @@ class DryRunJob:
 
     Attributes:
         run_id: name of the dry run among all of the server; its slices share what was planned.
+        samples: whether the motions are wanted, too; in the journal the answer has them.
     """
 
     job_id: int
@@ -278,6 +280,7 @@ class DryRunJob:
     tool_speed: float | None = None
     scene: Scene | None = None
     signals: Offer = None
+    samples: bool = field(default=False, repr=False)
 
 
 @dataclass(frozen=True, slots=True)
@@ -333,8 +336,55 @@ class KinematicsQuestion:
     scene: Scene | None = field(default=None, repr=False)
 
 
+@dataclass(frozen=True, slots=True)
+class FreePath:
+    """A motion around what stands in the scene, found by a planner that draws numbers.
+
+    Attributes:
+        goal: (n,) joints, or the pose of the tool in base.
+        planner: its name.
+        seed: the same number gives the same path.
+        time_limit: longest search [s].
+        margin: distance that the search keeps from bodies [m].
+    """
+
+    start: JointVector
+    goal: JointVector | PoseGoal
+    planner: str
+    seed: int
+    time_limit: float
+    margin: float
+    speed: float
+    tool_speed: float | None = None
+    tool: PoseGoal | None = None
+
+
+@dataclass(frozen=True, slots=True)
+class PlanJob:
+    """Job: plan a motion that is looked at before it is executed, if at all.
+
+    Attributes:
+        motion: what is planned, without a scene of its own, and with poses as they were given.
+        place: the frame of the poses, in base; None for base itself.
+        branch: for a motion to one pose in joint space, which of the joint positions that reach it,
+            from 1, the nearest to the start first; None for the one that the arm finds.
+    """
+
+    job_id: int
+    start: JointVector
+    motion: PoseJob | JointPathJob | FreePath
+    branch: int | None = None
+    scene: Scene | None = None
+    place: PoseGoal | None = None
+
+
 MotionJob = PoseJob | JointPathJob | RosPathJob | BlockJob | RecordingJob
-Job = MotionJob | DryRunJob | WayCheckJob | ProgramJob | ReadBody | KinematicsQuestion
+Job = MotionJob | PlanJob | DryRunJob | WayCheckJob | ProgramJob | ReadBody | KinematicsQuestion
+
+
+def is_search(job: Job) -> bool:
+    """Return True if a job may take seconds: a plan around obstacles."""
+    return isinstance(job, PlanJob) and isinstance(job.motion, FreePath)
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -382,6 +432,77 @@ class DryRunFound:
 
 
 @dataclass(frozen=True, slots=True)
+class WorstRatio:
+    """Greatest value of one quantity in a motion.
+
+    Attributes:
+        name: of the joint, or of the point of the arm.
+        ratio: to its limit, 1 being on the limit.
+        at: when [s].
+    """
+
+    name: str
+    quantity: str
+    ratio: float
+    at: float
+
+
+@dataclass(frozen=True, slots=True)
+class LeastClearance:
+    """Where on a motion an object of the scene and another body come nearest.
+
+    Attributes:
+        distance: how near [m].
+        at: when [s].
+    """
+
+    distance: float
+    first: str
+    second: str
+    at: float
+
+
+@dataclass(frozen=True, slots=True)
+class PlanFacts:
+    """What is told of a plan beside its samples.
+
+    Attributes:
+        planner: what found the path.
+        seed: of a planner that draws numbers; 0 for others.
+        end: the tool at the end, in base.
+        margin: least distance of a joint from the end of its range [rad or m].
+        nearest: None where the scene has no object.
+    """
+
+    planner: str
+    seed: int
+    end: PoseGoal
+    margin: float
+    worst: tuple[WorstRatio, ...]
+    nearest: LeastClearance | None
+
+
+class SearchStage(StrEnum):
+    """Stage of a plan around obstacles."""
+
+    SEARCHING = "searching"
+    SHORTENING = "shortening"
+    CHECKING = "checking"
+
+
+@dataclass(frozen=True, slots=True)
+class SearchProgress:
+    """Word on a plan that is being made; its answer is still to come.
+
+    Attributes:
+        fraction: of the time that the search may take, 0 to 1.
+    """
+
+    stage: SearchStage
+    fraction: float
+
+
+@dataclass(frozen=True, slots=True)
 class PlanAnswer:
     """Answer to a job.
 
@@ -389,9 +510,13 @@ class PlanAnswer:
         result: of a motion, a trajectory with its certificate, or why there is none; of a dry
             run, its findings, or its progress; of a check of the remaining path, that it is free,
             or why not; of a task about a program, its result, or what is wrong with the program;
-            of a body, what was read; of a question on kinematics, its reply.
+            of a body, what was read; of a question on kinematics, its reply; of a plan, meanwhile,
+            how far it has come.
         plan_time: wall time that planning took [s].
         playback: of a recording, what was asked and what is possible.
+        facts: of a plan, what is told beside its samples.
+        preview: of a dry run whose samples are wanted, its motions one behind the other; None where
+            they are too long, or there are none.
         took: from when a planning process was given the job to when its answer was read [s], which
             is longer where that process, niced as it is, waited for a processor; 0 if not measured.
     """
@@ -407,10 +532,18 @@ class PlanAnswer:
         | ProgramRefused
         | BodyRead
         | KinematicsFound
+        | SearchProgress
     )
     plan_time: float
     playback: PlaybackPlan | None = None
     took: float = 0.0
+    facts: PlanFacts | None = None
+    preview: tuple[Trajectory, Certificate] | None = None
+
+    @property
+    def is_final(self) -> bool:
+        """True if no other answer to the job will come."""
+        return not isinstance(self.result, SearchProgress)
 
 
 LENGTH = struct.Struct("<I")

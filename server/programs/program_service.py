@@ -10,7 +10,7 @@ from ..cell.robot_model import RobotModel
 from ..events.management_requests import Handlers, handlers_of
 from ..events.pending import Pending
 from .execution.breakpoints import Breakpoints
-from .execution.dry_run_service import DryRunService
+from .execution.dry_run_service import DryRunService, KeepPreview
 from .execution.program_executor import ProgramExecutor, ToAll
 from .execution.program_run import RunEnvironment
 from .language.program import OwnRobot
@@ -33,6 +33,7 @@ class ProgramService:
         cell_name: str,
         robot_name: str,
         environment: RunEnvironment,
+        keep_preview: KeepPreview,
     ) -> None:
         work = ProgramWork(cell.motions.new_job_id, pending)
         loader = ProgramLoader(pending.ask, work, robot_name, cell.limits)
@@ -42,7 +43,9 @@ class ProgramService:
         self._breakpoints = Breakpoints(loader, work, kept, self.executor, own)
         self._changes = ProgramChanges(pending.ask, loader, work, kept, cell, robot, own)
         self._library = ProgramLibrary(pending.ask, loader, work, kept, own, self._changes)
-        self._dry_runs = DryRunService(cell, robot, loader, self.executor, pending, cell_name)
+        self._dry_runs = DryRunService(
+            *(cell, robot, loader, self.executor, pending, cell_name), keep_preview
+        )
 
     @property
     def handlers(self) -> Handlers:

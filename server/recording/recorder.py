@@ -49,6 +49,7 @@ class RecordingRun:
     """One recording under way.
 
     Attributes:
+        session: connection of the author, 0 for the server.
         revision: of the document; 0 until it is saved.
         waiting: rows that no chunk holds yet.
         chunk: the next chunk for the disk; empty where there is none.
@@ -62,6 +63,7 @@ class RecordingRun:
 
     name: str
     author: str
+    session: int
     document: RecordingDocument
     lost: Lost
     revision: int = 0
@@ -187,18 +189,19 @@ class Recorder:
         return None if run is None or run.name != name else run.count
 
     def start(
-        self, name: str, author: str, on_result: OnResult, lost: Lost
+        self, name: str, author: str, on_result: OnResult, lost: Lost, session: int = 0
     ) -> Refusal | list[Effect]:
         """Start a recording; samples are taken once its document is saved.
 
         Args:
             on_result: called with the description once it is saved, or with why it is not.
             lost: called with the reason if the recording ends by itself afterwards.
+            session: connection of the author, 0 for the server.
         """
         if self.run is not None:
             return Refusal(VerdictCode.RECORDING_RUNNING, f"{self.run.name!r} is being recorded")
         document = new_document(self._robot, self._joints, self._period)
-        run = self.run = RecordingRun(name, author, document, lost)
+        run = self.run = RecordingRun(name, author, session, document, lost)
         self.broken_off = None
 
         def saved(answer: Answer, now: int) -> list[Effect]:
@@ -209,7 +212,7 @@ class Recorder:
             return on_result(store_refusal(answer), now)
 
         body = write_document(document)
-        return self._ask(Save(DocumentKind.RECORDING, name, body, 0, author), saved)
+        return self._ask(Save(DocumentKind.RECORDING, name, body, 0, author, session), saved)
 
     def reported(self, feedback: Feedback, now: int) -> list[Effect]:
         """Take the controller's last report, unless it was taken already."""
@@ -347,7 +350,7 @@ class Recorder:
 
 def _save(run: RecordingRun, document: RecordingDocument) -> Save:
     body = write_document(document)
-    return Save(DocumentKind.RECORDING, run.name, body, run.revision, run.author)
+    return Save(DocumentKind.RECORDING, run.name, body, run.revision, run.author, run.session)
 
 
 def _fallen_behind(run: RecordingRun) -> Refusal:

@@ -204,7 +204,9 @@ class RecordingService:
     def _start(
         self, asked: op.StartRecording, reply: ReplyTo[op.RecordingMade], now: int
     ) -> list[Effect]:
-        started = self.recorder.start(asked.name, reply.name, _tell(reply), _tell_loss(reply))
+        started = self.recorder.start(
+            asked.name, reply.name, _tell(reply), _tell_loss(reply), reply.session
+        )
         return reply.refuse(started) if isinstance(started, Refusal) else started
 
     @handles(op.StopRecording)
@@ -218,7 +220,8 @@ class RecordingService:
     def _trim(
         self, asked: op.TrimRecordingPart, reply: ReplyTo[op.ChangedRecording], now: int
     ) -> list[Effect]:
-        trim = TrimRecording(asked.name, asked.new_name, asked.begins, asked.ends, reply.name)
+        name, new, by = asked.name, asked.new_name, reply
+        trim = TrimRecording(name, new, asked.begins, asked.ends, by.name, by.session)
         return self._ask(trim, partial(_changed, reply))
 
     @handles(op.RenameARecording)
@@ -226,7 +229,7 @@ class RecordingService:
         self, asked: op.RenameARecording, reply: ReplyTo[op.ChangedRecording], now: int
     ) -> list[Effect]:
         name, new, expected = asked.name, asked.new_name, asked.expected_revision
-        rename = RenameRecording(name, new, expected, reply.name)
+        rename = RenameRecording(name, new, expected, reply.name, reply.session)
         return self._keep(name, reply) or self._ask(rename, partial(_changed, reply))
 
     @handles(op.DeleteRecording)
@@ -234,7 +237,7 @@ class RecordingService:
         self, asked: op.DeleteRecording, reply: ReplyTo[op.ChangedRecording], now: int
     ) -> list[Effect]:
         name, expected = asked.name, asked.expected_revision
-        delete = Delete(DocumentKind.RECORDING, name, expected, reply.name)
+        delete = Delete(DocumentKind.RECORDING, name, expected, reply.name, reply.session)
         return self._keep(name, reply) or self._ask(delete, partial(_changed, reply))
 
     def _keep(self, name: str, reply: ReplyTo[Any]) -> list[Effect]:

@@ -9,7 +9,7 @@ changes, and `motion.scene.grasping` what is within reach.
 from __future__ import annotations
 
 from collections.abc import Callable
-from typing import TYPE_CHECKING, TypeAlias
+from typing import TYPE_CHECKING, NamedTuple, TypeAlias
 
 from openpendant.motion.scene.scene import Scene, left
 from openpendant.simplemsg.verdicts import VerdictCode
@@ -18,7 +18,7 @@ from ..cell.execution.feedback import JointVector
 from ..cell.robot_cell import RobotCell
 from ..events.effects import Effect, LogLine
 from ..refusal import Refusal
-from .planning_scene import PlanningScene, SceneModel, Told
+from .planning_scene import PlanningScene, SceneChange, SceneModel, Told
 from .signals import CellSignals
 
 if TYPE_CHECKING:
@@ -36,23 +36,21 @@ Rearranged: TypeAlias = Callable[[Refusal | None], None]
 """Takes why an object was not taken or left, None where it was; called once."""
 
 
-def _never() -> bool:
-    return False
+class SceneEdit(NamedTuple):
+    """From which revision of the scene somebody changes it, and who."""
+
+    expected: int
+    author: str
+    session: int
 
 
 class Grasps:
-    """Grasps of one cell.
-
-    Attributes:
-        is_known_emulated: returns True while the controller is known to be emulated: it says so,
-            and so does the cell's file. Else no part sensor is set.
-    """
+    """Grasps of one cell."""
 
     def __init__(
         self, cell: RobotCell, view: SceneModel, world: PlanningScene, signals: CellSignals
     ) -> None:
-        """Join what it asks; the controller counts as a real one."""
-        self.is_known_emulated: Callable[[], bool] = _never
+        """Join what it asks."""
         self._cell = cell
         self._view = view
         self._world = world
@@ -64,8 +62,7 @@ class Grasps:
         self,
         name: str,
         link: str | None,
-        expected: int,
-        author: str,
+        edit: SceneEdit,
         now: int,
         taken: GripTold,
         refused: RefusalTold,
@@ -74,7 +71,6 @@ class Grasps:
 
         Args:
             link: None for that of the selected tool.
-            expected: revision of the scene that the change is made from.
             taken: called once the scene is kept.
             refused: called with the reason where it is not.
         """
@@ -95,12 +91,12 @@ class Grasps:
                 return refused(revision, then) + sensed
             return taken(found[0], revision, then) + sensed
 
-        asked = self._world.change_scene(changed, expected, author, now, told, spent=_MEASURED)
+        asked = self._change(changed, edit, now, told)
         if isinstance(asked, Refusal):
             return refused(asked, now) + self._missed(part, asked, now)
         return asked
 
-    def leave(self, name: str, expected: int, author: str, now: int, told: Told) -> list[Effect]:
+    def leave(self, name: str, edit: SceneEdit, now: int, told: Told) -> list[Effect]:
         """Leave an object that the robot carries where it is; arguments as of `take`."""
         at = self._standing_at(now, self._cell.under_way())
         if isinstance(at, Refusal):
@@ -115,8 +111,16 @@ class Grasps:
             view = self._view
             return left(before, name, view.flange_link, lambda link: view.link_pose(at, link))
 
-        asked = self._world.change_scene(changed, expected, author, now, kept, spent=_MEASURED)
+        asked = self._change(changed, edit, now, kept)
         return told(asked, now) if isinstance(asked, Refusal) else asked
+
+    def _change(
+        self, change: SceneChange, edit: SceneEdit, now: int, told: Told
+    ) -> Refusal | list[Effect]:
+        expected, author, session = edit
+        return self._world.change_scene(
+            change, expected, author, now, told, session, spent=_MEASURED
+        )
 
     # For a program: a restart puts each object where it was taught.
 
@@ -184,7 +188,7 @@ class Grasps:
 
     def _show(self, part: int | None, has_part: bool, now: int) -> list[Effect]:
         """Have the part sensor say whether the tool has a part."""
-        if part is None or not self.is_known_emulated():
+        if part is None or not self._cell.is_known_emulated:
             # A real controller has cabling, which alone says what its inputs are.
             return []
 

@@ -155,6 +155,12 @@ class RobotEnvironment(SceneModel, Protocol):
     ) -> tuple[tuple[float, ...], tuple[float, ...], float]:
         """Return place [m], quaternion and speed [m/s] of the tool in the base frame."""
 
+    def tool_pose(self, position: Sequence[float]) -> tuple[tuple[float, ...], tuple[float, ...]]:
+        """Return x, y, z [m] and quaternion x, y, z, w of the tool in the base frame."""
+
+    def condition(self, position: Sequence[float]) -> float | None:
+        """Return the condition number of the Jacobian at (n,) joints; None at a singularity."""
+
 
 Told: TypeAlias = Callable[[int | Refusal, int], list[Effect]]
 """Takes the new revision of a document, or why it was not changed, and the time."""
@@ -312,10 +318,10 @@ class PlanningScene:
             self._stand(found, at)
             return then(None, at)
 
-        return self._pending.run(_Turns().find(self._tree_in(kind, answer.body)), read, now)
+        return self._pending.run(Turns().find(self._tree_in(kind, answer.body)), read, now)
 
     def _take_scene(self, body: str, then: InForce, now: int) -> list[Effect]:
-        turns = _Turns()
+        turns = Turns()
 
         def read(found: Scene | Refusal, at: int) -> list[Effect]:
             if isinstance(found, Refusal):
@@ -341,6 +347,7 @@ class PlanningScene:
         author: str,
         now: int,
         told: Told,
+        session: int = 0,
     ) -> Refusal | list[Effect]:
         """Change user frames or tools while the robot is at rest; in force once it is saved.
 
@@ -348,6 +355,7 @@ class PlanningScene:
             kind: frames or tools.
             expected: revision of the document that the change was made from.
             told: called with the new revision, or why it was not saved.
+            session: connection of the author, 0 for the server.
         """
         refusal = self._not_now(kind) or self._stale(kind, expected)
         if refusal is not None:
@@ -357,8 +365,9 @@ class PlanningScene:
             self._check_apart(kind, tree)
         except MotionError as error:
             return refusal_of(error)
-        turns = _Turns(_PER_FRAME * len(tree.frames))
-        return self._keep_frames(kind, self._kept(kind, tree), turns, author, now, told)
+        turns = Turns(_PER_FRAME * len(tree.frames))
+        kept = self._kept(kind, tree)
+        return self._keep_frames(kind, kept, turns, (author, session), now, told)
 
     def import_frames(
         self,
@@ -368,17 +377,20 @@ class PlanningScene:
         author: str,
         now: int,
         told: Told,
+        session: int = 0,
     ) -> Refusal | list[Effect]:
         """Replace user frames or tools by those of a file, in steps.
 
         Args:
             kind: frames or tools, as for `change_frames`; so are the others.
             reading: reads the file.
+            session: connection of the author, 0 for the server.
         """
         refusal = self._not_now(kind) or self._stale(kind, expected)
         if refusal is not None:
             return refusal
-        return self._keep_frames(kind, self._imported(kind, reading), _Turns(), author, now, told)
+        steps = self._imported(kind, reading)
+        return self._keep_frames(kind, steps, Turns(), (author, session), now, told)
 
     def _imported(self, kind: DocumentKind, reading: Stepwise[FramesFile]) -> Stepwise[_KeptFrames]:
         read = yield from reading
@@ -398,12 +410,16 @@ class PlanningScene:
         self,
         kind: DocumentKind,
         steps: Stepwise[_KeptFrames],
-        turns: _Turns,
-        author: str,
+        turns: Turns,
+        by: tuple[str, int],
         now: int,
         told: Told,
     ) -> list[Effect]:
-        """Make frames that are to be kept, save them, and put them in force."""
+        """Make frames that are to be kept, save them, and put them in force.
+
+        Args:
+            by: name of the author, and its connection.
+        """
 
         def made(found: _KeptFrames | Refusal, at: int) -> list[Effect]:
             if isinstance(found, Refusal):
@@ -419,7 +435,7 @@ class PlanningScene:
                 self._stand(tree, kept_at)
                 return told(self.revisions[kind], kept_at)
 
-            return self._save(kind, body, author, saved)
+            return self._save(kind, body, *by, saved)
 
         # From now on: nobody may change what the tree is made from, and no motion may begin.
         self._saving.add(kind)
@@ -433,6 +449,7 @@ class PlanningScene:
         author: str,
         now: int,
         told: Told,
+        session: int = 0,
         *,
         spent: float = 0.0,
     ) -> Refusal | list[Effect]:
@@ -456,11 +473,19 @@ class PlanningScene:
             return refusal
         # That the scene was made belongs to the first turn, too.
         spent += _PER_OBJECT * len(scene.objects) + _PER_ALLOWED * len(scene.allowed)
-        turns = _Turns(spent)
-        return self._build(scene, now, self._saves_scene(author, told), turns, is_kept=True)
+        turns = Turns(spent)
+        return self._build(
+            scene, now, self._saves_scene(author, session, told), turns, is_kept=True
+        )
 
     def import_scene(
-        self, arriving: SceneInTransfer, expected: int, author: str, now: int, told: Told
+        self,
+        arriving: SceneInTransfer,
+        expected: int,
+        author: str,
+        now: int,
+        told: Told,
+        session: int = 0,
     ) -> Refusal | list[Effect]:
         """Replace the scene by one that a planning process has read; else as `change_scene`.
 
@@ -470,10 +495,10 @@ class PlanningScene:
         refusal = self._stale(DocumentKind.SCENE, expected)
         if refusal is not None:
             return refusal
-        before, turns = self.scene, _Turns()
+        before, turns = self.scene, Turns()
         has_arrived = is_announced = False
 
-        then = self._saves_scene(author, told)
+        then = self._saves_scene(author, session, told)
 
         def arrived(scene: Scene, at: int) -> list[Effect]:
             nonlocal has_arrived
@@ -497,7 +522,7 @@ class PlanningScene:
         """Return why a scene may not take the place of another while the robot moves."""
         return None if _only_adds(before, after) else self._not_now(DocumentKind.SCENE)
 
-    def _saves_scene(self, author: str, told: Told) -> InForce:
+    def _saves_scene(self, author: str, session: int, told: Told) -> InForce:
         """Return what saves the scene that was built last, once it is in force."""
 
         def saved(answer: Answer, at: int) -> list[Effect]:
@@ -510,7 +535,7 @@ class PlanningScene:
         def put_in_force(refused: Refusal | None, at: int) -> list[Effect]:
             if refused is not None:
                 return told(refused, at)
-            return self._save(DocumentKind.SCENE, self._body, author, saved)
+            return self._save(DocumentKind.SCENE, self._body, author, session, saved)
 
         return put_in_force
 
@@ -542,7 +567,7 @@ class PlanningScene:
             except MotionError as error:
                 return then(refusal_of(error), at)
             spent = _PER_OBJECT * len(scene.objects) + _PER_ALLOWED * len(scene.allowed)
-            return self._build(scene, at, then, _Turns(spent))
+            return self._build(scene, at, then, Turns(spent))
 
         if self._building is not None:
             self._waiting.append(begin)
@@ -558,7 +583,7 @@ class PlanningScene:
         now: int,
     ) -> list[Effect]:
         """Find the nearest two bodies at (n,) joints in the scene in force, in as many turns."""
-        return self._pending.run(_Turns().take(self._view.nearest_steps(position)), then, now)
+        return self._pending.run(Turns().take(self._view.nearest_steps(position)), then, now)
 
     def show_scene(self, then: Callable[[str, int], list[Effect]], now: int) -> list[Effect]:
         """Tell the scene in force with its revision, as the JSON of a reply, in as many turns."""
@@ -567,7 +592,7 @@ class PlanningScene:
         def made(content: str, at: int) -> list[Effect]:
             return then(joined({"content": content, "revision": str(revision)}, COMPACT), at)
 
-        return self._pending.run(_Turns().make(self._shown_scene.steps(scene)), made, now)
+        return self._pending.run(Turns().make(self._shown_scene.steps(scene)), made, now)
 
     def show_frames(
         self, facts: Mapping[str, Any], then: Callable[[str, int], list[Effect]], now: int
@@ -585,7 +610,7 @@ class PlanningScene:
             }
             return then(joined({"content": content, **rest}, COMPACT), at)
 
-        return self._pending.run(_Turns().make(self._shown_frames.steps(self.frames)), made, now)
+        return self._pending.run(Turns().make(self._shown_frames.steps(self.frames)), made, now)
 
     # To put something in force.
 
@@ -599,7 +624,7 @@ class PlanningScene:
         scene: Scene,
         now: int,
         then: InForce,
-        turns: _Turns,
+        turns: Turns,
         *,
         is_kept: bool = False,
         announced: int | None = None,
@@ -649,7 +674,7 @@ class PlanningScene:
         return out
 
     def _made(
-        self, steps: Generator[BuildStep, None, Any], turns: _Turns, kept: Scene | None
+        self, steps: Generator[BuildStep, None, Any], turns: Turns, kept: Scene | None
     ) -> Steps[Any]:
         """Make a scene that fits, and the text of one to be kept; return why it cannot be made."""
         try:
@@ -684,11 +709,13 @@ class PlanningScene:
         kind: DocumentKind,
         body: str,
         author: str,
+        session: int,
         saved: Callable[[Answer, int], list[Effect]],
     ) -> list[Effect]:
         self._saving.add(kind)
         self._tell_cell()
-        return self._pending.ask(Save(kind, self._name, body, self.revisions[kind], author), saved)
+        save = Save(kind, self._name, body, self.revisions[kind], author, session)
+        return self._pending.ask(save, saved)
 
     def _saved(self, kind: DocumentKind, answer: Answer) -> Refusal | None:
         self._saving.discard(kind)
@@ -774,18 +801,28 @@ def _of_the_other(kind: DocumentKind, tree: FrameTree) -> list[object]:
     return said
 
 
-class _Turns:
-    """Turns of one build: how much of its work is done in each."""
+class Turns:
+    """Turns of one build: how much of its work is done in each.
 
-    def __init__(self, spent: float = 0.0) -> None:
-        self._spent, self._most = spent, FIRST_EFFORT
+    Attributes:
+        spent: effort of the work done in this turn [µs].
+    """
+
+    def __init__(self, spent: float = 0.0, most: float = FIRST_EFFORT) -> None:
+        """Begin a turn.
+
+        Args:
+            spent: effort of what was done in it before [µs].
+            most: effort that it may take [µs]; each later one `TURN_EFFORT`.
+        """
+        self.spent, self._most = spent, most
 
     def spend(self, effort: float) -> Steps[None]:
         """Wait for the next tick where a step would make this turn too long."""
-        if self._spent and self._spent + effort > self._most:
+        if self.spent and self.spent + effort > self._most:
             yield Turn.NEXT
-            self._spent, self._most = 0.0, TURN_EFFORT
-        self._spent += effort
+            self.spent, self._most = 0.0, TURN_EFFORT
+        self.spent += effort
 
     def make(self, steps: Stepwise[_Made]) -> Steps[_Made]:
         """Take steps; return what they return."""
@@ -819,7 +856,7 @@ class _Turns:
 
 
 def _until_it_fits(
-    scene: Scene, before: Scene, steps: Generator[BuildStep, None, Any], turns: _Turns
+    scene: Scene, before: Scene, steps: Generator[BuildStep, None, Any], turns: Turns
 ) -> Steps[Refusal | None]:
     """Find out whether a scene fits, and make it ready for planning; return why it does not."""
     try:

@@ -7,16 +7,18 @@ Owns the translation of each request into a change of the scene or a question to
 from __future__ import annotations
 
 import json
-from typing import TYPE_CHECKING, Protocol, cast
+from typing import TYPE_CHECKING, Any, Protocol, cast
 
 from openpendant.motion.description.robot import robot_names
 from openpendant.motion.frames.frame_file import FramesFile, frames_to_json
 from openpendant.motion.frames.frame_teaching import frame_from_four_points, frame_from_three_points
 from openpendant.motion.frames.grasp import Grasp
 from openpendant.motion.frames.tool_calibration import tool_centre
+from openpendant.motion.planning.ompl_planner import planners
 from openpendant.motion.pose import Pose
 from openpendant.motion.scene.scene_file import SCENE_SCHEMA
 from openpendant.motion.steps import Stepwise
+from openpendant.simplemsg.pendant import PROTOCOL_VERSION
 from openpendant.simplemsg.pendant.management import devices, frames, scene
 from openpendant.simplemsg.pendant.management.declaration import AnyPose, Changed, Done, FoundPose
 from openpendant.simplemsg.verdicts import VerdictCode
@@ -27,7 +29,7 @@ from ..events.management_requests import ReplyTo, handles
 from ..refusal import Refusal
 from ..store.documents import DocumentKind
 from .document_reading import scene_from_json
-from .grasps import Grasps
+from .grasps import Grasps, SceneEdit
 from .imports import FramesImport, SceneImport, ToolsImport, reading
 from .planning_scene import (
     FrameChange,
@@ -61,7 +63,11 @@ class _Change(Protocol):
 
 
 class SceneService:
-    """Scene service of one cell."""
+    """Scene service of one cell.
+
+    Attributes:
+        planners: names of those that find ways around obstacles here.
+    """
 
     def __init__(
         self,
@@ -74,6 +80,7 @@ class SceneService:
         robot_name: str,
     ) -> None:
         """Join what it asks."""
+        self.planners = planners()
         self._cell = cell
         self._world = world
         self._view = view
@@ -243,7 +250,8 @@ class SceneService:
         change: FrameChange,
     ) -> list[Effect]:
         expected, told = asked.expected_revision, _revision(reply)
-        changed = self._world.change_frames(kind, change, expected, reply.name, now, told)
+        by = reply.name
+        changed = self._world.change_frames(kind, change, expected, by, now, told, reply.session)
         return reply.refuse(changed) if isinstance(changed, Refusal) else changed
 
     def _take_frames(
@@ -255,7 +263,8 @@ class SceneService:
         file: Stepwise[FramesFile],
     ) -> list[Effect]:
         expected, told = asked.expected_revision, _revision(reply)
-        changed = self._world.import_frames(kind, file, expected, reply.name, now, told)
+        by = reply.name
+        changed = self._world.import_frames(kind, file, expected, by, now, told, reply.session)
         return reply.refuse(changed) if isinstance(changed, Refusal) else changed
 
     # The scene.
@@ -338,15 +347,15 @@ class SceneService:
         def refused(why: Refusal, at: int) -> list[Effect]:
             return reply.refuse(why)
 
-        name, link, expected = asked.name, asked.link, asked.expected_revision
-        return self._grasps.take(name, link, expected, reply.name, now, taken, refused)
+        edit = _edit(asked, reply)
+        return self._grasps.take(asked.name, asked.link, edit, now, taken, refused)
 
     @handles(scene.DetachObject)
     def _detach_object(
         self, asked: scene.DetachObject, reply: ReplyTo[Changed], now: int
     ) -> list[Effect]:
-        told = _revision(reply)
-        return self._grasps.leave(asked.name, asked.expected_revision, reply.name, now, told)
+        edit = _edit(asked, reply)
+        return self._grasps.leave(asked.name, edit, now, _revision(reply))
 
     @handles(scene.ImportScene)
     def _import_scene(
@@ -363,7 +372,8 @@ class SceneService:
         if isinstance(asked.read, Refusal):
             return reply.refuse(asked.read)
         expected, told = asked.expected_revision, _revision(reply)
-        changed = self._world.import_scene(asked.read, expected, reply.name, now, told)
+        by, session = reply.name, reply.session
+        changed = self._world.import_scene(asked.read, expected, by, now, told, session)
         return reply.refuse(changed) if isinstance(changed, Refusal) else changed
 
     def _change_scene(
@@ -375,7 +385,8 @@ class SceneService:
         spent: float = 0.0,
     ) -> list[Effect]:
         expected, told = asked.expected_revision, _revision(reply)
-        changed = self._world.change_scene(change, expected, reply.name, now, told, spent=spent)
+        by, session = reply.name, reply.session
+        changed = self._world.change_scene(change, expected, by, now, told, session, spent=spent)
         return reply.refuse(changed) if isinstance(changed, Refusal) else changed
 
     # The trace of the tool.
@@ -410,7 +421,10 @@ class SceneService:
     ) -> list[Effect]:
         if asked.name not in (None, self._robot_name):
             return reply.refuse(self._other_robot(asked.name))
-        return reply.answer(cast(devices.RobotSpecification, self._view.specification))
+        facts = dict(self._view.specification)
+        if reply.version >= PROTOCOL_VERSION:
+            facts["planners"] = list(self.planners)
+        return reply.answer(cast(devices.RobotSpecification, facts))
 
     @handles(devices.LoadRobot)
     def _load_robot(
@@ -472,6 +486,10 @@ def _grasp(asked: frames.ToolGrasp | None) -> Grasp | None:
 def _was_read(file: FramesFile) -> Stepwise[FramesFile]:
     yield 0.0
     return file
+
+
+def _edit(asked: _Change, reply: ReplyTo[Any]) -> SceneEdit:
+    return SceneEdit(asked.expected_revision, reply.name, reply.session)
 
 
 def _revision(reply: ReplyTo[Changed]) -> Told:

@@ -52,13 +52,22 @@ class _Bank:
     outputs: int = 0
     read: int = field(default=-LARGEST_AGE_NS)
 
+    @property
+    def values(self) -> tuple[int, int]:
+        return self.inputs, self.outputs
+
 
 class CellSignals:
-    """Inputs and outputs of one cell."""
+    """Inputs and outputs of one cell.
+
+    Attributes:
+        changes: how often a value changed, or values came or were dropped.
+    """
 
     def __init__(self, *, is_offered: bool) -> None:
         """Know nothing yet."""
         self.is_offered = is_offered
+        self.changes = 0
         self._counts: tuple[int, int] | None = None
         self._banks: dict[int, _Bank] = {}
         self._asked: deque[_Asked] = deque()
@@ -70,6 +79,7 @@ class CellSignals:
     def link_changed(self, up: bool, now: int) -> list[Effect]:
         """Take a change of the state connection, and drop all values: they may be outdated."""
         self._is_up = up
+        self.changes += self._counts is not None
         self._counts = None
         self._banks.clear()
         self._next_round = now
@@ -103,8 +113,11 @@ class CellSignals:
         self._asked.popleft()
         done = reply.reply_code == ReplyCode.SUCCESS
         if isinstance(reply, ReadSignalsReply):
-            self._counts = (reply.input_count, reply.output_count)
-            self._banks[reply.first] = _Bank(reply.inputs, reply.outputs, now)
+            counts = (reply.input_count, reply.output_count)
+            before = self._banks.get(reply.first)
+            self._banks[reply.first] = bank = _Bank(reply.inputs, reply.outputs, now)
+            self.changes += counts != self._counts or bank.values != (before and before.values)
+            self._counts = counts
         elif isinstance(asked.message, WriteOutputs | SetInputs) and done:
             self._written(asked.message)
         if asked.told is None:
@@ -114,10 +127,12 @@ class CellSignals:
 
     def _written(self, message: WriteOutputs | SetInputs) -> None:
         bank = self._banks.setdefault(message.first, _Bank())
+        before = bank.values
         if isinstance(message, SetInputs):
             bank.inputs = bank.inputs & ~message.mask | message.values & message.mask
         else:
             bank.outputs = bank.outputs & ~message.mask | message.values & message.mask
+        self.changes += bank.values != before
 
     def _give_up(self, now: int) -> list[Effect]:
         """Drop the unanswered questions and all values."""

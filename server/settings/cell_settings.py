@@ -219,6 +219,9 @@ class ControllerLink(SettingsTable):
     """Bytes of a real on its wire."""
     points: Literal["full", "simple"] = "full"
     """Type 14 with velocity, acceleration and time, or type 11."""
+    emulated: bool = False
+    """It is known to be an emulated one: together with its own word that permits what only training
+    may do. Never true for a real robot."""
     signals: Literal["none", "openpendant"] = "none"
     """Its inputs and outputs: none, or by our messages, as the emulated controller has them."""
     stop_connection: bool = True

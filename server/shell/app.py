@@ -34,6 +34,7 @@ from ..endpoints.pendant.access_requests import CoreAccess, Identity
 from ..events.events import TICK, ShutDown, WatchdogStopped
 from ..planning.pool.forked_child import ForkedChild
 from ..planning.pool.planning_pool import PlanningPool
+from ..plans.plan_space import PlanSpace
 from ..settings.cell_settings import ControllerPath
 from ..store.store_client import StoreClient
 from ..watchdog.watchdog_process import Watchdog
@@ -98,13 +99,15 @@ class App:
         self.login = self._login(gateway_secrets or {})
         core_access = CoreAccess(self.login, self._access.record)
         apart = self._observations.is_read_apart
-        self._router = ServerCore([_core(each, core_access, apart) for each in served])
+        shared = core_access, apart, PlanSpace()
+        self._router = ServerCore([_core(each, *shared) for each in served])
         self._settings = [each.settings for each in served]
         self._rates = AddressRates()
         self.clients = Clients(self._settings, self.login, self._is_within_rate)
         self.cells: list[CellShell] = []
         self.inbox = Inbox(journal, self._router, self.cells, self.clients, clock)
-        self.connect = partial(ClientConnection, self.inbox, self._observations, share=LoopShare())
+        self._share = LoopShare()
+        self.connect = partial(ClientConnection, self.inbox, self._observations, share=self._share)
         self.cells += [self._shell(number) for number in range(len(served))]
         self._listening: Listening | None = None
         self._unasked: list[int] = []
@@ -246,6 +249,8 @@ class App:
         """Run a control tick and set the timer to the next absolute deadline."""
         try:
             computed = time.thread_time_ns()
+            late = asyncio.get_running_loop().time() - self._next_tick
+            self._share.ticked(round(late * 1e9))
             now = self.tick()
             line = self._loop_log.tick(now, computed, self.inbox.longest_gap())
             if line:
@@ -341,10 +346,11 @@ def _core(
     served: CellParts,
     access: CoreAccess,
     is_read_apart: Callable[[int], bool],
+    plan_space: PlanSpace,
 ) -> CellCore:
     settings, robot = served.settings, served.robot
     display = f"{robot.manufacturer} {robot.model}".strip()
     identity = Identity(settings.name, robot.name, f"openpendant {__version__}", display)
     mathematics = RobotKinematics(robot)
     about = settings, robot.limits, identity, mathematics
-    return CellCore(*about, mathematics, access, is_read_apart)
+    return CellCore(*about, mathematics, access, is_read_apart, plan_space)

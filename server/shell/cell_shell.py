@@ -37,6 +37,7 @@ from ..events.effects import (
     Effect,
     HoldClient,
     LogLine,
+    Notify,
     QueryController,
     Question,
     ReconnectController,
@@ -48,7 +49,7 @@ from ..events.effects import (
     Then,
     WithdrawCheck,
 )
-from ..events.events import ClientEvent, ClientFailed, Event, Skipped
+from ..events.events import ClientEvent, ClientFailed, Event, NoticesMissed, Skipped
 from ..journal.event_records import question_to_record
 from ..planning.jobs import Job, Planner
 from ..planning.plan_store import PlanStore
@@ -111,6 +112,10 @@ class CellShell:
                 self._fail(error, now)
         if skipped:
             self.deliver(Skipped(tuple(skipped)), now)
+        if self.outbox.unnoticed:
+            missed = tuple(self.outbox.unnoticed)
+            self.outbox.unnoticed.clear()
+            self.deliver(NoticesMissed(missed), now)
 
     def client_failed(self, session: int, error: Exception, now: int) -> None:
         """Stop the robot and part with a client that we failed on; say so in one line."""
@@ -167,6 +172,7 @@ class Outbox:
 
     Attributes:
         is_watched: the watchdog knows that this robot may move.
+        unnoticed: connections that were too slow for a notice, until the core is told.
     """
 
     def __init__(
@@ -195,6 +201,7 @@ class Outbox:
             watch: tells the watchdog what may move now; None where there is none.
         """
         self.is_watched = False
+        self.unnoticed: list[int] = []
         self._journal = journal
         self._name = name
         self._label = label
@@ -225,6 +232,8 @@ class Outbox:
                     self._motion_link.send(message)
                 case Broadcast(sessions=sessions, message=message):
                     self._broadcast(sessions, message, skipped)
+                case Notify(sessions=sessions, message=message):
+                    self._broadcast(sessions, message, self.unnoticed)
                 case Send(session=session, message=message):
                     client = self._clients.get(session)
                     if client is not None:

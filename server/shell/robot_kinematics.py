@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Generator, Sequence
+from collections.abc import Generator, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
 
@@ -26,6 +26,7 @@ from openpendant.motion.jog import (
 from openpendant.motion.jog.jog_commands import shifted, turned
 from openpendant.motion.jog.line_speed_bounds import lever_arms
 from openpendant.motion.kinematics.ik.configuration import Configuration, configuration_of
+from openpendant.motion.kinematics.ik.singularity import condition
 from openpendant.motion.kinematics.serial import Kinematics
 from openpendant.motion.pose import Pose
 from openpendant.motion.robot_report.robot_report import robot_data
@@ -72,9 +73,6 @@ class BuiltScene:
     def parts_to_drop(self) -> list[object]:
         """Return all that takes long to be freed, to be dropped apart."""
         return self.collision.parts_to_drop()
-
-
-_NAMED_POSITIONS = ("home", "zero")
 
 
 class RobotKinematics:
@@ -223,21 +221,15 @@ class RobotKinematics:
         """Return in which of the ways the arm stands; None where its family has no such words."""
         return configuration_of(self._kinematics, position)
 
-    def named_position(self, name: str) -> JointVector:
-        """Return where the joints are at `home` or `zero`.
+    @property
+    def named_positions(self) -> Mapping[str, JointVector]:
+        """The joint positions that the robot's file names: `home`, `zero` and others."""
+        return self._robot.named_positions
 
-        Raises:
-            BadArgument: nobody knows the name.
-            OutOfRange: a joint may not stand at zero.
-        """
-        match name:
-            case "home":
-                return self._robot.home_position
-            case "zero":
-                zero = (0.0,) * self._robot.limits.dof
-                self._robot.limits.check_position(zero)
-                return zero
-        raise BadArgument("position", name, " or ".join(_NAMED_POSITIONS))
+    def condition(self, position: Sequence[float]) -> float | None:
+        """Return the condition number of the Jacobian at (n,) joints; None at a singularity."""
+        found = condition(self._kinematics, position)
+        return found if math.isfinite(found) else None
 
     def begin(self, start: Sequence[float], caps: JogCaps) -> Jogger:
         """Return a jogger that stands at `start` (n,)."""

@@ -35,6 +35,7 @@ class DocumentKind(StrEnum):
     FRAMES = "frames"
     TOOLS = "tools"
     SCENE = "scene"
+    POSITIONS = "positions"
     ACCOUNT = "account"
     SETTING = "setting"
 
@@ -45,6 +46,7 @@ MOST_BODY_BYTES: Mapping[DocumentKind, int] = {
     DocumentKind.FRAMES: 1 << 20,
     DocumentKind.TOOLS: 1 << 20,
     DocumentKind.SCENE: 4 << 20,
+    DocumentKind.POSITIONS: 64 << 10,
     DocumentKind.ACCOUNT: 64 << 10,
     DocumentKind.SETTING: 64 << 10,
 }

@@ -5,7 +5,7 @@ A core that must not block gives a request to its shell, and gets the answer as 
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import TypeAlias
 
 from .documents import Document, DocumentKind, Extent, Heading, Store
@@ -39,23 +39,37 @@ class ListHistory:
 
 @dataclass(frozen=True, slots=True)
 class Save:
-    """Ask to save a document; the answer is its new `Heading`."""
+    """Ask to save a document; the answer is its new `Heading`.
+
+    Attributes:
+        session: connection that it is done for, 0 for the server; the store does not keep it.
+        renames: the document of which this is a copy that takes its place; None for none.
+    """
 
     kind: DocumentKind
     name: str
     body: str
     expected_revision: int
     author: str
+    session: int = field(default=0, repr=False)
+    renames: str | None = field(default=None, repr=False)
 
 
 @dataclass(frozen=True, slots=True)
 class Delete:
-    """Ask to delete a document; the answer is the `Heading` of its deletion."""
+    """Ask to delete a document; the answer is the `Heading` of its deletion.
+
+    Attributes:
+        session: as of `Save`.
+        renamed_to: the copy that has taken its place; None where nothing has.
+    """
 
     kind: DocumentKind
     name: str
     expected_revision: int
     author: str
+    session: int = field(default=0, repr=False)
+    renamed_to: Heading | None = field(default=None, repr=False)
 
 
 @dataclass(frozen=True, slots=True)
@@ -88,23 +102,33 @@ class MeasureRecording:
 
 @dataclass(frozen=True, slots=True)
 class TrimRecording:
-    """Ask to save a part of a recording as a new one; the answer is its `Heading`."""
+    """Ask to save a part of a recording as a new one; the answer is its `Heading`.
+
+    Attributes:
+        session: as of `Save`.
+    """
 
     name: str
     new_name: str
     begins: float
     ends: float | None
     author: str
+    session: int = field(default=0, repr=False)
 
 
 @dataclass(frozen=True, slots=True)
 class RenameRecording:
-    """Ask to give a recording another name; the answer is its `Heading` under that."""
+    """Ask to give a recording another name; the answer is its `Heading` under that.
+
+    Attributes:
+        session: as of `Save`.
+    """
 
     name: str
     new_name: str
     expected_revision: int
     author: str
+    session: int = field(default=0, repr=False)
 
 
 Request: TypeAlias = (
@@ -147,7 +171,7 @@ def perform(store: Store, request: Request) -> Result:
             return store.headings(kinds)
         case ListHistory(kind, name):
             return store.history(kind, name)
-        case Save(kind, name, body, expected, author):
+        case Save(kind, name, body, expected, author):  # the rest is for whoever asked
             return store.save(kind, name, body, expected_revision=expected, author=author)
         case Delete(kind, name, expected, author):
             return store.delete(kind, name, expected_revision=expected, author=author)

@@ -81,6 +81,8 @@ MIGRATIONS: Sequence[Migration] = (
             """,
         ),
     ),
+    # Documents of named positions.
+    Migration(2, ()),
 )
 
 
@@ -315,7 +317,8 @@ def _opened_read_only(path: Path, mode: str, migrations: Sequence[Migration]) ->
     try:
         version = _version(connection, path)
         _check_version(path, version, migrations)
-        if version < migrations[-1].version:
+        # Without statements there are only kinds of documents that the older file cannot have.
+        if any(each.statements for each in migrations if each.version > version):
             raise ReadOnly(f"{path}: has schema version {version} and must be upgraded first")
     except BaseException:
         connection.close()

@@ -30,6 +30,7 @@ from openpendant.simplemsg.verdicts import VerdictCode
 
 from ..refusal import Refusal
 from ..settings.cell_settings import ControllerLink
+from .declaration import Declaration, Feeding, FreezeProtection, JogSupport, PauseSupport
 from .uplink import ControllerDialect
 
 DEFAULT_SPEED_RATIO = 0.1
@@ -40,6 +41,8 @@ _STOP = JointTrajPt(sequence=SpecialSequence.STOP, joints=_NO_JOINTS, velocity=0
 
 
 _ALL_FIELDS, _SUCCESS = ValidField.ALL, ReplyCode.SUCCESS
+
+_START_TOLERANCE = 0.01
 
 _STOP_DEADLINE_NS = 2_000_000_000
 """A STOP may be answered as late as the robot stands; after this nobody is there."""
@@ -157,4 +160,45 @@ class GenericUplink:
         self.stop_deadline = None
 
 
-GENERIC = ControllerDialect(GenericUplink, stop=_STOP, stopped=accepted(_STOP))
+def generic_declaration(link: ControllerLink) -> Declaration:
+    """Return what a generic controller can do: it streams, and has nothing to be prepared."""
+    second_stop = link.stop_connection
+    return Declaration(
+        dialect="generic",
+        feeding=Feeding.STREAM,
+        jog=JogSupport.CONTINUOUS,
+        pause=PauseSupport.PATH,
+        override="live",
+        points=int(MsgType.JOINT_TRAJ_PT_FULL if link.points == "full" else MsgType.JOINT_TRAJ_PT),
+        in_flight=link.points_in_flight,
+        most_points=None,
+        lead=link.planned_lead,
+        interpolation="as sent",
+        path_tolerance=0.0,
+        angle_tolerance=0.0,
+        speed_enforced_by="server",
+        second_stop=second_stop,
+        link_loss_stops=True,
+        residual_delay=0.0,
+        blind_delay=link.planned_lead,
+        following="due",
+        state_period=link.state_period,
+        fresh_age=link.fresh_age_ns / 1e9,
+        abort_age=link.abort_age_ns / 1e9,
+        identify=("slots", "limits"),
+        start_tolerance=_START_TOLERANCE,
+        signals=link.signals,
+        reply_deadlines={
+            "point": link.reply_deadline,
+            "stop": _STOP_DEADLINE_NS / 1e9,
+            "motion": link.reply_deadline,
+        },
+        freeze_protection=FreezeProtection.SECOND_CONNECTION
+        if second_stop
+        else FreezeProtection.NONE,
+    )
+
+
+GENERIC = ControllerDialect(
+    GenericUplink, stop=_STOP, stopped=accepted(_STOP), declared=generic_declaration
+)

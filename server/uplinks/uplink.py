@@ -19,6 +19,7 @@ from openpendant.simplemsg import Message
 
 from ..refusal import Refusal
 from ..settings.cell_settings import ControllerLink
+from .declaration import Declaration
 
 
 class Uplink(Protocol):
@@ -81,11 +82,13 @@ class ControllerDialect:
     Attributes:
         uplink: makes an uplink with nothing under way, from the link's settings and the largest
             joint speeds, (n,) [rad/s or m/s].
+        declared: tells what a controller with these settings can do.
     """
 
     uplink: Callable[[ControllerLink, Sequence[float]], Uplink]
     stop: Message
     stopped: Message
+    declared: Callable[[ControllerLink], Declaration]
 
 
 WORDS: Mapping[int, str] = {

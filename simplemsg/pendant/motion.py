@@ -113,13 +113,13 @@ class PosePath(Message):
     ]
 
 
-@to_server(65041, "home", "Moves all joints to a named position of the robot.")
+@to_server(65041, "home", "Moves all joints to a named position of the robot or the cell.")
 class Home(Message):
-    """HOME: `zero` is refused where a limit excludes it or the robot would be singular there."""
+    """HOME: done at once where the robot stands there; refused where a limit excludes it."""
 
     request_id: Annotated[int, Int("chosen by the pendant")]
     speed: Annotated[float, Real("fraction of the joints' largest speed, above 0, up to 1")]
-    target: Annotated[str, Text("home or zero")]
+    target: Annotated[str, Text("a named position, such as home or zero; see positions.list")]
 
 
 @to_server(65018, "set_speed", "Sets the speed override and the cap of the tool speed.")

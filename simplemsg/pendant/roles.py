@@ -42,6 +42,8 @@ class Permission(StrEnum):
     """Stop the robot."""
     MOVE = "move"
     """Take the motion authority; jog and move while holding it."""
+    PLAN = "plan"
+    """Have plans made, for oneself or for whoever holds the motion authority, and drop them."""
     RUN_PROGRAM = "run-program"
     """Start, step, pause and resume programs and recordings."""
     SET_OUTPUT = "set-output"
@@ -70,6 +72,7 @@ LEAST_ROLE: Mapping[Permission, Role] = {
     Permission.OBSERVE: Role.VIEWER,
     Permission.STOP: Role.VIEWER,
     Permission.MOVE: Role.OPERATOR,
+    Permission.PLAN: Role.OPERATOR,
     Permission.RUN_PROGRAM: Role.OPERATOR,
     Permission.SET_OUTPUT: Role.OPERATOR,
     Permission.RESET: Role.OPERATOR,
@@ -88,6 +91,9 @@ PERMISSIONS_OF: Mapping[Role, frozenset[Permission]] = {
     role: frozenset(each for each, least in LEAST_ROLE.items() if role >= least) for role in Role
 }
 """All that each role includes."""
+
+NOT_IN_VERSION_2 = frozenset({Permission.PLAN})
+"""What a connection of version 2 is not told of, as it knows no request that needs it."""
 
 WITHOUT_LOGIN = frozenset({Permission.STOP})
 """What any connection that completed hello may do, logged in or not (promise 19)."""

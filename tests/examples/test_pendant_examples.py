@@ -24,6 +24,7 @@ PRINTS = {
     "connect_and_jog.py": "let go: stood after",
     "move_to_pose.py": "reached the pose in frame",
     "pause_and_resume.py": "arrived at",
+    "plan_and_execute.py": "samples, ",
     "record_and_play.py": "played back in",
     "roboanalyzer_style.py": "Z from",
     "sync_notebook_style.py": "let go: JogAccount(",

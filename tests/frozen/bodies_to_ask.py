@@ -124,6 +124,9 @@ class AskedCell(EmulatedCell):
             access=CoreAccess(login, _forget),
             controller={"signals": "openpendant"},
         )
+        assert self.core.environment is not None
+        # Which there are depends on what is installed.
+        self.core.environment.service.planners = ("RRTConnect", "BuiltInRRTConnect")
         self.accounts = StoredAccounts(self.store, "the start")
         for each in reversed(accounts):  # the first has to be an admin
             self.accounts.add(each)

@@ -128,6 +128,11 @@ JOBS: tuple[Any, ...] = (
     ),
     jobs.WayCheckJob(9, _START, b"positions", scene.Scene()),
     *(jobs.ProgramJob(10 + number, task) for number, task in enumerate(TASKS)),
+    jobs.PlanJob(
+        41, _START, jobs.PoseJob(0, _START, (_GOAL,), "table", Motion.PTP, 0.5), 2, _SCENE, _GOAL
+    ),
+    jobs.PlanJob(42, _START, jobs.JointPathJob(0, _START, (_START,), 0.5, 0.25, _GOAL)),
+    jobs.PlanJob(43, _START, jobs.FreePath(_START, _GOAL, "RRTConnect", 3, 5.0, 0.005, 0.5)),
     jobs.ReadBody(40, 3, b'{"op":"why"}', parse),
     jobs.KinematicsQuestion(
         41,

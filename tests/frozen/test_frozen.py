@@ -235,7 +235,9 @@ def test_every_operation_was_asked_for_and_refused() -> None:
         if isinstance(question.body, str) and question.name.partition(":")[0] in published:
             (done if answer.done else refused).add(json.loads(question.body)["op"])
     # The last digits of what is calculated differ between machines.
-    assert done == published - {"tools.calibrate", "kinematics.ik", "kinematics.jacobian"}
+    inexact = {"tools.calibrate", "kinematics.ik", "kinematics.jacobian"}
+    inexact |= {"plans.make", "plans.samples", "plans.drop"}
+    assert done == published - inexact
     assert refused == published
 
 
@@ -281,7 +283,7 @@ def run_again(files: list[Path], capsys: pytest.CaptureFixture[str]) -> list[dic
     return reports
 
 
-def test_every_conversation_runs_again_without_a_difference(
+def test_promise_42_every_conversation_runs_again_without_a_difference(
     tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
     files = unpacked(tmp_path)

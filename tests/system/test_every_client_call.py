@@ -25,6 +25,16 @@ on_a_loop_of_its_own = pytest.mark.asyncio(loop_scope="function")
 
 SECRET = "a long enough password"
 
+NOT_OFFERED = (
+    messages.Capability.PLANS
+    | messages.Capability.KINEMATICS
+    | messages.Capability.SHAPES
+    | messages.Capability.POSITIONS
+    | messages.Capability.GRASP
+    | messages.Capability.PREPARE
+)
+"""What this server has not, or this controller does not need."""
+
 CELL = {"has_store": True, "server": ("--signals", "openpendant")}
 
 HOME = serial_robot("ur5").home_position
@@ -115,7 +125,9 @@ async def test_looking_on_hellos_states_snapshots_and_news(port: int) -> None:
         assert 0.1 < await pendant.declare(enabling_deadline=0.2, language="en") <= 1.0
         assert pendant.ramp_time == pytest.approx(0.77)
         for capability in messages.Capability:
-            assert pendant.offers(capability), capability
+            assert pendant.offers(capability) is (capability not in NOT_OFFERED), capability
+        assert (await pendant.catalogue("codes"))["entries"]
+        assert (await pendant.controller.describe())["jog"] == "continuous"
         shot = await snapshot_where(pendant, lambda shot: shot["signals"]["inputs"])
         assert (shot["operating_mode"], shot["tool"], shot["recording"]) == (
             "automatic",
@@ -144,11 +156,15 @@ async def test_looking_on_hellos_states_snapshots_and_news(port: int) -> None:
         told: list[Any] = []
         for name in ("on_state", "on_authority", "on_wanted", "on_stop", "on_mode", "on_program"):
             setattr(pendant, name, told.append)
+        pendant.on_document = pendant.on_controller = told.append
         await pendant.take_control()
         async with await connected(port, client="another") as other:
             with pytest.raises(Refused) as refused:
                 await other.take_control()
             assert refused.value.code == V.HELD_BY_OTHER
+        with pytest.raises(Refused) as refused:
+            await pendant.prepare()
+        assert refused.value.code == V.BAD_ARGUMENT
         await pendant.set_mode(messages.OperatingMode.MANUAL_HIGH)
         await pendant.stop("a look at the news")
         await pendant.wait_until(lambda state: state.stop == messages.StopKind.SOFTWARE)

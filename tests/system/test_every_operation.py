@@ -76,6 +76,10 @@ async def the_cell(pendant: Pendant) -> None:
     assert (await pendant.cells())["cells"][0]["robot"] == "ur5"
     assert (await pendant.why(whose="mine"))["ready"]
     assert (await pendant.why(kind="jog"))["conditions"]
+    codes = await pendant.catalogue("codes")
+    assert (codes["version"], codes["offset"], codes["entries"][0]["name"]) == (3, 0, "ACCEPTED")
+    told = await pendant.controller.describe()
+    assert (told["dialect"], told["says_emulated"], told["emulated"]) == ("generic", True, False)
     for hold in await pendant.retreat():
         assert hold["ways"]
 
@@ -150,6 +154,20 @@ async def frames(pendant: Pendant) -> None:
     await calls.import_({**content, "tools": [], "selected_tool": None}, at)
 
 
+async def positions(pendant: Pendant) -> None:
+    calls, number = pendant.positions, next(NUMBERS)
+    park, rest = f"park {number}", f"rest {number}"
+    listed = await calls.list()
+    home = next(each for each in listed["positions"] if each["name"] == "home")
+    saved = await calls.save(park, listed["revision"], joints=home["joints"])
+    assert saved["warning"] is None
+    at = (await calls.rename(park, rest, saved["revision"]))["revision"]
+    assert rest in [each["name"] for each in (await calls.list())["positions"]]
+    await (await pendant.home(rest, speed=0.5)).done()
+    await calls.delete(rest, at)
+    assert await refused(pendant.home(rest)) is V.UNKNOWN_POSITION
+
+
 async def tools(pendant: Pendant) -> None:
     calls, torch = pendant.tools, f"torch {next(NUMBERS)}"
     at = (await pendant.frames.show())["tools_revision"]
@@ -180,8 +198,7 @@ async def scene(pendant: Pendant) -> None:
     at = (await calls.add({**BOX, "name": box}, at))["revision"]
     assert (await calls.nearest())["distance"] is not None
     await pendant.next_state()
-    here = {"position": pendant.tool_pose().position}
-    at = (await calls.move(box, here, at))["revision"]
+    at = (await calls.move(box, {"position": pendant.tool_pose().position}, at))["revision"]
     taken = await calls.attach(box, at)
     assert taken["distance"] == 0.0
     at = (await calls.detach(box, taken["revision"]))["revision"]
@@ -239,10 +256,11 @@ async def accounts(pendant: Pendant, port: int) -> None:
 
 
 PARTS = {
-    ("cells", "snapshot", "why", "jog"): the_cell,
+    ("cells", "snapshot", "why", "jog", "catalogue", "controller"): the_cell,
     ("programs",): programs,
     ("recordings",): recordings,
     ("frames",): frames,
+    ("positions",): positions,
     ("tools",): tools,
     ("scene",): scene,
     ("signals", "robots", "trace"): devices,

@@ -12,7 +12,7 @@ from rigs.processes import flooding_pendants
 from openpendant.tools.bench.cells import running_room
 from openpendant.tools.bench.jogging_pendants import ANYWHERE
 
-pytestmark = [pytest.mark.realtime, pytest.mark.soak]
+pytestmark = [pytest.mark.realtime, pytest.mark.soak, pytest.mark.timeout(900)]
 
 SECONDS, JOG_LEAD, LATE_MS, RATIO = 60.0, 0.1, 10.0, 1.5
 

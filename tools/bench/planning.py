@@ -17,7 +17,8 @@ import numpy as np
 from openpendant.motion.description.robot import serial_robot
 from openpendant.motion.kinematics.serial import Kinematics
 from openpendant.motion.planning.ompl_planner import ompl_is_installed
-from openpendant.motion.planning.planner import BUILT_IN, DEFAULT_PLANNER, plan_free_path
+from openpendant.motion.planning.planner import DEFAULT_PLANNER, plan_free_path
+from openpendant.motion.planning.rrt_connect import BUILT_IN
 from openpendant.motion.scene.clearance import ClearPath
 from openpendant.motion.scene.collision import CollisionModel
 from openpendant.motion.scene.scene import Box, Scene, SceneObject

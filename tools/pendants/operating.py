@@ -18,6 +18,7 @@ from openpendant.simplemsg.pendant import (
     AuthorityWanted,
     Enabling,
     EnablingPosition,
+    Execute,
     Home,
     JointMove,
     JointPath,
@@ -29,6 +30,8 @@ from openpendant.simplemsg.pendant import (
     PoseMove,
     PosePath,
     PoseWaypoint,
+    Prepare,
+    PrepareAction,
     ProgramRun,
     ResetStop,
     RunKind,
@@ -386,14 +389,52 @@ class Moves(PendantSession):
         )
 
     async def home(self, target: str = "home", *, speed: float = 0.1) -> MotionHandle:
-        """Move all joints to a named position of the robot, `home` or `zero`.
+        """Move all joints to a named position: `home`, `zero`, or another of `positions.list`.
+
+        Done at once where the robot stands there already.
 
         Raises:
-            Refused: the robot may not stand there, not in control, robot busy, …
+            Refused: there is no such position, the robot may not stand there, not in control, robot
+                busy, …
             ConnectionLost: the connection ended.
         """
         return await self._begin(
             lambda request_id: Home(request_id=request_id, speed=speed, target=target)
+        )
+
+    async def execute(self, plan: int, *, override_is_one: bool = False) -> MotionHandle:
+        """Execute a plan of `plans.make` once, sample by sample, as `plans.samples` shows it.
+
+        Args:
+            plan: its number.
+            override_is_one: be refused unless the speed override is 1, for a measured run.
+
+        Raises:
+            Refused: PLAN_STALE, anything that it was made from has changed; PLAN_UNKNOWN; not in
+                control, robot busy, …, which leaves the plan as it is.
+            ConnectionLost: the connection ended.
+        """
+        return await self._begin(
+            lambda request_id: Execute(
+                request_id=request_id, plan=plan, override_is_one=int(override_is_one)
+            )
+        )
+
+    async def prepare(
+        self, action: PrepareAction = PrepareAction.PREPARE, *, token: int = 0
+    ) -> MotionHandle:
+        """Have the controller prepared, or a single step of that taken; `done` tells when it is.
+
+        Args:
+            action: what is to be done; `controller.describe` tells what the controller takes.
+            token: the value of the refusal CONFIRM_FIRST, once a person has confirmed; else 0.
+
+        Raises:
+            Refused: BAD_ARGUMENT, the controller has nothing to prepare; CONFIRM_FIRST, …
+            ConnectionLost: the connection ended.
+        """
+        return await self._begin(
+            lambda request_id: Prepare(request_id=request_id, action=action, token=token)
         )
 
     async def run_program(

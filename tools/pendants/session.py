@@ -19,7 +19,9 @@ from openpendant.simplemsg.pendant import (
     AuthorityChanged,
     AuthorityWanted,
     Capability,
+    ControllerChanged,
     Declare,
+    DocumentChanged,
     Hello,
     HelloReply,
     JogEnded,
@@ -30,6 +32,7 @@ from openpendant.simplemsg.pendant import (
     ModeChanged,
     Notices,
     Outcome,
+    PlanChanged,
     ProgramReport,
     State,
     StopChanged,
@@ -89,9 +92,13 @@ class PendantSession:
         on_wanted: called when another pendant requests the authority that we hold.
         on_stop: called when a stop is latched or reset.
         on_mode: called when the mode of operation changes.
+        on_plan: called when a plan changes its state, where notices were declared to be wanted.
         on_program: called when a program comes to another line, pauses or ends.
         ramp_time: how long the robot may take to come to rest after a press ended [s]; then it is
             stopped. None until the server has said it.
+        on_document: called when a document changes, where the wish was declared.
+        on_controller: called when something else is known of the controller; ask
+            `controller.describe` again.
     """
 
     hello: HelloReply
@@ -105,7 +112,10 @@ class PendantSession:
         self.on_wanted: Callable[[AuthorityWanted], None] | None = None
         self.on_stop: Callable[[StopChanged], None] | None = None
         self.on_mode: Callable[[ModeChanged], None] | None = None
+        self.on_plan: Callable[[PlanChanged], None] | None = None
         self.on_program: Callable[[ProgramReport], None] | None = None
+        self.on_document: Callable[[DocumentChanged], None] | None = None
+        self.on_controller: Callable[[ControllerChanged], None] | None = None
         self._conversation = Conversation(self._take_notification)
         self._client = ""
         self._state_rate = 0.0
@@ -132,6 +142,7 @@ class PendantSession:
         password: str | None = None,
         pairing: str | None = None,
         enabling_deadline: float = LONGEST_SILENCE,
+        notices: bool = False,
         language: str = "",
     ) -> Self:
         """Connect, say hello and, where a secret is given, log in.
@@ -152,6 +163,7 @@ class PendantSession:
             pairing: code that the teacher shows, instead of a password.
             enabling_deadline: the enabling device (training) counts as let go after so long a
                 silence, 0.05 to 0.25 s; 0 for the cell's own. No press may be silent for longer.
+            notices: be told what others change: `on_document`, `on_plan`.
             language: of the person, as `en`; at most 8 bytes, for the server's audit log.
 
         Raises:
@@ -173,7 +185,7 @@ class PendantSession:
             except ConnectionLost as error:
                 raise unanswered(error, host, port, tls=encrypted) from None
             if pendant._version >= Declare.PLACE.since:
-                pendant._declare_at_once(enabling_deadline, language)
+                pendant._declare_at_once(enabling_deadline, notices, language)
             if password is not None or pairing is not None:
                 await pendant.login(user, password=password, pairing=pairing)
         except BaseException:
@@ -266,13 +278,18 @@ class PendantSession:
         self._begin_work()
 
     async def declare(
-        self, *, enabling_deadline: float = LONGEST_SILENCE, language: str = ""
+        self,
+        *,
+        enabling_deadline: float = LONGEST_SILENCE,
+        notices: bool = False,
+        language: str = "",
     ) -> float:
         """Declare anew what `connect` declared; not while this connection moves the robot.
 
         Args:
             enabling_deadline: the enabling device (training) counts as let go after so long a
                 silence, 0.05 to 0.25 s; 0 for the cell's own. No press may be silent for longer.
+            notices: be told what others change: `on_document`, `on_plan`.
             language: of the person, as `en`; at most 8 bytes, for the server's audit log.
 
         Returns:
@@ -284,13 +301,13 @@ class PendantSession:
             ConnectionLost: the connection ended.
         """
         request_id = self._conversation.new_request()
-        request = _declaration(request_id, enabling_deadline, language)
+        request = _declaration(request_id, enabling_deadline, notices, language)
         return self._declared(await self._conversation.ask(request, request_id))
 
-    def _declare_at_once(self, enabling_deadline: float, language: str) -> None:
+    def _declare_at_once(self, enabling_deadline: float, notices: bool, language: str) -> None:
         """Declare without a wait for the answer: a stop may be urgent."""
         request_id = self._conversation.new_request()
-        request = _declaration(request_id, enabling_deadline, language)
+        request = _declaration(request_id, enabling_deadline, notices, language)
         answer = self._conversation.send(request, request_id)
         answer.add_done_callback(self._take_ramp_time)
 
@@ -423,8 +440,14 @@ class PendantSession:
                 _call_back(self.on_stop, message)
             case ModeChanged():
                 _call_back(self.on_mode, message)
+            case PlanChanged():
+                _call_back(self.on_plan, message)
             case ProgramReport():
                 _call_back(self.on_program, message)
+            case DocumentChanged():
+                _call_back(self.on_document, message)
+            case ControllerChanged():
+                _call_back(self.on_controller, message)
             case JogEnded():
                 self._jog_ended(message)
             case Outcome():
@@ -460,14 +483,16 @@ def _is_cell(told: object) -> bool:
     )
 
 
-def _declaration(request_id: int, enabling_deadline: float, language: str) -> Declare:
+def _declaration(
+    request_id: int, enabling_deadline: float, notices: bool, language: str
+) -> Declare:
     if enabling_deadline and not SHORTEST_SILENCE <= enabling_deadline <= LONGEST_SILENCE:
         accepted = f"0, or {SHORTEST_SILENCE:g} to {LONGEST_SILENCE:g}"
         raise WrongArgument(f"enabling deadline {enabling_deadline:g} s; accepted: {accepted}")
     return Declare(
         request_id=request_id,
         enabling_deadline=enabling_deadline,
-        notices=Notices.UNWANTED,
+        notices=Notices.WANTED if notices else Notices.UNWANTED,
         language=language,
     )
 

@@ -231,6 +231,7 @@ class SyncPendantClient(GroupedCalls[SyncCalls], OnThread[PendantClient]):
         password: str | None = None,
         pairing: str | None = None,
         enabling_deadline: float = LONGEST_SILENCE,
+        notices: bool = False,
         language: str = "",
     ) -> Self:
         """Connect, say hello and, where a secret is given, log in: as `PendantClient.connect`."""
@@ -249,6 +250,7 @@ class SyncPendantClient(GroupedCalls[SyncCalls], OnThread[PendantClient]):
                     password=password,
                     pairing=pairing,
                     enabling_deadline=enabling_deadline,
+                    notices=notices,
                     language=language,
                 )
             )
@@ -366,6 +368,7 @@ class SyncPendantClient(GroupedCalls[SyncCalls], OnThread[PendantClient]):
     follow_joints = _begins(PendantClient.follow_joints)
     follow_poses = _begins(PendantClient.follow_poses)
     home = _begins(PendantClient.home)
+    execute = _begins(PendantClient.execute)
     run_program = _begins(PendantClient.run_program)
     jog = _holds(PendantClient.jog)
     jog_tool = _holds(PendantClient.jog_tool)

@@ -5,11 +5,13 @@ from __future__ import annotations
 from collections.abc import Iterator
 from pathlib import Path
 
+from .catalogue import catalogue_file
 from .dissector import lua_dissector
 from .operations_page import operations_page
 from .page import error_page, protocol_page
 from .python_page import python_page
 from .schemas import schema_files
+from .typescript import typescript_files
 from .vectors import vector_files
 
 GENERATED = "generated"
@@ -24,6 +26,7 @@ def generated_files() -> dict[str, str]:
         f"{GENERATED}/operations.md": operations_page(),
         f"{GENERATED}/python-client.md": python_page(),
         f"{GENERATED}/openpendant.lua": lua_dissector(),
+        f"{GENERATED}/catalogue.json": catalogue_file(),
         **{f"{GENERATED}/vectors/{name}": text for name, text in vector_files().items()},
         **{f"{GENERATED}/schemas/{name}": text for name, text in schema_files().items()},
     }
@@ -51,6 +54,22 @@ def stale_files(folder: Path) -> list[str]:
         elif target.read_bytes() != text.encode():
             found.append(f"{path} is stale")
     return found + [f"{path} is generated no longer" for path in _left_over(folder, files)]
+
+
+def write_sources(folder: Path) -> None:
+    """Write every generated source of the pendant in a browser into their folder."""
+    for name, text in typescript_files().items():
+        (folder / name).write_text(text, encoding="utf-8", newline="\n")
+
+
+def stale_sources(folder: Path) -> list[str]:
+    """Return one sentence for each generated source that is missing or differs."""
+    found = []
+    for name, text in typescript_files().items():
+        source = folder / name
+        if not source.is_file() or source.read_bytes() != text.encode():
+            found.append(f"{name} is stale" if source.is_file() else f"{name} is missing")
+    return found
 
 
 def _left_over(folder: Path, files: dict[str, str]) -> Iterator[str]:

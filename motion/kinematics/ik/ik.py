@@ -13,6 +13,7 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
+from ...errors import BadArgument
 from ...pose import Array, Pose
 from ..serial import Kinematics
 from .configuration import Configuration, configuration_of
@@ -191,6 +192,29 @@ def solve_configurations(
 
 def _solutions(question: IkProblem, found: Sequence[Found]) -> tuple[Solution, ...]:
     return tuple(_solution(question, each) for each in found)
+
+
+def branch_of(
+    kinematics: Kinematics,
+    target: Pose,
+    seed: Sequence[float] | Array,
+    branch: int,
+    *,
+    frame: str = "base",
+) -> Solution:
+    """Return the answer of one configuration, in the turn nearest to the seed.
+
+    Args:
+        branch: its number in `solve_configurations`, from 1, the nearest to the seed first.
+
+    Raises:
+        BadArgument: there are not so many.
+        MotionError: as of `solve_configurations`.
+    """
+    found = solve_configurations(kinematics, target, seed, frame=frame, most=max(branch, 1))
+    if not 1 <= branch <= len(found.listed):
+        raise BadArgument("branch", branch, f"1 to {found.total} at this pose")
+    return found.listed[branch - 1]
 
 
 def _clock(time_cap: float | None) -> Callable[[], bool]:

@@ -34,7 +34,7 @@ from openpendant.simplemsg.pendant import Login as LoginRequest
 from openpendant.simplemsg.pendant.management import access
 from openpendant.simplemsg.pendant.management.cell import ServedCells
 from openpendant.simplemsg.pendant.management.declaration import Done
-from openpendant.simplemsg.pendant.roles import Permission, Role
+from openpendant.simplemsg.pendant.roles import NOT_IN_VERSION_2, Permission, Role
 from openpendant.simplemsg.verdicts import VerdictCode
 
 from ...access.accounts import AccountAction, AccountBook, AccountChange
@@ -326,7 +326,12 @@ class AccessRequests:
                 "name": "" if grant is None else grant.name,
                 "role": "" if grant is None else grant.role.value,
                 "basis": "" if grant is None else grant.basis.value,
-                "permissions": [each.value for each in Permission if self.may(reply.session, each)],
+                "permissions": [
+                    each.value
+                    for each in Permission
+                    if self.may(reply.session, each)
+                    and (reply.version >= PROTOCOL_VERSION or each not in NOT_IN_VERSION_2)
+                ],
             }
         )
 
@@ -408,7 +413,7 @@ class AccessRequests:
         return self._change(reply.session, answer, action, name, role)
 
 
-_ALWAYS = (
+ALWAYS = (
     Capability.JOINT_MOVE
     | Capability.POSE_MOVE
     | Capability.JOINT_PATH
@@ -420,6 +425,7 @@ _ALWAYS = (
     | Capability.PROGRAMS
     | Capability.LOGIN
     | Capability.NOTICES
+    | Capability.PLANS
 )
 """The rest needs an environment."""
 
@@ -461,9 +467,9 @@ class Greeting:
         """Offer what a cell has.
 
         Args:
-            offers: what the environment adds to what is always offered.
+            offers: to connections of the newest version.
         """
-        self.offers = _ALWAYS | offers
+        self.offers = offers
         self._identity = identity
         self._dof = dof
         self._settings = settings

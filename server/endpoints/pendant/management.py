@@ -9,6 +9,7 @@ from __future__ import annotations
 
 import json
 import unicodedata
+from collections.abc import Sequence
 from typing import Any, Literal, cast
 
 from pydantic import ConfigDict, Field
@@ -38,7 +39,6 @@ from ...refusal import JsonBody, Refusal, refusal_of
 from ...settings.cell_settings import CellSettings
 from .access_requests import AccessRequests
 from .authority_need import AuthorityNeed
-from .jog_requests import EscapeRequests
 from .notifications import Listeners
 
 _ROBOTS_OWN = ("base", "root")
@@ -237,10 +237,14 @@ class ManagementRequests:
         listeners: Listeners,
         access: AccessRequests,
         programs: ProgramService,
-        retreats: EscapeRequests,
         environment: CellEnvironment | None,
+        besides: Sequence[object] = (),
     ) -> None:
-        """Join those who answer; a cell without an environment has no scene and no recordings."""
+        """Join those who answer; a cell without an environment has no scene and no recordings.
+
+        Args:
+            besides: who else has handlers.
+        """
         self._cell = cell
         self._settings = settings
         self._listeners = listeners
@@ -249,8 +253,11 @@ class ManagementRequests:
         self._authority = AuthorityNeed(cell, programs.executor, environment)
         services: tuple[object, ...] = ()
         if environment is not None:
-            services = environment.service, environment.recordings, environment.kinematics
-        self._handlers = handlers_of(self, access, access.connections, retreats, *services) | dict(
+            services = (
+                *(environment.service, environment.named, environment.recordings),
+                environment.kinematics,
+            )
+        self._handlers = handlers_of(self, access, access.connections, *services, *besides) | dict(
             programs.handlers
         )
 

@@ -9,7 +9,7 @@ endpoint's, jogs are `jog_requests`'.
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 
 import numpy as np
 
@@ -26,15 +26,20 @@ from ...cell.robot_cell import RobotCell
 from ...cell.robot_model import RobotModel
 from ...control import speed_fault
 from ...events.cell_events import MotionRequest
-from ...events.effects import Effect
+from ...events.effects import Effect, Send
+from ...events.replies import verdict
 from ...planning.jobs import JointPathJob, JointVector, MotionJob, PoseGoal, PoseJob
 from ...planning.waypoint_tables import JointWaypoints, PoseWaypoints
+from ...positions.position_book import PositionBook
 from ...refusal import Refusal, refusal_of
 
 LARGEST_COORDINATE = 1e3
 """No tool is asked to go farther from its frame [m]; keeps overflow out of the planner."""
 
 _NORM_TOLERANCE = 0.01
+
+AT_POSITION: Mapping[bool, float] = {False: 1e-4, True: 1e-5}
+"""Greatest distance of a joint from a position where it is already, by prismatic [rad or m]."""
 
 
 def motion_fault(motion: int) -> Refusal | None:
@@ -96,10 +101,11 @@ def table_of(records: Sequence[Record]) -> Array:
 class PendantMotions:
     """All single motions of one cell."""
 
-    def __init__(self, cell: RobotCell, robot: RobotModel) -> None:
+    def __init__(self, cell: RobotCell, robot: RobotModel, positions: PositionBook) -> None:
         """Start with no request in progress."""
         self._cell = cell
         self._robot = robot
+        self._positions = positions
 
     def joint_move(self, session: int, message: JointMove, now: int) -> Refusal | list[Effect]:
         """Examine a joint move, and start it at once where it needs no planning process."""
@@ -219,8 +225,23 @@ class PendantMotions:
         refusal = check_interlocks(self._cell, session, now) or speed_fault(message.speed)
         if refusal is not None:
             return refusal
-        try:
-            goal = self._robot.named_position(message.target)
-        except MotionError as error:
-            return refusal_of(error)
+        if message.target not in self._positions.of_robot and (
+            reading := self._positions.read_once()
+        ):
+            busy = self._positions.being_read
+            return [*reading, Send(session, verdict(message.request_id, busy))]
+        goal = self._positions.position_named(message.target)
+        if isinstance(goal, Refusal):
+            return goal
+        if self._stands_at(goal):
+            self._cell.authority.beat(session, now)
+            return self._cell.motions.arrive(MotionRequest(session, message.request_id), now)
         return self._move_joints(session, message.request_id, goal, message.speed, now)
+
+    def _stands_at(self, goal: JointVector) -> bool:
+        """Return True if every joint is so near a position that the robot counts as there."""
+        here, prismatic = self._cell.feedback.standing_at, self._cell.limits.prismatic
+        return all(
+            abs(at - wanted) <= AT_POSITION[in_metres]
+            for at, wanted, in_metres in zip(here, goal, prismatic, strict=True)
+        )

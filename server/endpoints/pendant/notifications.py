@@ -140,6 +140,14 @@ class Listeners(dict[int, Listener]):
             if listener.welcomed and listener.looks_on and listener.version >= since
         ]
 
+    def notice(self, message: Message) -> list[Effect]:
+        """Send a message to everybody who has declared that it wants notices, and may look on."""
+        return [
+            Send(listener.session, message)
+            for listener in self.values()
+            if listener.wants_notices and listener.welcomed and listener.looks_on
+        ]
+
     def tick(self, now: int) -> tuple[list[Effect], list[Listener]]:
         """Look at all deadlines.
 

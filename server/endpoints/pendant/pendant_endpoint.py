@@ -35,6 +35,7 @@ from openpendant.simplemsg.pendant import (
     Capability,
     Declare,
     Enabling,
+    Execute,
     Forwarded,
     Hello,
     Home,
@@ -54,6 +55,7 @@ from openpendant.simplemsg.pendant import (
     Pairing,
     PoseMove,
     PosePath,
+    Prepare,
     ProgramRun,
     ResetStop,
     SetAccount,
@@ -82,14 +84,20 @@ from ...events.management_requests import (
 )
 from ...events.pending import Pending
 from ...events.replies import in_words, sent_away, verdict
+from ...plans.plan_service import PlanService
+from ...plans.plan_space import PlanSpace
+from ...positions.position_book import PositionBook
 from ...programs.execution.program_run import BareEnvironment
 from ...programs.program_service import ProgramService
 from ...refusal import Refusal
 from ...scene.imports import read_apart
 from ...settings.cell_settings import CellSettings
-from .access_requests import AccessRequests, CoreAccess, Greeting, Identity
+from .access_requests import ALWAYS, AccessRequests, CoreAccess, Greeting, Identity
+from .catalogue_requests import CatalogueRequests
 from .control_requests import AuthorityRequests, ControlRequests
+from .controller_requests import ControllerRequests, offered
 from .declarations import Declarations
+from .document_notices import DocumentNotices
 from .jog_requests import EscapeRequests, JogRequests
 from .large_bodies import LargeBodies
 from .management import ManagementRequests
@@ -125,10 +133,13 @@ class PendantEndpoint:
         access: CoreAccess,
         environment: CellEnvironment | None,
         is_read_apart: Callable[[int], bool],
+        plan_space: PlanSpace,
+        positions: PositionBook,
     ) -> None:
         """Make an endpoint that nobody is connected to.
 
         Args:
+            plan_space: room for the plans of all cells.
             is_read_apart: whether a large body of a session is read in a planning process.
         """
         self._is_read_apart = is_read_apart
@@ -140,12 +151,19 @@ class PendantEndpoint:
         self._cell = cell
         self._listeners = listeners = Listeners(settings, self.access.waits)
         offers = Capability(0) if environment is None else environment.capabilities
+        self.controller = ControllerRequests(cell, settings, listeners)
         self._greeting = Greeting(
-            identity, cell.limits.dof, settings, listeners, self.access, offers
+            identity,
+            cell.limits.dof,
+            settings,
+            listeners,
+            self.access,
+            offered(cell.declaration, ALWAYS | offers),
         )
         self._declarations = Declarations(cell, listeners, self.access)
         self._kinematics = None if environment is None else environment.kinematics
-        self._motions = PendantMotions(cell, robot)
+        self._positions = positions
+        self._motions = PendantMotions(cell, robot, positions)
         self._jogs = JogRequests(cell, settings.jog, robot, listeners.older)
         self.programs = ProgramService(
             cell,
@@ -155,6 +173,7 @@ class PendantEndpoint:
             cell_name=identity.cell,
             robot_name=identity.robot,
             environment=BareEnvironment() if environment is None else environment,
+            keep_preview=lambda *about: self.plans.keep_preview(*about),
         )
         self._authority = AuthorityRequests(cell, listeners)
         self._control = ControlRequests(
@@ -162,10 +181,18 @@ class PendantEndpoint:
             None if environment is None else environment.recordings,
         )
         escapes = EscapeRequests(cell, robot, self._jogs)
-        self._management = ManagementRequests(
-            *(cell, settings, listeners, self.access, self.programs, escapes, environment)
-        )
         self.announcing = Notifications(cell, robot, listeners, self._jogs.states)
+        self.plans = PlanService(
+            *(cell, robot, settings.controller, pending, environment, plan_space, positions),
+            notify=listeners.notice,
+            announce=self.announcing.on_cell_event,
+        )
+        self._management = ManagementRequests(
+            *(cell, settings, listeners, self.access, self.programs, environment),
+            besides=(self.plans, escapes, self.controller, CatalogueRequests()),
+        )
+        signals = None if environment is None else environment.signals
+        self.notices = DocumentNotices(listeners, signals, identity.cell)
         self._requests = self._request_table()
         self._topics = self._topic_table()
 
@@ -178,6 +205,8 @@ class PendantEndpoint:
             PoseMove: motions.pose_move,
             PosePath: motions.pose_path,
             Home: motions.home,
+            Execute: self.plans.execute,
+            Prepare: self.controller.prepare,
             JogStart: jogs.start,
             JogStep: jogs.step,
             JogUndo: jogs.undo,
@@ -222,9 +251,9 @@ class PendantEndpoint:
         self.programs.closed(session)
         self._cell.modes.forget(session)
         change = self._cell.authority.release(session, AuthorityReason.CONNECTION_LOST)
-        out = self._cell.authority_gone(change, now)
+        out = self._cell.authority_gone(change, now) + self.plans.closed(session, now)
         if self._kinematics is not None:
-            out = [*out, *self._kinematics.closed(session)]
+            out += self._kinematics.closed(session)
         return [*out, *self.access.closed(session, now), *self._bodies.closed(session)]
 
     def regranted(self, session: int, now: int) -> list[Effect]:
@@ -358,7 +387,7 @@ class PendantEndpoint:
         session = listener.session
         match message:
             case Hello():
-                return self._greeting.hello(session, message, now)
+                return self._hello(listener, message, now)
             case Ping():
                 return [Send(session, Ping(comm_type=CommType.REPLY, reply_code=ReplyCode.SUCCESS))]
             case Forwarded():
@@ -378,7 +407,7 @@ class PendantEndpoint:
         answer = self._requests.get(type(message))
         if answer is None:
             return [Send(session, refused(message)), *listener.count_fault(now)]
-        answered = answer(session, message, now)
+        answered = self.controller.unable(message) or answer(session, message, now)
         if isinstance(answered, Refusal):
             self.access.gate.turned_down(session, message, answered, now)
         return answered if isinstance(answered, list) else [_verdict(session, message, answered)]
@@ -403,6 +432,12 @@ class PendantEndpoint:
             text = f"the answer has {len(body)} bytes; accepted by a frame: {MOST_ANSWER}"
             return Refusal(VerdictCode.TOO_LARGE, text, value=len(body), limit=MOST_ANSWER)
         return [Send(session, LobbyReply(message.request_id, body))]
+
+    def _hello(self, listener: Listener, message: Hello, now: int) -> list[Effect]:
+        """Greet a pendant; one that knows of named positions has them read."""
+        out = self._greeting.hello(listener.session, message, now)
+        is_new = listener.welcomed and listener.version == PROTOCOL_VERSION
+        return out + self._positions.read_once() if is_new else out
 
     def _managed(
         self, session: int, message: Management, now: int, *, is_behind: bool = True
@@ -461,8 +496,10 @@ class PendantEndpoint:
     def tick(self, now: int) -> list[Effect]:
         """Send state to whoever is due; end conversations that never began or fell silent."""
         out = self.programs.executor.tick(now)
+        if self.plans.live or self.plans.untold:
+            out = out + self.plans.tick(now)
         ends, due = self._listeners.tick(now)
-        return out + ends + self.announcing.state(due, now)
+        return out + ends + self.notices.tick(now) + self.announcing.state(due, now)
 
 
 def _verdict(session: int, message: Message, refusal: Refusal | None) -> Send:

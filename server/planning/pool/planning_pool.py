@@ -7,6 +7,10 @@ that changes again and again would block all planning. The number of waiting job
 cells: each has at most one motion, one such check and one dry run waiting, and a few tasks about
 programs; and by the connections, each of which has at most one body that is read (`ReadBody`).
 
+Plans around obstacles wait apart too, and go behind everything else: a search may take seconds. All
+processes but one may be busy with such plans at a time, so that a motion that is asked for
+meanwhile finds the other; where there is one process only, it waits for the search.
+
 Bodies wait apart, in turns between cells and within a cell between connections, and where other
 jobs wait as well every second job is a body. So a motion waits for no more than one body, however
 many connections send one, and a body for no more than one plan.
@@ -27,7 +31,15 @@ from collections import deque
 from collections.abc import Collection, Iterable, Sequence
 from itertools import chain, count, islice, repeat
 
-from ..jobs import Deliver, Job, KinematicsQuestion, PlanTask, ReadBody, WayCheckJob
+from ..jobs import (
+    Deliver,
+    Job,
+    KinematicsQuestion,
+    PlanTask,
+    ReadBody,
+    WayCheckJob,
+    is_search,
+)
 from .forked_child import ForkedChild
 from .planning_process import PlanningProcess
 from .question_pool import QuestionPool
@@ -40,27 +52,33 @@ class JobQueue:
         # By cell, in the order of their turns; none is empty.
         self._cells: dict[int, deque[PlanTask]] = {}
         self._bodies: dict[int, deque[PlanTask]] = {}
+        self._searches: dict[int, deque[PlanTask]] = {}
         self._owes_body = False  # the last job that was taken was none, and one waited
         self._looked: set[int] = set()  # cells whose look went first since the last turn
 
     def __bool__(self) -> bool:
         """True if a job waits."""
-        return bool(self._cells or self._bodies)
+        return bool(self._cells or self._bodies or self._searches)
 
     def put(self, task: PlanTask) -> None:
         """Add a job."""
-        waiting = self._bodies if _is_body(task) else self._cells
+        waiting = self._cells
+        if _is_body(task):
+            waiting = self._bodies
+        elif is_search(task.job):
+            waiting = self._searches
         tasks = waiting.setdefault(task.cell, deque())
         if _is_look(task):
             tasks.appendleft(task)
         else:
             tasks.append(task)
 
-    def first(self, barred: Collection[int]) -> PlanTask | None:
+    def first(self, barred: Collection[int], *, may_search: bool = True) -> PlanTask | None:
         """Return the next job; it stays in the queue until it is taken.
 
         Args:
             barred: numbers of the cells that get no turn; their scene checks still go.
+            may_search: whether a plan around obstacles may go, where nothing else waits.
         """
         fronts = [tasks[0] for tasks in self._cells.values()]
         for task in fronts:
@@ -69,6 +87,9 @@ class JobQueue:
         plans = (task for task in fronts if _is_look(task) or task.cell not in barred)
         bodies = (tasks[0] for cell, tasks in self._bodies.items() if cell not in barred)
         plan, body = next(plans, None), next(bodies, None)
+        if plan is None and body is None and may_search:
+            searches = (tasks[0] for cell, tasks in self._searches.items() if cell not in barred)
+            return next(searches, None)
         return body if plan is None or (self._owes_body and body is not None) else plan
 
     def take(self, task: PlanTask) -> None:
@@ -76,6 +97,9 @@ class JobQueue:
         if _is_body(task):
             self._owes_body = False
             _rotate(self._bodies, task.cell)
+            return
+        if is_search(task.job):
+            _rotate(self._searches, task.cell)
             return
         self._owes_body = bool(self._bodies)
         tasks = self._cells[task.cell]
@@ -90,7 +114,7 @@ class JobQueue:
 
     def withdraw(self, cell: int, job_id: int) -> bool:
         """Remove a job of a cell; return True if it waited."""
-        for waiting in (self._cells, self._bodies):
+        for waiting in (self._cells, self._bodies, self._searches):
             tasks = waiting.get(cell, ())
             left = deque(task for task in tasks if task.job.job_id != job_id)
             if len(left) == len(tasks):
@@ -104,10 +128,11 @@ class JobQueue:
 
     def clear(self) -> list[PlanTask]:
         """Remove all jobs and return them."""
-        waiting = (*self._cells.values(), *self._bodies.values())
+        waiting = (*self._cells.values(), *self._bodies.values(), *self._searches.values())
         tasks = [task for tasks in waiting for task in tasks]
         self._cells.clear()
         self._bodies.clear()
+        self._searches.clear()
         self._looked.clear()
         return tasks
 
@@ -194,7 +219,11 @@ class PlanningPool:
 
     def _next(self) -> PlanTask | None:
         wasted = (process.wasted_on for process in self._processes)
-        return self._waiting.first([cell for cell in wasted if cell is not None])
+        searching = sum(process.is_searching for process in self._processes)
+        return self._waiting.first(
+            [cell for cell in wasted if cell is not None],
+            may_search=searching < max(len(self._processes) - 1, 1),
+        )
 
     async def keep_up(self) -> None:
         """Run the processes until cancelled."""

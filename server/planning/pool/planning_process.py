@@ -22,6 +22,7 @@ import sys
 from collections.abc import Callable, Sequence
 from contextlib import suppress
 from dataclasses import replace
+from functools import partial
 from typing import BinaryIO, Protocol
 
 import numpy as np
@@ -36,6 +37,7 @@ from ..jobs import (
     PlanTask,
     SplitAnswer,
     TaskInHand,
+    is_search,
     read_question,
     split_answer,
     split_question,
@@ -130,6 +132,11 @@ class PlanningProcess:
         """Number of the cell whose withdrawn job it is busy with; None for none."""
         in_hand = self._in_hand
         return in_hand.task.cell if in_hand is not None and in_hand.is_withdrawn else None
+
+    @property
+    def is_searching(self) -> bool:
+        """True if it is busy with a plan around obstacles, wanted or not."""
+        return self._in_hand is not None and is_search(self._in_hand.task.job)
 
     def give(self, task: PlanTask) -> bool:
         """Give a job to a free process.
@@ -277,8 +284,13 @@ class PlanningProcess:
             if planned is None:
                 self._became_warm()
                 continue
-            in_hand, self._in_hand = self._in_hand, None
+            in_hand = self._in_hand
             assert in_hand is not None
+            if isinstance(planned, PlanAnswer) and not planned.is_final:
+                if not in_hand.is_withdrawn:
+                    in_hand.task.deliver(planned)
+                continue
+            self._in_hand = None
             in_hand.end()
             if not in_hand.is_withdrawn:
                 if isinstance(planned, PlanAnswer) and isinstance(planned.result, tuple):
@@ -387,7 +399,7 @@ def _answer_jobs(robots: Sequence[str], jobs: BinaryIO, answers: BinaryIO) -> No
             return
         robot, job = asked
         try:
-            planned = answer(robot, job)
+            planned = answer(robot, job, partial(_send, answers))
         except Exception as error:
             # A fault of ours: the pendant gets a refusal, the process and its libraries stay warm.
             text = f"{type(error).__name__}: {error}"

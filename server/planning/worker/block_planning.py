@@ -396,7 +396,7 @@ def check_running(kinematics: Kinematics, job: WayCheckJob) -> Refusal | PathFre
 
 @lru_cache(maxsize=8)
 def collision_model(kinematics: Kinematics, scene: Scene) -> CollisionModel:
-    """Return the model of a robot in a scene, built at the first look.
+    """Return the model of a robot in a scene, built at the first look; the last ones are kept.
 
     Raises:
         MotionError: the scene does not fit the robot.

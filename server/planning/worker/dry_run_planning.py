@@ -164,12 +164,18 @@ class DryRuns:
         self._known: OrderedDict[str, _Known] = OrderedDict()
 
     def slice(
-        self, kinematics: Kinematics, job: DryRunJob, expired: Callable[[], bool]
+        self,
+        kinematics: Kinematics,
+        job: DryRunJob,
+        expired: Callable[[], bool],
+        walked: list[Trajectory] | None = None,
     ) -> DryRunFound | DryRunSlice:
         """Walk on; at least one block is planned in each slice.
 
         Args:
             expired: returns True once the time of the slice is up.
+            walked: is given the motions in their order, where the job wants them; None to drop
+                them.
         """
         known = self._known.setdefault(job.run_id, {})
         self._known.move_to_end(job.run_id)
@@ -186,7 +192,11 @@ class DryRuns:
                 if len(known) > before and expired():
                     raise _SliceOver
                 known[key] = _planned(kinematics, job, start, block, scene, lines)
-            return known[key]
+            planned = known[key]
+            motion = planned.motion if isinstance(planned, BlockPlan) else None
+            if motion is not None and walked is not None:
+                walked.append(motion)
+            return planned
 
         def rearrange(scene: Scene, statement: Attach | Detach, at: JointVector) -> Scene | Refusal:
             return _rearranged(kinematics, job, scene, statement, at)
@@ -237,7 +247,8 @@ def _planned(
     if touching is not None:
         return touching
     path = _tool_path(kinematics, trajectory)
-    return BlockPlan(trajectory.duration, trajectory.final, tuple(path))
+    motion = replace(trajectory, fine=None) if job.samples else None
+    return BlockPlan(trajectory.duration, trajectory.final, tuple(path), motion)
 
 
 def _rearranged(

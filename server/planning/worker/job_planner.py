@@ -15,23 +15,17 @@ from collections.abc import Sequence
 from dataclasses import replace
 from functools import cache, lru_cache, partial
 
-import numpy as np
-
 from openpendant.motion.description.limits import JointLimits
 from openpendant.motion.description.robot import serial_robot
 from openpendant.motion.errors import MotionError, NoMotion
 from openpendant.motion.kinematics.serial import Kinematics, with_tool
-from openpendant.motion.paths.paths import joint_path_through_poses, linear_legs
 from openpendant.motion.paths.segments import SegmentRule
 from openpendant.motion.pose import Pose
 from openpendant.motion.scene.scene import Scene
-from openpendant.motion.timing.parameterization import time_legs, time_path
+from openpendant.motion.timing.parameterization import time_path
 from openpendant.motion.trajectory.certificate import Certificate, certify
 from openpendant.motion.trajectory.joint_curves import COINCIDENT, JointSpline
-from openpendant.motion.trajectory.point_speed import ToolSpeedLimit, reduced_speed
-from openpendant.motion.trajectory.ptp import plan_joint_move
 from openpendant.motion.trajectory.trajectory import Trajectory, join
-from openpendant.simplemsg.pendant import Motion
 
 from ...programs.editing.program_tasks import perform
 from ...refusal import Refusal, refusal_of
@@ -46,6 +40,7 @@ from ..jobs import (
     KinematicsQuestion,
     PathFree,
     PlanAnswer,
+    PlanJob,
     PlaybackPlan,
     PoseGoal,
     PoseJob,
@@ -59,6 +54,8 @@ from ..jobs import (
 from .block_planning import check_running, collision_on, plan_block_job
 from .dry_run_planning import DryRuns, shortened
 from .kinematics_answers import answer_kinematics
+from .motion_planning import certified_motion, speed_caps
+from .plan_making import Tell, make_plan, preview_of
 from .recording_planning import RecordingUnplayable, plan_recording
 
 
@@ -125,8 +122,15 @@ def _tooled(robot: str, tool: PoseGoal | None) -> Kinematics:
     return Kinematics(with_tool(serial_robot(robot), tcp))
 
 
-def answer(robot: str, job: Job) -> PlanAnswer:
+def _say_nothing(word: PlanAnswer) -> None:
+    """Take a word on a plan that nobody wants to hear."""
+
+
+def answer(robot: str, job: Job, tell: Tell = _say_nothing) -> PlanAnswer:
     """Plan a job and certify the result.
+
+    Args:
+        tell: is told now and then how far a long search has come.
 
     Returns:
         The trajectory with its certificate, or the refusal; never raises for a motion that cannot
@@ -143,12 +147,19 @@ def answer(robot: str, job: Job) -> PlanAnswer:
         told = answer_kinematics(kinematics, partial(_tooled, robot), job)
         return PlanAnswer(job.job_id, told, time.perf_counter() - started)
     if isinstance(job, DryRunJob):
-        found = _dry_runs.slice(kinematics, job, lambda: time.perf_counter() - started > _SLICE)
+        walked: list[Trajectory] = []
+        found = _dry_runs.slice(
+            kinematics, job, lambda: time.perf_counter() - started > _SLICE, walked
+        )
+        preview = None
         if isinstance(found, DryRunFound):
             found = shortened(found)
-        return PlanAnswer(job.job_id, found, time.perf_counter() - started)
+            preview = preview_of(walked, kinematics.limits) if job.samples else None
+        return PlanAnswer(job.job_id, found, time.perf_counter() - started, preview=preview)
     if isinstance(job, WayCheckJob):
         return PlanAnswer(job.job_id, _looked(kinematics, job), time.perf_counter() - started)
+    if isinstance(job, PlanJob):
+        return _made(robot, kinematics, job, tell, started)
     playback: PlaybackPlan | None = None
     if isinstance(job, RecordingJob):
         result, playback = _played_back(_tooled(robot, job.tool), job)
@@ -159,6 +170,17 @@ def answer(robot: str, job: Job) -> PlanAnswer:
     if isinstance(result, tuple) and job.scene is not None:
         result = _free(kinematics, result, job.scene)
     return PlanAnswer(job.job_id, result, time.perf_counter() - started, playback)
+
+
+def _made(
+    robot: str, kinematics: Kinematics, job: PlanJob, tell: Tell, started: float
+) -> PlanAnswer:
+    made = make_plan(kinematics, _tooled(robot, job.motion.tool), job, tell)
+    passed = time.perf_counter() - started
+    if isinstance(made, Refusal):
+        return PlanAnswer(job.job_id, made, passed)
+    certified, facts = made
+    return PlanAnswer(job.job_id, certified, passed, facts=facts)
 
 
 def _free(
@@ -182,7 +204,7 @@ def _looked(kinematics: Kinematics, job: WayCheckJob) -> Refusal | PathFree:
 def _played_back(
     kinematics: Kinematics, job: RecordingJob
 ) -> tuple[tuple[Trajectory, Certificate] | Refusal, PlaybackPlan | None]:
-    caps = _caps(kinematics, job.tool_speed)
+    caps = speed_caps(kinematics, job.tool_speed)
     try:
         trajectory, account = plan_recording(kinematics, job, caps)
         certificate = certify(trajectory, kinematics.limits, start=job.start, tool_speed=caps)
@@ -198,11 +220,11 @@ def _certified(
 ) -> tuple[Trajectory, Certificate] | Refusal:
     if isinstance(job, BlockJob):
         return plan_block_job(kinematics, job)
-    caps = () if isinstance(job, RosPathJob) else _caps(kinematics, job.tool_speed)
+    if not isinstance(job, RosPathJob):
+        return certified_motion(kinematics, job)
     try:
-        trajectory = _plan(kinematics, job)
-        proof = certify(trajectory, kinematics.limits, start=job.start, tool_speed=caps)
-        return trajectory, proof
+        trajectory = plan_ros_path(job, kinematics.limits)
+        return trajectory, certify(trajectory, kinematics.limits, start=job.start)
     except MotionError as error:
         return refusal_of(error)
 
@@ -217,36 +239,3 @@ def warm_up(robot: str) -> None:
         for value, upper in zip(home, limits.upper, strict=True)
     )
     answer(robot, JointPathJob(0, home, (aside, home), speed=0.5))
-
-
-def _plan(kinematics: Kinematics, job: PoseJob | JointPathJob | RosPathJob) -> Trajectory:
-    limits = kinematics.limits
-    match job:
-        case JointPathJob():
-            caps = _caps(kinematics, job.tool_speed)
-            if len(job.waypoints) == 1 and not caps:
-                return plan_joint_move(job.start, job.waypoints[0], limits, speed=job.speed)
-            path = JointSpline([job.start, *job.waypoints], limits)
-            return time_path(path, limits, speed=job.speed, tool_speed=caps)
-        case RosPathJob():
-            return plan_ros_path(job, limits)
-        case PoseJob():
-            return _plan_poses(kinematics, job)
-
-
-def _plan_poses(kinematics: Kinematics, job: PoseJob) -> Trajectory:
-    limits = kinematics.limits
-    poses = [Pose.from_values(goal.position, goal.orientation) for goal in job.goals]
-    caps = _caps(kinematics, job.tool_speed)
-    if job.motion is Motion.LIN:
-        legs = linear_legs(kinematics, job.start, poses, frame=job.frame)
-        return time_legs(legs, limits, speed=job.speed, tool_speed=caps)
-    waypoints = joint_path_through_poses(kinematics, job.start, poses, frame=job.frame)
-    if len(poses) == 1 and not caps:
-        return plan_joint_move(job.start, waypoints[-1], limits, speed=job.speed)
-    path = JointSpline(np.array(waypoints), limits)
-    return time_path(path, limits, speed=job.speed, tool_speed=caps)
-
-
-def _caps(kinematics: Kinematics, tool_speed: float | None) -> tuple[ToolSpeedLimit, ...]:
-    return () if tool_speed is None else reduced_speed(kinematics, tool_speed)

@@ -6,10 +6,13 @@ planned in between; `dry_run_planning` cuts its findings to the size of an answe
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass, replace
 from itertools import count
 from typing import Any, cast
 
+from openpendant.motion.trajectory.certificate import Certificate
+from openpendant.motion.trajectory.trajectory import Trajectory
 from openpendant.simplemsg.pendant.management import programs as op
 from openpendant.simplemsg.verdicts import VerdictCode
 
@@ -18,7 +21,7 @@ from ...cell.robot_model import RobotModel
 from ...events.effects import Effect
 from ...events.management_requests import ReplyTo, handles
 from ...events.pending import Pending, Steps
-from ...planning.jobs import DryRunFound, DryRunJob, DryRunSlice
+from ...planning.jobs import CertifiedTrajectory, DryRunFound, DryRunJob, DryRunSlice
 from ...refusal import Refusal
 from ..language.linking import Linked
 from ..library.program_loader import ProgramLoader
@@ -31,6 +34,14 @@ class _DryRun:
 
     reply_to: ReplyTo[op.DryRun]
     planned: int = 0
+    preview: tuple[Trajectory, Certificate] | None = None
+
+
+KeepPreview = Callable[
+    [int, str, str, CertifiedTrajectory, int], tuple[int, list[Effect]] | Refusal
+]
+"""Keeps the motions of a dry run as a plan of a connection, with its name and that of the program,
+at a time [ns]; returns the plan's number and who is told, or why it is not kept."""
 
 
 class DryRunService:
@@ -44,13 +55,20 @@ class DryRunService:
         executor: ProgramExecutor,
         pending: Pending,
         name: str,
+        keep_preview: KeepPreview,
     ) -> None:
+        """Make a service of which no dry run is under way.
+
+        Args:
+            keep_preview: keeps the motions of a dry run as a plan to be looked at.
+        """
         self._cell = cell
         self._robot = robot
         self._loader = loader
         self._executor = executor
         self._pending = pending
         self._name = name
+        self._keep_preview = keep_preview
         self._numbers = count(1)
         self._current: _DryRun | None = None
 
@@ -63,9 +81,12 @@ class DryRunService:
         if self._cell.feedback.position is None:
             return reply_to.refuse(Refusal(VerdictCode.FEEDBACK_STALE))
         self._current = current = _DryRun(reply_to)
-        return self._pending.run(self._found(asked.name, current), self._end, now)
+        steps = self._found(asked.name, current, wants_samples=asked.samples)
+        return self._pending.run(steps, self._end, now)
 
-    def _found(self, program: str, current: _DryRun) -> Steps[op.DryRun | Refusal]:
+    def _found(
+        self, program: str, current: _DryRun, *, wants_samples: bool
+    ) -> Steps[op.DryRun | Refusal]:
         """Load a program and walk through it slice by slice; return what an answer says of it."""
         linked = yield from self._loader.linked(program)
         position = self._cell.feedback.position
@@ -77,23 +98,38 @@ class DryRunService:
         cap = self._cell.modes.tool_speed_cap(self._cell.feedback.mode)
         frames, scene = self._robot.frames, self._cell.motions.scene
         signals = self._executor.environment.offered_signals
-        first = DryRunJob(0, run_id, tuple(position), linked, frames, cap, scene, signals)
+        first = DryRunJob(
+            *(0, run_id, tuple(position), linked, frames, cap, scene, signals),
+            samples=wants_samples,
+        )
         while True:
             planned = yield replace(first, job_id=self._cell.motions.new_job_id())
             match planned.result:
                 case DryRunSlice(planned=blocks):
                     current.planned = max(current.planned, blocks)
                 case DryRunFound() as found:
-                    return dry_run_reply(linked, found)
+                    reply = dry_run_reply(linked, found)
+                    if wants_samples:
+                        current.preview = planned.preview
+                        reply["plan"] = None
+                    return reply
                 case Refusal() as refusal:
                     return refusal
 
     def _end(self, found: op.DryRun | Refusal, now: int) -> list[Effect]:
         current, self._current = self._current, None
         assert current is not None
+        reply_to = current.reply_to
         if isinstance(found, Refusal):
-            return current.reply_to.refuse(found)
-        return current.reply_to.answer(found)
+            return reply_to.refuse(found)
+        if current.preview is None:
+            return reply_to.answer(found)
+        certified = CertifiedTrajectory(*current.preview)
+        kept = self._keep_preview(reply_to.session, reply_to.name, found["program"], certified, now)
+        if isinstance(kept, Refusal):
+            return reply_to.refuse(kept)
+        found["plan"], out = kept
+        return reply_to.answer(found) + out
 
     @handles(op.AskDryRunProgress)
     def progress(

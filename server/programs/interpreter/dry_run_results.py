@@ -6,10 +6,11 @@ An `index` is the number of a statement in its program, from 0.
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import TypeAlias
 
 from openpendant.motion.scene.scene import Scene
+from openpendant.motion.trajectory.trajectory import Trajectory
 from openpendant.simplemsg.pendant.management.program_values import JointVector
 from openpendant.simplemsg.pendant.management.statements import Attach, Detach, Statement
 
@@ -30,11 +31,13 @@ class BlockPlan:
     Attributes:
         duration: of the block [s].
         end: (n,) where the robot stands afterwards [rad or m].
+        motion: its samples, where they are wanted.
     """
 
     duration: float
     end: JointVector
     path: tuple[ToolSample, ...] = ()
+    motion: Trajectory | None = field(default=None, repr=False, compare=False)
 
 
 @dataclass(frozen=True, slots=True)

@@ -18,7 +18,6 @@ from typing import TypeAlias, cast
 from openpendant.motion.errors import MotionError
 from openpendant.motion.frames.frame_tree import BASE, TOOL, FrameTree
 from openpendant.motion.pose import Pose
-from openpendant.simplemsg.pendant import Activity
 from openpendant.simplemsg.pendant.management import programs as op
 from openpendant.simplemsg.pendant.management.program_values import (
     ArmConfiguration,
@@ -34,10 +33,10 @@ from openpendant.simplemsg.pendant.management.statements import (
     RecordPoint,
     TouchUp,
 )
-from openpendant.simplemsg.verdicts import VerdictCode
 
 from ...cell.robot_cell import RobotCell
 from ...cell.robot_model import RobotModel
+from ...cell.standing import standing_at
 from ...events.effects import Effect
 from ...events.management_requests import ReplyTo, handles
 from ...events.pending import AskStore, Steps
@@ -72,14 +71,9 @@ class Standing:
 
 def standing_now(cell: RobotCell, robot: RobotModel, now: int) -> Standing | Refusal:
     """Return where the robot stands, or why no point can be taught now."""
-    feedback = cell.feedback
-    if feedback.position is None or not feedback.is_fresh(now):
-        return Refusal(VerdictCode.FEEDBACK_STALE)
-    # Some controllers report a motion as long as they are sent points, even equal ones.
-    is_paused = cell.driving.activity is Activity.PAUSED
-    if not (feedback.joints_rest if is_paused else feedback.is_standing and not cell.is_busy):
-        return Refusal(VerdictCode.MOVING, "a point is taught while the robot stands")
-    joints = tuple(feedback.position)
+    joints = standing_at(cell, "a point", now)
+    if isinstance(joints, Refusal):
+        return joints
     return Standing(joints, Pose.from_values(*robot.tool_pose(joints)), robot.frames)
 
 
@@ -169,7 +163,7 @@ class ProgramChanges:
             places = self._breakpoints.places(name, revision, body)
             return self._work.run(places, followed, now)
 
-        return self._ask(Save(_KIND, name, body, expected, reply_to.name), kept)
+        return self._ask(Save(_KIND, name, body, expected, reply_to.name, reply_to.session), kept)
 
     def _history(self, name: str, revision: int) -> History:
         """Return the history of a revision, as far as it is known."""
@@ -348,7 +342,8 @@ class ProgramChanges:
         def loaded(body: str, now: int) -> list[Effect]:
             def edited(done: Done, now: int) -> list[Effect]:
                 assert isinstance(done, BodyEdited)
-                copy = Save(_KIND, new, done.splice.applied(body), 0, reply_to.name)
+                after, by = done.splice.applied(body), reply_to
+                copy = Save(_KIND, new, after, 0, by.name, by.session, renames=old)
                 return self._ask(copy, copied)
 
             task = EditBody(body, old, DescribeProgram(name=new))
@@ -368,6 +363,7 @@ class ProgramChanges:
                 self._breakpoints.rename(old, new, copy.revision)
                 return saved(copy, reply_to, self._breakpoints.fields(new, copy.revision))
 
-            return self._ask(Delete(_KIND, old, expected, reply_to.name), deleted)
+            delete = Delete(_KIND, old, expected, reply_to.name, reply_to.session, copy)
+            return self._ask(delete, deleted)
 
         return self._of_kept(asked, reply_to, loaded, now)

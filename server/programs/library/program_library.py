@@ -216,7 +216,8 @@ class ProgramLibrary:
             return saved(found, reply)
 
         expected = asked.expected_revision
-        return self._ask(Delete(_KIND, asked.name, expected, reply.name), deleted)
+        delete = Delete(_KIND, asked.name, expected, reply.name, reply.session)
+        return self._ask(delete, deleted)
 
     @handles(op.SaveProgram)
     def _save(

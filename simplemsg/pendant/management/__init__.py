@@ -3,16 +3,33 @@
 Importing this package imports every topic, so that the table of operations is whole.
 """
 
-from . import access, cell, devices, frames, kinematics, programs, recordings, scene
+from . import (
+    access,
+    catalogue,
+    cell,
+    controller,
+    devices,
+    frames,
+    kinematics,
+    plans,
+    positions,
+    programs,
+    recordings,
+    scene,
+)
 from .declaration import OPERATIONS
 
 __all__ = [
     "OPERATIONS",
     "access",
+    "catalogue",
     "cell",
+    "controller",
     "devices",
     "frames",
     "kinematics",
+    "plans",
+    "positions",
     "programs",
     "recordings",
     "scene",

@@ -93,11 +93,14 @@ class RobotSpecification(TypedDict):
         facts: its robot file: kind, tables, sources, frames.
         limits: of its joints; missing for a robot without a chain of joints.
         home_position: of its joints [rad, m for a linear axis]; likewise.
+        planners: names of those that find ways around obstacles here, the default first; from
+            version 3 of the protocol.
     """
 
     facts: dict[str, Any]
     limits: NotRequired[JointTable]
     home_position: NotRequired[list[float]]
+    planners: NotRequired[list[str]]
 
 
 @operation("robots.list", needs=Permission.OBSERVE)

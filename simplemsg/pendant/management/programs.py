@@ -270,6 +270,8 @@ class DryRun(TypedDict):
         points: likewise, the points that are named.
         not_walked: statements in branches that are not taken.
         path: the way of the tool: time [s], then x, y, z in base [m].
+        plan: where samples were asked for, the plan that `plans.samples` shows its motions by, one
+            behind the other without waits, and that is never executed; None where there is none.
     """
 
     program: str
@@ -285,6 +287,7 @@ class DryRun(TypedDict):
     points: list[PointVerdict]
     not_walked: list[NotWalked]
     path: list[list[float]]
+    plan: NotRequired[int | None]
 
 
 class DryRunProgress(TypedDict):
@@ -533,11 +536,13 @@ class StartDryRun(Request[DryRun]):
 
     Raises:
         Refused: PROGRAM_UNKNOWN, CALL_TOO_DEEP, FEEDBACK_STALE; PROGRAM_RUNNING: another dry run is
-            under way.
+            under way; with samples PLANNING, TOO_MANY_PLANS.
     """
 
     name: str
     """name of the program."""
+    samples: bool = field(default=False, kw_only=True)
+    """whether its motions are kept as a plan to be looked at; from version 3 of the protocol."""
 
 
 @operation("programs.dry_run_progress", needs=Permission.OBSERVE)

@@ -13,16 +13,15 @@ from rigs.motion.planning_scenes import Task, pillar_task, random_tasks
 from openpendant.motion import errors
 from openpendant.motion.paths.blending import JointPolyline
 from openpendant.motion.planning import path_check
+from openpendant.motion.planning.ompl_planner import planners
 from openpendant.motion.planning.path_check import check_path, first_contact
 from openpendant.motion.planning.planner import (
-    BUILT_IN,
     PlanningProgress,
     PlanningStage,
     free_joint_position,
     plan_free_path,
-    planners,
 )
-from openpendant.motion.planning.rrt_connect import rrt_connect, shorten
+from openpendant.motion.planning.rrt_connect import BUILT_IN, rrt_connect, shorten
 from openpendant.motion.pose import Array, Pose
 from openpendant.motion.scene.collision import CollisionModel
 from openpendant.motion.scene.scene import Box, Scene, SceneObject

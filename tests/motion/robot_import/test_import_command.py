@@ -247,6 +247,35 @@ def test_a_home_where_links_touch_is_moved_aloud(capsys: Capture, tmp_path: Path
     assert not CollisionModel(Kinematics(moved)).collides(moved.home_position)
 
 
+def test_a_stated_home_stays_and_the_report_says_what_it_refuses(capsys: Capture) -> None:
+    home = ["--home", "[0.1,-0.2,0.3,0,0,0]"]
+    assert main(["import", BENCH_ARM, "--yes", *home]) == 0
+    assert serial_robot("bench_arm.yaml").home == (0.1, -0.2, 0.3, 0.0, 0.0, 0.0)
+    told = capsys.readouterr().err
+    assert "home: kept as stated, though" in told
+    assert "of its first increments are refused" in told
+
+
+def test_an_import_that_finds_no_home_to_jog_from_says_so(capsys: Capture, tmp_path: Path) -> None:
+    # No joint has room for an increment, wherever it stands.
+    narrow = '<limit lower="-0.01" upper="0.01" velocity="2"/>'
+    stiff = robot(
+        joint("one", "a", "b", limit=narrow),
+        joint("two", "b", "c", limit=narrow),
+        joint("three", "c", "d", limit=narrow),
+    )
+    made = imported(tmp_path, stiff)
+    assert "no position was found from which every first increment works" in capsys.readouterr().err
+    assert any("no position was found" in note for note in made.notes)
+    assert made.home == (0.0, 0.0, 0.0)
+
+
+def test_the_same_description_gets_the_same_home(tmp_path: Path) -> None:
+    for name in ("one", "two"):
+        assert main(["import", GANTRY_ARM, "--yes", "-o", f"{name}.yaml"]) == 0
+    assert serial_robot("one.yaml").home == serial_robot("two.yaml").home
+
+
 def test_an_existing_file_is_kept_unless_told(capsys: Capture, tmp_path: Path) -> None:
     source = str(written(tmp_path, SOUND))
     Path("tiny.yaml").write_text("mine")

@@ -1,4 +1,4 @@
-"""Grasping: how far a tool is from an object, and what it takes."""
+"""Grasping: how far a tool is from an object, and what it takes (promise 36)."""
 
 import math
 from pathlib import Path

@@ -267,7 +267,7 @@ REFUSED = [name for name in PROBLEMS if name not in CERTIFIED]
 
 def limits_of(problem: dict[str, Any]) -> JointLimits:
     values = SUITE["limits"] | problem.get("limits", {})
-    both = {field: (float(value),) * 2 for field, value in values.items()}
+    both: dict[str, Any] = {field: (float(value),) * 2 for field, value in values.items()}
     return JointLimits(names=("joint_1", "joint_2"), prismatic=(False, False), **both)
 
 

@@ -19,6 +19,7 @@ from openpendant.server.core.cell_core import CellCore
 from openpendant.server.endpoints.pendant.access_requests import CoreAccess
 from openpendant.server.events import effects
 from openpendant.server.events.events import ControllerReport, PathChanged, Tick
+from openpendant.server.planning import jobs
 from openpendant.server.planning.worker.job_planner import answer
 from openpendant.server.settings.cell_settings import ControllerPath, make_settings
 from openpendant.server.shell.robot_kinematics import RobotKinematics
@@ -103,7 +104,8 @@ class EmulatedCell(Shell):
             match item:
                 case effects.Send(session=session, message=message):
                     self._deliver(session, _through_wire(message))
-                case effects.Broadcast(sessions=sessions, message=message):
+                case effects.Broadcast() | effects.Notify():
+                    sessions, message = item.sessions, item.message
                     for session in sessions:
                         self._deliver(session, _through_wire(message))
                 case effects.Close(session=session, reason=reason):
@@ -132,8 +134,12 @@ class EmulatedCell(Shell):
             if question.backend is effects.Backend.STORE:
                 self._run(question)
             else:
-                self.answered(question, answer(self.robot, job_of(question)))
+                self.answered(question, self.work_out(job_of(question)))
         return outgoing
+
+    def work_out(self, job: jobs.Job) -> jobs.PlanAnswer:
+        """Do what a planning process would."""
+        return answer(self.robot, job)
 
     def _run(self, asked: effects.Ask) -> None:
         if self.held is None:

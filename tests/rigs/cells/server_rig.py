@@ -6,7 +6,7 @@ planner that answers when asked. Two joints with round limits: ±2 rad, 2 rad/s,
 
 from abc import ABC, abstractmethod
 from collections import deque
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from typing import cast
 
 from rigs.cells.memory_store import MemoryStore
@@ -17,7 +17,7 @@ from rigs.peers.server_clients import Peer, Pendant, RosClient
 
 from openpendant import simplemsg as wire
 from openpendant.motion.description.limits import JointLimits
-from openpendant.motion.errors import BadArgument, FrameUnknown, MotionError
+from openpendant.motion.errors import FrameUnknown, MotionError
 from openpendant.motion.frames.frame_tree import FrameTree
 from openpendant.motion.jog import EscapeDirection, JogCaps, Jogger, JogTarget, JointJog, ToolJog
 from openpendant.motion.trajectory.certificate import certify
@@ -82,10 +82,9 @@ class NoTool:
     def speed_points(self, position: Sequence[float]) -> tuple[tuple[float, ...], ...]:
         return ((0.0, 0.0, 0.0),)
 
-    def named_position(self, name: str) -> jobs.JointVector:
-        if name not in ("home", "zero"):
-            raise BadArgument("position", name, "home or zero")
-        return (0.0,) * self._limits.dof
+    @property
+    def named_positions(self) -> Mapping[str, jobs.JointVector]:
+        return dict.fromkeys(("home", "zero"), (0.0,) * self._limits.dof)
 
     def begin(self, start: Sequence[float], caps: JogCaps) -> Jogger:
         # The cores use no more of a jogger than the simple one has.
@@ -289,7 +288,8 @@ class ServerRig(Shell):
             match item:
                 case effects.Send(session=session, message=message):
                     self._deliver(session, message)
-                case effects.Broadcast(sessions=sessions, message=message):
+                case effects.Broadcast() | effects.Notify():
+                    sessions, message = item.sessions, item.message
                     for session in sessions:
                         self._deliver(session, message)
                 case effects.Close(session=session, reason=reason):

@@ -18,6 +18,7 @@ from openpendant.server.events.cell_events import CellEvent
 from openpendant.server.events.effects import Ask, Backend, Effect, LogLine, QueryController, Send
 from openpendant.server.events.management_requests import ReplyTo, handlers_of, parse
 from openpendant.server.events.pending import Pending
+from openpendant.server.positions.position_book import PositionBook
 from openpendant.server.refusal import Refusal
 from openpendant.server.scene.imports import read_apart
 from openpendant.server.settings.cell_settings import make_settings
@@ -44,21 +45,30 @@ class SurroundedCell:
         turns: processor time of each turn of the last request, that which took it first [ns].
     """
 
-    def __init__(self, folder: Path, *, reads_apart: bool = False) -> None:
+    def __init__(
+        self, folder: Path, *, reads_apart: bool = False, is_told_emulated: bool = False
+    ) -> None:
         """Begin with what the folder's store has.
 
         Args:
             reads_apart: whether requests come as a planning process hands them back.
+            is_told_emulated: whether the cell's file says that its controller is emulated.
         """
         self._reads_apart = reads_apart
-        settings = make_settings({"controller": {"signals": "openpendant"}}, "test")
+        controller = {"signals": "openpendant", "emulated": is_told_emulated}
+        settings = make_settings({"controller": controller}, "test")
         self.now = 1_000_000_000
         self.pending = Pending()
         self.mathematics = RobotKinematics(robot())
         self.cell = RobotCell(settings, robot().limits, self._news, self.pending, self.mathematics)
-        self.around = CellEnvironment(self.cell, self.mathematics, self.pending, settings, "ur5")
+        own = self.mathematics.named_positions
+        self.positions = PositionBook(settings.name, own, robot().limits, self.pending)
+        self.around = CellEnvironment(
+            *(self.cell, self.mathematics, self.pending, settings, "ur5", self.positions)
+        )
+        around = self.around
         self._handlers = handlers_of(
-            self.around.service, self.around.recordings, self.around.kinematics
+            around.service, around.named, around.recordings, around.kinematics
         )
         self.store = open_store(folder / "store.db", wall_clock=noon)
         self.refuse_with: StoreError | None = None
@@ -67,6 +77,7 @@ class SurroundedCell:
         self.queries: list[Message] = []
         self.lines: list[str] = []
         self.turns: list[int] = []
+        self.perform(self.positions.read_once())
         self.perform(self.around.world.load())
         self.until(lambda: not self.around.world.is_busy)
 

@@ -38,14 +38,19 @@ from openpendant.server.environment import CellEnvironment
 from openpendant.server.events.events import Port
 from openpendant.server.planning.jobs import (
     LENGTH,
+    CertifiedTrajectory,
     Deliver,
     Job,
+    JointPathJob,
     MotionJob,
+    PlanFacts,
+    PlanJob,
     SplitAnswer,
     split_answer,
     split_question,
 )
 from openpendant.server.planning.worker.job_planner import answer
+from openpendant.server.refusal import Refusal
 from openpendant.server.scene.signals import MOST_SIGNALS
 from openpendant.server.scene.trace import MOST_POINTS
 from openpendant.server.settings.cell_settings import ControllerPath, make_settings
@@ -106,6 +111,20 @@ ROOM = 6
 
 _YES, _NO = TriState.TRUE, TriState.FALSE
 _STANDING = Status(_YES, _NO, 0, _NO, _NO, ControllerMode.AUTO, _YES)
+
+
+@cache
+def longest_plan() -> tuple[CertifiedTrajectory, PlanFacts]:
+    """A turn of the first joint that takes two minutes, whose numbers have all their digits."""
+    robot = serial_robot(ROBOT)
+    home = robot.home_position
+    goal = (home[0] + 1.2345, *(value + 0.012345 for value in home[1:]))
+    speed = 1.2345 / 119.0 / robot.limits.velocity[0]
+    motion = JointPathJob(0, home, (goal,), speed)
+    made = answer(ROBOT, PlanJob(1, home, motion))
+    assert isinstance(made.result, tuple)
+    assert made.facts is not None
+    return CertifiedTrajectory(*made.result), made.facts
 
 
 def scene_of(count: int) -> dict[str, Any]:
@@ -374,6 +393,8 @@ class TimedServer:
             headings = self._store.kept.headings(kind)
             found = [each.revision for each in headings if each.name == name and not each.deleted]
             return found[0] if found else 0
+        if kind is DocumentKind.POSITIONS:
+            return self._environment.positions.revision
         return self._environment.world.revisions[kind]
 
     def kept(self, name: str) -> str:
@@ -391,6 +412,15 @@ class TimedServer:
         environment = self.app.cells[0].core.environment
         assert environment is not None
         return environment
+
+    def plan(self) -> int:
+        """Return the number of a plan that is kept, as long as a plan may be."""
+        plans = self.app.cells[0].core.pendants.plans
+        home = serial_robot(ROBOT).home_position
+        made = plans._book.begin((0, "the rig"), "ptp", "", home, plans._basis(), self.now)
+        certified, facts = longest_plan()
+        assert not isinstance(plans._book.keep(made, certified, facts, 0.1, self.now), Refusal)
+        return made.number
 
     def begin(self) -> None:
         """Go on as a server that runs, whose start the garbage collector looks at no more."""

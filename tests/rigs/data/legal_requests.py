@@ -69,6 +69,9 @@ class Served(Protocol):
     def kept(self, name: str) -> str:
         """Return the JSON of a program."""
 
+    def plan(self) -> int:
+        """Return the number of a plan that is kept, as long as a plan may be."""
+
     def somebody(self) -> int:
         """Connect another pendant; return the number of its session."""
 
@@ -101,9 +104,11 @@ class Row:
 _CODEC = codec_for(PENDANT, ByteOrder.LITTLE)
 _FRAMES, _TOOLS, _SCENE = DocumentKind.FRAMES, DocumentKind.TOOLS, DocumentKind.SCENE
 _PROGRAM, _RECORDING = DocumentKind.PROGRAM, DocumentKind.RECORDING
+_POSITIONS = DocumentKind.POSITIONS
 _numbers = count(10)
 _POSE = {"position": [0.1, 0.2, 0.3], "orientation": [0.0, 0.0, 0.0, 1.0]}
 _REACHED = {"position": [0.4, 0.1, 0.3], "orientation": [0.0, 1.0, 0.0, 0.0]}
+_NEAR_HOME = {"position": [-0.45, -0.11, 0.4], "orientation": [0.7071068, 0.7071068, 0.0, 0.0]}
 _BOX = {"type": "box", "size": [0.1, 0.1, 0.1]}
 HOME = (0.0, -1.5, 1.5, -1.5, -1.5, 0.0)
 
@@ -252,6 +257,9 @@ _FRAMED: Step = ("frames.add", _numbered(_FRAMES, pose=_POSE))
 _UNFRAMED: Step = ("frames.remove", _numbered(_FRAMES))
 _TOOLED: Step = ("tools.add", _numbered(_TOOLS, tcp=_POSE))
 _UNTOOLED: Step = ("tools.remove", _numbered(_TOOLS))
+_STOOD: Step = ("positions.save", _numbered(_POSITIONS, joints=HOME))
+_KEPT_POSITION: Step = ("positions.save", _revised(_POSITIONS, name="p1", joints=HOME))
+_LEFT_POSITION: Step = ("positions.delete", _numbered(_POSITIONS))
 _LONG = "n" * 50
 
 
@@ -277,6 +285,7 @@ _LEGAL: Mapping[str, Legal] = {
     "users.set_role": Legal(_plain(name="otto", role="operator")),
     "users.disable": Legal(_plain(name="vera")),
     "users.enable": Legal(_plain(name="vera")),
+    "catalogue": Legal(_plain(part="messages")),
     "signals.set": Legal(_plain(output=511, value=True)),
     "robots.load": Legal(_plain(name="ur5")),
     "frames.add": Legal(_FRAMED[1], after=(_UNFRAMED,)),
@@ -303,6 +312,17 @@ _LEGAL: Mapping[str, Legal] = {
     "scene.move": Legal(_revised(_SCENE, name="o1", pose=_POSE)),
     "scene.allow": Legal(_NOTED[1], after=(_UNNOTED,)),
     "scene.forbid": Legal(_UNNOTED[1], before=(_NOTED,)),
+    # A plan as long as a plan may be, whose numbers have all their digits.
+    "plans.make": Legal(_plain(goal={"kind": "lin", "pose": _NEAR_HOME}, label="l" * 64)),
+    "plans.samples": Legal(lambda server, number: {"plan": server.plan(), "with_tool": True}),
+    "plans.drop": Legal(lambda server, number: {"plan": server.plan()}),
+    "positions.save": Legal(_STOOD[1], after=(_LEFT_POSITION,)),
+    "positions.rename": Legal(
+        _revised(_POSITIONS, name="p1", new_name="p1 anew"),
+        before=(_KEPT_POSITION,),
+        after=(("positions.delete", _revised(_POSITIONS, name="p1 anew")),),
+    ),
+    "positions.delete": Legal(_LEFT_POSITION[1], before=(_STOOD,)),
     "programs.create": Legal(
         lambda server, number: {"name": f"made {number}"},
         after=(("programs.delete", lambda s, n: {"name": f"made {n}", "expected_revision": 1}),),

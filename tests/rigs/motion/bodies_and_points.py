@@ -53,7 +53,8 @@ def to_edge(p: Vector, start: Vector, edge: Vector) -> float:
 def any_solid(random: np.random.Generator) -> Shape:
     """Return a box, ball, cylinder or capsule of 2 mm to 0.2 m."""
     a, b, c = (0.002 * 100 ** random.uniform(0, 1, 3)).tolist()
-    return [Box((a, b, c)), Sphere(a), Cylinder(a, b), Capsule(a, b)][random.integers(4)]
+    shapes: list[Shape] = [Box((a, b, c)), Sphere(a), Cylinder(a, b), Capsule(a, b)]
+    return shapes[random.integers(4)]
 
 
 def any_turn(random: np.random.Generator) -> tuple[float, float, float, float]:

@@ -36,6 +36,9 @@ class _Anything:
     def somebody(self) -> int:
         return 0
 
+    def plan(self) -> int:
+        return 1
+
 
 def flood() -> list[bytes]:
     """Return the frames, in an order that is the same in every run."""

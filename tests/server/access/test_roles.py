@@ -189,6 +189,7 @@ LEAST: tuple[tuple[str, Message], ...] = (
     ("admin", messages.Pairing(9, messages.PairingAction.ISSUE)),
     ("admin", messages.SetAccount(9, messages.AccountRole.OPERATOR, "new", "a new long password")),
     *(("viewer", managed(op)) for op in ("snapshot", "why", "programs.list", "frames.show")),
+    ("viewer", managed("positions.list")),
     *(("operator", managed(op)) for op in ("signals.set", "recordings.play")),
     *(
         ("programmer", managed(op))
@@ -196,6 +197,7 @@ LEAST: tuple[tuple[str, Message], ...] = (
             *("programs.save", "programs.delete", "programs.edit", "programs.record"),
             *("recordings.start", "recordings.delete", "robots.load"),
             *("frames.add", "frames.move", "frames.import"),
+            *("positions.save", "positions.rename", "positions.delete"),
             *("tools.select", "tools.move", "tools.import"),
             *("scene.add", "scene.remove", "scene.allow", "scene.attach", "scene.import"),
         )

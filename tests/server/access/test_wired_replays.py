@@ -47,10 +47,12 @@ FRAMES: dict[str, Frame] = {
         number, 1, 0.5, "base", (messages.PoseWaypoint(NEAR, UPRIGHT),)
     ),
     "home": lambda number: messages.Home(number, 0.5, "home"),
+    "execute": lambda number: messages.Execute(number, 1, 0),
     "jog press": press,
     "jog step": lambda number: messages.JogStep(
         number, 0.5, messages.JogSpace.JOINTS, "", 2, joint_array((0.01,))
     ),
+    "prepare": lambda number: messages.Prepare(number, messages.PrepareAction.PREPARE, 0),
     "jog undo": lambda number: messages.JogUndo(number, 0.5),
     "speed": lambda number: messages.SetSpeed(number, 0.5, 0.0),
     "resume": lambda number: messages.MotionControl(number, messages.MotionControlAction.RESUME),

@@ -66,6 +66,17 @@ def test_an_argument_that_speaks_of_one_cell_is_refused_beside_several(
     assert f"arguments: {argument[0]}: speaks of one cell" in capsys.readouterr().err
 
 
+@pytest.mark.parametrize(
+    ("arguments", "shown"),
+    [((), "false"), (("--emulated",), "true"), (("--no-emulated",), "false")],
+)
+def test_only_who_says_so_has_an_emulated_controller(
+    arguments: tuple[str, ...], shown: str, capsys: Capture
+) -> None:
+    assert main([*arguments, "--print-config"]) == 0
+    assert f"\nemulated = {shown}\n" in capsys.readouterr().out
+
+
 @pytest.mark.parametrize("port", ["--ros-motion-port", "--ros-state-port"])
 def test_the_ports_of_ros_i_are_turned_off_by_argument_as_by_file(
     port: str, capsys: Capture

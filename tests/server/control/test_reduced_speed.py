@@ -209,6 +209,7 @@ def test_a_line_is_that_of_the_selected_tool(cell: ManualCell) -> None:
 HOME = serial_robot("ur5").home_position
 THERE = (HOME[0] + 0.8, *HOME[1:])
 PLANNER = "openpendant.server.planning.worker.job_planner"
+MOTIONS = "openpendant.server.planning.worker.motion_planning"
 BLOCKS = "openpendant.server.planning.worker.block_planning"
 
 Planner = Callable[..., Any]
@@ -224,8 +225,8 @@ def forgetful(plan: Planner) -> Planner:
 
 @pytest.fixture
 def _forgets_the_cap(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(f"{PLANNER}.time_path", forgetful(time_path))
-    monkeypatch.setattr(f"{PLANNER}.time_legs", forgetful(time_legs))
+    monkeypatch.setattr(f"{MOTIONS}.time_path", forgetful(time_path))
+    monkeypatch.setattr(f"{MOTIONS}.time_legs", forgetful(time_legs))
     monkeypatch.setattr(f"{BLOCKS}.time_path", forgetful(time_path))
     monkeypatch.setattr(f"{PLANNER}.plan_recording", lambda arm, job, _: plan(arm, job, ()))
 
@@ -282,7 +283,7 @@ def test_a_plan_that_starts_elsewhere_is_refused_by_the_certificate(
     def from_elsewhere(_: object, *arguments: Any, **named: Any) -> Trajectory:
         return plan_joint_move(aside, *arguments, **named)
 
-    monkeypatch.setattr(f"{PLANNER}.plan_joint_move", from_elsewhere)
+    monkeypatch.setattr(f"{MOTIONS}.plan_joint_move", from_elsewhere)
     refusal = refused(JointPathJob(1, HOME, (THERE,), 1.0))
     assert "start" in refusal.text
     assert (refusal.value, refusal.limit) == pytest.approx((0.02, 0.01))

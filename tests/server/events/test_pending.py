@@ -15,7 +15,16 @@ from rigs.peers.server_clients import Pendant
 
 from openpendant.server.events.effects import Ask, Backend, Cancel, Effect
 from openpendant.server.events.pending import Pending, Steps, Turn
-from openpendant.server.planning.jobs import Job, PathFree, PlanAnswer, ProgramJob
+from openpendant.server.planning.jobs import (
+    Job,
+    JointPathJob,
+    PathFree,
+    PlanAnswer,
+    PlanJob,
+    ProgramJob,
+    SearchProgress,
+    SearchStage,
+)
 from openpendant.server.programs.editing.program_tasks import PrintBody
 from openpendant.server.refusal import Refusal
 from openpendant.server.store.documents import DocumentKind
@@ -95,6 +104,15 @@ def test_work_that_was_dropped_asks_for_no_more_and_tells_nobody(book: Book) -> 
     book.pending.drop(steps)
     assert book.pending.resume(first, MISSING, 2) == []
     assert book.told == []
+
+
+def test_a_word_on_a_plan_is_no_answer_yet(book: Book) -> None:
+    asked = book.ask(PlanJob(7, (0.0,), JointPathJob(0, (0.0,), ((1.0,),), 0.5)))
+    word = PlanAnswer(7, SearchProgress(SearchStage.CHECKING, 0.5), 0.1)
+    last = PlanAnswer(7, Refusal(V.NO_PATH_FOUND), 0.2)
+    for at, answer in enumerate((word, word, last, word)):
+        book.pending.resume(asked, answer, at)
+    assert book.told == [(word, 0), (word, 1), (last, 2)]
 
 
 def long_work(name: str, turns: int, done: list[str]) -> Steps[str]:

@@ -1,3 +1,4 @@
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
@@ -15,7 +16,17 @@ from openpendant.motion.trajectory.ptp import plan_joint_move
 from openpendant.motion.trajectory.trajectory import Trajectory
 from openpendant.server.journal import event_records
 from openpendant.server.journal.event_records import plan_from_json, plan_to_json
-from openpendant.server.planning.jobs import DryRunFound, KinematicsFound, PlanAnswer
+from openpendant.server.planning.jobs import (
+    DryRunFound,
+    KinematicsFound,
+    LeastClearance,
+    PlanAnswer,
+    PlanFacts,
+    PoseGoal,
+    SearchProgress,
+    SearchStage,
+    WorstRatio,
+)
 from openpendant.server.programs.editing.program_tasks import BodyPrinted, BodyUnpacked
 from openpendant.server.programs.interpreter import dry_run_results
 from openpendant.server.programs.language.program import Program
@@ -52,6 +63,24 @@ def test_a_trajectory_comes_back_with_every_bit(planned: PlanAnswer) -> None:
         assert np.array_equal(then, now)
     assert again.plan_time == planned.plan_time
     assert again.result[1].as_dict() == planned.result[1].as_dict()
+
+
+def test_what_is_told_of_a_plan_comes_back(planned: PlanAnswer) -> None:
+    facts = PlanFacts(
+        "RRTConnect",
+        3,
+        PoseGoal((0.1, 0.2, 0.3), (0.0, 0.0, 0.0, 1.0)),
+        0.25,
+        (WorstRatio("elbow", "velocity", 0.1 + 0.2, 0.07),),
+        LeastClearance(0.123456789012345, "forearm", "pillar", 0.5),
+    )
+    again = plan_from_json(4, _through_text(replace(planned, facts=facts)), LIMITS, START)
+    assert again.facts == facts
+
+
+def test_a_word_on_a_search_comes_back() -> None:
+    word = PlanAnswer(4, SearchProgress(SearchStage.SHORTENING, 0.1 + 0.2), 0.3)
+    assert plan_from_json(4, _through_text(word), LIMITS, START) == word
 
 
 def test_a_refusal_comes_back_with_its_numbers() -> None:

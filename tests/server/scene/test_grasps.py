@@ -1,4 +1,4 @@
-"""What a cell takes and leaves: what is demanded, what is told, what a part sensor shows."""
+"""What a cell takes and leaves: what is demanded, told, and shown by a part sensor (promise 36)."""
 
 from collections.abc import Iterator
 from pathlib import Path
@@ -28,8 +28,10 @@ PART = 3
 class GrippingCell(SurroundedCell):
     """A cell whose robot has a gripper with a reach of 20 mm and a part sensor."""
 
-    def __init__(self, folder: Path) -> None:
-        super().__init__(folder)
+    def __init__(self, folder: Path, *, file: bool = False, controller: bool = False) -> None:
+        """Begin with a controller that is emulated by the word of its cell's file, or its own."""
+        super().__init__(folder, is_told_emulated=file)
+        self.cell.feedback.says_emulated = controller
         self.report()
         grasp = {"reach": 0.02, "part": PART}
         self.ask(
@@ -223,7 +225,11 @@ def rearrange(cell: GrippingCell, does: str) -> Refusal | None:
     return told[0]
 
 
-def test_a_real_controller_is_never_told_what_its_inputs_are(cell: GrippingCell) -> None:
+@pytest.mark.parametrize(("file", "controller"), [(False, False), (True, False), (False, True)])
+def test_what_may_be_a_real_controller_is_never_told_what_its_inputs_are(
+    file: bool, controller: bool, tmp_path: Path
+) -> None:
+    cell = GrippingCell(tmp_path, file=file, controller=controller)
     cell.put("ball", 0.0)
     cell.take()
     cell.report()
@@ -232,12 +238,14 @@ def test_a_real_controller_is_never_told_what_its_inputs_are(cell: GrippingCell)
     assert rearrange(cell, "attach") is None
     assert rearrange(cell, "detach") is None
     assert cell.shown == []
+    cell.store.close()
 
 
 @pytest.fixture
-def emulated(cell: GrippingCell) -> GrippingCell:
-    cell.around.grasps.is_known_emulated = lambda: True
-    return cell
+def emulated(tmp_path: Path) -> Iterator[GrippingCell]:
+    made = GrippingCell(tmp_path, file=True, controller=True)
+    yield made
+    made.store.close()
 
 
 def test_the_part_sensor_is_1_after_a_grasp_and_0_after_letting_go(emulated: GrippingCell) -> None:

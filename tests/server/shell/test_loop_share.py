@@ -8,7 +8,7 @@ from promises.promise_table import figure
 from rigs.cells.byte_rig import ByteClient, ByteRig
 from rigs.peers.server_clients import hello
 
-from openpendant.server.shell.loop_share import SHARE_NS, LoopShare
+from openpendant.server.shell.loop_share import LATE_NS, SHARE_NS, LoopShare
 from openpendant.simplemsg import Ping
 from openpendant.simplemsg.pendant import SoftwareStop, Verdict
 
@@ -147,3 +147,41 @@ async def test_the_cost_of_a_turn_is_that_of_all_its_clients_together() -> None:
     assert not answers[1]()
     await asyncio.sleep(0)
     assert answers[1]()
+
+
+def delays(monkeypatch: pytest.MonkeyPatch) -> list[float]:
+    """Return what the loop is told to wait for [s], from now on."""
+    loop, told = asyncio.get_running_loop(), list[float]()
+
+    def call_later(delay: float, callback: Callable[[], None]) -> asyncio.Handle:
+        told.append(delay)
+        return loop.call_soon(callback)
+
+    monkeypatch.setattr(loop, "call_later", call_later)
+    return told
+
+
+@pytest.mark.parametrize(
+    ("cost", "wait"), [(0, 0.0), (200_000, 0.001), (SHARE_NS, 0.005), (30 * SHARE_NS, 0.010)]
+)
+async def test_promise_53_clients_wait_for_the_robots_while_a_tick_is_late(
+    cost: int, wait: float, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    told, turns = delays(monkeypatch), Turns()
+    turns.share.ticked(LATE_NS + 1)
+    turns.share.spent = cost
+    turns.wait("held up", 0)
+    assert told == [pytest.approx(wait)]
+    assert await turns.let(1) == [("held up", 1)]
+
+
+async def test_promise_53_they_wait_no_more_once_a_tick_is_on_time(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    told, turns = delays(monkeypatch), Turns()
+    for late in (LATE_NS + 1, LATE_NS):
+        turns.share.ticked(late)
+    turns.share.spent = SHARE_NS
+    turns.wait("goes on", 0)
+    assert await turns.let(1) == [("goes on", 1)]
+    assert not told

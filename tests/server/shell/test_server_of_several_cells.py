@@ -18,6 +18,7 @@ from openpendant.server.settings.cell_settings import make_settings
 from openpendant.server.settings.server_settings import ServerSettings, make_server_settings
 from openpendant.server.shell.app import App
 from openpendant.server.shell.cell_shell import CellParts
+from openpendant.server.shell.loop_share import LoopShare
 from openpendant.simplemsg.journal import Journal
 from openpendant.simplemsg.pendant import Activity, StopKind
 from openpendant.simplemsg.verdicts import VerdictCode as V
@@ -265,3 +266,17 @@ async def test_a_fault_anywhere_in_serving_a_client_is_one_incident(
     where = "test_server_of_several_cells.py:"
     assert f"ZeroDivisionError: a fault for the test ({where}" in line.getMessage()
     assert not any(record.exc_info for record in caplog.records)
+
+
+async def test_promise_53_clients_learn_how_late_each_tick_is(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    late: list[int] = []
+    monkeypatch.setattr(LoopShare, "ticked", lambda share, told: late.append(told))
+    async with running_app() as (app, _):
+        await asyncio.sleep(0.05)
+        on_time = len(late)
+        app._next_tick -= 0.05
+        await asyncio.sleep(0.02)
+    assert set(late[:on_time]) == {0}
+    assert max(late[on_time:]) >= 50_000_000

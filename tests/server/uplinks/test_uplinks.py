@@ -8,7 +8,7 @@ from openpendant.motion.trajectory.trajectory import Row
 from openpendant.server import uplinks
 from openpendant.server.events.effects import SendStop, SendToController
 from openpendant.server.settings.cell_settings import ControllerLink, ControllerPath
-from openpendant.server.uplinks.generic import GenericUplink
+from openpendant.server.uplinks.generic import GenericUplink, generic_declaration
 from openpendant.server.uplinks.uplink import WORDS, ControllerDialect, error_text
 from openpendant.server.watchdog.watchdog_process import stop_target
 from openpendant.simplemsg import (
@@ -221,7 +221,10 @@ class ToyUplink(GenericUplink):
 
 
 TOY = ControllerDialect(
-    ToyUplink, stop=TOY_STOP, stopped=HeaderOnly(MsgType.PING, reply_code=ReplyCode.SUCCESS)
+    ToyUplink,
+    stop=TOY_STOP,
+    stopped=HeaderOnly(MsgType.PING, reply_code=ReplyCode.SUCCESS),
+    declared=generic_declaration,
 )
 
 

@@ -14,6 +14,7 @@ from rigs.data.golden_vectors import exact
 
 from openpendant.simplemsg import DIALECTS, ByteOrder, Codec, Message, codec_for
 from openpendant.simplemsg.declaration import Array, CountPlace, Int, Reals, Tail
+from openpendant.simplemsg.frame_fields import frame_fields, frame_size
 from openpendant.simplemsg.motoman_catalogue import CATALOGUE as MOTOMAN_CATALOGUE
 from openpendant.simplemsg.packet_text import packet_from_json, packet_to_json
 from openpendant.simplemsg.pendant.management import OPERATIONS
@@ -28,7 +29,7 @@ from openpendant.tools.reference.files import generated_files, stale_files, writ
 from openpendant.tools.reference.messages import ALL_MESSAGES, every_field, filter_name
 from openpendant.tools.reference.operations import PublishedOperation, published_operations
 from openpendant.tools.reference.operations_page import operations_page
-from openpendant.tools.reference.page import error_page, frame_fields, frame_size, protocol_page
+from openpendant.tools.reference.page import error_page, protocol_page
 from openpendant.tools.reference.python_page import python_page
 from openpendant.tools.reference.samples import extremes, sample, zeros
 from openpendant.tools.reference.schemas import (

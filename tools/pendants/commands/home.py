@@ -9,20 +9,25 @@ from ..client import PendantClient
 from .moving import STATE_RATE, move
 from .running import CommandOutput, add_speed, parser, run, server_access
 
-_TARGETS = ("home", "zero")
-
 
 def main(argv: list[str] | None = None) -> int:
     """Run the command and return its exit code."""
-    reader = parser("home", "Move the robot to its home position. Ctrl-C stops it.")
-    reader.add_argument("--to", choices=_TARGETS, default="home", help="named position")
+    about = "Move the robot to its home, or another named position. Ctrl-C stops it."
+    reader = parser("home", about)
+    reader.add_argument(
+        "name", nargs="?", help="named position: home (default), zero, or one of the cell's"
+    )
+    reader.add_argument("--to", metavar="NAME", help="the same, as an option")
     add_speed(reader, 0.1, "the joints' largest speed")
     arguments = reader.parse_args(sys.argv[1:] if argv is None else argv)
-    what = f"{arguments.to} at {arguments.speed:.0%} speed"
+    if arguments.name is not None and arguments.to is not None:
+        reader.error("NAME and --to say the same; one of them is enough")
+    target: str = arguments.name or arguments.to or "home"
+    what = f"{target} at {arguments.speed:.0%} speed"
 
     async def act(pendant: PendantClient, output: CommandOutput) -> int:
         return await move(
-            pendant, output, what, lambda: pendant.home(arguments.to, speed=arguments.speed)
+            pendant, output, what, lambda: pendant.home(target, speed=arguments.speed)
         )
 
     return run(

@@ -67,9 +67,12 @@ async def _watched(pendant: PendantClient, output: CommandOutput, what: str, beg
         where, facts = _where(pendant.state)
         output.say("moving", f"{what}: {seconds:.0f} s{where}", seconds=round(seconds, 3), **facts)
     result = await motion.done()
+    took = f"planned in {result.plan_time:.2f} s, {result.motion_time:.1f} s long"
     output.say(
         "completed",
-        f"{what}: completed; planned in {result.plan_time:.2f} s, {result.motion_time:.1f} s long",
+        f"{what}: completed; {took}"
+        if result.motion_time
+        else f"{what}: the robot is there already",
         plan_time=result.plan_time,
         motion_time=result.motion_time,
     )

@@ -4,10 +4,14 @@ from __future__ import annotations
 
 from openpendant.simplemsg.pendant.management import (
     access,
+    catalogue,
     cell,
+    controller,
     devices,
     frames,
     kinematics,
+    plans,
+    positions,
     programs,
     recordings,
     scene,
@@ -22,6 +26,7 @@ class CellCalls(CallGroup[Way]):
     snapshot = call(cell.SnapshotRequest)
     cells = call(cell.CellsRequest)
     why = call(cell.WhyRequest)
+    catalogue = call(catalogue.ReadCatalogue)
     retreat: call[[], list[cell.Hold]] = call(cell.RetreatRequest, part="holds")
 
 
@@ -45,6 +50,16 @@ class ProgramCalls(CallGroup[Way]):
     breakpoints = call(programs.SetBreakpoints)
     dry_run = call(programs.StartDryRun)
     dry_run_progress = call(programs.AskDryRunProgress)
+
+
+@calls_of("plans")
+class PlanCalls(CallGroup[Way]):
+    """The operations on plans; `execute` moves the robot and is the clients' own."""
+
+    make = call(plans.MakePlan)
+    samples = call(plans.AskSamples)
+    show = call(plans.ShowPlans)
+    drop = call(plans.DropPlan)
 
 
 @calls_of("recordings")
@@ -86,6 +101,16 @@ class ToolCalls(CallGroup[Way]):
     import_ = call(frames.ImportTools)
 
 
+@calls_of("positions")
+class PositionCalls(CallGroup[Way]):
+    """The operations on named positions."""
+
+    list = call(positions.ListPositions)
+    save = call(positions.SavePosition)
+    rename = call(positions.RenamePosition)
+    delete = call(positions.DeletePosition)
+
+
 @calls_of("scene")
 class SceneCalls(CallGroup[Way]):
     """The operations on the scene."""
@@ -117,6 +142,13 @@ class RobotCalls(CallGroup[Way]):
     list = call(devices.ListRobots)
     describe = call(devices.DescribeRobot)
     load = call(devices.LoadRobot)
+
+
+@calls_of("controller")
+class ControllerCalls(CallGroup[Way]):
+    """The operations on the robot controller."""
+
+    describe = call(controller.DescribeController)
 
 
 @calls_of("kinematics")
@@ -165,11 +197,14 @@ class GroupedCalls(CellCalls[Way]):
     """The operations on the cell and, in groups, on what is in it, as both clients have them.
 
     Attributes:
+        plans: motions that are made, looked at and executed as shown.
         frames: user frames.
         tools: tools.
+        positions: joint positions with a name.
         scene: objects around the robot.
         signals: inputs and outputs.
         robots: the robot itself.
+        controller: the robot controller.
         kinematics: forward kinematics, Jacobian, inverse kinematics.
         trace: where the tool went.
         access: who is connected.
@@ -178,11 +213,14 @@ class GroupedCalls(CellCalls[Way]):
 
     def __init__(self, way: Way) -> None:
         super().__init__(way)
+        self.plans = PlanCalls(way)
         self.frames = FrameCalls(way)
         self.tools = ToolCalls(way)
+        self.positions = PositionCalls(way)
         self.scene = SceneCalls(way)
         self.signals = SignalCalls(way)
         self.robots = RobotCalls(way)
+        self.controller = ControllerCalls(way)
         self.kinematics = KinematicsCalls(way)
         self.trace = TraceCalls(way)
         self.access = AccessCalls(way)

@@ -131,6 +131,8 @@ class TerminalConnection:
             await self._log_in(client)
             self._panel.cell.connected(client.hello, await client.snapshot())
             self.perform(self._panel.connected())
+            known = await client.controller.describe()
+            self._panel.controller_described(is_emulated=known["emulated"])
             async for _ in client.states():
                 pass
         except (Refused, SecretUnprotected, WrongArgument) as error:
@@ -166,4 +168,7 @@ class TerminalConnection:
         )
         client.on_stop = lambda change: self.perform(panel.stop_changed(change))
         client.on_mode = lambda change: self.perform(panel.mode_changed(change))
+        client.on_controller = lambda change: panel.controller_described(
+            is_emulated=bool(change.is_emulated)
+        )
         client.on_program = lambda report: self.perform(panel.program_moved(report))

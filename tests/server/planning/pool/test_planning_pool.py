@@ -1,9 +1,11 @@
 import asyncio
 import logging
+import pickle
 import time
 from collections.abc import AsyncIterator, Awaitable, Callable
 from contextlib import asynccontextmanager
 from dataclasses import dataclass, field
+from pathlib import Path
 from typing import Any
 
 import pytest
@@ -13,6 +15,7 @@ from rigs.processes.planning_children import (
     FLOOD,
     JOB,
     MUTE,
+    WARM,
     Children,
     on_both_loops,
     run,
@@ -23,11 +26,17 @@ from rigs.processes.planning_children import (
 from openpendant.motion.scene.scene import Scene
 from openpendant.server.events.management_requests import parse
 from openpendant.server.planning.jobs import (
+    LENGTH,
+    FreePath,
     JointPathJob,
     PlanAnswer,
+    PlanJob,
     PlanTask,
     ReadBody,
+    SearchProgress,
+    SearchStage,
     WayCheckJob,
+    is_search,
 )
 from openpendant.server.planning.pool import planning_pool, planning_process
 from openpendant.server.planning.pool.planning_pool import PlanningPool
@@ -57,6 +66,10 @@ class FakeProcess:
     wasted_on: int | None = None
     withdrawn: list[tuple[int, int]] = field(default_factory=list)
     cuts: int = 0
+
+    @property
+    def is_searching(self) -> bool:
+        return not self.is_free and bool(self.given) and is_search(self.given[-1].job)
 
     def give(self, task: PlanTask) -> bool:
         assert self.is_free
@@ -88,6 +101,12 @@ class Bench:
     def ask_to_look(self, cell: int, *numbers: int) -> None:
         for number in numbers:
             job = WayCheckJob(number, (0.0,), b"", Scene())
+            self.pool.submit(PlanTask("ur5", job, self.answers.append, cell))
+
+    def ask_to_search(self, cell: int, *numbers: int) -> None:
+        for number in numbers:
+            motion = FreePath((0.0,), (1.0,), "RRTConnect", 0, 5.0, 0.0, 0.5)
+            job = PlanJob(number, (0.0,), motion)
             self.pool.submit(PlanTask("ur5", job, self.answers.append, cell))
 
     def ask_to_read(self, cell: int, *numbers: int) -> None:
@@ -205,6 +224,32 @@ def test_the_bodies_of_cells_take_turns_and_so_do_connections(bench: Bench) -> N
     bench.ask_to_read(1, 100, 101, 102)
     bench.ask_to_read(2, 200)
     assert bench.next_of_first(4) == [100, 200, 101, 102]
+
+
+def test_a_plan_around_obstacles_goes_behind_all_else(bench: Bench) -> None:
+    bench.keep_busy()
+    bench.ask_to_search(1, 100, 101)
+    bench.ask_for(2, 21, 22)
+    bench.ask_to_read(3, 31)
+    bench.ask_to_search(2, 200)
+    assert bench.next_of_first(6) == [21, 31, 22, 100, 200, 101]
+
+
+def test_plans_around_obstacles_leave_a_process_to_motions(bench: Bench) -> None:
+    bench.ask_to_search(1, 100)
+    bench.ask_to_search(2, 200)
+    assert sorted(bench.given()) == [[], [100]]
+    bench.ask_for(3, 31)
+    assert sorted(bench.given()) == [[31], [100]]
+
+
+def test_one_that_waits_is_withdrawn_and_fails_with_the_others(bench: Bench) -> None:
+    bench.keep_busy()
+    bench.ask_to_search(1, 100, 101)
+    bench.pool.withdraw(1, 100)
+    bench.processes[0].is_down = bench.processes[1].is_down = True
+    bench.pool.hand_out()
+    assert [each.job_id for each in bench.answers] == [101]
 
 
 def test_a_look_goes_before_bodies(bench: Bench) -> None:
@@ -525,5 +570,28 @@ def test_the_answer_to_a_withdrawn_job_is_not_delivered_and_its_process_goes_on(
             await answers.get()
             assert dropped == []
             assert len(children.started) == 1
+
+    assert run("asyncio", test()) == []
+
+
+@pytest.mark.realtime
+def test_words_on_a_search_are_delivered_and_its_answer_ends_it(
+    children: Children, tmp_path: Path
+) -> None:
+    word = PlanAnswer(1, SearchProgress(SearchStage.SEARCHING, 0.25), 0.1)
+    last = PlanAnswer(1, Refusal(V.NO_PATH_FOUND), 0.5)
+    said = tmp_path / "said"
+    said.write_bytes(
+        b"".join(LENGTH.pack(len(data)) + data for data in map(pickle.dumps, (word, last)))
+    )
+    children.command = f"{WARM} head -c 1 >/dev/null; cat {said}; exec cat"
+
+    async def test() -> None:
+        answers: list[Any] = []
+        async with running_pool() as pool:
+            pool.submit(PlanTask("ur5", JOB, answers.append, 1))
+            await until(lambda: len(answers) == 2)
+            assert answers == [word, last]
+            assert pool._processes[0].is_free
 
     assert run("asyncio", test()) == []

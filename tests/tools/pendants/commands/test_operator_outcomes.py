@@ -36,12 +36,16 @@ class Scripted:
         asked: the operations, in order.
         latched: the stop of each snapshot in turn; the last one stays.
         takes: how long the motion takes [s].
+        targets: the named positions that were asked for, in order.
+        motion_time: what the outcome says of it [s].
     """
 
     fails: dict[str, BaseException] = field(default_factory=dict)
     asked: list[str] = field(default_factory=list)
     latched: list[dict[str, str] | None] = field(default_factory=lambda: [LATCHED])
     takes: float = 0.0
+    targets: list[str] = field(default_factory=list)
+    motion_time: float = 1.0
     state: None = None
 
     async def __aenter__(self) -> Scripted:
@@ -76,6 +80,7 @@ class Scripted:
 
     async def home(self, target: str, speed: float) -> Scripted:
         await self.do("home")
+        self.targets.append(target)
         return self
 
     async def over_within(self, seconds: float) -> bool:
@@ -84,7 +89,7 @@ class Scripted:
 
     async def done(self) -> MotionResult:
         await self.do("done")
-        return MotionResult(0.1, 1.0)
+        return MotionResult(0.1, self.motion_time)
 
 
 @pytest.fixture
@@ -352,3 +357,34 @@ def test_what_is_no_server_no_speed_or_no_option_is_wrong_usage(
     with pytest.raises(SystemExit) as ended:
         main([*more, option, wrong])
     assert ended.value.code == 2
+
+
+@pytest.mark.parametrize(
+    ("arguments", "target"),
+    [
+        ([], "home"),
+        (["park"], "park"),
+        (["--to", "zero"], "zero"),
+        (["over the bin"], "over the bin"),
+    ],
+)
+def test_home_goes_to_the_position_that_is_named(
+    pendant: Scripted, arguments: list[str], target: str
+) -> None:
+    assert home.main(arguments) == 0
+    assert pendant.targets == [target]
+
+
+def test_a_position_is_named_once(pendant: Scripted, capsys: pytest.CaptureFixture[str]) -> None:
+    with pytest.raises(SystemExit) as ended:
+        home.main(["park", "--to", "zero"])
+    assert ended.value.code == 2
+    assert "one of them is enough" in capsys.readouterr().err
+
+
+def test_a_robot_that_is_there_already_is_told_so(
+    pendant: Scripted, capsys: pytest.CaptureFixture[str]
+) -> None:
+    pendant.motion_time = 0.0
+    assert home.main([]) == 0
+    assert "the robot is there already" in capsys.readouterr().out

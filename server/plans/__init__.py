@@ -1,0 +1,1 @@
+"""Plans of a cell: made, kept, looked at and executed as they were shown."""

@@ -1,0 +1,1 @@
+"""Named joint positions of a cell: kept, told, and found by name."""
