@@ -570,6 +570,47 @@ class UnknownObject(MotionError, code="unknown-object"):
         return f"no object or link is called {self.name!r}; known: {known}"
 
 
+class NothingGripped(MotionError, code="nothing-gripped"):
+    """An object is farther from the grasp point of a tool than the tool reaches.
+
+    Attributes:
+        name: of the object.
+        tool: the tool, `flange` for the bare flange, or the link.
+        value: distance from the grasp point to the nearest point of the object [m].
+        limit: the reach [m].
+    """
+
+    name: str
+    tool: str
+    value: float
+    limit: float
+
+    def __str__(self) -> str:
+        distance, reach = 1e3 * self.value, 1e3 * self.limit
+        # To the nanometre where a tenth of a millimetre would look as if it were within reach.
+        shown = f"{distance:.1f}" if round(distance, 1) > reach else f"{distance:.6f}"
+        return f"{self.tool} is {shown} mm from {self.name}; reach {reach:g} mm"
+
+
+class ObjectHeld(MotionError, code="object-held"):
+    """A link was to take an object that one holds already."""
+
+    name: str
+    link: str
+
+    def __str__(self) -> str:
+        return f"{self.link} holds {self.name!r} already; accepted: an object that stands"
+
+
+class ObjectNotHeld(MotionError, code="object-not-held"):
+    """An object was to be let go that no link holds."""
+
+    name: str
+
+    def __str__(self) -> str:
+        return f"nothing holds {self.name!r}, it stands; accepted: an object that a link holds"
+
+
 class DuplicateObject(MotionError, code="duplicate-object"):
     """A scene already holds an object of that name, or a link of the robot bears it."""
 

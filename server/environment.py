@@ -13,7 +13,6 @@ from openpendant.motion.frames.frame_tree import BASE, FLANGE
 from openpendant.motion.pose import Pose
 from openpendant.motion.scene.scene import Scene
 from openpendant.simplemsg.pendant import Capability
-from openpendant.simplemsg.verdicts import VerdictCode
 
 from .cell.robot_cell import RobotCell
 from .events.effects import Effect
@@ -25,7 +24,8 @@ from .positions.position_service import PositionService
 from .programs.interpreter.run_events import Offer
 from .recording.recording_service import RecordingService
 from .refusal import Refusal, refusal_of
-from .scene.planning_scene import PlanningScene, Rearranged, RobotEnvironment
+from .scene.grasps import Grasps, Rearranged
+from .scene.planning_scene import PlanningScene, RobotEnvironment
 from .scene.scene_monitor import SceneMonitor
 from .scene.scene_service import SceneService
 from .scene.signals import CellSignals
@@ -72,7 +72,10 @@ class CellEnvironment:
         )
         self.positions = positions
         self.named = PositionService(cell, positions, view, pending)
-        self.service = SceneService(cell, self.world, view, self.signals, self.trace, robot_name)
+        self.grasps = Grasps(cell, view, self.world, self.signals)
+        self.service = SceneService(
+            *(cell, self.world, view, self.grasps, self.signals, self.trace, robot_name)
+        )
         self.kinematics = KinematicsService(cell, view, pending, rates or QuestionRates())
         self._traced = 0
         self._reported = -1  # when the last report came that was taken
@@ -82,7 +85,7 @@ class CellEnvironment:
     @property
     def capabilities(self) -> Capability:
         """What a pendant may ask of it; signals where the controller has some for us."""
-        offered = Capability.RECORDING | Capability.SCENE
+        offered = Capability.RECORDING | Capability.SCENE | Capability.GRASP
         offered |= Capability.KINEMATICS | Capability.POSITIONS
         return offered | Capability.SIGNALS if self.signals.is_offered else offered
 
@@ -170,17 +173,9 @@ class CellEnvironment:
         return self.signals.set_output(signal, value, now)
 
     def attach(self, scene_object: str, now: int, then: Rearranged) -> list[Effect]:
-        """Let the tool carry an object."""
-        position = self._cell.feedback.position
-        if position is None:
-            then(Refusal(VerdictCode.FEEDBACK_STALE))
-            return []
-        return self.world.carry(scene_object, position, now, then)
+        """Let the tool take an object within its reach."""
+        return self.grasps.take_in_passing(scene_object, now, then)
 
     def detach(self, scene_object: str, now: int, then: Rearranged) -> list[Effect]:
         """Leave an object where it is."""
-        position = self._cell.feedback.position
-        if position is None:
-            then(Refusal(VerdictCode.FEEDBACK_STALE))
-            return []
-        return self.world.put_down(scene_object, position, now, then)
+        return self.grasps.leave_in_passing(scene_object, now, then)

@@ -2,10 +2,12 @@
 
 Owns the layout, the bounds and the wording of what is wrong with a file. SI: metres; quaternions
 x, y, z, w of length 1. Predefined frames are the robot's and never in the file; parents stand
-before children. Knows the tree, and no robot.
+before children. A tool's `grasp`, and each key of it, may be left out. Knows the tree, and no
+robot.
 
     {"schema": "openpendant-frames/1",
-     "tools": [{"name": "gripper", "xyz": [0, 0, 0.12], "quat": [0, 0, 0, 1]}],
+     "tools": [{"name": "gripper", "xyz": [0, 0, 0.12], "quat": [0, 0, 0, 1],
+                "grasp": {"point": [0, 0, 0.01], "reach": 0.02, "part": 3}}],
      "selected_tool": "gripper",
      "frames": [{"name": "table", "parent": "base", "xyz": [0.5, 0, 0], "quat": [0, 0, 0, 1]}]}
 """
@@ -29,6 +31,7 @@ from ..pickled_pieces import A_PIECE, LongTuple
 from ..pose import Pose
 from ..steps import Stepwise, at_once
 from .frame_tree import FLANGE, LONGEST_NAME, MOST_FRAMES, Frame, FrameTree, GrowingTree
+from .grasp import DEFAULT_GRASP, MOST_OFFSET, MOST_PARTS, MOST_REACH, Grasp
 
 SCHEMA = "openpendant-frames/1"
 
@@ -59,13 +62,31 @@ class _Placed(_Part):
     quat: tuple[_Real, _Real, _Real, _Real]
 
 
+_Offset: TypeAlias = Annotated[_Real, Field(ge=-MOST_OFFSET, le=MOST_OFFSET)]
+
+
+class _Grasp(_Part):
+    point: tuple[_Offset, _Offset, _Offset] = DEFAULT_GRASP.point
+    reach: Annotated[_Real, Field(ge=0.0, le=MOST_REACH)] = DEFAULT_GRASP.reach
+    # A whole number, which is read as a real.
+    part: Annotated[_Real, Field(ge=0, lt=MOST_PARTS, multiple_of=1)] | None = None
+
+    @property
+    def value(self) -> Grasp:
+        return Grasp(self.point, self.reach, None if self.part is None else int(self.part))
+
+
+class _Tool(_Placed):
+    grasp: _Grasp | None = None
+
+
 class _UserFrame(_Placed):
     parent: _Name
 
 
 class _Document(_Part):
     schema_: Literal["openpendant-frames/1"] = Field(alias="schema")
-    tools: tuple[_Placed, ...] = Field(default=(), max_length=MOST_FRAMES)
+    tools: tuple[_Tool, ...] = Field(default=(), max_length=MOST_FRAMES)
     selected_tool: _Name | None = None
     frames: tuple[_UserFrame, ...] = Field(default=(), max_length=MOST_FRAMES)
 
@@ -117,7 +138,7 @@ class FramesFile:
                 assert frame.pose is not None
                 assert frame.parent is not None
                 with _refused_at(self.file, _where(index, self.tools)):
-                    growing.add(frame.name, frame.pose, frame.parent)
+                    growing.add(frame.name, frame.pose, frame.parent, frame.grasp)
         if self.problem is not None:
             raise self.problem
         yield _PER_COPIED * len(placed)
@@ -153,7 +174,8 @@ def read_frames(text: str, file: str = "frames") -> Stepwise[FramesFile]:
             except FrameFileError as error:
                 return read(error)
             parent = entry.parent if isinstance(entry, _UserFrame) else FLANGE
-            placed.append(Frame(entry.name, parent, pose))
+            grasp = entry.grasp.value if isinstance(entry, _Tool) and entry.grasp else None
+            placed.append(Frame(entry.name, parent, pose, grasp=grasp))
     return read(None)
 
 
@@ -208,7 +230,11 @@ def frame_to_data(frame: Frame) -> dict[str, Any]:
 def tool_to_data(frame: Frame) -> dict[str, Any]:
     """Return a tool as plain data of the schema."""
     pose = frame.pose or Pose.identity()  # users' frames do not move
-    return {"name": frame.name, "xyz": pose.position.tolist(), "quat": pose.quaternion.tolist()}
+    data = {"name": frame.name, "xyz": pose.position.tolist(), "quat": pose.quaternion.tolist()}
+    grasp = frame.grasp
+    if grasp is not None:
+        data["grasp"] = {"point": list(grasp.point), "reach": grasp.reach, "part": grasp.part}
+    return data
 
 
 def _parsed(text: str, file: str) -> Any:

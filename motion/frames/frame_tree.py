@@ -33,13 +33,14 @@ from ..pickled_pieces import PickledPieces, unpickled
 from ..pose import Array, Pose, checked_vector, composed
 from ..steps import Stepwise
 from ..text_pieces import joined, made_once
+from .grasp import DEFAULT_GRASP, Grasp
 
 BASE, ROOT, FLANGE, TOOL = "base", "root", "flange", "tool"
 
 LONGEST_NAME = 64
 
 
-@dataclass(frozen=True, slots=True, eq=False)
+@dataclass(frozen=True, slots=True, eq=False, repr=False)
 class Frame:
     """Frame of the tree.
 
@@ -48,15 +49,25 @@ class Frame:
         parent: the frame that it hangs from; None for the base alone.
         pose: its pose in its parent; None if it moves.
         predefined: True if it belongs to the robot, and so cannot be changed.
+        grasp: of a tool that says where it grasps; None for any other frame.
     """
 
     name: str
     parent: str | None
     pose: Pose | None
     predefined: bool = False
+    grasp: Grasp | None = None
 
     def __reduce__(self) -> tuple[type[Frame], tuple[object, ...]]:
-        return Frame, (self.name, self.parent, self.pose, self.predefined)
+        return Frame, (self.name, self.parent, self.pose, self.predefined, self.grasp)
+
+    def __repr__(self) -> str:
+        # As it was before tools had grasps, where there is none: journals hold these words.
+        grasp = "" if self.grasp is None else f", grasp={self.grasp!r}"
+        return (
+            f"Frame(name={self.name!r}, parent={self.parent!r}, pose={self.pose!r},"
+            f" predefined={self.predefined!r}{grasp})"
+        )
 
     @property
     def moving(self) -> bool:
@@ -212,13 +223,30 @@ class FrameTree:
         growing.add(name, pose, parent)
         return growing.tree
 
-    def add_tool(self, name: str, tcp: Pose) -> FrameTree:
-        """Return the tree with another tool; `tcp` is its centre point in the flange.
+    def add_tool(self, name: str, tcp: Pose, grasp: Grasp | None = None) -> FrameTree:
+        """Return the tree with another tool.
+
+        Args:
+            tcp: its centre point in the flange.
+            grasp: where it grasps; None for the default.
 
         Raises:
             BadArgument: the name is no name, or there are 1,000 frames already.
         """
-        return self.add(name, tcp, FLANGE)
+        growing = GrowingTree(self)
+        growing.add(name, tcp, FLANGE, grasp)
+        return growing.tree
+
+    def move_tool(self, name: str, tcp: Pose, grasp: Grasp | None = None) -> FrameTree:
+        """Return the tree with a tool of another centre point and grasp; as of `add_tool`."""
+        moved = self.move(name, tcp, FLANGE)
+        return moved._with(replace(moved[name], grasp=grasp))
+
+    @property
+    def grasp(self) -> Grasp:
+        """Where the selected tool grasps, in its own frame."""
+        selected = None if self.selected_tool is None else self.frames[self.selected_tool].grasp
+        return selected or DEFAULT_GRASP
 
     def select_tool(self, name: str | None) -> FrameTree:
         """Return the tree in which the frame `tool` is a named tool, or with None the flange."""
@@ -249,7 +277,8 @@ class FrameTree:
             raise FrameCycle(name, upper)
         if name == self.selected_tool and upper != FLANGE:
             raise FrameInUse(name, (TOOL,))
-        tree = self._with(replace(frame, pose=pose, parent=upper))
+        grasp = frame.grasp if upper == FLANGE else None
+        tree = self._with(replace(frame, pose=pose, parent=upper, grasp=grasp))
         return tree.select_tool(name) if name == self.selected_tool else tree
 
     def rename(self, name: str, new_name: str) -> FrameTree:
@@ -392,11 +421,11 @@ class GrowingTree:
         # A view: what is asked of it is answered by the frames that were added meanwhile, too.
         self._view = FrameTree(MappingProxyType(self._frames), tree.selected_tool)
 
-    def add(self, name: str, pose: Pose, parent: str = BASE) -> None:
-        """Add a frame; arguments and refusals are those of `FrameTree.add`."""
+    def add(self, name: str, pose: Pose, parent: str = BASE, grasp: Grasp | None = None) -> None:
+        """Add a frame; arguments and refusals are those of `FrameTree.add` and `add_tool`."""
         if len(self._frames) >= MOST_FRAMES:
             raise BadArgument("frames", len(self._frames) + 1, f"at most {MOST_FRAMES}")
-        frame = Frame(self._view._new_name(name), self._view._parent(parent), pose)
+        frame = Frame(self._view._new_name(name), self._view._parent(parent), pose, grasp=grasp)
         self._frames[name] = frame
 
     @property

@@ -261,6 +261,23 @@ def _surface(file: str, scale: Sequence[float]) -> Any:
     return surface
 
 
+def distance_to_point(shape: Shape, point: Sequence[float] | Array) -> float:
+    """Return how far a (3,) point in the frame of a shape is from its body [m]; 0 inside.
+
+    To the rounding of a double for the bodies that are solid. A mesh has no inside, so that its
+    distance is that to its surface: within 1e-6 m where its triangles are no thinner than 1 mm and
+    no longer than 10 m.
+
+    Raises:
+        MeshFileError: the mesh cannot be read.
+    """
+    asked, found = coal.DistanceRequest(), coal.DistanceResult()
+    place = coal.Transform3s(np.eye(3), np.asarray(point, dtype=np.float64))
+    here = coal.Transform3s.Identity()
+    distance = coal.distance(object_geometry(shape), here, coal.Sphere(0.0), place, asked, found)
+    return max(float(distance), 0.0)
+
+
 TOUCHING = 1e-6
 """Bodies nearer than this touch [m].
 

@@ -1,10 +1,10 @@
 """Scene around a robot as plain data: objects, the links that hold them, and pairs that may touch.
 
 Owns the shapes and the sizes accepted, the rules of adding, moving, attaching and allowing, and the
-revision number. A scene is a value: every change returns a new one. `taken` and `left` are the
-changes that a program's `attach` and `detach` make, in a run and in the dry run alike. Knows no
-file, no robot and no collision library. Lengths in m; poses are position [m] and quaternion
-x, y, z, w; shapes stand in their own frame.
+revision number. A scene is a value: every change returns a new one. `left` is the
+change that a program's `detach` makes, in a run and in the dry run alike; `grasping` has that of
+`attach`. Knows no file, no robot and no collision library. Lengths in m; poses are position [m] and
+quaternion x, y, z, w; shapes stand in their own frame.
 """
 
 from __future__ import annotations
@@ -15,7 +15,15 @@ from collections.abc import Callable, Iterable, Iterator, Sequence
 from dataclasses import dataclass, field, replace
 from typing import TypeAlias
 
-from ..errors import BadArgument, DuplicateObject, FrameUnknown, NotFinite, UnknownObject
+from ..errors import (
+    BadArgument,
+    DuplicateObject,
+    FrameUnknown,
+    NotFinite,
+    ObjectHeld,
+    ObjectNotHeld,
+    UnknownObject,
+)
 from ..pickled_pieces import PickledPieces, unpickled
 from ..pose import Pose
 from ..steps import Stepwise
@@ -291,11 +299,11 @@ class Scene:
             touching: links and objects it may touch from now on, such as the hand that holds it.
 
         Raises:
-            BadArgument: a link holds the object already.
+            ObjectHeld: a link holds the object already.
         """
         taken = self.get(name)
         if taken.link is not None:
-            raise BadArgument("name", name, f"an object that stands; {taken.link} holds this one")
+            raise ObjectHeld(name, taken.link)
         held = taken.at(link_pose.inverse().compose(taken.pose), "base", link)
         pairs = frozenset(_pair(name, other) for other in touching)
         attached = self._replaced(held)
@@ -311,11 +319,11 @@ class Scene:
             frame: `base` or `root`, the frame of the object's pose from now on.
 
         Raises:
-            BadArgument: no link holds the object.
+            ObjectNotHeld: no link holds the object.
         """
         held = self.get(name)
         if held.link is None:
-            raise BadArgument("name", name, "an object that a link holds; this one stands")
+            raise ObjectNotHeld(name)
         return self._replaced(held.at(link_pose.compose(held.pose), frame))
 
     def allow(self, first: str, second: str) -> Scene:
@@ -376,19 +384,6 @@ def _finite(values: Sequence[float], count: int, what: str) -> tuple[float, ...]
         if not math.isfinite(value):
             raise NotFinite(what, index)
     return tuple(float(value) for value in values)
-
-
-def taken(scene: Scene, name: str, link: str, link_pose: Pose) -> Scene:
-    """Return the scene after a link has taken an object, both being where they are.
-
-    Args:
-        link: the link that carries it from now on, and may touch what it carries.
-        link_pose: pose of the link in the base frame.
-
-    Raises:
-        MotionError: there is no such object, or it is carried already.
-    """
-    return scene.attach(name, link, link_pose, touching=(link,))
 
 
 def left(scene: Scene, name: str, flange: str, link_pose: Callable[[str], Pose]) -> Scene:

@@ -113,7 +113,7 @@ class SceneText:
 
 
 def _is_placed_alike(one: Frame, other: Frame) -> bool:
-    return one.pose is other.pose and one.parent == other.parent
+    return one.pose is other.pose and one.parent == other.parent and one.grasp == other.grasp
 
 
 class FramesText:

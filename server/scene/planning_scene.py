@@ -35,7 +35,7 @@ from openpendant.motion.errors import FrameInUse, MotionError
 from openpendant.motion.frames.frame_file import FramesFile, read_frames
 from openpendant.motion.frames.frame_tree import FLANGE, FrameTree
 from openpendant.motion.pose import Pose
-from openpendant.motion.scene.scene import Scene, left, taken
+from openpendant.motion.scene.scene import Scene, left
 from openpendant.motion.scene.scene_transfer import SceneInTransfer
 from openpendant.motion.steps import Stepwise
 from openpendant.simplemsg.verdicts import VerdictCode
@@ -53,6 +53,7 @@ from .document_texts import COMPACT, FramesText, SceneText, joined
 
 if TYPE_CHECKING:
     from openpendant.motion.scene.collision import BuildStep, Proximity
+    from openpendant.motion.scene.grasping import Grip
 
 
 _Made = TypeVar("_Made")
@@ -108,6 +109,13 @@ class SceneModel(Protocol):
             FrameUnknown: there is no such link.
         """
 
+    def gripped(self, scene: Scene, name: str, position: JointVector, link: str | None) -> Grip:
+        """Let a link take an object of a scene at (n,) joints; None for the selected tool's.
+
+        Raises:
+            MotionError: there is no such object or link, one holds it, or it is beyond reach.
+        """
+
 
 class Ground(Protocol):
     """The cell, as far as the planning scene asks it and reports to it."""
@@ -159,8 +167,8 @@ Told: TypeAlias = Callable[[int | Refusal, int], list[Effect]]
 
 FrameChange: TypeAlias = Callable[[FrameTree], FrameTree]
 SceneChange: TypeAlias = Callable[[Scene], Scene]
-Rearranged: TypeAlias = Callable[[Refusal | None], None]
-"""Takes why an object was not taken or put down, None where it was; called once."""
+InForce: TypeAlias = Callable[[Refusal | None, int], list[Effect]]
+"""Takes why a scene was not put in force, None where it was, and the time."""
 
 
 class Watcher(Protocol):
@@ -201,9 +209,6 @@ class _KeptFrames(NamedTuple):
     tree: FrameTree
     body: str
 
-
-_Then: TypeAlias = Callable[[Refusal | None, int], list[Effect]]
-"""Takes why a scene was not put in force, None where it was, and the time."""
 
 FIRST_EFFORT = 1_600.0
 """Most that is built in the turn of the request [µs], so that a few objects take no other."""
@@ -295,7 +300,7 @@ class PlanningScene:
         return self._pending.ask(Load(kind, self._name), loaded)
 
     def _take_document(
-        self, kind: DocumentKind, answer: Answer, then: _Then, now: int
+        self, kind: DocumentKind, answer: Answer, then: InForce, now: int
     ) -> list[Effect]:
         if isinstance(answer, NotFound):
             return then(None, now)
@@ -315,7 +320,7 @@ class PlanningScene:
 
         return self._pending.run(Turns().find(self._tree_in(kind, answer.body)), read, now)
 
-    def _take_scene(self, body: str, then: _Then, now: int) -> list[Effect]:
+    def _take_scene(self, body: str, then: InForce, now: int) -> list[Effect]:
         turns = Turns()
 
         def read(found: Scene | Refusal, at: int) -> list[Effect]:
@@ -517,7 +522,7 @@ class PlanningScene:
         """Return why a scene may not take the place of another while the robot moves."""
         return None if _only_adds(before, after) else self._not_now(DocumentKind.SCENE)
 
-    def _saves_scene(self, author: str, session: int, told: Told) -> _Then:
+    def _saves_scene(self, author: str, session: int, told: Told) -> InForce:
         """Return what saves the scene that was built last, once it is in force."""
 
         def saved(answer: Answer, at: int) -> list[Effect]:
@@ -534,19 +539,19 @@ class PlanningScene:
 
         return put_in_force
 
-    def carry(self, name: str, at: JointVector, now: int, then: Rearranged) -> list[Effect]:
-        """Attach an object to the flange's link where it is, for a program.
+    def carry(self, name: str, at: JointVector, now: int, then: InForce) -> list[Effect]:
+        """Let the selected tool take an object within its reach, for a program.
 
         The document of the scene is not changed: a restart puts each object where it was taught.
 
         Args:
             at: (n,) joints; of the robot now, which stands until `then` is called.
         """
-        link = self._view.flange_link
-        pose = self._view.link_pose(at, link)
-        return self._in_passing(lambda scene: taken(scene, name, link, pose), now, then)
+        return self._in_passing(
+            lambda scene: self._view.gripped(scene, name, at, None).scene, now, then
+        )
 
-    def put_down(self, name: str, at: JointVector, now: int, then: Rearranged) -> list[Effect]:
+    def put_down(self, name: str, at: JointVector, now: int, then: InForce) -> list[Effect]:
         """Detach a carried object where it is, for a program; arguments as of `carry`."""
         view = self._view
 
@@ -555,18 +560,14 @@ class PlanningScene:
 
         return self._in_passing(changed, now, then)
 
-    def _in_passing(self, change: SceneChange, now: int, then: Rearranged) -> list[Effect]:
-        def put_in_force(refusal: Refusal | None, at: int) -> list[Effect]:
-            then(refusal)
-            return []
-
+    def _in_passing(self, change: SceneChange, now: int, then: InForce) -> list[Effect]:
         def begin(at: int) -> list[Effect]:
             try:
                 scene = change(self.scene)
             except MotionError as error:
-                return put_in_force(refusal_of(error), at)
+                return then(refusal_of(error), at)
             spent = _PER_OBJECT * len(scene.objects) + _PER_ALLOWED * len(scene.allowed)
-            return self._build(scene, at, put_in_force, Turns(spent))
+            return self._build(scene, at, then, Turns(spent))
 
         if self._building is not None:
             self._waiting.append(begin)
@@ -622,7 +623,7 @@ class PlanningScene:
         self,
         scene: Scene,
         now: int,
-        then: _Then,
+        then: InForce,
         turns: Turns,
         *,
         is_kept: bool = False,
@@ -694,7 +695,7 @@ class PlanningScene:
             return out
         return out + self._watcher.planned_in(building.scene, now, now)
 
-    def _end_building(self, refused: Refusal | None, then: _Then, now: int) -> list[Effect]:
+    def _end_building(self, refused: Refusal | None, then: InForce, now: int) -> list[Effect]:
         self._building = None
         self._watcher.seen(is_whole=True)
         self._tell_cell()
@@ -793,7 +794,7 @@ def _of_the_other(kind: DocumentKind, tree: FrameTree) -> list[object]:
     own = [each for each in tree.frames.values() if not each.predefined]
     said: list[object] = [tree.selected_tool] if has_tools else []
     said += [
-        (each.name, each.parent, id(each.pose))
+        (each.name, each.parent, id(each.pose), each.grasp)
         for each in own
         if (each.parent == FLANGE) is has_tools
     ]

@@ -7,16 +7,15 @@ Owns the translation of each request into a change of the scene or a question to
 from __future__ import annotations
 
 import json
-from typing import TYPE_CHECKING, Protocol, cast
+from typing import TYPE_CHECKING, Any, Protocol, cast
 
 from openpendant.motion.description.robot import robot_names
 from openpendant.motion.frames.frame_file import FramesFile, frames_to_json
 from openpendant.motion.frames.frame_teaching import frame_from_four_points, frame_from_three_points
-from openpendant.motion.frames.frame_tree import FLANGE
+from openpendant.motion.frames.grasp import Grasp
 from openpendant.motion.frames.tool_calibration import tool_centre
 from openpendant.motion.planning.ompl_planner import planners
 from openpendant.motion.pose import Pose
-from openpendant.motion.scene.scene import Scene
 from openpendant.motion.scene.scene_file import SCENE_SCHEMA
 from openpendant.motion.steps import Stepwise
 from openpendant.simplemsg.pendant import PROTOCOL_VERSION
@@ -30,6 +29,7 @@ from ..events.management_requests import ReplyTo, handles
 from ..refusal import Refusal
 from ..store.documents import DocumentKind
 from .document_reading import scene_from_json
+from .grasps import Grasps, SceneEdit
 from .imports import FramesImport, SceneImport, ToolsImport, reading
 from .planning_scene import (
     FrameChange,
@@ -43,6 +43,7 @@ from .trace import ToolTrace
 
 if TYPE_CHECKING:
     from openpendant.motion.scene.collision import Proximity
+    from openpendant.motion.scene.grasping import Grip
 
 _FRAMES, _TOOLS = DocumentKind.FRAMES, DocumentKind.TOOLS
 _POINTS_OF_AN_ANSWER = 800
@@ -73,6 +74,7 @@ class SceneService:
         cell: RobotCell,
         world: PlanningScene,
         view: RobotEnvironment,
+        grasps: Grasps,
         signals: CellSignals,
         trace: ToolTrace,
         robot_name: str,
@@ -82,6 +84,7 @@ class SceneService:
         self._cell = cell
         self._world = world
         self._view = view
+        self._grasps = grasps
         self._signals = signals
         self._trace = trace
         self._robot_name = robot_name
@@ -181,7 +184,11 @@ class SceneService:
     @handles(frames.AddTool)
     def _add_tool(self, asked: frames.AddTool, reply: ReplyTo[Changed], now: int) -> list[Effect]:
         return self._change_frames(
-            _TOOLS, asked, reply, now, lambda tree: tree.add_tool(asked.name, pose_of(asked.tcp))
+            _TOOLS,
+            asked,
+            reply,
+            now,
+            lambda tree: tree.add_tool(asked.name, pose_of(asked.tcp), _grasp(asked.grasp)),
         )
 
     @handles(frames.MoveTool)
@@ -191,7 +198,7 @@ class SceneService:
             asked,
             reply,
             now,
-            lambda tree: tree.move(asked.name, pose_of(asked.tcp), FLANGE),
+            lambda tree: tree.move_tool(asked.name, pose_of(asked.tcp), _grasp(asked.grasp)),
         )
 
     @handles(frames.RemoveTool)
@@ -331,25 +338,24 @@ class SceneService:
 
     @handles(scene.AttachObject)
     def _attach_object(
-        self, asked: scene.AttachObject, reply: ReplyTo[Changed], now: int
+        self, asked: scene.AttachObject, reply: ReplyTo[scene.Attached], now: int
     ) -> list[Effect]:
-        def attached(before: Scene) -> Scene:
-            link = asked.link or self._view.flange_link
-            at = self._view.link_pose(self._cell.feedback.position or (), link)
-            return before.attach(asked.name, link, at, touching=(link,))
+        def taken(grip: Grip, revision: int, at: int) -> list[Effect]:
+            held = _found(grip.grasp)
+            return reply.answer({"revision": revision, "distance": grip.distance, "grasp": held})
 
-        return self._change_scene(asked, reply, now, attached)
+        def refused(why: Refusal, at: int) -> list[Effect]:
+            return reply.refuse(why)
+
+        edit = _edit(asked, reply)
+        return self._grasps.take(asked.name, asked.link, edit, now, taken, refused)
 
     @handles(scene.DetachObject)
     def _detach_object(
         self, asked: scene.DetachObject, reply: ReplyTo[Changed], now: int
     ) -> list[Effect]:
-        def detached(before: Scene) -> Scene:
-            held_by = before.get(asked.name).link or self._view.flange_link
-            at = self._view.link_pose(self._cell.feedback.position or (), held_by)
-            return before.detach(asked.name, at)
-
-        return self._change_scene(asked, reply, now, detached)
+        edit = _edit(asked, reply)
+        return self._grasps.leave(asked.name, edit, now, _revision(reply))
 
     @handles(scene.ImportScene)
     def _import_scene(
@@ -465,9 +471,25 @@ def pose_of(placed: AnyPose) -> Pose:
     return Pose.from_values(placed["position"], placed.get("orientation", _NO_ROTATION))
 
 
+def _grasp(asked: frames.ToolGrasp | None) -> Grasp | None:
+    """Return the grasp of a tool that a request holds; None for the default.
+
+    Raises:
+        MotionError: the point is too far off.
+    """
+    if asked is None:
+        return None
+    x, y, z = asked["point"]
+    return Grasp((x, y, z), asked["reach"], asked["part"])
+
+
 def _was_read(file: FramesFile) -> Stepwise[FramesFile]:
     yield 0.0
     return file
+
+
+def _edit(asked: _Change, reply: ReplyTo[Any]) -> SceneEdit:
+    return SceneEdit(asked.expected_revision, reply.name, reply.session)
 
 
 def _revision(reply: ReplyTo[Changed]) -> Told:

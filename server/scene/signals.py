@@ -12,7 +12,7 @@ from collections.abc import Callable
 from dataclasses import dataclass, field
 
 from openpendant.simplemsg import Message, ReplyCode, message_type
-from openpendant.simplemsg.pendant import ReadSignals, ReadSignalsReply, WriteOutputs
+from openpendant.simplemsg.pendant import ReadSignals, ReadSignalsReply, SetInputs, WriteOutputs
 from openpendant.simplemsg.verdicts import VerdictCode
 
 from ..events.effects import Effect, QueryController
@@ -41,7 +41,7 @@ Told = Callable[[Refusal | None, int], list[Effect]]
 class _Asked:
     """A question under way; answers come in order."""
 
-    message: ReadSignals | WriteOutputs
+    message: ReadSignals | WriteOutputs | SetInputs
     at: int
     told: Told | None = None
 
@@ -118,18 +118,21 @@ class CellSignals:
             self._banks[reply.first] = bank = _Bank(reply.inputs, reply.outputs, now)
             self.changes += counts != self._counts or bank.values != (before and before.values)
             self._counts = counts
-        elif isinstance(asked.message, WriteOutputs) and done:
+        elif isinstance(asked.message, WriteOutputs | SetInputs) and done:
             self._written(asked.message)
         if asked.told is None:
             return []
-        text = "the controller refused to set the output"
+        text = "the controller refused to set the signal"
         return asked.told(None if done else Refusal(VerdictCode.CONTROLLER_REFUSED, text), now)
 
-    def _written(self, message: WriteOutputs) -> None:
+    def _written(self, message: WriteOutputs | SetInputs) -> None:
         bank = self._banks.setdefault(message.first, _Bank())
-        before = bank.outputs
-        bank.outputs = before & ~message.mask | message.values & message.mask
-        self.changes += bank.outputs != before
+        before = bank.values
+        if isinstance(message, SetInputs):
+            bank.inputs = bank.inputs & ~message.mask | message.values & message.mask
+        else:
+            bank.outputs = bank.outputs & ~message.mask | message.values & message.mask
+        self.changes += bank.values != before
 
     def _give_up(self, now: int) -> list[Effect]:
         """Drop the unanswered questions and all values."""
@@ -194,6 +197,22 @@ class CellSignals:
             return refusal
         bit = 1 << signal % BANK
         message = WriteOutputs(signal // BANK * BANK, bit, bit if value else 0)
+        return self._ask(_Asked(message, now, told))
+
+    def set_input(self, signal: int, value: bool, now: int, told: Told) -> list[Effect] | Refusal:
+        """Give an input of an emulated controller a value, as its cabling would.
+
+        Only for a controller that is known to be emulated: SET_INPUTS never goes to a real one.
+
+        Args:
+            signal: its number, from 0.
+            told: called once the controller has set it or not.
+        """
+        refusal = self._absent("input", signal)
+        if refusal is not None:
+            return refusal
+        bit = 1 << signal % BANK
+        message = SetInputs(signal // BANK * BANK, bit, bit if value else 0)
         return self._ask(_Asked(message, now, told))
 
     def _fresh(self, what: SignalKind, kind: int, signal: int, now: int) -> bool | Refusal:

@@ -32,6 +32,7 @@ from openpendant.motion.pose import Pose
 from openpendant.motion.robot_report.robot_report import robot_data
 from openpendant.motion.scene.clearance import ClearPath
 from openpendant.motion.scene.collision import BuildStep, CollisionModel, Proximity
+from openpendant.motion.scene.grasping import Grip, gripped
 from openpendant.motion.scene.scene import Scene
 from openpendant.motion.trajectory.point_speed import elbow_link
 
@@ -170,6 +171,14 @@ class RobotKinematics:
             FrameUnknown: there is no such link.
         """
         return self._kinematics.forward(position, link=link)
+
+    def gripped(self, scene: Scene, name: str, position: Sequence[float], link: str | None) -> Grip:
+        """Let a link take an object of a scene at (n,) joints; None for the selected tool's.
+
+        Raises:
+            MotionError: as of `motion.scene.grasping.gripped`.
+        """
+        return gripped(self._kinematics, self.frames, scene, name, position, link)
 
     def nearest_steps(
         self, position: Sequence[float]

@@ -43,6 +43,12 @@ SAMPLES: list[tuple[errors.MotionError, list[str]]] = [
     (errors.NoAssembly((0.1, 0.2), 0.01, "singular"), ["0.1, 0.2 m", "singular"]),
     (errors.LibraryMissing("ruckig", "motion"), ["ruckig", "'motion' of openpendant"]),
     (errors.UnknownObject("crate", ("box",)), ["'crate'", "box"]),
+    (
+        errors.NothingGripped("crate", "gripper", 0.06, 0.01),
+        ["gripper is 60.0 mm from crate; reach 10 mm"],
+    ),
+    (errors.ObjectHeld("crate", "tool0"), ["tool0 holds 'crate'"]),
+    (errors.ObjectNotHeld("crate"), ["nothing holds 'crate'"]),
     (errors.DuplicateObject("box"), ["'box'", "no other object"]),
     (
         errors.SceneTooLarge(2_400, 2_000, 300),

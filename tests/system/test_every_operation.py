@@ -197,9 +197,12 @@ async def scene(pendant: Pendant) -> None:
     at = (await calls.show())["revision"]
     at = (await calls.add({**BOX, "name": box}, at))["revision"]
     assert (await calls.nearest())["distance"] is not None
+    await pendant.next_state()
+    at = (await calls.move(box, {"position": pendant.tool_pose().position}, at))["revision"]
+    taken = await calls.attach(box, at)
+    assert taken["distance"] == 0.0
+    at = (await calls.detach(box, taken["revision"]))["revision"]
     at = (await calls.move(box, {"position": (0.0, 1.5, 0.0)}, at))["revision"]
-    at = (await calls.attach(box, at))["revision"]
-    at = (await calls.detach(box, at))["revision"]
     at = (await calls.add({**BOX, "name": lid}, at))["revision"]
     at = (await calls.allow(box, lid, at))["revision"]
     at = (await calls.forbid(box, lid, at))["revision"]

@@ -37,7 +37,13 @@ move LIN up speed 200 mm/s
 async def prepare(pendant: PendantClient) -> tuple[float, ...]:
     placed = {"position": (0.0, 0.0, 0.1), "orientation": UPRIGHT}
     made = await pendant.manage(
-        {"op": "tools.add", "name": "gripper", "tcp": placed, "expected_revision": 0}
+        {
+            "op": "tools.add",
+            "name": "gripper",
+            "tcp": placed,
+            "grasp": {"reach": 0.05},
+            "expected_revision": 0,
+        }
     )
     selected = {"op": "tools.select", "name": "gripper", "expected_revision": made["revision"]}
     await pendant.manage(selected)

@@ -22,7 +22,8 @@ import numpy as np
 from openpendant.motion.errors import MotionError
 from openpendant.motion.kinematics.serial import Kinematics
 from openpendant.motion.pose import Pose
-from openpendant.motion.scene.scene import Scene, left, taken
+from openpendant.motion.scene.grasping import gripped
+from openpendant.motion.scene.scene import Scene, left
 from openpendant.motion.trajectory.trajectory import Trajectory
 from openpendant.simplemsg.pendant.management.program_values import TeachPoint
 from openpendant.simplemsg.pendant.management.statements import Attach, Detach
@@ -198,7 +199,7 @@ class DryRuns:
             return planned
 
         def rearrange(scene: Scene, statement: Attach | Detach, at: JointVector) -> Scene | Refusal:
-            return _rearranged(kinematics, scene, statement, at)
+            return _rearranged(kinematics, job, scene, statement, at)
 
         try:
             found = dry_run(job.linked, job.start, plan, job.scene, rearrange, _absent(job.signals))
@@ -251,7 +252,11 @@ def _planned(
 
 
 def _rearranged(
-    kinematics: Kinematics, scene: Scene, statement: Attach | Detach, at: JointVector
+    kinematics: Kinematics,
+    job: DryRunJob,
+    scene: Scene,
+    statement: Attach | Detach,
+    at: JointVector,
 ) -> Scene | Refusal:
     """Return the scene after an object changed hands at a joint position, or why it cannot."""
     flange, name = kinematics.robot.tool_link, statement.scene_object
@@ -261,7 +266,7 @@ def _rearranged(
 
     try:
         if isinstance(statement, Attach):
-            return taken(scene, name, flange, link_pose(flange))
+            return gripped(kinematics, job.frames, scene, name, at).scene
         return left(scene, name, flange, link_pose)
     except MotionError as error:
         return refusal_of(error)

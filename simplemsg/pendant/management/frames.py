@@ -8,19 +8,22 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import field
-from typing import Annotated, Any, TypedDict
+from typing import Annotated, Any, NotRequired, TypedDict
 
 from ..roles import Permission
 from .declaration import (
     ORIGIN,
     Changed,
     Content,
+    Count,
+    Default,
     FoundPose,
     Length,
     NeedsAuthority,
     Number,
     Placed,
     ReadAs,
+    ReadAsKeys,
     Real,
     Request,
     Revision,
@@ -222,6 +225,22 @@ class ImportTools(Request[Changed]):
     """the one of the tools that the change was made from."""
 
 
+class ToolGrasp(TypedDict):
+    """Where a tool grasps; what is left out is as of the bare flange.
+
+    Attributes:
+        point: the grasp point in the tool's frame [m]; left out for its origin.
+        reach: how far from the point the body of an object may be, 0 to 0.05 [m]; left out
+            for 0.010.
+        part: number of the input of an emulated controller that says that the tool has a part: 1
+            after a grasp, 0 after one that missed and after letting go; left out for none.
+    """
+
+    point: NotRequired[Annotated[Vector, Default((0.0, 0.0, 0.0))]]
+    reach: NotRequired[Annotated[float, Number(0.0, 0.05, finite=True), Default(0.010)]]
+    part: NotRequired[Annotated[Annotated[int, Count(0, below=512)] | None, Default(None)]]
+
+
 @operation("tools.add", needs=Permission.CHANGE_TOOLS)
 class AddTool(Request[Changed]):
     """Add a tool.
@@ -234,13 +253,15 @@ class AddTool(Request[Changed]):
     """name of the tool."""
     tcp: Placed
     """its centre point in the flange."""
+    grasp: Annotated[ToolGrasp, ReadAsKeys(ToolGrasp)] | None = field(default=None, kw_only=True)
+    """where it grasps; None for the default."""
     expected_revision: Revision
     """the one of the tools that the change was made from."""
 
 
 @operation("tools.move", needs=Permission.CHANGE_TOOLS, authority=NeedsAuthority.SELECTED_TOOL)
 class MoveTool(Request[Changed]):
-    """Give a tool another centre point.
+    """Give a tool another centre point and another grasp.
 
     Raises:
         Refused: REVISION_CONFLICT, FRAME_REFUSED, UNKNOWN_FRAME, CHANGE_WHILE_MOVING.
@@ -250,6 +271,8 @@ class MoveTool(Request[Changed]):
     """name of the tool."""
     tcp: Placed
     """its centre point in the flange."""
+    grasp: Annotated[ToolGrasp, ReadAsKeys(ToolGrasp)] | None = field(default=None, kw_only=True)
+    """where it grasps; None for the default, not for the one it had."""
     expected_revision: Revision
     """the one of the tools that the change was made from."""
 

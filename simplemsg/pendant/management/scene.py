@@ -9,7 +9,16 @@ from dataclasses import field
 from typing import Any, NotRequired, TypedDict
 
 from ..roles import Permission
-from .declaration import Changed, Content, NeedsAuthority, Placed, Request, Revision, operation
+from .declaration import (
+    Changed,
+    Content,
+    FoundPose,
+    NeedsAuthority,
+    Placed,
+    Request,
+    Revision,
+    operation,
+)
 
 
 class Scene(TypedDict):
@@ -40,6 +49,18 @@ class Nearest(TypedDict):
     second: NotRequired[str]
     first_point: NotRequired[list[float]]
     second_point: NotRequired[list[float]]
+
+
+class Attached(Changed):
+    """The revision to make the next change from, and how the object is held.
+
+    Attributes:
+        distance: from the grasp point to the nearest point of the body [m]; 0 inside.
+        grasp: pose of the object in the tool, or in the link where it is not the tool's.
+    """
+
+    distance: NotRequired[float]
+    grasp: NotRequired[FoundPose]
 
 
 @operation("scene.show", needs=Permission.OBSERVE)
@@ -128,17 +149,18 @@ class ForbidContact(Request[Changed]):
 @operation(
     "scene.attach", needs=Permission.CHANGE_SCENE, authority=NeedsAuthority.ALWAYS, overtaken=True
 )
-class AttachObject(Request[Changed]):
-    """Let a link take an object where both are now.
+class AttachObject(Request[Attached]):
+    """Let a link take an object where both are now, if the object is within the tool's reach.
 
     Raises:
-        Refused: REVISION_CONFLICT, UNKNOWN_OBJECT, UNKNOWN_FRAME.
+        Refused: NOTHING_GRIPPED with distance and reach, NOT_HELD where something holds it,
+            REVISION_CONFLICT, UNKNOWN_OBJECT, UNKNOWN_FRAME, CHANGE_WHILE_MOVING, FEEDBACK_STALE.
     """
 
     name: str
     """name of the object."""
     link: str | None = field(default=None, kw_only=True)
-    """the link; None for the one that tools are bolted to."""
+    """the link, measured from its origin; None for the tool's, measured from its grasp point."""
     expected_revision: Revision
     """the one that the change was made from."""
 
@@ -147,10 +169,10 @@ class AttachObject(Request[Changed]):
     "scene.detach", needs=Permission.CHANGE_SCENE, authority=NeedsAuthority.ALWAYS, overtaken=True
 )
 class DetachObject(Request[Changed]):
-    """Leave an object that the robot carries where it is now.
+    """Leave an object that the robot carries where it is now; it does not fall.
 
     Raises:
-        Refused: REVISION_CONFLICT, UNKNOWN_OBJECT.
+        Refused: NOT_HELD, REVISION_CONFLICT, UNKNOWN_OBJECT, CHANGE_WHILE_MOVING, FEEDBACK_STALE.
     """
 
     name: str

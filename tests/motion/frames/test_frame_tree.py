@@ -32,6 +32,7 @@ from openpendant.motion.frames.frame_tree import (
     transform_twist,
     transform_vector,
 )
+from openpendant.motion.frames.grasp import Grasp
 from openpendant.motion.orientation import rotation_of_vector
 from openpendant.motion.pose import Array, Pose
 
@@ -409,6 +410,14 @@ def changed(which: dict[str, Any], **fields: Any) -> str:
         (changed(TABLE, rpy=[0, 0, 0]), "frames[0].rpy", ["not permitted"]),
         (changed(HAND, parent="flange"), "tools[0].parent", ["accepted: name, xyz, quat"]),
         (changed(HAND, quat=[1.0, 1.0, 0.0, 0.0]), "tools[0].quat", ["length 1.414"]),
+        (changed(HAND, grasp={"reach": 0.06}), "tools[0].grasp.reach", ["0.05"]),
+        (changed(HAND, grasp={"reach": math.nan}), "tools[0].grasp.reach", ["finite"]),
+        (changed(HAND, grasp={"point": [0, 0, 2e3]}), "tools[0].grasp.point[2]", ["1000"]),
+        (changed(HAND, grasp={"part": 1.5}), "tools[0].grasp.part", ["multiple of 1"]),
+        (changed(HAND, grasp={"part": 512}), "tools[0].grasp.part", ["512"]),
+        (changed(HAND, grasp={"part": True}), "tools[0].grasp.part", ["number"]),
+        (changed(HAND, grasp={"force": 1}), "tools[0].grasp.force", ["not permitted"]),
+        (changed(TABLE, grasp={}), "frames[0].grasp", ["not permitted"]),
         (document(selected_tool="gone"), "selected_tool", ["'gone'", "hand"]),
     ],
 )
@@ -422,6 +431,50 @@ def test_a_malformed_file_is_refused_in_one_line_that_names_file_and_field(
     assert str(error).startswith(f"cell.json: {field}")
     assert "\n" not in str(error)
     assert [word for word in words if word not in str(error)] == []
+
+
+GRASP = Grasp((0.0, 0.01, 0.02), 0.03, 4)
+
+
+def test_the_grasp_of_the_selected_tool_counts_and_is_the_default_where_it_has_none(
+    tree: FrameTree,
+) -> None:
+    grasping = tree.add_tool("hand", HERE, GRASP)
+    assert (tree.grasp, grasping.grasp) == (Grasp(), Grasp())
+    assert grasping.select_tool("hand").grasp == GRASP
+    assert grasping.select_tool("hand").select_tool(None).grasp == Grasp((0.0, 0.0, 0.0), 0.010)
+
+
+def test_a_tool_keeps_its_grasp_under_another_name_and_in_another_process() -> None:
+    tree = FrameTree().add_tool("hand", HERE, GRASP).rename("hand", "fist")
+    assert pickle.loads(pickle.dumps(tree))["fist"].grasp == GRASP
+    assert tree.move("fist", THERE)["fist"].grasp == GRASP
+    assert tree.move("fist", THERE, BASE)["fist"].grasp is None
+
+
+def test_a_tool_that_is_moved_has_the_grasp_that_is_given_with_the_move() -> None:
+    tree = FrameTree().add_tool("hand", HERE, GRASP).select_tool("hand")
+    assert tree.move_tool("hand", THERE, Grasp(reach=0.05)).grasp.reach == 0.05
+    moved = tree.move_tool("hand", THERE)
+    assert moved.grasp == Grasp()
+    assert_same_pose(moved.transform(TOOL, FLANGE), THERE)
+
+
+def test_grasps_travel_by_file_and_a_tool_without_one_is_written_as_before() -> None:
+    tree = FrameTree().add_tool("hand", HERE, GRASP).add_tool("torch", THERE)
+    text = frames_to_json(tree)
+    hand, torch = json.loads(text)["tools"]
+    assert hand["grasp"] == {"point": [0.0, 0.01, 0.02], "reach": 0.03, "part": 4}
+    assert list(torch) == ["name", "xyz", "quat"]
+    again = frames_from_json(text)
+    assert [tool.grasp for tool in again.tools] == [GRASP, None]
+    assert frames_from_json(changed(HAND, grasp={}))["hand"].grasp == Grasp()
+
+
+def test_a_frame_without_a_grasp_is_told_in_the_words_that_journals_hold() -> None:
+    hand = FrameTree().add_tool("hand", shift(0.0))["hand"]
+    assert repr(hand).endswith("predefined=False)")
+    assert "grasp=" in repr(FrameTree().add_tool("hand", shift(0.0), GRASP)["hand"])
 
 
 @pytest.mark.parametrize(

@@ -90,11 +90,16 @@ class FullCell(SurroundedCell):
         self.until(lambda: bool(told))
         assert isinstance(told[0], int), told
 
+    def with_box_at_the_flange(self) -> FullCell:
+        """Have a scene in which there is room to carry box 0, which is where the flange is."""
+        return self.put(full(room=70).move("box 0", self.mathematics.flange(robot().home_position)))
+
     def rearrange(self, change: Callable[..., Any], name: str) -> FullCell:
         """Take an object or put it down, as a program does."""
+        self.report()
         told: list[Refusal | None] = []
         self.turns = []
-        self.turn(lambda: change(name, robot().home_position, self.now, told.append))
+        self.turn(lambda: change(name, self.now, told.append))
         self.until(lambda: bool(told))
         assert told == [None]
         return self

@@ -15,7 +15,7 @@ from openpendant.server.cell.robot_cell import RobotCell
 from openpendant.server.endpoints.pendant.management import carry_out
 from openpendant.server.environment import CellEnvironment
 from openpendant.server.events.cell_events import CellEvent
-from openpendant.server.events.effects import Ask, Backend, Effect, QueryController, Send
+from openpendant.server.events.effects import Ask, Backend, Effect, LogLine, QueryController, Send
 from openpendant.server.events.management_requests import ReplyTo, handlers_of, parse
 from openpendant.server.events.pending import Pending
 from openpendant.server.positions.position_book import PositionBook
@@ -45,14 +45,18 @@ class SurroundedCell:
         turns: processor time of each turn of the last request, that which took it first [ns].
     """
 
-    def __init__(self, folder: Path, *, reads_apart: bool = False) -> None:
+    def __init__(
+        self, folder: Path, *, reads_apart: bool = False, is_told_emulated: bool = False
+    ) -> None:
         """Begin with what the folder's store has.
 
         Args:
             reads_apart: whether requests come as a planning process hands them back.
+            is_told_emulated: whether the cell's file says that its controller is emulated.
         """
         self._reads_apart = reads_apart
-        settings = make_settings({"controller": {"signals": "openpendant"}}, "test")
+        controller = {"signals": "openpendant", "emulated": is_told_emulated}
+        settings = make_settings({"controller": controller}, "test")
         self.now = 1_000_000_000
         self.pending = Pending()
         self.mathematics = RobotKinematics(robot())
@@ -71,6 +75,7 @@ class SurroundedCell:
         self.answers: list[tuple[bool, dict[str, Any]]] = []
         self.outcomes: list[Outcome] = []
         self.queries: list[Message] = []
+        self.lines: list[str] = []
         self.turns: list[int] = []
         self.perform(self.positions.read_once())
         self.perform(self.around.world.load())
@@ -91,16 +96,24 @@ class SurroundedCell:
                     self.outcomes.append(told)
                 case QueryController(message=message):
                     self.queries.append(message)
+                case LogLine(text=text):
+                    self.lines.append(text)
 
     def _run(self, asked: Ask) -> None:
         answer = self.refuse_with or answer_of(self.store, asked.question)
         self.turn(lambda: self.pending.resume(asked, answer, self.now))
 
-    def report(self, position: tuple[float, ...] | None = None, after_ms: int = 10) -> None:
+    def report(
+        self,
+        position: tuple[float, ...] | None = None,
+        after_ms: int = 10,
+        *,
+        velocity: float = 0.0,
+    ) -> None:
         self.now += after_ms * MS
         joints = joint_array(robot().home_position if position is None else position)
-        still = joint_array(())
-        message = JointFeedback(0, int(ValidField.ALL), 0.0, joints, still, still)
+        still, rates = joint_array(()), joint_array((velocity,))
+        message = JointFeedback(0, int(ValidField.ALL), 0.0, joints, rates, still)
         self.perform(self.cell.reported(message, self.now))
         self.perform(self.around.reported(self.now))
 

@@ -240,6 +240,17 @@ _ADDED: Step = (
     },
 )
 _GONE: Step = ("scene.remove", _numbered(_SCENE))
+
+
+def _at_the_tool() -> dict[str, list[float]]:
+    """Return a place near the flange and near a tool of 0.1 m, where the robot is at home."""
+    robot = serial_robot("ur5")
+    beyond = Pose.from_values([0.0, 0.0, 0.05], [0.0, 0.0, 0.0, 1.0])
+    place = Kinematics(robot).forward(robot.home_position).compose(beyond)
+    return {"position": place.position.tolist()}
+
+
+_BROUGHT: Step = ("scene.move", _revised(_SCENE, name="o3", pose=_at_the_tool()))
 _TAKEN: Step = ("scene.attach", _revised(_SCENE, name="o3"))
 _LEFT: Step = ("scene.detach", _revised(_SCENE, name="o3"))
 _FRAMED: Step = ("frames.add", _numbered(_FRAMES, pose=_POSE))
@@ -423,8 +434,9 @@ def _import_rows() -> dict[str, Row]:
         "scene.import", lambda server, count: _scene(server, server.most_objects * 8 // 9), LARGEST
     )
     whole, taken, left = rows["scene.import: legal"].after, _step(_TAKEN), _step(_LEFT)
-    rows["scene.attach: legal"] = Row(taken, (fewer,), (left, *whole))
-    rows["scene.detach: legal"] = Row(left, (fewer, taken), whole)
+    brought = (fewer, _step(_BROUGHT))
+    rows["scene.attach: legal"] = Row(taken, brought, (left, *whole))
+    rows["scene.detach: legal"] = Row(left, (*brought, taken), whole)
     return {name: replace(row, is_legal=True) for name, row in rows.items()}
 
 

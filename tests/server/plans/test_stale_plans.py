@@ -18,7 +18,9 @@ from openpendant.simplemsg.pendant import (
 )
 from openpendant.simplemsg.verdicts import VerdictCode as V
 
-FAR = (2.0, 2.0, 2.0)
+PART = (-0.4869, -0.10915, 0.413)
+"""In front of the flange, 9 mm from it, where the robot is at home."""
+
 TOOL = {"position": [0.0, 0.0, 0.1]}
 
 Change = Callable[[PlansCell], None]
@@ -29,7 +31,7 @@ def cell() -> Iterator[PlansCell]:
     made = PlansCell()
     made.operator.ask("tools.add", name="pen", tcp=TOOL, expected_revision=0)
     made.operator.ask("frames.add", name="table", pose=TOOL, expected_revision=0)
-    made.add_box("far", FAR)
+    made.add_box("part", PART, 0.02)
     made.wait(100)
     yield made
     assert made.controller.referee.total == 0
@@ -46,7 +48,7 @@ def scene_grows(cell: PlansCell) -> None:
 
 
 def scene_shrinks(cell: PlansCell) -> None:
-    cell.operator.ask("scene.remove", name="far", expected_revision=revision(cell, "scene"))
+    cell.operator.ask("scene.remove", name="part", expected_revision=revision(cell, "scene"))
 
 
 def tools_change(cell: PlansCell) -> None:
@@ -66,7 +68,7 @@ def tool_is_selected(cell: PlansCell) -> None:
 
 
 def something_is_carried(cell: PlansCell) -> None:
-    cell.operator.ask("scene.attach", name="far", expected_revision=revision(cell, "scene"))
+    cell.operator.ask("scene.attach", name="part", expected_revision=revision(cell, "scene"))
 
 
 def robot_moves(cell: PlansCell) -> None:

@@ -38,6 +38,13 @@ def nothing(cell: FullCell) -> None:
     """Prepare nothing."""
 
 
+def carrying(cell: FullCell) -> None:
+    """Let the robot carry box 0."""
+    cell.with_box_at_the_flange().report()
+    cell.ask("scene.attach", name="box 0", expected_revision=2)
+    cell.report()
+
+
 class Row(NamedTuple):
     """Something that happens to a cell in the fullest scene.
 
@@ -62,11 +69,11 @@ ROWS = {
     ),
     "an object attached": Row(
         ask("scene.attach", name="box 0", expected_revision=2),
-        lambda cell: cell.put(full(room=70)),
+        lambda cell: cell.with_box_at_the_flange().report(),
     ),
     "an object detached": Row(
         ask("scene.detach", name="box 0", expected_revision=3),
-        lambda cell: cell.put(full(room=70)).ask("scene.attach", name="box 0", expected_revision=2),
+        carrying,
     ),
     "the whole replaced": Row(lambda cell: cell.put(full(z=0.5))),
     "a scene imported": Row(
@@ -81,12 +88,12 @@ ROWS = {
     ),
     "a scene of twenty": Row(lambda cell: cell.put(Scene(full().objects[:20], revision=7))),
     "an object taken by a program": Row(
-        lambda cell: cell.rearrange(cell.around.world.carry, "box 0"),
-        lambda cell: cell.put(full(room=70)),
+        lambda cell: cell.rearrange(cell.around.attach, "box 0"),
+        FullCell.with_box_at_the_flange,
     ),
     "an object put down by a program": Row(
-        lambda cell: cell.rearrange(cell.around.world.put_down, "box 0"),
-        lambda cell: cell.put(full(room=70)).rearrange(cell.around.world.carry, "box 0"),
+        lambda cell: cell.rearrange(cell.around.detach, "box 0"),
+        lambda cell: cell.with_box_at_the_flange().rearrange(cell.around.attach, "box 0"),
     ),
     "the scene told": Row(lambda cell: cell.refused("scene.show")),
     "the nearest bodies": Row(ask("scene.nearest")),

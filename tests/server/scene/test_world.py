@@ -8,6 +8,7 @@ from rigs.cells.expectations import known
 from rigs.cells.surrounded_cell import SurroundedCell, robot
 
 from openpendant.motion.frames.frame_tree import FLANGE
+from openpendant.motion.kinematics.serial import Kinematics
 from openpendant.motion.pose import Pose
 from openpendant.server.events.cell_events import RunningProgram
 from openpendant.server.refusal import Refusal
@@ -22,6 +23,7 @@ TURNED = [0, 0, math.sin(0.5), math.cos(0.5)]
 TABLE: dict[str, Any] = {"position": [0.5, 0.0, 0.0], "orientation": TURNED}
 GRIPPER = {"position": [0.0, 0.0, 0.12]}
 BOX = {"name": "box", "shape": {"type": "box", "size": [0.1, 0.1, 0.1]}, "position": [2, 0, 0]}
+AT_THE_FLANGE = Kinematics(robot()).forward(robot().home_position).position.tolist()
 
 
 @pytest.fixture
@@ -192,14 +194,14 @@ def test_an_object_named_like_a_link_changes_nothing(cell: SurroundedCell) -> No
 
 
 def test_a_carried_object_moves_with_the_flange(cell: SurroundedCell) -> None:
-    cell.ask("scene.add", object=BOX, expected_revision=0)
+    cell.ask("scene.add", object=BOX | {"position": AT_THE_FLANGE}, expected_revision=0)
     told: list[Refusal | None] = []
     cell.perform(cell.around.attach("box", cell.now, told.append))
     held = cell.mathematics.scene.get("box")
     assert held.link == robot().tool_link
     cell.perform(cell.around.detach("box", cell.now, told.append))
     assert told == [None, None]
-    assert cell.mathematics.scene.get("box").position == pytest.approx((2.0, 0.0, 0.0))
+    assert cell.mathematics.scene.get("box").position == pytest.approx(AT_THE_FLANGE)
 
 
 def test_the_nearest_bodies_are_told_with_their_points(cell: SurroundedCell) -> None:
@@ -268,9 +270,12 @@ def test_a_scene_of_too_many_pairs_is_refused_and_the_old_one_stays(cell: Surrou
 
 
 def test_a_program_takes_no_object_that_makes_too_many_pairs(cell: SurroundedCell) -> None:
-    cell.ask("scene.import", content=balls(MOST_BALLS), expected_revision=0)
+    content = balls(MOST_BALLS)
+    content["objects"][0]["position"] = AT_THE_FLANGE
+    cell.ask("scene.import", content=content, expected_revision=0)
+    cell.report()
     told: list[Refusal | None] = []
-    cell.perform(cell.around.world.carry("b0", robot().home_position, cell.now, told.append))
+    cell.perform(cell.around.attach("b0", cell.now, told.append))
     cell.until(lambda: bool(told))
     assert known(told[0]).code is V.TOO_LARGE
     assert cell.mathematics.scene.get("b0").link is None

@@ -20,6 +20,9 @@ from rigs.cells.emulated_cell import EmulatedCell
 from rigs.cells.guarded_rig import log_in
 from rigs.peers.server_clients import Pendant
 
+from openpendant.motion.description.robot import serial_robot
+from openpendant.motion.kinematics.serial import Kinematics
+from openpendant.motion.pose import Pose
 from openpendant.server.access.audit import AuditEntry, AuditEvent
 from openpendant.server.endpoints.pendant.authority_need import concerns_carried
 from openpendant.server.events.effects import Effect, Send
@@ -35,6 +38,17 @@ from openpendant.simplemsg.verdicts import VerdictCode as V
 ROW = re.compile(r"^\| \[`([\w.]+)`\]\(#\w+\) \| (\w+) \| ([^|]+) \|", re.MULTILINE)
 RIGHTS = frozenset({V.LOGIN_NEEDED, V.ROLE_TOO_LOW, V.NOT_IN_CONTROL, V.HELD_BY_OTHER})
 BOX: dict[str, Any] = {"name": "box", "shape": {"type": "box", "size": [0.1, 0.1, 0.1]}}
+TCP = {"position": [0.0, 0.0, 0.1]}
+
+
+def beside_the_tool(way: float) -> list[float]:
+    """Return a place in base, off the tip of a tool of `TCP` along y where the robot is at home."""
+    robot = serial_robot("ur5")
+    flange = Kinematics(robot).forward(robot.home_position)
+    x, y, z = flange.compose(Pose.from_values((0.0, 0.0, 0.1), (0.0, 0.0, 0.0, 1.0))).position
+    return [float(x), float(y) + way, float(z)]
+
+
 PROGRAM = 'openpendant-program/1\nprogram "main" robot ur5\nwait 3000 s\n'
 
 
@@ -95,6 +109,9 @@ def expected(op: str, role: str, control: str, situation: Situation) -> V | None
     return V.HELD_BY_OTHER if control == "other" else V.NOT_IN_CONTROL
 
 
+HERE = {**BOX, "position": beside_the_tool(-0.055)}
+
+
 class PreparedCell(AskedCell):
     """A cell with a tool, an object and a program, and one more admin who takes the control."""
 
@@ -105,10 +122,9 @@ class PreparedCell(AskedCell):
         assert log_in(self.other, "admin") is V.ACCEPTED
         self.pendants["other"] = self.other
         self.control("other")
-        tcp = {"position": [0.0, 0.0, 0.1]}
         self.do_all(
-            {"op": "tools.add", "name": "torch", "tcp": tcp, "expected_revision": 0},
-            {"op": "scene.add", "object": {**BOX, "position": [0, 2, 0]}, "expected_revision": 0},
+            {"op": "tools.add", "name": "torch", "tcp": TCP, "expected_revision": 0},
+            {"op": "scene.add", "object": HERE, "expected_revision": 0},
             {"op": "programs.save", "name": "main", "body": PROGRAM, "expected_revision": 0},
         )
         if situation is Situation.IN_USE:
@@ -259,12 +275,11 @@ class SharedCell(EmulatedCell):
         super().__init__(has_surroundings=True, controller={"signals": "openpendant"})
         self.ann = self.holder("ann")
         self.bob = self.pendant("bob")
-        tcp = {"position": [0.0, 0.0, 0.1]}
         for body in (
-            {"op": "tools.add", "name": "torch", "tcp": tcp, "expected_revision": 0},
-            {"op": "tools.add", "name": "spare", "tcp": tcp, "expected_revision": 1},
+            {"op": "tools.add", "name": "torch", "tcp": TCP, "expected_revision": 0},
+            {"op": "tools.add", "name": "spare", "tcp": TCP, "expected_revision": 1},
             {"op": "tools.select", "name": "torch", "expected_revision": 2},
-            {"op": "scene.add", "object": {**BOX, "position": [0, 2, 0]}, "expected_revision": 0},
+            {"op": "scene.add", "object": HERE, "expected_revision": 0},
             {"op": "scene.attach", "name": "box", "expected_revision": 1},
             {"op": "scene.add", "object": LID, "expected_revision": 2},
         ):
@@ -294,7 +309,7 @@ class SharedCell(EmulatedCell):
         return outputs, world.frames.selected_tool, world.scene, dict(world.revisions)
 
 
-LID: dict[str, Any] = {**BOX, "name": "lid", "position": [0, -2, 0]}
+LID: dict[str, Any] = {**BOX, "name": "lid", "position": beside_the_tool(0.055)}
 LONG = {"position": [0.0, 0.0, 0.2]}
 SCENE = {"schema": "openpendant-scene/1"}
 TOOLS: dict[str, Any] = {"schema": "openpendant-frames/1", "tools": [], "selected_tool": None}

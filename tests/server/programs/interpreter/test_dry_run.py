@@ -12,7 +12,9 @@ from rigs.data.program_samples import linked, program
 
 from openpendant.motion.description.robot import serial_robot
 from openpendant.motion.frames.frame_tree import FrameTree
+from openpendant.motion.frames.grasp import Grasp
 from openpendant.motion.kinematics.serial import Kinematics
+from openpendant.motion.pose import Pose
 from openpendant.motion.scene.scene import Scene, SceneObject, Sphere
 from openpendant.server.planning.jobs import DryRunFound, DryRunJob
 from openpendant.server.planning.worker.dry_run_planning import DryRuns
@@ -362,13 +364,18 @@ def ball(name: str, place: tuple[float, float, float]) -> SceneObject:
     return SceneObject(name, Sphere(0.05), place)
 
 
+HOLDING = UR5.forward(HERE).inverse().compose(Pose.from_values(beside_tool(0.0), (0, 0, 0, 1)))
+X, Y, Z = HOLDING.position.tolist()
+GRIPPER = FrameTree().add_tool("gripper", Pose.identity(), Grasp((X, Y, Z))).select_tool("gripper")
+"""With a grasp point where `beside_tool` is."""
+
 SCENE = Scene((ball("part", beside_tool(0.0)), ball("post", beside_tool(TURN))))
 
 
 def found_in(statements: str, scene: Scene = SCENE) -> DryRunFound:
     program = parse(TURNED + statements)
     whole = Linked("main", {"main": program})
-    job = DryRunJob(1, "test 1", HERE, whole, FrameTree(), None, scene)
+    job = DryRunJob(1, "test 1", HERE, whole, GRIPPER, None, scene)
     runs = DryRuns()
     told = expect(DryRunFound, runs.slice(UR5, job, lambda: False))
     return told
@@ -401,6 +408,8 @@ def test_a_hand_over_that_cannot_be_is_refused_at_its_statement(statement: str) 
 def test_a_loop_of_hand_overs_ends(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr("openpendant.server.programs.interpreter.dry_run.MOST_HAND_OVERS", 10)
     lone = Scene((ball("part", beside_tool(0.0)),))
-    run = found_in("loop 1000\nmove PTP a\nattach part\nmove PTP b\ndetach part\nend\n", lone).run
+    run = found_in(
+        "loop 1000\nmove PTP a\nattach part\nmove PTP b\nmove PTP a\ndetach part\nend\n", lone
+    ).run
     assert not run.complete
     assert np.isfinite(run.duration)

@@ -400,6 +400,11 @@ export type NamedPosition = {
   /** whether the robot may stand there: inside its limits, and nothing touches. */ legal: boolean;
   /** what forbids it, in words; empty where it may. */ why: string;
 };
+export type ToolGrasp = {
+  point?: [number, number, number];
+  reach?: number;
+  part?: number | null;
+};
 export type JointTable = {
   /** of the joints. */ names: string[];
   /** as people call them. */ display_names: string[];
@@ -1077,16 +1082,18 @@ export interface ToolsAddRequest {
   op: "tools.add";
   /** name of the tool. */ name: string;
   /** its centre point in the flange. */ tcp: PlacedPose;
+  /** where it grasps; None for the default. */ grasp?: ToolGrasp | null;
   /** the one of the tools that the change was made from. */ expected_revision: number;
 }
 export interface ToolsAddReply {
   /** the one that is kept now: make the next change from it. */ revision: number;
 }
-/** Give a tool another centre point. Role: programmer. Motion authority: for the selected tool. */
+/** Give a tool another centre point and another grasp. Role: programmer. Motion authority: for the selected tool. */
 export interface ToolsMoveRequest {
   op: "tools.move";
   /** name of the tool. */ name: string;
   /** its centre point in the flange. */ tcp: PlacedPose;
+  /** where it grasps; None for the default, not for the one it had. */ grasp?: ToolGrasp | null;
   /** the one of the tools that the change was made from. */ expected_revision: number;
 }
 export interface ToolsMoveReply {
@@ -1186,17 +1193,19 @@ export interface SceneForbidRequest {
 export interface SceneForbidReply {
   /** the one that is kept now: make the next change from it. */ revision: number;
 }
-/** Let a link take an object where both are now. Role: programmer. Motion authority: always. */
+/** Let a link take an object where both are now, if the object is within the tool's reach. Role: programmer. Motion authority: always. */
 export interface SceneAttachRequest {
   op: "scene.attach";
   /** name of the object. */ name: string;
-  /** the link; None for the one that tools are bolted to. */ link?: string | null;
+  /** the link, measured from its origin; None for the tool's, measured from its grasp point. */ link?: string | null;
   /** the one that the change was made from. */ expected_revision: number;
 }
 export interface SceneAttachReply {
-  /** the one that is kept now: make the next change from it. */ revision: number;
+  revision: number;
+  /** from the grasp point to the nearest point of the body [m]; 0 inside. */ distance?: number;
+  /** pose of the object in the tool, or in the link where it is not the tool's. */ grasp?: FoundPose;
 }
-/** Leave an object that the robot carries where it is now. Role: programmer. Motion authority: always. */
+/** Leave an object that the robot carries where it is now; it does not fall. Role: programmer. Motion authority: always. */
 export interface SceneDetachRequest {
   op: "scene.detach";
   /** name of the object. */ name: string;
