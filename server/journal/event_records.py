@@ -51,6 +51,7 @@ from ..planning.jobs import (
     PlanAnswer,
     PlaybackPlan,
     ReadBody,
+    ShapesFound,
 )
 from ..programs.editing.program_tasks import TaskResult
 from ..refusal import Refusal, field_fault
@@ -408,7 +409,10 @@ def outcome_from_json(record: dict[str, Any]) -> Refusal | None:
 
 _FOUND: dict[str, TypeAdapter[Any]] = {
     kind.__name__: TypeAdapter(kind)
-    for kind in (DryRunFound, DryRunSlice, KinematicsFound, PathFree, *get_args(TaskResult))
+    for kind in (
+        *(DryRunFound, DryRunSlice, KinematicsFound, ShapesFound, PathFree),
+        *get_args(TaskResult),
+    )
 }
 _PLAYBACK = TypeAdapter(PlaybackPlan)
 _ARRAYS = ("times", "position", "velocity", "acceleration", "waypoint_times")
@@ -446,7 +450,7 @@ def plan_to_json(planned: PlanAnswer) -> dict[str, Any]:
         return {"plan_time": planned.plan_time, "kind": BodyRead.__name__}
     if not isinstance(result, tuple):
         found = _FOUND[type(result).__name__].dump_python(result, mode="json")
-        if isinstance(result, TaskResult | KinematicsFound):
+        if isinstance(result, TaskResult | KinematicsFound | ShapesFound):
             found = with_long_texts(found)
         return {"plan_time": planned.plan_time, "kind": type(result).__name__, "found": found}
     trajectory, _ = result

@@ -3,7 +3,8 @@
 Owns the fields of each job and answer, and of what they hold: `CertifiedTrajectory`, a trajectory
 with the proof that it keeps to the limits; `PoseGoal`, a pose to reach or the tool in the flange;
 `PlaybackPlan`, the figures of a playback for its reply. `RecordingJob` alone carries samples;
-`WayCheckJob` checks the rest of a motion in progress; `KinematicsQuestion` plans nothing. Plain
+`WayCheckJob` checks the rest of a motion in progress; `KinematicsQuestion` and `ShapesQuestion`
+plan nothing. Plain
 data that can be pickled.
 
 In a job `start` is (n,) where the robot stands, controller side [rad or m]; `tool_speed` the
@@ -36,6 +37,7 @@ from openpendant.motion.trajectory.trajectory import Trajectory
 from openpendant.simplemsg.pendant import Motion
 from openpendant.simplemsg.pendant.management.declaration import Request
 from openpendant.simplemsg.pendant.management.kinematics import Question
+from openpendant.simplemsg.pendant.management.shapes import ShapeQuestion
 from openpendant.simplemsg.verdicts import VerdictCode
 
 from ..programs.editing.program_tasks import Done, ProgramRefused, Task
@@ -333,8 +335,31 @@ class KinematicsQuestion:
     scene: Scene | None = field(default=None, repr=False)
 
 
+@dataclass(frozen=True, slots=True)
+class ShapesQuestion:
+    """Job: what a robot looks like, or some bytes of a mesh; nothing moves.
+
+    Attributes:
+        session: the connection that asks; those of a server take turns.
+        start: empty, as no robot stands anywhere for it.
+    """
+
+    job_id: int
+    session: int
+    asked: ShapeQuestion
+    start: JointVector = ()
+
+
 MotionJob = PoseJob | JointPathJob | RosPathJob | BlockJob | RecordingJob
-Job = MotionJob | DryRunJob | WayCheckJob | ProgramJob | ReadBody | KinematicsQuestion
+Job = (
+    MotionJob
+    | DryRunJob
+    | WayCheckJob
+    | ProgramJob
+    | ReadBody
+    | KinematicsQuestion
+    | ShapesQuestion
+)
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -355,6 +380,17 @@ class KinematicsFound:
 
     Attributes:
         body: the reply, a JSON object; made where it was found, since it may be 40 kB.
+    """
+
+    body: str
+
+
+@dataclass(frozen=True, slots=True)
+class ShapesFound:
+    """Answer of a question on shapes.
+
+    Attributes:
+        body: the reply, a JSON object.
     """
 
     body: str
@@ -389,7 +425,7 @@ class PlanAnswer:
         result: of a motion, a trajectory with its certificate, or why there is none; of a dry
             run, its findings, or its progress; of a check of the remaining path, that it is free,
             or why not; of a task about a program, its result, or what is wrong with the program;
-            of a body, what was read; of a question on kinematics, its reply.
+            of a body, what was read; of a question on kinematics or shapes, its reply.
         plan_time: wall time that planning took [s].
         playback: of a recording, what was asked and what is possible.
         took: from when a planning process was given the job to when its answer was read [s], which
@@ -407,6 +443,7 @@ class PlanAnswer:
         | ProgramRefused
         | BodyRead
         | KinematicsFound
+        | ShapesFound
     )
     plan_time: float
     playback: PlaybackPlan | None = None

@@ -249,7 +249,10 @@ class ManagementRequests:
         self._authority = AuthorityNeed(cell, programs.executor, environment)
         services: tuple[object, ...] = ()
         if environment is not None:
-            services = environment.service, environment.recordings, environment.kinematics
+            services = (
+                *(environment.service, environment.recordings),
+                *(environment.kinematics, environment.shapes),
+            )
         self._handlers = handlers_of(self, access, access.connections, retreats, *services) | dict(
             programs.handlers
         )

@@ -145,6 +145,7 @@ class PendantEndpoint:
         )
         self._declarations = Declarations(cell, listeners, self.access)
         self._kinematics = None if environment is None else environment.kinematics
+        self._shapes = None if environment is None else environment.shapes
         self._motions = PendantMotions(cell, robot)
         self._jogs = JogRequests(cell, settings.jog, robot, listeners.older)
         self.programs = ProgramService(
@@ -225,6 +226,8 @@ class PendantEndpoint:
         out = self._cell.authority_gone(change, now)
         if self._kinematics is not None:
             out = [*out, *self._kinematics.closed(session)]
+        if self._shapes is not None:
+            out = [*out, *self._shapes.closed(session)]
         return [*out, *self.access.closed(session, now), *self._bodies.closed(session)]
 
     def regranted(self, session: int, now: int) -> list[Effect]:

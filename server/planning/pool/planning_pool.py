@@ -17,7 +17,7 @@ it already, its cell gets no other meanwhile; and where others wait, the process
 So a cell that asks for long plans and drops them delays the others by about 1 s, not by the
 duration of a plan; only long plans that somebody waits for can do that.
 
-Questions on kinematics are never among these jobs: `question_pool` has a process of their own.
+Questions on kinematics and shapes are never among these jobs: `question_pool` has a process of their own.
 """
 
 from __future__ import annotations
@@ -27,7 +27,15 @@ from collections import deque
 from collections.abc import Collection, Iterable, Sequence
 from itertools import chain, count, islice, repeat
 
-from ..jobs import Deliver, Job, KinematicsQuestion, PlanTask, ReadBody, WayCheckJob
+from ..jobs import (
+    Deliver,
+    Job,
+    KinematicsQuestion,
+    PlanTask,
+    ReadBody,
+    ShapesQuestion,
+    WayCheckJob,
+)
 from .forked_child import ForkedChild
 from .planning_process import PlanningProcess
 from .question_pool import QuestionPool
@@ -166,7 +174,7 @@ class PlanningPool:
 
     def submit(self, task: PlanTask) -> None:
         """Plan a job when its cell's turn has come and a process is free."""
-        if isinstance(task.job, KinematicsQuestion):
+        if isinstance(task.job, KinematicsQuestion | ShapesQuestion):
             self._questions.submit(task)
             return
         self._waiting.put(task)

@@ -3,7 +3,7 @@
 Importing this package imports every topic, so that the table of operations is whole.
 """
 
-from . import access, cell, devices, frames, kinematics, programs, recordings, scene
+from . import access, cell, devices, frames, kinematics, programs, recordings, scene, shapes
 from .declaration import OPERATIONS
 
 __all__ = [
@@ -16,4 +16,5 @@ __all__ = [
     "programs",
     "recordings",
     "scene",
+    "shapes",
 ]

@@ -11,6 +11,7 @@ from openpendant.simplemsg.pendant.management import (
     programs,
     recordings,
     scene,
+    shapes,
 )
 
 from .calls import CallGroup, Way, call, calls_of
@@ -128,6 +129,15 @@ class KinematicsCalls(CallGroup[Way]):
     ik = call(kinematics.InverseKinematics)
 
 
+@calls_of("shapes")
+class ShapeCalls(CallGroup[Way]):
+    """The questions on what robots look like."""
+
+    show = call(shapes.ShowShapes)
+    meshes: call[[], list[shapes.RobotMesh]] = call(shapes.ListMeshes, part="meshes")
+    mesh = call(shapes.ReadMesh)
+
+
 @calls_of("trace")
 class TraceCalls(CallGroup[Way]):
     """The operations on the trace of the tool."""
@@ -171,6 +181,7 @@ class GroupedCalls(CellCalls[Way]):
         signals: inputs and outputs.
         robots: the robot itself.
         kinematics: forward kinematics, Jacobian, inverse kinematics.
+        shapes: what robots look like.
         trace: where the tool went.
         access: who is connected.
         users: who has an account.
@@ -184,6 +195,7 @@ class GroupedCalls(CellCalls[Way]):
         self.signals = SignalCalls(way)
         self.robots = RobotCalls(way)
         self.kinematics = KinematicsCalls(way)
+        self.shapes = ShapeCalls(way)
         self.trace = TraceCalls(way)
         self.access = AccessCalls(way)
         self.users = UserCalls(way)
