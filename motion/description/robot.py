@@ -110,9 +110,7 @@ def _is_path(text: str) -> bool:
         return False
 
 
-def robot_from_content(
-    content: Mapping[str, Any], file: str, meshes: Path | None = None
-) -> Robot:
+def robot_from_content(content: Mapping[str, Any], file: str, meshes: Path | None = None) -> Robot:
     """Return a robot from the mapping that a robot file holds.
 
     Args:

@@ -46,7 +46,7 @@ def shapes_report(robot: Robot) -> Report:
 
 
 def meshes_report(robot: Robot) -> list[Report]:
-    """Return the meshes of a robot, one entry for each file and scale, with the links that it is on.
+    """Return the meshes of a robot, one entry a file and scale, with its links.
 
     A robot of the catalogue has none.
     """

@@ -17,7 +17,8 @@ it already, its cell gets no other meanwhile; and where others wait, the process
 So a cell that asks for long plans and drops them delays the others by about 1 s, not by the
 duration of a plan; only long plans that somebody waits for can do that.
 
-Questions on kinematics and shapes are never among these jobs: `question_pool` has a process of their own.
+Questions on kinematics and shapes are never among these jobs: `question_pool` has a process of
+their own.
 """
 
 from __future__ import annotations
