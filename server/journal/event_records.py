@@ -298,7 +298,8 @@ class _Check(BaseModel):
 
 
 class _Loads(BaseModel):
-    loads: dict[int, tuple[int, int, int]]
+    # Journals of version 2 have no unread bytes.
+    loads: dict[int, tuple[int, int, int] | tuple[int, int, int, int]]
 
 
 class _Outcome(BaseModel):
@@ -365,7 +366,7 @@ def loads_to_json(loads: Mapping[int, ConnectionLoad]) -> dict[str, Any]:
     """Return as plain data what connections took of the loop, by their numbers."""
     return {
         "loads": {
-            str(session): (load.frames, load.received, load.cost_ns)
+            str(session): (load.frames, load.received, load.cost_ns, load.unread)
             for session, load in loads.items()
         }
     }

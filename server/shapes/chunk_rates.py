@@ -1,13 +1,14 @@
 """Chunk rates: how often a connection may ask for shapes, and for chunks of a mesh.
 
-Of a mesh at most one chunk is under way for a connection, and at most two come at once, so that no
-connection has more than 64 KiB of meshes in this server (promise 43).
+At most one chunk is under way for a connection, and none begins while the connection has not read
+so much that the chunk would make more than 64 KiB of it (promise 43).
 
 Pure: `now` is an argument.
 """
 
 from __future__ import annotations
 
+from openpendant.simplemsg.pendant.management.shapes import MOST_OF_CHUNK
 from openpendant.simplemsg.verdicts import VerdictCode
 
 from ..access.lockout import SECOND_NS
@@ -18,7 +19,13 @@ CHUNKS_PER_SECOND = 20
 """Chunks of a mesh in one second and connection."""
 
 CHUNKS_AT_ONCE = 2
-"""Chunks after a quiet time: together 64 KiB."""
+"""Chunks after a quiet time; more than one so that a clock that runs unevenly refuses none."""
+
+MOST_UNREAD = 65_536
+"""Most bytes that wait for a connection once a chunk was added to them."""
+
+_MOST_OF_ANSWER = 4 * -(-MOST_OF_CHUNK // 3) + 256
+"""Most bytes of the frame with a chunk: base64, and the rest of it."""
 
 ANSWERS_PER_SECOND = 20
 """Other answers in one second and connection."""
@@ -50,6 +57,18 @@ class ChunkRates:
             return _too_often(_later(text, wait), wait, CHUNKS_PER_SECOND)
         self._under_way.add(session)
         return None
+
+    def unread_fault(self, session: int, unread: int) -> Refusal | None:
+        """Return why a chunk that was begun is not read, which has ended then; None to go on.
+
+        Args:
+            unread: bytes that wait for the connection to read them.
+        """
+        if unread + _MOST_OF_ANSWER <= MOST_UNREAD:
+            return None
+        self.ended(session)
+        text = f"{unread} bytes of earlier answers are unread; read them, then ask again"
+        return _too_often(text, SECOND_NS // CHUNKS_PER_SECOND, CHUNKS_PER_SECOND)
 
     def ended(self, session: int) -> None:
         """Take note that the chunk of a connection was answered."""

@@ -7,12 +7,14 @@ loop: that is the business of the process for questions, and an answer that is k
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
+from itertools import count
 from typing import Any
 
 from openpendant.simplemsg.pendant.management import shapes as op
 from openpendant.simplemsg.verdicts import VerdictCode
 
+from ..access.connection_loads import ConnectionLoad, LoadQuestion
 from ..events.effects import Effect
 from ..events.management_requests import ReplyTo, handles
 from ..events.pending import Pending
@@ -32,6 +34,8 @@ class ShapesService:
         self._pending = pending
         self._new_job_id = new_job_id
         self._rates = ChunkRates()
+        # Above those of the questions of admins on connections.
+        self._numbers = count(1 << 32)
         # Texts by what they answer, at most one of each robot and one of the meshes.
         self._kept: dict[tuple[str, str | None], str] = {}
         # Numbers of the questions of each connection that are not answered yet.
@@ -65,7 +69,14 @@ class ShapesService:
             self._rates.ended(session)
             return _told(found, reply)
 
-        return self._ask(asked, session, answered)
+        def measured(loads: Mapping[int, ConnectionLoad], at: int) -> list[Effect]:
+            load = loads.get(session, ConnectionLoad())
+            refusal = self._rates.unread_fault(session, load.unread)
+            if refusal is not None:
+                return reply.refuse(refusal)
+            return self._ask(asked, session, answered)
+
+        return self._pending.ask(LoadQuestion(next(self._numbers), (session,)), measured)
 
     def _kept_or_asked(
         self,

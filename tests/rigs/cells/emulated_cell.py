@@ -15,6 +15,7 @@ from openpendant import simplemsg as wire
 from openpendant.controller_emulator.shell.build import build_controller
 from openpendant.controller_emulator.shell.settings import EmulatorSettings
 from openpendant.motion.description.robot import serial_robot
+from openpendant.server.access.connection_loads import ConnectionLoad, LoadQuestion
 from openpendant.server.core.cell_core import CellCore
 from openpendant.server.endpoints.pendant.access_requests import CoreAccess
 from openpendant.server.events import effects
@@ -37,9 +38,11 @@ class EmulatedCell(Shell):
         reported: stands between emulator and server, so that the robot seems to be elsewhere.
         held: what the store is asked for, where it answers only when told to.
         lines: what was logged.
+        unread: bytes that each client has not read.
     """
 
     reported: Reported | None = None
+    unread = 0
     held: deque[effects.Ask] | None = None
 
     def __init__(
@@ -120,6 +123,8 @@ class EmulatedCell(Shell):
                     replies.append(_through_wire(reply))
                 case effects.Ask(backend=effects.Backend.STORE | effects.Backend.PLANNER):
                     questions.append(item)
+                case effects.Ask(question=LoadQuestion()):
+                    questions.append(item)
                 case effects.LogLine(text=text):
                     self.lines.append(text)
         for path, message in commands:
@@ -131,6 +136,9 @@ class EmulatedCell(Shell):
         for question in questions:
             if question.backend is effects.Backend.STORE:
                 self._run(question)
+            elif isinstance(question.question, LoadQuestion):
+                loads = {each: ConnectionLoad(unread=self.unread) for each in self._peers}
+                self.answered(question, loads)
             else:
                 self.answered(question, answer(self.robot, job_of(question)))
         return outgoing

@@ -18,8 +18,9 @@ from openpendant.motion.kinematics.pinocchio_model import model_map
 from openpendant.motion.kinematics.serial import Kinematics
 from openpendant.motion.pose import Array, Pose
 from openpendant.motion.robot_report.shapes_report import shapes_report
+from openpendant.server.access.connection_loads import ConnectionLoad, LoadQuestion
 from openpendant.server.events.effects import Ask, Cancel
-from openpendant.server.events.events import Closed, Received
+from openpendant.server.events.events import Answered, Closed, Received
 from openpendant.server.planning.jobs import PlanAnswer, ShapesFound, ShapesQuestion
 from openpendant.server.planning.worker.shapes_answers import answer_shapes
 from openpendant.simplemsg.pendant import Capability, HelloReply, Management
@@ -246,23 +247,37 @@ def test_a_refusal_tells_how_long_to_wait(asked: AskedCell) -> None:
 def test_promise_43_of_a_mesh_one_chunk_at_a_time_is_under_way() -> None:
     cell = AskedCell()
     core, session, now = cell.cell.core, cell.pendant.session, cell.cell.now
-    body = json.dumps({"op": "shapes.mesh", "hash": "0" * 64}).encode()
-    first = core.handle(Received(session, Management(7, body)), now)
-    (asking,) = [each for each in first if isinstance(each, Ask)]
-    assert isinstance(asking.question, ShapesQuestion)
-    second = core.handle(Received(session, Management(8, body)), now)
-    assert not [each for each in second if isinstance(each, Ask)]
+
+    def asked_by(number: int) -> list[Ask]:
+        body = json.dumps({"op": "shapes.mesh", "hash": "0" * 64}).encode()
+        out = core.handle(Received(session, Management(number, body)), now)
+        return [each for each in out if isinstance(each, Ask)]
+
+    (measuring,) = asked_by(7)
+    assert isinstance(measuring.question, LoadQuestion)
+    out = core.handle(Answered(measuring, {session: ConnectionLoad()}), now)
+    (reading,) = [each for each in out if isinstance(each, Ask)]
+    assert isinstance(reading.question, ShapesQuestion)
+    assert asked_by(8) == []
     # Once it is answered the next may come.
-    found = ShapesFound("{}")
-    cell.cell.perform(asking_answered(core, asking, found, now))
-    third = core.handle(Received(session, Management(9, body)), now)
-    assert [each for each in third if isinstance(each, Ask)]
+    core.handle(Answered(reading, PlanAnswer(reading.id, ShapesFound("{}"), 0.0)), now)
+    assert asked_by(9)
 
 
-def asking_answered(core: Any, asking: Ask, found: ShapesFound, now: int) -> Any:
-    from openpendant.server.events.events import Answered
+def test_promise_43_no_chunk_is_added_to_so_many_unread_bytes() -> None:
+    cell = AskedCell()
+    codes = []
+    for unread in (65_536 - 43_948, 65_536 - 43_947, 1 << 20, 0):
+        cell.cell.unread = unread
+        cell.cell.wait(100)
+        codes.append(cell.ask("mesh", hash="0" * 64)["code"])
+    assert codes == [V.UNKNOWN_MESH, V.TOO_OFTEN, V.TOO_OFTEN, V.UNKNOWN_MESH]
 
-    return core.handle(Answered(asking, PlanAnswer(asking.id, found, 0.0)), now)
+
+def test_a_frame_with_a_whole_chunk_is_as_large_as_is_counted() -> None:
+    told = {"bytes_total": 1 << 25, "offset": 1 << 25, "data": "", "more": False}
+    head = len(json.dumps(told).encode()) + 4 * 4 + 64
+    assert head < 256
 
 
 def test_what_a_connection_asked_is_withdrawn_when_it_ends() -> None:
