@@ -137,11 +137,14 @@ class EmulatedCell(Shell):
             if question.backend is effects.Backend.STORE:
                 self._run(question)
             elif isinstance(question.question, LoadQuestion):
-                loads = {each: ConnectionLoad(unread=self.unread) for each in self._peers}
-                self.answered(question, loads)
+                self.answered(question, dict.fromkeys(question.question.sessions, self.load()))
             else:
                 self.answered(question, answer(self.robot, job_of(question)))
         return outgoing
+
+    def load(self) -> ConnectionLoad:
+        """What each connection takes."""
+        return ConnectionLoad(unread=self.unread)
 
     def _run(self, asked: effects.Ask) -> None:
         if self.held is None:
