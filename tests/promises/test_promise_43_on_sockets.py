@@ -16,7 +16,7 @@ from openpendant.tools.pendants.sync_client import SyncPendantClient
 
 pytestmark = [pytest.mark.realtime, pytest.mark.timeout(120)]
 
-CHUNK = figure(43, "chunk").count * 1024
+CHUNK = figure(43, "chunk").bytes
 RATE = figure(43, "rate").count
 
 
