@@ -31,6 +31,7 @@ from .scene.scene_service import SceneService
 from .scene.signals import CellSignals
 from .scene.trace import ToolTrace
 from .settings.cell_settings import CellSettings
+from .shapes.shapes_service import ShapesService
 
 if TYPE_CHECKING:
     from openpendant.motion.scene.collision import Proximity
@@ -77,6 +78,7 @@ class CellEnvironment:
             *(cell, self.world, view, self.grasps, self.signals, self.trace, robot_name)
         )
         self.kinematics = KinematicsService(cell, view, pending, rates or QuestionRates())
+        self.shapes = ShapesService(pending, cell.motions.new_job_id)
         self._traced = 0
         self._reported = -1  # when the last report came that was taken
         cell.motions.scene = view.scene
@@ -86,7 +88,7 @@ class CellEnvironment:
     def capabilities(self) -> Capability:
         """What a pendant may ask of it; signals where the controller has some for us."""
         offered = Capability.RECORDING | Capability.SCENE | Capability.GRASP
-        offered |= Capability.KINEMATICS | Capability.POSITIONS
+        offered |= Capability.KINEMATICS | Capability.POSITIONS | Capability.SHAPES
         return offered | Capability.SIGNALS if self.signals.is_offered else offered
 
     def place_of(self, frame: str, position: Sequence[float]) -> Pose:

@@ -8,17 +8,20 @@ from __future__ import annotations
 
 import sys
 from pathlib import Path
+from tempfile import TemporaryDirectory
 from typing import Annotated, Any
 
 import typer
 
 from openpendant.tools.console import ExitCode, one_line
 
+from ..description.robot import mesh_folder
 from ..description.yaml_file import MAX_FILE_BYTES, to_yaml
 from ..errors import BadArgument, RobotFileError
 from ..robot_import.decisions import Ask, Decisions, FactSource, ImportedFact
 from ..robot_import.dh_file import ENDINGS, read_dh_file
 from ..robot_import.imported_chain import ImportedChain
+from ..robot_import.mesh_keeping import MeshKeeper, store_meshes
 from ..robot_import.new_robot import Wishes, configure, robot_name
 from ..robot_import.urdf import read_urdf
 from ..robot_import.urdf_tree import chain_to, possible_tips
@@ -59,13 +62,20 @@ def import_robot(
     ask = _ask if sys.stdin.isatty() and sys.stdout.isatty() and not (yes or strict) else None
     wished_name = None if name is None else _wished_name(name)
     wished_home = None if home is None else parse_joints(home, "--home")
-    chain = _read(source, tip, ask)
-    decisions = Decisions(str(source), _tell, ask, strict)
-    wishes = Wishes(wished_name, wished_home, coupling, manufacturer, model)
-    content = configure(chain, wishes, decisions)
-    target = output or Path(f"{content['name']}.yaml")
-    _write(content, source, target, replace=yes)
-    _check(target)
+    with TemporaryDirectory(prefix="openpendant-meshes-") as folder:
+        keeper = MeshKeeper(Path(folder))
+        chain = _read(source, tip, ask, keeper)
+        decisions = Decisions(str(source), _tell, ask, strict)
+        wishes = Wishes(wished_name, wished_home, coupling, manufacturer, model)
+        content = configure(chain, wishes, decisions, keeper.folder)
+        target = output or Path(f"{content['name']}.yaml")
+        text = _text_of(content, source)
+        store_meshes(content, keeper.folder, mesh_folder(target), str(source))
+        _write(text, target, replace=yes)
+    is_sound = _check(target)
+    print(one_line(_about_meshes(chain, target), " "))
+    if not is_sound:
+        raise typer.Exit(ExitCode.FAILED)
 
 
 def _wished_name(name: str) -> str:
@@ -74,12 +84,12 @@ def _wished_name(name: str) -> str:
     return name
 
 
-def _read(source: Path, tip: str | None, ask: Ask | None) -> ImportedChain:
+def _read(source: Path, tip: str | None, ask: Ask | None, keeper: MeshKeeper) -> ImportedChain:
     if source.suffix.lower() in ENDINGS:
         if tip is not None:
             raise BadArgument("--tip", tip, "nothing, for a DH table: it has one chain")
         return read_dh_file(source)
-    model = read_urdf(source)
+    model = read_urdf(source, keeper)
     if tip is not None:
         return chain_to(model, tip)
     choice = possible_tips(model)
@@ -112,11 +122,15 @@ def _tell(finding: ImportedFact) -> None:
     print(one_line(line, " "), file=stream, flush=True)
 
 
-def _write(content: dict[str, Any], source: Path, target: Path, replace: bool) -> None:
+def _text_of(content: dict[str, Any], source: Path) -> str:
     made = f"# made by openpendant robots import from {one_line(source.name, ' ')}\n"
     text = made + to_yaml(content)
     if len(text.encode()) > MAX_FILE_BYTES:
         raise RobotFileError(str(source), "", f"becomes more than {MAX_FILE_BYTES} bytes")
+    return text
+
+
+def _write(text: str, target: Path, replace: bool) -> None:
     try:
         with target.open("w" if replace else "x", encoding="utf-8") as file:
             file.write(text)
@@ -127,12 +141,20 @@ def _write(content: dict[str, Any], source: Path, target: Path, replace: bool) -
         raise BadArgument("-o", str(target), f"a file that can be written ({reason})") from None
 
 
-def _check(target: Path) -> None:
+def _about_meshes(chain: ImportedChain, target: Path) -> str:
+    """Return the last line: which meshes show the robot."""
+    if not chain.meshes:
+        return "no mesh was found: simple shapes show the robot"
+    sizes = {mesh.hash: mesh.bytes for mesh in chain.meshes}
+    total = sum(sizes.values()) / (1 << 20)
+    return f"kept {len(sizes)} meshes of {total:.1f} MiB in {mesh_folder(target)}"
+
+
+def _check(target: Path) -> bool:
     from ..robot_report.robot_check import check_robot
 
     report = check_robot(target)
     print(one_line(f"wrote {target}: {'good' if report.sound else 'BAD'}", " "))
     for line in (*report.problems, *report.remarks):
         print(f"      {one_line(line, ' ')}")
-    if not report.sound:
-        raise typer.Exit(ExitCode.FAILED)
+    return report.sound

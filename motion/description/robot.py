@@ -24,7 +24,7 @@ from pydantic import ValidationError, ValidationInfo, model_validator
 from ..errors import RobotFileError, UnknownRobot, UnsupportedKind, shortened
 from .field_problems import Problem, field_problems
 from .rules import parallel_problems, serial_problems
-from .schema import SCHEMA, Facts, Kind, ParallelFacts, SerialFacts
+from .schema import MESH_FOLDER, SCHEMA, Facts, Kind, ParallelFacts, SerialFacts
 from .yaml_file import read_mapping
 
 _Facts = TypeVar("_Facts", bound=Facts)
@@ -110,11 +110,12 @@ def _is_path(text: str) -> bool:
         return False
 
 
-def robot_from_content(content: Mapping[str, Any], file: str) -> Robot:
+def robot_from_content(content: Mapping[str, Any], file: str, meshes: Path | None = None) -> Robot:
     """Return a robot from the mapping that a robot file holds.
 
     Args:
         content: field names and values of schema `robot-facts/1`.
+        meshes: the folder with its meshes and hulls; `mesh_folder(file)` where left out.
 
     Raises:
         RobotFileError: the content is not a sound robot.
@@ -130,13 +131,20 @@ def robot_from_content(content: Mapping[str, Any], file: str) -> Robot:
     if model is None:
         found = f"is {shortened(kind)}" if "kind" in content else "is missing"
         raise RobotFileError(file, "kind", f"{found}; accepted: {' or '.join(map(str, kinds))}")
-    return validated(model, content, file)
+    return validated(model, content, file, mesh_folder(file) if meshes is None else meshes)
 
 
-def validated(model: type[_Facts], content: Mapping[str, Any], file: str) -> _Facts:
+def mesh_folder(file: str | Path) -> Path:
+    """Return the folder with the meshes and hulls of a robot file."""
+    return Path(file).parent / MESH_FOLDER
+
+
+def validated(
+    model: type[_Facts], content: Mapping[str, Any], file: str, meshes: Path = Path()
+) -> _Facts:
     """Return facts of any kind from a mapping, or raise `RobotFileError` with all that is wrong."""
     try:
-        return model.model_validate(content, context={"file": file})
+        return model.model_validate(content, context={"file": file, "meshes": meshes})
     except ValidationError as error:
         raise _file_error(file, field_problems(error, model)) from None
 

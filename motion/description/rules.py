@@ -283,6 +283,7 @@ def _links(robot: SerialFacts) -> Iterator[Problem]:
     for field, names in (
         ("link_mass_kg", robot.link_mass_kg),
         ("collision", robot.collision),
+        ("meshes", [mesh.link for mesh in robot.meshes]),
         ("allowed_collisions", [link for pair in robot.allowed_collisions for link in pair[:2]]),
     ):
         for name in sorted(set(names) - known):

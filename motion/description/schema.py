@@ -14,14 +14,21 @@ import re
 from collections.abc import Mapping, Sequence
 from enum import StrEnum
 from functools import cached_property
-from typing import Annotated, Literal, TypeAlias
+from pathlib import Path
+from typing import Annotated, Any, Literal, TypeAlias
 
-from pydantic import BaseModel, ConfigDict, Field, StringConstraints
+from pydantic import BaseModel, ConfigDict, Field, PrivateAttr, StringConstraints
 
 from ..errors import WrongJointCount
 from .limits import JointLimits
 
 SCHEMA = "robot-facts/1"
+
+MAX_MESHES = 128
+"""Most meshes of a robot: an answer that lists them fits a frame."""
+
+MESH_FOLDER = "meshes"
+"""Folder beside a robot file with the meshes and hulls that it names."""
 
 # Strict, so that YAML's `yes` and `on` are not taken for the number 1.
 Real: TypeAlias = Annotated[float, Field(strict=True, allow_inf_nan=False)]
@@ -33,6 +40,7 @@ Count: TypeAlias = Annotated[int, Field(strict=True, ge=1)]
 Vector: TypeAlias = tuple[Real, Real, Real]
 Scalar: TypeAlias = str | bool | int | Real | None
 Name: TypeAlias = Annotated[str, StringConstraints(min_length=1, max_length=64)]
+Sha256: TypeAlias = Annotated[str, StringConstraints(pattern=r"^[0-9a-f]{64}$")]
 
 
 class Kind(StrEnum):
@@ -243,7 +251,64 @@ class SphereFacts(Placement):
     radius: Positive
 
 
-Shape: TypeAlias = Annotated[CapsuleFacts | BoxFacts | SphereFacts, Field(discriminator="type")]
+class HullFacts(Placement):
+    """Convex hull of a mesh, made when its robot was imported.
+
+    Attributes:
+        size: full edge lengths of the box around it, whose centre and axes are its frame [m].
+        hull: SHA-256 of the OBJ file with its points and faces, in that frame [m].
+    """
+
+    type: Literal["hull"]
+    size: tuple[Positive, Positive, Positive]
+    hull: Sha256
+
+    _folder: Path = PrivateAttr(Path())
+
+    def model_post_init(self, context: Any, /) -> None:
+        """Take note of the folder with the robot's meshes, which whoever reads the file tells."""
+        self._folder = Path((context or {}).get("meshes", ""))
+
+    @property
+    def file(self) -> Path:
+        """The file with its points and faces."""
+        return self._folder / f"{self.hull}.obj"
+
+
+Shape: TypeAlias = Annotated[
+    CapsuleFacts | BoxFacts | SphereFacts | HullFacts, Field(discriminator="type")
+]
+
+
+class MeshForm(StrEnum):
+    """The format of a mesh that is kept, and the ending of its file."""
+
+    STL = "stl"
+    OBJ = "obj"
+
+
+class MeshFacts(Placement):
+    """Mesh that shows a link, kept as it was imported; its placement is in the link's frame.
+
+    Attributes:
+        link: the link it moves with.
+        hash: SHA-256 of the file's bytes, which is its name in the folder of meshes.
+        bytes: how many the file has.
+        scale: of the file's unit along each axis; negative mirrors.
+        colour: as `#rrggbb`; None for that of the arm.
+    """
+
+    link: Name
+    hash: Sha256
+    form: MeshForm
+    bytes: Count
+    scale: Vector
+    colour: Annotated[str, StringConstraints(pattern=r"^#[0-9a-f]{6}$")] | None = None
+
+    @property
+    def file_name(self) -> str:
+        """Name of its file in the folder of meshes."""
+        return f"{self.hash}.{self.form}"
 
 
 class RobotFacts(Facts):
@@ -355,6 +420,7 @@ class SerialFacts(RobotFacts):
     link_mass_kg: Mapping[Name, NotNegative | None] = Field(default_factory=dict)
     dh: DhTable | None = None
     vrm: Vrm | None = None
+    meshes: Annotated[tuple[MeshFacts, ...], Field(max_length=MAX_MESHES)] = ()
     allowed_collisions: tuple[tuple[Name, Name, AllowedReason], ...] = ()
 
     @cached_property

@@ -13,7 +13,14 @@ import math
 from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
 
-from ..description.schema import Dependence, DhTable, JointType, Placement, Shape
+from ..description.schema import (
+    Dependence,
+    DhTable,
+    JointType,
+    MeshFacts,
+    Placement,
+    Shape,
+)
 from ..pose import Array, Pose
 
 UNTURNED = Placement(xyz=(0.0, 0.0, 0.0), rpy=(0.0, 0.0, 0.0))
@@ -70,6 +77,7 @@ class ImportedChain:
         dh: a standard table, if the description is one.
         display_names: names of the driven joints on screens, if the description has them.
         remarks: decisions of the reader, in words.
+        meshes: those that show its links.
     """
 
     file: str
@@ -83,6 +91,7 @@ class ImportedChain:
     dh: DhTable | None = None
     display_names: tuple[str, ...] | None = None
     remarks: tuple[str, ...] = ()
+    meshes: tuple[MeshFacts, ...] = ()
 
     @property
     def root(self) -> str:

@@ -11,6 +11,7 @@ from __future__ import annotations
 import re
 from collections.abc import Mapping
 from dataclasses import dataclass
+from pathlib import Path
 from typing import Any
 
 from ..description.robot import SerialRobot, robot_from_content
@@ -36,7 +37,7 @@ _ORDER = (
     *("schema", "name", "kind", "manufacturer", "model", "dof"),
     *("root_link", "base_frame", "tool_link", "tool_convention", "zero_pose", "home", "coupling"),
     *("acceleration_ramp_s", "joints", "link_mass_kg", "dh"),
-    *("collision", "collision_source", "allowed_collisions", "sources", "notes"),
+    *("collision", "collision_source", "meshes", "allowed_collisions", "sources", "notes"),
 )
 _COUPLING_AXES = 3
 
@@ -57,28 +58,37 @@ class Wishes:
     model: str | None = None
 
 
-def configure(chain: ImportedChain, wishes: Wishes, decisions: Decisions) -> dict[str, Any]:
-    """Return the mapping of a robot file, or raise `RobotFileError` with what is missing."""
+def configure(
+    chain: ImportedChain, wishes: Wishes, decisions: Decisions, meshes: Path | None = None
+) -> dict[str, Any]:
+    """Return the mapping of a robot file, or raise `RobotFileError` with what is missing.
+
+    Args:
+        meshes: the folder where the meshes of the chain are put aside, and their hulls.
+    """
     content: dict[str, Any] = {"schema": SCHEMA, **_model(chain, wishes, decisions)}
     content |= limits(chain, decisions)
     content |= home(chain, wishes.home, wishes.coupling or 0, content, decisions)
     stated_home = wishes.home is not None or chain.home is not None
-    content |= allowed_pairs(_provisional(chain, wishes, content), stated_home, decisions)
-    content |= checked_home(_provisional(chain, wishes, content), stated_home, decisions)
+    content |= allowed_pairs(_provisional(chain, wishes, content, meshes), stated_home, decisions)
+    content |= checked_home(_provisional(chain, wishes, content, meshes), stated_home, decisions)
     content |= _controller(chain, wishes, decisions)
     content |= _pendant(chain, wishes, decisions, content)
     decisions.finish()
     content["notes"] = [*chain.remarks, *decisions.assumptions]
-    robot_from_content(content, chain.file)
+    robot_from_content(content, chain.file, meshes)
     return dict(sorted(content.items(), key=lambda item: _ORDER.index(item[0])))
 
 
-def _provisional(chain: ImportedChain, wishes: Wishes, content: Mapping[str, Any]) -> SerialRobot:
+def _provisional(
+    chain: ImportedChain, wishes: Wishes, content: Mapping[str, Any], meshes: Path | None
+) -> SerialRobot:
     # Contacts do not depend on the base frame, and on joint 3's coupling only by the values that
     # are sampled, so planning need not wait for step 3.
     factor = wishes.coupling or 0
     base = {"parent": chain.root, **UNTURNED.model_dump(mode="json")}
-    robot = robot_from_content({**content, **_coupling(factor), "base_frame": base}, chain.file)
+    facts = {**content, **_coupling(factor), "base_frame": base}
+    robot = robot_from_content(facts, chain.file, meshes)
     assert isinstance(robot, SerialRobot)
     return robot
 
@@ -127,6 +137,11 @@ def _model(chain: ImportedChain, wishes: Wishes, decisions: Decisions) -> dict[s
             for link, shapes in chain.collision.items()
         },
         "collision_source": f"bounding shapes of the {chain.source}" if chain.collision else "",
+        **(
+            {"meshes": [mesh.model_dump(mode="json") for mesh in chain.meshes]}
+            if chain.meshes
+            else {}
+        ),
         "sources": [f"{chain.source} {chain.file}"],
     }
 

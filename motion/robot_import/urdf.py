@@ -6,17 +6,17 @@ joints is `urdf_tree`'s. What is not sound raises `RobotFileError`, which names 
 and what is accepted. Source: https://wiki.ros.org/urdf/XML.
 
 Owns also the replacement of a collision shape that the schema lacks by one that encloses it: a
-cylinder by the smaller of a capsule and a box, a mesh by a box around its vertices. A link whose
-mesh cannot be read has no shape for it, and a remark says so. The box around a mesh is the smaller
-of two: along the mesh's own axes and along its principal axes. Faces are not needed: a convex shape
-around all vertices is around all faces.
+cylinder by the smaller of a capsule and a box, a mesh by its convex hull, or by a box around
+its vertices where it is thin or has none. A link whose mesh cannot be read has no shape for it, and
+a remark says so. The box around a mesh is the smaller of two: along the mesh's own axes and along
+its principal axes. Faces are not needed: a convex shape around all vertices is around all faces.
 """
 
 from __future__ import annotations
 
 import math
 from collections import Counter
-from collections.abc import Iterable, Iterator, Mapping
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from enum import StrEnum
 from pathlib import Path
@@ -26,11 +26,21 @@ from xml.etree.ElementTree import Element
 import numpy as np
 
 from ..description.rules import MAX_FIXED_ANGLE, MAX_GAIN, MAX_LENGTH
-from ..description.schema import BoxFacts, CapsuleFacts, Placement, Shape, SphereFacts
+from ..description.schema import (
+    BoxFacts,
+    CapsuleFacts,
+    HullFacts,
+    MeshFacts,
+    Placement,
+    Shape,
+    SphereFacts,
+)
 from ..errors import BadArgument, MeshFileError, NotFinite, RobotFileError, shortened
 from ..pose import Array, Pose
-from ..scene.mesh_file import read_mesh
+from ..scene.hull_file import box_frame
+from .hull_process import NoHull
 from .imported_chain import UNTURNED, compose, to_placement
+from .mesh_keeping import THINNEST, MeshContent, MeshKeeper, read_mesh_content
 from .xml_reader import number, numbers, read_xml
 
 MAX_LINKS = 1000
@@ -78,12 +88,13 @@ class UrdfJoint:
 
 @dataclass(frozen=True, slots=True)
 class UrdfLink:
-    """Element `link`: its mass [kg] if stated, and its collision shapes."""
+    """Element `link`: its mass [kg] if stated, its collision shapes, the meshes that show it."""
 
     name: str
     mass: float | None
     shapes: tuple[Shape, ...]
     remarks: tuple[str, ...]
+    meshes: tuple[MeshFacts, ...] = ()
 
 
 @dataclass(frozen=True, slots=True)
@@ -96,8 +107,12 @@ class UrdfModel:
     joints: tuple[UrdfJoint, ...]
 
 
-def read_urdf(path: Path) -> UrdfModel:
-    """Read a URDF file."""
+def read_urdf(path: Path, keeper: MeshKeeper | None = None) -> UrdfModel:
+    """Read a URDF file.
+
+    Args:
+        keeper: keeps its meshes, and makes their hulls; without it boxes stand for meshes.
+    """
     file = str(path)
     root = read_xml(path)
     _refuse_xacro(root, file)
@@ -105,7 +120,7 @@ def read_urdf(path: Path) -> UrdfModel:
         raise RobotFileError(file, "", f"begins with <{root.tag[:80]}>; accepted: a URDF's <robot>")
     if len(root.findall("link")) > MAX_LINKS:
         raise RobotFileError(file, "", f"has more than {MAX_LINKS} links")
-    links = [_link(each, index, file) for index, each in enumerate(root.findall("link"))]
+    links = [_link(each, index, file, keeper) for index, each in enumerate(root.findall("link"))]
     joints = [_joint(each, index, file) for index, each in enumerate(root.findall("joint"))]
     _refuse_repeated("link", (link.name for link in links), file)
     _refuse_repeated("joint", (joint.name for joint in joints), file)
@@ -132,7 +147,7 @@ def _refuse_repeated(what: str, names: Iterable[str], file: str) -> None:
             )
 
 
-def _link(element: Element, index: int, file: str) -> UrdfLink:
+def _link(element: Element, index: int, file: str, keeper: MeshKeeper | None) -> UrdfLink:
     name = _name(element, f"link[{index}]", file)
     where = f"link {name!r}"
     mass_element = element.find("inertial/mass")
@@ -140,8 +155,11 @@ def _link(element: Element, index: int, file: str) -> UrdfLink:
     if mass is not None and mass < 0.0:
         raise RobotFileError(file, f"{where}.mass", f"is {mass} kg; accepted: 0 or more")
     origins = {each: _origin(each, file, where) for each in element.findall("collision")}
-    shapes, remarks = link_shapes(element, origins, file, where)
-    return UrdfLink(name, mass, shapes, remarks)
+    shapes, remarks = link_shapes(element, origins, file, where, keeper)
+    if keeper is None:
+        return UrdfLink(name, mass, shapes, remarks)
+    meshes, more = _link_meshes(element, name, file, keeper)
+    return UrdfLink(name, mass, shapes, (*remarks, *more), meshes)
 
 
 def _joint(element: Element, index: int, file: str) -> UrdfJoint:
@@ -277,36 +295,33 @@ def _check_within(values: tuple[float, ...], most: float, unit: str, file: str, 
             raise RobotFileError(file, where, f"has {value:g}; accepted: {accepted}{wrong}")
 
 
-_THINNEST = 1e-4  # m: a flat mesh still gets a box
-
-
 def bounding_box(vertices: Array) -> BoxFacts:
     """Return a box around (k, 3) vertices [m], placed in their frame.
 
     It lies along the frame's axes, or along the principal axes of the vertices if it is then
     smaller.
     """
-    centred = vertices - vertices.mean(axis=0)
-    _, principal = np.linalg.eigh(centred.T @ centred)
-    if np.linalg.det(principal) < 0.0:
-        principal[:, 0] = -principal[:, 0]
-    boxes = [_box_along(axes, vertices) for axes in (np.eye(3), principal)]
-    return min(boxes, key=lambda box: math.prod(box.size))
+    box, _ = box_and_frame(vertices)
+    return box
 
 
-def _box_along(axes: Array, vertices: Array) -> BoxFacts:
-    along = vertices @ axes
-    lowest, highest = along.min(axis=0), along.max(axis=0)
+def box_and_frame(vertices: Array) -> tuple[BoxFacts, Array]:
+    """Return the box of `bounding_box`, and the vertices in its frame, (k, 3) [m]."""
+    axes, centre, edges = box_frame(vertices)
     placement = np.eye(4)
-    placement[:3, :3] = axes
-    placement[:3, 3] = axes @ ((lowest + highest) / 2.0)
-    x, y, z = (max(float(edge), _THINNEST) for edge in highest - lowest)
+    placement[:3, :3], placement[:3, 3] = axes, centre
+    x, y, z = (max(float(edge), THINNEST) for edge in edges)
     where = to_placement(placement)
-    return BoxFacts(type="box", size=(x, y, z), xyz=where.xyz, rpy=where.rpy)
+    box = BoxFacts(type="box", size=(x, y, z), xyz=where.xyz, rpy=where.rpy)
+    return box, (vertices - centre) @ axes
 
 
 def link_shapes(
-    link: Element, origin_of: dict[Element, Placement], file: str, where: str
+    link: Element,
+    origin_of: dict[Element, Placement],
+    file: str,
+    where: str,
+    keeper: MeshKeeper | None = None,
 ) -> tuple[tuple[Shape, ...], tuple[str, ...]]:
     """Return a link's collision shapes, and a remark for each that was replaced or left out.
 
@@ -314,13 +329,14 @@ def link_shapes(
         origin_of: placement in the link's frame of each of its `collision` elements.
         file: the file's name, for messages and for finding meshes.
         where: the link, in words.
+        keeper: makes the hulls of meshes; without it boxes stand for them.
     """
     shapes: list[Shape] = []
     remarks: list[str] = []
     for index, collision in enumerate(link.findall("collision")):
         place = f"{where}.collision[{index}]"
         for geometry in collision.findall("geometry"):
-            for found, remark in _geometry(geometry, file, place):
+            for found, remark in _geometry(geometry, file, place, keeper):
                 if found is not None:
                     shapes.append(_moved(found, origin_of[collision]))
                 if remark:
@@ -328,7 +344,9 @@ def link_shapes(
     return tuple(shapes), tuple(remarks)
 
 
-def _geometry(geometry: Element, file: str, where: str) -> Iterator[tuple[Shape | None, str]]:
+def _geometry(
+    geometry: Element, file: str, where: str, keeper: MeshKeeper | None
+) -> Iterator[tuple[Shape | None, str]]:
     for form in geometry:
         place = f"{where}.{form.tag}"
         match form.tag:
@@ -343,7 +361,7 @@ def _geometry(geometry: Element, file: str, where: str) -> Iterator[tuple[Shape 
                 (length,) = _lengths(form, "length", 1, file, place)
                 yield _round(form.tag, radius, length)
             case "mesh":
-                yield _mesh(form, file, place)
+                yield _mesh(form, file, place, keeper)
             case _:
                 yield None, f"collision shape {shortened(form.tag)} is not known and left out"
 
@@ -362,20 +380,92 @@ def _round(tag: str, radius: float, length: float) -> tuple[Shape, str]:
     return capsule, "a cylinder is enclosed in a capsule"
 
 
-def _mesh(form: Element, file: str, where: str) -> tuple[Shape | None, str]:
+def _mesh(
+    form: Element, file: str, where: str, keeper: MeshKeeper | None
+) -> tuple[Shape | None, str]:
+    shown = f"mesh {shortened(form.get('filename', ''))}"
+    try:
+        _, mesh, scale = _read_mesh(form, file, where)
+    except MeshFileError as error:
+        return None, f"{shown} {error.problem}; no shape stands for it"
+    box, points = box_and_frame(mesh.vertices * np.array(scale))
+    if keeper is None:
+        return box, f"{shown} is enclosed in a box"
+    try:
+        hull, count = keeper.hull_of(points)
+    except NoHull as error:
+        return box, f"{shown} keeps its box: {error}"
+    facts = HullFacts(type="hull", size=box.size, hull=hull, xyz=box.xyz, rpy=box.rpy)
+    return facts, f"{shown} is enclosed in its convex hull of {count} points"
+
+
+def _read_mesh(
+    form: Element, file: str, where: str
+) -> tuple[Path, MeshContent, tuple[float, float, float]]:
+    """Return where a mesh is, what it holds and its scale; `MeshFileError` where it is no use."""
     name = form.get("filename", "")
-    shown = shortened(name)
-    scale = numbers(form, "scale", 3, file, where) or (1.0, 1.0, 1.0)
+    x, y, z = numbers(form, "scale", 3, file, where) or (1.0, 1.0, 1.0)
     path = _mesh_path(name, Path(file))
     if path is None:
-        return None, f"mesh {shown} is not found; no shape stands for it"
+        raise MeshFileError(name, "", "is not found")
     try:
-        vertices = read_mesh(path).vertices * np.array(scale)
+        mesh = read_mesh_content(path)
     except MeshFileError as error:
-        return None, f"mesh {shown} cannot be read ({error.problem}); no shape stands for it"
-    if float(np.abs(vertices).max()) > MAX_LENGTH:
-        return None, f"mesh {shown} is over {MAX_LENGTH:g} m (its scale?); no shape stands for it"
-    return bounding_box(vertices), f"mesh {shown} is enclosed in a box"
+        raise MeshFileError(name, "", f"cannot be read ({error.problem})") from error
+    if float(np.abs(mesh.vertices * np.array((x, y, z))).max()) > MAX_LENGTH:
+        raise MeshFileError(name, "", f"is over {MAX_LENGTH:g} m (its scale?)")
+    return path, mesh, (x, y, z)
+
+
+def _link_meshes(
+    link: Element, name: str, file: str, keeper: MeshKeeper
+) -> tuple[tuple[MeshFacts, ...], tuple[str, ...]]:
+    """Keep the meshes that show a link: those of `visual`, or where none is any use, `collision`.
+
+    Returns:
+        The meshes, and a remark for each of `visual` that was left out.
+    """
+    remarks: list[str] = []
+    for tag in ("visual", "collision"):
+        found: list[MeshFacts] = []
+        for index, element in enumerate(link.findall(tag)):
+            where = f"link {name!r}.{tag}[{index}]"
+            for form in element.findall("geometry/mesh"):
+                try:
+                    found.append(_kept_mesh(form, element, name, file, where, keeper))
+                except (MeshFileError, RobotFileError) as error:
+                    if tag == "visual":
+                        shown = shortened(form.get("filename", ""))
+                        remarks.append(
+                            f"link {name!r}: mesh {shown} {error.problem}; it is not shown"
+                        )
+        if found:
+            return tuple(found), tuple(remarks)
+    return (), tuple(remarks)
+
+
+def _kept_mesh(
+    form: Element, element: Element, link: str, file: str, where: str, keeper: MeshKeeper
+) -> MeshFacts:
+    path, mesh, scale = _read_mesh(form, file, f"{where}.mesh")
+    origin = _origin(element, file, where)
+    colour = element.find("material/color")
+    rgba = None if colour is None else numbers(colour, "rgba", 4, file, f"{where}.material")
+    return MeshFacts(
+        link=link,
+        hash=keeper.keep(mesh, path),
+        form=mesh.form,
+        bytes=len(mesh.content),
+        scale=scale,
+        colour=None if rgba is None else _hexadecimal(rgba[:3]),
+        xyz=origin.xyz,
+        rpy=origin.rpy,
+    )
+
+
+def _hexadecimal(colour: Sequence[float]) -> str:
+    """Return red, green and blue of 0 to 1 as `#rrggbb`."""
+    return "#" + "".join(f"{round(255.0 * min(max(part, 0.0), 1.0)):02x}" for part in colour)
 
 
 def _mesh_path(name: str, urdf: Path) -> Path | None:

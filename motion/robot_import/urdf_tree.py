@@ -15,7 +15,15 @@ from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from itertools import islice
 
-from ..description.schema import Dependence, JointType, Placement, Shape, Term
+from ..description.schema import (
+    MAX_MESHES,
+    Dependence,
+    JointType,
+    MeshFacts,
+    Placement,
+    Shape,
+    Term,
+)
 from ..errors import RobotFileError
 from .imported_chain import UNTURNED, ImportedChain, ImportedJoint, compose
 from .urdf import UrdfJoint, UrdfModel, UrdfType
@@ -227,7 +235,10 @@ def chain_to(model: UrdfModel, tip: str) -> ImportedChain:
     links = [tree.root, *(joint.child for joint in way)]
     shapes: dict[str, tuple[Shape, ...]] = {link: model.links[link].shapes for link in links}
     remarks = [remark for link in links for remark in model.links[link].remarks]
-    remarks += _fold_branches(model, tree, links, shapes)
+    meshes = [mesh for link in links for mesh in model.links[link].meshes]
+    remarks += _fold_branches(model, tree, links, shapes, meshes)
+    if len(meshes) > MAX_MESHES:
+        remarks.append(f"only the first {MAX_MESHES} of {len(meshes)} meshes are kept")
     remarks += _readings(way)
     return ImportedChain(
         file=model.file,
@@ -238,6 +249,7 @@ def chain_to(model: UrdfModel, tip: str) -> ImportedChain:
         masses={link: mass for link in links if (mass := model.links[link].mass) is not None},
         base_frame=_base_frame(tree),
         remarks=tuple(remarks),
+        meshes=tuple(meshes[:MAX_MESHES]),
     )
 
 
@@ -298,7 +310,11 @@ def _dependence(joint: UrdfJoint, way: list[UrdfJoint], model: UrdfModel) -> Dep
 
 
 def _fold_branches(
-    model: UrdfModel, tree: LinkTree, links: list[str], shapes: dict[str, tuple[Shape, ...]]
+    model: UrdfModel,
+    tree: LinkTree,
+    links: list[str],
+    shapes: dict[str, tuple[Shape, ...]],
+    meshes: list[MeshFacts],
 ) -> Iterator[str]:
     children = tree.below
     on_chain = set(links)
@@ -312,6 +328,10 @@ def _fold_branches(
             placement = compose(parent, joint.origin)
             found = tuple(_placed(shape, placement) for shape in model.links[joint.child].shapes)
             shapes[link] = (*shapes[link], *found)
+            for mesh in model.links[joint.child].meshes:
+                moved = compose(placement, mesh)
+                to = {"link": link, "xyz": moved.xyz, "rpy": moved.rpy}
+                meshes.append(mesh.model_copy(update=to))
             what = f"its {len(found)} shapes are" if found else "without shapes, it is"
             yield f"branch {joint.child!r} is fixed to {link!r}: {what} made part of it"
             waiting += [(below, placement) for below in children[joint.child]]

@@ -107,7 +107,9 @@ def robot_data(robot: Robot, *, frames: bool = False, vrm: bool = False) -> dict
         UnsupportedKind: frames or VRM rows are asked for of a parallel robot.
         BadArgument: they are asked for of a robot without them.
     """
-    data: dict[str, Any] = {"facts": robot.model_dump(mode="json", by_alias=True)}
+    # Its meshes are told by `shapes_report`.
+    facts = robot.model_dump(mode="json", by_alias=True, exclude={"meshes"})
+    data: dict[str, Any] = {"facts": facts}
     if isinstance(robot, SerialRobot):
         if robot.vrm is not None:
             data["facts"]["specs"]["vrm"] = {

@@ -37,11 +37,13 @@ from numpy.typing import NDArray
 
 from ..description.schema import BoxFacts as LinkBox
 from ..description.schema import CapsuleFacts as LinkCapsule
+from ..description.schema import HullFacts as LinkHull
 from ..description.schema import Shape as LinkShape
 from ..errors import DuplicateObject, FrameUnknown, SceneTooLarge, UnknownObject
 from ..kinematics.pinocchio_model import greatest_travel, model_map
 from ..kinematics.serial import Kinematics
 from ..pose import Array
+from .hull_file import read_hull
 from .mesh_file import read_mesh
 from .scene import Box, Capsule, Cylinder, Mesh, Scene, SceneObject, Shape, Sphere
 
@@ -227,12 +229,32 @@ def sweep_of(
 
 
 def link_geometry(shape: LinkShape) -> Any:
-    """Return the geometry of a link's shape; where it is placed is no part of it."""
+    """Return the geometry of a link's shape; where it is placed is no part of it.
+
+    Raises:
+        MeshFileError: it is a hull whose file cannot be used.
+    """
     if isinstance(shape, LinkBox):
         return coal.Box(*shape.size)
     if isinstance(shape, LinkCapsule):
         return coal.Capsule(shape.radius, shape.length)
+    if isinstance(shape, LinkHull):
+        return _convex(shape)
     return coal.Sphere(shape.radius)
+
+
+def _convex(shape: LinkHull) -> Any:
+    """Return a hull from its points and faces: coal's own way of finding them may end the process.
+
+    It believes that they are a hull, which `read_hull` has checked.
+    """
+    hull = read_hull(shape.file)
+    points, faces = coal.StdVec_Vec3s(), coal.StdVec_Triangle()
+    for point in hull.vertices:
+        points.append(point)
+    for corners in hull.corners.tolist():
+        faces.append(coal.Triangle(*corners))
+    return coal.Convex(points, faces)
 
 
 def object_geometry(shape: Shape) -> Any:

@@ -52,16 +52,20 @@ def read_mesh(path: str | Path) -> Triangles:
     suffix = file.suffix.lower()
     if suffix not in (".stl", ".obj"):
         raise MeshFileError(str(path), "", f"ends in {suffix!r}; accepted: .stl or .obj")
-    content = read_bounded(file, MAX_BYTES, MeshFileError)
-    if suffix == ".obj":
-        return _obj(str(path), content)
+    return triangles_of(str(path), read_bounded(file, MAX_BYTES, MeshFileError))
+
+
+def triangles_of(path: str, content: bytes) -> Triangles:
+    """Return the sound mesh that a file holds; raises and reads by its ending as `read_mesh`."""
+    if path.lower().endswith(".obj"):
+        return _obj(path, content)
     if len(content) >= _HEADER + 4:
         count = int.from_bytes(content[_HEADER : _HEADER + 4], "little")
         if len(content) == _HEADER + 4 + count * _TRIANGLE.itemsize:
-            return _binary_stl(str(path), content, count)
+            return _binary_stl(path, content, count)
     if content.lstrip()[:5].lower() == b"solid":
-        return _ascii_stl(str(path), content)
-    raise _not_binary_stl(str(path), content)
+        return _ascii_stl(path, content)
+    raise _not_binary_stl(path, content)
 
 
 def _binary_stl(file: str, content: bytes, count: int) -> Triangles:

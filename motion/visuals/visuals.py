@@ -22,7 +22,15 @@ from typing import NamedTuple
 import numpy as np
 
 from ..description.robot import ParallelRobot, Robot, SerialRobot
-from ..description.schema import AnyJoint, BoxFacts, CapsuleFacts, Joint, Shape, SphereFacts
+from ..description.schema import (
+    AnyJoint,
+    BoxFacts,
+    CapsuleFacts,
+    HullFacts,
+    Joint,
+    Shape,
+    SphereFacts,
+)
 from ..pose import Array, Pose
 
 _PARALLEL = 1e-9
@@ -60,7 +68,7 @@ class LinkBox:
 def box_of(shape: Shape) -> LinkBox:
     """Return the box around a collision shape."""
     pose = Pose.from_rpy(shape.xyz, shape.rpy)
-    if isinstance(shape, BoxFacts):
+    if isinstance(shape, BoxFacts | HullFacts):
         return LinkBox(shape.size, pose.rotation, pose.position)
     width = 2.0 * shape.radius
     length = width + shape.length if isinstance(shape, CapsuleFacts) else width

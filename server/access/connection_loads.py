@@ -17,11 +17,13 @@ class ConnectionLoad:
         frames: whole frames that were taken of it.
         received: bytes that came.
         cost_ns: processor time of the event loop, for reading and doing what it asked [ns].
+        unread: bytes that wait for it to read them.
     """
 
     frames: int = 0
     received: int = 0
     cost_ns: int = 0
+    unread: int = 0
 
 
 @dataclass(frozen=True, slots=True)

@@ -53,6 +53,7 @@ from ..planning.jobs import (
     PlaybackPlan,
     ReadBody,
     SearchProgress,
+    ShapesFound,
 )
 from ..programs.editing.program_tasks import TaskResult
 from ..refusal import Refusal, field_fault
@@ -299,7 +300,8 @@ class _Check(BaseModel):
 
 
 class _Loads(BaseModel):
-    loads: dict[int, tuple[int, int, int]]
+    # Journals of version 2 have no unread bytes.
+    loads: dict[int, tuple[int, int, int] | tuple[int, int, int, int]]
 
 
 class _Outcome(BaseModel):
@@ -366,7 +368,7 @@ def loads_to_json(loads: Mapping[int, ConnectionLoad]) -> dict[str, Any]:
     """Return as plain data what connections took of the loop, by their numbers."""
     return {
         "loads": {
-            str(session): (load.frames, load.received, load.cost_ns)
+            str(session): (load.frames, load.received, load.cost_ns, load.unread)
             for session, load in loads.items()
         }
     }
@@ -411,7 +413,7 @@ def outcome_from_json(record: dict[str, Any]) -> Refusal | None:
 _FOUND: dict[str, TypeAdapter[Any]] = {
     kind.__name__: TypeAdapter(kind)
     for kind in (
-        *(DryRunFound, DryRunSlice, KinematicsFound, PathFree, SearchProgress),
+        *(DryRunFound, DryRunSlice, KinematicsFound, ShapesFound, PathFree, SearchProgress),
         *get_args(TaskResult),
     )
 }
@@ -453,7 +455,7 @@ def plan_to_json(planned: PlanAnswer) -> dict[str, Any]:
         return {"plan_time": planned.plan_time, "kind": BodyRead.__name__}
     if not isinstance(result, tuple):
         found = _FOUND[type(result).__name__].dump_python(result, mode="json")
-        if isinstance(result, TaskResult | KinematicsFound):
+        if isinstance(result, TaskResult | KinematicsFound | ShapesFound):
             found = with_long_texts(found)
         record = {"plan_time": planned.plan_time, "kind": type(result).__name__, "found": found}
         return record if planned.preview is None else record | _samples_of(planned.preview[0])

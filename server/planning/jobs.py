@@ -4,7 +4,8 @@ Owns the fields of each job and answer, and of what they hold: `CertifiedTraject
 with the proof that it keeps to the limits; `PoseGoal`, a pose to reach or the tool in the flange;
 `PlaybackPlan`, the figures of a playback for its reply; `PlanFacts`, those of a plan that is
 looked at before it is executed. `RecordingJob` alone carries samples; `WayCheckJob` checks the
-rest of a motion in progress; `KinematicsQuestion` plans nothing. Plain data that can be pickled.
+rest of a motion in progress; `KinematicsQuestion` and `ShapesQuestion` plan
+nothing. Plain data that can be pickled.
 
 In a job `start` is (n,) where the robot stands, controller side [rad or m]; `tool_speed` the
 largest speed of tool and elbow [m/s], None for no cap; `tool` the tool centre point in the flange,
@@ -37,6 +38,7 @@ from openpendant.motion.trajectory.trajectory import Trajectory
 from openpendant.simplemsg.pendant import Motion
 from openpendant.simplemsg.pendant.management.declaration import Request
 from openpendant.simplemsg.pendant.management.kinematics import Question
+from openpendant.simplemsg.pendant.management.shapes import ShapeQuestion
 from openpendant.simplemsg.verdicts import VerdictCode
 
 from ..programs.editing.program_tasks import Done, ProgramRefused, Task
@@ -378,8 +380,32 @@ class PlanJob:
     place: PoseGoal | None = None
 
 
+@dataclass(frozen=True, slots=True)
+class ShapesQuestion:
+    """Job: what a robot looks like, or some bytes of a mesh; nothing moves.
+
+    Attributes:
+        session: the connection that asks; those of a server take turns.
+        start: empty, as no robot stands anywhere for it.
+    """
+
+    job_id: int
+    session: int
+    asked: ShapeQuestion
+    start: JointVector = ()
+
+
 MotionJob = PoseJob | JointPathJob | RosPathJob | BlockJob | RecordingJob
-Job = MotionJob | PlanJob | DryRunJob | WayCheckJob | ProgramJob | ReadBody | KinematicsQuestion
+Job = (
+    MotionJob
+    | PlanJob
+    | DryRunJob
+    | WayCheckJob
+    | ProgramJob
+    | ReadBody
+    | KinematicsQuestion
+    | ShapesQuestion
+)
 
 
 def is_search(job: Job) -> bool:
@@ -405,6 +431,17 @@ class KinematicsFound:
 
     Attributes:
         body: the reply, a JSON object; made where it was found, since it may be 40 kB.
+    """
+
+    body: str
+
+
+@dataclass(frozen=True, slots=True)
+class ShapesFound:
+    """Answer of a question on shapes.
+
+    Attributes:
+        body: the reply, a JSON object.
     """
 
     body: str
@@ -510,8 +547,8 @@ class PlanAnswer:
         result: of a motion, a trajectory with its certificate, or why there is none; of a dry
             run, its findings, or its progress; of a check of the remaining path, that it is free,
             or why not; of a task about a program, its result, or what is wrong with the program;
-            of a body, what was read; of a question on kinematics, its reply; of a plan, meanwhile,
-            how far it has come.
+            of a body, what was read; of a question on kinematics or shapes, its reply; of a plan,
+            meanwhile, how far it has come.
         plan_time: wall time that planning took [s].
         playback: of a recording, what was asked and what is possible.
         facts: of a plan, what is told beside its samples.
@@ -533,6 +570,7 @@ class PlanAnswer:
         | BodyRead
         | KinematicsFound
         | SearchProgress
+        | ShapesFound
     )
     plan_time: float
     playback: PlaybackPlan | None = None

@@ -25,6 +25,10 @@ class Client(Protocol):
     wire: Connection
     load: ConnectionLoad
 
+    @property
+    def unread(self) -> int:
+        """How many bytes wait for it to read them."""
+
     def send(self, message: Message) -> None:
         """Write a message."""
 

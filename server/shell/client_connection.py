@@ -403,6 +403,11 @@ class ClientConnection(asyncio.Protocol):
         if self._observations.is_flooded(self.session, unread > REPLY_BACKLOG):
             self.abort("does not read its replies")
 
+    @property
+    def unread(self) -> int:
+        """How many bytes wait for it to read them."""
+        return 0 if self._transport is None else self._transport.get_write_buffer_size()
+
     def is_clogged(self) -> bool:
         """Return True if the client reads too slowly for another state message."""
         transport = self._transport

@@ -359,7 +359,10 @@ class Clients:
         found = {}
         for session in question.sessions:
             pairs = zip(after.get(session, _NOTHING), before.get(session, _NOTHING), strict=True)
-            found[session] = ConnectionLoad(*(round((new - old) * share) for new, old in pairs))
+            client = self.by_session.get(session)
+            unread = 0 if client is None else client.unread
+            frames, received, cost = (round((new - old) * share) for new, old in pairs)
+            found[session] = ConnectionLoad(frames, received, cost, unread)
         return found
 
     # The byte order of ROS-Industrial connections.

@@ -35,7 +35,7 @@ from openpendant.server.access.accounts import (
 )
 from openpendant.server.access.admission import Admission, VerifyJob
 from openpendant.server.access.audit import AuditEntry
-from openpendant.server.access.connection_loads import ConnectionLoad, LoadQuestion
+from openpendant.server.access.connection_loads import ConnectionLoad
 from openpendant.server.endpoints.pendant.access_requests import CoreAccess
 from openpendant.server.events.effects import Ask, Effect
 from openpendant.server.events.events import Port, Regranted
@@ -151,10 +151,10 @@ class AskedCell(EmulatedCell):
                     self.answered(item, is_right(job))
                 case Ask(question=AccountChange() as change):
                     self._change(item, change)
-                case Ask(question=LoadQuestion() as question):
-                    load = ConnectionLoad(frames=4, received=256, cost_ns=500_000)
-                    self.answered(item, dict.fromkeys(question.sessions, load))
         return outgoing
+
+    def load(self) -> ConnectionLoad:
+        return ConnectionLoad(frames=4, received=256, cost_ns=500_000)
 
     def _change(self, asked: Ask, change: AccountChange) -> None:
         refusal: Refusal | None = None

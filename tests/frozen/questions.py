@@ -36,6 +36,7 @@ from openpendant.simplemsg.pendant.management.program_values import (
     PointPose,
     TeachPoint,
 )
+from openpendant.simplemsg.pendant.management.shapes import ListMeshes, ReadMesh, ShowShapes
 from openpendant.simplemsg.pendant.management.statements import Move, Speed, SpeedKind, Way
 from openpendant.simplemsg.pendant.roles import Role
 from openpendant.simplemsg.verdicts import VerdictCode
@@ -143,6 +144,9 @@ JOBS: tuple[Any, ...] = (
         jobs.PoseGoal((0.0, 0.0, 0.125), (0.0, 0.0, 0.0, 1.0)),
         scene.Scene(),
     ),
+    jobs.ShapesQuestion(42, 3, ShowShapes("ur5")),
+    jobs.ShapesQuestion(43, 3, ListMeshes()),
+    jobs.ShapesQuestion(44, 3, ReadMesh("0" * 64, 32_768)),
 )
 
 REQUESTS: tuple[Any, ...] = (

@@ -234,9 +234,9 @@ def test_every_operation_was_asked_for_and_refused() -> None:
     for question, answer in questions():
         if isinstance(question.body, str) and question.name.partition(":")[0] in published:
             (done if answer.done else refused).add(json.loads(question.body)["op"])
-    # The last digits of what is calculated differ between machines.
-    inexact = {"tools.calibrate", "kinematics.ik", "kinematics.jacobian"}
-    inexact |= {"plans.make", "plans.samples", "plans.drop"}
+    # The last digits of what is calculated differ between machines, and the robot has no mesh.
+    inexact = {"tools.calibrate", "kinematics.ik", "kinematics.jacobian", "shapes.show"}
+    inexact |= {"plans.make", "plans.samples", "plans.drop", "shapes.mesh"}
     assert done == published - inexact
     assert refused == published
 

@@ -100,11 +100,6 @@ NOT_GIVEN_YET = frozenset(
         # By dialects that have something to prepare; the generic one has not.
         "CONFIRM_FIRST",
         "NOT_PREPARED",
-        # By a grasp that is measured.
-        "NOTHING_GRIPPED",
-        "NOT_HELD",
-        # By the shapes and meshes of a robot.
-        "UNKNOWN_MESH",
     }
 )
 """Codes of the protocol's version 3 whose part of the server is not built."""

@@ -25,14 +25,7 @@ on_a_loop_of_its_own = pytest.mark.asyncio(loop_scope="function")
 
 SECRET = "a long enough password"
 
-NOT_OFFERED = (
-    messages.Capability.PLANS
-    | messages.Capability.KINEMATICS
-    | messages.Capability.SHAPES
-    | messages.Capability.POSITIONS
-    | messages.Capability.GRASP
-    | messages.Capability.PREPARE
-)
+NOT_OFFERED = messages.Capability.PREPARE
 """What this server has not, or this controller does not need."""
 
 CELL = {"has_store": True, "server": ("--signals", "openpendant")}

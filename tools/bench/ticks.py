@@ -68,6 +68,7 @@ class _Sink:
         self.cell: int | None = None
         self.session = 0
         self.taken = 0
+        self.unread = 0
         self.load = ConnectionLoad()
         self.wire = Connection(Role.SERVER, PENDANT, ByteOrder.LITTLE, max_frame=MAX_PENDANT_FRAME)
         app.inbox.opened(self)

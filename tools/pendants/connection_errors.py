@@ -67,6 +67,10 @@ class NotTrusted(Unreachable, ssl.SSLCertVerificationError):
     """The server's certificate is signed by no trusted issuer."""
 
 
+class MeshDamaged(PendantError):
+    """Of a mesh other bytes came than those whose hash was asked for; none of them are kept."""
+
+
 class WrongArgument(PendantError):
     """A request that cannot even be written: too many joints, no waypoints, a text too long."""
 

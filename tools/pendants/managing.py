@@ -14,6 +14,7 @@ from openpendant.simplemsg.pendant.management.recordings import PlaybackAccount,
 
 from .management.calls import AsyncCalls, function_of, then
 from .management.groups import ProgramCalls, RecordingCalls
+from .mesh_download import AsyncShapeCalls
 from .motions import MotionHandle
 from .observing import Observing
 from .operating import Moves
@@ -69,9 +70,11 @@ class Managing(Moves, Observing):
     Attributes:
         programs: stored programs: teach, edit, undo, dry run, run.
         recordings: continuous recordings: start, stop, trim, play.
+        shapes: what robots look like; meshes and their download.
     """
 
     def __init__(self) -> None:
         super().__init__()
         self.programs = Programs(self._way, self)
         self.recordings = AsyncRecordingCalls(self._way, self._manage_motion)
+        self.shapes = AsyncShapeCalls(self._way)

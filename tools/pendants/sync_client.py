@@ -29,6 +29,7 @@ from .loop_thread import LoopThread
 from .management.calls import SyncCalls, then
 from .management.groups import GroupedCalls, ProgramCalls, RecordingCalls
 from .managing import PlaybackHandle
+from .mesh_download import SyncShapeCalls
 from .motions import JogAccount, MotionHandle, MotionResult
 from .session import LONGEST_SILENCE
 
@@ -215,6 +216,7 @@ class SyncPendantClient(GroupedCalls[SyncCalls], OnThread[PendantClient]):
         self.background = self._asked = background
         self.programs = SyncPrograms(way, self)
         self.recordings = SyncRecordings(thread, background)
+        self.shapes = SyncShapeCalls(thread, way, background.shapes)
 
     @classmethod
     def connect(

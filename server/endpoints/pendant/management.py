@@ -255,7 +255,7 @@ class ManagementRequests:
         if environment is not None:
             services = (
                 *(environment.service, environment.named, environment.recordings),
-                environment.kinematics,
+                *(environment.kinematics, environment.shapes),
             )
         self._handlers = handlers_of(self, access, access.connections, *services, *besides) | dict(
             programs.handlers

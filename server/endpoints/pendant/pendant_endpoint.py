@@ -162,6 +162,7 @@ class PendantEndpoint:
         )
         self._declarations = Declarations(cell, listeners, self.access)
         self._kinematics = None if environment is None else environment.kinematics
+        self._shapes = None if environment is None else environment.shapes
         self._positions = positions
         self._motions = PendantMotions(cell, robot, positions)
         self._jogs = JogRequests(cell, settings.jog, robot, listeners.older)
@@ -254,6 +255,8 @@ class PendantEndpoint:
         out = self._cell.authority_gone(change, now) + self.plans.closed(session, now)
         if self._kinematics is not None:
             out += self._kinematics.closed(session)
+        if self._shapes is not None:
+            out += self._shapes.closed(session)
         return [*out, *self.access.closed(session, now), *self._bodies.closed(session)]
 
     def regranted(self, session: int, now: int) -> list[Effect]:

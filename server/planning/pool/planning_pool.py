@@ -21,7 +21,8 @@ it already, its cell gets no other meanwhile; and where others wait, the process
 So a cell that asks for long plans and drops them delays the others by about 1 s, not by the
 duration of a plan; only long plans that somebody waits for can do that.
 
-Questions on kinematics are never among these jobs: `question_pool` has a process of their own.
+Questions on kinematics and shapes are never among these jobs: `question_pool` has a process of
+their own.
 """
 
 from __future__ import annotations
@@ -37,6 +38,7 @@ from ..jobs import (
     KinematicsQuestion,
     PlanTask,
     ReadBody,
+    ShapesQuestion,
     WayCheckJob,
     is_search,
 )
@@ -191,7 +193,7 @@ class PlanningPool:
 
     def submit(self, task: PlanTask) -> None:
         """Plan a job when its cell's turn has come and a process is free."""
-        if isinstance(task.job, KinematicsQuestion):
+        if isinstance(task.job, KinematicsQuestion | ShapesQuestion):
             self._questions.submit(task)
             return
         self._waiting.put(task)

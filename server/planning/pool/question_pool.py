@@ -1,4 +1,4 @@
-"""The process for questions on kinematics, and the line of these questions.
+"""The process for questions on kinematics and shapes, and the line of these questions.
 
 Such a question takes a millisecond or less, and somebody who drags a ghost of the robot waits for
 it: behind plans it would wait for seconds, and on the event loop it would hold up the robots. So it
@@ -21,7 +21,7 @@ from openpendant.simplemsg.pendant.management.kinematics import InverseKinematic
 from openpendant.simplemsg.verdicts import VerdictCode
 
 from ...refusal import Refusal
-from ..jobs import KinematicsQuestion, PlanAnswer, PlanTask
+from ..jobs import KinematicsQuestion, PlanAnswer, PlanTask, ShapesQuestion
 from .planning_process import PlanningProcess
 
 _LONGEST_ANSWER = 5.0
@@ -86,7 +86,7 @@ class QuestionLine:
 
 
 def _session(task: PlanTask) -> int:
-    assert isinstance(task.job, KinematicsQuestion)
+    assert isinstance(task.job, KinematicsQuestion | ShapesQuestion)
     return task.job.session
 
 

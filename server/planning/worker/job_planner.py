@@ -49,6 +49,7 @@ from ..jobs import (
     RecordingJob,
     RosPathJob,
     RosPoint,
+    ShapesQuestion,
     WayCheckJob,
 )
 from .block_planning import check_running, collision_on, plan_block_job
@@ -57,6 +58,7 @@ from .kinematics_answers import answer_kinematics
 from .motion_planning import certified_motion, speed_caps
 from .plan_making import Tell, make_plan, preview_of
 from .recording_planning import RecordingUnplayable, plan_recording
+from .shapes_answers import answer_shapes
 
 
 def plan_ros_path(job: RosPathJob, limits: JointLimits) -> Trajectory:
@@ -142,6 +144,9 @@ def answer(robot: str, job: Job, tell: Tell = _say_nothing) -> PlanAnswer:
     if isinstance(job, ReadBody):
         read = BodyRead(*job.read(job.body))
         return PlanAnswer(job.job_id, read, time.perf_counter() - started)
+    if isinstance(job, ShapesQuestion):
+        shown = answer_shapes(robot, job.asked)
+        return PlanAnswer(job.job_id, shown, time.perf_counter() - started)
     kinematics = kinematics_of(robot)
     if isinstance(job, KinematicsQuestion):
         told = answer_kinematics(kinematics, partial(_tooled, robot), job)

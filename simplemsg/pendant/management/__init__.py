@@ -16,6 +16,7 @@ from . import (
     programs,
     recordings,
     scene,
+    shapes,
 )
 from .declaration import OPERATIONS
 
@@ -33,4 +34,5 @@ __all__ = [
     "programs",
     "recordings",
     "scene",
+    "shapes",
 ]

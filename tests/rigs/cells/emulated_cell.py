@@ -15,6 +15,7 @@ from openpendant import simplemsg as wire
 from openpendant.controller_emulator.shell.build import build_controller
 from openpendant.controller_emulator.shell.settings import EmulatorSettings
 from openpendant.motion.description.robot import serial_robot
+from openpendant.server.access.connection_loads import ConnectionLoad, LoadQuestion
 from openpendant.server.core.cell_core import CellCore
 from openpendant.server.endpoints.pendant.access_requests import CoreAccess
 from openpendant.server.events import effects
@@ -38,9 +39,11 @@ class EmulatedCell(Shell):
         reported: stands between emulator and server, so that the robot seems to be elsewhere.
         held: what the store is asked for, where it answers only when told to.
         lines: what was logged.
+        unread: bytes that each client has not read.
     """
 
     reported: Reported | None = None
+    unread = 0
     held: deque[effects.Ask] | None = None
 
     def __init__(
@@ -122,6 +125,8 @@ class EmulatedCell(Shell):
                     replies.append(_through_wire(reply))
                 case effects.Ask(backend=effects.Backend.STORE | effects.Backend.PLANNER):
                     questions.append(item)
+                case effects.Ask(question=LoadQuestion()):
+                    questions.append(item)
                 case effects.LogLine(text=text):
                     self.lines.append(text)
         for path, message in commands:
@@ -133,6 +138,8 @@ class EmulatedCell(Shell):
         for question in questions:
             if question.backend is effects.Backend.STORE:
                 self._run(question)
+            elif isinstance(question.question, LoadQuestion):
+                self.answered(question, dict.fromkeys(question.question.sessions, self.load()))
             else:
                 self.answered(question, self.work_out(job_of(question)))
         return outgoing
@@ -140,6 +147,10 @@ class EmulatedCell(Shell):
     def work_out(self, job: jobs.Job) -> jobs.PlanAnswer:
         """Do what a planning process would."""
         return answer(self.robot, job)
+
+    def load(self) -> ConnectionLoad:
+        """What each connection takes."""
+        return ConnectionLoad(unread=self.unread)
 
     def _run(self, asked: effects.Ask) -> None:
         if self.held is None:

@@ -302,6 +302,8 @@ _LEGAL: Mapping[str, Legal] = {
     "kinematics.fk": Legal(_plain(frame="f499", tool="t1", all_links=True)),
     "kinematics.jacobian": Legal(_plain(tool="t1")),
     "kinematics.ik": Legal(_plain(pose=_REACHED, branches="turns", scene=True)),
+    "shapes.show": Legal(_plain(robot="rail_kr5_arc")),
+    "shapes.mesh": Legal(_plain(hash="0" * 64)),
     "tools.add": Legal(_TOOLED[1], after=(_UNTOOLED,)),
     "tools.move": Legal(_revised(_TOOLS, name="t1", tcp=_POSE)),
     "tools.remove": Legal(_UNTOOLED[1], before=(_TOOLED,)),

@@ -15,6 +15,7 @@ from openpendant.simplemsg.pendant.management import (
     programs,
     recordings,
     scene,
+    shapes,
 )
 
 from .calls import CallGroup, Way, call, calls_of
@@ -158,6 +159,15 @@ class KinematicsCalls(CallGroup[Way]):
     fk = call(kinematics.ForwardKinematics)
     jacobian = call(kinematics.ToolJacobian)
     ik = call(kinematics.InverseKinematics)
+
+
+@calls_of("shapes")
+class ShapeCalls(CallGroup[Way]):
+    """The questions on what robots look like."""
+
+    show = call(shapes.ShowShapes)
+    meshes: call[[], list[shapes.RobotMesh]] = call(shapes.ListMeshes, part="meshes")
+    mesh = call(shapes.ReadMesh)
 
 
 @calls_of("trace")

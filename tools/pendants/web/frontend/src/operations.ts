@@ -455,6 +455,61 @@ export type InverseSolution = {
   /** the joint that is nearest to an end of its range. */ nearest_limit: NearestLimit;
   /** names of two bodies that touch; None for none, and where it was not asked for. */ touches: string[] | null;
 };
+export type DrawnShape = {
+  /** the link that it moves with. */ link: string;
+  /** `box`, `cylinder`, `capsule` or `sphere`; round ones have their axis along z. */ form: string;
+  /** `body`, `joint`, `foot` or `flange`. */ part: string;
+  /** extents along its own x, y, z [m]; a capsule's length includes its caps. */ size: number[];
+  /** its centre in the link's frame [m]. */ xyz: number[];
+  /** its orientation in the link's frame. */ quat: number[];
+  /** `#rrggbb`. */ colour: string;
+};
+export type DrawnStrut = {
+  /** of the leg. */ name: string;
+  /** the link at its one end. */ first_link: string;
+  /** that end in the link's frame [m]. */ first: number[];
+  /** the link at its other end. */ second_link: string;
+  /** that end in that link's frame [m]. */ second: number[];
+  /** its diameter [m]. */ diameter: number;
+  /** `#rrggbb`. */ colour: string;
+};
+export type DrawnLink = {
+  /** its name. */ link: string;
+  /** the joint above it; None for the root. */ joint: string | null;
+  /** hash of a mesh that shows it, see shapes.meshes; None where it has none. */ mesh: string | null;
+};
+export type JointCoupling = {
+  /** its name. */ joint: string;
+  /** movement of the other joint per movement of this one. */ gain: number;
+};
+export type DrawnJoint = {
+  /** as in the robot file. */ name: string;
+  /** what people call it. */ display_name: string;
+  /** `revolute`, `prismatic` or `fixed`; of a platform `floating`, which is at home where its place says, and `leg`. */ type: string;
+  /** the link that carries it. */ parent: string;
+  /** the link that it carries. */ child: string;
+  /** its place in the parent's frame [m]. */ xyz: number[];
+  /** its orientation in the parent's frame. */ quat: number[];
+  /** unit vector in its own frame; None where it has none. */ axis: number[] | null;
+  /** lower limit [rad, m for a linear axis]; None where it has none. */ lower: number | null;
+  /** upper limit [rad, m for a linear axis]; None where it has none. */ upper: number | null;
+  /** whether it has a motor, and so a place in every joint position. */ driven: boolean;
+  /** the joints whose controller-side values move it, too. */ coupled_to: JointCoupling[];
+  /** what is added [rad, m for a linear axis]. */ offset: number;
+};
+export type MeshOnLink = {
+  /** the link that it moves with. */ link: string;
+  /** its origin in the link's frame [m]. */ xyz: number[];
+  /** its orientation in the link's frame. */ quat: number[];
+};
+export type RobotMesh = {
+  /** SHA-256 of its bytes. */ hash: string;
+  /** how many it has. */ bytes: number;
+  /** how to read it. */ form: "stl" | "obj";
+  /** m per unit of the file along x, y, z; negative mirrors. */ unit_scale: number[];
+  /** where it is. */ links: MeshOnLink[];
+  /** `#rrggbb`. */ colour: string;
+};
 export type Session = {
   /** its number. */ session: number;
   /** name of the pendant. */ client: string;
@@ -1371,6 +1426,39 @@ export interface KinematicsIkReply {
   /** how many there are of the kind that was asked for. */ total: number;
   /** whether nothing is missing in `total`; false for `nearest`, for an arm with a self-motion or without a closed form, and at a singularity: those are samples. */ complete: boolean;
 }
+/** Return what a robot looks like, and how its joints move it. Role: viewer. */
+export interface ShapesShowRequest {
+  op: "shapes.show";
+  /** a robot of the catalogue; None for that of this cell. */ robot?: string | null;
+}
+export interface ShapesShowReply {
+  /** its name. */ robot: string;
+  /** its solids. */ shapes: DrawnShape[];
+  /** its rods. */ struts: DrawnStrut[];
+  /** its links, root to tool. */ links: DrawnLink[];
+  /** its joints, root to tool. */ joints: DrawnJoint[];
+  /** joint position of home, controller side [rad, m for a linear axis]. */ home: number[];
+  /** SHA-256 of all this: a page need not draw the same anew. */ hash: string;
+}
+/** Return the meshes of this cell's robot. Role: viewer. */
+export interface ShapesMeshesRequest {
+  op: "shapes.meshes";
+}
+export interface ShapesMeshesReply {
+  /** none for a robot of the catalogue. */ meshes: RobotMesh[];
+}
+/** Return some bytes of a mesh; ask for the next once these came. Role: viewer. */
+export interface ShapesMeshRequest {
+  op: "shapes.mesh";
+  /** its SHA-256, as shapes.meshes tells it. */ hash: string;
+  /** number of the first byte that is wanted. */ offset?: number;
+}
+export interface ShapesMeshReply {
+  /** how many the whole mesh has. */ bytes_total: number;
+  /** number of the first byte here. */ offset: number;
+  /** the bytes in base64, at most 32,768 of them. */ data: string;
+  /** whether more follow. */ more: boolean;
+}
 /** Return the way of the tool since the trace was cleared. Role: viewer. */
 export interface TraceShowRequest {
   op: "trace.show";
@@ -1552,6 +1640,9 @@ export interface Operations {
   "kinematics.fk": [KinematicsFkRequest, KinematicsFkReply];
   "kinematics.jacobian": [KinematicsJacobianRequest, KinematicsJacobianReply];
   "kinematics.ik": [KinematicsIkRequest, KinematicsIkReply];
+  "shapes.show": [ShapesShowRequest, ShapesShowReply];
+  "shapes.meshes": [ShapesMeshesRequest, ShapesMeshesReply];
+  "shapes.mesh": [ShapesMeshRequest, ShapesMeshReply];
   "trace.show": [TraceShowRequest, TraceShowReply];
   "trace.clear": [TraceClearRequest, TraceClearReply];
   "access.whoami": [AccessWhoamiRequest, AccessWhoamiReply];

@@ -1,0 +1,1 @@
+"""What robots look like, and the meshes of imported ones."""
