@@ -1,4 +1,4 @@
-"""Processes that a command starts and ends: ready lines, signals, orders to end.
+"""Processes that a command starts and ends: streams, ready lines, signals, orders to end.
 
 No process outlives the command, however that ends: each is asked to end, then killed; where the
 command is killed by force, the kernel asks (Linux).
@@ -15,8 +15,10 @@ import subprocess
 import sys
 import threading
 from collections.abc import Callable, Iterator
-from contextlib import contextmanager
+from contextlib import ExitStack, contextmanager
 from dataclasses import dataclass
+from enum import Enum
+from pathlib import Path
 from types import FrameType
 from typing import IO, Any
 
@@ -30,12 +32,12 @@ if sys.platform != "win32":
 _PR_SET_PDEATHSIG = 1  # from linux/prctl.h
 
 
-class DemoFailed(Exception):
-    """Failure of a part of the demonstration; the text names the part and its failure."""
+class PartFailed(Exception):
+    """Failure of a process; the text names the process and its failure."""
 
 
-class DemoInterrupted(BaseException):
-    """Interruption of the demonstration by a signal; `number` is the signal's."""
+class Interrupted(BaseException):
+    """Interruption of the command by a signal; `number` is the signal's."""
 
     def __init__(self, number: int) -> None:
         super().__init__(number)
@@ -43,7 +45,7 @@ class DemoInterrupted(BaseException):
 
 
 class Interruptions:
-    """Turns signals into `DemoInterrupted`, but only where the demonstration waits or computes.
+    """Turns signals into `Interrupted`, but only where the command waits or computes.
 
     Anywhere else a signal is kept until the next such place: raised between the start of a process
     and the note that it has to be stopped, or while one is being stopped, it would leave an orphan.
@@ -66,11 +68,11 @@ class Interruptions:
 
     @contextmanager
     def welcome(self) -> Iterator[None]:
-        """Let a signal, also an earlier one, interrupt the context by DemoInterrupted."""
+        """Let a signal, also an earlier one, interrupt the context by Interrupted."""
         self._is_welcome = True
         try:
             if self._pending is not None:
-                raise DemoInterrupted(self._pending)
+                raise Interrupted(self._pending)
             yield
         finally:
             self._is_welcome = False
@@ -81,24 +83,56 @@ class Interruptions:
         if self._is_welcome:
             # A second Ctrl-C must not interrupt the unwinding that this one begins.
             self._is_welcome = False
-            raise DemoInterrupted(self._pending)
+            raise Interrupted(self._pending)
+
+
+class Streams(Enum):
+    """Standard streams of a process that is started."""
+
+    READ = "no input; its output is read here"
+    SHOWN = "no input; its output goes where ours goes"
+    TERMINAL = "all of them are ours, and so is the terminal"
 
 
 @dataclass(frozen=True, slots=True)
-class _Part:
-    """A running process and the first line of its output, if that is read here."""
+class Part:
+    """A running process.
+
+    Attributes:
+        lines: the first line of its output, if that is read here.
+        log: what else it writes; None where it goes where ours goes.
+    """
 
     name: str
     process: subprocess.Popen[str]
     lines: queue.Queue[str]
+    log: Path | None = None
+
+    def ended(self) -> PartFailed:
+        """Return the failure of a process that has ended: its exit code and its last words."""
+        code = self.process.wait(STOP_TIMEOUT)
+        how = f"exit code {code}" if code >= 0 else signal.Signals(-code).name
+        told = "" if self.log is None else _last_line(self.log)
+        return PartFailed(f"{self.name} ended with {how}{f': {told}' if told else ''}")
 
 
-def _command(module: str, *arguments: str) -> list[str]:
+_LAST_BYTES = 4096
+
+
+def _last_line(log: Path) -> str:
+    with log.open("rb") as file:
+        file.seek(max(0, log.stat().st_size - _LAST_BYTES))
+        lines = file.read().decode(errors="replace").split("\n")
+    return next((line.strip() for line in reversed(lines) if line.strip()), "")
+
+
+def python_command(module: str, *arguments: str) -> list[str]:
+    """Return the command that runs a module with this interpreter."""
     return [sys.executable, "-m", module, *arguments]
 
 
 def _dying_with_parent() -> Callable[[], None] | None:
-    """Return what a child runs before it starts, so that it ends with a demo killed by force."""
+    """Return what a child runs before it starts, so that it ends with a parent killed by force."""
     if sys.platform != "linux":
         return None
     # Loaded before the fork: a forked child of a threaded process should do as little as possible.
@@ -113,59 +147,74 @@ def _dying_with_parent() -> Callable[[], None] | None:
 
 
 @contextmanager
-def _process(name: str, command: list[str], *, has_terminal: bool = False) -> Iterator[_Part]:
-    """Run a process for the length of the context; it is asked to end, then killed."""
-    process = subprocess.Popen(
-        command,
-        stdin=subprocess.DEVNULL,
-        stdout=None if has_terminal else subprocess.PIPE,
-        text=True,
-        # Ctrl-C is ours to handle: the parts are stopped in order, by process id.
-        start_new_session=True,
-        preexec_fn=_dying_with_parent(),
-        env={**os.environ, "MPLBACKEND": "Agg"},
-    )
-    part = _Part(name, process, queue.Queue())
-    reader = threading.Thread(target=_forward, args=(process.stdout, part.lines), daemon=True)
-    reader.start()
-    try:
-        yield part
-    finally:
-        _stop(part)
-        reader.join(STOP_TIMEOUT)
-        # A grandchild may hold the pipe open; closing it under the reader would make that fail.
-        if process.stdout is not None and not reader.is_alive():
-            process.stdout.close()
+def process(
+    name: str, command: list[str], *, streams: Streams = Streams.READ, log: Path | None = None
+) -> Iterator[Part]:
+    """Run a process for the length of the context; it is asked to end, then killed.
+
+    Args:
+        log: file of its errors and of its output after the first line; our own errors without.
+    """
+    with ExitStack() as stack:
+        kept = None if log is None else stack.enter_context(log.open("a", encoding="utf-8"))
+        has_terminal = streams is Streams.TERMINAL
+        child = subprocess.Popen(
+            command,
+            stdin=None if has_terminal else subprocess.DEVNULL,
+            stdout=subprocess.PIPE if streams is Streams.READ else None,
+            stderr=kept,
+            text=True,
+            # Ctrl-C is ours to handle: the parts are stopped in order, by process id. Who has the
+            # terminal stays with it, or it would hear of no change of its size.
+            start_new_session=not has_terminal,
+            preexec_fn=_dying_with_parent(),
+            env={**os.environ, "MPLBACKEND": "Agg"},
+        )
+        part = Part(name, child, queue.Queue(), log)
+        reader = threading.Thread(
+            target=_forward, args=(child.stdout, part.lines, kept), daemon=True
+        )
+        reader.start()
+        try:
+            yield part
+        finally:
+            _stop(part)
+            reader.join(STOP_TIMEOUT)
+            # A grandchild may hold the pipe open; closing it under the reader would make that fail.
+            if child.stdout is not None and not reader.is_alive():
+                child.stdout.close()
 
 
-def _stop(part: _Part) -> None:
+def _stop(part: Part) -> None:
     if part.process.poll() is None:
         part.process.send_signal(signal.SIGTERM)
     try:
         part.process.wait(STOP_TIMEOUT)
     except subprocess.TimeoutExpired:
-        print(f"demo: {part.name} does not end; killing it", file=sys.stderr)
+        print(f"{part.name} does not end; killing it", file=sys.stderr)
         part.process.kill()
         part.process.wait()
 
 
-def _forward(stream: IO[str] | None, lines: queue.Queue[str]) -> None:
+def _forward(stream: IO[str] | None, lines: queue.Queue[str], kept: IO[str] | None) -> None:
     """Pass the first line on and drain the rest, so that the process never blocks on a pipe."""
     if stream is None:
         return
     lines.put(stream.readline())
-    for _ in stream:
-        continue
+    for line in stream:
+        if kept is not None:
+            kept.write(line)
+            kept.flush()
 
 
-def _ready(part: _Part, interruptions: Interruptions) -> dict[str, Any]:
-    """Return the ready line that a part prints as JSON; DemoFailed where none comes in time."""
+def ready(part: Part, interruptions: Interruptions) -> dict[str, Any]:
+    """Return the ready line that a part prints as JSON; PartFailed where none comes in time."""
     try:
         with interruptions.welcome():
             line = part.lines.get(timeout=READY_TIMEOUT)
     except queue.Empty:
-        raise DemoFailed(f"{part.name} was not ready within {READY_TIMEOUT:g} s") from None
+        raise PartFailed(f"{part.name} was not ready within {READY_TIMEOUT:g} s") from None
     if not line:
-        raise DemoFailed(f"{part.name} ended with exit code {part.process.wait(STOP_TIMEOUT)}")
-    ready: dict[str, Any] = json.loads(line)
-    return ready
+        raise part.ended()
+    told: dict[str, Any] = json.loads(line)
+    return told

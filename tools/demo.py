@@ -16,7 +16,15 @@ from contextlib import ExitStack
 from dataclasses import dataclass
 from pathlib import Path
 
-from .child_processes import DemoFailed, DemoInterrupted, Interruptions, _command, _process, _ready
+from .child_processes import (
+    Interrupted,
+    Interruptions,
+    PartFailed,
+    Streams,
+    process,
+    python_command,
+    ready,
+)
 from .demo_report import DemoResult, summarise, write_csv, write_plot
 
 TOUR_TIMEOUT = 120.0
@@ -36,16 +44,16 @@ def run_demo(
     """Run the three processes and the tour.
 
     Raises:
-        DemoFailed: a part did not start, ended early or refused a motion.
+        PartFailed: a part did not start, ended early or refused a motion.
         Interrupted: a signal came; all processes are stopped.
     """
     referee, record = work / "referee.json", work / "executed.csv"
     plans, tour = work / "plans", work / "tour.json"
     with ExitStack() as stack:
         emulator = stack.enter_context(
-            _process(
+            process(
                 "the emulator",
-                _command(
+                python_command(
                     "openpendant.controller_emulator",
                     *("--robot", robot, "--motion-port", "0", "--state-port", "0", "--json"),
                     *("--report", str(referee), "--record", str(record)),
@@ -53,11 +61,11 @@ def run_demo(
                 ),
             )
         )
-        controller = _ready(emulator, interruptions)
+        controller = ready(emulator, interruptions)
         server = stack.enter_context(
-            _process(
+            process(
                 "the server",
-                _command(
+                python_command(
                     "openpendant.server",
                     *("--robot", robot, "--pendant-port", "0", "--ros-motion-port", "0"),
                     *("--ros-state-port", "0", "--json", "--plans", str(plans)),
@@ -67,35 +75,35 @@ def run_demo(
                 ),
             )
         )
-        ports = _ready(server, interruptions)
+        ports = ready(server, interruptions)
         _run_tour(ports["pendant"], tour, interruptions)
     with interruptions.welcome():
         return summarise(robot, tour, plans, record, referee, controller["origin_ns"] / 1e9)
 
 
 def _run_tour(port: int, report: Path, interruptions: Interruptions) -> None:
-    command = _command(
+    command = python_command(
         "openpendant.tools.pendants.demo_pendant", "--port", str(port), "--report", str(report)
     )
     # The pendant keeps the terminal: its table is what there is to see.
-    with _process("the pendant", command, has_terminal=True) as pendant:
+    with process("the pendant", command, streams=Streams.SHOWN) as pendant:
         try:
             with interruptions.welcome():
                 code = pendant.process.wait(TOUR_TIMEOUT)
         except subprocess.TimeoutExpired:
-            raise DemoFailed(f"the pendant's tour took more than {TOUR_TIMEOUT:g} s") from None
+            raise PartFailed(f"the pendant's tour took more than {TOUR_TIMEOUT:g} s") from None
     if code:
-        raise DemoFailed("the pendant's tour was not completed")
+        raise PartFailed("the pendant's tour was not completed")
 
 
 def _check_output(folder: Path) -> None:
-    """Make the folder for plot and table; DemoFailed where files cannot be written there."""
+    """Make the folder for plot and table; PartFailed where files cannot be written there."""
     try:
         folder.mkdir(parents=True, exist_ok=True)
         with tempfile.TemporaryFile(dir=folder):
             pass
     except OSError as error:
-        raise DemoFailed(f"cannot write to the folder {folder}: {error.strerror}") from None
+        raise PartFailed(f"cannot write to the folder {folder}: {error.strerror}") from None
 
 
 def _show(robot: str, output: Path, interruptions: Interruptions) -> int:
@@ -135,8 +143,8 @@ def main(argv: list[str]) -> int:
             return _show(arguments.robot, arguments.output, interruptions)
         except BrokenPipeError:
             raise  # the command `openpendant` knows what to do when its reader went away
-        except (DemoFailed, OSError) as error:
+        except (PartFailed, OSError) as error:
             print(f"openpendant demo: {error}", file=sys.stderr)
             return 1
-        except DemoInterrupted as interruption:
+        except Interrupted as interruption:
             return 128 + interruption.number
