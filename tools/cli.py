@@ -36,6 +36,9 @@ class Command:
 
 
 COMMANDS: Mapping[str, Command] = {
+    "start": Command(
+        "openpendant.tools.start", "an emulated robot, its server and a pendant, all at once"
+    ),
     "demo": Command("openpendant.tools.demo", "watch a pendant move an emulated robot"),
     "serve": Command("openpendant.server.cli.serve", "run the pendant server of a cell"),
     "emulate": Command(

@@ -6,6 +6,10 @@ Pasted text is discarded, so that no clipboard moves a robot.
 
 from __future__ import annotations
 
+import asyncio
+import signal
+import sys
+import threading
 import time
 from typing import ClassVar
 
@@ -140,7 +144,10 @@ class PendantApp(App[PendantError | None]):
         return PendantScreen(self.panel, self._connection)
 
     def on_mount(self) -> None:
-        """Start the connection loop."""
+        """Start the connection loop; let SIGTERM end the pendant as its user would."""
+        if sys.platform != "win32" and threading.current_thread() is threading.main_thread():
+            # Its default would leave the terminal as the screen needs it: no echo, no line ends.
+            asyncio.get_running_loop().add_signal_handler(signal.SIGTERM, self.exit)
         self.run_worker(self._stay_connected(), name="connection")
 
     async def _stay_connected(self) -> None:
