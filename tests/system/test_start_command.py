@@ -187,3 +187,23 @@ def test_the_cell_starts_in_t1_and_is_never_taken_for_a_real_one(tmp_path: Path)
     command = cell.server_command(12000, 12002)
     assert command[-len(ARGUMENTS_OF_AN_EMULATED_CELL) :] == [*ARGUMENTS_OF_AN_EMULATED_CELL]
     assert "127.0.0.1:12000:12002" in command
+
+
+def test_a_newcomer_jogs_after_three_keys_that_the_screen_names(opened: Open, mark: str) -> None:
+    """The real parts on 80 columns and 24 rows: the screen names each key before it is struck."""
+    window = opened(
+        *(sys.executable, "-m", "openpendant.tools", "start"),
+        *("--robot", "ur5", "--pendant-port", "0", "--store", "off", "--logs", "logs"),
+    )
+    window.until(lambda shown: "c takes control" in shown)
+    window.strike("c")
+    window.until(lambda shown: "v holds" in shown and "c takes control" not in shown)
+    window.strike("v")
+    window.until(lambda shown: "1:q/a" in shown and "HELD" in shown)
+    window.strike("q")
+    window.until(lambda shown: "1 Base             0.50 °" in shown)
+    window.strike("\x11")
+    assert window.ended() == 0
+    assert window.is_as_before
+    assert left_over(mark) == {}
+    assert "cell file and logs: logs" in window.until(lambda shown: "all three" in shown)

@@ -19,7 +19,8 @@ from pathlib import Path
 from rigs.clock.busy_machine import PATIENCE
 
 _SEQUENCE = re.compile(
-    r"\x1b\[(?P<given>[0-9;?<>=]*)(?P<final>[@-~])|\x1b[()][A-Z0-9]|\x1b\][^\x07]*\x07|\x1b[^\[()\]]"
+    r"\x1b\[(?P<given>[0-9;?<>=]*)[ -/]*(?P<final>[@-~])"
+    r"|\x1b[()][A-Z0-9]|\x1b\][^\x07]*\x07|\x1b[^\[()\]]"
 )
 
 
