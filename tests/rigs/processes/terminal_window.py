@@ -72,8 +72,7 @@ class ShownRows:
         elif final == "J" and numbers[0] == 2:
             self._cells = [[" "] * self._columns for _ in range(self._rows)]
         elif final == "K":
-            row = self._cells[self._row]
-            row[self._column :] = " " * (self._columns - self._column)
+            self._cells[self._row][self._column :] = " " * (self._columns - self._column)
 
 
 class TerminalWindow:
