@@ -143,7 +143,7 @@ def main(argv: list[str]) -> int:
     reader = argparse.ArgumentParser(
         prog="openpendant completion",
         description="Print a script by which a shell completes the words of openpendant. bash:"
-        " write it to the file of the example, or source it. zsh: source it after compinit."
+        " source the file of the example in ~/.bashrc. zsh: source it after compinit."
         " fish: write it to ~/.config/fish/completions/openpendant.fish.",
         epilog="Exit codes: 0 done, 2 wrong usage.",
     )

@@ -9,6 +9,7 @@ from __future__ import annotations
 import contextlib
 import io
 import re
+import textwrap
 from collections.abc import Callable, Mapping, Sequence
 
 EXAMPLES: Mapping[str, str] = {
@@ -62,16 +63,19 @@ EXAMPLES: Mapping[str, str] = {
     "packets decode": "packets decode capture.pcap",
     "packets encode": "packets encode packets.jsonl",
     "packets show": "packets show traffic.jsonl",
-    "packets record": "packets record --listen 13000 --to 127.0.0.1:12000 -o t.jsonl",
+    "packets record": "packets record --listen 13000 --to 12000 -o traffic.jsonl",
     "packets replay": "packets replay traffic.jsonl --as client --to 12000",
     "packets faults": "packets faults cut.toml --listen 13000 --to 127.0.0.1:12000",
     "packets send": "packets send 127.0.0.1:12000 ping",
     "packets conformance": "packets conformance --role server 127.0.0.1:12000:12002",
     "packets rerun": "packets rerun demo-output/demo-ur5-server.journal",
     "packets dissector": "packets dissector -o openpendant.lua",
-    "completion": "completion bash > ~/.local/share/bash-completion/completions/openpendant",
+    "completion": "completion bash > openpendant.bash",
 }
 """An example of each command, after the word `openpendant`."""
+
+WIDTH = 80
+"""Columns that every help text fits."""
 
 HELP = ("-h", "--help")
 
@@ -110,8 +114,17 @@ def in_one_style(text: str, words: Sequence[str]) -> str:
         words: of the command, and what follows them.
     """
     styled = _HEAD.sub(lambda head: _HEADS[head[0]], text.rstrip("\n"))
+    styled = "\n".join(map(_fitted, styled.split("\n")))
     example = example_of(words)
     return f"{styled}\n\nExample: openpendant {example}" if example else styled
+
+
+def _fitted(line: str) -> str:
+    """Return a line, broken where it is too long; what follows is indented as it is."""
+    if len(line) <= WIDTH:
+        return line
+    indent = line[: len(line) - len(line.lstrip())]
+    return textwrap.fill(line, WIDTH, subsequent_indent=indent, break_on_hyphens=False)
 
 
 def example_of(words: Sequence[str]) -> str:
