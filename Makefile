@@ -43,7 +43,7 @@ MUTANTS_ARGS ?=
 WALK ?=
 WALK_ARGS ?=
 
-.PHONY: help demo test conformance bench lint format soak mutants walk fuzz audit reference clean stale
+.PHONY: help demo start test conformance bench lint format soak mutants walk fuzz audit reference clean stale
 
 ## help     this list
 help:
@@ -51,11 +51,15 @@ help:
 	@echo
 	@sed -n 's/^## /  make /p' Makefile
 	@echo
-	@echo 'Options: ROBOT=abb_irb2400 (demo), PYTEST_ARGS="-k limits" (test), PYTHON=/path/to/python3 (first run)'
+	@echo 'Options: ROBOT=abb_irb2400 (demo, start), PYTEST_ARGS="-k limits" (test), PYTHON=/path/to/python3 (first run)'
 
 ## demo     a pendant application moves an emulated robot; ROBOT=ur5 unless named
 demo: $(VENV)/demo.stamp
 	$(VENV)/bin/openpendant demo --robot '$(ROBOT)'
+
+## start    an emulated robot, its server and a pendant in this terminal; ROBOT=ur5 unless named
+start: $(VENV)/demo.stamp
+	@$(VENV)/bin/openpendant start --robot '$(ROBOT)'
 
 ## test     every test but the soak tests, in WORKERS=2 processes, and lint beside them
 test: $(VENV)/dev.stamp

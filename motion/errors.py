@@ -17,6 +17,7 @@ limit of a joint, the motion, the geometry of a path, the frames, the scene, a p
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 from dataclasses import dataclass
 from enum import Enum
 from typing import Any, ClassVar, TypeVar, dataclass_transform
@@ -183,8 +184,26 @@ class UnknownRobot(MotionError, code="unknown-robot"):
     known: tuple[str, ...]
 
     def __str__(self) -> str:
+        near = nearest(self.name, self.known)
+        meant = f"did you mean {near}? " if near else ""
         known = ", ".join(self.known)
-        return f"no robot or robot file is called {shortened(self.name)}; known: {known}"
+        return f"no robot or robot file is called {shortened(self.name)}; {meant}known: {known}"
+
+
+_LONGEST_NAME = 64
+
+
+def nearest(name: str, known: Sequence[str]) -> str:
+    """Return the known name that is most alike a wrong one; empty where none is alike."""
+    if not 1 < len(name) <= _LONGEST_NAME:
+        return ""
+    import difflib  # here, because most commands name no wrong robot
+
+    written = {each.lower(): each for each in known}
+    found = difflib.get_close_matches(name.lower(), written, n=1)
+    # Who types the maker or the model alone means a name that contains it.
+    found += [each for each in written if name.lower() in each]
+    return written[found[0]] if found else ""
 
 
 class UnsupportedKind(MotionError, code="unsupported-kind"):

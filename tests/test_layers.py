@@ -22,6 +22,7 @@ FOLDER_ORDER: dict[str, list[str]] = TABLES["folder_order"]
 LISTS: dict[str, list[str]] = TABLES["lists"]
 
 CONSOLE = f"{UMBRELLA}.tools.console"
+HELP_TEXT = "openpendant.tools.help_text"
 COMMAND_LINES = tuple(LISTS["command_lines"])
 
 # Rooms whose folders have an order to the last, so that a circle and a name twice are faults.
@@ -191,9 +192,9 @@ def reads_a_clock_in_a_core(found: Import) -> bool:
 
 def runs_on_more_than_the_standard_library(found: Import) -> bool:
     return (
-        found.file == "tools/cli.py"
+        found.file in ("tools/cli.py", "tools/help_text.py")
         and not found.inside_function
-        and not f"{found.target}.".startswith(f"{CONSOLE}.")
+        and not f"{found.target}.".startswith((f"{CONSOLE}.", f"{HELP_TEXT}."))
         and found.library not in sys.stdlib_module_names
     )
 

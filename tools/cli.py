@@ -20,8 +20,10 @@ import sys
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
+from types import ModuleType
 
-from .console import ExitCode, complain, discard_output
+from .console import ExitCode, as_typed, complain, discard_output
+from .help_text import asks_for_help, in_one_style, run_for_help
 
 TRACEBACK_VARIABLE = "OPENPENDANT_TRACEBACK"
 """Environment variable: when set, an unforeseen error shows its traceback."""
@@ -36,6 +38,9 @@ class Command:
 
 
 COMMANDS: Mapping[str, Command] = {
+    "start": Command(
+        "openpendant.tools.start", "an emulated robot, its server and a pendant, all at once"
+    ),
     "demo": Command("openpendant.tools.demo", "watch a pendant move an emulated robot"),
     "serve": Command("openpendant.server.cli.serve", "run the pendant server of a cell"),
     "emulate": Command(
@@ -54,6 +59,9 @@ COMMANDS: Mapping[str, Command] = {
         "openpendant.server.cli.store_commands", "show, carry and check saved documents"
     ),
     "users": Command("openpendant.server.cli.users_commands", "list, add and change the accounts"),
+    "users pair": Command(
+        "openpendant.tools.pendants.commands.pair", "ask a server for the pairing code of a class"
+    ),
     "cells": Command(
         "openpendant.tools.pendants.commands.cells", "list the cells of a server, without a login"
     ),
@@ -67,6 +75,7 @@ COMMANDS: Mapping[str, Command] = {
     ),
     "why": Command("openpendant.tools.why", "ask a server why its robot does not move"),
     "packets": Command("openpendant.tools.packets.cli", "decode and encode simple message packets"),
+    "completion": Command("openpendant.tools.completion", "print what completes words in a shell"),
 }
 
 EXTRA_OF_LIBRARY: Mapping[str, str] = {
@@ -125,16 +134,24 @@ def _dispatch(arguments: list[str], commands: Mapping[str, Command]) -> int:
         case ["-V" | "--version", *_]:
             print(f"openpendant {_version()}")
             return ExitCode.OK
+        case [first, second, *rest] if f"{first} {second}" in commands:
+            return _run(commands[f"{first} {second}"], rest, arguments)
         case [name, *rest] if name in commands:
-            return _run(commands[name], rest)
+            return _run(commands[name], rest, arguments)
         case [name, *_]:
             return _complain(_unknown(name, commands), ExitCode.USAGE)
     raise AssertionError("every list of arguments is matched above")
 
 
-def _run(command: Command, arguments: list[str]) -> int:
+def _run(command: Command, arguments: list[str], line: Sequence[str]) -> int:
+    """Run a command with its arguments; `line` is all that was typed after `openpendant`."""
     try:
-        return _main_of(command)(arguments)
+        main = _imported(command)
+        if not asks_for_help(arguments):
+            return main(arguments)
+        code, text = run_for_help(main, arguments)
+        print(in_one_style(text, line) if code == ExitCode.OK else text)
+        return code
     except ModuleNotFoundError as error:
         library = (error.name or "").partition(".")[0]
         if library == "openpendant" or not library:
@@ -146,14 +163,19 @@ def _run(command: Command, arguments: list[str]) -> int:
         return _internal_error(error)
 
 
-def _main_of(command: Command) -> Callable[[list[str]], int]:
+def _imported(command: Command) -> Callable[[list[str]], int]:
     # What is imported stays; looking for garbage among it takes a tenth of the time.
     gc.disable()
     try:
-        main: Callable[[list[str]], int] = importlib.import_module(command.module).main
-        return main
+        return main_of(importlib.import_module(command.module))
     finally:
         gc.enable()
+
+
+def main_of(module: ModuleType) -> Callable[[list[str]], int]:
+    """Return what runs the command of a module."""
+    main: Callable[[list[str]], int] = module.main
+    return main
 
 
 def _internal_error(error: Exception) -> int:
@@ -173,16 +195,25 @@ def _help(commands: Mapping[str, Command]) -> str:
     width = max(len(name) for name in commands)
     return "\n".join(
         [
-            "usage: openpendant [--help] [--version] COMMAND ...",
+            "Usage: openpendant [--help] [--version] COMMAND ...",
             "",
             "A virtual teach pendant, speaking ROS-Industrial simple message.",
             "",
-            "commands:",
+            "Commands:",
             *(f"  {name:<{width}}  {command.help}" for name, command in commands.items()),
             "",
-            "`openpendant COMMAND --help` lists a command's own options.",
+            "`openpendant COMMAND --help` lists a command's own options, with an example.",
+            *_typed_otherwise(),
+            "",
+            "Example: openpendant start --robot ur5",
         ]
     )
+
+
+def _typed_otherwise() -> list[str]:
+    """Return how the command is typed here, where its name alone does not reach it."""
+    typed = as_typed()
+    return [] if typed == "openpendant" else [f"For `openpendant` type `{typed}` here."]
 
 
 def _unknown(name: str, commands: Mapping[str, Command]) -> str:

@@ -10,10 +10,13 @@ from __future__ import annotations
 
 import json
 import os
+import shlex
+import shutil
 import sys
 import unicodedata
 from collections.abc import Callable, Mapping, Sequence
 from enum import IntEnum
+from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
@@ -169,6 +172,21 @@ def discard_output() -> None:
 
 
 # What is written.
+
+
+def as_typed() -> str:
+    """Return how this user types the command `openpendant` here.
+
+    Its name alone where the shell finds this very one, in an activated environment, say; else its
+    path, relative to the present folder where it lies in that.
+    """
+    name = "openpendant"
+    ours = Path(sys.executable).parent / name
+    found = shutil.which(name)
+    if not ours.exists() or (found is not None and Path(found).absolute() == ours):
+        return name
+    here = Path.cwd()
+    return shlex.quote(str(ours.relative_to(here) if ours.is_relative_to(here) else ours))
 
 
 def fail(text: str, code: int) -> int:

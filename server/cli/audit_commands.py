@@ -44,7 +44,9 @@ def main(argv: Sequence[str]) -> int:
 def show(
     file: LogFile,
     as_json: AsJson = False,
-    event: Annotated[AuditEvent | None, typer.Option(help="Entries of this kind only.")] = None,
+    event: Annotated[
+        AuditEvent | None, typer.Option(metavar="EVENT", help="Entries of this kind only.")
+    ] = None,
     who: Annotated[str | None, typer.Option(help="Entries of this account or guest only.")] = None,
     last: Annotated[
         int | None, typer.Option(min=1, help="So many entries from the end only.")

@@ -43,7 +43,8 @@ _FIRST_ACCOUNT = (
 )
 
 app = command(
-    "List, add, change and remove the accounts of a server.",
+    "List, add, change and remove the accounts of a server. `openpendant users pair` asks a running"
+    " one for the pairing code of a class.",
     "0 done, 2 bad argument, name or password, 3 refused",
 )
 

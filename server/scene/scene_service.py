@@ -10,6 +10,7 @@ import json
 from typing import TYPE_CHECKING, Any, Protocol, cast
 
 from openpendant.motion.description.robot import robot_names
+from openpendant.motion.errors import nearest
 from openpendant.motion.frames.frame_file import FramesFile, frames_to_json
 from openpendant.motion.frames.frame_teaching import frame_from_four_points, frame_from_three_points
 from openpendant.motion.frames.grasp import Grasp
@@ -435,8 +436,11 @@ class SceneService:
         return reply.answer({"loaded": asked.name})
 
     def _other_robot(self, name: str | None) -> Refusal:
-        unknown = "" if name in robot_names() else f"; no robot is called {name!r}"
-        text = f"this cell has {self._robot_name!r}{unknown}"
+        text = f"this cell has {self._robot_name!r}"
+        if name is not None and name not in (known := robot_names()):
+            meant = nearest(name, known)
+            hint = f"; did you mean {meant!r}?" if meant else ""
+            text += f"; no robot is called {name!r}{hint}"
         return Refusal(VerdictCode.ROBOT_FIXED, text)
 
     # Signals.

@@ -13,7 +13,7 @@ from rigs.data.foreign_robots import FOREIGN
 from rigs.data.urdf_files import written
 
 from openpendant.motion.cli.robots import main as robots
-from openpendant.tools.demo import Interruptions
+from openpendant.tools.child_processes import Interruptions
 from openpendant.tools.packets.rerun import main as rerun
 
 pytestmark = pytest.mark.realtime

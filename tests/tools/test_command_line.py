@@ -68,7 +68,7 @@ def test_help_lists_every_command(capsys: pytest.CaptureFixture[str]) -> None:
 
 def test_no_command_shows_the_help_on_standard_error(capsys: pytest.CaptureFixture[str]) -> None:
     assert main([]) == ExitCode.USAGE
-    assert "commands:" in capsys.readouterr().err
+    assert "Commands:" in capsys.readouterr().err
 
 
 def test_version_is_that_of_the_loaded_code(capsys: pytest.CaptureFixture[str]) -> None:

@@ -52,9 +52,10 @@ def _help() -> str:
             "tools:",
             *(f"  {name:<{width}}  {about}" for name, (_, about) in TOOLS.items()),
             "",
-            "exit codes: 0 done; 1 something was found (a packet that is none, a failed check, a",
-            "difference), or the output cannot be written; 2 wrong usage or an unreadable file;",
-            "3 the peer could not be reached, hung up or never answered; 130 interrupted.",
+            "Exit codes: 0 done; 1 something was found (a packet that is none, a failed",
+            "check, a difference), or the output cannot be written; 2 wrong usage or an",
+            "unreadable file; 3 the peer could not be reached, hung up or never answered;",
+            "130 interrupted.",
             "",
             "`openpendant packets TOOL --help` lists a tool's own options.",
         ]

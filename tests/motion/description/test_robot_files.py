@@ -27,7 +27,13 @@ from openpendant.motion.description.robot import (
     serial_robot,
 )
 from openpendant.motion.description.yaml_file import MAX_FILE_BYTES, read_mapping
-from openpendant.motion.errors import RobotFileError, UnknownRobot, UnsupportedKind, WrongJointCount
+from openpendant.motion.errors import (
+    RobotFileError,
+    UnknownRobot,
+    UnsupportedKind,
+    WrongJointCount,
+    nearest,
+)
 
 COUPLED = {
     "abb_irb1410": -1,
@@ -143,6 +149,27 @@ def test_an_unknown_name_is_refused_with_the_known_ones() -> None:
     with pytest.raises(UnknownRobot) as refused:
         load_robot("ur6")
     assert refused.value.known == robot_names()
+
+
+@pytest.mark.parametrize(
+    ("typed", "meant"),
+    [
+        ("ur55", "ur5"),
+        ("UR5", "ur5"),
+        ("kuka_kr6", "kuka_kr6_2"),
+        ("irb120", "abb_irb120"),
+        ("gp7", "motoman_gp7"),
+    ],
+)
+def test_a_name_that_is_nearly_right_is_answered_with_the_right_one(typed: str, meant: str) -> None:
+    assert nearest(typed, robot_names()) == meant
+    with pytest.raises(UnknownRobot, match=f"did you mean {meant}\\?"):
+        load_robot(typed)
+
+
+@pytest.mark.parametrize("typed", ["zzz", "", "5", "x" * 100_000])
+def test_a_name_that_is_like_none_is_answered_with_all_of_them(typed: str) -> None:
+    assert nearest(typed, robot_names()) == ""
 
 
 def test_loading_robots_needs_no_numpy_and_no_pinocchio() -> None:

@@ -6,6 +6,10 @@ Pasted text is discarded, so that no clipboard moves a robot.
 
 from __future__ import annotations
 
+import asyncio
+import signal
+import sys
+import threading
 import time
 from typing import ClassVar
 
@@ -20,6 +24,7 @@ from ..client import PendantError
 from . import lcd, screen_text
 from .connection import Connect, LogIn, TerminalConnection, as_nobody
 from .keyboard import legend
+from .missing_steps import steps_line
 from .panel import Panel
 
 TICK = 0.04
@@ -33,7 +38,10 @@ _COLUMNS_FOR_ALL = 100
 
 _MESSAGES, _FEW_MESSAGES = 6, 3
 
-_TEXTS = ("lamps", "status", "banner", "lcd", "jog", "joints", "program", "messages", "keys")
+_TEXTS = (
+    *("lamps", "status", "steps", "banner", "lcd", "jog"),
+    *("joints", "pose", "program", "messages", "keys"),
+)
 
 
 class PendantScreen(Screen[None]):
@@ -50,12 +58,12 @@ class PendantScreen(Screen[None]):
     def compose(self) -> ComposeResult:
         """Yield the widgets of the screen."""
         texts = self._texts
-        yield from (texts["lamps"], texts["status"], texts["banner"])
+        yield from (texts["lamps"], texts["status"], texts["steps"], texts["banner"])
         with Horizontal(id="middle"):
             with Vertical(id="left"):
                 yield from (texts["lcd"], texts["jog"])
             with Vertical(id="right"):
-                yield from (texts["joints"], texts["program"])
+                yield from (texts["joints"], texts["pose"], texts["program"])
         yield from (texts["messages"], texts["keys"])
 
     def on_mount(self) -> None:
@@ -85,13 +93,17 @@ class PendantScreen(Screen[None]):
         banner = screen_text.banner(panel, now)
         self._put("lamps", screen_text.lamp_line(panel, now))
         self._put("status", screen_text.status_line(panel, now))
+        self._put("steps", steps_line(panel, now))
         self._put("banner", banner)
         self._put("lcd", "\n".join(lcd.page(panel, now)))
         self._put("jog", screen_text.jog_line(panel, now))
         self._put("joints", screen_text.joint_table(panel))
+        self._put("pose", screen_text.pose_table(panel))
         self._put("program", screen_text.program_list(panel))
         self._put("messages", screen_text.message_list(panel, messages, max(1, columns)))
-        self._put("keys", legend(panel.cell.dof, short=is_small))
+        self.set_class(panel.shows_keys, "keys")
+        is_short = is_small and not panel.shows_keys
+        self._put("keys", legend(panel.jog.axis_names, panel.jog.frame or "joints", short=is_short))
         self._texts["banner"].set_class(bool(banner), "shown")
         bad = panel.cell.is_stopped or panel.cell.is_stale(now) or bool(panel.stop_key.doubt(now))
         self._texts["lcd"].set_class(bad, "bad")
@@ -116,6 +128,7 @@ class PendantApp(App[PendantError | None]):
     .narrow #left { width: 27; }
     #joints { text-wrap: nowrap; text-overflow: ellipsis; }
     .small #messages { height: 4; }
+    .keys #middle, .keys #messages { display: none; }
     #left { width: 44; height: auto; padding-right: 1; }
     #right { width: 1fr; height: auto; }
     #lcd { border: heavy $success; width: 24; padding: 0 1; margin: 0 1; }
@@ -140,7 +153,10 @@ class PendantApp(App[PendantError | None]):
         return PendantScreen(self.panel, self._connection)
 
     def on_mount(self) -> None:
-        """Start the connection loop."""
+        """Start the connection loop; let SIGTERM end the pendant as its user would."""
+        if sys.platform != "win32" and threading.current_thread() is threading.main_thread():
+            # Its default would leave the terminal as the screen needs it: no echo, no line ends.
+            asyncio.get_running_loop().add_signal_handler(signal.SIGTERM, self.exit)
         self.run_worker(self._stay_connected(), name="connection")
 
     async def _stay_connected(self) -> None:

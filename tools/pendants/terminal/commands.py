@@ -6,6 +6,7 @@ Angles are rad, lengths m. Owns only their form.
 from __future__ import annotations
 
 from dataclasses import dataclass, field
+from enum import Enum
 from typing import TypeAlias
 
 from openpendant.simplemsg.pendant import OperatingMode, RunKind
@@ -195,6 +196,72 @@ class RunProgram:
     loops: int = 1
 
 
+class CellList(Enum):
+    """Lists of what the cell has beside programs; the value is their short name."""
+
+    RECORDINGS = "record."
+    FRAMES = "frames"
+    TOOLS = "tools"
+    SCENE = "scene"
+    SIGNALS = "signals"
+
+
+@dataclass(frozen=True, slots=True)
+class AskList:
+    """Request one of the cell's lists."""
+
+    kind: CellList
+
+
+@dataclass(frozen=True, slots=True)
+class RecordMotion:
+    """Begin a recording of the robot's motion."""
+
+    name: str
+
+
+@dataclass(frozen=True, slots=True)
+class EndRecording:
+    """End the recording under way."""
+
+
+@dataclass(frozen=True, slots=True)
+class PlayBack:
+    """Move the robot as it was recorded."""
+
+    name: str
+
+
+@dataclass(frozen=True, slots=True)
+class ChooseTool:
+    """Select a tool; None is the bare flange.
+
+    Attributes:
+        revision: of the tools, as they were listed.
+    """
+
+    name: str | None
+    revision: int
+
+
+@dataclass(frozen=True, slots=True)
+class SwitchOutput:
+    """Switch an output of the controller."""
+
+    number: int
+    value: bool
+
+
+@dataclass(frozen=True, slots=True)
+class AskPairingCode:
+    """Request a code that makes whoever types it an operator of this cell; an admin may."""
+
+
+@dataclass(frozen=True, slots=True)
+class EndPairing:
+    """End the code, and what its guests may do."""
+
+
 @dataclass(frozen=True, slots=True)
 class PauseRobot:
     """Pause on the path."""
@@ -211,7 +278,15 @@ class StopProgram:
 
 
 BeginsMotion: TypeAlias = (
-    PulseJog | StepJog | UndoJog | GoHome | MoveJoints | MoveToPose | RunProgram | ResumeRobot
+    PulseJog
+    | StepJog
+    | UndoJog
+    | GoHome
+    | MoveJoints
+    | MoveToPose
+    | RunProgram
+    | PlayBack
+    | ResumeRobot
 )
 """Whatever lets the robot begin to move, or go on; asked for on fresh values only."""
 
@@ -231,6 +306,13 @@ Command: TypeAlias = (
     | ReloadProgram
     | ApplyEdit
     | AskDryRun
+    | AskList
+    | RecordMotion
+    | EndRecording
+    | ChooseTool
+    | SwitchOutput
+    | AskPairingCode
+    | EndPairing
     | PauseRobot
     | StopProgram
 )

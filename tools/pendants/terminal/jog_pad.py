@@ -141,7 +141,9 @@ class JogKeys:
         self._gathered.clear()
 
 
-_TOOL_AXES = 6
+TOOL_AXES = ("X", "Y", "Z", "A", "B", "C")
+"""Of the tool in a frame: lengths, and rotations about x, y, z."""
+
 _STANDING = (Activity.IDLE, Activity.PAUSED)
 
 
@@ -163,7 +165,7 @@ class JogPad:
 
     def key(self, key: AxisKey, now: int) -> list[Command]:
         """Take a jog key; a later `tick` returns the step."""
-        axes = self._cell.dof if self.frame == JOINTS else _TOOL_AXES
+        axes = self._cell.dof if self.frame == JOINTS else len(TOOL_AXES)
         if not self.is_fresh(now):
             return []
         if key.axis >= axes:
@@ -201,6 +203,23 @@ class JogPad:
             (axis, sign * (self.step.metres if self._is_length(axis) else self.step.radians))
             for axis, sign in axes
         )
+
+    @property
+    def axis_names(self) -> tuple[str, ...]:
+        """Names of the axes that the keys move: numbers of joints, or as on the pose page."""
+        if self.frame == JOINTS:
+            return tuple(str(number) for number in range(1, self._cell.dof + 1))
+        return TOOL_AXES
+
+    def choose_frame(self, frame: str) -> None:
+        """Select a frame that the cell has; of one that it has no more, say so."""
+        if frame not in self._cell.frames:
+            self._messages.add(
+                f"no frame {frame} to jog in; accepted: {', '.join(self._cell.frames)}"
+            )
+            return
+        self.let_go()
+        self.frame = frame
 
     def _is_length(self, axis: int) -> bool:
         return self._cell.joints[axis]["unit"] == "m" if self.frame == JOINTS else axis < 3

@@ -67,6 +67,8 @@ class Intent(Enum):
     NEXT_PAGE = "next page"
     LAST_PAGE = "page before"
     LET_GO = "let go"
+    LISTS = "recordings, frames, tools, scene, signals, pairing code"
+    ALL_KEYS = "all keys"
 
 
 @dataclass(frozen=True, slots=True)
@@ -128,6 +130,8 @@ KEYBOARD: Mapping[str, Meaning] = {
     "8": Intent.PAUSE,
     "9": Intent.PROGRAM_STOP,
     "escape": Intent.LET_GO,
+    "M": Intent.LISTS,
+    "K": Intent.ALL_KEYS,
 }
 
 
@@ -145,10 +149,12 @@ def axis_keys(values: Sequence[float]) -> tuple[str, ...]:
 _SHOWN_KEYS = {"right": "→", "left": "←", "up": "↑", "down": "↓", "escape": "Esc", "tab": "Tab"}
 
 
-def legend(axes: int, *, short: bool = False) -> str:
+def legend(axes: Sequence[str], what: str = "joints", *, short: bool = False) -> str:
     """Return one line for each group of keys.
 
     Args:
+        axes: name of each axis that the jog keys move now.
+        what: of which they are: joints, or the name of a frame.
         short: only the two lines that every display must show.
     """
     keys = {meaning: key for key, meaning in KEYBOARD.items() if key != "z"}
@@ -156,11 +162,12 @@ def legend(axes: int, *, short: bool = False) -> str:
     def group(*intents: Intent) -> str:
         return "  ".join(f"{_SHOWN_KEYS.get(keys[i], keys[i])} {i.value}" for i in intents)
 
-    jog = " ".join(f"{axis + 1}:{_PLUS[axis]}/{_MINUS[axis]}" for axis in range(min(axes, 10)))
+    pairs = zip(axes, _PLUS, _MINUS, strict=False)
+    jog = " ".join(f"{axis}:{plus}/{minus}" for axis, plus, minus in pairs)
     first = "SPACE software stop   ctrl+q quit   F1-F7 → ← pages"
-    second = f"jog {jog} (+/-)"
+    second = f"jog {what} {jog} (+/-)"
     if short:
-        return f"{first}   (taller: all keys)\n{second}"
+        return f"{first}   {keys[Intent.ALL_KEYS]} {Intent.ALL_KEYS.value}\n{second}"
     return "\n".join(
         (
             first,
@@ -170,7 +177,8 @@ def legend(axes: int, *, short: bool = False) -> str:
             + group(Intent.STEP_TYPED),
             group(Intent.CONTROL, Intent.TAKE_OVER, Intent.ENABLE, Intent.LET_GO, Intent.MODE),
             group(Intent.SLOWER, Intent.FASTER, Intent.CAP_DOWN, Intent.CAP_UP, Intent.RESET),
-            group(Intent.TARGET, Intent.UNDO_JOG, Intent.HOME, Intent.WHY),
+            group(Intent.TARGET, Intent.UNDO_JOG, Intent.HOME, Intent.WHY, Intent.ALL_KEYS),
+            group(Intent.LISTS),
             group(Intent.PROGRAM, Intent.RECORD, Intent.INSERT, Intent.TOUCH_UP, Intent.DELETE),
             group(Intent.DRY_RUN, Intent.RUN, Intent.STEP_FORWARD, Intent.STEP_BACKWARD)
             + "  "

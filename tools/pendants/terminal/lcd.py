@@ -14,6 +14,7 @@ from openpendant.simplemsg.pendant import LinkState
 
 from ..motions import roll_pitch_yaw
 from . import wording
+from .cell_lists import Listing
 from .cell_view import CellView
 from .commands import JOINTS
 from .jog_pad import JogKind
@@ -45,6 +46,8 @@ def _page(panel: Panel, now: int) -> tuple[str, str, str, str]:
         return _screen(_entry(question))
     if isinstance(question, ProgramChoice):
         return _screen(_program_choice(question))
+    if isinstance(question, Listing):
+        return _screen(_listing(question))
     return _screen(_PAGES[panel.page](panel, now))
 
 
@@ -221,7 +224,7 @@ def _choice(question: Choice) -> list[str]:
     options = [f"{key} {text}" for key, (text, _) in question.options.items()]
     pairs = [options[i : i + 2] for i in range(0, len(options), 2)]
     rows = ["".join(f"{each[:9]:<10}" for each in pair) for pair in pairs]
-    return [question.title, *rows, *[""] * (2 - len(rows)), "other key: no"]
+    return [question.title, *rows, *[""] * (2 - len(rows)), *["other key: no"] * (len(rows) < 3)]
 
 
 def _program_choice(choice: ProgramChoice) -> list[str]:
@@ -237,6 +240,15 @@ def _program_choice(choice: ProgramChoice) -> list[str]:
             for index, name in shown
         ),
     ]
+
+
+def _listing(listing: Listing) -> list[str]:
+    if not listing.entries:
+        return [listing.title, "none", "Esc: close"]
+    first = max(0, min(listing.selected - 1, len(listing.entries) - (ROWS - 1)))
+    shown = list(enumerate(listing.entries))[first : first + ROWS - 1]
+    rows = (f"{'>' if index == listing.selected else ' '}{each.text}" for index, each in shown)
+    return [listing.title, *rows]
 
 
 def _entry(question: TextEntry) -> list[str]:

@@ -10,7 +10,7 @@ terminal, socket or clock: `now` is monotonic time in ns.
 from __future__ import annotations
 
 from collections.abc import Iterable, Mapping
-from typing import TypeAlias
+from typing import Any, TypeAlias
 
 from openpendant.simplemsg.pendant import (
     ModeChanged,
@@ -23,8 +23,9 @@ from openpendant.simplemsg.pendant import (
 from ...console import one_line
 from . import commands as do
 from . import wording
+from .cell_lists import ChosenFrame, Listing, listing_of, lists_choice
 from .cell_view import CellView
-from .commands import JOINTS, Command
+from .commands import JOINTS, CellList, Command
 from .jog_pad import JogPad, NotASize, speed_asked
 from .keyboard import KEYBOARD, STOP_KEY, AxisKey, Intent, Meaning, Page
 from .messages import Messages
@@ -43,7 +44,7 @@ from .taught_program import TaughtProgram
 from .teaching import Teaching
 from .wording import MODES, in_screen_units
 
-Question: TypeAlias = Choice | TextEntry | ProgramChoice
+Question: TypeAlias = Choice | TextEntry | ProgramChoice | Listing
 
 _MOST_LINES, _LONGEST_LINE = 200, 1_000
 """Of an answer of the server; more than that nobody reads on a display of four rows."""
@@ -56,6 +57,7 @@ class Panel:
         question: the question on the display; None for none.
         why: the lines of the last answer to why the robot does not move.
         scroll: first shown line of a long text.
+        shows_keys: all keys stand on the screen, in the place of all that can wait.
     """
 
     def __init__(self, keyboard: Mapping[str, Meaning] = KEYBOARD) -> None:
@@ -75,6 +77,7 @@ class Panel:
         self.question: Question | None = None
         self.why: tuple[str, ...] = ()
         self.scroll = 0
+        self.shows_keys = False
 
     def greeted(self) -> list[Command]:
         """Take the hello reply of a server; return the pending stop, to be sent at once."""
@@ -147,6 +150,16 @@ class Panel:
         """Take the names of all programs."""
         if isinstance(self.question, ProgramChoice):
             self.question = self.question.listed(names)
+
+    def told_list(self, kind: CellList, answer: Mapping[str, Any]) -> None:
+        """Take one of the cell's lists, as the server answered; show it if no question is open.
+
+        Raises:
+            KeyError, TypeError, ValueError: it is none.
+        """
+        listing = listing_of(kind, answer)
+        if self.question is None:
+            self.question = listing
 
     def not_there(self, name: str) -> None:
         """Take that the program to open does not exist; ask to create it if no question is open."""
@@ -258,6 +271,7 @@ class Panel:
             case Intent.ENABLE:
                 return self._toggle_enabling(now)
             case Intent.LET_GO:
+                self.shows_keys = False
                 return self._let_go("Esc")
             case Intent.RESET:
                 return [do.UnlatchStop()]
@@ -307,6 +321,10 @@ class Panel:
                 self.question = TextEntry(TextPurpose.TARGET)
             case Intent.MODE:
                 self.question = _mode_choice()
+            case Intent.LISTS:
+                self.question = lists_choice()
+            case Intent.ALL_KEYS:
+                self.shows_keys = not self.shows_keys
             case Intent.HOME:
                 home, zero = ("home", do.GoHome("home")), ("zero", do.GoHome("zero"))
                 self.question = Choice("Move all joints to", {"1": home, "2": zero})
@@ -320,8 +338,10 @@ class Panel:
         answer = question.struck(key)
         self.question = None
         match answer:
-            case Choice() | TextEntry() | ProgramChoice():
+            case Choice() | TextEntry() | ProgramChoice() | Listing():
                 self.question = answer
+            case ChosenFrame(name=name):
+                self.jog.choose_frame(name)
             case EnteredText():
                 return self._entered(answer)
             case _ if answer is not None and self.cell.is_connected:
@@ -335,6 +355,8 @@ class Panel:
             if entered.wanted is TextPurpose.STEP:
                 self.jog.step = self.jog.step.typed(entered.text)
                 return []
+            if entered.wanted is TextPurpose.RECORDING:
+                return [do.RecordMotion(entered.text)] if entered.text else []
             return [read_target(entered.text, self.cell)]
         except (NotASize, NotATarget) as error:
             self.messages.add(str(error))

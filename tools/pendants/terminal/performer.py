@@ -9,7 +9,7 @@ from __future__ import annotations
 
 import asyncio
 import json
-from collections.abc import Coroutine, Iterable
+from collections.abc import Coroutine, Iterable, Mapping
 from typing import Any
 
 from openpendant.simplemsg.pendant import Motion, RunKind
@@ -27,7 +27,7 @@ from ..client import (
 from ..motions import MotionHandle
 from . import commands as do
 from .cell_view import CellView
-from .commands import JOINTS, Command
+from .commands import JOINTS, CellList, Command
 from .panel import Panel
 from .taught_program import DryRunFindings, ProgramEdit, TaughtProgram
 from .wording import refusal_line, why_lines, why_request
@@ -240,6 +240,18 @@ class Performer:
                 await client.resume()
             case do.StopProgram():
                 await client.program_stop()
+            case do.AskList(kind=kind):
+                self._panel.told_list(kind, await self._list(kind))
+            case do.RecordMotion() | do.EndRecording() | do.ChooseTool() | do.SwitchOutput():
+                await self._change(command)
+            case do.AskPairingCode():
+                code = await client.issue_pairing_code()
+                self._panel.messages.add(f"pairing code {code}: openpendant pendant --pairing")
+            case do.EndPairing():
+                await client.end_pairing()
+                self._panel.messages.add(
+                    "the pairing code is ended, and so is what its guests may do"
+                )
             case do.AskWhy():
                 request = why_request(self._cell.mode)
                 answer = await client.manage(dict(request))
@@ -260,6 +272,37 @@ class Performer:
                 motion, name = await self._motion(command)
                 self._panel.messages.add(f"{name} began")
                 await self._ended(motion, name)
+
+    async def _list(self, kind: CellList) -> Mapping[str, Any]:
+        client = self._client
+        match kind:
+            case CellList.RECORDINGS:
+                return await client.recordings.list()
+            case CellList.SCENE:
+                return await client.scene.show()
+            case CellList.SIGNALS:
+                return await client.signals.read()
+        return await client.frames.show()
+
+    async def _change(self, command: Command) -> None:
+        """Change what one of the cell's lists has, and say so."""
+        client = self._client
+        match command:
+            case do.RecordMotion(name=name):
+                await client.recordings.start(name)
+                said = f"recording {name} began"
+            case do.EndRecording():
+                made = await client.recordings.stop()
+                said = f"recording ended: {made['samples']} samples, {made['duration']:.1f} s"
+            case do.ChooseTool(name=tool, revision=revision):
+                await client.tools.select(tool, expected_revision=revision)
+                said = f"tool {tool} is selected" if tool else "no tool is selected"
+            case do.SwitchOutput(number=number, value=value):
+                await client.signals.set(number, value)
+                said = f"output {number} is {'on' if value else 'off'}"
+            case _:
+                raise AssertionError(f"{command} changes nothing")
+        self._panel.messages.add(said)
 
     async def _stop(self, stop: do.StopRobot) -> None:
         try:
@@ -305,6 +348,8 @@ class Performer:
                 return await move, name
             case do.RunProgram():
                 return await self._run(command)
+            case do.PlayBack(name=name):
+                return await client.recordings.play(name), f"recording {name}"
         raise AssertionError(f"{command} is no motion")
 
     async def _run(self, asked: do.RunProgram) -> tuple[MotionHandle, str]:

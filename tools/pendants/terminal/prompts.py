@@ -28,6 +28,7 @@ class TextPurpose(Enum):
 
     STEP = "Step: 2mm or 1.5deg"
     TARGET = "Go to: x=300;a=180"
+    RECORDING = "Name of recording?"
 
 
 @dataclass(frozen=True, slots=True)

@@ -10,11 +10,14 @@ from __future__ import annotations
 import math
 import textwrap
 import time
+from collections.abc import Iterable
 
 from openpendant.simplemsg.pendant.management.cell import JointFacts
 
 from ...console import one_line
+from ..motions import roll_pitch_yaw
 from . import wording
+from .cell_lists import Listing
 from .commands import JOINTS
 from .connection import Connect, LogIn
 from .jog_pad import PULSE_NS, JogKind
@@ -107,6 +110,21 @@ def joint_table(panel: Panel) -> str:
     return "\n".join(rows)
 
 
+def pose_table(panel: Panel) -> str:
+    """Return the tool's pose in base, as two rows: position, and rotations about x, y, z."""
+    state = panel.cell.state
+    if state is None or not panel.cell.knows_tool:
+        return "no tool pose"
+    angles = map(math.degrees, roll_pitch_yaw(state.tool_orientation))
+    lengths = (1000.0 * each for each in state.tool_position)
+    rows = (("XYZ", lengths, "mm"), ("ABC", angles, "°"))
+    return "\n".join(f"{_named(axes, values)} {unit}" for axes, values, unit in rows)
+
+
+def _named(axes: str, values: Iterable[float]) -> str:
+    return "  ".join(f"{axis} {value:z8.1f}" for axis, value in zip(axes, values, strict=True))
+
+
 def _part(joint: JointFacts, value: float) -> float:
     """Return where a value is between its joint's limits, 0 to 1."""
     room = joint["upper"] - joint["lower"]
@@ -128,6 +146,8 @@ def program_list(panel: Panel) -> str:
     """
     if isinstance(panel.question, ProgramChoice):
         return _program_choice(panel.question)
+    if isinstance(panel.question, Listing):
+        return _listing(panel.question)
     program = panel.teaching.program
     other = [line] if (line := other_line(panel)) else []
     if program is None:
@@ -161,6 +181,19 @@ def _program_choice(choice: ProgramChoice) -> str:
     shown = list(enumerate(offers))[first : first + _SHOWN_LINES]
     rows = [f"{'>' if index == choice.selected else ' '} {name}" for index, name in shown]
     return _rows(head, *rows, "type a part of its name, ↑ ↓, Enter")
+
+
+def _listing(listing: Listing) -> str:
+    """Return the entries around the selected one."""
+    if not listing.entries:
+        return _rows(f"{listing.title}: none", "Esc closes")
+    entries = list(enumerate(listing.entries))
+    first = max(0, min(listing.selected - _SHOWN_LINES // 2, len(entries) - _SHOWN_LINES))
+    rows = [
+        f"{'>' if index == listing.selected else ' '} {each.text}"
+        for index, each in entries[first : first + _SHOWN_LINES]
+    ]
+    return _rows(listing.title, *rows, "↑ ↓, Enter; Esc closes")
 
 
 def _reach(refusal: str | None) -> str:

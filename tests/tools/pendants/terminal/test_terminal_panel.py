@@ -344,7 +344,7 @@ def test_a_message_that_repeats_is_counted(rig: PanelRig) -> None:
 
 
 def test_the_legend_names_every_intent_but_the_turning_of_pages() -> None:
-    shown = legend(6)
+    shown = legend("123456")
     intents = {meaning for meaning in KEYBOARD.values() if isinstance(meaning, Intent)}
     missing = {intent for intent in intents if intent.value not in shown}
     assert missing == {Intent.LAST_FRAME, Intent.NEXT_PAGE, Intent.LAST_PAGE}

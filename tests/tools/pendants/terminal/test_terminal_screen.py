@@ -136,7 +136,7 @@ async def test_a_terminal_of_24_rows_shows_refusals_joints_and_the_keys_that_mat
             regions = shown.regions().items()
             return {name for name, each in regions if each.height and each.bottom <= 24}
 
-        wanted = {"lamps", "status", "lcd", "jog", "joints", "messages", "keys"}
+        wanted = {"lamps", "status", "steps", "lcd", "jog", "joints", "pose", "messages", "keys"}
         await shown.until(lambda: joints_fit() and seen() >= wanted)
         assert shown.text("keys").startswith("SPACE software stop")
 
@@ -327,6 +327,54 @@ async def test_the_newest_message_is_seen_however_long_those_before_it_are(shown
     shown.panel.messages.add("the end")
     await shown.until(lambda: shown.text("messages").endswith("the end"))
     assert shown.text("messages").count("\n") < 6
+
+
+async def test_the_lists_of_the_cell_are_asked_for_and_used(shown: Screen) -> None:
+    tools = {"tools": [{"name": "gripper"}], "selected_tool": None}
+    shown.server.answers["frames.show"] = {"names": ["base"], "tools_revision": 3, "content": tools}
+    shown.server.answers["tools.select"] = {"revision": 4}
+    await shown.keys("M", "3")
+    await shown.until(lambda: "gripper" in shown.text("program"))
+    await shown.keys("down", "enter")
+    await shown.until(lambda: "tool gripper is selected" in shown.text("messages"))
+    asked = json.loads(shown.server.all(messages.Management)[-1].body)
+    assert (asked["op"], asked["name"], asked["expected_revision"]) == (
+        "tools.select",
+        "gripper",
+        3,
+    )
+
+
+@pytest.mark.parametrize(
+    ("key", "op", "answer", "says"),
+    [
+        ("5", "signals.read", {"offered": True, "inputs": [], "outputs": [False]}, "output 0 off"),
+        ("4", "scene.show", {"content": {"objects": []}, "revision": 1}, "scene: none"),
+        ("1", "recordings.list", {"recordings": [], "recording": None}, "new: type its name"),
+    ],
+)
+async def test_each_list_is_shown_as_the_server_tells_it(
+    key: str, op: str, answer: dict[str, Any], says: str, shown: Screen
+) -> None:
+    shown.server.answers[op] = answer
+    await shown.keys("M", key)
+    await shown.until(lambda: says in shown.text("program"))
+
+
+async def test_a_pairing_code_is_asked_for_here(shown: Screen) -> None:
+    shown.server.refusals[messages.Pairing] = (VerdictCode.ROLE_TOO_LOW, "an admin may")
+    await shown.keys("M", "6", "1")
+    await shown.until(lambda: "ROLE_TOO_LOW: an admin may" in shown.text("messages"))
+    assert shown.server.one(messages.Pairing).action == messages.PairingAction.ISSUE
+
+
+async def test_a_key_shows_all_keys_on_eighty_columns_and_24_rows() -> None:
+    async with screen((80, 24)) as shown:
+        await shown.keys("K")
+        await shown.until(lambda: "step back" in shown.text("keys"))
+        await shown.until(lambda: shown.regions()["keys"].bottom <= 24)
+        await shown.keys("K")
+        await shown.until(lambda: "step back" not in shown.text("keys"))
 
 
 @pytest.mark.parametrize(

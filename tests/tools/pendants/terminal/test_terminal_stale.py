@@ -31,6 +31,7 @@ MOVING: list[tuple[type[Command], tuple[str, ...]]] = [
     (do.RunProgram, ("6",)),
     (do.RunProgram, ("7",)),
     (do.ResumeRobot, ("8",)),
+    (do.PlayBack, ("down", ENTER, "1")),
 ]
 """Every command that begins or resumes a motion, with the keys that ask for it."""
 
@@ -41,6 +42,9 @@ def ready(kind: type[Command], *, walked: bool = True) -> PanelRig:
     rig.open()
     if walked:
         rig.walk()
+    if kind is do.PlayBack:
+        recordings = {"recording": None, "recordings": [{"name": "pick"}]}
+        rig.panel.told_list(do.CellList.RECORDINGS, recordings)
     rig.state(
         activity=messages.Activity.PAUSED if kind is do.ResumeRobot else messages.Activity.IDLE
     )
@@ -119,6 +123,13 @@ def test_the_table_has_every_command_that_moves_and_all_others_are_known_to_move
         do.ChangeSpeed,
         do.AskWhy,
         do.AskPrograms,
+        do.AskList,
+        do.RecordMotion,
+        do.EndRecording,
+        do.ChooseTool,
+        do.SwitchOutput,
+        do.AskPairingCode,
+        do.EndPairing,
         do.MakeProgram,
         do.OpenProgram,
         do.ReloadProgram,

@@ -1,0 +1,209 @@
+"""`openpendant start`: processes that come and go together, and the first jog of a newcomer."""
+
+import os
+import signal
+import subprocess
+import sys
+import time
+from collections.abc import Callable, Iterator
+from pathlib import Path
+
+import pytest
+from rigs.clock.busy_machine import PATIENCE
+from rigs.processes.terminal_window import TerminalWindow
+
+from openpendant.tools.start import ARGUMENTS_OF_AN_EMULATED_CELL, EmulatedCell
+
+pytestmark = [
+    pytest.mark.realtime,
+    pytest.mark.skipif(sys.platform != "linux", reason="looks for processes in /proc"),
+]
+
+Open = Callable[..., TerminalWindow]
+
+
+def processes_marked(mark: str) -> dict[int, str]:
+    """Return the command lines of all processes with a mark in their environment."""
+    found = {}
+    for folder in Path("/proc").glob("[0-9]*"):
+        try:
+            # A zombie has an empty environment: it is over, whoever has yet to collect it.
+            if mark.encode() in (folder / "environ").read_bytes().split(b"\0"):
+                found[int(folder.name)] = (folder / "cmdline").read_text().replace("\0", " ")
+        except OSError:
+            continue
+    return found
+
+
+def left_over(mark: str) -> dict[int, str]:
+    deadline = time.monotonic() + PATIENCE
+    while (left := processes_marked(mark)) and time.monotonic() < deadline:
+        time.sleep(0.02)
+    return left
+
+
+@pytest.fixture
+def mark(tmp_path: Path) -> str:
+    return f"OPENPENDANT_START_TEST={tmp_path}"
+
+
+@pytest.fixture
+def opened(tmp_path: Path, mark: str) -> Iterator[Open]:
+    """Open a window of a terminal with a command in it."""
+    windows: list[TerminalWindow] = []
+
+    def open_window(*command: str) -> TerminalWindow:
+        name, _, value = mark.partition("=")
+        environment = {name: value, "XDG_DATA_HOME": str(tmp_path / "data")}
+        windows.append(TerminalWindow(list(command), environment=environment, folder=tmp_path))
+        return windows[-1]
+
+    yield open_window
+    for window in windows:
+        window.close()
+    for pid in processes_marked(mark):
+        os.kill(pid, signal.SIGKILL)
+
+
+FAKE = """
+import sys, pathlib
+from openpendant.tools.start import EmulatedCell, run_to_its_end
+
+def part(name, says, ends="time.sleep(60)"):
+    return [sys.executable, "-c", f"import os, sys, time, tty; print({says!r}, flush=True); {ends}"]
+
+class Fake(EmulatedCell):
+    def emulator_command(self):
+        return part("emulator", '{"motion": 1, "state": 2}')
+    def server_command(self, motion, state):
+        assert (motion, state) == (1, 2)
+        return part("server", '{"pendant": 4711}', SERVER)
+    def pendant_command(self, port):
+        return part("pendant", "the pendant is here", "tty.setraw(0); " + PENDANT)
+
+sys.exit(run_to_its_end(Fake("ur5", 0, 0, 0, "off", pathlib.Path("."))))
+"""
+"""A cell whose parts only stand there: as quick as processes are, and ended in any way."""
+
+STANDS = "time.sleep(60)"
+
+
+def fake(server: str = STANDS, pendant: str = STANDS) -> tuple[str, ...]:
+    script = FAKE.replace("SERVER", repr(server)).replace("PENDANT", repr(pendant))
+    return sys.executable, "-c", script
+
+
+def stands_there(window: TerminalWindow, mark: str) -> dict[str, int]:
+    """Wait until all parts run; return the id of each process."""
+    window.until(lambda shown: "the pendant is here" in shown)
+    words = {"emulator": '"motion"', "server": '"pendant"', "pendant": "is here"}
+    found = processes_marked(mark).items()
+    return {
+        part: next(pid for pid, command in found if word in command and "Fake" not in command)
+        for part, word in words.items()
+    }
+
+
+def test_the_end_of_the_pendant_is_the_end_of_all(opened: Open, mark: str) -> None:
+    window = opened(*fake(pendant="time.sleep(0.2)"))
+    assert window.ended() == 0
+    assert left_over(mark) == {}
+    assert window.is_as_before
+    window.until(lambda shown: "all three have ended" in shown)
+    assert "another pendant: " in window.raw
+    assert "openpendant pendant 127.0.0.1:4711" in window.raw
+
+
+@pytest.mark.parametrize("part", ["emulator", "server", "pendant"])
+def test_a_part_that_is_killed_takes_the_others_with_it(part: str, opened: Open, mark: str) -> None:
+    window = opened(*fake())
+    os.kill(stands_there(window, mark)[part], signal.SIGKILL)
+    assert window.ended() == 1
+    assert left_over(mark) == {}
+    assert window.is_as_before
+    shown = window.until(lambda shown: "all three have ended" in shown)
+    assert shown.count("openpendant start: ") == 1
+    assert f"openpendant start: the {part} ended with SIGKILL" in shown
+
+
+def test_a_server_that_cannot_start_is_told_with_its_own_words(opened: Open, mark: str) -> None:
+    words = "sys.stderr.write('port 11010 is taken\\n'); sys.exit(3)"
+    window = opened(*fake(server=words))
+    assert window.ended() == 1
+    shown = window.until(lambda shown: "all three have ended" in shown)
+    assert "the server ended with exit code 3: port 11010 is taken" in shown
+    assert left_over(mark) == {}
+
+
+@pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM, signal.SIGHUP])
+def test_a_signal_ends_all_three(number: signal.Signals, opened: Open, mark: str) -> None:
+    window = opened(*fake())
+    stands_there(window, mark)
+    window.process.send_signal(number)
+    assert window.ended() == 128 + number
+    assert left_over(mark) == {}
+    assert window.is_as_before
+    assert "Traceback" not in window.raw
+
+
+def test_a_command_that_is_killed_leaves_no_process(opened: Open, mark: str) -> None:
+    window = opened(*fake())
+    stands_there(window, mark)
+    window.process.kill()
+    assert left_over(mark) == {}
+
+
+def start(*arguments: str) -> subprocess.CompletedProcess[str]:
+    return subprocess.run(
+        [sys.executable, "-m", "openpendant.tools", "start", *arguments],
+        capture_output=True,
+        text=True,
+        stdin=subprocess.DEVNULL,
+        check=False,
+    )
+
+
+@pytest.mark.parametrize(
+    ("arguments", "told"),
+    [
+        (("--robot", "ur55"), "did you mean ur5?"),
+        (("--pendant-port", "70000"), "accepted: 0 to 65535"),
+        ((), "no terminal"),
+    ],
+)
+def test_what_cannot_be_started_is_one_line_before_anything_starts(
+    arguments: tuple[str, ...], told: str, monkeypatch: pytest.MonkeyPatch, tmp_path: Path
+) -> None:
+    monkeypatch.setenv("TMPDIR", str(tmp_path))
+    done = start(*arguments)
+    assert done.returncode == 2
+    assert told in done.stderr
+    assert list(tmp_path.iterdir()) == []
+
+
+def test_the_cell_starts_in_t1_and_is_never_taken_for_a_real_one(tmp_path: Path) -> None:
+    cell = EmulatedCell('a "b".yaml', 0, 0, 0, "off", tmp_path)
+    assert cell.written() == 'robot = "a \\"b\\".yaml"\n\n[modes]\ninitial = "manual_reduced"\n'
+    command = cell.server_command(12000, 12002)
+    assert command[-len(ARGUMENTS_OF_AN_EMULATED_CELL) :] == [*ARGUMENTS_OF_AN_EMULATED_CELL]
+    assert "127.0.0.1:12000:12002" in command
+
+
+def test_a_newcomer_jogs_after_three_keys_that_the_screen_names(opened: Open, mark: str) -> None:
+    """The real parts on 80 columns and 24 rows: the screen names each key before it is struck."""
+    window = opened(
+        *(sys.executable, "-m", "openpendant.tools", "start"),
+        *("--robot", "ur5", "--pendant-port", "0", "--store", "off", "--logs", "logs"),
+    )
+    window.until(lambda shown: "c takes control" in shown)
+    window.strike("c")
+    window.until(lambda shown: "v holds" in shown and "c takes control" not in shown)
+    window.strike("v")
+    window.until(lambda shown: "1:q/a" in shown and "HELD" in shown)
+    window.strike("q")
+    window.until(lambda shown: "1 Base             0.50 °" in shown)
+    window.strike("\x11")
+    assert window.ended() == 0
+    assert window.is_as_before
+    assert left_over(mark) == {}
+    assert "cell file and logs: logs" in window.until(lambda shown: "all three" in shown)
