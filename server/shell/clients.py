@@ -361,8 +361,8 @@ class Clients:
             pairs = zip(after.get(session, _NOTHING), before.get(session, _NOTHING), strict=True)
             client = self.by_session.get(session)
             unread = 0 if client is None else client.unread
-            taken = (round((new - old) * share) for new, old in pairs)
-            found[session] = ConnectionLoad(*taken, unread=unread)
+            frames, received, cost_ns = (round((new - old) * share) for new, old in pairs)
+            found[session] = ConnectionLoad(frames, received, cost_ns, unread)
         return found
 
     # The byte order of ROS-Industrial connections.

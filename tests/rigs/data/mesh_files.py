@@ -26,7 +26,8 @@ def cube(size: Sequence[float] = (0.1, 0.1, 0.1)) -> Array:
         (1, 1, 1),
         (0, 1, 1),
     ]
-    return (np.array(corners) - 0.5) * np.array(size)
+    centred: Array = (np.array(corners) - 0.5) * np.array(size)
+    return centred
 
 
 def stl(points: Array, faces: Sequence[Sequence[int]] = CUBE_FACES) -> bytes:

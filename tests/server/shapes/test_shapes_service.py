@@ -29,7 +29,6 @@ from openpendant.simplemsg.pendant.management.shapes import ReadMesh, ShowShapes
 from openpendant.simplemsg.verdicts import VerdictCode as V
 from openpendant.tools.cli import main
 
-
 UNREAD = figure(43, "unread").bytes
 
 

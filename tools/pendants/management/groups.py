@@ -181,7 +181,6 @@ class GroupedCalls(CellCalls[Way]):
         signals: inputs and outputs.
         robots: the robot itself.
         kinematics: forward kinematics, Jacobian, inverse kinematics.
-        shapes: what robots look like.
         trace: where the tool went.
         access: who is connected.
         users: who has an account.
@@ -195,7 +194,6 @@ class GroupedCalls(CellCalls[Way]):
         self.signals = SignalCalls(way)
         self.robots = RobotCalls(way)
         self.kinematics = KinematicsCalls(way)
-        self.shapes = ShapeCalls(way)
         self.trace = TraceCalls(way)
         self.access = AccessCalls(way)
         self.users = UserCalls(way)
