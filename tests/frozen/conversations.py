@@ -466,8 +466,8 @@ async def scene_change_while_moving(cell: RecordedCell) -> None:
         with expected(Refused):
             await pendant.scene.attach("ball", at)
         await pendant.next_state()
-        here = {"position": pendant.tool_pose().position}
-        at = (await pendant.scene.move("ball", here, at))["revision"]
+        here = pendant.tool_pose().position
+        at = (await pendant.scene.move("ball", {"position": here}, at))["revision"]
         await pendant.scene.attach("ball", at)
         await pendant.signals.set(2, True)
         await pendant.scene.nearest()

@@ -49,7 +49,7 @@ class Trial:
     def __init__(self, random: np.random.Generator) -> None:
         lower, upper = np.array(robot().limits.lower), np.array(robot().limits.upper)
         self.joints: tuple[float, ...] = tuple(random.uniform(lower, upper).tolist())
-        tcp = Pose.from_values(random.uniform(-0.2, 0.2, 3), any_turn(random))
+        tcp = Pose.from_values(random.uniform(-0.2, 0.2, 3).tolist(), any_turn(random))
         x, y, z = random.uniform(-0.05, 0.05, 3).tolist()
         self.reach = float(random.choice([0.0, 0.01, MOST_REACH, random.uniform(0, MOST_REACH)]))
         grasp = Grasp((x, y, z), self.reach)

@@ -7,7 +7,13 @@ from collections.abc import Iterable, Iterator
 from functools import cache
 from typing import Any
 
-from openpendant.simplemsg.pendant.management import declaration, edits, program_values, statements
+from openpendant.simplemsg.pendant.management import (
+    declaration,
+    edits,
+    frames,
+    program_values,
+    statements,
+)
 from openpendant.simplemsg.verdicts import VerdictCode
 
 from .docstrings import Docstring, meanings_of
@@ -164,7 +170,7 @@ def _tagged(schema: dict[str, Any]) -> list[str]:
     return lines
 
 
-_TYPES = (edits, declaration, statements, program_values)
+_TYPES = (edits, declaration, frames, statements, program_values)
 """Where the types of what requests hold are; those that clients give come first."""
 
 

@@ -11,7 +11,7 @@ from openpendant.motion.kinematics.serial import Kinematics
 from openpendant.motion.pose import Pose
 from openpendant.server.events.cell_events import RunningProgram
 from openpendant.server.refusal import Refusal
-from openpendant.server.scene.planning_scene import DocumentKind
+from openpendant.server.store.documents import DocumentKind
 from openpendant.server.store.store_errors import DiskFull
 from openpendant.simplemsg import ReplyCode, accepted, refused
 from openpendant.simplemsg.pendant import Capability, ProgramState, ReadSignalsReply, SetInputs

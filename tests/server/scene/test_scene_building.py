@@ -23,6 +23,7 @@ from openpendant.motion.pose import Pose
 from openpendant.motion.scene.collision import CollisionModel
 from openpendant.motion.scene.scene import Scene, SceneObject, Sphere
 from openpendant.motion.scene.scene_file import object_to_data, scene_to_data
+from openpendant.server.events.effects import Effect
 from openpendant.server.planning.jobs import PathFree
 from openpendant.server.refusal import Refusal
 from openpendant.server.scene.document_texts import document_of
@@ -158,15 +159,18 @@ def test_a_change_that_fails_half_way_leaves_everything_as_it_was(
 def test_what_a_program_takes_and_puts_down_waits_its_turn(cell: SurroundedCell) -> None:
     told: dict[str, Refusal | None] = {}
     world = cell.around.world
-    cell.send("scene.add", object=ADDED, expected_revision=1)
+    here = {"position": cell.mathematics.flange(HOME).position.tolist()}
+    cell.ask("scene.move", name="box 3", pose=here, expected_revision=1)
+    cell.send("scene.add", object=ADDED, expected_revision=2)
     for name, change, taken in (
         ("carried", world.carry, "box 3"),
         ("put down", world.put_down, "box 3"),
         ("not held", world.put_down, "box 4"),
     ):
 
-        def then(refusal: Refusal | None, name: str = name) -> None:
+        def then(refusal: Refusal | None, now: int, name: str = name) -> list[Effect]:
             told[name] = refusal
+            return []
 
         cell.perform(change(taken, HOME, cell.now, then))
     cell.until(lambda: "new" in cell.mathematics.scene.names)
@@ -177,7 +181,7 @@ def test_what_a_program_takes_and_puts_down_waits_its_turn(cell: SurroundedCell)
     cell.until(lambda: len(told) == 3)
     assert list(told) == ["carried", "put down", "not held"]
     assert told["put down"] is None
-    assert known(told["not held"]).code is V.BAD_ARGUMENT
+    assert known(told["not held"]).code is V.NOT_HELD
     assert cell.mathematics.scene.get("box 3").link is None
 
 

@@ -401,9 +401,9 @@ export type NamedPosition = {
   /** what forbids it, in words; empty where it may. */ why: string;
 };
 export type ToolGrasp = {
-  point?: [number, number, number];
-  reach?: number;
-  part?: number | null;
+  /** the grasp point in the tool's frame [m]; left out for its origin. */ point?: [number, number, number];
+  /** how far from the point the body of an object may be, 0 to 0.05 [m]; left out for 0.010. */ reach?: number;
+  /** number of the input of an emulated controller that says that the tool has a part: 1 after a grasp, 0 after one that missed and after letting go; left out for none. */ part?: number | null;
 };
 export type JointTable = {
   /** of the joints. */ names: string[];
