@@ -95,7 +95,22 @@ def test_a_refusal_without_words_uses_those_of_the_catalogue() -> None:
     assert Refusal(VerdictCode.MOVING).sentence == CATALOGUE[VerdictCode.MOVING].cause
 
 
+NOT_GIVEN_YET = frozenset(
+    {
+        # By dialects that have something to prepare; the generic one has not.
+        "CONFIRM_FIRST",
+        "NOT_PREPARED",
+        # By a grasp that is measured.
+        "NOTHING_GRIPPED",
+        "NOT_HELD",
+        # By the shapes and meshes of a robot.
+        "UNKNOWN_MESH",
+    }
+)
+"""Codes of the protocol's version 3 whose part of the server is not built."""
+
+
 def test_every_code_of_the_catalogue_is_given_somewhere() -> None:
     """By some source file other than the catalogue."""
     given = set(re.findall(r"\b(?:VerdictCode|V)\.([A-Z0-9_]+)\b", SOURCES))
-    assert [code.name for code in VerdictCode if code.name not in given] == []
+    assert {code.name for code in VerdictCode} - given == NOT_GIVEN_YET

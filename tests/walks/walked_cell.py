@@ -76,6 +76,11 @@ class WaitingStore:
         request, on_done = self.requests.popleft()
         return partial(on_done, answer_of(self.store, request))
 
+    def answer_all(self) -> None:
+        """Do all that is asked for, and deliver the answers."""
+        while self.requests:
+            self.answered()()
+
 
 class Hands:
     """A pendant's connection, its beats and what it was told.
@@ -260,8 +265,7 @@ async def walked_cell(*, state_rate: float = 0.0) -> AsyncIterator[WalkedCell]:
         cell = WalkedCell(app.cells[0], planner, store, emulator.motion_port)
         async with app.running() as bound:
             await asyncio.sleep(_SETTLED)
-            while cell.store.requests:  # what a cell asks for at its start
-                cell.store.answered()()
+            cell.store.answer_all()  # what a cell asks for at its start
             with socket.socket() as sock:
                 sock.setblocking(False)
                 await loop.sock_connect(sock, (HOST, bound.pendant))
@@ -272,6 +276,7 @@ async def walked_cell(*, state_rate: float = 0.0) -> AsyncIterator[WalkedCell]:
                 )
                 try:
                     await asyncio.sleep(_SETTLED)
+                    cell.store.answer_all()  # and at a hello
                     yield cell
                 finally:
                     cell.keep_off()

@@ -369,6 +369,7 @@ class SyncPendantClient(GroupedCalls[SyncCalls], OnThread[PendantClient]):
     follow_poses = _begins(PendantClient.follow_poses)
     home = _begins(PendantClient.home)
     execute = _begins(PendantClient.execute)
+    prepare = _begins(PendantClient.prepare)
     run_program = _begins(PendantClient.run_program)
     jog = _holds(PendantClient.jog)
     jog_tool = _holds(PendantClient.jog_tool)

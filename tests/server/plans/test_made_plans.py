@@ -193,7 +193,7 @@ REFUSED: dict[str, tuple[dict[str, Any], V, str]] = {
         V.UNKNOWN_FRAME,
         "moon",
     ),
-    "position": ({"goal": {"kind": "position", "name": "../etc"}}, V.BAD_ARGUMENT, "home"),
+    "position": ({"goal": {"kind": "position", "name": "../etc"}}, V.UNKNOWN_POSITION, "home"),
     "speed": ({"speed": 0.0}, V.BAD_ARGUMENT, "above 0, up to 1"),
     "tool speed": ({"tool_speed": -1.0}, V.BAD_ARGUMENT, "above 0"),
     "label": ({"label": "x" * 65}, V.BAD_ARGUMENT, "64"),

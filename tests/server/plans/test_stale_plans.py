@@ -91,7 +91,7 @@ CAUSES: dict[str, tuple[Change, str]] = {
     "frames change": (frames_change, "frames changed to revision 2"),
     "tool is selected": (tool_is_selected, "the selected tool is 'pen', it was none"),
     "carried": (something_is_carried, "what is carried changed"),
-    "moved": (robot_moves, "joint 1 stands at 0.00"),
+    "moved": (robot_moves, "Base (shoulder_pan_joint) stands at 0.00"),
     "cap falls": (cap_falls, "the cap of the tool speed is 0.25 m/s, it was none"),
 }
 

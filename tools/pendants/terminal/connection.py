@@ -131,15 +131,25 @@ class TerminalConnection:
             await self._log_in(client)
             self._panel.cell.connected(client.hello, await client.snapshot())
             self.perform(self._panel.connected())
-            known = await client.controller.describe()
-            self._panel.controller_described(is_emulated=known["emulated"])
-            async for _ in client.states():
-                pass
+            asking = asyncio.ensure_future(self._ask_what_it_drives(client))
+            try:
+                async for _ in client.states():
+                    pass
+            finally:
+                asking.cancel()
         except (Refused, SecretUnprotected, WrongArgument) as error:
             if not isinstance(error, Refused) or is_hopeless(error):
                 # Not tried again on a later connection for the stop: wrong secrets are counted.
                 self._turned_away = error
             raise
+
+    async def _ask_what_it_drives(self, client: PendantClient) -> None:
+        """Learn whether the controller is known to be emulated; beside all else, as it may wait."""
+        try:
+            known = await client.controller.describe()
+        except PendantError:
+            return  # what nobody says to be emulated counts as a real one
+        self._panel.controller_described(is_emulated=known["emulated"])
 
     async def _stop_answered(self, client: PendantClient) -> None:
         """Wait for the verdict on the stop that is not confirmed.

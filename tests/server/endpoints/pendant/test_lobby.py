@@ -137,7 +137,7 @@ def test_it_says_that_a_robot_moves_and_is_emulated() -> None:
     (before,) = told(rig.stranger().send(asked()))["cells"]
     holder.move(0.5, 0.0)
     rig.wait(300)
-    rig.core.cell.feedback.says_emulated = True
+    rig.core.cell.feedback.says_emulated = rig.core.cell._is_told_emulated = True
     (after,) = told(rig.stranger().send(asked()))["cells"]
     assert [before[key] for key in ("moving", "emulated", "holder")] == [False, False, "holder"]
     assert [after[key] for key in ("moving", "emulated")] == [True, True]
