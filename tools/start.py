@@ -42,9 +42,8 @@ _HOST = "127.0.0.1"
 _LOOK = 0.1
 """Time between two looks at whether all parts still run [s]."""
 
-ARGUMENTS_OF_AN_EMULATED_CELL = ("--signals", "openpendant")
-"""Of `openpendant serve`: what is true of our emulator and of no real controller. `--emulated`, by
-which the server knows that nobody can be hurt, belongs here."""
+ARGUMENTS_OF_AN_EMULATED_CELL = ("--signals", "openpendant", "--emulated")
+"""Of `openpendant serve`: what is true of our emulator and of no real controller."""
 
 _RESET_SCREEN = "\x1b[?1049l\x1b[?25h\x1b[?2004l\x1b[?1004l\x1b[<u\x1b[0m"
 """Back to the first screen, with a cursor; no reports of pasting, focus and key codes."""

@@ -55,6 +55,7 @@ class Attached(Changed):
     """The revision to make the next change from, and how the object is held.
 
     Attributes:
+        revision: the one that is kept now: make the next change from it.
         distance: from the grasp point to the nearest point of the body [m]; 0 inside.
         grasp: pose of the object in the tool, or in the link where it is not the tool's.
     """

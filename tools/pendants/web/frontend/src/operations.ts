@@ -1256,7 +1256,7 @@ export interface SceneAttachRequest {
   /** the one that the change was made from. */ expected_revision: number;
 }
 export interface SceneAttachReply {
-  revision: number;
+  /** the one that is kept now: make the next change from it. */ revision: number;
   /** from the grasp point to the nearest point of the body [m]; 0 inside. */ distance?: number;
   /** pose of the object in the tool, or in the link where it is not the tool's. */ grasp?: FoundPose;
 }
