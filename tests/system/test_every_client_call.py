@@ -60,7 +60,8 @@ class RoboAnalyzer(Noting, RoboAnalyzerClient):
 
 
 def public(kind: type) -> set[str]:
-    return {name for name in dir(kind) if not name.startswith("_")} - {"connect"}
+    of_the_class = {"connect", "lobby"}
+    return {name for name in dir(kind) if not name.startswith("_")} - of_the_class
 
 
 @pytest.fixture
@@ -129,11 +130,13 @@ async def test_looking_on_hellos_states_snapshots_and_news(port: int) -> None:
         )
         assert shot["signals"]["offered"]
         (served,) = (await pendant.cells())["cells"]
-        assert served == {"cell": "cell", "robot": "ur5"}
+        assert (served["cell"], served["robot"], served["emulated"]) == ("cell", "ur5", False)
+        (seen,) = (await Pendant.lobby("127.0.0.1", port))["cells"]
+        assert (seen["cell"], seen["login_needed"]) == ("cell", False)
         assert (await pendant.why())["broken"] == "authority"
         assert len(shot["signals"]["inputs"]) == 16
         cells = await pendant.manage({"op": "cells"})
-        assert cells == {"cells": [{"cell": "cell", "robot": pendant.hello.robot}]}
+        assert [each["robot"] for each in cells["cells"]] == [pendant.hello.robot]
 
         await pendant.subscribe(20.0)
         first = await pendant.next_state()
@@ -149,7 +152,7 @@ async def test_looking_on_hellos_states_snapshots_and_news(port: int) -> None:
         told: list[Any] = []
         for name in ("on_state", "on_authority", "on_wanted", "on_stop", "on_mode", "on_program"):
             setattr(pendant, name, told.append)
-        pendant.on_document = pendant.on_controller = told.append
+        pendant.on_document = pendant.on_controller = pendant.on_plan = told.append
         await pendant.take_control()
         async with await connected(port, client="another") as other:
             with pytest.raises(Refused) as refused:
@@ -199,6 +202,11 @@ async def test_each_motion_arrives_where_it_was_asked_to(port: int) -> None:
         await (await pendant.home("home", speed=1.0)).done()
         await pendant.next_state()
         assert pendant.joints() == pytest.approx(home, abs=1e-4)
+
+        made = await pendant.plans.make({"kind": "ptp", "joints": target}, speed=1.0)
+        await (await pendant.execute(made["plan"])).done()
+        await pendant.next_state()
+        assert pendant.joints() == pytest.approx(target, abs=1e-5)
 
         long = await pendant.move_joints([home[0] + 1.0, *home[1:]], speed=0.2)
         await pendant.wait_until(lambda state: state.activity == messages.Activity.MOVING)
@@ -418,9 +426,9 @@ async def test_a_jog_into_a_limit_says_why_and_which_way_leads_out(start_cell: A
         assert min(state.jog_scale for state in slowed) < 0.5
         await pendant.wait_until(lambda state: state.activity == messages.Activity.IDLE)
         (hold,) = await pendant.retreat()
-        assert hold["text"].startswith("joint 1 stands at ")
+        assert hold["text"].startswith("Base stands at ")
         (way,) = hold["ways"]
-        assert way["press"] == "joint 1 towards -"
+        assert way["press"] == "Base towards -"
         async with pendant.enabling(), pendant.jog_out(way, deadline=DEADLINE) as back:
             await back.hold(0.4)
         await pendant.wait_until(lambda state: state.activity == messages.Activity.IDLE)

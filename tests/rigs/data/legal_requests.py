@@ -108,7 +108,7 @@ _POSITIONS = DocumentKind.POSITIONS
 _numbers = count(10)
 _POSE = {"position": [0.1, 0.2, 0.3], "orientation": [0.0, 0.0, 0.0, 1.0]}
 _REACHED = {"position": [0.4, 0.1, 0.3], "orientation": [0.0, 1.0, 0.0, 0.0]}
-_NEAR_HOME = {"position": [-0.45, -0.11, 0.4], "orientation": [0.7071068, 0.7071068, 0.0, 0.0]}
+_ASIDE = (0.3, -1.5, 1.5, -1.5, -1.5, 0.0)
 _BOX = {"type": "box", "size": [0.1, 0.1, 0.1]}
 HOME = (0.0, -1.5, 1.5, -1.5, -1.5, 0.0)
 
@@ -250,6 +250,7 @@ def _at_the_tool() -> dict[str, list[float]]:
     return {"position": place.position.tolist()}
 
 
+_BARE: Step = ("tools.select", _revised(_TOOLS, name=None))
 _BROUGHT: Step = ("scene.move", _revised(_SCENE, name="o3", pose=_at_the_tool()))
 _TAKEN: Step = ("scene.attach", _revised(_SCENE, name="o3"))
 _LEFT: Step = ("scene.detach", _revised(_SCENE, name="o3"))
@@ -315,7 +316,7 @@ _LEGAL: Mapping[str, Legal] = {
     "scene.allow": Legal(_NOTED[1], after=(_UNNOTED,)),
     "scene.forbid": Legal(_UNNOTED[1], before=(_NOTED,)),
     # A plan as long as a plan may be, whose numbers have all their digits.
-    "plans.make": Legal(_plain(goal={"kind": "lin", "pose": _NEAR_HOME}, label="l" * 64)),
+    "plans.make": Legal(_plain(goal={"kind": "ptp", "joints": _ASIDE}, label="l" * 64)),
     "plans.samples": Legal(lambda server, number: {"plan": server.plan(), "with_tool": True}),
     "plans.drop": Legal(lambda server, number: {"plan": server.plan()}),
     "positions.save": Legal(_STOOD[1], after=(_LEFT_POSITION,)),
@@ -436,7 +437,7 @@ def _import_rows() -> dict[str, Row]:
         "scene.import", lambda server, count: _scene(server, server.most_objects * 8 // 9), LARGEST
     )
     whole, taken, left = rows["scene.import: legal"].after, _step(_TAKEN), _step(_LEFT)
-    brought = (fewer, _step(_BROUGHT))
+    brought = (fewer, _step(_BARE), _step(_BROUGHT))
     rows["scene.attach: legal"] = Row(taken, brought, (left, *whole))
     rows["scene.detach: legal"] = Row(left, (*brought, taken), whole)
     return {name: replace(row, is_legal=True) for name, row in rows.items()}
@@ -512,6 +513,10 @@ def _step(step: Step) -> Make:
     return lambda server, number: asked(compact({"op": op} | fields(server, number)))
 
 
+_REFUSED = frozenset({"shapes.mesh"})
+"""What this robot has nothing for: no mesh was imported with it."""
+
+
 def legal_rows() -> dict[str, Row]:
     """Return the requests by a name: operation and shape."""
     rows = _import_rows() | _program_rows()
@@ -519,6 +524,7 @@ def legal_rows() -> dict[str, Row]:
         if f"{op}: legal" not in rows:
             fields, before, after, others = _LEGAL.get(op, Legal(_plain()))
             first, then = (tuple(map(_step, each)) for each in (before, after))
-            made = Row(_step((op, fields)), first, then, is_legal=True, others=others)
+            is_legal = op not in _REFUSED
+            made = Row(_step((op, fields)), first, then, is_legal=is_legal, others=others)
             rows[f"{op}: legal"] = made
     return rows
