@@ -27,6 +27,7 @@ EXAMPLES: Mapping[str, str] = {
     "robots show": "robots show ur5",
     "robots draw": "robots draw ur5 -o ur5.png",
     "robots check": "robots check my_arm.yaml",
+    "robots home-check": "robots home-check ur5",
     "robots import": "robots import my_arm.urdf -o my_arm.yaml",
     "robots fk": "robots fk ur5 --joints [0,-90,90,0,90,0] --degrees",
     "robots jacobian": "robots jacobian ur5 --joints [0,-1.57,1.57,0,1.57,0]",

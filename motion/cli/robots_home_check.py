@@ -29,8 +29,6 @@ def home_check(
     """Try the 24 first increments of the tool from home: 10 mm and 5° in base and tool.
 
     Each goes through the line planner, the check of self-collision and the limit certificate.
-
-    Example: openpendant robots home-check ur5
     """
     from ..robot_report.home_check import check_home
 
