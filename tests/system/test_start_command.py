@@ -66,7 +66,9 @@ def opened(tmp_path: Path, mark: str) -> Iterator[Open]:
 
 
 FAKE = """
-import sys, pathlib
+import signal, sys, pathlib
+# Whoever runs the tests may ignore it, as `nohup` does, and would hand that down.
+signal.signal(signal.SIGHUP, signal.SIG_DFL)
 from openpendant.tools.start import EmulatedCell, run_to_its_end
 
 def part(name, says, ends="time.sleep(60)"):
