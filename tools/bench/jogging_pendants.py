@@ -26,6 +26,7 @@ from openpendant.simplemsg.pendant import (
     Activity,
     Authority,
     AuthorityAction,
+    Declare,
     Enabling,
     EnablingPosition,
     Hello,
@@ -35,6 +36,7 @@ from openpendant.simplemsg.pendant import (
     JogEnded,
     JogSpace,
     JogStart,
+    Notices,
     Outcome,
     OutcomeKind,
     ResetStop,
@@ -67,6 +69,9 @@ class Key(Enum):
 
 KEYS = (Key.JOINTS, Key.BASE, Key.JOINTS, Key.TOOL)
 """Of the pendants in turn."""
+
+DEADLINE = 0.25
+"""How long a press, and its enabling device, may be silent [s]."""
 
 SLOT = 0.1
 """Length of the slots in which received messages are counted [s]; some may be left out later."""
@@ -131,6 +136,8 @@ class JoggingPendant(asyncio.Protocol):
                     self.dropped = message.dropped
                 case HelloReply():
                     self._dof = message.dof
+                    # No press may be silent for longer than the enabling device.
+                    self._write(Declare(0, DEADLINE, Notices.UNWANTED, ""))
                     self._take_control()
                 case Verdict(code=code) if code != VerdictCode.ACCEPTED:
                     self._press_again(code)
@@ -187,7 +194,7 @@ class JoggingPendant(asyncio.Protocol):
             self._requests,
             self._press,
             state.sequence,
-            0.25,
+            DEADLINE,
             space,
             frame,
             len(values),
