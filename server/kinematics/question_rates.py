@@ -8,10 +8,7 @@ Pure: `now` is an argument.
 
 from __future__ import annotations
 
-from openpendant.simplemsg.verdicts import VerdictCode
-
-from ..access.lockout import SECOND_NS
-from ..access.token_bucket import TokenBucket
+from ..access.token_bucket import SessionRates, TokenBucket, too_often
 from ..refusal import Refusal
 
 PER_SECOND = 10
@@ -37,7 +34,7 @@ class QuestionRates:
     def __init__(self) -> None:
         """Know no connection yet."""
         self._of_server = TokenBucket(OF_SERVER_PER_SECOND, OF_SERVER_BURST)
-        self._of_session: dict[int, TokenBucket] = {}
+        self._of_session = SessionRates(PER_SECOND, BURST)
 
     def take(self, session: int, weight: int, now: int) -> Refusal | None:
         """Count a question of a connection, or say why it is refused; such a one counts nothing.
@@ -45,26 +42,18 @@ class QuestionRates:
         Args:
             weight: how many it counts as, at most `BURST`.
         """
-        own = self._of_session.get(session)
-        if own is None:
-            own = self._of_session[session] = TokenBucket(PER_SECOND, BURST)
+        own = self._of_session.of(session)
         spare = -_EARLY if weight == BURST else 0
         wait = own.wait(now, spare, weight)
         if wait:
-            return _too_often(f"{PER_SECOND} questions a second and connection", wait, PER_SECOND)
+            return too_often(f"{PER_SECOND} questions a second and connection", wait, PER_SECOND)
         wait = self._of_server.take(now, tokens=weight)
         if wait:
             whose = f"{OF_SERVER_PER_SECOND} questions a second of all connections"
-            return _too_often(whose, wait, OF_SERVER_PER_SECOND)
+            return too_often(whose, wait, OF_SERVER_PER_SECOND)
         own.take(now, spare, weight)
         return None
 
     def forget(self, session: int) -> None:
         """Forget a connection that ended."""
-        self._of_session.pop(session, None)
-
-
-def _too_often(bound: str, wait: int, limit: int) -> Refusal:
-    seconds = wait / SECOND_NS
-    text = f"more than {bound}; ask again in {seconds:.3f} s"
-    return Refusal(VerdictCode.TOO_OFTEN, text, value=seconds, limit=float(limit))
+        self._of_session.forget(session)

@@ -8,6 +8,7 @@ asks for it. What a table says, and that it equals a tuple, is as if it were the
 from __future__ import annotations
 
 import struct
+from abc import abstractmethod
 from collections.abc import Iterator, Sequence
 from typing import Any, TypeVar, overload
 
@@ -29,9 +30,9 @@ class _Table(Sequence[_RowT]):
         self._data: bytes = rows.astype("<f8").tobytes()
 
     @staticmethod
+    @abstractmethod
     def _row(values: tuple[float, ...]) -> _RowT:
         """Make a row of its values."""
-        raise NotImplementedError
 
     def __iter__(self) -> Iterator[_RowT]:
         """Make one row after the other."""

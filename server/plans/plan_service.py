@@ -20,6 +20,7 @@ from openpendant.simplemsg.pendant.management.declaration import Done
 from openpendant.simplemsg.pendant.management.plan_goals import PlanGoal
 from openpendant.simplemsg.verdicts import VerdictCode
 
+from ..access.token_bucket import SessionRates
 from ..cell.execution.tracking import tracking_tolerances
 from ..cell.interlocks import InterlockKind, check_interlocks, examine_motion, permission
 from ..cell.robot_cell import RobotCell
@@ -53,7 +54,6 @@ from ..store.documents import DocumentKind
 from .plan_book import Plan, PlanBasis, PlanBook, moved
 from .plan_requests import LONGEST_LABEL, GoalReader, request_fault
 from .plan_space import PlanSpace
-from .question_rate import QuestionRate
 from .sample_text import sample_text
 
 Notify = Callable[[Message], list[Effect]]
@@ -128,7 +128,7 @@ class PlanService:
         self._goals = GoalReader(cell.limits, robot, environment, positions)
         self._making: dict[int, _Making] = {}  # by number of the plan
         self.untold: list[Plan] = []
-        self._rate = QuestionRate(SAMPLES_PER_SECOND, SAMPLES_PER_SECOND)
+        self._rate = SessionRates(SAMPLES_PER_SECOND, SAMPLES_PER_SECOND)
         self._open: dict[int, int] = {}  # questions for samples by connection
 
     # To make one.
@@ -284,7 +284,9 @@ class PlanService:
             text = f"first: {asked.first}; the plan has {plan.samples} samples"
             about = float(asked.first), float(plan.samples)
             return reply.refuse(Refusal(VerdictCode.BAD_ARGUMENT, text, -1, *about))
-        refusal = self._too_many_open(session) or self._rate.take(session, now)
+        refusal = self._too_many_open(session) or self._rate.take(
+            session, "questions for samples", now
+        )
         if refusal is not None:
             return reply.refuse(refusal)
         place = self._robot.tool_pose if asked.with_tool else None

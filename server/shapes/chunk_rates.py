@@ -11,8 +11,7 @@ from __future__ import annotations
 from openpendant.simplemsg.pendant.management.shapes import MOST_OF_CHUNK
 from openpendant.simplemsg.verdicts import VerdictCode
 
-from ..access.lockout import SECOND_NS
-from ..access.token_bucket import TokenBucket
+from ..access.token_bucket import SessionRates
 from ..refusal import Refusal
 
 CHUNKS_PER_SECOND = 20
@@ -39,24 +38,19 @@ class ChunkRates:
 
     def __init__(self) -> None:
         """Know no connection yet."""
-        self._chunks: dict[int, TokenBucket] = {}
-        self._answers: dict[int, TokenBucket] = {}
+        self._chunks = SessionRates(CHUNKS_PER_SECOND, CHUNKS_AT_ONCE)
+        self._answers = SessionRates(ANSWERS_PER_SECOND, ANSWERS_AT_ONCE)
         self._under_way: set[int] = set()
 
     def begin_chunk(self, session: int, now: int) -> Refusal | None:
         """Count a chunk, which is under way until `ended`; or say why it is refused."""
         if session in self._under_way:
             text = "the chunk before is under way; ask for the next once it came"
-            return _too_often(text, SECOND_NS // CHUNKS_PER_SECOND, CHUNKS_PER_SECOND)
-        bucket = self._chunks.get(session)
-        if bucket is None:
-            bucket = self._chunks[session] = TokenBucket(CHUNKS_PER_SECOND, CHUNKS_AT_ONCE)
-        wait = bucket.take(now)
-        if wait:
-            text = f"more than {CHUNKS_PER_SECOND} chunks a second and connection"
-            return _too_often(_later(text, wait), wait, CHUNKS_PER_SECOND)
-        self._under_way.add(session)
-        return None
+            return _not_yet(text)
+        refusal = self._chunks.take(session, "chunks", now)
+        if refusal is None:
+            self._under_way.add(session)
+        return refusal
 
     def unread_fault(self, session: int, unread: int) -> Refusal | None:
         """Return why a chunk that was begun is not read, which has ended then; None to go on.
@@ -68,7 +62,7 @@ class ChunkRates:
             return None
         self.ended(session)
         text = f"{unread} bytes of earlier answers are unread; read them, then ask again"
-        return _too_often(text, SECOND_NS // CHUNKS_PER_SECOND, CHUNKS_PER_SECOND)
+        return _not_yet(text)
 
     def ended(self, session: int) -> None:
         """Take note that the chunk of a connection was answered."""
@@ -76,26 +70,16 @@ class ChunkRates:
 
     def take_answer(self, session: int, now: int) -> Refusal | None:
         """Count another answer, or say why it is refused."""
-        bucket = self._answers.get(session)
-        if bucket is None:
-            bucket = self._answers[session] = TokenBucket(ANSWERS_PER_SECOND, ANSWERS_AT_ONCE)
-        wait = bucket.take(now)
-        if not wait:
-            return None
-        text = f"more than {ANSWERS_PER_SECOND} answers on shapes a second and connection"
-        return _too_often(_later(text, wait), wait, ANSWERS_PER_SECOND)
+        return self._answers.take(session, "answers on shapes", now)
 
     def forget(self, session: int) -> None:
         """Forget a connection that ended."""
-        self._chunks.pop(session, None)
-        self._answers.pop(session, None)
+        self._chunks.forget(session)
+        self._answers.forget(session)
         self._under_way.discard(session)
 
 
-def _later(text: str, wait: int) -> str:
-    return f"{text}; ask again in {wait / SECOND_NS:.3f} s"
-
-
-def _too_often(text: str, wait: int, limit: int) -> Refusal:
-    seconds = wait / SECOND_NS
-    return Refusal(VerdictCode.TOO_OFTEN, text, value=seconds, limit=float(limit))
+def _not_yet(text: str) -> Refusal:
+    """Refuse a chunk until the next would be due."""
+    seconds, limit = 1.0 / CHUNKS_PER_SECOND, float(CHUNKS_PER_SECOND)
+    return Refusal(VerdictCode.TOO_OFTEN, text, value=seconds, limit=limit)

@@ -11,6 +11,7 @@ import pytest
 from rigs.clock.busy_machine import PATIENCE, SCALE
 from rigs.data.foreign_robots import FOREIGN
 from rigs.data.urdf_files import written
+from rigs.processes.marked_processes import left_over, processes_marked
 
 from openpendant.motion.cli.robots import main as robots
 from openpendant.tools.child_processes import Interruptions
@@ -60,25 +61,6 @@ def test_an_output_that_cannot_be_written_is_told_before_anything_starts(
     assert demo.returncode == 1
     assert demo.stderr.startswith(f"openpendant demo: cannot write to the folder {output}: ")
     assert demo.stderr.count("\n") == 1
-
-
-def processes_marked(mark: str) -> dict[int, str]:
-    found = {}
-    for folder in Path("/proc").glob("[0-9]*"):
-        try:
-            # A zombie has an empty environment: it is over, whoever has yet to collect it.
-            if mark.encode() in (folder / "environ").read_bytes().split(b"\0"):
-                found[int(folder.name)] = (folder / "cmdline").read_text().replace("\0", " ")
-        except OSError:
-            continue
-    return found
-
-
-def left_over(mark: str) -> dict[int, str]:
-    deadline = time.monotonic() + PATIENCE
-    while (left := processes_marked(mark)) and time.monotonic() < deadline:
-        time.sleep(0.05)
-    return left
 
 
 @pytest.fixture
@@ -145,7 +127,7 @@ def test_a_signal_ends_the_demo_and_all_its_processes(
     wait_for_part(mark, part)
     os.killpg(demo.pid, number)  # as a terminal does with Ctrl-C
     assert demo.wait(PATIENCE) == 128 + number
-    assert left_over(mark) == {}
+    assert left_over(mark, PATIENCE) == {}
     assert "Traceback" not in (tmp_path / "stderr").read_text()
 
 
@@ -172,7 +154,7 @@ def test_a_signal_in_the_middle_ends_it_at_once(
         demo.send_signal(number)
         time.sleep(0.02)
     assert demo.wait(PATIENCE) == 128 + number
-    assert left_over(mark) == {}
+    assert left_over(mark, PATIENCE) == {}
     assert "Traceback" not in (tmp_path / "stderr").read_text()
 
 
@@ -193,7 +175,7 @@ def test_a_demo_that_is_killed_leaves_no_process(
     time.sleep(later)
     demo.kill()
     demo.wait()
-    assert left_over(mark) == {}
+    assert left_over(mark, PATIENCE) == {}
     assert "Traceback" not in (tmp_path / "stderr").read_text()
 
 

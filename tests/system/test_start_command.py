@@ -4,12 +4,12 @@ import os
 import signal
 import subprocess
 import sys
-import time
 from collections.abc import Callable, Iterator
 from pathlib import Path
 
 import pytest
 from rigs.clock.busy_machine import PATIENCE
+from rigs.processes.marked_processes import left_over, processes_marked
 from rigs.processes.terminal_window import TerminalWindow
 
 from openpendant.tools.start import ARGUMENTS_OF_AN_EMULATED_CELL, EmulatedCell
@@ -20,26 +20,6 @@ pytestmark = [
 ]
 
 Open = Callable[..., TerminalWindow]
-
-
-def processes_marked(mark: str) -> dict[int, str]:
-    """Return the command lines of all processes with a mark in their environment."""
-    found = {}
-    for folder in Path("/proc").glob("[0-9]*"):
-        try:
-            # A zombie has an empty environment: it is over, whoever has yet to collect it.
-            if mark.encode() in (folder / "environ").read_bytes().split(b"\0"):
-                found[int(folder.name)] = (folder / "cmdline").read_text().replace("\0", " ")
-        except OSError:
-            continue
-    return found
-
-
-def left_over(mark: str) -> dict[int, str]:
-    deadline = time.monotonic() + PATIENCE
-    while (left := processes_marked(mark)) and time.monotonic() < deadline:
-        time.sleep(0.02)
-    return left
 
 
 @pytest.fixture
@@ -109,7 +89,7 @@ def stands_there(window: TerminalWindow, mark: str) -> dict[str, int]:
 def test_the_end_of_the_pendant_is_the_end_of_all(opened: Open, mark: str) -> None:
     window = opened(*fake(pendant="time.sleep(0.2)"))
     assert window.ended() == 0
-    assert left_over(mark) == {}
+    assert left_over(mark, PATIENCE) == {}
     assert window.is_as_before
     window.until(lambda shown: "all three have ended" in shown)
     assert "another pendant: " in window.raw
@@ -121,7 +101,7 @@ def test_a_part_that_is_killed_takes_the_others_with_it(part: str, opened: Open,
     window = opened(*fake())
     os.kill(stands_there(window, mark)[part], signal.SIGKILL)
     assert window.ended() == 1
-    assert left_over(mark) == {}
+    assert left_over(mark, PATIENCE) == {}
     assert window.is_as_before
     shown = window.until(lambda shown: "all three have ended" in shown)
     assert shown.count("openpendant start: ") == 1
@@ -134,7 +114,7 @@ def test_a_server_that_cannot_start_is_told_with_its_own_words(opened: Open, mar
     assert window.ended() == 1
     shown = window.until(lambda shown: "all three have ended" in shown)
     assert "the server ended with exit code 3: port 11010 is taken" in shown
-    assert left_over(mark) == {}
+    assert left_over(mark, PATIENCE) == {}
 
 
 @pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM, signal.SIGHUP])
@@ -143,7 +123,7 @@ def test_a_signal_ends_all_three(number: signal.Signals, opened: Open, mark: str
     stands_there(window, mark)
     window.process.send_signal(number)
     assert window.ended() == 128 + number
-    assert left_over(mark) == {}
+    assert left_over(mark, PATIENCE) == {}
     assert window.is_as_before
     assert "Traceback" not in window.raw
 
@@ -152,7 +132,7 @@ def test_a_command_that_is_killed_leaves_no_process(opened: Open, mark: str) -> 
     window = opened(*fake())
     stands_there(window, mark)
     window.process.kill()
-    assert left_over(mark) == {}
+    assert left_over(mark, PATIENCE) == {}
 
 
 def start(*arguments: str) -> subprocess.CompletedProcess[str]:
@@ -207,5 +187,5 @@ def test_a_newcomer_jogs_after_three_keys_that_the_screen_names(opened: Open, ma
     window.strike("\x11")
     assert window.ended() == 0
     assert window.is_as_before
-    assert left_over(mark) == {}
+    assert left_over(mark, PATIENCE) == {}
     assert "cell file and logs: logs" in window.until(lambda shown: "all three" in shown)

@@ -145,7 +145,7 @@ def test_nothing_changes_hands_while_the_joints_move(cell: GrippingCell, op: str
 def test_nothing_changes_hands_for_a_pendant_while_a_program_runs(
     cell: GrippingCell, op: str
 ) -> None:
-    cell.put("ball", 0.0)
+    cell.put("ball", 0.06)
     cell.cell.program = RunningProgram("main", ProgramState.RUNNING, 1, 1)
     answer = cell.refusal(op)
     assert answer["code"] == V.CHANGE_WHILE_MOVING
