@@ -25,7 +25,8 @@ from .programs.interpreter.run_events import Offer
 from .recording.recording_service import RecordingService
 from .refusal import Refusal, refusal_of
 from .scene.grasps import Grasps, Rearranged
-from .scene.planning_scene import PlanningScene, RobotEnvironment
+from .scene.planning_scene import PlanningScene
+from .scene.robot_environment import RobotEnvironment
 from .scene.scene_monitor import SceneMonitor
 from .scene.scene_service import SceneService
 from .scene.signals import CellSignals

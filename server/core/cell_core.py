@@ -84,7 +84,7 @@ from ..planning.jobs import MotionJob
 from ..plans.plan_space import PlanSpace
 from ..positions.position_book import PositionBook
 from ..refusal import Refusal
-from ..scene.planning_scene import RobotEnvironment
+from ..scene.robot_environment import RobotEnvironment
 from ..settings.cell_settings import CellSettings, ControllerPath
 from ..store.documents import Heading
 from ..store.requests import Request as StoreRequest

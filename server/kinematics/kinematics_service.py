@@ -22,7 +22,7 @@ from ..events.management_requests import ReplyTo, handles
 from ..events.pending import Pending
 from ..planning.jobs import KinematicsFound, KinematicsQuestion, PlanAnswer
 from ..refusal import Refusal
-from ..scene.planning_scene import RobotEnvironment
+from ..scene.robot_environment import RobotEnvironment
 from .question_rates import QuestionRates
 
 NORM_TOLERANCE = 1e-3

@@ -23,7 +23,8 @@ from ..events.management_requests import ReplyTo, handles
 from ..events.pending import Pending, Steps, Turn
 from ..planning.jobs import JointVector
 from ..refusal import Refusal
-from ..scene.planning_scene import TURN_EFFORT, RobotEnvironment, Turns
+from ..scene.building_turns import TURN_EFFORT, Turns
+from ..scene.robot_environment import RobotEnvironment
 from .position_book import PositionBook
 
 if TYPE_CHECKING:

@@ -18,7 +18,8 @@ from ..cell.execution.feedback import JointVector
 from ..cell.robot_cell import RobotCell
 from ..events.effects import Effect, LogLine
 from ..refusal import Refusal
-from .planning_scene import PlanningScene, SceneChange, SceneModel, Told
+from .planning_scene import PlanningScene
+from .robot_environment import SceneChange, SceneModel, Told
 from .signals import CellSignals
 
 if TYPE_CHECKING:

@@ -29,12 +29,11 @@ from __future__ import annotations
 import json
 from collections import deque
 from collections.abc import Callable, Generator, Mapping, Sequence
-from typing import TYPE_CHECKING, Any, NamedTuple, Protocol, TypeAlias, TypeVar
+from typing import TYPE_CHECKING, Any, NamedTuple, TypeVar
 
 from openpendant.motion.errors import FrameInUse, MotionError
 from openpendant.motion.frames.frame_file import FramesFile, read_frames
 from openpendant.motion.frames.frame_tree import FLANGE, FrameTree
-from openpendant.motion.pose import Pose
 from openpendant.motion.scene.scene import Scene, left
 from openpendant.motion.scene.scene_transfer import SceneInTransfer
 from openpendant.motion.steps import Stepwise
@@ -42,153 +41,24 @@ from openpendant.simplemsg.verdicts import VerdictCode
 
 from ..cell.execution.feedback import JointHistory, JointVector
 from ..events.effects import Effect
-from ..events.pending import Pending, Steps, Turn
-from ..planning.jobs import PoseGoal
+from ..events.pending import Pending, Steps
 from ..refusal import Refusal, refusal_of
 from ..store.documents import Document, DocumentKind, Heading
 from ..store.requests import Answer, Load, Save
 from ..store.store_errors import NotFound, StoreError
+from .building_turns import Turns, dropped, until_it_fits
 from .document_reading import placed, scene_of
 from .document_texts import COMPACT, FramesText, SceneText, joined
+from .robot_environment import FrameChange, Ground, InForce, SceneChange, SceneModel, Told, Watcher
 
 if TYPE_CHECKING:
     from openpendant.motion.scene.collision import BuildStep, Proximity
-    from openpendant.motion.scene.grasping import Grip
 
 
 _Made = TypeVar("_Made")
 
 WORLD_KINDS = (DocumentKind.TOOLS, DocumentKind.FRAMES, DocumentKind.SCENE)
 """In the order in which they are read: a user frame may hang from a tool."""
-
-
-class SceneModel(Protocol):
-    """The robot's mathematics, as far as the planning scene needs them."""
-
-    frames: FrameTree
-
-    @property
-    def built(self) -> Any:
-        """The scene in force with what its checks are made with."""
-
-    @property
-    def scene(self) -> Scene:
-        """The scene in force."""
-
-    @property
-    def flange_link(self) -> str:
-        """Name of the link that tools are bolted to."""
-
-    def scene_steps(self, scene: Scene) -> Generator[BuildStep, None, Any]:
-        """Build a scene in steps, each announced before it is made; return it for `apply_scene`.
-
-        Raises:
-            MotionError: the scene does not fit the robot; before a step that `fits`, but for a mesh
-                that cannot be read.
-        """
-
-    def apply_scene(self, frames: FrameTree, built: Any) -> None:
-        """Put frames, tools and a scene that is built in force."""
-
-    def nearest_steps(
-        self, position: Sequence[float]
-    ) -> Generator[BuildStep, None, Proximity | None]:
-        """Find the nearest two bodies at (n,) joints in steps, each announced before it is made.
-
-        Returns:
-            None where there is nothing to check.
-        """
-
-    def flange(self, position: JointVector) -> Pose:
-        """Return the flange in the base frame at (n,) joints."""
-
-    def link_pose(self, position: JointVector, link: str) -> Pose:
-        """Return a link of the robot in the base frame at (n,) joints.
-
-        Raises:
-            FrameUnknown: there is no such link.
-        """
-
-    def gripped(self, scene: Scene, name: str, position: JointVector, link: str | None) -> Grip:
-        """Let a link take an object of a scene at (n,) joints; None for the selected tool's.
-
-        Raises:
-            MotionError: there is no such object or link, one holds it, or it is beyond reach.
-        """
-
-
-class Ground(Protocol):
-    """The cell, as far as the planning scene asks it and reports to it."""
-
-    def show_scene(self, awaited: str, unread: str, unbuilt: str) -> None:
-        """Take the reasons why no motion may start.
-
-        Args:
-            awaited: what the store is asked about, or being put in force, in words; empty for none.
-            unread: what the store keeps and could not be put in force, in words; empty for nothing.
-            unbuilt: what a jog would not see yet, in words; empty for nothing.
-        """
-
-    def under_way(self) -> str:
-        """Return what is planned or moves, in words; empty where nothing is."""
-
-
-class RobotEnvironment(SceneModel, Protocol):
-    """The mathematics of one robot in its scene."""
-
-    @property
-    def specification(self) -> Mapping[str, Any]:
-        """Limits, Denavit-Hartenberg table and home of the robot, as JSON can hold them."""
-
-    @property
-    def tool_in_flange(self) -> PoseGoal | None:
-        """The centre point of the selected tool in the flange; None for the flange itself."""
-
-    def is_surely_free(self, start: Sequence[float], goal: Sequence[float]) -> bool:
-        """Return True if a straight move between (n,) joints surely touches nothing in the scene.
-
-        Takes about 1 ms at most; False means only that the full check is needed.
-        """
-
-    def tool_motion(
-        self, position: Sequence[float], velocity: Sequence[float]
-    ) -> tuple[tuple[float, ...], tuple[float, ...], float]:
-        """Return place [m], quaternion and speed [m/s] of the tool in the base frame."""
-
-    def tool_pose(self, position: Sequence[float]) -> tuple[tuple[float, ...], tuple[float, ...]]:
-        """Return x, y, z [m] and quaternion x, y, z, w of the tool in the base frame."""
-
-    def condition(self, position: Sequence[float]) -> float | None:
-        """Return the condition number of the Jacobian at (n,) joints; None at a singularity."""
-
-
-Told: TypeAlias = Callable[[int | Refusal, int], list[Effect]]
-"""Takes the new revision of a document, or why it was not changed, and the time."""
-
-FrameChange: TypeAlias = Callable[[FrameTree], FrameTree]
-SceneChange: TypeAlias = Callable[[Scene], Scene]
-InForce: TypeAlias = Callable[[Refusal | None, int], list[Effect]]
-"""Takes why a scene was not put in force, None where it was, and the time."""
-
-
-class Watcher(Protocol):
-    """The parts of the cell that have to know of a changed scene."""
-
-    def planned_in(self, scene: Scene, now: int, asked: int) -> list[Effect]:
-        """Plan in another scene from now on, and check the motion under way against it.
-
-        Args:
-            asked: when the change was asked for [ns]; from then the time for the check runs.
-        """
-
-    def announced(self, now: int) -> list[Effect]:
-        """Take the motion under way for unchecked from now on; `planned_in` will come.
-
-        What is being added may be in its way, and it is not known yet whether that fits.
-        """
-
-    def seen(self, *, is_whole: bool) -> None:
-        """Take note whether the model in force has all that is planned around."""
 
 
 class _Building(NamedTuple):
@@ -209,16 +79,6 @@ class _KeptFrames(NamedTuple):
     tree: FrameTree
     body: str
 
-
-FIRST_EFFORT = 1_600.0
-"""Most that is built in the turn of the request [µs], so that a few objects take no other."""
-
-TURN_EFFORT = 900.0
-"""Most that is built in each other turn [µs]; a longer step has one for itself.
-
-By the effort that the steps announce, which is counted: a rerun of a journal makes the same turns.
-As it is an estimate, both are well below the 2 ms that a turn may take.
-"""
 
 _SWAP = 800.0  # µs: to put in force what is built, and to have it saved
 _PER_OBJECT = 0.3  # µs: to make a scene of another
@@ -667,7 +527,7 @@ class PlanningScene:
             made = self._made(steps, turns, scene if is_kept else None)
             return out + self._pending.run(made, built, at)
 
-        out = self._pending.run(_until_it_fits(scene, before, steps, turns), fitting, now)
+        out = self._pending.run(until_it_fits(scene, before, steps, turns), fitting, now)
         if building.only_adds and not is_announced:
             is_announced = True
             out += self._watcher.announced(now)
@@ -690,7 +550,7 @@ class PlanningScene:
         before = self._view.built
         is_changed = building.scene != self.scene
         self._view.apply_scene(self.frames, built)
-        out = [] if before is built else self._pending.run(_dropped(before), _nothing, now)
+        out = [] if before is built else self._pending.run(dropped(before), _nothing, now)
         if not is_changed or building.only_adds:
             return out
         return out + self._watcher.planned_in(building.scene, now, now)
@@ -799,84 +659,6 @@ def _of_the_other(kind: DocumentKind, tree: FrameTree) -> list[object]:
         if (each.parent == FLANGE) is has_tools
     ]
     return said
-
-
-class Turns:
-    """Turns of one build: how much of its work is done in each.
-
-    Attributes:
-        spent: effort of the work done in this turn [µs].
-    """
-
-    def __init__(self, spent: float = 0.0, most: float = FIRST_EFFORT) -> None:
-        """Begin a turn.
-
-        Args:
-            spent: effort of what was done in it before [µs].
-            most: effort that it may take [µs]; each later one `TURN_EFFORT`.
-        """
-        self.spent, self._most = spent, most
-
-    def spend(self, effort: float) -> Steps[None]:
-        """Wait for the next tick where a step would make this turn too long."""
-        if self.spent and self.spent + effort > self._most:
-            yield Turn.NEXT
-            self.spent, self._most = 0.0, TURN_EFFORT
-        self.spent += effort
-
-    def make(self, steps: Stepwise[_Made]) -> Steps[_Made]:
-        """Take steps; return what they return."""
-        while True:
-            try:
-                effort = next(steps)
-            except StopIteration as end:
-                made: _Made = end.value
-                return made
-            yield from self.spend(effort)
-
-    def find(self, steps: Stepwise[_Made]) -> Steps[_Made | Refusal]:
-        """Take steps as `make` does; return why it cannot be made where they say so."""
-        try:
-            return (yield from self.make(steps))
-        except MotionError as error:
-            return refusal_of(error)
-
-    def take(
-        self, steps: Generator[BuildStep, None, Any], *, until_fits: bool = False
-    ) -> Steps[Any]:
-        """Take steps, all or until it is known that the scene fits; return what they return."""
-        while True:
-            try:
-                step = next(steps)
-            except StopIteration as end:
-                return end.value
-            yield from self.spend(step.effort)
-            if step.fits and until_fits:
-                return None
-
-
-def _until_it_fits(
-    scene: Scene, before: Scene, steps: Generator[BuildStep, None, Any], turns: Turns
-) -> Steps[Refusal | None]:
-    """Find out whether a scene fits, and make it ready for planning; return why it does not."""
-    try:
-        yield from turns.take(steps, until_fits=True)
-    except MotionError as error:
-        return refusal_of(error)
-    for effort in scene.pickle_steps(before):
-        yield from turns.spend(effort)
-    return None
-
-
-def _dropped(built: Any) -> Steps[None]:
-    """Drop what is no longer in force, a part in each turn: to be freed takes as long as to build.
-
-    A jog that comes to rest with it keeps it that long.
-    """
-    parts = built.parts_to_drop()
-    while parts:
-        yield Turn.LAST
-        del parts[-1]
 
 
 def _nothing(_: object, now: int) -> list[Effect]:

@@ -32,13 +32,8 @@ from ..store.documents import DocumentKind
 from .document_reading import scene_from_json
 from .grasps import Grasps, SceneEdit
 from .imports import FramesImport, SceneImport, ToolsImport, reading
-from .planning_scene import (
-    FrameChange,
-    PlanningScene,
-    RobotEnvironment,
-    SceneChange,
-    Told,
-)
+from .planning_scene import PlanningScene
+from .robot_environment import FrameChange, RobotEnvironment, SceneChange, Told
 from .signals import CellSignals
 from .trace import ToolTrace
 
