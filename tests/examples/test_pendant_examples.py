@@ -4,6 +4,7 @@ import json
 import re
 import runpy
 import shutil
+import signal
 import subprocess
 import sys
 from collections.abc import Iterator
@@ -11,6 +12,7 @@ from pathlib import Path
 
 import pytest
 from rigs.clock.busy_machine import PATIENCE, PATIENT, SCALE
+from rigs.processes.warm_start import WarmProcess
 
 from openpendant.simplemsg.verdicts import CATALOGUE, VerdictCode
 from openpendant.tools.pendants.sync_client import SyncPendantClient
@@ -40,11 +42,9 @@ IN_A_PROCESS = ("connect_and_jog.py", "sync_notebook_style.py", "watch_state.py"
 run here, without an interpreter of their own to be started."""
 
 
-def started(module: str, *arguments: str) -> tuple[subprocess.Popen[str], dict[str, int]]:
-    command = [sys.executable, "-m", module, *arguments, "--json"]
-    process = subprocess.Popen(command, stdout=subprocess.PIPE, text=True)
-    assert process.stdout is not None
-    return process, json.loads(process.stdout.readline())
+def started(module: str, *arguments: str) -> tuple[WarmProcess, dict[str, int]]:
+    process = WarmProcess(module, *arguments, "--json")
+    return process, json.loads(process.line())
 
 
 @pytest.fixture(scope="module")
@@ -70,8 +70,8 @@ def port(tmp_path_factory: pytest.TempPathFactory) -> Iterator[int]:
         yield ports["pendant"]
     finally:
         for process in (server, emulator):
-            process.terminate()
-            process.communicate(timeout=20 * SCALE)
+            process.send_signal(signal.SIGTERM)
+            process.joined(20 * SCALE)
 
 
 def ended(*command: str) -> tuple[int, str, str]:
