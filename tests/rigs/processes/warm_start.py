@@ -9,15 +9,19 @@ promises' figures and of processes that are found by their command start new int
 
 import asyncio
 import atexit
+import json
 import multiprocessing
 import os
 import runpy
 import signal
 import sys
-from collections.abc import Iterator, Mapping
+from collections.abc import Callable, Iterator, Mapping
 from contextlib import contextmanager
 from multiprocessing.connection import Connection
 from pathlib import Path
+from typing import Any
+
+from rigs.clock.busy_machine import SCALE
 
 _IMPORTED = [
     "openpendant.server.cli.serve",
@@ -89,13 +93,33 @@ class WarmProcess:
             await ended.wait()
         finally:
             loop.remove_reader(self._process.sentinel)
-        return self.joined(0.0)
-
-    def joined(self, within: float) -> int:
-        """Wait for its end without a loop, at most so long [s]; return its exit code."""
-        self._process.join(within)
-        assert self.returncode is not None, f"{self.pid} does not end"
+        self._process.join()
+        assert self.returncode is not None
         return self.returncode
+
+    def end(self, within: float) -> None:
+        """Wait for its end without a loop; kill it where that takes longer [s]."""
+        self._process.join(within)
+        self.kill()
+        self._process.join()
+
+
+@contextmanager
+def warm(module: str, *arguments: str) -> Iterator[Callable[[], dict[str, Any]]]:
+    """Run a program until the context is left; yields what waits for its ready line."""
+    process = WarmProcess(module, *arguments, "--json")
+
+    def ready() -> dict[str, Any]:
+        line = process.line()
+        assert line, f"{module} ended before it was ready"
+        told: dict[str, Any] = json.loads(line)
+        return told
+
+    try:
+        yield ready
+    finally:
+        process.send_signal(signal.SIGTERM)
+        process.end(10 * SCALE)
 
 
 @contextmanager
