@@ -8,6 +8,6 @@ from openpendant.server.shell import listening
 AT_ONCE = 10_000
 
 if __name__ == "__main__":
-    assert listening.BURST < AT_ONCE
-    listening.BURST = AT_ONCE
+    assert vars(listening)["BURST"] < AT_ONCE
+    vars(listening)["BURST"] = AT_ONCE
     sys.exit(_main())

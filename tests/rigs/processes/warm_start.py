@@ -123,6 +123,13 @@ def warm(module: str, *arguments: str) -> Iterator[Callable[[], dict[str, Any]]]
 
 
 @contextmanager
+def begun(*command: str) -> Iterator[dict[str, Any]]:
+    """Run a program until the context is left; yields what it said when it was ready."""
+    with warm(*command) as ready:
+        yield ready()
+
+
+@contextmanager
 def _environment(more: Mapping[str, str]) -> Iterator[None]:
     before = {name: os.environ.get(name) for name in more}
     os.environ.update(more)
