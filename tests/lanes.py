@@ -10,6 +10,8 @@ from pathlib import Path
 import pytest
 
 _MARK = "realtime"
+_NAMED = f"mark.{_MARK}"
+"""How a file names it; a word of it elsewhere, as in a test of marks, is none."""
 
 
 class Lane(Enum):
@@ -58,7 +60,9 @@ class OneLane:
         if self._lane is Lane.COMPUTING:
             for path in {item.path for item in others}:
                 if not _may_be_on_real_clock(path):
-                    raise pytest.UsageError(f"{path} must name the mark {_MARK} that it uses")
+                    raise pytest.UsageError(
+                        f"{path} must name the mark {_MARK} that it uses: {_NAMED}"
+                    )
         config.hook.pytest_deselected(items=others)
         items[:] = wanted
 
@@ -81,4 +85,4 @@ def _lane_of(item: pytest.Item) -> Lane:
 
 
 def _may_be_on_real_clock(path: Path) -> bool:
-    return path.is_file() and _MARK in path.read_text(encoding="utf-8")
+    return path.is_file() and _NAMED in path.read_text(encoding="utf-8")

@@ -23,7 +23,6 @@ from pathlib import Path
 
 from openpendant.motion.description.robot import serial_robot
 from openpendant.motion.errors import MotionError
-from openpendant.server.store.store_client import default_path
 
 from .child_processes import (
     Interrupted,
@@ -36,7 +35,7 @@ from .child_processes import (
     ready,
 )
 from .console import ExitCode, as_typed, complain
-from .pendants.client import DEFAULT_PORT
+from .pendants.connection_errors import DEFAULT_PORT
 
 _HOST = "127.0.0.1"
 _LOOK = 0.1
@@ -244,6 +243,9 @@ def _port(text: str) -> int:
 
 
 def _cell(arguments: argparse.Namespace, robot: str) -> EmulatedCell:
+    # Imported here so that --help and wrong arguments answer without loading half a server.
+    from openpendant.server.store.store_client import default_path
+
     logs = arguments.logs or Path(tempfile.mkdtemp(prefix="openpendant-start-"))
     logs.mkdir(parents=True, exist_ok=True)
     pendant_port = _default_or_free() if arguments.pendant_port is None else arguments.pendant_port

@@ -1,16 +1,17 @@
 """Every pendant example runs as its page says, against a server and an emulated robot."""
 
-import json
 import re
 import runpy
 import shutil
 import subprocess
 import sys
 from collections.abc import Iterator
+from contextlib import ExitStack
 from pathlib import Path
 
 import pytest
 from rigs.clock.busy_machine import PATIENCE, PATIENT, SCALE
+from rigs.processes.warm_start import warm
 
 from openpendant.simplemsg.verdicts import CATALOGUE, VerdictCode
 from openpendant.tools.pendants.sync_client import SyncPendantClient
@@ -40,38 +41,31 @@ IN_A_PROCESS = ("connect_and_jog.py", "sync_notebook_style.py", "watch_state.py"
 run here, without an interpreter of their own to be started."""
 
 
-def started(module: str, *arguments: str) -> tuple[subprocess.Popen[str], dict[str, int]]:
-    command = [sys.executable, "-m", module, *arguments, "--json"]
-    process = subprocess.Popen(command, stdout=subprocess.PIPE, text=True)
-    assert process.stdout is not None
-    return process, json.loads(process.stdout.readline())
-
-
 @pytest.fixture(scope="module")
 def port(tmp_path_factory: pytest.TempPathFactory) -> Iterator[int]:
     """The pendant port of a server with an emulated robot, one for all examples."""
     folder = tmp_path_factory.mktemp("cell")
     config = folder / "cell.toml"
     config.write_text(PATIENT, encoding="utf-8")
-    emulator, controller = started(
-        "openpendant.controller_emulator",
-        *("--robot", "ur5", "--start", "home", "--motion-port", "0", "--state-port", "0"),
-    )
-    server, ports = started(
-        "openpendant.server",
-        *("--robot", "ur5", "--config", str(config), "--pendant-port", "0"),
-        *("--ros-motion-port", "0", "--ros-state-port", "0"),
-        *("--controller", f"127.0.0.1:{controller['motion']}:{controller['state']}"),
-        *("--signals", "openpendant", "--store", str(folder / "store.db")),
-    )
-    try:
+    with ExitStack() as stack:
+        controller = stack.enter_context(
+            warm(
+                "openpendant.controller_emulator",
+                *("--robot", "ur5", "--start", "home", "--motion-port", "0", "--state-port", "0"),
+            )
+        )()
+        ports = stack.enter_context(
+            warm(
+                "openpendant.server",
+                *("--robot", "ur5", "--config", str(config), "--pendant-port", "0"),
+                *("--ros-motion-port", "0", "--ros-state-port", "0"),
+                *("--controller", f"127.0.0.1:{controller['motion']}:{controller['state']}"),
+                *("--signals", "openpendant", "--store", str(folder / "store.db")),
+            )
+        )()
         with SyncPendantClient.connect("127.0.0.1", ports["pendant"]) as pendant:
             pendant.wait_until(lambda state: state.motion_possible == 1, within=PATIENCE)
         yield ports["pendant"]
-    finally:
-        for process in (server, emulator):
-            process.terminate()
-            process.communicate(timeout=20 * SCALE)
 
 
 def ended(*command: str) -> tuple[int, str, str]:

@@ -8,7 +8,9 @@ import pytest
 from promises.promise_figures import FEW, SLACK, Figures, tell
 from promises.promise_table import Figure, figure
 from rigs.clock.busy_machine import SCALE
+from rigs.processes.warm_start import begun
 
+from openpendant.tools.bench import questions
 from openpendant.tools.bench.questions import ASKINGS, Asking, observed, p99, served
 
 pytestmark = [pytest.mark.realtime, pytest.mark.timeout(3_600)]
@@ -35,8 +37,14 @@ def test_what_is_asked_is_what_is_promised() -> None:
 
 @pytest.mark.parametrize(("asking", "reply", "trials", "seconds", "slack"), TRIALS)
 def test_promise_40_thirty_pages_ask_beside_a_robot_that_moves(
-    asking: Asking, reply: Figure, trials: int, seconds: float, slack: float
+    asking: Asking,
+    reply: Figure,
+    trials: int,
+    seconds: float,
+    slack: float,
+    monkeypatch: pytest.MonkeyPatch,
 ) -> None:
+    monkeypatch.setattr(questions, "process", begun)
     figures = Figures(f"{PAGES} pages ask for {asking.title}, reply")
     with served(asking.robot) as port:
 

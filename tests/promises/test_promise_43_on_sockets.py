@@ -8,7 +8,9 @@ from pathlib import Path
 import pytest
 from promises.promise_table import figure
 from rigs.data.mesh_files import meshed_robot, prism, stl
+from rigs.processes.warm_start import begun
 
+from openpendant.tools.bench import questions
 from openpendant.tools.bench.questions import served
 from openpendant.tools.cli import main
 from openpendant.tools.pendants.client import PendantClient
@@ -29,7 +31,10 @@ async def downloads(port: int, name: str) -> tuple[bytes, float]:
         return content, time.monotonic() - began
 
 
-def test_promise_43_a_client_downloads_a_mesh_over_a_socket(tmp_path: Path) -> None:
+def test_promise_43_a_client_downloads_a_mesh_over_a_socket(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(questions, "process", begun)
     points, faces = prism(801, 0.1, 0.3)
     content = stl(points, faces)
     name = hashlib.sha256(content).hexdigest()

@@ -2,8 +2,6 @@ import asyncio
 import contextlib
 import json
 import signal
-import subprocess
-import sys
 from collections.abc import AsyncIterator, Awaitable, Callable
 from dataclasses import dataclass, field
 from itertools import count
@@ -13,6 +11,7 @@ from typing import Any
 import pytest
 import pytest_asyncio
 from rigs.clock.busy_machine import PATIENCE, PATIENT, SCALE
+from rigs.processes.warm_start import WarmProcess
 
 from openpendant.simplemsg import PENDANT, Message, codec_for
 from openpendant.simplemsg.pendant import State
@@ -27,9 +26,8 @@ class PatientPendant(PendantClient):
         return await super().wait_until(condition, within=within)
 
 
-async def read_ready(process: asyncio.subprocess.Process, name: str) -> dict[str, Any]:
-    assert process.stdout is not None
-    line = await asyncio.wait_for(process.stdout.readline(), PATIENCE)
+async def read_ready(process: WarmProcess, name: str) -> dict[str, Any]:
+    line = await asyncio.wait_for(asyncio.to_thread(process.line), PATIENCE)
     assert line, f"{name} ended before it was ready"
     ready: dict[str, Any] = json.loads(line)
     return ready
@@ -37,8 +35,8 @@ async def read_ready(process: asyncio.subprocess.Process, name: str) -> dict[str
 
 @dataclass
 class RunningCell:
-    emulator: asyncio.subprocess.Process
-    server: asyncio.subprocess.Process
+    emulator: WarmProcess
+    server: WarmProcess
     controller: dict[str, Any]
     ports: dict[str, Any]
     referee_report: Path
@@ -85,27 +83,13 @@ class RunningCell:
         return report
 
 
-async def stop_process(process: asyncio.subprocess.Process) -> None:
-    if process.returncode is None:
-        with contextlib.suppress(ProcessLookupError):
-            process.send_signal(signal.SIGTERM)
+async def stop_process(process: WarmProcess) -> None:
+    process.send_signal(signal.SIGTERM)
     try:
         await asyncio.wait_for(process.wait(), 20 * SCALE)
     except TimeoutError:
         process.kill()
         await process.wait()
-
-
-async def _spawn(
-    module: str, *arguments: str, log: Path | None = None
-) -> asyncio.subprocess.Process:
-    with contextlib.ExitStack() as stack:
-        return await asyncio.create_subprocess_exec(
-            *(sys.executable, "-m", module, *arguments),
-            stdin=subprocess.DEVNULL,
-            stdout=subprocess.PIPE,
-            stderr=None if log is None else stack.enter_context(log.open("wb")),
-        )
 
 
 class StartCell:
@@ -137,14 +121,14 @@ class StartCell:
             server = (*server, "--config", str(config))
         if has_store:
             server = (*server, "--store", str(self._folder / f"store-{number}.db"))
-        controlling = await _spawn(
+        controlling = WarmProcess(
             "openpendant.controller_emulator",
             *("--robot", robot, "--start", start, "--report", str(report), "--json"),
             *("--motion-port", "0", "--state-port", "0"),
             *emulator,
         )
         controller = await read_ready(controlling, "the emulator")
-        serving = await _spawn(
+        serving = WarmProcess(
             "openpendant.server",
             *("--robot", robot, "--json", "--pendant-port", "0"),
             *("--ros-motion-port", "0", "--ros-state-port", "0"),

@@ -26,8 +26,8 @@ from pathlib import Path
 from typing import Any
 
 from promises.promise_figures import Figures
-from rigs.clock.busy_machine import SCALE
 from rigs.peers.wire_pendant import WirePendant
+from rigs.processes.warm_start import warm
 
 from openpendant.simplemsg import MsgType, SpecialSequence
 from openpendant.tools.bench.jogging_pendants import lateness
@@ -230,13 +230,9 @@ PRIORITY = 0
 
 _PEERS = Path(__file__).with_name("promise_peers.py")
 
-_SERVER = ("-m", "openpendant.server")
+_SERVER = "openpendant.server"
 
-_OPEN_SERVER = (
-    "-c",
-    "from openpendant.server.shell import listening; listening._INTERVAL_NS = 0;"
-    "from openpendant.server.__main__ import _main; raise SystemExit(_main())",
-)
+_OPEN_SERVER = "rigs.processes.open_server"
 """The same server, which takes connections as soon as they come."""
 
 
@@ -328,10 +324,9 @@ def promise_rig(folder: Path, *, is_open: bool = False, **settings: Any) -> Iter
     """
     with ExitStack() as stack:
         referee = folder / "referee.json"
-        # All start side by side; most of it is importing.
         emulator = stack.enter_context(
-            _process(
-                *("-m", "openpendant.controller_emulator", "--robot", "ur5", "--json"),
+            warm(
+                *("openpendant.controller_emulator", "--robot", "ur5"),
                 *("--motion-port", "0", "--state-port", "0", "--report", str(referee)),
             )
         )
@@ -339,8 +334,8 @@ def promise_rig(folder: Path, *, is_open: bool = False, **settings: Any) -> Iter
         stack.callback(controller.close)
         config = folder / "cell.toml"
         config.write_text(_config(controller, folder, settings), encoding="utf-8")
-        begin = _OPEN_SERVER if is_open else _SERVER
-        server = stack.enter_context(_process(*begin, "--json", "--config", str(config)))
+        module = _OPEN_SERVER if is_open else _SERVER
+        server = stack.enter_context(warm(module, "--config", str(config)))
         control = stack.enter_context(_peer("forwarder", controller.control))
         emulated = emulator()
         controller.lead_to(emulated["motion"], emulated["state"])
@@ -382,21 +377,6 @@ def _config(controller: RecordingController, folder: Path, settings: dict[str, A
     for table, values in tables.items():
         lines += [f"[{table}]", *(f"{key} = {json.dumps(value)}" for key, value in values.items())]
     return "\n".join(lines) + "\n"
-
-
-@contextmanager
-def _process(*arguments: str) -> Iterator[Callable[[], dict[str, Any]]]:
-    """Run a program in Python until the context is left; yields what waits for its ready line."""
-    command = [sys.executable, *arguments]
-    with subprocess.Popen(command, stdin=subprocess.DEVNULL, stdout=subprocess.PIPE) as process:
-        try:
-            yield lambda: json.loads(_ready_line(process))
-        finally:
-            process.terminate()
-            try:
-                process.wait(10 * SCALE)
-            except subprocess.TimeoutExpired:
-                process.kill()
 
 
 @contextmanager
