@@ -73,12 +73,13 @@ class CellEnvironment:
             state_period=settings.controller.state_period,
         )
         self.positions = positions
-        self.named = PositionService(cell, positions, view, pending)
+        rates = rates or QuestionRates()
+        self.named = PositionService(cell, positions, view, pending, rates)
         self.grasps = Grasps(cell, view, self.world, self.signals)
         self.service = SceneService(
             *(cell, self.world, view, self.grasps, self.signals, self.trace, robot_name)
         )
-        self.kinematics = KinematicsService(cell, view, pending, rates or QuestionRates())
+        self.kinematics = KinematicsService(cell, view, pending, rates)
         self.shapes = ShapesService(pending, cell.motions.new_job_id)
         self._traced = 0
         self._reported = -1  # when the last report came that was taken

@@ -72,7 +72,12 @@ class FineSamples:
 
     def __reduce__(self) -> tuple[Callable[..., FineSamples], tuple[Array, ...]]:
         # Through the constructor: numpy forgets on the way that an array was read-only.
-        return FineSamples, (self.position, self.velocity)
+        return FineSamples, (_by_rows(self.position), _by_rows(self.velocity))
+
+
+def _by_rows(array: Array) -> Array:
+    """Return an array whose rows lie one behind the other, so that whoever gets it copies none."""
+    return np.ascontiguousarray(array)
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -125,9 +130,9 @@ class Trajectory:
         # Through the constructor: numpy forgets on the way that an array was read-only.
         return Trajectory, (
             self.times,
-            self.position,
-            self.velocity,
-            self.acceleration,
+            _by_rows(self.position),
+            _by_rows(self.velocity),
+            _by_rows(self.acceleration),
             self.waypoint_times,
             self.fine,
         )

@@ -394,6 +394,11 @@ class RequestGate:
             self._note(AuditEvent.CHANGE_ASKED, session, now, operation=operation)
         return refusal
 
+    def is_let_in(self, session: int) -> bool:
+        """Return True if a connection has logged in, or need not."""
+        visitor = self._visitors.find(session)
+        return visitor is None or visitor.grant is not None
+
     def unread(self, session: int, size: int, most: int, now: int) -> Refusal | None:
         """Return why a large body of a connection is not even read; None where it is.
 
@@ -402,7 +407,7 @@ class RequestGate:
             most: that is read of a connection without a login [bytes].
         """
         visitor = self._visitors.find(session)
-        if visitor is None or visitor.grant is not None:
+        if visitor is None or self.is_let_in(session):
             return None
         why = f": {visitor.ended}" if visitor.ended else ""
         text = f"the request has {size} bytes; accepted without a login: {most}{why}"

@@ -6,7 +6,8 @@ read up to its first wrong element, so that an illegal body costs no more than a
 key may stand twice in an object, of which two readers could take another value each. Handlers are
 methods of services, found by the request they are for.
 
-Owns how large a body may be for the event loop; larger ones are read in the planning processes.
+Owns which bodies are read on the event loop: small ones that import nothing. All others are read in
+the planning processes.
 """
 
 from __future__ import annotations
@@ -39,6 +40,9 @@ MOST_AT_ONCE = 4_096
 
 MOST_BEFORE_LOGIN = 1_024
 """Largest body that is read of a connection which has not logged in [bytes]."""
+
+_IMPORTS = frozenset(name for name in OPERATIONS if name.endswith(".import"))
+"""Operations whose content is read as a file is, which takes longer than the body's size tells."""
 
 LONGEST_TEXT = 400
 """A place may be as long as the request, and the answer has to fit a frame [characters]."""
@@ -78,6 +82,21 @@ class _Named(BaseModel):
     """The fields of every request, to say what is wrong with one of no known operation."""
 
     op: str
+
+
+def takes_long(body: bytes) -> bool:
+    """Return True for a body that is not for the event loop: a large one, or any import."""
+    if len(body) > MOST_AT_ONCE:
+        return True
+    # Nothing but an escape can hide a name, and few bodies have to be looked into.
+    if b".import" not in body and b"\\u" not in body:
+        return False
+    try:
+        found = json.loads(body)
+    except (ValueError, RecursionError):
+        return False
+    name = found.get("op") if isinstance(found, dict) else None
+    return isinstance(name, str) and name in _IMPORTS
 
 
 def parse(body: bytes, version: int = PROTOCOL_VERSION) -> tuple[str, Request[Any] | Refusal]:

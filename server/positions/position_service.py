@@ -21,6 +21,7 @@ from ..cell.standing import standing_at
 from ..events.effects import Effect
 from ..events.management_requests import ReplyTo, handles
 from ..events.pending import Pending, Steps, Turn
+from ..kinematics.question_rates import QuestionRates
 from ..planning.jobs import JointVector
 from ..refusal import Refusal
 from ..scene.building_turns import TURN_EFFORT, Turns
@@ -53,9 +54,15 @@ class PositionService:
         positions: PositionBook,
         view: RobotEnvironment,
         pending: Pending,
+        rates: QuestionRates,
     ) -> None:
-        """Join what it asks."""
+        """Join what it asks.
+
+        Args:
+            rates: of all cells of the server; to list positions is a question on kinematics.
+        """
         self._cell = cell
+        self._rates = rates
         self._positions = positions
         self._view = view
         self._pending = pending
@@ -70,8 +77,9 @@ class PositionService:
         self, asked: op.ListPositions, reply: ReplyTo[op.NamedPositions], now: int
     ) -> list[Effect]:
         book = self._positions
-        if book.being_read is not None:
-            return reply.refuse(book.being_read)
+        refusal = self._rates.take(reply.session, 1, now) or book.being_read
+        if refusal is not None:
+            return reply.refuse(refusal)
         key = book.revision, id(self._view.scene)
         if key in self._waiting:
             self._waiting[key].append(reply)

@@ -77,10 +77,10 @@ from ...environment import CellEnvironment
 from ...events.effects import Close, Effect, Send, Then
 from ...events.management_requests import (
     MOST_ANSWER,
-    MOST_AT_ONCE,
     MOST_BEFORE_LOGIN,
     is_known,
     parse,
+    takes_long,
 )
 from ...events.pending import Pending
 from ...events.replies import in_words, sent_away, verdict
@@ -455,11 +455,13 @@ class PendantEndpoint:
             refusal = self.access.gate.unread(session, size, MOST_BEFORE_LOGIN, now)
             if refusal is not None:
                 return self._forbidden(session, message, refusal)
-            if size > MOST_AT_ONCE and self._is_read_apart(session):
-                then = partial(self._asked, session, message)
-                newest = version == PROTOCOL_VERSION
-                read = read_apart if newest else partial(read_apart, version=version)
-                return self._bodies.read(session, message, read, then, is_overtaken=not is_behind)
+        # Before a login no planning process works for anybody, and what is asked is refused.
+        is_for_later = takes_long(message.body) and self.access.gate.is_let_in(session)
+        if is_for_later and self._is_read_apart(session):
+            then = partial(self._asked, session, message)
+            newest = version == PROTOCOL_VERSION
+            read = read_apart if newest else partial(read_apart, version=version)
+            return self._bodies.read(session, message, read, then, is_overtaken=not is_behind)
         operation, asked = parse(message.body, version)
         return self._asked(session, message, operation, asked, not is_behind, now)
 

@@ -75,8 +75,10 @@ class SavedPosition(TypedDict):
 class ListPositions(Request[NamedPositions]):
     """Return every named position, whether the robot may stand there, and the revision.
 
+    Counts as a question on kinematics.
+
     Raises:
-        Refused: STORE_BUSY while the store is being read.
+        Refused: TOO_OFTEN; STORE_BUSY while the store is being read.
     """
 
 

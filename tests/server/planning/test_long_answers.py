@@ -12,6 +12,7 @@ from rigs.processes.planning_children import WARM, running_pool
 from openpendant.motion.description.limits import JointLimits
 from openpendant.motion.trajectory.certificate import certify
 from openpendant.motion.trajectory.ptp import plan_joint_move
+from openpendant.server.journal.event_records import plan_to_json
 from openpendant.server.planning.jobs import (
     LENGTH,
     JointPathJob,
@@ -57,6 +58,17 @@ def test_an_answer_is_split_from_its_arrays_and_joined_without_a_copy() -> None:
     assert_same(found, wanted)
     assert isinstance(found.result, tuple)
     assert any(np.shares_memory(found.result[0].position, array) for array in came)
+
+
+@pytest.mark.parametrize("name", NAMES)
+def test_a_journal_takes_the_samples_as_they_came_and_copies_none(name: str) -> None:
+    head, *arrays = split_answer(planned(0.001))
+    came = [np.frombuffer(array, dtype=np.uint8).copy() for array in arrays]
+    noted = plan_to_json(pickle.loads(head[LENGTH.size :]).joined(came))["samples"][name]
+    if name == "waypoint_times":
+        assert isinstance(noted, str)  # it has two
+    else:
+        assert any(np.shares_memory(np.asarray(noted.content), array) for array in came)
 
 
 @pytest.mark.parametrize("planned", [None, PlanAnswer(1, Refusal(V.NO_MOTION), 0.1)])

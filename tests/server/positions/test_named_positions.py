@@ -9,6 +9,7 @@ from rigs.cells.surrounded_cell import SurroundedCell, robot
 
 from openpendant.motion.description.robot import serial_robot
 from openpendant.server.events.pending import Pending
+from openpendant.server.kinematics.question_rates import BURST, PER_SECOND
 from openpendant.server.positions.position_book import PositionBook
 from openpendant.server.positions.position_document import positions_to_json
 from openpendant.server.refusal import Refusal
@@ -52,6 +53,14 @@ def test_the_robots_own_positions_are_there_from_the_start(cell: SurroundedCell)
     assert home["condition"] == pytest.approx(5.4758, abs=1e-3)
     place, _ = cell.mathematics.tool_pose(HOME)
     assert home["pose"]["position"] == pytest.approx(list(place), abs=1e-9)
+
+
+def test_promise_40_to_list_them_counts_as_a_question(cell: SurroundedCell) -> None:
+    for _ in range(BURST):
+        cell.ask("positions.list")
+    code, text = cell.refused("positions.list")
+    assert code is V.TOO_OFTEN
+    assert f"{PER_SECOND} questions a second" in text
 
 
 def test_a_position_is_kept_by_name_and_found_after_a_restart(

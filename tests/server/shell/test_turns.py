@@ -180,13 +180,77 @@ async def test_promise_53_a_body_is_read_elsewhere_from_the_bound_on(size: int) 
     ("topic", "kind"),
     [("frames", FramesImport), ("tools", ToolsImport), ("scene", SceneImport)],
 )
-async def test_a_large_import_is_made_ready_where_it_is_read(topic: str, kind: type) -> None:
+@pytest.mark.parametrize("size", [0, LARGE])
+async def test_promise_53_an_import_of_whatever_size_is_made_ready_where_it_is_read(
+    topic: str, kind: type, size: int
+) -> None:
     rig, client = in_control()
     content = {"schema": "openpendant-frames/1"}
-    client.tell(asking(2, LARGE, op=f"{topic}.import", content=content, expected_revision=0))
+    client.tell(asking(2, size, op=f"{topic}.import", content=content, expected_revision=0))
     (job,) = rig.jobs
     assert isinstance(job, jobs.ReadBody)
     assert type(job.read(job.body)[1]) is kind
+
+
+SMALL_IMPORT = asking(2, op="frames.import", content={}, expected_revision=0)
+
+
+async def test_an_import_whose_name_is_written_with_escapes_is_one_all_the_same() -> None:
+    rig, client = in_control()
+    client.tell(
+        Management(2, SMALL_IMPORT.body.replace(b"frames.import", rb"\u0066rames\u002eimport"))
+    )
+    (job,) = rig.jobs
+    assert isinstance(job, jobs.ReadBody)
+    assert type(job.read(job.body)[1]) is FramesImport
+
+
+@pytest.mark.parametrize(
+    "body",
+    [
+        b'{"op": "why", "kind": "frames.import"}',
+        b'{"op": ["frames.import"]}',
+        rb'["frames.import", "\u0066"]',
+        b'{"op": "frames.import", ',
+        b"[" * 4_000 + b'".import"',
+    ],
+    ids=["other operation", "list", "no object", "unsound", "deep"],
+)
+async def test_what_only_speaks_of_an_import_is_answered_at_once(body: bytes) -> None:
+    rig, client = in_control()
+    client.tell(Management(2, body))
+    assert answered(client) == [2]
+    assert not rig.jobs
+
+
+async def test_what_comes_behind_a_small_import_waits_for_its_answer_in_order() -> None:
+    rig, client = in_control()
+    client.tell(SMALL_IMPORT, asking(3))
+    client.tell(move(4))
+    await client.until_handled()
+    assert answered(client) == []
+    rig.plan()
+    await client.until_handled()
+    assert answered(client) == [2, 3, 4]
+
+
+async def test_a_stop_behind_a_small_import_acts_at_once() -> None:
+    rig, client = in_control()
+    client.tell(SMALL_IMPORT, asking(3))
+    client.tell(SoftwareStop(4, "now"))
+    assert rig.core.cell.stop is not None
+    assert codes(client) == {4: V.ACCEPTED}
+
+
+async def test_a_small_import_is_not_read_for_who_has_not_logged_in() -> None:
+    rig = ByteRig(Desk(BOOK).login, plans_at_once=False)
+    client = rig.client()
+    client.tell(hello())
+    client.heard()
+    client.tell(SMALL_IMPORT)
+    (told,) = client.heard()
+    assert refusal(told)["code"] == V.LOGIN_NEEDED
+    assert not rig.jobs
 
 
 async def test_a_stop_behind_a_large_body_acts_at_once_and_overtakes_what_waits() -> None:
