@@ -1,5 +1,6 @@
 """The walks of events through the server: how they are counted, their budgets, and their page."""
 
+import gc
 import json
 import sys
 import threading
@@ -250,11 +251,31 @@ def test_other_threads_do_not_count(product: SimpleNamespace) -> None:
     assert traced(in_a_thread).calls == 1
 
 
+def test_what_others_left_behind_is_not_finished_within_a_walk(product: SimpleNamespace) -> None:
+    unfinished = product.numbers()
+    next(unfinished)
+    garbage: list[object] = [unfinished]
+    garbage.append(garbage)
+    thresholds = gc.get_threshold()
+
+    def collecting(values: object) -> None:
+        gc.set_threshold(1, 1, 1)
+        assert len([[each] for each in range(2_000)]) == 2_000
+
+    del unfinished, garbage
+    try:
+        walk = traced(lambda: product.handle(collecting))
+    finally:
+        gc.set_threshold(*thresholds)
+    assert ("cell.py", "numbers") not in walk.functions
+    assert walk.calls == 7
+
+
 def test_the_thread_is_left_as_it_was(product: SimpleNamespace) -> None:
-    before = sys.getprofile()
+    before = sys.getprofile(), gc.isenabled()
     with pytest.raises(ZeroDivisionError), Tracer(file_of=file_of):
         raise ZeroDivisionError
-    assert sys.getprofile() is before
+    assert (sys.getprofile(), gc.isenabled()) == before
 
 
 def test_files_are_named_by_their_room() -> None:

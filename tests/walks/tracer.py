@@ -6,6 +6,7 @@ not depend on the interpreter. The emulator, the tools, the tests and all librar
 Must not know what an event is: its user names the frames that a walk begins with and leads to.
 """
 
+import gc
 import inspect
 import os
 import sys
@@ -76,6 +77,9 @@ def _folders() -> tuple[tuple[str, str], ...]:
 class Tracer:
     """Traces one walk, on the thread that enters it.
 
+    No garbage is collected meanwhile: a generator or a coroutine that others left behind unfinished
+    is entered once more when it is, and would count for whatever event is under way then.
+
     Attributes:
         walk: what was counted so far.
         is_over: nothing more will be counted.
@@ -107,9 +111,12 @@ class Tracer:
         self._stack: list[tuple[FrameType, str]] = []
         self._generators: set[FrameType] = set()
         self._before: Any = None
+        self._collected_before = False
 
     def __enter__(self) -> Self:
         """Look for the first frame from now on."""
+        self._collected_before = gc.isenabled()
+        gc.disable()
         self._before = sys.getprofile()
         sys.setprofile(self._profile)
         return self
@@ -126,6 +133,8 @@ class Tracer:
             WalkFailed: the walk did not come to its end.
         """
         sys.setprofile(self._before)
+        if self._collected_before:
+            gc.enable()
         self._stack.clear()
         self._generators.clear()
         if kind is not None:
