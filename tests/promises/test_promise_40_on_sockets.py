@@ -20,6 +20,10 @@ TICK = figure(40, "tick")
 PAGES = figure(40, "pages").count
 RATES = [figure(40, "rate"), figure(40, "all_rate"), figure(40, "redundant_rate")]
 
+
+MOVES = 0.9
+"""Share of the ticks at which the robot moves; it turns round once a second."""
+
 soak = pytest.mark.soak
 TRIALS = [
     pytest.param(ASKINGS[0], REPLIES[0], FEW, 1.0, SLACK, id="few"),
@@ -52,10 +56,12 @@ def test_promise_40_thirty_pages_ask_beside_a_robot_that_moves(
             return asyncio.run(observed(port, asking, seconds, pages=PAGES, **how))
 
         alone, beside = seen(are_silent=True), []
+        assert alone.moving > MOVES
         while figures.need_more(trials, reply.ms, slack):
             began = time.monotonic_ns()
             account = seen()
             assert account.refused == []
+            assert account.moving > MOVES
             figures.take(began, *account.replies)
             figures.idle += account.idle
             beside += account.late

@@ -2,26 +2,27 @@
 
 Each page is a connection of its own and asks at an even rate, as one that drags a ghost does: for
 the nearest answer, for all branches, or for those of an arm with a self-motion. Poses are near the
-robot's home and never twice the same. One more connection looks on at 100 Hz; times in its state
-messages show how late ticks are. The baseline is the same room with pages that keep silent, and an
-idle timer of this process stands beside both.
+robot's home and never twice the same. One more connection has the robot swing to and fro all the
+while and looks on at 100 Hz; times in its state messages show how late ticks are. The baseline is
+the same room with pages that keep silent, and an idle timer of this process stands beside both.
 """
 
 from __future__ import annotations
 
 import asyncio
+import math
 import random
 import sys
 import time
-from collections.abc import Iterator, Sequence
-from contextlib import ExitStack, contextmanager
+from collections.abc import AsyncIterator, Iterator, Sequence
+from contextlib import ExitStack, asynccontextmanager, contextmanager
 from dataclasses import dataclass, field
 from functools import partial
 from typing import Any
 
 from openpendant.motion.description.robot import serial_robot
 from openpendant.motion.kinematics.serial import Kinematics
-from openpendant.simplemsg.pendant import State
+from openpendant.simplemsg.pendant import Activity, OperatingMode, State
 from openpendant.simplemsg.verdicts import VerdictCode
 
 from ..pendants.client import PendantClient, Refused
@@ -35,6 +36,18 @@ WINDOW = 6.0
 
 _LISTENED = 100.0  # Hz
 _IDLE = 0.010  # s
+
+_SWING = 0.3
+"""How far the first joint goes to both sides [rad]."""
+
+_SWING_SPEED = 0.2
+"""Fraction of its greatest speed; so a swing takes about a second."""
+
+_MOVES = 1e-4
+"""A joint faster than this moves [rad/s]."""
+
+_SETTLED = 0.2
+"""From the begin of the motion until it counts [s]."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -68,12 +81,14 @@ class PagesSeen:
         replies: from question to answer [ms].
         refused: codes of the questions that were refused.
         late: lateness of the server's ticks [ms].
+        moving: share of the ticks at which the robot moved.
         idle: how much later than asked an idle timer of this process woke [ms].
     """
 
     replies: list[float] = field(default_factory=list)
     refused: list[int] = field(default_factory=list)
     late: list[float] = field(default_factory=list)
+    moving: float = 0.0
     idle: list[float] = field(default_factory=list)
 
 
@@ -134,31 +149,55 @@ async def observed(
     port: int, asking: Asking, seconds: float, *, are_silent: bool = False, pages: int = PAGES
 ) -> PagesSeen:
     """Have pages ask for some time; return what was seen."""
-    seen, ticks = PagesSeen(), list[int]()
+    seen, ticks, moved = PagesSeen(), list[int](), 0
 
     def tick(state: State) -> None:
+        nonlocal moved
         ticks.append(state.time_s * 1_000_000_000 + state.time_ns)
+        moved += any(abs(speed) > _MOVES for speed in state.velocities)
 
     connect = partial(PendantClient.connect, "127.0.0.1", port)
-    listener = await connect(client="listener", state_rate=_LISTENED)
+    mover = await connect(client="mover", state_rate=_LISTENED)
     asking_pages = [await connect(client=f"page {number}") for number in range(pages)]
     poses = _poses(asking.robot)
     try:
         # The first question starts the process that answers.
-        await listener.manage(_question(next(poses), asking))
-        listener.on_state = tick
-        over = time.monotonic() + seconds
-        async with asyncio.TaskGroup() as group:
-            group.create_task(_idle(seen, over))
-            if not are_silent:
-                for number, page in enumerate(asking_pages):
-                    later = number / pages / asking.rate
-                    group.create_task(_page(page, asking, poses, seen, over, later))
+        await mover.manage(_question(next(poses), asking))
+        async with _swinging(mover, asking.robot, seconds):
+            mover.on_state = tick
+            over = time.monotonic() + seconds
+            async with asyncio.TaskGroup() as group:
+                group.create_task(_idle(seen, over))
+                if not are_silent:
+                    for number, page in enumerate(asking_pages):
+                        later = number / pages / asking.rate
+                        group.create_task(_page(page, asking, poses, seen, over, later))
+            mover.on_state = None
     finally:
-        for page in (listener, *asking_pages):
+        for page in (mover, *asking_pages):
             await page.close()
     seen.late = [late / 1e6 for late in lateness(ticks)]
+    seen.moving = moved / len(ticks)
     return seen
+
+
+@asynccontextmanager
+async def _swinging(mover: PendantClient, robot: str, seconds: float) -> AsyncIterator[None]:
+    """Swing the first joint about home, longer than asked [s]; end it when the context is left."""
+    first, *others = serial_robot(robot).home_position
+    await mover.wait_until(lambda state: state.motion_possible == 1)
+    async with mover.control():
+        await mover.set_mode(OperatingMode.AUTOMATIC)
+        # Both sides, as long as a swing takes at the least, so that none is too few.
+        turns = 10 + 2 * math.ceil(seconds)
+        places = [first + (_SWING if turn % 2 else -_SWING) for turn in range(turns)]
+        swings = await mover.follow_joints([(q, *others) for q in places], speed=_SWING_SPEED)
+        await asyncio.sleep(_SETTLED)
+        yield
+        if swings.is_over:
+            raise RuntimeError("the robot came to rest before all was seen")
+        await mover.program_stop()
+        await mover.wait_until(lambda state: state.activity == Activity.IDLE)
 
 
 async def _page(

@@ -7,7 +7,7 @@ the server the end of its output. It has one job in hand at a time; who waits fo
 `planning_pool`'s business.
 
 Run as a module it is the child:
-`python -m openpendant.server.planning.pool.planning_process ROBOT...`.
+`python -m openpendant.server.planning.pool.planning_process NICENESS ROBOT...`.
 """
 
 from __future__ import annotations
@@ -45,7 +45,12 @@ from ..jobs import (
 
 log = logging.getLogger("openpendant.server")
 
-_NICENESS = 10
+NICENESS = 10
+"""Least niceness of a process that plans: a plan is computed while nothing else is to be done."""
+
+_BEHIND = 5
+"""By so much it is nicer than the server at least, which so comes first on every machine."""
+
 _RESTART_PAUSE = 0.5
 _LONGEST_PAUSE = 10.0
 _LONGEST_PLAN = 30.0
@@ -96,6 +101,7 @@ class PlanningProcess:
         *,
         name: str = "planning",
         longest: float | None = None,
+        niceness: int = NICENESS,
     ) -> None:
         """Make a planner for some robots; `keep_up` starts its process.
 
@@ -105,8 +111,9 @@ class PlanningProcess:
             name: of what it is for, in the log.
             longest: the process is ended where a job takes longer [s], once it is warm; 30 s where
                 left out.
+            niceness: the least of its processes, that of `begun` left out.
         """
-        self._name, self._longest = name, longest
+        self._name, self._longest, self._niceness = name, longest, niceness
         self.is_down = False
         self.is_warm = False
         self._robots = robots
@@ -258,7 +265,7 @@ class PlanningProcess:
 
     async def _run_once(self) -> None:
         begun, self._begun = self._begun, None
-        started = _start(self._robots) if begun is None else begun.join()
+        started = _start(self._niceness, self._robots) if begun is None else begun.join()
         self._process = process = await started
         self.is_down = self._is_doomed = False
         self._on_change()
@@ -323,11 +330,11 @@ async def _read_array(stdout: asyncio.StreamReader, size: int) -> NDArray[np.uin
     return found
 
 
-async def _start(robots: Sequence[str]) -> asyncio.subprocess.Process:
+async def _start(niceness: int, robots: Sequence[str]) -> asyncio.subprocess.Process:
     """Start a child; one that was not waited for to the end is ended, too."""
     starting = asyncio.ensure_future(
         asyncio.create_subprocess_exec(
-            *(sys.executable, "-m", __name__, *robots),
+            *(sys.executable, "-m", __name__, str(niceness), *robots),
             stdin=asyncio.subprocess.PIPE,
             stdout=asyncio.subprocess.PIPE,
         )
@@ -370,8 +377,17 @@ def _kill(process: Child) -> None:
         process.kill()
 
 
-def run_child(robots: Sequence[str], jobs: BinaryIO, answers: BinaryIO) -> None:
+def give_way(niceness: int) -> None:
+    """Make this process so nice, and nicer than the server whose priority it inherited."""
+    inherited = os.getpriority(os.PRIO_PROCESS, 0)
+    os.setpriority(os.PRIO_PROCESS, 0, max(niceness, inherited + _BEHIND))
+
+
+def run_child(
+    robots: Sequence[str], jobs: BinaryIO, answers: BinaryIO, niceness: int = NICENESS
+) -> None:
     """Answer jobs until the server closes the pipe; the body of the child process."""
+    give_way(niceness)
     try:
         _answer_jobs(robots, jobs, answers)
     except BrokenPipeError:
@@ -382,8 +398,6 @@ def run_child(robots: Sequence[str], jobs: BinaryIO, answers: BinaryIO) -> None:
 def _answer_jobs(robots: Sequence[str], jobs: BinaryIO, answers: BinaryIO) -> None:
     # The terminal's Ctrl-C goes to the whole group; the server decides when planning ends.
     signal.signal(signal.SIGINT, signal.SIG_IGN)
-    # Absolute, as the server that it inherits from may run before others.
-    os.setpriority(os.PRIO_PROCESS, 0, _NICENESS)
 
     from ..worker.job_planner import answer, warm_up
 
@@ -421,4 +435,4 @@ def _answers_on_stdout() -> BinaryIO:
 
 
 if __name__ == "__main__":
-    run_child(sys.argv[1:], sys.stdin.buffer, _answers_on_stdout())
+    run_child(sys.argv[2:], sys.stdin.buffer, _answers_on_stdout(), int(sys.argv[1]))

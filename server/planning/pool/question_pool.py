@@ -27,6 +27,9 @@ from .planning_process import PlanningProcess
 _LONGEST_ANSWER = 5.0
 """Longest that an answer may take [s]; the dearest takes a tenth of it on a busy machine."""
 
+_NICENESS = 0
+"""That of an ordinary program: who asked waits for the answer, and the questions are bounded."""
+
 
 class QuestionLine:
     """Questions of several connections, each connection's in their order."""
@@ -125,7 +128,11 @@ class QuestionPool:
         """
         self._line = QuestionLine()
         self._process = PlanningProcess(
-            robots, self.hand_out, name="questions", longest=_LONGEST_ANSWER
+            robots,
+            self.hand_out,
+            name="questions",
+            longest=_LONGEST_ANSWER,
+            niceness=_NICENESS,
         )
         self._has_begun = asyncio.Event()
 

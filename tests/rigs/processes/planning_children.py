@@ -49,16 +49,23 @@ on_both_loops = pytest.mark.parametrize(
 
 
 class Children:
-    """Starts shell commands in place of planning processes, and kills them."""
+    """Starts shell commands in place of planning processes, and kills them.
+
+    Attributes:
+        command: what is started.
+        arguments: what was to be started in its place, each time.
+    """
 
     def __init__(self, monkeypatch: pytest.MonkeyPatch) -> None:
         self.command = ECHO
+        self.arguments: list[tuple[str, ...]] = []
         self.started: list[asyncio.subprocess.Process] = []
         self._start = asyncio.create_subprocess_exec
         monkeypatch.setattr(asyncio, "create_subprocess_exec", self._start_another)
         monkeypatch.setattr(planning_process, "_RESTART_PAUSE", 0.001)
 
-    async def _start_another(self, *_: str, **pipes: int) -> asyncio.subprocess.Process:
+    async def _start_another(self, *given: str, **pipes: int) -> asyncio.subprocess.Process:
+        self.arguments.append(given)
         self.started.append(await self._start("sh", "-c", self.command, **pipes))  # type: ignore[arg-type]
         return self.started[-1]
 

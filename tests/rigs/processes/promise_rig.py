@@ -67,6 +67,13 @@ class Arrival:
         (velocity,) = struct.unpack_from("<f", self.frame, 4 * (4 + 4 + 10))
         return float(velocity)
 
+    @property
+    def joint_positions(self) -> tuple[float, ...] | None:
+        """Positions of ten joints [rad or m]; None where this is no set-point with velocities."""
+        if self.msg_type != MsgType.JOINT_TRAJ_PT_FULL or self.is_stop:
+            return None
+        return struct.unpack_from("<10f", self.frame, 4 * (4 + 4))
+
 
 @dataclass(eq=False)
 class _End:
@@ -314,26 +321,35 @@ class PromiseRig:
 
 
 @contextmanager
-def promise_rig(folder: Path, *, is_open: bool = False, **settings: Any) -> Iterator[PromiseRig]:
-    """Run an emulated UR5 and a server in T1 for it, on free ports.
+def promise_rig(
+    folder: Path,
+    *,
+    robot: str = "ur5",
+    is_open: bool = False,
+    emulator_arguments: tuple[str, ...] = (),
+    **settings: Any,
+) -> Iterator[PromiseRig]:
+    """Run an emulated robot and a server in T1 for it, on free ports.
 
     Args:
         folder: for what they write.
         is_open: the server takes connections at any rate.
+        emulator_arguments: more of them for the emulator.
         settings: tables of the server's settings.
     """
     with ExitStack() as stack:
         referee = folder / "referee.json"
         emulator = stack.enter_context(
             warm(
-                *("openpendant.controller_emulator", "--robot", "ur5"),
+                *("openpendant.controller_emulator", "--robot", robot),
                 *("--motion-port", "0", "--state-port", "0", "--report", str(referee)),
+                *emulator_arguments,
             )
         )
         controller = RecordingController()
         stack.callback(controller.close)
         config = folder / "cell.toml"
-        config.write_text(_config(controller, folder, settings), encoding="utf-8")
+        config.write_text(_config(robot, controller, folder, settings), encoding="utf-8")
         module = _OPEN_SERVER if is_open else _SERVER
         server = stack.enter_context(warm(module, "--config", str(config)))
         control = stack.enter_context(_peer("forwarder", controller.control))
@@ -358,7 +374,9 @@ def _late(ticks: list[int]) -> list[float]:
     return [late / 1e6 for late in lateness(ticks)] if len(ticks) > 1 else []
 
 
-def _config(controller: RecordingController, folder: Path, settings: dict[str, Any]) -> str:
+def _config(
+    robot: str, controller: RecordingController, folder: Path, settings: dict[str, Any]
+) -> str:
     listen = {
         "pendant_port": 0,
         "ros_motion_port": "off",
@@ -373,7 +391,7 @@ def _config(controller: RecordingController, folder: Path, settings: dict[str, A
     }
     for table, values in settings.items():
         tables.setdefault(table, {}).update(values)
-    lines = ['robot = "ur5"', f"niceness = {PRIORITY}"]
+    lines = [f"robot = {json.dumps(robot)}", f"niceness = {PRIORITY}"]
     for table, values in tables.items():
         lines += [f"[{table}]", *(f"{key} = {json.dumps(value)}" for key, value in values.items())]
     return "\n".join(lines) + "\n"

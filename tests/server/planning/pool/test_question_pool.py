@@ -20,6 +20,7 @@ from rigs.processes.planning_children import (
     Children,
     on_both_loops,
     run,
+    running_pool,
     until,
 )
 
@@ -32,6 +33,7 @@ from openpendant.server.planning.jobs import (
 )
 from openpendant.server.planning.pool import question_pool
 from openpendant.server.planning.pool.planning_pool import PlanningPool
+from openpendant.server.planning.pool.planning_process import NICENESS, give_way
 from openpendant.server.planning.pool.question_pool import QuestionLine, QuestionPool
 from openpendant.server.refusal import Refusal
 from openpendant.server.settings.cell_settings import EventLoop
@@ -265,6 +267,51 @@ def test_questions_never_wait_among_the_plans(children: Children) -> None:
 
     children.command = BUSY
     assert run("asyncio", test()) == []
+
+
+@pytest.mark.realtime
+def test_whoever_waits_for_an_answer_waits_for_no_plan_and_for_no_ordinary_program(
+    children: Children,
+) -> None:
+    async def test() -> None:
+        answers = Answers()
+        async with running() as pool, running_pool():
+            pool.submit(question(answers, 1, 7))
+            await until(lambda: len(children.arguments) == 2)
+
+    assert run("asyncio", test()) == []
+    niceness = {int(arguments[3]) for arguments in children.arguments}
+    assert niceness == {0, NICENESS}
+
+
+class Priorities:
+    """The system's priorities, of one process that was started by a server."""
+
+    def __init__(self, monkeypatch: pytest.MonkeyPatch, inherited: int) -> None:
+        self.niceness = inherited
+        monkeypatch.setattr(os, "getpriority", lambda *_: self.niceness)
+        monkeypatch.setattr(os, "setpriority", self._set)
+
+    def _set(self, _which: int, _process: int, niceness: int) -> None:
+        assert niceness >= self.niceness, "only an administrator may"
+        self.niceness = niceness
+
+
+@pytest.mark.parametrize(
+    ("server", "asked", "becomes"),
+    [
+        pytest.param(-10, 10, 10, id="a plan"),
+        pytest.param(-10, 0, 0, id="a question"),
+        pytest.param(0, 0, 5, id="a question, and the server may not run first"),
+        pytest.param(12, 10, 17, id="a plan, and the server is to run last"),
+    ],
+)
+def test_a_process_is_as_nice_as_asked_and_nicer_than_the_server(
+    monkeypatch: pytest.MonkeyPatch, server: int, asked: int, becomes: int
+) -> None:
+    system = Priorities(monkeypatch, server)
+    give_way(asked)
+    assert system.niceness == becomes
 
 
 @pytest.mark.soak
