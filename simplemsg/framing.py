@@ -30,6 +30,9 @@ MAX_DETECTABLE_LENGTH = 65_535
 MAX_FRAME = MAX_DETECTABLE_LENGTH + PREFIX_SIZE
 """Largest frame whose byte order its length tells, bytes."""
 
+_LITTLE = struct.Struct(f"{ByteOrder.LITTLE.value}i").unpack_from
+_BIG = struct.Struct(f"{ByteOrder.BIG.value}i").unpack_from
+
 Bytes = bytes | bytearray | memoryview
 """Types that may be decoded; memory views are of single bytes."""
 
@@ -78,7 +81,8 @@ class Frame:
         """Return the 32-bit integer at an offset from the first byte, None behind the last one."""
         if len(self.data) < offset + 4:
             return None
-        (value,) = struct.unpack_from(f"{self.byte_order.value}i", self.data, offset)
+        unpack = _LITTLE if self.byte_order is ByteOrder.LITTLE else _BIG
+        (value,) = unpack(self.data, offset)
         return int(value)
 
     @property

@@ -1,9 +1,11 @@
 import asyncio
 import socket
 import time
+from collections.abc import AsyncIterator
+from contextlib import asynccontextmanager
 
 import pytest
-from rigs.clock.virtual_clock import START_NS, StalledError, VirtualLoop
+from rigs.clock.virtual_clock import SETTLE_S, START_NS, StalledError, VirtualLoop
 
 HOUR_S = 3600.0
 
@@ -92,6 +94,76 @@ async def test_loopback_tcp_delivers_before_a_deadline_passes() -> None:
     await _close(writer)
     server.close()
     await server.wait_closed()
+
+
+@pytest.fixture
+def pauses(monkeypatch: pytest.MonkeyPatch) -> list[float]:
+    """The real pauses that a loop makes for what is under way."""
+    made: list[float] = []
+    monkeypatch.setattr(time, "sleep", made.append)
+    return made
+
+
+@pytest.mark.virtual_clock
+async def test_the_loop_pauses_once_for_what_is_sent_and_not_yet_received(
+    pauses: list[float],
+) -> None:
+    async with _connection() as (near, _):
+        near.send(b"points")
+        pauses.clear()
+        await _jump(3)
+        assert pauses == [SETTLE_S]
+
+
+@pytest.mark.virtual_clock
+async def test_the_loop_does_not_pause_for_what_was_received(pauses: list[float]) -> None:
+    async with _connection() as (near, far):
+        for _ in range(3):
+            near.send(b"points")
+            assert await asyncio.get_running_loop().sock_recv(far, 10) == b"points"
+            pauses.clear()
+            await _jump(1)
+            assert pauses == []
+
+
+@pytest.mark.virtual_clock
+@pytest.mark.parametrize("change", ["ended", "asked for"])
+async def test_the_loop_pauses_once_where_a_connection_changes(
+    change: str, pauses: list[float]
+) -> None:
+    async with _connection() as (near, _):
+        with socket.socket() as other:
+            other.setblocking(False)
+            if change == "ended":
+                near.shutdown(socket.SHUT_WR)
+            else:
+                with pytest.raises(OSError, match=r"refused|in progress"):
+                    other.connect(near.getsockname())
+            pauses.clear()
+            await _jump(3)
+            assert pauses == [SETTLE_S]
+
+
+async def _jump(times: int) -> None:
+    """Let the clock jump so often."""
+    for _ in range(times):
+        await asyncio.sleep(0.01)
+
+
+@asynccontextmanager
+async def _connection() -> AsyncIterator[tuple[socket.socket, socket.socket]]:
+    """Connect two sockets over TCP, and let the loop watch a third one, to which nothing comes."""
+    loop = asyncio.get_running_loop()
+    with socket.create_server(("127.0.0.1", 0)) as server, socket.socket() as near:
+        server.setblocking(False)
+        near.setblocking(False)
+        await loop.sock_connect(near, server.getsockname())
+        far, _ = await loop.sock_accept(server)
+        with far:
+            loop.add_reader(server, lambda: None)
+            await _jump(1)
+            yield near, far
+            loop.remove_reader(server)
 
 
 def test_waiting_for_what_never_comes_fails_and_names_who_waits(virtual_loop: VirtualLoop) -> None:

@@ -15,14 +15,15 @@ import sys
 import time
 from collections.abc import Callable
 from concurrent.futures import Executor
-from functools import cache, partial
+from functools import cache, partial, wraps
 from typing import Protocol, TypeVar, TypeVarTuple
 
 # Not zero, as no real monotonic clock starts there: code that takes 0 for "never" is found out.
 START_NS = 1_000_000_000_000
 
 # The kernel delivers over loopback TCP within the sender's call, but under load it may put that off
-# to another thread. One short real pause before each jump gives it the chance.
+# to another thread. One short real pause before a jump gives it the chance, where `UNDER_WAY` says
+# that something may still come: a pause before each jump was a quarter of the processor time.
 SETTLE_S = 50e-6
 
 _PR_SET_TIMERSLACK = 29  # from linux/prctl.h
@@ -44,12 +45,40 @@ class StalledError(RuntimeError):
     """Nothing is ready, no timer is set and nothing arrives: the test would wait for ever."""
 
 
+class UnderWay:
+    """What the sockets of this process have sent and nobody has received yet.
+
+    Attributes:
+        size: bytes sent and not received, of all sockets together; below zero where bytes are
+            received that had been given up.
+        is_changing: the other end has yet to notice that a connection is asked for or ends.
+    """
+
+    def __init__(self) -> None:
+        """Begin with what sockets may have done that nobody followed."""
+        self.size = 0
+        self.is_changing = True
+
+    def __bool__(self) -> bool:
+        """Return True if something may still arrive."""
+        return self.size != 0 or self.is_changing
+
+    def give_up(self) -> None:
+        """Expect nothing more: whoever is to receive it does not read now, or is gone."""
+        self.size = 0
+        self.is_changing = False
+
+
+UNDER_WAY = UnderWay()
+
+
 class VirtualSelector(selectors.DefaultSelector):
     """A selector that moves its own clock instead of waiting for a timer."""
 
     def __init__(self, stalled: Callable[[], str]) -> None:
         super().__init__()
         _wake_punctually()
+        _follow_all_sockets()
         self.now_ns = START_NS
         self._stalled = stalled
         self._network: set[int] = set()
@@ -82,11 +111,12 @@ class VirtualSelector(selectors.DefaultSelector):
             if not ready:
                 raise StalledError(self._stalled())
             return ready
-        if self._network:
+        if self._network and UNDER_WAY:
             time.sleep(SETTLE_S)
             ready = super().select(0)
             if ready:
                 return ready
+            UNDER_WAY.give_up()
         self.now_ns += max(1, round(timeout * 1e9))
         return []
 
@@ -96,6 +126,40 @@ def _wake_punctually() -> None:
     """Have this thread woken when its pause is over: by default the kernel adds 50 us (Linux)."""
     if sys.platform == "linux":
         ctypes.CDLL(None).prctl(_PR_SET_TIMERSLACK, 1, 0, 0, 0)
+
+
+@cache
+def _follow_all_sockets() -> None:
+    """Have what every socket of this process sends and receives counted from now on."""
+    for name in ("send", "sendto", "sendmsg", "recv", "recv_into"):
+        _count(name, -1 if name.startswith("recv") else 1)
+    for name in ("sendall", "connect", "connect_ex", "shutdown", "close"):
+        _note(name)
+
+
+def _count(name: str, sign: int) -> None:
+    """Have a method of sockets add what it returns, bytes or how many, to what is under way."""
+    method: Callable[..., bytes | int] = getattr(socket.socket, name)
+
+    @wraps(method)
+    def counted(self: socket.socket, *arguments: object, **named: object) -> bytes | int:
+        outcome = method(self, *arguments, **named)
+        UNDER_WAY.size += sign * (outcome if isinstance(outcome, int) else len(outcome))
+        return outcome
+
+    setattr(socket.socket, name, counted)
+
+
+def _note(name: str) -> None:
+    """Have a method of sockets say that a connection changes, whatever becomes of the call."""
+    method: Callable[..., object] = getattr(socket.socket, name)
+
+    @wraps(method)
+    def noted(self: socket.socket, *arguments: object, **named: object) -> object:
+        UNDER_WAY.is_changing = True
+        return method(self, *arguments, **named)
+
+    setattr(socket.socket, name, noted)
 
 
 class VirtualLoop(asyncio.SelectorEventLoop):

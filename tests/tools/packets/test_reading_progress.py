@@ -6,6 +6,7 @@ import signal
 import subprocess
 import sys
 import threading
+import time
 from collections.abc import Iterator
 from contextlib import contextmanager, suppress
 from pathlib import Path
@@ -18,6 +19,16 @@ from openpendant.tools.packets.reading.progress import WatchedInput, in_words, w
 from openpendant.tools.packets.trace import Packet, TraceDirection, entry_line, header_line
 
 PATIENCE = 60.0
+
+PIPE = 64 * 1024
+"""So many bytes a pipe holds that nobody reads; of more than that some were read."""
+
+AT_WORK = 8 * PIPE
+"""Who was given so many bytes has written as well, unless nobody takes that."""
+
+STUCK = 0.2
+"""Who reads and has read nothing more for so long waits for somebody to take its output [s]."""
+
 PING = bytes.fromhex("0c000000010000000200000000000000")
 
 
@@ -137,14 +148,37 @@ def shown(*arguments: str, terminal: int | None = None) -> Iterator[subprocess.P
                 process.stdin.close()
 
 
-def feed(process: subprocess.Popen[bytes], stop: threading.Event) -> None:
-    assert process.stdin is not None
-    try:
-        while not stop.is_set():
-            process.stdin.write(lines(2_000))
-            process.stdin.flush()
-    except BrokenPipeError:
-        return  # it has ended
+class Feeder(threading.Thread):
+    """Writes entries of a trace to a process until it is stopped, or nobody reads any more.
+
+    Attributes:
+        taken: how many bytes the pipe to the process took.
+    """
+
+    def __init__(self, process: subprocess.Popen[bytes]) -> None:
+        super().__init__()
+        assert process.stdin is not None
+        self.taken = 0
+        self.stopped = threading.Event()
+        self._pipe = process.stdin
+
+    def run(self) -> None:
+        entries = lines(200)
+        with suppress(BrokenPipeError):  # it has ended
+            while not self.stopped.is_set():
+                self._pipe.write(entries)
+                self._pipe.flush()
+                self.taken += len(entries)
+
+    def wait_until_at_work(self) -> None:
+        """Wait until the process has read much, or until it has begun and cannot go on."""
+        until = time.monotonic() + PATIENCE
+        seen, since = 0, until
+        while seen < AT_WORK and (seen <= PIPE or time.monotonic() < since + STUCK):
+            assert time.monotonic() < until
+            time.sleep(0.005)
+            if self.taken > seen:
+                seen, since = self.taken, time.monotonic()
 
 
 @pytest.mark.parametrize(
@@ -166,15 +200,13 @@ def test_an_endless_trace_is_ended_by_ctrl_c_without_a_traceback(
         assert process.stdin is not None
         assert process.stdout is not None
         assert process.stderr is not None
-        stop = threading.Event()
-        feeder = threading.Thread(target=feed, args=(process, stop))
+        feeder = Feeder(process)
         feeder.start()
         taken: list[bytes] = []
         reader = threading.Thread(target=lambda: taken.append(process.stdout.read()))  # type: ignore[union-attr]  # a pipe
         if is_read:
             reader.start()
-        # It has read more than its pipes hold, so it is at work.
-        threading.Event().wait(1.5)
+        feeder.wait_until_at_work()
         process.send_signal(signal.SIGINT)
         if not is_read:
             reader.start()
@@ -182,7 +214,7 @@ def test_an_endless_trace_is_ended_by_ctrl_c_without_a_traceback(
             assert process.wait(PATIENCE) == 130
             assert b"Traceback" not in process.stderr.read()
         finally:
-            stop.set()
+            feeder.stopped.set()
             process.kill()
             feeder.join()
             reader.join()
@@ -190,8 +222,7 @@ def test_an_endless_trace_is_ended_by_ctrl_c_without_a_traceback(
 
 def test_a_reader_that_goes_away_ends_it_without_a_traceback() -> None:
     with shown("show", "-") as process:
-        stop = threading.Event()
-        feeder = threading.Thread(target=feed, args=(process, stop))
+        feeder = Feeder(process)
         feeder.start()
         try:
             assert process.stdout is not None
@@ -201,7 +232,7 @@ def test_a_reader_that_goes_away_ends_it_without_a_traceback() -> None:
             assert process.wait(PATIENCE) == 1
             assert process.stderr.read() == b""
         finally:
-            stop.set()
+            feeder.stopped.set()
             process.kill()
             feeder.join()
 
@@ -210,15 +241,14 @@ def test_on_a_terminal_progress_is_seen_and_leaves_nothing_behind() -> None:
     outer, inner = os.openpty()
     with shown("show", "-", "--count", terminal=inner) as process:
         os.close(inner)
-        stop = threading.Event()
-        feeder = threading.Thread(target=feed, args=(process, stop))
+        feeder = Feeder(process)
         feeder.start()
         try:
             seen = b""
             while b"read " not in seen:
                 seen += os.read(outer, 1_000)
             assert b"\x1b[K" in seen
-            stop.set()
+            feeder.stopped.set()
             feeder.join()
             assert process.stdin is not None
             process.stdin.close()
@@ -227,7 +257,7 @@ def test_on_a_terminal_progress_is_seen_and_leaves_nothing_behind() -> None:
             assert process.wait(PATIENCE) == 0
             assert os.read(outer, 100_000).endswith(b"\r\x1b[K")
         finally:
-            stop.set()
+            feeder.stopped.set()
             process.kill()
             feeder.join()
             os.close(outer)

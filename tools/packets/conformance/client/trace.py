@@ -212,6 +212,8 @@ def _order_of(data: bytes, usual: ByteOrder | None) -> ByteOrder | None:
     """Return the byte order in which the length of a frame makes sense."""
     if len(data) < PREFIX_SIZE:
         return None
+    if usual is not None and Frame(data, usual).length == len(data) - PREFIX_SIZE:
+        return usual
     lengths = {order: Frame(data, order).length for order in ByteOrder}
     exact = [order for order, length in lengths.items() if length == len(data) - PREFIX_SIZE]
     plausible = [order for order, length in lengths.items() if 0 <= length <= MAX_DETECTABLE_LENGTH]

@@ -169,7 +169,9 @@ class Watch:
         for report in reversed(joints):
             if report.time < since:
                 return False
-            if _distance(report.values, newest.values) > STEADY:
+            # At rest they are equal, which is seen sooner than how far apart they are.
+            at_rest = report.values == newest.values
+            if not at_rest and _distance(report.values, newest.values) > STEADY:
                 return False
             if newest.time - report.time >= STEADY_FOR:
                 return True
