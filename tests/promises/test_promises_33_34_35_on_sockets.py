@@ -150,8 +150,13 @@ def test_promise_34_a_stale_plan_is_told_and_moves_nothing(
     figures.judge(LATE.ms, slack=slack)
 
 
+def turn(number: int) -> float:
+    """Return a turn that is another each time, to both sides, and never none."""
+    return (-1) ** number * (0.1 + 0.2 * (number % 97) / 97)
+
+
 def ptp(number: int) -> dict[str, Any]:
-    return {"kind": "ptp", "joints": [q + 0.3 * float(np.sin(number + 1.0)) for q in HOME]}
+    return {"kind": "ptp", "joints": [q + turn(number) for q in HOME]}
 
 
 def lin(number: int) -> dict[str, Any]:
