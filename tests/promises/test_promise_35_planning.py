@@ -27,7 +27,7 @@ BESIDE = Scene((SceneObject("box", Box((0.1, 0.1, 0.1)), (2.0, 2.0, 2.0)),))
 
 def turn(number: int) -> float:
     """Return a turn that is another each time, to both sides, and never none."""
-    return (-1) ** number * (0.1 + 0.2 * (number % 97) / 97)
+    return (1 if number % 2 else -1) * (0.1 + 0.2 * (number % 97) / 97)
 
 
 def ptp(number: int) -> PlanJob:

@@ -152,7 +152,7 @@ def test_promise_34_a_stale_plan_is_told_and_moves_nothing(
 
 def turn(number: int) -> float:
     """Return a turn that is another each time, to both sides, and never none."""
-    return (-1) ** number * (0.1 + 0.2 * (number % 97) / 97)
+    return (1 if number % 2 else -1) * (0.1 + 0.2 * (number % 97) / 97)
 
 
 def ptp(number: int) -> dict[str, Any]:
