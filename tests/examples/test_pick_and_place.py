@@ -12,7 +12,6 @@ import tomllib
 from contextlib import redirect_stdout
 from dataclasses import dataclass
 from io import StringIO
-from itertools import groupby
 from pathlib import Path
 from typing import Any
 
@@ -21,7 +20,7 @@ import pytest
 from numpy.typing import NDArray
 from promises.promise_figures import tell
 from rigs.clock.busy_machine import PATIENCE, PATIENT
-from rigs.processes.promise_rig import PromiseRig, promise_rig
+from rigs.processes.promise_rig import Arrival, PromiseRig, promise_rig
 
 from openpendant.motion.description.robot import serial_robot
 from openpendant.motion.frames.frame_tree import FrameTree
@@ -61,6 +60,7 @@ class Demonstration:
         facts: its constants, by name.
         said: its lines.
         sent: of each motion the set-points that reached the controller, (m, 6) [rad].
+        begins: when the first set-point of each motion reached the controller [ns].
         rests: where the emulated robot stood, (6,) each [rad]; before each motion and at the end.
         program: lines of the text of its program, as the server keeps it.
     """
@@ -68,6 +68,7 @@ class Demonstration:
     facts: dict[str, Any]
     said: list[str]
     sent: list[Array]
+    begins: list[int]
     rests: list[Array]
     program: list[str]
 
@@ -97,32 +98,47 @@ class Bench:
         with pytest.MonkeyPatch.context() as patch, redirect_stdout(said):
             patch.setattr(sys, "argv", [EXAMPLE.name, str(self._rig.pendant_port), *arguments])
             facts = runpy.run_path(str(EXAMPLE), run_name="__main__")
+        motions = self._motions(began)
+        sent = [np.array([joints_of(each) for each in motion]) for motion in motions]
+        begins = [motion[0].time for motion in motions]
         lines = said.getvalue().splitlines()
-        return Demonstration(facts, lines, self._sent(began), [], self._program())
+        return Demonstration(facts, lines, sent, begins, [], self._program())
 
-    def _sent(self, began: int) -> list[Array]:
-        motions: list[list[tuple[float, ...]]] = []
+    def _motions(self, began: int) -> list[list[Arrival]]:
+        motions: list[list[Arrival]] = []
         for arrival in self._rig.controller.arrivals[began:]:
-            if (positions := arrival.joint_positions) is None:
+            if arrival.joint_positions is None:
                 continue
             if arrival.sequence == 0:
                 motions.append([])
-            motions[-1].append(positions[: ARM.robot.dof])
-        return [np.array(motion, dtype=float) for motion in motions]
+            motions[-1].append(arrival)
+        return motions
 
     def _program(self) -> list[str]:
         with SyncPendantClient.connect("127.0.0.1", self._rig.pendant_port) as pendant:
             return list(pendant.programs.load("pick")["body"].splitlines())
 
 
-def rests_of(executed: Path) -> list[Array]:
-    """Return where the emulated robot stood for a moment, one after the other."""
+def joints_of(arrival: Arrival) -> tuple[float, ...]:
+    assert arrival.joint_positions is not None
+    return arrival.joint_positions[: ARM.robot.dof]
+
+
+def stood(executed: Path, began: int, times: list[int]) -> list[Array]:
+    """Return where the emulated robot was at some times [ns], by its own log, and at its end.
+
+    Args:
+        executed: the log, with a row every few milliseconds.
+        began: from when it counts [ns].
+        times: rising.
+    """
     with executed.open(encoding="ascii") as stream:
         rows = list(csv.DictReader(stream))
     names = [name for name in rows[0] if name.endswith(".position")]
-    places = [tuple(float(row[name]) for name in names) for row in rows]
-    stood = [(place, len(list(alike))) for place, alike in groupby(places)]
-    return [np.array(place) for place, reports in stood if reports > 2]
+    places = np.array([[float(row[name]) for name in names] for row in rows])
+    reported = [began + round(float(row["time"]) * 1e9) for row in rows]
+    last = np.searchsorted(reported, times, side="right") - 1
+    return [*places[last], places[-1]]
 
 
 def demonstrate(folder: Path, *runs: tuple[str, ...]) -> tuple[list[Demonstration], dict[str, Any]]:
@@ -133,11 +149,11 @@ def demonstrate(folder: Path, *runs: tuple[str, ...]) -> tuple[list[Demonstratio
     with promise_rig(folder, robot=ROBOT, emulator_arguments=recording, **settings) as rig:
         bench = Bench(rig)
         shown = [bench.run(*arguments) for arguments in runs]
-    rests = rests_of(executed)
+    begins = [begin for run in shown for begin in run.begins]
+    rests = stood(executed, rig.emulator_began, begins)
     for run in shown:
         # The last rest of a run is the first of the next.
-        run.rests, rests = rests[: TO_NOTHING + 2], rests[TO_NOTHING + 1 :]
-    assert len(rests) == 1
+        run.rests, rests = rests[: len(run.begins) + 1], rests[len(run.begins) :]
     return shown, json.loads(rig.referee.read_text("utf-8"))
 
 

@@ -25,8 +25,13 @@ PILLAR = Scene((SceneObject("pillar", Box((0.12, 0.12, 0.12)), tuple(MIDDLE)),))
 BESIDE = Scene((SceneObject("box", Box((0.1, 0.1, 0.1)), (2.0, 2.0, 2.0)),))
 
 
+def turn(number: int) -> float:
+    """Return a turn that is another each time, to both sides, and never none."""
+    return (1 if number % 2 else -1) * (0.1 + 0.2 * (number % 97) / 97)
+
+
 def ptp(number: int) -> PlanJob:
-    goal = tuple(value + 0.3 * np.sin(number + 1.0) for value in HOME)
+    goal = tuple(value + turn(number) for value in HOME)
     return PlanJob(number, HOME, JointPathJob(0, HOME, (goal,), 0.5, 0.25), None, BESIDE)
 
 

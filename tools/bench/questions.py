@@ -188,14 +188,15 @@ async def _swinging(mover: PendantClient, robot: str, seconds: float) -> AsyncIt
     await mover.wait_until(lambda state: state.motion_possible == 1)
     async with mover.control():
         await mover.set_mode(OperatingMode.AUTOMATIC)
-        # Both sides, as long as a swing takes at the least, so that none is too few.
+        # A swing takes a second, and twice as many are enough on any robot.
         turns = 10 + 2 * math.ceil(seconds)
         places = [first + (_SWING if turn % 2 else -_SWING) for turn in range(turns)]
         swings = await mover.follow_joints([(q, *others) for q in places], speed=_SWING_SPEED)
         await asyncio.sleep(_SETTLED)
         yield
         if swings.is_over:
-            raise RuntimeError("the robot came to rest before all was seen")
+            await swings.done()  # tells what ended it
+            raise RuntimeError("the robot arrived before all was seen")
         await mover.program_stop()
         await mover.wait_until(lambda state: state.activity == Activity.IDLE)
 

@@ -1,10 +1,12 @@
 """A pendant on a real socket that does one thing at a time, so that a test can time its bytes."""
 
+import json
 import select
 import socket
 import struct
 import time
 from collections.abc import Callable
+from typing import Any
 
 from openpendant.simplemsg import (
     PENDANT,
@@ -119,6 +121,21 @@ class WirePendant:
                     return VerdictCode(each.code)
             self.listen(0.002)
         raise AssertionError(f"no verdict for {message}")
+
+    def ask(self, op: str, **fields: Any) -> dict[str, Any]:
+        """Send a management request and return what it is answered, a refusal with its code."""
+        request = self.request()
+        before = len(self.got)
+        body = json.dumps({"op": op, **fields}).encode()
+        self.send(pendant.Management(request, body))
+        until = time.monotonic() + _PATIENCE
+        while time.monotonic() < until:
+            for each in self.got[before:]:
+                if isinstance(each, pendant.Management) and each.request_id == request:
+                    answer: dict[str, Any] = json.loads(each.body)
+                    return answer
+            self.listen(0.0005)
+        raise AssertionError(f"no answer to {op}")
 
     def request(self) -> int:
         self._request += 1

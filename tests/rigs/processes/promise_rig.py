@@ -245,12 +245,17 @@ _OPEN_SERVER = "rigs.processes.open_server"
 
 @dataclass
 class PromiseRig:
-    """The processes, and what tests do with them."""
+    """The processes, and what tests do with them.
+
+    Attributes:
+        emulator_began: when the emulator was ready, from which its log counts [ns].
+    """
 
     controller: RecordingController
     pendant_port: int
     server_pid: int
     referee: Path
+    emulator_began: int
     _stack: ExitStack
     _control: socket.socket
 
@@ -364,6 +369,7 @@ def promise_rig(
             served["pendant"],
             served["pid"],
             referee,
+            emulated["origin_ns"],
             stack.enter_context(ExitStack()),
             line,
         )
