@@ -102,6 +102,24 @@ def frames_to_json(tree: FrameTree) -> str:
     return json.dumps(document, indent=2, ensure_ascii=False, allow_nan=False) + "\n"
 
 
+def part_of_frames(tree: FrameTree, first: int, most: int) -> tuple[dict[str, Any], int]:
+    """Return some of the tools and user frames as a file's content, and how many there are in all.
+
+    Args:
+        first: number of the first that is wanted; the tools come before the frames.
+    """
+    tools, frames = tree.tools, tree.user_frames
+    behind = first + most
+    from_frame, to_frame = (max(at - len(tools), 0) for at in (first, behind))
+    content = {
+        "schema": SCHEMA,
+        "tools": [tool_to_data(tool) for tool in tools[first:behind]],
+        "selected_tool": tree.selected_tool,
+        "frames": [frame_to_data(frame) for frame in frames[from_frame:to_frame]],
+    }
+    return content, len(tools) + len(frames)
+
+
 @dataclass(frozen=True, slots=True)
 class FramesFile:
     """What a file of frames and tools says, before a tree has accepted it.

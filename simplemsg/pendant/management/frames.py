@@ -33,14 +33,16 @@ from .declaration import (
 
 
 class Frames(TypedDict):
-    """All frames and tools.
+    """All frames and tools, or those of a part.
 
     Attributes:
         content: user frames and tools, as in a file of schema `openpendant-frames/1`.
-        names: of all frames, the robot's own among them.
+        names: of all frames, the robot's own among them; in a part, of what it holds.
         frames_revision: what a change of frames is made from.
         tools_revision: what a change of tools is made from.
         problems: what is wrong with a document of the store, by its kind.
+        total: in a part, how many tools and user frames there are.
+        next: in a part, the `first` of the next one; null in the last.
     """
 
     content: dict[str, Any]
@@ -48,6 +50,8 @@ class Frames(TypedDict):
     frames_revision: int
     tools_revision: int
     problems: dict[str, str]
+    total: NotRequired[int]
+    next: NotRequired[int | None]
 
 
 class TaughtFrame(TypedDict):
@@ -78,7 +82,19 @@ class TransformedPose(TypedDict):
 
 @operation("frames.show", needs=Permission.OBSERVE)
 class ShowFrames(Request[Frames]):
-    """Return all frames and tools, which tool is selected, and the revisions."""
+    """Return all frames and tools, which tool is selected, and the revisions.
+
+    Parts belong together where both revisions are the same in them.
+
+    Raises:
+        Refused: TOO_LARGE where all do not fit an answer, so that they are to be asked for in
+            parts, from 0 on; BAD_ARGUMENT where nothing is left from `first` on.
+    """
+
+    first: Annotated[int | None, ReadAs(Annotated[int, Count(0)] | None)] = field(
+        default=None, kw_only=True
+    )
+    """the part of 50 entries from this number on, the tools being the first; null for all."""
 
 
 @operation("frames.add", needs=Permission.CHANGE_FRAMES)

@@ -102,6 +102,7 @@ ROWS = {
     "a frame renamed": Row(ask("frames.rename", name="frame 9", new_name="new", **WITH)),
     "a frame removed": Row(ask("frames.remove", name=f"frame {FRAMES - 1}", **WITH)),
     "the frames told": Row(lambda cell: cell.refused("frames.show")),
+    "a part of the frames told": Row(ask("frames.show", first=0)),
     "a tool added": Row(ask("tools.add", name="hand", tcp=POSE, expected_revision=0)),
     "a tool selected": Row(
         ask("tools.select", name="hand", expected_revision=1),

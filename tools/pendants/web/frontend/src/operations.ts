@@ -1013,13 +1013,16 @@ export interface RecordingsPlayReply {
 /** Return all frames and tools, which tool is selected, and the revisions. Role: viewer. */
 export interface FramesShowRequest {
   op: "frames.show";
+  /** the part of 50 entries from this number on, the tools being the first; null for all. */ first?: number | null;
 }
 export interface FramesShowReply {
   /** user frames and tools, as in a file of schema `openpendant-frames/1`. */ content: Record<string, unknown>;
-  /** of all frames, the robot's own among them. */ names: string[];
+  /** of all frames, the robot's own among them; in a part, of what it holds. */ names: string[];
   /** what a change of frames is made from. */ frames_revision: number;
   /** what a change of tools is made from. */ tools_revision: number;
   /** what is wrong with a document of the store, by its kind. */ problems: Record<string, unknown>;
+  /** in a part, how many tools and user frames there are. */ total?: number;
+  /** in a part, the `first` of the next one; null in the last. */ next?: number | null;
 }
 /** Add a user frame. Role: programmer. */
 export interface FramesAddRequest {
