@@ -2,16 +2,21 @@
 
 import asyncio
 import time
+from contextlib import suppress
+from dataclasses import replace
+from pathlib import Path
 from typing import Any
 
 import pytest
 from promises.promise_figures import FEW, SLACK, Figures, tell
 from promises.promise_table import Figure, figure
 from rigs.clock.busy_machine import SCALE
+from rigs.data.mesh_files import prism, stl, ur5_with_meshes
 from rigs.processes.warm_start import begun
 
 from openpendant.tools.bench import questions
 from openpendant.tools.bench.questions import ASKINGS, Asking, observed, p99, served
+from openpendant.tools.pendants.client import PendantClient
 
 pytestmark = [pytest.mark.realtime, pytest.mark.timeout(3_600)]
 
@@ -69,3 +74,41 @@ def test_promise_40_thirty_pages_ask_beside_a_robot_that_moves(
     tell(f"ticks p99 {late:.2f} ms late, without questions {before:.2f} ms")
     figures.judge(reply.ms, slack=slack)
     assert late <= before + TICK.ms * slack * SCALE
+
+
+async def downloads(port: int, sizes: list[int]) -> None:
+    """Download all meshes, again and again; note how large they were."""
+    async with await PendantClient.connect("127.0.0.1", port) as page:
+        while True:
+            for mesh in await page.shapes.meshes():
+                sizes.append(len(await page.shapes.download(mesh["hash"])))
+
+
+async def beside_downloads(port: int, asking: Asking, seconds: float) -> tuple[Any, list[int]]:
+    """Return what pages saw beside a connection that downloads all meshes, and their sizes."""
+    sizes: list[int] = []
+    downloading = asyncio.create_task(downloads(port, sizes))
+    try:
+        return await observed(port, asking, seconds, pages=PAGES), sizes
+    finally:
+        downloading.cancel()
+        with suppress(asyncio.CancelledError):
+            await downloading
+
+
+@soak
+def test_promise_40_a_reply_is_as_soon_beside_a_page_that_downloads_all_meshes(
+    tmp_path: Path,
+) -> None:
+    meshes = [stl(*prism(2_001, 0.1, 0.3 + 0.01 * number)) for number in range(3)]
+    asking = replace(ASKINGS[0], robot=str(ur5_with_meshes(tmp_path, meshes)))
+    figures = Figures("pages ask beside a download of all meshes, reply")
+    with served(asking.robot) as port:
+        while figures.need_more(REPLIES[0].trials, REPLIES[0].ms):
+            began = time.monotonic_ns()
+            account, sizes = asyncio.run(beside_downloads(port, asking, 12.0))
+            assert account.refused == []
+            assert len(sizes) >= len(meshes)
+            figures.take(began, *account.replies)
+            figures.idle += account.idle
+    figures.judge(REPLIES[0].ms)

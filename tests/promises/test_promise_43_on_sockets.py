@@ -2,14 +2,20 @@
 
 import asyncio
 import hashlib
+import json
+import socket
 import time
+from contextlib import closing
 from pathlib import Path
 
 import pytest
 from promises.promise_table import figure
-from rigs.data.mesh_files import meshed_robot, prism, stl
+from rigs.data.mesh_files import meshed_robot, prism, stl, ur5_with_meshes
 from rigs.processes.warm_start import begun
 
+from openpendant.simplemsg import PENDANT, ByteOrder, Connection, Message, Role
+from openpendant.simplemsg.pendant import MAX_PENDANT_FRAME, PROTOCOL_VERSION, Hello, Management
+from openpendant.simplemsg.verdicts import VerdictCode
 from openpendant.tools.bench import questions
 from openpendant.tools.bench.questions import served
 from openpendant.tools.cli import main
@@ -20,6 +26,13 @@ pytestmark = [pytest.mark.realtime, pytest.mark.timeout(120)]
 
 CHUNK = figure(43, "chunk").bytes
 RATE = figure(43, "rate").count
+UNREAD = figure(43, "unread").bytes
+
+KERNEL = 8 * 1024
+"""What the kernel may keep of a connection, of each side; it takes twice as much for it."""
+
+ASKED = 16
+"""Chunks that are asked for at their rate, unread: less long than the server waits for a reader."""
 
 
 async def downloads(port: int, name: str) -> tuple[bytes, float]:
@@ -48,3 +61,68 @@ def test_promise_43_a_client_downloads_a_mesh_over_a_socket(
         assert took >= (len(content) // CHUNK - 2) / RATE
         with SyncPendantClient.connect("127.0.0.1", port) as pendant:
             assert pendant.shapes.download(name) == content
+
+
+class DeafPage:
+    """A page that asks, and reads nothing before it is told to."""
+
+    def __init__(self, port: int) -> None:
+        self.received = 0
+        self._socket = socket.socket()
+        self._socket.setsockopt(socket.SOL_SOCKET, socket.SO_RCVBUF, KERNEL)
+        self._socket.connect(("127.0.0.1", port))
+        self._socket.settimeout(30.0)
+        self._wire = Connection(Role.CLIENT, PENDANT, ByteOrder.LITTLE, max_frame=MAX_PENDANT_FRAME)
+        self.say(Hello(PROTOCOL_VERSION, 0.0, "", "deaf"))
+
+    def say(self, message: Message) -> None:
+        self._socket.sendall(self._wire.send(message))
+
+    def ask(self, number: int, name: str) -> None:
+        body = json.dumps({"op": "shapes.mesh", "hash": name, "offset": 0}).encode()
+        self.say(Management(number, body))
+
+    def answers(self, last: int) -> list[dict[str, object]]:
+        """Read up to an answer; return all answers."""
+        found: list[dict[str, object]] = []
+        while True:
+            data = self._socket.recv(65_536)
+            assert data, "the server closed the connection"
+            self.received += len(data)
+            complete = self._wire.receive(data)
+            while self._wire.more:
+                complete += self._wire.receive(b"")
+            for message in complete:
+                if isinstance(message, Management):
+                    found.append(json.loads(message.body))
+                    if message.request_id == last:
+                        return found
+
+    def close(self) -> None:
+        self._socket.close()
+
+
+def test_promise_43_no_more_is_kept_of_chunks_for_a_page_that_does_not_read(
+    tmp_path: Path,
+) -> None:
+    content = stl(*prism(801, 0.1, 0.3))
+    name = hashlib.sha256(content).hexdigest()
+    robot = str(ur5_with_meshes(tmp_path, [content]))
+    with served(robot) as port, closing(DeafPage(port)) as page:
+        page.ask(0, name)
+        assert page.answers(0)[0]["offset"] == 0  # the process that answers has started
+        time.sleep(0.5)
+        page.received = 0
+        for number in range(1, ASKED + 1):
+            page.ask(number, name)
+            time.sleep(1.0 / RATE)
+        told = page.answers(ASKED)
+        assert page.received <= UNREAD + 4 * KERNEL
+        refused = [each for each in told if "code" in each]
+        assert {each["code"] for each in refused} == {VerdictCode.TOO_OFTEN}
+        assert all("unread" in str(each["text"]) for each in refused)
+        assert 1 <= len(told) - len(refused) <= 2
+        # Who reads is given the next one.
+        time.sleep(1.0 / RATE)
+        page.ask(ASKED + 1, name)
+        assert page.answers(ASKED + 1)[-1]["offset"] == 0

@@ -1,7 +1,9 @@
 """Mesh files for tests: sound ones as they are imported, and a robot that is shown by them."""
 
+import hashlib
 import struct
 from collections.abc import Mapping, Sequence
+from importlib.resources import files
 from pathlib import Path
 
 import numpy as np
@@ -78,3 +80,21 @@ def meshed_robot(
 def collision(mesh: str, more: str = "", tag: str = "collision") -> str:
     """Return a collision element of a mesh, or one of another tag."""
     return f'<{tag}>{more}<geometry><mesh filename="{mesh}"/></geometry></{tag}>'
+
+
+def ur5_with_meshes(folder: Path, meshes: Sequence[bytes]) -> Path:
+    """Write a UR5 whose forearm is shown by STL files beside it; return where it is."""
+    kept = folder / "meshes"
+    kept.mkdir()
+    entries = []
+    for content in meshes:
+        name = hashlib.sha256(content).hexdigest()
+        (kept / f"{name}.stl").write_bytes(content)
+        entries.append(
+            "- {xyz: [0.0, 0.0, 0.0], rpy: [0.0, 0.0, 0.0], link: forearm_link, form: stl,"
+            f" hash: {name}, bytes: {len(content)}, scale: [1.0, 1.0, 1.0]}}"
+        )
+    facts = (files("openpendant.motion") / "robots" / "ur5.yaml").read_text("utf-8")
+    target = folder / "ur5.yaml"
+    target.write_text("\n".join([facts, "meshes:", *entries, ""]), encoding="utf-8")
+    return target

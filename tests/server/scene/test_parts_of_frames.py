@@ -38,7 +38,8 @@ def cell(tmp_path: Path) -> Iterator[SurroundedCell]:
 
 
 def parts(cell: SurroundedCell) -> list[dict[str, Any]]:
-    found, following = [], 0
+    found: list[dict[str, Any]] = []
+    following: int | None = 0
     while following is not None:
         found.append(cell.ask("frames.show", first=following))
         following = found[-1]["next"]
