@@ -178,9 +178,13 @@ def ik(
 
         platform = mechanism(facts)
         solution = platform.solve(target, start or platform.home_position, frame=asked)
-        emit_json(
-            _solution(solution, solution.joint_position.tolist(), asked, angles), compact=True
-        )
+        lengths = solution.joint_position.tolist()
+        if _is_for_people(as_json):
+            from .kinematics_tables import print_legs
+
+            print_legs(f"{facts.name}: lengths of its legs", lengths, facts.joint_names)
+            return
+        emit_json(_solution(solution, lengths, asked, angles), compact=True)
         return
     from ..kinematics.ik import ik_choices
     from ..kinematics.ik.ik import Configurations, solve, solve_configurations
