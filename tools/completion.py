@@ -19,6 +19,7 @@ from .help_text import run_for_help
 
 _OPTION = re.compile(r"(?<![\w-])--[a-z][a-z0-9-]*")
 _COMMANDS_HEAD = re.compile(r"^(?:commands|tools):$", re.MULTILINE | re.IGNORECASE)
+_ROBOT_ARGUMENT = re.compile(r"[]{[] ?NAME\|FILE")
 _COMMAND = re.compile(r"^  ([a-z][a-z-]*)(?:  |$)")
 
 ROBOT = "--robot"
@@ -31,7 +32,8 @@ def known_words() -> dict[str, list[str]]:
     What a command whose libraries are not installed takes is not known, and left out.
     """
     plain = [name for name in COMMANDS if " " not in name]
-    words = {"": [*plain, "--help", "--version"], ROBOT: list(robot_names())}
+    robots = list(robot_names())
+    words = {"": [*plain, "--help", "--version"], ROBOT: robots}
     for name, command in COMMANDS.items():
         first, _, second = name.partition(" ")
         if second:
@@ -43,7 +45,8 @@ def known_words() -> dict[str, list[str]]:
         subcommands = _subcommands(text)
         words.setdefault(name, []).extend([*subcommands, *_options(text)])
         for each in subcommands:
-            words[f"{name} {each}"] = _options(_help_text(command.module, each))
+            text = _help_text(command.module, each)
+            words[f"{name} {each}"] = [*(robots if _takes_robot(text) else ()), *_options(text)]
     return words
 
 
@@ -53,6 +56,11 @@ def _help_text(module: str, *words: str) -> str:
 
 def _options(text: str) -> list[str]:
     return sorted(set(_OPTION.findall(text)))
+
+
+def _takes_robot(text: str) -> bool:
+    """Return True if the usage in a help text has a robot without an option before it."""
+    return _ROBOT_ARGUMENT.search(text.split("\n\n")[0]) is not None
 
 
 def _subcommands(text: str) -> list[str]:

@@ -30,7 +30,7 @@ EXAMPLES: Mapping[str, str] = {
     "robots home-check": "robots home-check ur5",
     "robots import": "robots import my_arm.urdf -o my_arm.yaml",
     "robots fk": "robots fk ur5 --joints [0,-90,90,0,90,0] --degrees",
-    "robots jacobian": "robots jacobian ur5 --joints [0,-1.57,1.57,0,1.57,0]",
+    "robots jacobian": "robots jacobian ur5 --degrees --joints [0,-90,90,-90,-90,0]",
     "robots ik": 'robots ik ur5 --pose \'{"xyz":[0.4,0.1,0.3],"rpy":[3,0,0]}\'',
     "plan": "plan --robot ur5 --goal [-0.2,-1.3,1.4,-1.6,-1.6,0]",
     "store": "store list",

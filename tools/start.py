@@ -34,7 +34,8 @@ from .child_processes import (
     python_command,
     ready,
 )
-from .console import ExitCode, as_typed, complain
+from .console import ExitCode, complain
+from .pendants.attaching import attach_command
 from .pendants.connection_errors import DEFAULT_PORT
 
 _HOST = "127.0.0.1"
@@ -123,18 +124,12 @@ def run(cell: EmulatedCell, interruptions: Interruptions) -> None:
         controller = ready(emulator, interruptions)
         server = start("the server", cell.server_command(controller["motion"], controller["state"]))
         port = ready(server, interruptions)["pendant"]
-        print(f"{cell.robot} in T1; another pendant: {attach_command(port)}", flush=True)
+        print(f"{cell.robot} in T1; another pendant: {attach_command(_HOST, port)}", flush=True)
         stack.enter_context(_kept_terminal())
         pendant = stack.enter_context(
             process("the pendant", cell.pendant_command(port), streams=Streams.TERMINAL)
         )
         _wait_for_an_end(pendant, (emulator, server), interruptions)
-
-
-def attach_command(port: int) -> str:
-    """Return the command that starts another pendant of the server on a port."""
-    where = "" if port == DEFAULT_PORT else f" {_HOST}:{port}"
-    return f"{as_typed()} pendant{where}"
 
 
 def _wait_for_an_end(pendant: Part, others: tuple[Part, ...], interruptions: Interruptions) -> None:

@@ -41,7 +41,7 @@ _IS_IT = f"is it a pendant port (default {DEFAULT_PORT})?"
 
 def main(argv: list[str] | None = None) -> int:
     """Run the command."""
-    arguments = _parser().parse_args(sys.argv[1:] if argv is None else argv)
+    arguments = _parsed(sys.argv[1:] if argv is None else argv)
     host, port = arguments.server
     try:
         tls, password = tls_context(arguments.ca), password_of(arguments.user)
@@ -71,6 +71,16 @@ def main(argv: list[str] | None = None) -> int:
     return ExitCode.OK if is_ready else ExitCode.FAILED
 
 
+def _parsed(argv: list[str]) -> argparse.Namespace:
+    """Return the arguments; `server` is where it stands, bare or behind the option."""
+    parser = _parser()
+    arguments = parser.parse_args(argv)
+    if arguments.server is not None and arguments.named is not None:
+        parser.error("HOST[:PORT] and --server both name a server; accepted: one of them")
+    arguments.server = arguments.server or arguments.named or ("127.0.0.1", DEFAULT_PORT)
+    return arguments
+
+
 def _parser() -> argparse.ArgumentParser:
     parser = argparse.ArgumentParser(
         prog="openpendant why",
@@ -79,12 +89,17 @@ def _parser() -> argparse.ArgumentParser:
         " answered or it does not want us, 130 interrupted.",
     )
     parser.add_argument(
-        "server",
+        "named",
         nargs="?",
         type=address_argument,
-        default=("127.0.0.1", DEFAULT_PORT),
         metavar="HOST[:PORT]",
         help=f"the pendant server (default: 127.0.0.1:{DEFAULT_PORT})",
+    )
+    parser.add_argument(
+        "--server",
+        type=address_argument,
+        metavar="HOST[:PORT]",
+        help="the same, as other commands take it",
     )
     parser.add_argument("--cell", default="", help="name of the cell, where it serves several")
     parser.add_argument("--kind", choices=_KINDS, default="move", help="what shall move it")

@@ -66,10 +66,7 @@ def fk(
     degrees: InDegrees = False,
     as_json: AsJson = False,
 ) -> None:
-    """Print the tool's pose for joint values: matrix, roll-pitch-yaw, quaternion.
-
-    Example: openpendant robots fk puma560 --degrees --joints [0,45,-180,0,-45,0]
-    """
+    """Print the tool's pose for joint values: matrix, roll-pitch-yaw, quaternion."""
     from ..robot_report.kinematics_report import (
         configuration_report,
         outside_report,
@@ -114,8 +111,6 @@ def jacobian(
     """Print the tool's Jacobian, its condition, manipulability and the nearest singularity.
 
     Rows are vx, vy, vz, wx, wy, wz; the RoboAnalyzer's paper has the angular ones first.
-
-    Example: openpendant robots jacobian ur5 --degrees --joints [0,-90,90,-90,-90,0]
     """
     facts = load_robot(robot)
     if not isinstance(facts, SerialRobot):
@@ -162,10 +157,7 @@ def ik(
     names: NamedAs = Names.DISPLAY,
     as_json: AsJson = False,
 ) -> None:
-    """Print joint values that put the tool at a pose, inside the limits.
-
-    Example: openpendant robots ik ur5 --all --pose '{"xyz":[0.4,0.2,0.3],"rpy":[3.14,0,0]}'
-    """
+    """Print joint values that put the tool at a pose, inside the limits."""
     facts = load_robot(robot)
     xyz, quaternion, named = parse_pose(pose, "--pose", degrees=degrees)
     asked = _frame(frame, named)
@@ -178,9 +170,13 @@ def ik(
 
         platform = mechanism(facts)
         solution = platform.solve(target, start or platform.home_position, frame=asked)
-        emit_json(
-            _solution(solution, solution.joint_position.tolist(), asked, angles), compact=True
-        )
+        lengths = solution.joint_position.tolist()
+        if _is_for_people(as_json):
+            from .kinematics_tables import print_legs
+
+            print_legs(f"{facts.name}: lengths of its legs", lengths, facts.joint_names)
+            return
+        emit_json(_solution(solution, lengths, asked, angles), compact=True)
         return
     from ..kinematics.ik import ik_choices
     from ..kinematics.ik.ik import Configurations, solve, solve_configurations

@@ -15,6 +15,7 @@ from openpendant.tools.console import cells, terminal
 from openpendant.tools.console import table as console_table
 
 from ..description.limits import JointLimits
+from .table_layout import print_table
 
 _DEGREES, _MILLIMETRES, _UNITLESS = 6, 4, 9
 """Decimals."""
@@ -102,7 +103,7 @@ def print_jacobian(title: str, told: Mapping[str, Any], called: Sequence[str]) -
     for name, row in zip(_TWIST, told["jacobian"], strict=True):
         table.add_row(*cells(name, *(_plain(value, _DEGREES) for value in row)))
     console = terminal()
-    console.print(table)
+    print_table(table, console)
     nearest = told["nearest_singularity"]
     match nearest["unit"]:
         case "rad":
@@ -162,4 +163,13 @@ def print_answers(
                 "" if contact is None else " and ".join(contact),
             )
         )
-    terminal().print(table)
+    print_table(table)
+
+
+def print_legs(title: str, lengths: Sequence[float], called: Sequence[str]) -> None:
+    """Print the one answer of a platform, the length of each leg [m]."""
+    table = console_table("leg", "mm")
+    table.title = title
+    for name, length in zip(called, lengths, strict=True):
+        table.add_row(*cells(name, millimetres(length)))
+    print_table(table)

@@ -21,6 +21,7 @@ from rich.text import Text
 from ..description.limits import JointLimits
 from ..trajectory.certificate import Certificate
 from ..trajectory.trajectory import Trajectory
+from .table_layout import print_table
 
 
 @dataclass(frozen=True, slots=True)
@@ -94,7 +95,7 @@ def print_plan(
             for q, v, factor in zip(row.position, row.velocity, scale, strict=True)
         )
         table.add_row(f"{row.time:.2f}", *cells)
-    console.print(table)
+    print_table(table, console)
     found = plan.certificate
     console.print(f"planner {plan.planner}, seed {plan.seed}, planned in {plan.plan_seconds:.3f} s")
     console.print(f"duration {motion.duration:.2f} s, {len(motion)} samples")

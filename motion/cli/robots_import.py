@@ -7,6 +7,7 @@ what is assumed to standard error, so that a script that throws the one away sti
 from __future__ import annotations
 
 import sys
+from collections.abc import Iterator
 from pathlib import Path
 from tempfile import TemporaryDirectory
 from typing import Annotated, Any
@@ -72,8 +73,9 @@ def import_robot(
         text = _text_of(content, source)
         store_meshes(content, keeper.folder, mesh_folder(target), str(source))
         _write(text, target, replace=yes)
-    is_sound = _check(target)
-    print(one_line(_about_meshes(chain, target), " "))
+    is_sound = _check(target, chain)
+    for line in _about_meshes(chain, target):
+        print(one_line(line, " "))
     if not is_sound:
         raise typer.Exit(ExitCode.FAILED)
 
@@ -141,20 +143,36 @@ def _write(text: str, target: Path, replace: bool) -> None:
         raise BadArgument("-o", str(target), f"a file that can be written ({reason})") from None
 
 
-def _about_meshes(chain: ImportedChain, target: Path) -> str:
-    """Return the last line: which meshes show the robot."""
-    if not chain.meshes:
-        return "no mesh was found: simple shapes show the robot"
+def _about_meshes(chain: ImportedChain, target: Path) -> Iterator[str]:
+    """Return the last lines: what was refused and why; last, which meshes show the robot."""
+    refused = chain.refused_meshes
+    for mesh in refused[:_SHOWN]:
+        yield f"refused: mesh {mesh}"
+    if len(refused) > _SHOWN:
+        yield f"refused: {len(refused) - _SHOWN} more; the lines of step 1 name each"
     sizes = {mesh.hash: mesh.bytes for mesh in chain.meshes}
-    total = sum(sizes.values()) / (1 << 20)
-    return f"kept {len(sizes)} meshes of {total:.1f} MiB in {mesh_folder(target)}"
+    if sizes:
+        total = sum(sizes.values()) / (1 << 20)
+        kept = f"kept {len(sizes)} meshes of {total:.1f} MiB in {mesh_folder(target)}"
+        yield f"{kept}; {len(refused)} refused" if refused else kept
+    elif refused:
+        yield f"no mesh was kept, {len(refused)} refused: simple shapes show the robot"
+    else:
+        yield "no mesh was found: simple shapes show the robot"
 
 
-def _check(target: Path) -> bool:
+def _verdict(chain: ImportedChain) -> str:
+    """Return what a sound robot is called; what is never checked belongs to it."""
+    if chain.collision and not (chain.refused_meshes and chain.unchecked):
+        return "good"
+    return f"good, but no collision is found of {', '.join(chain.unchecked)}: no shapes"
+
+
+def _check(target: Path, chain: ImportedChain) -> bool:
     from ..robot_report.robot_check import check_robot
 
     report = check_robot(target)
-    print(one_line(f"wrote {target}: {'good' if report.sound else 'BAD'}", " "))
+    print(one_line(f"wrote {target}: {_verdict(chain) if report.sound else 'BAD'}", " "))
     for line in (*report.problems, *report.remarks):
         print(f"      {one_line(line, ' ')}")
     return report.sound

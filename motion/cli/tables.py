@@ -1,7 +1,7 @@
 """Robots as tables on a terminal.
 
-Owns the layout, and the change to degrees and millimetres that only screens make. The only module
-of its folder that imports rich.
+Owns what stands in each table, and the change to degrees and millimetres that only screens make;
+`table_layout` owns how a table gives way to a narrow window.
 """
 
 from __future__ import annotations
@@ -20,6 +20,7 @@ from ..description.robot import ParallelRobot, Robot, SerialRobot
 from ..description.schema import CouplingType, DhTable, Variable, Vrm
 from ..pose import Array, Pose
 from ..robot_report.robot_report import vrm_differences
+from .table_layout import print_table
 
 if TYPE_CHECKING:
     from ..robot_report.home_check import HomeReport
@@ -42,7 +43,7 @@ def print_list(robots: Iterable[Robot]) -> None:
                 _known(robot.specs.reach_m, 1000.0),
             )
         )
-    terminal().print(table)
+    print_table(table)
 
 
 def print_robot(robot: Robot, called: Mapping[str, str], dh_exactness: str = "") -> None:
@@ -55,11 +56,11 @@ def print_robot(robot: Robot, called: Mapping[str, str], dh_exactness: str = "")
     console.print(Text(f"{robot.name}: {robot.manufacturer} {robot.model}"), style="bold")
     console.print(_facts(robot, called))
     if isinstance(robot, ParallelRobot):
-        console.print(_legs(robot))
+        print_table(_legs(robot), console)
     else:
-        console.print(_limits(robot, called))
+        print_table(_limits(robot, called), console)
         if robot.dh is not None:
-            console.print(_dh(robot.dh, called))
+            print_table(_dh(robot.dh, called), console)
             if dh_exactness:
                 console.print(Text(f"DH table and joints: {dh_exactness}"))
     for note in robot.notes:
@@ -75,7 +76,7 @@ def print_frames(robot: SerialRobot, frames: Sequence[Pose], called: Mapping[str
         origin = (_rounded(1000.0 * value) for value in frame.position)
         axes = (_direction(frame.rotation[:, axis]) for axis in range(3))
         table.add_row(*cells(str(index), joint, *origin, *axes))
-    terminal().print(table)
+    print_table(table)
 
 
 def print_homes(
@@ -106,7 +107,7 @@ def print_homes(
                 "good" if report.is_good else "BAD",
             )
         )
-    terminal().print(table)
+    print_table(table)
 
 
 def print_vrm(
@@ -143,7 +144,7 @@ def print_vrm(
             )
         )
     console = terminal()
-    console.print(table)
+    print_table(table, console)
     console.print(Text(f"its tool pose and ours: {difference}"))
 
 

@@ -27,8 +27,11 @@ SCHEMA = "robot-facts/1"
 MAX_MESHES = 128
 """Most meshes of a robot: an answer that lists them fits a frame."""
 
-MESH_FOLDER = "meshes"
-"""Folder beside a robot file with the meshes and hulls that it names."""
+MESH_FOLDER = "openpendant-meshes"
+"""Folder beside a robot file with the meshes and hulls that it names.
+
+Not `meshes`: that is the name of most folders which a URDF takes its own from.
+"""
 
 # Strict, so that YAML's `yes` and `on` are not taken for the number 1.
 Real: TypeAlias = Annotated[float, Field(strict=True, allow_inf_nan=False)]

@@ -78,6 +78,7 @@ class ImportedChain:
         display_names: names of the driven joints on screens, if the description has them.
         remarks: decisions of the reader, in words.
         meshes: those that show its links.
+        refused_meshes: those that are no use, each once with the reason, in words.
     """
 
     file: str
@@ -92,6 +93,7 @@ class ImportedChain:
     display_names: tuple[str, ...] | None = None
     remarks: tuple[str, ...] = ()
     meshes: tuple[MeshFacts, ...] = ()
+    refused_meshes: tuple[str, ...] = ()
 
     @property
     def root(self) -> str:
@@ -107,6 +109,11 @@ class ImportedChain:
     def links(self) -> tuple[str, ...]:
         """The links, root to tip."""
         return (self.root, *(joint.child for joint in self.joints))
+
+    @property
+    def unchecked(self) -> tuple[str, ...]:
+        """The links without a shape, root to tip: no collision of theirs is found."""
+        return tuple(link for link in self.links if link not in self.collision)
 
     @property
     def driven(self) -> tuple[ImportedJoint, ...]:

@@ -116,7 +116,7 @@ def _model(chain: ImportedChain, wishes: Wishes, decisions: Decisions) -> dict[s
     )
     for remark in chain.remarks:
         decisions.done(step, "remark", remark)
-    bare = [link for link in chain.links if link not in chain.collision]
+    bare = chain.unchecked
     decisions.done(
         step,
         "collision shapes",

@@ -88,13 +88,18 @@ class UrdfJoint:
 
 @dataclass(frozen=True, slots=True)
 class UrdfLink:
-    """Element `link`: its mass [kg] if stated, its collision shapes, the meshes that show it."""
+    """Element `link`: its mass [kg] if stated, its collision shapes, the meshes that show it.
+
+    Attributes:
+        refused: the meshes that are no use, each with the reason, in words.
+    """
 
     name: str
     mass: float | None
     shapes: tuple[Shape, ...]
     remarks: tuple[str, ...]
     meshes: tuple[MeshFacts, ...] = ()
+    refused: tuple[str, ...] = ()
 
 
 @dataclass(frozen=True, slots=True)
@@ -155,11 +160,13 @@ def _link(element: Element, index: int, file: str, keeper: MeshKeeper | None) ->
     if mass is not None and mass < 0.0:
         raise RobotFileError(file, f"{where}.mass", f"is {mass} kg; accepted: 0 or more")
     origins = {each: _origin(each, file, where) for each in element.findall("collision")}
-    shapes, remarks = link_shapes(element, origins, file, where, keeper)
-    if keeper is None:
-        return UrdfLink(name, mass, shapes, remarks)
-    meshes, more = _link_meshes(element, name, file, keeper)
-    return UrdfLink(name, mass, shapes, (*remarks, *more), meshes)
+    refused: list[str] = []
+    shapes, remarks = link_shapes(element, origins, file, where, refused, keeper)
+    meshes: tuple[MeshFacts, ...] = ()
+    if keeper is not None:
+        meshes, more = _link_meshes(element, name, file, refused, keeper)
+        remarks = (*remarks, *more)
+    return UrdfLink(name, mass, shapes, remarks, meshes, tuple(refused))
 
 
 def _joint(element: Element, index: int, file: str) -> UrdfJoint:
@@ -321,6 +328,7 @@ def link_shapes(
     origin_of: dict[Element, Placement],
     file: str,
     where: str,
+    refused: list[str],
     keeper: MeshKeeper | None = None,
 ) -> tuple[tuple[Shape, ...], tuple[str, ...]]:
     """Return a link's collision shapes, and a remark for each that was replaced or left out.
@@ -329,6 +337,7 @@ def link_shapes(
         origin_of: placement in the link's frame of each of its `collision` elements.
         file: the file's name, for messages and for finding meshes.
         where: the link, in words.
+        refused: gets the meshes that are no use, in words.
         keeper: makes the hulls of meshes; without it boxes stand for them.
     """
     shapes: list[Shape] = []
@@ -336,7 +345,7 @@ def link_shapes(
     for index, collision in enumerate(link.findall("collision")):
         place = f"{where}.collision[{index}]"
         for geometry in collision.findall("geometry"):
-            for found, remark in _geometry(geometry, file, place, keeper):
+            for found, remark in _geometry(geometry, file, place, refused, keeper):
                 if found is not None:
                     shapes.append(_moved(found, origin_of[collision]))
                 if remark:
@@ -345,7 +354,7 @@ def link_shapes(
 
 
 def _geometry(
-    geometry: Element, file: str, where: str, keeper: MeshKeeper | None
+    geometry: Element, file: str, where: str, refused: list[str], keeper: MeshKeeper | None
 ) -> Iterator[tuple[Shape | None, str]]:
     for form in geometry:
         place = f"{where}.{form.tag}"
@@ -361,7 +370,7 @@ def _geometry(
                 (length,) = _lengths(form, "length", 1, file, place)
                 yield _round(form.tag, radius, length)
             case "mesh":
-                yield _mesh(form, file, place, keeper)
+                yield _mesh(form, file, place, refused, keeper)
             case _:
                 yield None, f"collision shape {shortened(form.tag)} is not known and left out"
 
@@ -381,12 +390,14 @@ def _round(tag: str, radius: float, length: float) -> tuple[Shape, str]:
 
 
 def _mesh(
-    form: Element, file: str, where: str, keeper: MeshKeeper | None
+    form: Element, file: str, where: str, refused: list[str], keeper: MeshKeeper | None
 ) -> tuple[Shape | None, str]:
-    shown = f"mesh {shortened(form.get('filename', ''))}"
+    name = shortened(form.get("filename", ""))
+    shown = f"mesh {name}"
     try:
         _, mesh, scale = _read_mesh(form, file, where)
     except MeshFileError as error:
+        refused.append(f"{name} {error.problem}")
         return None, f"{shown} {error.problem}; no shape stands for it"
     box, points = box_and_frame(mesh.vertices * np.array(scale))
     if keeper is None:
@@ -418,7 +429,7 @@ def _read_mesh(
 
 
 def _link_meshes(
-    link: Element, name: str, file: str, keeper: MeshKeeper
+    link: Element, name: str, file: str, refused: list[str], keeper: MeshKeeper
 ) -> tuple[tuple[MeshFacts, ...], tuple[str, ...]]:
     """Keep the meshes that show a link: those of `visual`, or where none is any use, `collision`.
 
@@ -434,8 +445,9 @@ def _link_meshes(
                 try:
                     found.append(_kept_mesh(form, element, name, file, where, keeper))
                 except (MeshFileError, RobotFileError) as error:
+                    shown = shortened(form.get("filename", ""))
+                    refused.append(f"{shown} {error.problem}")
                     if tag == "visual":
-                        shown = shortened(form.get("filename", ""))
                         remarks.append(
                             f"link {name!r}: mesh {shown} {error.problem}; it is not shown"
                         )

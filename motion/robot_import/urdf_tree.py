@@ -236,7 +236,8 @@ def chain_to(model: UrdfModel, tip: str) -> ImportedChain:
     shapes: dict[str, tuple[Shape, ...]] = {link: model.links[link].shapes for link in links}
     remarks = [remark for link in links for remark in model.links[link].remarks]
     meshes = [mesh for link in links for mesh in model.links[link].meshes]
-    remarks += _fold_branches(model, tree, links, shapes, meshes)
+    refused = [mesh for link in links for mesh in model.links[link].refused]
+    remarks += _fold_branches(model, tree, links, shapes, meshes, refused)
     if len(meshes) > MAX_MESHES:
         remarks.append(f"only the first {MAX_MESHES} of {len(meshes)} meshes are kept")
     remarks += _readings(way)
@@ -250,6 +251,7 @@ def chain_to(model: UrdfModel, tip: str) -> ImportedChain:
         base_frame=_base_frame(tree),
         remarks=tuple(remarks),
         meshes=tuple(meshes[:MAX_MESHES]),
+        refused_meshes=tuple(dict.fromkeys(refused)),
     )
 
 
@@ -315,6 +317,7 @@ def _fold_branches(
     links: list[str],
     shapes: dict[str, tuple[Shape, ...]],
     meshes: list[MeshFacts],
+    refused: list[str],
 ) -> Iterator[str]:
     children = tree.below
     on_chain = set(links)
@@ -328,6 +331,7 @@ def _fold_branches(
             placement = compose(parent, joint.origin)
             found = tuple(_placed(shape, placement) for shape in model.links[joint.child].shapes)
             shapes[link] = (*shapes[link], *found)
+            refused += model.links[joint.child].refused
             for mesh in model.links[joint.child].meshes:
                 moved = compose(placement, mesh)
                 to = {"link": link, "xyz": moved.xyz, "rpy": moved.rpy}

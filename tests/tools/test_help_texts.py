@@ -45,6 +45,10 @@ def test_every_command_has_a_help_text_of_one_style_with_an_example() -> None:
         assert not {"usage:", "options:", "positional arguments:"} & set(lines), command
 
 
+def test_every_help_text_has_one_example() -> None:
+    assert {each for each in commands() if help_of(each).count("Example:") != 1} == set()
+
+
 def test_every_help_text_fits_eighty_columns() -> None:
     for command in ("", *commands()):
         too_long = [each for each in help_of(command).split("\n") if len(each) > COLUMNS]
@@ -107,6 +111,10 @@ def completed(line: str, folder: Path) -> list[str]:
         ("openpendant start --robot ur", ["ur5"]),
         ("openpendant start --robot ur5 --pen", ["--pendant-port"]),
         ("openpendant packets conformance --ju", ["--junit"]),
+        ("openpendant robots show ur", ["ur5"]),
+        ("openpendant robots ik ur5 --al", ["--all"]),
+        ("openpendant robots home-check ur5 pum", ["puma560"]),
+        ("openpendant robots list ur", []),
         ("openpendant nothing", []),
     ],
 )
@@ -114,6 +122,12 @@ def test_bash_completes_commands_options_and_robots(
     line: str, offered: list[str], tmp_path: Path
 ) -> None:
     assert completed(line, tmp_path) == offered
+
+
+def test_robots_are_offered_to_every_command_that_takes_one_by_its_name() -> None:
+    offered = {each for each in commands() if "ur5" in words()[each]}
+    names = ("show", "draw", "check", "home-check", "fk", "jacobian", "ik")
+    assert offered == {f"robots {each}" for each in names}
 
 
 @pytest.mark.parametrize("shell", ["bash", "zsh", "fish"])

@@ -98,6 +98,21 @@ def test_where_several_cells_are_served_the_option_and_their_names_are_told(
     assert shown.endswith("name a cell; here: left, right; say which by --cell NAME\n")
 
 
+@pytest.mark.parametrize("option", [[], ["--server"]], ids=["bare", "behind its option"])
+def test_the_server_is_given_bare_or_behind_its_option(
+    capsys: pytest.CaptureFixture[str], unused_tcp_port: int, option: list[str]
+) -> None:
+    assert why.main([*option, f"127.0.0.1:{unused_tcp_port}"]) == 69
+    assert f"nobody listens at 127.0.0.1:{unused_tcp_port}" in capsys.readouterr().err
+
+
+def test_two_servers_are_wrong_usage(capsys: pytest.CaptureFixture[str]) -> None:
+    with pytest.raises(SystemExit) as ended:
+        why.main(["127.0.0.1:1", "--server", "127.0.0.1:2"])
+    assert ended.value.code == 2
+    assert "both name a server" in capsys.readouterr().err
+
+
 @pytest.mark.parametrize("address", ["host:", ":1", "host:0", "host:70000", "host:x"])
 def test_an_address_that_is_none_is_wrong_usage(address: str) -> None:
     with pytest.raises(SystemExit) as ended:

@@ -12,7 +12,7 @@ from rigs.data.mesh_files import CUBE_FACES, collision, cube, meshed_robot, obj,
 from rigs.data.urdf_files import SOUND, written
 
 from openpendant.motion.description.robot import load_robot, robot_from_content, serial_robot
-from openpendant.motion.description.schema import BoxFacts, HullFacts
+from openpendant.motion.description.schema import MESH_FOLDER, BoxFacts, HullFacts
 from openpendant.motion.errors import MeshFileError, RobotFileError
 from openpendant.motion.kinematics.serial import Kinematics
 from openpendant.motion.robot_import import mesh_keeping
@@ -191,9 +191,19 @@ def test_promise_43_a_mesh_is_kept_byte_for_byte_under_its_hash(
     robot = serial_robot(target)
     (mesh,) = robot.meshes
     assert mesh.hash == hashlib.sha256(content).hexdigest()
-    assert (tmp_path / "meshes" / mesh.file_name).read_bytes() == content
+    assert (tmp_path / MESH_FOLDER / mesh.file_name).read_bytes() == content
     assert (mesh.link, mesh.bytes, mesh.scale) == ("b", len(content), (1.0, 1.0, 1.0))
     assert lines[-1].startswith("kept 1 meshes of 0.0 MiB in ")
+
+
+def test_the_folder_of_meshes_of_the_description_gets_no_file_from_an_import(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    (tmp_path / "meshes").mkdir()
+    files = {"meshes/part.stl": stl(cube())}
+    target, _ = imported(tmp_path, capsys, meshed_robot(tmp_path, files))
+    assert len(serial_robot(target).meshes) == 1
+    assert [each.name for each in (tmp_path / "meshes").iterdir()] == ["part.stl"]
 
 
 def test_an_import_that_finds_no_mesh_says_so_in_its_last_line(
@@ -201,7 +211,52 @@ def test_an_import_that_finds_no_mesh_says_so_in_its_last_line(
 ) -> None:
     _, lines = imported(tmp_path, capsys, written(tmp_path, SOUND))
     assert lines[-1] == "no mesh was found: simple shapes show the robot"
-    assert not (tmp_path / "meshes").exists()
+    assert not (tmp_path / MESH_FOLDER).exists()
+
+
+def test_an_import_of_refused_meshes_names_each_and_the_links_that_are_not_checked(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    many = bytes(80) + (10_000_000).to_bytes(4, "little")
+    files = {"many.stl": many, "large.stl": b"", "part.dae": b"<COLLADA/>"}
+    elements = {
+        link: collision(name) + collision(name, tag="visual")
+        for link, name in zip("abc", files, strict=True)
+    }
+    urdf = meshed_robot(tmp_path, files, elements)
+    with (tmp_path / "large.stl").open("wb") as file:
+        file.truncate(200_000_000)
+    _, lines = imported(tmp_path, capsys, urdf)
+    verdict = next(line for line in lines if line.startswith("wrote "))
+    assert verdict.endswith(": good, but no collision is found of a, b, c, d: no shapes")
+    why = ("counts 10000000 triangles", f"larger than {32 << 20} bytes", "COLLADA")
+    for name, reason, line in zip(files, why, lines[-4:-1], strict=True):
+        assert line.startswith(f"refused: mesh '{name}' ")
+        assert reason in line
+    assert lines[-1] == "no mesh was kept, 3 refused: simple shapes show the robot"
+
+
+def test_an_import_that_keeps_one_mesh_of_two_says_both(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    files = {"part.stl": stl(cube()), "part.dae": b"<COLLADA/>"}
+    elements = {"b": collision("part.stl"), "c": collision("part.dae")}
+    _, lines = imported(tmp_path, capsys, meshed_robot(tmp_path, files, elements))
+    assert any(
+        line.endswith("good, but no collision is found of a, c, d: no shapes") for line in lines
+    )
+    assert lines[-1].startswith("kept 1 meshes of 0.0 MiB in ")
+    assert lines[-1].endswith("; 1 refused")
+
+
+def test_a_refused_mesh_of_a_link_that_has_a_shape_leaves_it_good(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    box = '<collision><geometry><box size="0.1 0.1 0.1"/></geometry></collision>'
+    elements = dict.fromkeys("abcd", box) | {"b": box + collision("part.dae", tag="visual")}
+    urdf = meshed_robot(tmp_path, {"part.dae": b"<COLLADA/>"}, elements)
+    _, lines = imported(tmp_path, capsys, urdf)
+    assert any(line.startswith("wrote ") and line.endswith(": good") for line in lines)
 
 
 def test_meshes_of_visual_are_shown_and_those_of_collision_only_without(tmp_path: Path) -> None:

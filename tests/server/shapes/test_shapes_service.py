@@ -15,6 +15,7 @@ from rigs.data.mesh_files import meshed_robot, prism, stl
 from rigs.motion.loaded_robots import serial_robot
 
 from openpendant.motion.description.robot import SerialRobot, load_robot, robot_names
+from openpendant.motion.description.schema import MESH_FOLDER
 from openpendant.motion.kinematics.pinocchio_model import model_map
 from openpendant.motion.kinematics.serial import Kinematics
 from openpendant.motion.pose import Array, Pose
@@ -221,8 +222,8 @@ def test_a_mesh_whose_file_is_gone_or_short_is_refused(
     copied = tmp_path / "copied.yaml"
     copied.write_bytes(file.read_bytes())
     gone = answer_shapes(str(copied), ReadMesh(name))
-    (tmp_path / "meshes").mkdir()
-    (tmp_path / "meshes" / f"{name}.stl").write_bytes(content[:100])
+    (tmp_path / MESH_FOLDER).mkdir()
+    (tmp_path / MESH_FOLDER / f"{name}.stl").write_bytes(content[:100])
     short = answer_shapes(str(copied), ReadMesh(name, 100))
     for found in (gone, short):
         assert not isinstance(found, ShapesFound)

@@ -6,6 +6,7 @@ import sys
 from functools import partial
 
 from ...console import ExitCode
+from ..attaching import attach_command
 from ..client import PendantClient, Refused
 from .running import CommandOutput, facts_of, parser, run, server_access
 
@@ -29,7 +30,9 @@ def main(argv: list[str] | None = None) -> int:
                 output.say("ended", "the pairing code has ended, and what its guests may do")
             else:
                 code = await pendant.issue_pairing_code()
-                text = f"{code}   for: openpendant pendant HOST --pairing"
+                of_cell = ("--cell", arguments.cell) if arguments.cell else ()
+                command = attach_command(*arguments.server, *of_cell, "--pairing")
+                text = f"{code}   for: {command}"
                 output.say("code", text, code=code)
         except Refused as refused:
             output.complain("refused", refused.explained, **facts_of(refused))

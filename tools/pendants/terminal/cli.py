@@ -25,6 +25,7 @@ import typer
 from openpendant.simplemsg.verdicts import VerdictCode
 
 from ...console import ExitCode, command, complain, run
+from ..attaching import attach_command
 from ..client import (
     DEFAULT_PORT,
     PendantClient,
@@ -161,6 +162,9 @@ def pendant(
 
         end_with_terminal([sys.stdin.fileno(), sys.stderr.fileno()])
         screen = PendantApp(connect, log_in)
+        screen.panel.attach_command = attach_command(
+            host, port, *(("--cell", cell) if cell else ())
+        )
         screen.panel.cell.names_as_in_file = names is ShownNames.FILE
         with told_of_unprotected_secrets(screen.panel.messages.add):
             gave_up = screen.run(mouse=False)

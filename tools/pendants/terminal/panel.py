@@ -57,6 +57,7 @@ class Panel:
         question: the question on the display; None for none.
         why: the lines of the last answer to why the robot does not move.
         scroll: first shown line of a long text.
+        attach_command: what starts another pendant of this server.
         shows_keys: all keys stand on the screen, in the place of all that can wait.
     """
 
@@ -77,6 +78,7 @@ class Panel:
         self.question: Question | None = None
         self.why: tuple[str, ...] = ()
         self.scroll = 0
+        self.attach_command = "openpendant pendant"
         self.shows_keys = False
 
     def greeted(self) -> list[Command]:

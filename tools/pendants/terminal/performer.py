@@ -246,7 +246,9 @@ class Performer:
                 await self._change(command)
             case do.AskPairingCode():
                 code = await client.issue_pairing_code()
-                self._panel.messages.add(f"pairing code {code}: openpendant pendant --pairing")
+                self._panel.messages.add(
+                    f"pairing code {code}: {self._panel.attach_command} --pairing"
+                )
             case do.EndPairing():
                 await client.end_pairing()
                 self._panel.messages.add(

@@ -32,6 +32,16 @@ async def test_an_admin_gets_a_code_with_which_a_guest_logs_in_until_it_is_ended
             await PendantClient.connect(port=server.port, user="lea", pairing=code)
 
 
+async def test_the_code_stands_with_the_command_for_this_very_server(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setenv("OPENPENDANT_PASSWORD", PASSWORDS["ann"])
+    async with guarded_server(tmp_path) as server:
+        assert await types(server, "ann") == 0
+        told = f"openpendant pendant 127.0.0.1:{server.port} --pairing\n"
+        assert capsys.readouterr().out.endswith(told)
+
+
 async def test_nobody_but_an_admin_gets_one(
     tmp_path: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
 ) -> None:
