@@ -16,11 +16,11 @@ from .commands import (
     CellList,
     ChooseTool,
     Command,
-    DeletePosition,
-    DropPlan,
     EndPairing,
     EndRecording,
     ExecutePlan,
+    ForgetPlan,
+    ForgetPosition,
     GoHome,
     PlanWay,
     PlayBack,
@@ -179,7 +179,7 @@ def _position(told: Mapping[str, Any], revision: int) -> Entry:
         "2": ("plan", PlanWay(name)),
     }
     if told["kind"] == "user":
-        delete = Choice(f"Delete {name}?", {"1": ("yes", DeletePosition(name, revision))})
+        delete = Choice(f"Delete {name}?", {"1": ("yes", ForgetPosition(name, revision))})
         options["3"] = ("teach", moving_position(TeachPosition(name, revision)))
         options["4"] = ("delete", delete)
     place = f"{name}  {x:.0f} {y:.0f} {z:.0f} mm"
@@ -196,7 +196,7 @@ def _plan(told: Mapping[str, Any]) -> Entry:
     facts = [
         # The preview of a program is looked at; who wants the motion runs the program.
         *([Entry("execute", execute)] if is_ready and kind != "program" else []),
-        *([Entry("drop", DropPlan(number))] if is_ready else []),
+        *([Entry("drop", ForgetPlan(number))] if is_ready else []),
         Entry(f"{state}, {float(told['expires_in']):.0f} s left" if is_ready else state),
         Entry(f"{duration:.2f} s, {samples} samples"),
         Entry(f"{kind}, by {told['maker']}"),

@@ -267,7 +267,7 @@ class TeachPosition:
 
 
 @dataclass(frozen=True, slots=True)
-class DeletePosition:
+class ForgetPosition:
     """Forget a named position.
 
     Attributes:
@@ -293,7 +293,7 @@ class ExecutePlan:
 
 
 @dataclass(frozen=True, slots=True)
-class DropPlan:
+class ForgetPlan:
     """Forget a plan."""
 
     plan: int
@@ -344,8 +344,8 @@ ChangesList: TypeAlias = (
     | ChooseTool
     | SwitchOutput
     | TeachPosition
-    | DeletePosition
-    | DropPlan
+    | ForgetPosition
+    | ForgetPlan
 )
 """Whatever changes what one of the cell's lists has, and moves nothing."""
 

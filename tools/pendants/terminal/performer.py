@@ -312,10 +312,10 @@ class Performer:
                 kept = await client.positions.save(name, expected_revision=revision)
                 warning = f": {kept['warning']}" if kept["warning"] else ""
                 said = f"position {name} is where the robot stands{warning}"
-            case do.DeletePosition(name=name, revision=revision):
+            case do.ForgetPosition(name=name, revision=revision):
                 await client.positions.delete(name, expected_revision=revision)
                 said = f"position {name} is deleted"
-            case do.DropPlan(plan=number):
+            case do.ForgetPlan(plan=number):
                 await client.plans.drop(number)
                 said = f"plan {number} is dropped"
         self._panel.messages.add(said)

@@ -170,7 +170,7 @@ def test_each_list_is_asked_for_by_two_keys(rig: PanelRig, key: str, kind: CellL
         (CellList.SIGNALS, ("escape",), []),
         (CellList.PLANS, ("enter", "enter", "1"), [do.ExecutePlan(7)]),
         (CellList.PLANS, ("enter", "enter", "2"), []),
-        (CellList.PLANS, ("enter", "down", "enter"), [do.DropPlan(7)]),
+        (CellList.PLANS, ("enter", "down", "enter"), [do.ForgetPlan(7)]),
         (CellList.PLANS, ("down", "enter", "enter"), []),
         (CellList.POSITIONS, ("enter", *"up", "enter"), [do.TeachPosition("up", 5)]),
         (CellList.POSITIONS, ("enter", "enter"), []),
@@ -182,7 +182,7 @@ def test_each_list_is_asked_for_by_two_keys(rig: PanelRig, key: str, kind: CellL
         (CellList.POSITIONS, ("down", "enter", "4"), []),
         (CellList.POSITIONS, ("down", "down", "enter", "3", "1"), [PARKED]),
         (CellList.POSITIONS, ("down", "down", "enter", "3", "2"), []),
-        (CellList.POSITIONS, ("down", "down", "enter", "4", "1"), [do.DeletePosition("park", 5)]),
+        (CellList.POSITIONS, ("down", "down", "enter", "4", "1"), [do.ForgetPosition("park", 5)]),
         (CellList.POSITIONS, ("down", "down", "enter", "4", "4"), []),
     ],
 )
