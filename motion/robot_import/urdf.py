@@ -21,7 +21,15 @@ from ..description.rules import MAX_GAIN
 from ..description.schema import MeshFacts, Placement, Shape
 from ..errors import RobotFileError
 from .mesh_keeping import MeshKeeper
-from .urdf_shapes import UNIT_TOLERANCE, check_within, link_meshes, link_shapes, origin
+from .urdf_shapes import (
+    UNIT_TOLERANCE,
+    Materials,
+    check_within,
+    link_meshes,
+    link_shapes,
+    materials_of,
+    origin,
+)
 from .xml_reader import number, numbers, read_xml
 
 MAX_LINKS = 1000
@@ -99,7 +107,11 @@ def read_urdf(path: Path, keeper: MeshKeeper | None = None) -> UrdfModel:
         raise RobotFileError(file, "", f"begins with <{root.tag[:80]}>; accepted: a URDF's <robot>")
     if len(root.findall("link")) > MAX_LINKS:
         raise RobotFileError(file, "", f"has more than {MAX_LINKS} links")
-    links = [_link(each, index, file, keeper) for index, each in enumerate(root.findall("link"))]
+    materials = materials_of(root)
+    links = [
+        _link(each, index, file, keeper, materials)
+        for index, each in enumerate(root.findall("link"))
+    ]
     joints = [_joint(each, index, file) for index, each in enumerate(root.findall("joint"))]
     _refuse_repeated("link", (link.name for link in links), file)
     _refuse_repeated("joint", (joint.name for joint in joints), file)
@@ -126,7 +138,9 @@ def _refuse_repeated(what: str, names: Iterable[str], file: str) -> None:
             )
 
 
-def _link(element: Element, index: int, file: str, keeper: MeshKeeper | None) -> UrdfLink:
+def _link(
+    element: Element, index: int, file: str, keeper: MeshKeeper | None, materials: Materials
+) -> UrdfLink:
     name = _name(element, f"link[{index}]", file)
     where = f"link {name!r}"
     mass_element = element.find("inertial/mass")
@@ -137,7 +151,7 @@ def _link(element: Element, index: int, file: str, keeper: MeshKeeper | None) ->
     shapes, remarks = link_shapes(element, origins, file, where, keeper)
     if keeper is None:
         return UrdfLink(name, mass, shapes, remarks)
-    meshes, more = link_meshes(element, name, file, keeper)
+    meshes, more = link_meshes(element, name, file, keeper, materials)
     return UrdfLink(name, mass, shapes, (*remarks, *more), meshes)
 
 

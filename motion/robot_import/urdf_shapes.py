@@ -5,12 +5,14 @@ by the smaller of a capsule and a box, a mesh by its convex hull, or by a box ar
 where it is thin or has none. A link whose mesh cannot be read has no shape for it, and a remark
 says so. The box around a mesh is the smaller of two: along the mesh's own axes and along its
 principal axes. Faces are not needed: a convex shape around all vertices is around all faces.
+
+Owns also which material shows a mesh: its own, or one that is referred to by its name.
 """
 
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from pathlib import Path
 from urllib.parse import unquote, urlsplit
 from xml.etree.ElementTree import Element
@@ -203,10 +205,27 @@ def _read_mesh(
     return path, mesh, (x, y, z)
 
 
+Materials = Mapping[str, Element]
+"""Elements `material` that say a colour, by the name that others refer to."""
+
+
+def materials_of(root: Element) -> Materials:
+    """Return the materials of a file: those of the robot, then those that a link says first."""
+    found: dict[str, Element] = {}
+    for each in (*root.findall("material"), *root.findall("link/visual/material")):
+        name = each.get("name", "")
+        if name and each.find("color") is not None:
+            found.setdefault(name, each)
+    return found
+
+
 def link_meshes(
-    link: Element, name: str, file: str, keeper: MeshKeeper
+    link: Element, name: str, file: str, keeper: MeshKeeper, materials: Materials
 ) -> tuple[tuple[MeshFacts, ...], tuple[str, ...]]:
     """Keep the meshes that show a link: those of `visual`, or where none is any use, `collision`.
+
+    Args:
+        materials: those that an element may refer to.
 
     Returns:
         The meshes, and a remark for each of `visual` that was left out.
@@ -218,7 +237,8 @@ def link_meshes(
             where = f"link {name!r}.{tag}[{index}]"
             for form in element.findall("geometry/mesh"):
                 try:
-                    found.append(_kept_mesh(form, element, name, file, where, keeper))
+                    colour = _colour(element, materials, file, f"{where}.material")
+                    found.append(_kept_mesh(form, element, name, colour, file, where, keeper))
                 except (MeshFileError, RobotFileError) as error:
                     if tag == "visual":
                         shown = shortened(form.get("filename", ""))
@@ -231,22 +251,39 @@ def link_meshes(
 
 
 def _kept_mesh(
-    form: Element, element: Element, link: str, file: str, where: str, keeper: MeshKeeper
+    form: Element,
+    element: Element,
+    link: str,
+    colour: str | None,
+    file: str,
+    where: str,
+    keeper: MeshKeeper,
 ) -> MeshFacts:
     path, mesh, scale = _read_mesh(form, file, f"{where}.mesh")
     placement = origin(element, file, where)
-    colour = element.find("material/color")
-    rgba = None if colour is None else numbers(colour, "rgba", 4, file, f"{where}.material")
     return MeshFacts(
         link=link,
         hash=keeper.keep(mesh, path),
         form=mesh.form,
         bytes=len(mesh.content),
         scale=scale,
-        colour=None if rgba is None else _hexadecimal(rgba[:3]),
+        colour=colour,
         xyz=placement.xyz,
         rpy=placement.rpy,
     )
+
+
+def _colour(element: Element, materials: Materials, file: str, where: str) -> str | None:
+    """Return the colour of a `visual`: its own, or that of the material it refers to by name."""
+    material = element.find("material")
+    if material is None:
+        return None
+    stated = material.find("color")
+    if stated is None:
+        referred = materials.get(material.get("name", ""))
+        stated = None if referred is None else referred.find("color")
+    rgba = None if stated is None else numbers(stated, "rgba", 4, file, where)
+    return None if rgba is None else _hexadecimal(rgba[:3])
 
 
 def _hexadecimal(colour: Sequence[float]) -> str:
