@@ -94,9 +94,9 @@ async def _plan(
             arguments.csv.write_text(samples_as_csv(rows, joints), "utf-8")
     except Refused as refused:
         if refused.code == VerdictCode.NO_MOTION and arguments.execute and not arguments.csv:
-            output.say("completed", "plan: the robot is there already")
+            output.say("completed", "the robot is there already")
             return ExitCode.OK
-        output.complain("refused", f"plan: {explained(refused)}", **facts_of(refused))
+        output.complain("refused", explained(refused), **facts_of(refused))
         return ExitCode.FAILED
     except OSError as error:
         output.complain("unwritten", f"{arguments.csv}: {error.strerror or error}")
@@ -136,10 +136,11 @@ def plan_in_words(made: MadePlan, joints: Sequence[JointFacts]) -> Iterator[str]
     pose = made["end_pose"]
     x, y, z = (1e3 * each for each in pose["position"])
     a, b, c = map(math.degrees, roll_pitch_yaw(pose["orientation"]))
-    yield f"tool then at X {x:.1f} Y {y:.1f} Z {z:.1f} mm, A {a:.1f} B {b:.1f} C {c:.1f}°"
+    yield f"tool then at X {x:z.1f} Y {y:z.1f} Z {z:z.1f} mm, A {a:z.1f} B {b:z.1f} C {c:z.1f}°"
     for worst in made["certificate"]["worst"]:
         name = names.get(worst["joint"], worst["joint"])
-        yield f"{worst['quantity']} at most {worst['ratio']:.0%} of its limit ({name})"
+        quantity = worst["quantity"].replace("_", " ")
+        yield f"{quantity} at most {worst['ratio']:.0%} of its limit ({name})"
     near = made["clearance"]
     if near is not None:
         yield (
@@ -147,12 +148,13 @@ def plan_in_words(made: MadePlan, joints: Sequence[JointFacts]) -> Iterator[str]
             f" {near['second']}, after {near['at']:.2f} s"
         )
     why = made["why"]
-    if why is not None:
+    # This command takes the authority where it executes, so that is nothing to tell.
+    if why is not None and why["code"] != VerdictCode.NOT_IN_CONTROL:
         yield f"would not be executed now: {why['text']}"
 
 
 def _joint_value(joint: JointFacts, value: float) -> str:
-    return f"{1e3 * value:.1f} mm" if joint["unit"] == "m" else f"{math.degrees(value):.2f}°"
+    return f"{1e3 * value:z.1f} mm" if joint["unit"] == "m" else f"{math.degrees(value):z.2f}°"
 
 
 _BETWEEN_QUESTIONS = 0.05

@@ -27,9 +27,11 @@ MADE: Any = {
     "plan_time": 0.25,
     "end": [0.5, 1.5707963267948966],
     "end_pose": {"position": [0.1, -0.2, 0.3], "orientation": [0, 0, 0, 1]},
-    "certificate": {"worst": [{"joint": "rail", "quantity": "velocity", "ratio": 0.5, "at": 0.2}]},
+    "certificate": {
+        "worst": [{"joint": "rail", "quantity": "mean_velocity", "ratio": 0.5, "at": 0.2}]
+    },
     "clearance": {"distance": 0.0341, "first": "elbow", "second": "pillar", "at": 0.7},
-    "why": {"text": "the enabling device is not held"},
+    "why": {"code": 30, "text": "the enabling device is not held"},
 }
 
 
@@ -66,14 +68,15 @@ def test_the_facts_of_a_plan_are_told_in_degrees_and_millimetres() -> None:
         "plan 7: 1.43 s, 144 samples, by RRTConnect, seed 3 in 0.25 s",
         "ends at 500.0 mm, 90.00°",
         "tool then at X 100.0 Y -200.0 Z 300.0 mm, A 0.0 B 0.0 C 0.0°",
-        "velocity at most 50% of its limit (Rail)",
+        "mean velocity at most 50% of its limit (Rail)",
         "comes as near as 34.1 mm: elbow and pillar, after 0.70 s",
         "would not be executed now: the enabling device is not held",
     ]
 
 
-def test_nothing_is_told_of_obstacles_and_refusals_that_are_none() -> None:
-    lines = list(plan.plan_in_words(MADE | {"clearance": None, "why": None}, JOINTS))
+@pytest.mark.parametrize("why", [None, {"code": 4, "text": "not in control"}])
+def test_nothing_is_told_of_obstacles_and_refusals_that_are_none(why: Any) -> None:
+    lines = list(plan.plan_in_words(MADE | {"clearance": None, "why": why}, JOINTS))
     assert len(lines) == 4
 
 
