@@ -53,7 +53,7 @@ COMMANDS: Mapping[str, Command] = {
     "run": Command("openpendant.tools.pendants.commands.run", "run a stored program"),
     "robots": Command("openpendant.motion.cli.robots", "list, show, check, draw and import robots"),
     "plan": Command(
-        "openpendant.motion.cli.plan_command", "plan a motion offline; table, files and plot"
+        "openpendant.tools.plan", "plan a motion, offline or at a served cell; facts and files"
     ),
     "store": Command(
         "openpendant.server.cli.store_commands", "show, carry and check saved documents"

@@ -22,7 +22,7 @@ from ..errors import BadArgument, RobotFileError
 from ..robot_import.decisions import Ask, Decisions, FactSource, ImportedFact
 from ..robot_import.dh_file import ENDINGS, read_dh_file
 from ..robot_import.imported_chain import ImportedChain
-from ..robot_import.mesh_keeping import MeshKeeper, store_meshes
+from ..robot_import.mesh_keeping import MeshKeeper, stored_meshes
 from ..robot_import.new_robot import Wishes, configure, robot_name
 from ..robot_import.urdf import read_urdf
 from ..robot_import.urdf_tree import chain_to, possible_tips
@@ -71,8 +71,8 @@ def import_robot(
         content = configure(chain, wishes, decisions, keeper.folder)
         target = output or Path(f"{content['name']}.yaml")
         text = _text_of(content, source)
-        store_meshes(content, keeper.folder, mesh_folder(target), str(source))
-        _write(text, target, replace=yes)
+        with stored_meshes(content, keeper.folder, mesh_folder(target), str(source)):
+            _write(text, target, replace=yes)
     is_sound = _check(target, chain)
     for line in _about_meshes(chain, target):
         print(one_line(line, " "))

@@ -46,7 +46,7 @@ from ..description.yaml_file import MAX_FILE_BYTES, read_mapping
 from ..errors import RobotFileError
 from ..pose import Array
 from .imported_chain import ImportedChain, ImportedJoint, to_matrix, to_placement
-from .urdf import placement_of
+from .urdf_shapes import placement_of
 
 MAX_ROWS = 64
 """Most joints of a table; no robot has as many."""

@@ -3,7 +3,8 @@
 Owns the folder of meshes beside a robot file: each mesh as it was imported under its SHA-256, so
 that robots share what is the same, and the hull of each that stands for it in collision checks.
 While a description is read they are put aside in another folder, because the import may still be
-refused; `store_meshes` moves what the robot file names.
+refused; `stored_meshes` moves what the robot file names, and takes it away again where that file
+cannot be written.
 """
 
 from __future__ import annotations
@@ -11,7 +12,8 @@ from __future__ import annotations
 import hashlib
 import os
 import shutil
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator, Mapping, Sequence
+from contextlib import contextmanager, suppress
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -134,8 +136,13 @@ class MeshKeeper:
         return name, len(hull.vertices)
 
 
-def store_meshes(content: Mapping[str, Any], aside: Path, folder: Path, file: str) -> None:
-    """Put what a robot file names into the folder of meshes beside it.
+@contextmanager
+def stored_meshes(
+    content: Mapping[str, Any], aside: Path, folder: Path, file: str
+) -> Iterator[None]:
+    """Put what a robot file names into the folder of meshes beside it, which is written inside.
+
+    Where either fails nothing is left of it; what was there before stays.
 
     Args:
         content: of the robot file.
@@ -146,11 +153,26 @@ def store_meshes(content: Mapping[str, Any], aside: Path, folder: Path, file: st
     Raises:
         RobotFileError: the folder would have too many bytes, or cannot be written.
     """
-    names = sorted({*_files(content)})
+    put: list[Path] = []
+    try:
+        _store(sorted({*_files(content)}), aside, folder, file, put)
+        yield
+    except BaseException:
+        for each in reversed(put):
+            # Whoever put something else into the folder meanwhile keeps it.
+            with suppress(OSError):
+                each.rmdir() if each.is_dir() else each.unlink()
+        raise
+
+
+def _store(names: Sequence[str], aside: Path, folder: Path, file: str, put: list[Path]) -> None:
+    """Copy files into a folder, and tell in `put` what comes into being, before it does."""
     if not names:
         return
     try:
-        folder.mkdir(exist_ok=True)
+        if not folder.exists():
+            put.append(folder)
+            folder.mkdir()
         there = {each.name: each.stat().st_size for each in folder.iterdir() if each.is_file()}
         missing = [name for name in names if name not in there]
         total = sum(there.values()) + sum((aside / name).stat().st_size for name in missing)
@@ -160,6 +182,7 @@ def store_meshes(content: Mapping[str, Any], aside: Path, folder: Path, file: st
         for name in missing:
             # Whole or not at all: its name says what is in it.
             begun = folder / f".{name}.{os.getpid()}"
+            put += (begun, folder / name)
             shutil.copyfile(aside / name, begun)
             begun.replace(folder / name)
     except OSError as error:

@@ -173,6 +173,46 @@ async def test_it_jogs_records_stops_and_is_left(start_cell: Any, tmp_path: Path
     assert (await cell.end())["violations"] == 0
 
 
+DOWN, ENTER = "\x1b[B", "\r"
+
+
+async def until_it_stands(observer: PendantClient) -> None:
+    await until(observer, lambda s: s.activity == messages.Activity.IDLE and s.in_motion == 0)
+
+
+async def test_a_position_is_taught_left_and_gone_back_to_by_a_plan_as_it_was_shown(
+    start_cell: Any, tmp_path: Path
+) -> None:
+    cell = await start_cell(server=("--store", str(tmp_path / "store.db")))
+    observer = await cell.ready_pendant(client="observer")
+    async with terminal(cell.ports["pendant"]) as shown:
+        await shown.shows("pendant–server: up")
+        shown.strike("M8")
+        await shown.shows("new: type its name")
+        shown.strike(f"{ENTER}here{ENTER}")
+        await shown.shows("position here is where the robot stands")
+        taught = observer.joints()
+        shown.strike("c")
+        await until(observer, lambda s: s.holder != 0)
+        shown.strike(f"=1=5{ENTER}")
+        await until(observer, lambda s: s.positions[0] > taught[0] + math.radians(4.9))
+        await until_it_stands(observer)
+
+        shown.strike("M8")
+        await shown.shows("   here ")
+        rows = [each["name"] for each in (await observer.positions.list())["positions"]]
+        shown.strike(DOWN * (1 + rows.index("here")) + ENTER)
+        await shown.shows("2 plan")
+        shown.strike("2")
+        await shown.shows("plan 1 to here: ")
+        shown.strike(ENTER + ENTER)
+        await shown.shows("Execute plan 1?")
+        shown.strike("1")
+        await shown.shows("plan 1 ended")
+    assert observer.joints() == pytest.approx(taught, abs=1e-3)
+    assert (await cell.end())["violations"] == 0
+
+
 async def test_a_held_key_moves_and_silence_ends_it_within_the_deadline(start_cell: Any) -> None:
     cell = await start_cell(server=("--store", "off"))
     observer = await cell.ready_pendant(client="observer")

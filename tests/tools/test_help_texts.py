@@ -85,45 +85,6 @@ def test_heads_are_changed_where_they_are_heads_only() -> None:
     )
 
 
-def completed(line: str, folder: Path) -> list[str]:
-    """Return what bash offers for a line whose last word is begun."""
-    given = ["openpendant", *line.split(" ")[1:]]
-    file = folder / "completion.bash"
-    file.write_text(script("bash", words()))
-    asked = (
-        f"source {shlex.quote(str(file))}; COMP_WORDS=({shlex.join(given)});"
-        f" COMP_CWORD={len(given) - 1}; _openpendant; printf '%s\\n' \"${{COMPREPLY[@]}}\""
-    )
-    done = subprocess.run(
-        ["bash", "--norc", "-c", asked], capture_output=True, text=True, check=True
-    )
-    return done.stdout.split()
-
-
-@pytest.mark.skipif(shutil.which("bash") is None, reason="there is no bash")
-@pytest.mark.parametrize(
-    ("line", "offered"),
-    [
-        ("openpendant sta", ["start"]),
-        ("openpendant robots f", ["fk"]),
-        ("openpendant users pa", ["pair"]),
-        ("openpendant packets con", ["conformance"]),
-        ("openpendant start --robot ur", ["ur5"]),
-        ("openpendant start --robot ur5 --pen", ["--pendant-port"]),
-        ("openpendant packets conformance --ju", ["--junit"]),
-        ("openpendant robots show ur", ["ur5"]),
-        ("openpendant robots ik ur5 --al", ["--all"]),
-        ("openpendant robots home-check ur5 pum", ["puma560"]),
-        ("openpendant robots list ur", []),
-        ("openpendant nothing", []),
-    ],
-)
-def test_bash_completes_commands_options_and_robots(
-    line: str, offered: list[str], tmp_path: Path
-) -> None:
-    assert completed(line, tmp_path) == offered
-
-
 def test_robots_are_offered_to_every_command_that_takes_one_by_its_name() -> None:
     offered = {each for each in commands() if "ur5" in words()[each]}
     names = ("show", "draw", "check", "home-check", "fk", "jacobian", "ik")

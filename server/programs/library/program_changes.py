@@ -15,6 +15,7 @@ from collections.abc import Callable
 from dataclasses import dataclass, replace
 from typing import TypeAlias, cast
 
+from openpendant.motion.description.limits import JointLimits
 from openpendant.motion.errors import MotionError
 from openpendant.motion.frames.frame_tree import BASE, TOOL, FrameTree
 from openpendant.motion.pose import Pose
@@ -48,6 +49,7 @@ from ..editing.edit_history import EditStep, History, Renumbering, Splice
 from ..editing.program_tasks import BodyEdited, Done, EditBody, HeadTaken, TakeHead
 from ..language.program import OwnRobot, Program, check_robot
 from ..language.program_json import program_from_json
+from ..language.taught_numbers import taught_joints, taught_position
 from .kept_breakpoints import KeptBreakpoints, KeptFields
 from .program_loader import ProgramLoader, ProgramWork
 
@@ -69,11 +71,14 @@ class Standing:
     frames: FrameTree
 
 
-def standing_now(cell: RobotCell, robot: RobotModel, now: int) -> Standing | Refusal:
-    """Return where the robot stands, or why no point can be taught now."""
-    joints = standing_at(cell, "a point", now)
-    if isinstance(joints, Refusal):
-        return joints
+def standing_now(
+    cell: RobotCell, robot: RobotModel, limits: JointLimits, now: int
+) -> Standing | Refusal:
+    """Return where the robot stands, as people read it, or why no point can be taught now."""
+    reported = standing_at(cell, "a point", now)
+    if isinstance(reported, Refusal):
+        return reported
+    joints = taught_joints(reported, limits)
     return Standing(joints, Pose.from_values(*robot.tool_pose(joints)), robot.frames)
 
 
@@ -81,9 +86,8 @@ def _pose(at: Standing, frame: str, tool: str) -> PointPose:
     # The point's own tool, which may differ from the selected one.
     tip = at.frames.transform(tool, TOOL)
     pose = at.frames.transform(BASE, frame).compose(at.tool).compose(tip)
-    x, y, z = pose.position.tolist()
     qx, qy, qz, qw = pose.quaternion.tolist()
-    return PointPose((x, y, z), (qx, qy, qz, qw), frame, tool)
+    return PointPose(taught_position(pose.position.tolist()), (qx, qy, qz, qw), frame, tool)
 
 
 def _configuration(robot: RobotModel, joints: tuple[float, ...]) -> ArmConfiguration | None:
@@ -292,7 +296,7 @@ class ProgramChanges:
 
         The position is taken now: while the program is being loaded, the robot may move away.
         """
-        standing = standing_now(self._cell, self._robot, now)
+        standing = standing_now(self._cell, self._robot, self._own.limits, now)
         if isinstance(standing, Refusal):
             return reply_to.refuse(standing)
         point = asked.point if isinstance(asked, op.TouchUpPoint) else None

@@ -17,7 +17,7 @@ from openpendant.motion.errors import MeshFileError, RobotFileError
 from openpendant.motion.kinematics.serial import Kinematics
 from openpendant.motion.robot_import import mesh_keeping
 from openpendant.motion.robot_import.hull_process import NoHull, hull_of
-from openpendant.motion.robot_import.mesh_keeping import MeshKeeper, store_meshes
+from openpendant.motion.robot_import.mesh_keeping import MeshKeeper, stored_meshes
 from openpendant.motion.robot_import.urdf import UrdfLink, read_urdf
 from openpendant.motion.robot_import.urdf_tree import chain_to
 from openpendant.motion.scene.collision import CollisionModel, link_geometry
@@ -173,14 +173,78 @@ def test_a_folder_of_meshes_has_so_many_bytes_at_most(
     (aside / "new.stl").write_bytes(bytes(50))
     content = {"meshes": [{"hash": "new", "form": "stl"}]}
     monkeypatch.setattr(mesh_keeping, "MAX_STORE_BYTES", 109)
-    with pytest.raises(RobotFileError, match="would have 110 bytes; accepted: 109"):
-        store_meshes(content, aside, folder, "r.urdf")
+    with (
+        pytest.raises(RobotFileError, match="would have 110 bytes; accepted: 109"),
+        stored_meshes(content, aside, folder, "r.urdf"),
+    ):
+        pytest.fail("it was begun")
     assert [each.name for each in folder.iterdir()] == ["other.stl"]
     monkeypatch.setattr(mesh_keeping, "MAX_STORE_BYTES", 110)
-    store_meshes(content, aside, folder, "r.urdf")
-    # What is there counts once.
-    store_meshes(content, aside, folder, "r.urdf")
+    for _ in range(2):  # what is there counts once
+        with stored_meshes(content, aside, folder, "r.urdf"):
+            pass
     assert (folder / "new.stl").read_bytes() == bytes(50)
+
+
+def contents(folder: Path) -> dict[str, bytes | None]:
+    return {
+        str(each.relative_to(folder)): None if each.is_dir() else each.read_bytes()
+        for each in folder.rglob("*")
+    }
+
+
+@pytest.mark.parametrize("has_meshes", [False, True])
+def test_an_import_that_is_refused_for_a_file_that_is_there_leaves_nothing(
+    has_meshes: bool, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    urdf = meshed_robot(tmp_path, {"part.stl": stl(prism(5, 0.1, 0.3)[0], prism(5, 0.1, 0.3)[1])})
+    target = tmp_path / "robot.yaml"
+    target.write_text("mine")
+    if has_meshes:
+        (tmp_path / "meshes").mkdir()
+        (tmp_path / "meshes" / "other.stl").write_bytes(stl(cube()))
+    before = contents(tmp_path)
+    assert main(["robots", "import", str(urdf), "-o", str(target)]) == 2
+    assert "accepted: a new file, or --yes" in capsys.readouterr().err
+    assert contents(tmp_path) == before
+
+
+def test_a_mesh_that_was_there_stays_where_an_import_fails(tmp_path: Path) -> None:
+    aside, folder = tmp_path / "aside", tmp_path / "meshes"
+    for each in (aside, folder):
+        each.mkdir()
+        (each / "shared.stl").write_bytes(bytes(5))
+    (aside / "new.stl").write_bytes(bytes(6))
+    meshes = [{"hash": "shared", "form": "stl"}, {"hash": "new", "form": "stl"}]
+    before = contents(folder)
+    stored = stored_meshes({"meshes": meshes}, aside, folder, "r.urdf")
+    stored.__enter__()
+    assert contents(folder) == before | {"new.stl": bytes(6)}
+    assert not stored.__exit__(KeyboardInterrupt, KeyboardInterrupt(), None)
+    assert contents(folder) == before
+
+
+def test_a_disk_that_is_full_leaves_no_half_of_a_mesh(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    aside, folder = tmp_path / "aside", tmp_path / "meshes"
+    aside.mkdir()
+    for name in ("a.stl", "b.stl"):
+        (aside / name).write_bytes(bytes(9))
+
+    def copy(source: Path, target: Path) -> None:
+        target.write_bytes(bytes(4 if source.name == "b.stl" else 9))
+        if source.name == "b.stl":
+            raise OSError(28, "No space left on device")
+
+    monkeypatch.setattr("shutil.copyfile", copy)
+    meshes = [{"hash": "a", "form": "stl"}, {"hash": "b", "form": "stl"}]
+    with (
+        pytest.raises(RobotFileError, match="No space left"),
+        stored_meshes({"meshes": meshes}, aside, folder, "r.urdf"),
+    ):
+        pytest.fail("it was begun")
+    assert not folder.exists()
 
 
 def test_promise_43_a_mesh_is_kept_byte_for_byte_under_its_hash(
@@ -275,6 +339,51 @@ def test_meshes_of_visual_are_shown_and_those_of_collision_only_without(tmp_path
     )
     assert (second.link, second.form, second.colour) == ("c", "stl", None)
     assert len(chain.collision["b"]) == 1
+
+
+RED = '<material name="paint"><color rgba="1 0 0 1"/></material>'
+BLUE = '<material name="paint"><color rgba="0 0 1 1"/></material>'
+PAINT, OTHER = '<material name="paint"/>', '<material name="none"/>'
+
+
+@pytest.mark.parametrize(
+    ("of_robot", "of_links", "colours"),
+    [
+        pytest.param(RED, (PAINT, PAINT), ("#ff0000", "#ff0000"), id="of the robot, by name"),
+        pytest.param(RED, (BLUE, PAINT), ("#0000ff", "#ff0000"), id="its own before the robot's"),
+        pytest.param("", (RED, PAINT), ("#ff0000", "#ff0000"), id="of another link, by name"),
+        pytest.param("", (PAINT, RED), ("#ff0000", "#ff0000"), id="of a link further down"),
+        pytest.param(RED + BLUE, (PAINT, ""), ("#ff0000", None), id="the first of two"),
+        pytest.param(RED, (OTHER, ""), (None, None), id="one that is not there"),
+        pytest.param(PAINT, (PAINT, ""), (None, None), id="one without a colour"),
+        pytest.param(RED, ("<material/>", ""), (None, None), id="one without a name"),
+    ],
+)
+def test_a_material_that_is_referred_to_by_name_is_found(
+    of_robot: str, of_links: tuple[str, str], colours: tuple[str | None, ...], tmp_path: Path
+) -> None:
+    elements = {
+        link: collision("part.stl", material, "visual")
+        for link, material in zip("bc", of_links, strict=True)
+    }
+    urdf = meshed_robot(tmp_path, {"part.stl": stl(cube())}, elements)
+    urdf.write_text(urdf.read_text().replace("<link", f"{of_robot}<link", 1))
+    aside = tmp_path / "aside"
+    aside.mkdir()
+    links = read_urdf(urdf, MeshKeeper(aside)).links
+    assert tuple(links[each].meshes[0].colour for each in "bc") == colours
+
+
+def test_a_colour_that_is_none_is_refused_at_the_mesh_that_it_shows(tmp_path: Path) -> None:
+    bad = '<material name="paint"><color rgba="1 0"/></material>'
+    elements = {"b": collision("part.stl", PAINT, "visual")}
+    urdf = meshed_robot(tmp_path, {"part.stl": stl(cube())}, elements)
+    urdf.write_text(urdf.read_text().replace("<link", f"{bad}<link", 1))
+    aside = tmp_path / "aside"
+    aside.mkdir()
+    link = read_urdf(urdf, MeshKeeper(aside)).links["b"]
+    assert link.meshes == ()
+    assert "it is not shown" in link.remarks[-1]
 
 
 def test_the_collision_model_uses_the_hull_and_not_its_box(

@@ -22,7 +22,8 @@ from openpendant.motion.errors import RobotFileError
 from openpendant.motion.pose import Pose
 from openpendant.motion.robot_import.dh_derivation import chain_pose
 from openpendant.motion.robot_import.imported_chain import ImportedChain
-from openpendant.motion.robot_import.urdf import bounding_box, read_urdf
+from openpendant.motion.robot_import.urdf import read_urdf
+from openpendant.motion.robot_import.urdf_shapes import bounding_box
 from openpendant.motion.robot_import.urdf_tree import chain_to, possible_tips
 from openpendant.motion.robot_import.xml_reader import MAX_XML_BYTES
 

@@ -48,12 +48,12 @@ async def move(pendant: PendantClient, output: CommandOutput, what: str, begin: 
                     task.uncancel()
                 return await _interrupted(pendant, output, what)
     except Aborted as aborted:
-        output.complain("aborted", f"{what}: {_explained(aborted)}", **facts_of(aborted))
+        output.complain("aborted", f"{what}: {explained(aborted)}", **facts_of(aborted))
     except Refused as refused:
         if refused.code == VerdictCode.NO_MOTION:
             output.say("completed", f"{what}: the robot is there already")
             return ExitCode.OK
-        output.complain("refused", f"{what}: {_explained(refused)}", **facts_of(refused))
+        output.complain("refused", f"{what}: {explained(refused)}", **facts_of(refused))
     return ExitCode.FAILED
 
 
@@ -109,7 +109,7 @@ async def _interrupted(pendant: PendantClient, output: CommandOutput, what: str)
     return ExitCode.INTERRUPTED
 
 
-def _explained(refused: Refused) -> str:
+def explained(refused: Refused) -> str:
     """Return a refusal with its remedy at a terminal."""
     here = _NO_DEVICE.get(refused.code) if isinstance(refused.code, VerdictCode) else None
     return refused.explained if here is None else f"{refused} -> {here}"

@@ -1,4 +1,4 @@
-"""Lists of what the cell has beside programs: recordings, frames, tools, scene, signals.
+"""Lists of what the cell has beside programs: recordings, frames, tools, scene, positions, plans.
 
 Owns what each entry of a list says and does when it is selected. The lists are the server's answers
 at one moment; a change names the revision of the list, and the server refuses one that is old.
@@ -8,7 +8,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
-from typing import Any
+from typing import Any, TypeAlias
 
 from .commands import (
     AskList,
@@ -18,10 +18,16 @@ from .commands import (
     Command,
     EndPairing,
     EndRecording,
+    ExecutePlan,
+    ForgetPlan,
+    ForgetPosition,
+    GoHome,
+    PlanWay,
     PlayBack,
     SwitchOutput,
+    TeachPosition,
 )
-from .prompts import Choice, TextEntry, TextPurpose
+from .prompts import Choice, PositionName, TextEntry, TextPurpose, moving_position
 
 
 @dataclass(frozen=True, slots=True)
@@ -31,7 +37,7 @@ class ChosenFrame:
     name: str
 
 
-Selected = Command | Choice | TextEntry | ChosenFrame
+Selected: TypeAlias = "Command | Choice | TextEntry | ChosenFrame | Listing"
 """What an entry does when it is selected."""
 
 
@@ -69,13 +75,16 @@ class Listing:
         return self
 
 
+_PLACE_OF_PAIRING = 5
+"""Among the lists, from 0: keys that people know stay, and lists that came later follow."""
+
+
 def lists_choice() -> Choice:
     """Return the question which list is wanted; the pairing code is an admin's."""
-    options: dict[str, tuple[str, Command | Choice]] = {
-        str(number): (each.value, AskList(each)) for number, each in enumerate(CellList, 1)
-    }
     pairing = Choice("Pairing code", {"1": ("new", AskPairingCode()), "2": ("end", EndPairing())})
-    return Choice("Show?", {**options, str(len(options) + 1): ("pairing", pairing)})
+    options: list[tuple[str, Command | Choice]] = [(each.value, AskList(each)) for each in CellList]
+    options.insert(_PLACE_OF_PAIRING, ("pairing", pairing))
+    return Choice("Show?", {str(number): each for number, each in enumerate(options, 1)})
 
 
 def listing_of(kind: CellList, answer: Mapping[str, Any]) -> Listing:
@@ -96,6 +105,11 @@ def listing_of(kind: CellList, answer: Mapping[str, Any]) -> Listing:
             entries = [Entry(_in_words(each)) for each in answer["content"]["objects"]]
         case CellList.SIGNALS:
             entries = _signals(answer)
+        case CellList.POSITIONS:
+            entries = _positions(answer)
+        case CellList.PLANS:
+            # The last one that was made is the one that is wanted.
+            entries = [_plan(each) for each in reversed(answer["plans"])]
     return Listing(kind.value, tuple(entries))
 
 
@@ -147,3 +161,46 @@ def _signals(answer: Mapping[str, Any]) -> list[Entry]:
 
 def _lamp(value: object) -> str:
     return "ON" if value else "off"
+
+
+def _positions(answer: Mapping[str, Any]) -> list[Entry]:
+    revision, told = int(answer["revision"]), answer["positions"]
+    own = tuple(str(each["name"]) for each in told if each["kind"] == "user")
+    name = PositionName(TextPurpose.POSITION, taken=own, revision=revision)
+    return [Entry("new: type its name", name), *(_position(each, revision) for each in told)]
+
+
+def _position(told: Mapping[str, Any], revision: int) -> Entry:
+    """Return the entry of a position; `!` marks one where the robot may not stand."""
+    name = str(told["name"])
+    x, y, z = (1000.0 * float(value) for value in told["pose"]["position"])
+    options: dict[str, tuple[str, Command | Choice]] = {
+        "1": ("go there", GoHome(name)),
+        "2": ("plan", PlanWay(name)),
+    }
+    if told["kind"] == "user":
+        delete = Choice(f"Delete {name}?", {"1": ("yes", ForgetPosition(name, revision))})
+        options["3"] = ("teach", moving_position(TeachPosition(name, revision)))
+        options["4"] = ("delete", delete)
+    place = f"{name}  {x:.0f} {y:.0f} {z:.0f} mm"
+    text = f" {place}" if told["legal"] else f"!{place}: {told['why']}"
+    return Entry(text, Choice(name, options))
+
+
+def _plan(told: Mapping[str, Any]) -> Entry:
+    """Return the entry of a plan, which leads to its facts and to what can be done with it."""
+    number, state, kind = int(told["plan"]), str(told["state"]), str(told["kind"])
+    duration, samples = float(told["duration"]), int(told["samples"])
+    execute = Choice(f"Execute plan {number}?", {"1": ("yes", ExecutePlan(number))})
+    is_ready = state == "ready"
+    facts = [
+        # The preview of a program is looked at; who wants the motion runs the program.
+        *([Entry("execute", execute)] if is_ready and kind != "program" else []),
+        *([Entry("drop", ForgetPlan(number))] if is_ready else []),
+        Entry(f"{state}, {float(told['expires_in']):.0f} s left" if is_ready else state),
+        Entry(f"{duration:.2f} s, {samples} samples"),
+        Entry(f"{kind}, by {told['maker']}"),
+        *(Entry(str(told[field])) for field in ("label", "text") if told[field]),
+    ]
+    listing = Listing(f"plan {number}", tuple(facts))
+    return Entry(f"{number} {state}  {duration:.1f} s {kind}  {told['label']}".rstrip(), listing)

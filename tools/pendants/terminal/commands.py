@@ -103,7 +103,7 @@ class UndoJog:
 
 @dataclass(frozen=True, slots=True)
 class GoHome:
-    """Move all joints to a named position, `home` or `zero`."""
+    """Move all joints to a named position, such as `home`."""
 
     target: str
 
@@ -204,6 +204,8 @@ class CellList(Enum):
     TOOLS = "tools"
     SCENE = "scene"
     SIGNALS = "signals"
+    PLANS = "plans"
+    POSITIONS = "positions"
 
 
 @dataclass(frozen=True, slots=True)
@@ -253,6 +255,51 @@ class SwitchOutput:
 
 
 @dataclass(frozen=True, slots=True)
+class TeachPosition:
+    """Keep where the robot stands as a named position; one of the same name is moved.
+
+    Attributes:
+        revision: of the positions, as they were listed.
+    """
+
+    name: str
+    revision: int
+
+
+@dataclass(frozen=True, slots=True)
+class ForgetPosition:
+    """Forget a named position.
+
+    Attributes:
+        revision: of the positions, as they were listed.
+    """
+
+    name: str
+    revision: int
+
+
+@dataclass(frozen=True, slots=True)
+class PlanWay:
+    """Have the way to a named position planned, to be looked at; nothing moves."""
+
+    name: str
+
+
+@dataclass(frozen=True, slots=True)
+class ExecutePlan:
+    """Move the robot exactly as a plan shows."""
+
+    plan: int
+
+
+@dataclass(frozen=True, slots=True)
+class ForgetPlan:
+    """Forget a plan."""
+
+    plan: int
+
+
+@dataclass(frozen=True, slots=True)
 class AskPairingCode:
     """Request a code that makes whoever types it an operator of this cell; an admin may."""
 
@@ -286,9 +333,21 @@ BeginsMotion: TypeAlias = (
     | MoveToPose
     | RunProgram
     | PlayBack
+    | ExecutePlan
     | ResumeRobot
 )
 """Whatever lets the robot begin to move, or go on; asked for on fresh values only."""
+
+ChangesList: TypeAlias = (
+    RecordMotion
+    | EndRecording
+    | ChooseTool
+    | SwitchOutput
+    | TeachPosition
+    | ForgetPosition
+    | ForgetPlan
+)
+"""Whatever changes what one of the cell's lists has, and moves nothing."""
 
 Command: TypeAlias = (
     BeginsMotion
@@ -307,10 +366,8 @@ Command: TypeAlias = (
     | ApplyEdit
     | AskDryRun
     | AskList
-    | RecordMotion
-    | EndRecording
-    | ChooseTool
-    | SwitchOutput
+    | ChangesList
+    | PlanWay
     | AskPairingCode
     | EndPairing
     | PauseRobot

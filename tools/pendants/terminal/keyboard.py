@@ -67,7 +67,7 @@ class Intent(Enum):
     NEXT_PAGE = "next page"
     LAST_PAGE = "page before"
     LET_GO = "let go"
-    LISTS = "recordings, frames, tools, scene, signals, pairing code"
+    LISTS = "recordings, frames, tools, scene, signals, positions, plans, pairing"
     ALL_KEYS = "all keys"
 
 

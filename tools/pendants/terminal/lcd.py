@@ -9,6 +9,7 @@ from __future__ import annotations
 import math
 import textwrap
 from collections.abc import Callable, Iterable
+from itertools import zip_longest
 
 from openpendant.simplemsg.pendant import LinkState
 
@@ -222,8 +223,12 @@ _PAGES: dict[Page, Callable[[Panel, int], list[str]]] = {
 
 def _choice(question: Choice) -> list[str]:
     options = [f"{key} {text}" for key, (text, _) in question.options.items()]
-    pairs = [options[i : i + 2] for i in range(0, len(options), 2)]
-    rows = ["".join(f"{each[:9]:<10}" for each in pair) for pair in pairs]
+    half = COLUMNS // 2
+    columns = zip_longest(options[::2], options[1::2], fillvalue="")
+    rows = [f"{left[: half - 1]:<{half}}{right[:half]}" for left, right in columns]
+    if len(rows) >= ROWS:
+        # Each option counts more than the words of the question, which are those of its key.
+        return rows
     return [question.title, *rows, *[""] * (2 - len(rows)), *["other key: no"] * (len(rows) < 3)]
 
 

@@ -13,6 +13,7 @@ from collections.abc import Coroutine, Iterable, Mapping
 from typing import Any
 
 from openpendant.simplemsg.pendant import Motion, RunKind
+from openpendant.simplemsg.pendant.management.plans import PositionGoal
 from openpendant.simplemsg.verdicts import VerdictCode
 
 from ..client import (
@@ -30,7 +31,7 @@ from .cell_view import CellView
 from .commands import JOINTS, CellList, Command
 from .panel import Panel
 from .taught_program import DryRunFindings, ProgramEdit, TaughtProgram
-from .wording import refusal_line, why_lines, why_request
+from .wording import plan_line, refusal_line, why_lines, why_request
 
 _MOST_PARTS = 1_000
 """A list or a text that comes in more parts than that is taken for endless."""
@@ -134,7 +135,8 @@ class OpenPrograms:
 
 
 MOVE_SPEED = 0.1
-"""Fraction of the joints' largest speed of a move to a typed target; the override comes on top."""
+"""Fraction of the joints' largest speed of a move to a typed target, and of a plan; the override
+comes on top."""
 
 _AXES = ("x", "y", "z", "a", "b", "c")
 
@@ -242,8 +244,10 @@ class Performer:
                 await client.program_stop()
             case do.AskList(kind=kind):
                 self._panel.told_list(kind, await self._list(kind))
-            case do.RecordMotion() | do.EndRecording() | do.ChooseTool() | do.SwitchOutput():
+            case _ if isinstance(command, do.ChangesList):
                 await self._change(command)
+            case do.PlanWay(name=name):
+                await self._plan(name)
             case do.AskPairingCode():
                 code = await client.issue_pairing_code()
                 self._panel.messages.add(
@@ -284,9 +288,13 @@ class Performer:
                 return await client.scene.show()
             case CellList.SIGNALS:
                 return await client.signals.read()
+            case CellList.POSITIONS:
+                return await client.positions.list()
+            case CellList.PLANS:
+                return await client.plans.show()
         return await client.frames.show()
 
-    async def _change(self, command: Command) -> None:
+    async def _change(self, command: do.ChangesList) -> None:
         """Change what one of the cell's lists has, and say so."""
         client = self._client
         match command:
@@ -302,9 +310,25 @@ class Performer:
             case do.SwitchOutput(number=number, value=value):
                 await client.signals.set(number, value)
                 said = f"output {number} is {'on' if value else 'off'}"
-            case _:
-                raise AssertionError(f"{command} changes nothing")
+            case do.TeachPosition(name=name, revision=revision):
+                kept = await client.positions.save(name, expected_revision=revision)
+                warning = f": {kept['warning']}" if kept["warning"] else ""
+                said = f"position {name} is where the robot stands{warning}"
+            case do.ForgetPosition(name=name, revision=revision):
+                await client.positions.delete(name, expected_revision=revision)
+                said = f"position {name} is deleted"
+            case do.ForgetPlan(plan=number):
+                await client.plans.drop(number)
+                said = f"plan {number} is dropped"
         self._panel.messages.add(said)
+
+    async def _plan(self, name: str) -> None:
+        """Have the way to a named position planned; show what was found, and the plans."""
+        goal: PositionGoal = {"kind": "position", "name": name}
+        label = f"to {name}"
+        made = await self._client.plans.make(goal, speed=MOVE_SPEED, label=label)
+        self._panel.messages.add(plan_line(label, made))
+        self._panel.told_list(CellList.PLANS, await self._client.plans.show())
 
     async def _stop(self, stop: do.StopRobot) -> None:
         try:
@@ -350,6 +374,8 @@ class Performer:
                 return await move, name
             case do.RunProgram():
                 return await self._run(command)
+            case do.ExecutePlan(plan=number):
+                return await client.execute(number), f"plan {number}"
             case do.PlayBack(name=name):
                 return await client.recordings.play(name), f"recording {name}"
         raise AssertionError(f"{command} is no motion")

@@ -18,7 +18,14 @@ from openpendant.simplemsg.pendant import State
 
 from ..motions import quaternion_of, roll_pitch_yaw
 from .cell_view import CellView
-from .commands import Command, MakeProgram, MoveJoints, MoveToPose, OpenProgram
+from .commands import (
+    Command,
+    MakeProgram,
+    MoveJoints,
+    MoveToPose,
+    OpenProgram,
+    TeachPosition,
+)
 
 LONGEST_TEXT = 64
 
@@ -29,6 +36,7 @@ class TextPurpose(Enum):
     STEP = "Step: 2mm or 1.5deg"
     TARGET = "Go to: x=300;a=180"
     RECORDING = "Name of recording?"
+    POSITION = "Name of position?"
 
 
 @dataclass(frozen=True, slots=True)
@@ -62,7 +70,7 @@ class TextEntry:
     wanted: TextPurpose
     text: str = ""
 
-    def struck(self, key: str) -> TextEntry | EnteredText | None:
+    def struck(self, key: str) -> TextEntry | EnteredText | Choice | Command | None:
         """Return what a key makes of it; None where it is given up."""
         if key == "escape":
             return None
@@ -73,6 +81,34 @@ class TextEntry:
         if len(key) == 1 and key.isprintable() and len(self.text) < LONGEST_TEXT:
             return replace(self, text=self.text + key)
         return self
+
+
+@dataclass(frozen=True, slots=True)
+class PositionName(TextEntry):
+    """The name of a position that is being typed: where the robot stands gets it.
+
+    Attributes:
+        taken: positions of the cell, which are moved after a question only.
+        revision: of the positions, as they were listed.
+    """
+
+    taken: tuple[str, ...] = ()
+    revision: int = 0
+
+    def struck(self, key: str) -> PositionName | Choice | TeachPosition | None:
+        """Return what a key makes of it; None where it is given up, or has no name."""
+        if key != "enter":
+            answer = TextEntry.struck(self, key)
+            return answer if isinstance(answer, PositionName) else None
+        if not self.text:
+            return None
+        taught = TeachPosition(self.text, self.revision)
+        return moving_position(taught) if self.text in self.taken else taught
+
+
+def moving_position(taught: TeachPosition) -> Choice:
+    """Return the question to confirm that a position of the cell is moved to here."""
+    return Choice(f"{taught.name} to here?", {"1": ("yes", taught)})
 
 
 @dataclass(frozen=True, slots=True)

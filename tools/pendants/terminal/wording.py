@@ -24,6 +24,7 @@ from openpendant.simplemsg.pendant import (
     StopKind,
 )
 from openpendant.simplemsg.pendant.management.cell import JointFacts, WayOut
+from openpendant.simplemsg.pendant.management.plans import MadePlan
 from openpendant.simplemsg.verdicts import VerdictCode
 
 from ..client import Hold, Refused
@@ -334,6 +335,16 @@ def _sentence(refused: Refused, joints: Sequence[JointFacts]) -> str:
             value, limit = (joint_value(v, unit, "/s²") for v in (refused.value, refused.limit))
             return f"{who} accelerating at {value} exceeds its limit {limit}"
     return in_screen_units(refused.text or refused.cause)
+
+
+def plan_line(label: str, made: MadePlan) -> str:
+    """Return what is to know of a plan before it is executed, in one line."""
+    line = f"plan {made['plan']} {label}: {made['duration']:.2f} s, {made['samples']} samples"
+    near = made["clearance"]
+    if near is not None:
+        line += f", {1000 * near['distance']:.0f} mm from {near['first']} to {near['second']}"
+    why = made["why"]
+    return line if why is None else f"{line}; not executed now: {in_screen_units(why['text'])}"
 
 
 def why_request(mode: OperatingMode | None) -> dict[str, str]:

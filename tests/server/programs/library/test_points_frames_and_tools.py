@@ -10,6 +10,7 @@ from rigs.data.large_programs import large_body
 from openpendant.motion.description.limits import JointLimits
 from openpendant.motion.description.robot import serial_robot
 from openpendant.motion.kinematics.ik.configuration import Elbow, Shoulder, Wrist
+from openpendant.motion.kinematics.serial import Kinematics
 from openpendant.motion.pose import Pose
 from openpendant.server.programs.language.parser import parse
 from openpendant.server.programs.language.point_poses import check_consistency
@@ -72,6 +73,22 @@ def test_a_robot_that_went_on_before_the_point_was_kept_has_it_where_it_stood(
     go(cell, A)
     teach(cell, RECORD | {"point": "again"}, 2)
     assert standing == pytest.approx(cell.points()["again"]["pose"]["position"], abs=1e-6)
+
+
+@pytest.mark.parametrize("asked", [RECORD, TOUCH_UP])
+def test_a_point_is_taught_as_people_read_it_and_its_pose_is_that_of_its_joints(
+    cell: BusyCell, asked: dict[str, Any]
+) -> None:
+    go(cell, (0.123456789123, *A[1:]))
+    teach(cell, asked)
+    taught = cell.points()[asked["point"]]
+    assert math.degrees(taught["joints"][0]) == pytest.approx(
+        round(math.degrees(taught["joints"][0]), 6), abs=1e-12
+    )
+    for value in taught["pose"]["position"]:
+        assert 1000 * value == pytest.approx(round(1000 * value, 4), abs=1e-10)
+    reached = Kinematics(serial_robot("ur5")).forward(taught["joints"]).position
+    assert taught["pose"]["position"] == pytest.approx(reached.tolist(), abs=6e-8)
 
 
 @pytest.mark.parametrize("asked", [RECORD, TOUCH_UP])

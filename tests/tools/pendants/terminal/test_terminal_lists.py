@@ -11,6 +11,15 @@ from openpendant.tools.pendants.terminal import lcd, screen_text
 from openpendant.tools.pendants.terminal.commands import CellList
 from openpendant.tools.pendants.terminal.keyboard import KEYBOARD, legend
 from openpendant.tools.pendants.terminal.missing_steps import missing_steps, steps_line
+from openpendant.tools.pendants.terminal.wording import plan_line
+
+
+def position(name: str, kind: str, *, legal: bool = True, why: str = "") -> dict[str, Any]:
+    pose = {"position": [0.4, -0.1, 0.25], "orientation": [0, 0, 0, 1]}
+    return {"name": name, "kind": kind, "pose": pose, "legal": legal, "why": why}
+
+
+PARKED = do.TeachPosition("park", 5)
 
 ANSWERS: dict[CellList, dict[str, Any]] = {
     CellList.RECORDINGS: {
@@ -26,6 +35,43 @@ ANSWERS: dict[CellList, dict[str, Any]] = {
         "content": {"objects": [{"name": "crate", "position": [0.5, 0, -0.25], "frame": "base"}]}
     },
     CellList.SIGNALS: {"offered": True, "inputs": [True], "outputs": [False, True]},
+    CellList.PLANS: {
+        "plans": [
+            {
+                "plan": 6,
+                "state": "stale",
+                "kind": "free",
+                "label": "",
+                "maker": "page",
+                "duration": 2.5,
+                "samples": 251,
+                "expires_in": 0.0,
+                "code": 181,
+                "text": "the scene has changed",
+            },
+            {
+                "plan": 7,
+                "state": "ready",
+                "kind": "position",
+                "label": "to park",
+                "maker": "bench",
+                "duration": 1.434,
+                "samples": 145,
+                "expires_in": 41.7,
+                "code": 0,
+                "text": "",
+            },
+        ]
+    },
+    CellList.POSITIONS: {
+        "revision": 5,
+        "problem": "",
+        "positions": [
+            position("home", "robot"),
+            position("park", "user"),
+            position("bent", "user", legal=False, why="link touches crate"),
+        ],
+    },
 }
 
 
@@ -98,7 +144,11 @@ def test_the_pose_stands_beside_the_joints(rig: PanelRig) -> None:
     ]
 
 
-@pytest.mark.parametrize(("key", "kind"), [(str(n), kind) for n, kind in enumerate(CellList, 1)])
+KEYS = dict(zip(CellList, "1234578", strict=True))
+"""The digit of each list; 6 is the pairing code."""
+
+
+@pytest.mark.parametrize(("kind", "key"), KEYS.items())
 def test_each_list_is_asked_for_by_two_keys(rig: PanelRig, key: str, kind: CellList) -> None:
     assert rig.strike("M", key) == [do.AskList(kind)]
 
@@ -118,6 +168,22 @@ def test_each_list_is_asked_for_by_two_keys(rig: PanelRig, key: str, kind: CellL
         (CellList.SIGNALS, ("down", "enter"), [do.SwitchOutput(1, False)]),
         (CellList.SIGNALS, ("down", "down", "enter"), []),
         (CellList.SIGNALS, ("escape",), []),
+        (CellList.PLANS, ("enter", "enter", "1"), [do.ExecutePlan(7)]),
+        (CellList.PLANS, ("enter", "enter", "2"), []),
+        (CellList.PLANS, ("enter", "down", "enter"), [do.ForgetPlan(7)]),
+        (CellList.PLANS, ("down", "enter", "enter"), []),
+        (CellList.POSITIONS, ("enter", *"up", "enter"), [do.TeachPosition("up", 5)]),
+        (CellList.POSITIONS, ("enter", "enter"), []),
+        (CellList.POSITIONS, ("enter", "u", "escape"), []),
+        (CellList.POSITIONS, ("enter", *"park", "enter", "2"), []),
+        (CellList.POSITIONS, ("enter", *"park", "enter", "1"), [PARKED]),
+        (CellList.POSITIONS, ("down", "enter", "1"), [do.GoHome("home")]),
+        (CellList.POSITIONS, ("down", "enter", "2"), [do.PlanWay("home")]),
+        (CellList.POSITIONS, ("down", "enter", "4"), []),
+        (CellList.POSITIONS, ("down", "down", "enter", "3", "1"), [PARKED]),
+        (CellList.POSITIONS, ("down", "down", "enter", "3", "2"), []),
+        (CellList.POSITIONS, ("down", "down", "enter", "4", "1"), [do.ForgetPosition("park", 5)]),
+        (CellList.POSITIONS, ("down", "down", "enter", "4", "4"), []),
     ],
 )
 def test_an_entry_of_a_list_does_what_it_says(
@@ -155,6 +221,72 @@ def test_a_list_is_on_both_displays_and_the_space_bar_stops_from_it(
     assert first in screen_text.program_list(rig.panel)
     assert rig.strike(" ") == [do.StopRobot("space bar")]
     assert rig.panel.question is None
+
+
+def test_a_position_where_the_robot_may_not_stand_is_marked_and_says_why(rig: PanelRig) -> None:
+    rig.panel.told_list(CellList.POSITIONS, ANSWERS[CellList.POSITIONS])
+    rows = screen_text.program_list(rig.panel).split("\n")
+    assert rows[3] == "   park  400 -100 250 mm"
+    assert rows[4] == "  !bent  400 -100 250 mm: link touches crate"
+
+
+def test_the_facts_of_a_plan_stand_below_what_can_be_done_with_it(rig: PanelRig) -> None:
+    rig.panel.told_list(CellList.PLANS, ANSWERS[CellList.PLANS])
+    assert screen_text.program_list(rig.panel).split("\n")[1:3] == [
+        "> 7 ready  1.4 s position  to park",
+        "  6 stale  2.5 s free",
+    ]
+    rig.strike("enter")
+    assert screen_text.program_list(rig.panel).split("\n")[:-1] == [
+        "plan 7",
+        "> execute",
+        "  drop",
+        "  ready, 42 s left",
+        "  1.43 s, 145 samples",
+        "  position, by bench",
+        "  to park",
+    ]
+
+
+def test_the_preview_of_a_program_is_never_executed(rig: PanelRig) -> None:
+    preview = ANSWERS[CellList.PLANS]["plans"][1] | {"kind": "program"}
+    rig.panel.told_list(CellList.PLANS, {"plans": [preview]})
+    rig.strike("enter")
+    assert "execute" not in screen_text.program_list(rig.panel)
+
+
+@pytest.mark.parametrize(
+    ("kind", "keys"),
+    [(CellList.PLANS, ("enter", "enter", "1")), (CellList.POSITIONS, ("down", "enter", "1"))],
+)
+def test_nothing_moves_from_a_list_on_values_that_may_be_old(
+    rig: PanelRig, kind: CellList, keys: tuple[str, ...]
+) -> None:
+    rig.panel.told_list(kind, ANSWERS[kind])
+    rig.wait(400, fresh=False)
+    assert rig.strike(*keys) == []
+    assert "STALE" in rig.said
+
+
+def test_all_lists_are_offered_on_the_small_display(rig: PanelRig) -> None:
+    rig.strike("M")
+    assert lcd.page(rig.panel, rig.now) == (
+        "1 record. 2 frames  ",
+        "3 tools   4 scene   ",
+        "5 signals 6 pairing ",
+        "7 plans   8 position",
+    )
+
+
+def test_what_was_planned_is_told_in_one_line() -> None:
+    near = {"distance": 0.0341, "first": "elbow", "second": "crate", "at": 0.7}
+    made: Any = {"plan": 7, "duration": 1.434, "samples": 145, "clearance": near}
+    line = "plan 7 to park: 1.43 s, 145 samples, 34 mm from elbow to crate"
+    assert plan_line("to park", made | {"why": None}) == line
+    why = {"text": "joint 1 is 1 rad away"}
+    assert plan_line("to park", made | {"why": why}) == (
+        f"{line}; not executed now: joint 1 is 57.30° away"
+    )
 
 
 def test_an_answer_that_comes_while_a_question_is_open_disturbs_it_not(rig: PanelRig) -> None:

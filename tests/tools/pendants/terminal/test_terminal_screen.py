@@ -361,6 +361,44 @@ async def test_each_list_is_shown_as_the_server_tells_it(
     await shown.until(lambda: says in shown.text("program"))
 
 
+POSE = {"position": [0.4, 0, 0.2], "orientation": [0, 0, 0, 1]}
+PARK = {"name": "park", "kind": "user", "pose": POSE, "legal": True, "why": ""}
+
+
+async def test_a_position_is_taught_from_the_revision_that_was_listed(shown: Screen) -> None:
+    shown.server.answers["positions.list"] = {"positions": [], "revision": 5, "problem": ""}
+    shown.server.answers["positions.save"] = {"revision": 6, "warning": "elbow is near its limit"}
+    await shown.keys("M", "8")
+    await shown.until(lambda: "new: type its name" in shown.text("program"))
+    await shown.keys("enter", *"up", "enter")
+    says = "position up is where the robot stands: elbow is near its limit"
+    await shown.until(lambda: says in shown.text("messages"))
+    asked = json.loads(shown.server.all(messages.Management)[-1].body)
+    assert (asked["op"], asked["name"], asked["expected_revision"]) == ("positions.save", "up", 5)
+    assert asked.get("joints") is None
+
+
+async def test_a_position_is_deleted_after_a_question(shown: Screen) -> None:
+    shown.server.answers["positions.list"] = {"positions": [PARK], "revision": 5, "problem": ""}
+    shown.server.answers["positions.delete"] = {"revision": 6}
+    await shown.keys("M", "8")
+    await shown.until(lambda: "park" in shown.text("program"))
+    await shown.keys("down", "enter", "4", "1")
+    await shown.until(lambda: "position park is deleted" in shown.text("messages"))
+
+
+async def test_a_plan_is_dropped_by_its_number(shown: Screen) -> None:
+    head = {"plan": 7, "state": "ready", "kind": "ptp", "label": "", "maker": "bench", "text": ""}
+    numbers = {"duration": 1.0, "samples": 101, "expires_in": 60.0, "code": 0}
+    shown.server.answers["plans.show"] = {"plans": [head | numbers]}
+    shown.server.answers["plans.drop"] = {}
+    await shown.keys("M", "7")
+    await shown.until(lambda: "7 ready" in shown.text("program"))
+    await shown.keys("enter", "down", "enter")
+    await shown.until(lambda: "plan 7 is dropped" in shown.text("messages"))
+    assert json.loads(shown.server.all(messages.Management)[-1].body)["plan"] == 7
+
+
 async def test_a_pairing_code_is_asked_for_here(shown: Screen) -> None:
     shown.server.refusals[messages.Pairing] = (VerdictCode.ROLE_TOO_LOW, "an admin may")
     await shown.keys("M", "6", "1")

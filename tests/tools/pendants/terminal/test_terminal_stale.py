@@ -32,8 +32,21 @@ MOVING: list[tuple[type[Command], tuple[str, ...]]] = [
     (do.RunProgram, ("7",)),
     (do.ResumeRobot, ("8",)),
     (do.PlayBack, ("down", ENTER, "1")),
+    (do.ExecutePlan, (ENTER, ENTER, "1")),
 ]
 """Every command that begins or resumes a motion, with the keys that ask for it."""
+
+PLAN = {
+    "plan": 7,
+    "state": "ready",
+    "kind": "ptp",
+    "label": "",
+    "maker": "bench",
+    "duration": 1.0,
+    "samples": 101,
+    "expires_in": 60.0,
+    "text": "",
+}
 
 
 def ready(kind: type[Command], *, walked: bool = True) -> PanelRig:
@@ -45,6 +58,8 @@ def ready(kind: type[Command], *, walked: bool = True) -> PanelRig:
     if kind is do.PlayBack:
         recordings = {"recording": None, "recordings": [{"name": "pick"}]}
         rig.panel.told_list(do.CellList.RECORDINGS, recordings)
+    if kind is do.ExecutePlan:
+        rig.panel.told_list(do.CellList.PLANS, {"plans": [PLAN]})
     rig.state(
         activity=messages.Activity.PAUSED if kind is do.ResumeRobot else messages.Activity.IDLE
     )
@@ -128,6 +143,10 @@ def test_the_table_has_every_command_that_moves_and_all_others_are_known_to_move
         do.EndRecording,
         do.ChooseTool,
         do.SwitchOutput,
+        do.TeachPosition,
+        do.ForgetPosition,
+        do.PlanWay,
+        do.ForgetPlan,
         do.AskPairingCode,
         do.EndPairing,
         do.MakeProgram,
