@@ -4,6 +4,7 @@ Owns which test belongs to which: `pytest --lane=real-time` takes the tests mark
 `--lane=computing` all others, without the option all run. `run_lanes.py` runs one after the other.
 """
 
+import re
 from enum import Enum
 from pathlib import Path
 
@@ -12,6 +13,7 @@ import pytest
 _MARK = "realtime"
 _NAMED = f"mark.{_MARK}"
 """How a file names it; a word of it elsewhere, as in a test of marks, is none."""
+_ALL_OF_A_FILE = re.compile(rf"^pytestmark = .*\bmark\.{_MARK}\b", re.MULTILINE)
 
 
 class Lane(Enum):
@@ -40,9 +42,11 @@ class OneLane:
     @pytest.hookimpl
     def pytest_ignore_collect(self, collection_path: Path) -> bool | None:
         """Import no test file in vain: each of many processes would, and only wait afterwards."""
-        if self._lane is Lane.REAL_TIME and collection_path.suffix == ".py":
+        if collection_path.suffix != ".py":
+            return None
+        if self._lane is Lane.REAL_TIME:
             return not _may_be_on_real_clock(collection_path) or None
-        return None
+        return _is_on_real_clock(collection_path) or None
 
     @pytest.hookimpl(tryfirst=True)
     def pytest_collection_modifyitems(
@@ -82,6 +86,11 @@ def most_workers(config: pytest.Config) -> int | None:
 
 def _lane_of(item: pytest.Item) -> Lane:
     return Lane.COMPUTING if item.get_closest_marker(_MARK) is None else Lane.REAL_TIME
+
+
+def _is_on_real_clock(path: Path) -> bool:
+    """Return whether a file marks all of its tests."""
+    return path.is_file() and _ALL_OF_A_FILE.search(path.read_text(encoding="utf-8")) is not None
 
 
 def _may_be_on_real_clock(path: Path) -> bool:

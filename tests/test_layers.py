@@ -62,7 +62,7 @@ class Import:
 def imports_of(source: str, file: str) -> Iterator[Import]:
     package = [UMBRELLA, *file.split("/")[:-1]]
 
-    blocks: list[tuple[ast.AST, bool]] = [(ast.parse(source, file), False)]
+    blocks: list[tuple[ast.AST, bool]] = [(_parsed(source), False)]
     while blocks:
         block, inside_function = blocks.pop()
         for child in _statements(block):
@@ -71,6 +71,11 @@ def imports_of(source: str, file: str) -> Iterator[Import]:
             for target, relative in _targets(child, package):
                 line = getattr(child, "lineno", 0)
                 yield Import(file, line, target, relative, inside_function)
+
+
+@cache
+def _parsed(source: str) -> ast.Module:
+    return ast.parse(source)
 
 
 def _statements(block: ast.AST) -> Iterator[ast.AST]:
@@ -353,9 +358,11 @@ def test_no_files_import_each_other_in_a_circle() -> None:
 
 
 def journal_uses(source: str) -> set[str]:
+    if "journal" not in source:
+        return set()
     return {
         node.attr
-        for node in ast.walk(ast.parse(source))
+        for node in ast.walk(_parsed(source))
         if isinstance(node, ast.Attribute)
         and ast.unparse(node.value).split(".")[-1].lstrip("_") == "journal"
     }
@@ -388,7 +395,7 @@ MOST_DOUBLE = 38
 def public_classes(source: str) -> list[str]:
     return [
         node.name
-        for node in ast.parse(source).body
+        for node in _parsed(source).body
         if isinstance(node, ast.ClassDef) and not node.name.startswith("_")
     ]
 

@@ -12,6 +12,7 @@ from pathlib import Path
 from xml.etree import ElementTree
 
 import pytest
+from lanes import Lane, OneLane
 from run_lanes import EMPTY, FAILED, PASSED, Part, exit_code, junit_taken_out, lane_commands
 
 TESTS = Path(__file__).parent
@@ -196,6 +197,24 @@ def test_the_file_of_results_is_taken_out(
     given: list[str], rest: list[str], file: Path | None
 ) -> None:
     assert junit_taken_out(given) == (rest, file)
+
+
+WHOLE = "import pytest\n\npytestmark = [pytest.mark.realtime, pytest.mark.soak]\n"
+PART = "import pytest\n\n@pytest.mark.realtime\ndef test_waits(): pass\n"
+NONE = "def test_adds(): pass\n"
+
+
+@pytest.mark.parametrize(
+    ("text", "left_out_by"),
+    [(WHOLE, [Lane.COMPUTING]), (PART, []), (NONE, [Lane.REAL_TIME])],
+    ids=["all of it on the real clock", "some of it", "nothing of it"],
+)
+def test_a_lane_imports_no_file_without_a_test_of_its_own(
+    tmp_path: Path, text: str, left_out_by: list[Lane]
+) -> None:
+    file = tmp_path / "test_it.py"
+    file.write_text(text)
+    assert [lane for lane in Lane if OneLane(lane).pytest_ignore_collect(file)] == left_out_by
 
 
 def test_tests_on_the_real_clock_come_last_in_many_workers() -> None:

@@ -18,6 +18,7 @@ from collections.abc import Callable, Mapping, Sequence
 from enum import IntEnum
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
+from weakref import WeakKeyDictionary
 
 if TYPE_CHECKING:
     import argparse
@@ -37,6 +38,9 @@ LONGEST_LINE = 4_000
 
 _LONGEST_STACK = 4
 """So many combining marks on a letter are shown; more of them would paint over the rows beside."""
+
+
+_commands: WeakKeyDictionary[typer.Typer, Callable[..., Any]] = WeakKeyDictionary()
 
 
 class ExitCode(IntEnum):
@@ -97,7 +101,7 @@ def run(
     usage_error: type[Exception] = typer.BadParameter.mro()[2]
     known = {usage_error: ExitCode.USAGE, **faults}
     try:
-        result = app(args=list(argv), prog_name=f"openpendant {name}", standalone_mode=False)
+        result = _built(app)(list(argv), prog_name=f"openpendant {name}", standalone_mode=False)
     except BrokenPipeError:
         raise
     except (typer.Abort, KeyboardInterrupt):
@@ -113,10 +117,19 @@ def run(
     return code
 
 
+def _built(app: typer.Typer) -> Callable[..., Any]:
+    """Return what typer builds of a command at each call, built once."""
+    import typer.main
+
+    if app not in _commands:
+        _commands[app] = typer.main.get_command(app)
+    return _commands[app]
+
+
 def run_alone(app: typer.Typer, name: str, argv: Sequence[str]) -> int:
     """Run a typer command that tells wrong usage itself, with its usage, and return its code."""
     try:
-        app(list(argv), prog_name=f"openpendant {name}")
+        _built(app)(list(argv), prog_name=f"openpendant {name}")
     except SystemExit as ended:
         return _code_of(ended, ExitCode.USAGE)
     return ExitCode.OK

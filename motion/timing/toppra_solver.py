@@ -1,14 +1,17 @@
 """TOPP-RA solver: the fastest rates along a path under linear limits at grid points, by toppra.
 
 Owns the use of toppra, which no other module uses: the form of its limits (always its Interpolation
-scheme), and that it is imported when first used, without the libraries that it imports for plots
-and for splines of its own. Knows nothing of robots and of the motion between the grid points.
+scheme), the way through the stages of a path that its solver solves one by one, and that it is
+imported when first used, without the libraries that it imports for plots and for splines of its
+own. Knows nothing of robots and of the motion between the grid points.
+
+toppra has a loop over the stages too, which gives the same rates to the last bit. It took three
+times as long, most of it in checks and in small arrays at each stage.
 """
 
 from __future__ import annotations
 
 import importlib
-import logging
 import math
 import sys
 import warnings
@@ -25,6 +28,12 @@ from ..pose import Array
 _NOT_CALLED = ("matplotlib", "matplotlib.pyplot", "scipy", "scipy.interpolate", "scipy.sparse")
 """Libraries that toppra imports and nothing here calls: most of the time of its import."""
 
+_TRIALS = 11
+"""Of one stage, as in toppra."""
+
+_LITTLE = 1e-8
+"""Below what the solver finds, as in toppra [squares of rates]."""
+
 
 def fastest_rates(grid: Array, slope: Array, bend: Array, greatest_rate: Array) -> Array | None:
     """Solve max x' along the path under |slope x'' + bend x'²| <= 1 and x' <= greatest_rate.
@@ -38,15 +47,62 @@ def fastest_rates(grid: Array, slope: Array, bend: Array, greatest_rate: Array) 
     Returns:
         The (g,) rates from rest to rest, above 0 in between; None where the solver fails.
     """
-    algorithm, linear = _toppra()
-    constraint = _Constraint(linear, slope, bend, greatest_rate)
-    solver = algorithm([constraint], _Domain, gridpoints=grid, solver_wrapper="seidel")
-    _, rate, _ = solver.compute_parameterization(0.0, 0.0)
+    wrapper, linear = _toppra()
+    limits = _Constraint(linear, slope, bend, greatest_rate)
+    stages = wrapper([limits], _Domain, grid, solve_lp1d=True)
+    stages.setup_solver()
+    greatest = _greatest_squares(stages)
+    squares = None if greatest is None else _squares_from_rest(stages, greatest)
+    stages.close_solver()
     # NaN is not above 0 either.
-    if rate is None or not (rate[1:-1] > 0.0).all():
+    if squares is None or not all(square > 0.0 for square in squares[1:-1]):
         return None
-    found: Array = rate
-    return found
+    rate: Array = np.sqrt(squares)
+    return rate
+
+
+def _greatest_squares(stages: Any) -> list[float] | None:
+    """Return for each grid point the greatest x'² from which the path can come to rest at its end.
+
+    toppra's own loop solves for both bounds. There are no external forces here, so a path at rest
+    may always stay at rest, and the lower bound is 0. None where the solver fails.
+    """
+    objective = np.array([1e-9, -1.0])
+    greatest = [0.0]
+    for stage in reversed(range(stages.get_no_stages())):
+        _, square = stages.solve_stagewise_optim(
+            stage, None, objective, math.nan, math.nan, 0.0, greatest[-1]
+        )
+        if math.isnan(square):
+            return None
+        greatest.append(square)
+    return greatest[::-1]
+
+
+def _squares_from_rest(stages: Any, greatest: list[float]) -> list[float] | None:
+    """Return the squares x'² at the grid points of the fastest run from rest.
+
+    As toppra's own loop does, a stage without a solution for rounding is tried again a little more
+    slowly, and the next square is taken a little lower than the solver says. None where no trial
+    helped.
+    """
+    squares = [0.0]
+    for stage, (step, most) in enumerate(zip(stages.get_deltas(), greatest[1:], strict=True)):
+        objective = np.array([-2.0 * step, -1.0])
+        for _ in range(_TRIALS):
+            square = squares[stage]
+            gain, _ = stages.solve_stagewise_optim(
+                stage, None, objective, square, square, 0.0, most
+            )
+            if not math.isnan(gain):
+                break
+            squares[stage] = max(square - _LITTLE, 0.999 * square)
+        else:
+            return None
+        following = square + 2 * step * gain
+        following = max(following - _LITTLE, 0.9999 * following)
+        squares.append(min(most, max(0.0, following)))
+    return squares
 
 
 class _Domain:
@@ -88,29 +144,12 @@ class _Constraint:
 
 @cache
 def _toppra() -> tuple[Any, Any]:
-    """Return toppra's algorithm for motions from rest to rest, and its word for `linear`."""
+    """Return toppra's solver of the stages of a path, and its word for `linear`."""
     with warnings.catch_warnings(), _loaded_when_called(_NOT_CALLED):
         warnings.simplefilter("ignore")
-        from toppra.algorithm import TOPPRA
         from toppra.constraint import ConstraintType
-    # Its warnings come back as a return code too.
-    logging.getLogger("toppra").setLevel(logging.ERROR)
-    return type("RestToRest", (TOPPRA,), {"_one_step": _one_step}), ConstraintType.CanonicalLinear
-
-
-def _one_step(solver: Any, stage: int, following: Array) -> Array:
-    """Return the squares of the path velocity from which those of the next stage can be reached.
-
-    toppra solves for both bounds. There are no external forces here, so a path at rest may always
-    stay at rest, and the lower bound is 0.
-    """
-    if np.isnan(following).any():
-        return following
-    objective = np.array([1e-9, -1.0])
-    _, greatest = solver.solver_wrapper.solve_stagewise_optim(
-        stage, None, objective, math.nan, math.nan, *following
-    )
-    return np.array([0.0, greatest])
+        from toppra.solverwrapper.cy_seidel_solverwrapper import seidelWrapper
+    return seidelWrapper, ConstraintType.CanonicalLinear
 
 
 @contextmanager

@@ -23,6 +23,7 @@ import math
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, TypeAlias
+from weakref import WeakKeyDictionary
 
 import numpy as np
 
@@ -43,6 +44,8 @@ REDUCED_SPEED = 0.25
 _JOINT_STEP = 1e-5  # h of the central difference, rad or m: error of order h², about 1e-10 of p
 _PARALLEL = 1e-6  # sine of the angle between axes that count as parallel
 _APART = 1e-3  # m, between parallel axes that are not one
+
+_elbows: WeakKeyDictionary[Kinematics, str | None] = WeakKeyDictionary()
 
 
 @dataclass(frozen=True, slots=True)
@@ -180,7 +183,7 @@ def link_point(kinematics: Kinematics, link: str) -> PointPosition:
 
 
 def elbow_link(kinematics: Kinematics) -> str | None:
-    """Return the link whose frame's origin is the elbow, None for an arm without one.
+    """Return the link whose frame's origin is the elbow, None for an arm without one; found once.
 
     The elbow is on the first revolute joint whose axis is parallel to an earlier joint's and apart
     from it: joint 3 of the usual six axes, 4 of a seven-axis arm whose joint 3 is a roll or whose
@@ -188,6 +191,12 @@ def elbow_link(kinematics: Kinematics) -> str | None:
     upper arm and forearm meet. Two axes count as parallel where the sine of the angle between them
     is below 1e-6 with all joints at 0, and as apart from 1 mm on.
     """
+    if kinematics not in _elbows:
+        _elbows[kinematics] = _found_elbow(kinematics)
+    return _elbows[kinematics]
+
+
+def _found_elbow(kinematics: Kinematics) -> str | None:
     standing = np.zeros(kinematics.dof)
     shoulders: list[tuple[Array, Array]] = []
     for joint in kinematics.robot.driven:

@@ -11,6 +11,7 @@ import inspect
 import json
 from collections.abc import Iterable, Iterator, Mapping
 from enum import IntEnum, IntFlag
+from functools import cache
 from pathlib import Path
 
 from openpendant.simplemsg import MOTOMAN, STANDARD, Message
@@ -78,7 +79,8 @@ export function decode(view: DataView, realSize: RealSize = 4): Message {
 """
 
 
-def typescript_files() -> dict[str, str]:
+@cache
+def typescript_files() -> Mapping[str, str]:
     """Return every generated file of TypeScript: its name in their folder, and its text."""
     return {
         "protocol.ts": _protocol(),

@@ -26,7 +26,10 @@ from openpendant.motion.kinematics.ik.ik import solve
 from openpendant.motion.kinematics.serial import Kinematics
 from openpendant.motion.paths.paths import linear_path
 from openpendant.motion.planning.planner import plan_free_path
-from openpendant.motion.pose import Pose
+from openpendant.motion.pose import Array, Pose
+from openpendant.motion.robot_import import home_search
+from openpendant.motion.robot_import.home_search import home_to_jog_from
+from openpendant.motion.robot_report.home_check import HomeReport
 from openpendant.motion.scene.collision import CollisionModel
 from openpendant.motion.timing.parameterization import time_path
 from openpendant.motion.trajectory.certificate import certify
@@ -44,6 +47,22 @@ BENCH_ARM, GANTRY_ARM = (str(ROBOTS_FILES / f"{name}.urdf") for name in NEW_ROBO
 @pytest.fixture(autouse=True)
 def in_own_folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.chdir(tmp_path)
+
+
+@pytest.fixture(autouse=True, scope="module")
+def searched_once() -> Iterator[None]:
+    """A home is searched once for each robot; a test of its own searches one again."""
+    found: dict[str, tuple[Array | None, HomeReport]] = {}
+
+    def search_once(robot: SerialRobot) -> tuple[Array | None, HomeReport]:
+        described = robot.model_dump_json()
+        if described not in found:
+            found[described] = home_to_jog_from(robot)
+        return found[described]
+
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(home_search, "home_to_jog_from", search_once)
+        yield
 
 
 @pytest.fixture(scope="module", params=NEW_ROBOTS)
@@ -270,9 +289,10 @@ def test_an_import_that_finds_no_home_to_jog_from_says_so(capsys: Capture, tmp_p
     assert made.home == (0.0, 0.0, 0.0)
 
 
-def test_the_same_description_gets_the_same_home(tmp_path: Path) -> None:
+def test_the_same_description_gets_the_same_home(monkeypatch: pytest.MonkeyPatch) -> None:
     for name in ("one", "two"):
         assert main(["import", GANTRY_ARM, "--yes", "-o", f"{name}.yaml"]) == 0
+        monkeypatch.setattr(home_search, "home_to_jog_from", home_to_jog_from)
     assert serial_robot("one.yaml").home == serial_robot("two.yaml").home
 
 
