@@ -427,7 +427,7 @@ export interface SetSpeed extends Header {
   request_id: number;
   /** fraction of the planned speed, 0.001 to 1; 0 pauses what moves */
   override: number;
-  /** cap of tool and elbow, 0 to leave it as it is [m/s] */
+  /** cap of tool and elbow, 0 to leave it as it is; in automatic only 0 [m/s] */
   tool_speed: number;
 }
 
