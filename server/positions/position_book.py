@@ -191,10 +191,13 @@ class PositionBook:
         code = VerdictCode.REVISION_CONFLICT
         return Refusal(code, text, value=self.revision, limit=expected)
 
-    def keep(self, positions: Mapping[str, JointVector], author: str, told: Told) -> list[Effect]:
+    def keep(
+        self, positions: Mapping[str, JointVector], author: str, session: int, told: Told
+    ) -> list[Effect]:
         """Have the store keep other positions of the cell; in force once it has them.
 
         Args:
+            session: connection of the author.
             told: called with the new revision, or why they were not saved.
         """
         self._busy = _SAVING
@@ -210,7 +213,8 @@ class PositionBook:
             return told(Refusal(VerdictCode.STORE_FAILED, text), now)
 
         body = positions_to_json(positions)
-        return self._pending.ask(Save(_KIND, self._cell, body, self.revision, author), saved)
+        save = Save(_KIND, self._cell, body, self.revision, author, session)
+        return self._pending.ask(save, saved)
 
 
 _READING = "what is kept as positions is being read"

@@ -119,6 +119,11 @@ CHANGES: dict[str, tuple[str, dict[str, Any], tuple[Any, ...]]] = {
         {"object": BOX, "expected_revision": 0},
         (NoticeKind.SCENE, Change.NEW, 1, "cell", ""),
     ),
+    "a position is saved": (
+        "positions.save",
+        {"name": "park", "expected_revision": 0},
+        (NoticeKind.POSITIONS, Change.NEW, 1, "cell", ""),
+    ),
     "a recording is begun": (
         "recordings.start",
         {"name": "swing"},
