@@ -153,7 +153,7 @@ class PositionBook:
         fault = self._not_of_cell(name) or self._name_fault(new_name)
         if fault is None and new_name != name and new_name in self.of_cell:
             text = f"new_name: {new_name!r} is there already; accepted: another name"
-            fault = Refusal(VerdictCode.BAD_ARGUMENT, text)
+            fault = Refusal(VerdictCode.NAME_TAKEN, text)
         if fault is not None:
             return fault
         return {new_name if each == name else each: at for each, at in self.of_cell.items()}

@@ -1040,7 +1040,7 @@ export const codeTexts = {
   133: ["Too many logins wait to be checked, or this connection's last one does.", "Try again in a few seconds."],
   134: ["The role that was granted does not include this.", "Log in with an account of the role that the text names."],
   135: ["This is no pairing code of this cell, or no longer.", "Type the code that the teacher shows now."],
-  136: ["Somebody else is called so already.", "Choose another name."],
+  136: ["Somebody or something else is called so already.", "Choose another name."],
   137: ["The new password is too easy to guess, too short or too long.", "Use 8 to 128 characters; several words are easy to remember."],
   138: ["Nobody can be called so.", "Use up to 32 bytes of letters and digits, with . _ - or single spaces between."],
   139: ["There is an account of this name; capitals do not tell names apart.", "Choose another name, or change the account that exists."],
