@@ -326,6 +326,8 @@ class PlanningScene:
         before = self.scene
         try:
             scene = change(before)
+            # One object, or as many as a small body names.
+            spent += sum(self._view.held_steps(before, scene))
         except MotionError as error:
             return refusal_of(error)
         refusal = self._unfit_now(before, scene)
@@ -360,11 +362,11 @@ class PlanningScene:
 
         then = self._saves_scene(author, session, told)
 
-        def arrived(scene: Scene, at: int) -> list[Effect]:
+        def arrived(scene: Scene | Refusal, at: int) -> list[Effect]:
             nonlocal has_arrived
             has_arrived = True
-            refused = self._unfit_now(before, scene)
-            if refused is None:
+            refused = scene if isinstance(scene, Refusal) else self._unfit_now(before, scene)
+            if refused is None and not isinstance(scene, Refusal):
                 announced = now if is_announced else None
                 return self._build(scene, at, then, turns, is_kept=True, announced=announced)
             out = self._watcher.planned_in(before, at, at) if is_announced else []
@@ -372,11 +374,16 @@ class PlanningScene:
 
         self._building = _Building(before, only_adds=False)
         self._tell_cell()
-        out = self._pending.run(turns.make(arriving.arrived(before)), arrived, now)
+        out = self._pending.run(turns.find(self._in_reach(arriving, before)), arrived, now)
         if not has_arrived:
             is_announced = True
             out += self._watcher.announced(now)
         return out
+
+    def _in_reach(self, arriving: SceneInTransfer, before: Scene) -> Stepwise[Scene]:
+        scene = yield from arriving.arrived(before)
+        yield from self._view.held_steps(before, scene)
+        return scene
 
     def _unfit_now(self, before: Scene, after: Scene) -> Refusal | None:
         """Return why a scene may not take the place of another while the robot moves."""
