@@ -98,6 +98,8 @@ class PlanningScene:
         revisions: of the document of each kind; 0 where there is none yet.
         problems: documents that could not be read, by kind; what they hold is not in force.
         history: poses of the frames in the last seconds.
+        handed_over: how often a program took an object or put one down. The revision, which is that
+            of the document, stays the same with it.
     """
 
     def __init__(
@@ -107,6 +109,7 @@ class PlanningScene:
         self.revisions = dict.fromkeys(WORLD_KINDS, 0)
         self.problems: dict[DocumentKind, Refusal] = {}
         self.history = JointHistory(view.flange, view.frames)
+        self.handed_over = 0
         self._name = name
         self._view = view
         self._ground = ground
@@ -434,7 +437,11 @@ class PlanningScene:
             except MotionError as error:
                 return then(refusal_of(error), at)
             spent = _PER_OBJECT * len(scene.objects) + _PER_ALLOWED * len(scene.allowed)
-            return self._build(scene, at, then, Turns(spent))
+            return self._build(scene, at, built, Turns(spent))
+
+        def built(refused: Refusal | None, at: int) -> list[Effect]:
+            self.handed_over += refused is None
+            return then(refused, at)
 
         if self._building is not None:
             self._waiting.append(begin)

@@ -280,6 +280,33 @@ def test_whoever_left_before_it_read_is_forgotten() -> None:
     assert not any(isinstance(each, Notify) for each in cell.core.handle(Tick(), cell.now + MS))
 
 
+def test_what_a_program_takes_and_puts_down_is_told_within_a_tick(cell: EmulatedCell) -> None:
+    """With the revision of the document, which it leaves as it is."""
+    maker = cell.pendant("maker")
+    joints = cell.position
+    tip = cell.core.environment.world._view.flange(joints).position.tolist()
+    asked(cell, maker, "scene.add", object={**BOX, "position": tip}, expected_revision=0)
+    watcher = wanting(cell)
+    environment = cell.core.environment
+    for change in (environment.attach, environment.detach):
+        before = len(told(watcher))
+        cell.perform(change("box", cell.now, lambda refused: None))
+        cell.wait(10)
+        found = told(watcher)[before:]
+        assert found == [(NoticeKind.SCENE, Change.CHANGED, 1, "cell", "", 0, "")]
+
+
+def test_a_grasp_that_misses_is_told_to_nobody(cell: EmulatedCell) -> None:
+    maker = cell.pendant("maker")
+    asked(cell, maker, "scene.add", object=BOX, expected_revision=0)
+    watcher = wanting(cell)
+    missed: list[object] = []
+    cell.perform(cell.core.environment.attach("box", cell.now, missed.append))
+    cell.wait(50)
+    assert missed[0] is not None
+    assert told(watcher) == []
+
+
 # Signals.
 
 
