@@ -173,3 +173,4 @@ def test_declare_is_accepted_and_a_value_that_is_none_refused() -> None:
     pendant, _ = welcomed(ready(), 3)
     assert pendant.code(Declare(1, 0.0, Notices.WANTED, "en")) is V.ACCEPTED
     assert pendant.code(Declare(2, 0.0, 2, "en")) is V.BAD_ARGUMENT
+    assert pendant.code(Declare(3, 0.0, Notices.WANTED, "e\x07")) is V.BAD_ARGUMENT
