@@ -252,7 +252,7 @@ GOALS_TO_BE_SLOW = ("ptp", "ptp to a pose", "lin", "free")
 @pytest.mark.parametrize("kind", GOALS_TO_BE_SLOW)
 @pytest.mark.parametrize("how", [{"speed": 1e-6}, {"tool_speed": 1e-4}], ids=["joints", "tool"])
 def test_a_plan_that_is_far_too_slow_is_too_long(
-    cell: PlansCell, kind: str, how: dict[str, float]
+    cell: PlansCell, kind: str, how: dict[str, Any]
 ) -> None:
     joints = cell.turned(0.4)
     pose = pose_at(cell.home)

@@ -13,6 +13,7 @@ from rigs.cells.server_rig import MS
 from rigs.peers.server_clients import Pendant
 
 from openpendant.server.endpoints.pendant.document_notices import SIGNALS_PERIOD_NS
+from openpendant.server.environment import CellEnvironment
 from openpendant.server.events.effects import Effect, Notify
 from openpendant.server.events.events import NoticesMissed, Tick
 from openpendant.server.store.requests import Delete
@@ -280,14 +281,18 @@ def test_whoever_left_before_it_read_is_forgotten() -> None:
     assert not any(isinstance(each, Notify) for each in cell.core.handle(Tick(), cell.now + MS))
 
 
+def surroundings(cell: EmulatedCell) -> CellEnvironment:
+    assert cell.core.environment is not None
+    return cell.core.environment
+
+
 def test_what_a_program_takes_and_puts_down_is_told_within_a_tick(cell: EmulatedCell) -> None:
     """With the revision of the document, which it leaves as it is."""
     maker = cell.pendant("maker")
-    joints = cell.position
-    tip = cell.core.environment.world._view.flange(joints).position.tolist()
+    environment = surroundings(cell)
+    tip = environment.world._view.flange(cell.position).position.tolist()
     asked(cell, maker, "scene.add", object={**BOX, "position": tip}, expected_revision=0)
     watcher = wanting(cell)
-    environment = cell.core.environment
     for change in (environment.attach, environment.detach):
         before = len(told(watcher))
         cell.perform(change("box", cell.now, lambda refused: None))
@@ -301,7 +306,7 @@ def test_a_grasp_that_misses_is_told_to_nobody(cell: EmulatedCell) -> None:
     asked(cell, maker, "scene.add", object=BOX, expected_revision=0)
     watcher = wanting(cell)
     missed: list[object] = []
-    cell.perform(cell.core.environment.attach("box", cell.now, missed.append))
+    cell.perform(surroundings(cell).attach("box", cell.now, missed.append))
     cell.wait(50)
     assert missed[0] is not None
     assert told(watcher) == []
