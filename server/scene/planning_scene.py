@@ -368,10 +368,13 @@ class PlanningScene:
         def arrived(scene: Scene | Refusal, at: int) -> list[Effect]:
             nonlocal has_arrived
             has_arrived = True
-            refused = scene if isinstance(scene, Refusal) else self._unfit_now(before, scene)
-            if refused is None and not isinstance(scene, Refusal):
-                announced = now if is_announced else None
-                return self._build(scene, at, then, turns, is_kept=True, announced=announced)
+            if isinstance(scene, Refusal):
+                refused: Refusal | None = scene
+            else:
+                refused = self._unfit_now(before, scene)
+                if refused is None:
+                    announced = now if is_announced else None
+                    return self._build(scene, at, then, turns, is_kept=True, announced=announced)
             out = self._watcher.planned_in(before, at, at) if is_announced else []
             return out + self._end_building(refused, then, at)
 
@@ -383,14 +386,14 @@ class PlanningScene:
             out += self._watcher.announced(now)
         return out
 
+    def _unfit_now(self, before: Scene, after: Scene) -> Refusal | None:
+        """Return why a scene may not take the place of another while the robot moves."""
+        return None if _only_adds(before, after) else self._not_now(DocumentKind.SCENE)
+
     def _in_reach(self, arriving: SceneInTransfer, before: Scene) -> Stepwise[Scene]:
         scene = yield from arriving.arrived(before)
         yield from self._view.held_steps(before, scene)
         return scene
-
-    def _unfit_now(self, before: Scene, after: Scene) -> Refusal | None:
-        """Return why a scene may not take the place of another while the robot moves."""
-        return None if _only_adds(before, after) else self._not_now(DocumentKind.SCENE)
 
     def _saves_scene(self, author: str, session: int, told: Told) -> InForce:
         """Return what saves the scene that was built last, once it is in force."""

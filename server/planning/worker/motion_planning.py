@@ -49,7 +49,8 @@ def planned_motion(
     """
     trajectory = _plan(kinematics, job)
     caps = speed_caps(kinematics, job.tool_speed)
-    return trajectory, certify(trajectory, kinematics.limits, start=job.start, tool_speed=caps)
+    proof = certify(trajectory, kinematics.limits, start=job.start, tool_speed=caps)
+    return trajectory, proof
 
 
 def _plan(kinematics: Kinematics, job: PoseJob | JointPathJob) -> Trajectory:
