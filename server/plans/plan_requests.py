@@ -151,7 +151,10 @@ class GoalReader:
     def _only_joints(self, goal: PtpAim | FreeAim) -> JointVector:
         """Return the joints of a goal that has no pose."""
         if goal.joints is None or goal.pose is not None:
-            raise BadArgument("goal", goal.kind, "joints or pose, one of the two")
+            given = "without joints and pose" if goal.joints is None else "with joints and pose"
+            raise BadArgument(
+                f"a goal of kind {goal.kind}", given, "joints or pose, one of the two"
+            )
         return self.joints(goal.joints)
 
     def _path(

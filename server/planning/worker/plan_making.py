@@ -162,10 +162,11 @@ def _in_base(given: PoseGoal, number: int, place: PoseGoal | None) -> PoseGoal:
     farthest = max(given.position, key=abs)
     if abs(farthest) > LARGEST_COORDINATE:
         accepted = f"coordinates up to {LARGEST_COORDINATE:g} m"
-        raise BadArgument(f"pose {number}", farthest, accepted)
+        raise BadArgument(f"the farthest coordinate of pose {number}", farthest, accepted)
     norm = math.hypot(*given.orientation)
     if not abs(norm - 1.0) <= NORM_TOLERANCE:
-        raise BadArgument(f"quaternion of pose {number}", f"length {norm:g}", "length 1")
+        accepted = f"length 1 within {NORM_TOLERANCE:g}"
+        raise BadArgument(f"quaternion of pose {number}", f"length {norm:g}", accepted)
     pose = Pose.from_values(given.position, given.orientation)
     if place is not None:
         pose = Pose.from_values(place.position, place.orientation).compose(pose)

@@ -173,11 +173,11 @@ REFUSED: dict[str, tuple[dict[str, Any], V, str]] = {
         V.BAD_ARGUMENT,
         "goal.free.time_limit",
     ),
-    "neither": ({"goal": {"kind": "ptp"}}, V.BAD_ARGUMENT, "joints or pose"),
+    "neither": ({"goal": {"kind": "ptp"}}, V.BAD_ARGUMENT, "without joints and pose"),
     "both": (
         {"goal": {"kind": "ptp", "joints": [0.0] * 6, "pose": NOWHERE}},
         V.BAD_ARGUMENT,
-        "joints or pose",
+        "a goal of kind ptp is 'with joints and pose'; accepted: joints or pose, one of the two",
     ),
     "branch of joints": (
         {"goal": {"kind": "ptp", "joints": [0.0] * 6, "branch": 1}},
@@ -195,7 +195,7 @@ REFUSED: dict[str, tuple[dict[str, Any], V, str]] = {
     "quaternion": (
         {"goal": {"kind": "lin", "pose": {"position": [0, 0, 0], "orientation": [0, 0, 0, 1.01]}}},
         V.BAD_ARGUMENT,
-        "length 1.01",
+        "length 1.01'; accepted: length 1 within 0.001",
     ),
     "frame": (
         {"goal": {"kind": "lin", "pose": NOWHERE, "frame": "moon"}},
