@@ -357,10 +357,15 @@ class BranchChange(MotionError, code="branch-change"):
 
 
 class NotTimeable(MotionError, code="not-timeable"):
-    """The timing solver found no motion along the path; `return_code` is its own word for why."""
+    """The timing solver found no motion along the path; `return_code` is its own word for why.
+
+    Attributes:
+        lasts_too_long: there is one, which would last longer than an hour.
+    """
 
     path_length: float
     return_code: str
+    lasts_too_long: bool = False
 
     @property
     def value(self) -> float:

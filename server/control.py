@@ -233,8 +233,13 @@ class OperatingModes:
             self.disarm()
         return wanted
 
-    def set_speed(self, override: float, tool_speed: float) -> Refusal | None:
+    def set_speed(
+        self, override: float, tool_speed: float, controller: ControllerMode
+    ) -> Refusal | None:
         """Set the override and, unless 0, the cap of the tool speed [m/s].
+
+        Automatic takes no cap: what runs there may have been planned without one, or by somebody
+        else (ROS-Industrial), so that nobody could hold it.
 
         Returns:
             Why a value is refused; then nothing was set.
@@ -242,8 +247,14 @@ class OperatingModes:
         if not (override == 0.0 or LEAST_OVERRIDE <= override <= 1.0):
             text = f"override {override:g}; accepted: 0, or {LEAST_OVERRIDE:g} to 1"
             return Refusal(VerdictCode.BAD_ARGUMENT, text, value=override, limit=1.0)
-        high = self._is_ours and self._mode is OperatingMode.MANUAL_HIGH
-        largest = 10.0 if high else REDUCED_SPEED
+        mode = self.mode(controller)
+        if tool_speed > 0.0 and mode is OperatingMode.AUTOMATIC:
+            text = (
+                f"automatic knows no cap of the tool speed, not {tool_speed:g} m/s; accepted: 0, "
+                "and a lower override, or plans with a tool_speed of their own"
+            )
+            return Refusal(VerdictCode.MODE_FORBIDS, text, value=tool_speed, limit=0.0)
+        largest = 10.0 if mode is OperatingMode.MANUAL_HIGH else REDUCED_SPEED
         if not 0.0 <= tool_speed <= largest:
             text = f"tool speed {tool_speed:g} m/s; accepted in this mode: 0 to {largest:g}"
             return Refusal(VerdictCode.BAD_ARGUMENT, text, value=tool_speed, limit=largest)

@@ -12,7 +12,9 @@ from typing import NamedTuple
 LONGEST_NAME = 64
 """Greatest number of characters of a document's name, and of its author's."""
 
-_ACCEPTED = f"accepted: 1 to {LONGEST_NAME} printable characters"
+OF_A_DOCUMENT = f"accepted: 1 to {LONGEST_NAME} printable characters"
+"""What the name of a document may be, in the words of a refusal."""
+
 _FORBIDDEN = frozenset("/\\")
 
 
@@ -46,11 +48,11 @@ def name_fault(name: str) -> NameFault | None:
 def author_fault(name: str) -> NameFault | None:
     """As `name_fault`, of the name of whoever saves, which may hold slashes."""
     if not 1 <= len(name) <= LONGEST_NAME:
-        return NameFault(f"has {len(name)} characters; {_ACCEPTED}", len(name), LONGEST_NAME)
+        return NameFault(f"has {len(name)} characters; {OF_A_DOCUMENT}", len(name), LONGEST_NAME)
     for place, character in enumerate(name):
         if not character.isprintable():
             problem = f"holds U+{ord(character):04X} as character {place + 1}"
-            return NameFault(f"{problem}; {_ACCEPTED}")
+            return NameFault(f"{problem}; {OF_A_DOCUMENT}")
     if name != name.strip():
         return NameFault("begins or ends with a space; accepted: a name without")
     # Two encodings of one letter would make two documents that look the same.

@@ -644,7 +644,9 @@ CATALOGUE: dict[VerdictCode, CatalogueEntry] = {
         "This is no pairing code of this cell, or no longer.",
         "Type the code that the teacher shows now.",
     ),
-    VerdictCode.NAME_TAKEN: _entry("Somebody else is called so already.", "Choose another name."),
+    VerdictCode.NAME_TAKEN: _entry(
+        "Somebody or something else is called so already.", "Choose another name."
+    ),
     VerdictCode.BAD_PASSWORD: _entry(
         "The new password is too easy to guess, too short or too long.",
         "Use 8 to 128 characters; several words are easy to remember.",

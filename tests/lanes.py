@@ -13,6 +13,7 @@ import pytest
 _MARK = "realtime"
 _NAMED = f"mark.{_MARK}"
 """How a file names it; a word of it elsewhere, as in a test of marks, is none."""
+
 _ALL_OF_A_FILE = re.compile(rf"^pytestmark = .*\bmark\.{_MARK}\b", re.MULTILINE)
 
 

@@ -327,7 +327,7 @@ local MESSAGES = {
   { type = 65018, name = "set_speed", filter = "set_speed", fields = {
     { kind = "int", name = "request_id", meaning = "chosen by the pendant" },
     { kind = "real", name = "override", meaning = "fraction of the planned speed, 0.001 to 1; 0 pauses what moves" },
-    { kind = "real", name = "tool_speed", unit = "m/s", meaning = "cap of tool and elbow, 0 to leave it as it is" },
+    { kind = "real", name = "tool_speed", unit = "m/s", meaning = "cap of tool and elbow, 0 to leave it as it is; in automatic only 0" },
   } },
   { type = 65019, name = "motion_control", filter = "motion_control", fields = {
     { kind = "int", name = "request_id", meaning = "chosen by the pendant" },

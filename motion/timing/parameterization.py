@@ -88,7 +88,8 @@ def time_path(
         excess = problem.excess(profile)
     duration = profile.duration * max(1.0, _slowing(*excess), problem.haste(profile))
     if not duration <= MAX_DURATION:
-        raise NotTimeable(path.length, f"it would last more than {MAX_DURATION:g} s")
+        reason = f"it would last more than {MAX_DURATION:g} s"
+        raise NotTimeable(path.length, reason, lasts_too_long=True)
     samples = max(math.ceil(duration / sample_period - _ROUNDING), 1)
     waypoints = problem.at_knots[path.waypoint_knots]
     return profile.sampled(path, limits, waypoints, samples, sample_period)

@@ -144,7 +144,8 @@ def straight_move(
             gain = min(gain, sharpest / abs(way))
     steps, ramp = _phases(rate * sample_period, gain * sample_period**2)
     if steps * sample_period > MAX_DURATION:
-        raise NotTimeable(math.hypot(*delta), f"it would last more than {MAX_DURATION:g} s")
+        reason = f"it would last more than {MAX_DURATION:g} s"
+        raise NotTimeable(math.hypot(*delta), reason, lasts_too_long=True)
     return StraightMove(tuple(start), tuple(goal), steps, ramp, sample_period)
 
 

@@ -257,7 +257,7 @@ class CellMotions:
         """
         refusal = permission(self._authority, by.session, now)
         if refusal is None:
-            refusal = self._modes.set_speed(override, cap)
+            refusal = self._modes.set_speed(override, cap, self._feedback.mode)
         work = self._driving.work
         if refusal is None and work is not None and work.stored is not None:
             if override:

@@ -63,6 +63,14 @@ RoleFault = Callable[[int], Refusal | None]
 """Returns why the role of a connection does not let it move the robot."""
 
 
+Known = Callable[[VerdictCode], VerdictCode]
+"""Returns the code by which a connection knows a code, in an older version of the protocol too."""
+
+
+def _as_it_is(code: VerdictCode) -> VerdictCode:
+    return code
+
+
 def why(
     cell: RobotCell,
     name: str,
@@ -71,12 +79,14 @@ def why(
     now: int,
     contact: Refusal | None = None,
     role: RoleFault | None = None,
+    known: Known = _as_it_is,
 ) -> WhyReply:
     """Examine every condition of a motion.
 
     Args:
         contact: what the robot touches where it stands; None for nothing.
         role: tells whose role is too low; None where everybody may move the robot.
+        known: returns the code by which whoever asks knows a code.
     """
     holder = cell.authority.holder
     if request.whose == "holder" and holder is not None:
@@ -86,7 +96,7 @@ def why(
     asked = InterlockQuery(role=role or (lambda _: None), contact=contact)
     chain = examine_motion(cell, kind, session, now, asked=asked)
     shortly = cell.joint_names.shortly
-    reports = tuple(_report(finding, cell.stop, shortly) for finding in chain)
+    reports = tuple(_report(finding, cell.stop, shortly, known) for finding in chain)
     broken = next((report.condition for report in reports if not report.holds), "")
     return WhyReply(
         cell=name,
@@ -94,7 +104,7 @@ def why(
         ready=not broken,
         broken=broken,
         conditions=reports,
-        ended=None if cell.ended is None else _end(cell.ended, shortly),
+        ended=None if cell.ended is None else _end(cell.ended, shortly, known),
         remarks=_remarks(cell, now),
         enabling_deadline=round(cell.modes.enabling_deadline(session), 6),
     )
@@ -104,8 +114,8 @@ _InWords: TypeAlias = Callable[[str], str]
 """Returns a sentence with the display names of joints."""
 
 
-def _end(refusal: Refusal, shortly: _InWords) -> EndReport:
-    code, text, entry = refusal.code, shortly(refusal.sentence), CATALOGUE[refusal.code]
+def _end(refusal: Refusal, shortly: _InWords, known: Known) -> EndReport:
+    code, text, entry = known(refusal.code), shortly(refusal.sentence), CATALOGUE[refusal.code]
     return EndReport(code=code, name=code.name, text=text, cause=entry.cause, remedy=entry.remedy)
 
 
@@ -119,7 +129,9 @@ def _remarks(cell: RobotCell, now: int) -> tuple[str, ...]:
     return (f"{ago:.0f} s ago {sentence}; {somebody}",)
 
 
-def _report(finding: Interlock, stop: StopLatch | None, shortly: _InWords) -> ConditionReport:
+def _report(
+    finding: Interlock, stop: StopLatch | None, shortly: _InWords, known: Known
+) -> ConditionReport:
     condition, refusal = finding
     name, meaning = condition.name.lower(), condition.value
     if refusal is None:
@@ -127,12 +139,13 @@ def _report(finding: Interlock, stop: StopLatch | None, shortly: _InWords) -> Co
     # A stop by the server itself says no more than that; what it was stopped for has the remedy.
     by_itself = stop is not None and refusal.code is VerdictCode.PROTECTIVE_STOP
     entry = CATALOGUE[stop.code if stop is not None and by_itself else refusal.code]
+    code = known(refusal.code)
     return ConditionReport(
         condition=name,
         meaning=meaning,
         holds=False,
-        code=refusal.code,
-        name=refusal.code.name,
+        code=code,
+        name=code.name,
         text=shortly(refusal.sentence),
         cause=entry.cause,
         remedy=entry.remedy,

@@ -77,6 +77,15 @@ _IN_PROGRAMS = {"edit", "move"}
 
 _LONGEST_NAME = 40
 
+_UNKNOWN_KEY = "Extra inputs are not permitted"
+
+_LATER_FIELDS = {
+    op: found
+    for op, kind in OPERATIONS.items()
+    if (found := {each.name for each in fields(kind) if "since" in each.metadata})
+}
+"""Fields that came with version 3, of operations that were there before."""
+
 
 class _Named(BaseModel):
     """The fields of every request, to say what is wrong with one of no known operation."""
@@ -119,8 +128,13 @@ def parse(body: bytes, version: int = PROTOCOL_VERSION) -> tuple[str, Request[An
             return name, _key_twice(each)
     if name in OPERATIONS and not is_known(name, version):
         return name, unknown(name, version)
+    if version < PROTOCOL_VERSION and name in _LATER_FIELDS:
+        for key in _LATER_FIELDS[name] & dict(objects[-1]).keys():
+            return name, _refusal((name, key), _UNKNOWN_KEY)
+    # What version 2 took for a number, it goes on taking for one.
+    is_strict = True if name in OPERATIONS and OPERATIONS[name].SINCE > 2 else None
     try:
-        request: Request[Any] = _VALIDATOR.validate_json(body)
+        request: Request[Any] = _VALIDATOR.validate_json(body, strict=is_strict)
     except ValidationError as error:
         return name, _fault(name, body, error, version)
     return request.op, request
@@ -176,7 +190,7 @@ def _fault(name: str, body: bytes, error: ValidationError, version: int) -> Refu
     first = min(error.errors(include_url=False, include_input=False), key=rank)
     place, problem = first["loc"], first["msg"]
     if first["type"] == "unexpected_keyword_argument" and not _IN_PROGRAMS & set(place[1:2]):
-        problem = "Extra inputs are not permitted"
+        problem = _UNKNOWN_KEY
     return _refusal(place[1:] if name in _ALONE else place, problem)
 
 
@@ -253,9 +267,9 @@ class ReplyTo(Generic[Answer]):
             json.dumps(about | fields, ensure_ascii=False, separators=(",", ":")), ReplyCode.FAILURE
         )
 
-    def code(self, code: VerdictCode) -> int:
-        """Return the number by which this connection knows a code."""
-        return int(code) if self.version >= PROTOCOL_VERSION else in_version_2(code)
+    def code(self, code: VerdictCode) -> VerdictCode:
+        """Return the code by which this connection knows a code."""
+        return code if self.version >= PROTOCOL_VERSION else VerdictCode(in_version_2(code))
 
     def refuse_program(self, error: ProgramError) -> list[Effect]:
         """Return the answer that says what is wrong with a program, and where in its text."""

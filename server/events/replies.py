@@ -52,6 +52,14 @@ def cut(text: str, size: int) -> str:
     return clean.encode("utf-8", "replace")[:size].decode("utf-8", "ignore")
 
 
+def cut_at_word(text: str, size: int) -> str:
+    """As `cut`, but a text that is too long ends behind a whole word, and with three dots."""
+    told = cut(text, size)
+    if len(told) == len(text):
+        return told
+    return cut(text, size - 4).rpartition(" ")[0] + " ..."
+
+
 def in_words(text: str, named: Callable[[str], str]) -> str:
     """Return the text of a verdict or an outcome with other names in it, cut where too long."""
     told = named(text)

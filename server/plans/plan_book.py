@@ -109,7 +109,8 @@ def moved(
     for joint, (planned, actual) in enumerate(zip(start, here, strict=True)):
         most = (START_SHIFT if limits.prismatic[joint] else START_TURN) + noise
         if not abs(actual - planned) <= most:
-            text = f"joint {joint + 1} stands at {actual:.6f}, the plan starts at {planned:.6f}"
+            name, unit = limits.names[joint], limits.unit(joint)
+            text = f"{name} stands at {actual:.6f} {unit}, the plan starts at {planned:.6f} {unit}"
             return Refusal(VerdictCode.PLAN_STALE, text, joint, actual, planned)
     return None
 

@@ -40,6 +40,9 @@ LONGEST_LABEL = 64
 FASTEST_TOOL = 10.0
 """Greatest cap of the tool speed that may be asked for [m/s]."""
 
+SLOWEST = 1e-6
+"""Least speed [m/s, or fraction] that may be asked for; any plan that moves is too long by then."""
+
 PLANNERS = (*(each.value for each in OmplPlanner), BUILT_IN)
 """Every planner by its name, installed or not."""
 
@@ -55,6 +58,11 @@ def request_fault(asked: MakePlan) -> Refusal | None:
     if cap is not None and not 0.0 < cap <= FASTEST_TOOL:
         text = f"tool speed {cap:g} m/s; accepted: above 0, up to {FASTEST_TOOL:g}"
         return Refusal(VerdictCode.BAD_ARGUMENT, text, value=cap, limit=FASTEST_TOOL)
+    for what, value in (("speed", asked.speed), ("tool speed", cap)):
+        # Smaller ones lie outside the numbers that a planner can reckon with.
+        if value is not None and 0.0 < value < SLOWEST:
+            text = f"{what} {value:g}; accepted: {SLOWEST:g} or more"
+            return Refusal(VerdictCode.BAD_ARGUMENT, text, value=value, limit=SLOWEST)
     return speed_fault(asked.speed)
 
 
@@ -143,7 +151,10 @@ class GoalReader:
     def _only_joints(self, goal: PtpAim | FreeAim) -> JointVector:
         """Return the joints of a goal that has no pose."""
         if goal.joints is None or goal.pose is not None:
-            raise BadArgument("goal", goal.kind, "joints or pose, one of the two")
+            given = "without joints and pose" if goal.joints is None else "with joints and pose"
+            raise BadArgument(
+                f"a goal of kind {goal.kind}", given, "joints or pose, one of the two"
+            )
         return self.joints(goal.joints)
 
     def _path(

@@ -38,7 +38,7 @@ from ..events.cell_events import (
 from ..events.effects import Effect
 from ..events.management_requests import ReplyTo, handles
 from ..events.pending import Pending
-from ..events.replies import cut
+from ..events.replies import cut_at_word
 from ..planning.jobs import (
     CertifiedTrajectory,
     JointVector,
@@ -490,6 +490,7 @@ class PlanService:
 
     def _tell(self, plan: Plan) -> list[Effect]:
         why = plan.why
+        in_full = self._cell.joint_names.in_full
         return self._notify(
             PlanChanged(
                 plan.number,
@@ -497,7 +498,7 @@ class PlanService:
                 _code(plan),
                 PlanStage.NONE,
                 0.0,
-                "" if why is None else cut(why.sentence, TEXT_BYTES),
+                "" if why is None else cut_at_word(in_full(why.sentence), TEXT_BYTES),
             )
         )
 

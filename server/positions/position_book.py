@@ -153,7 +153,7 @@ class PositionBook:
         fault = self._not_of_cell(name) or self._name_fault(new_name)
         if fault is None and new_name != name and new_name in self.of_cell:
             text = f"new_name: {new_name!r} is there already; accepted: another name"
-            fault = Refusal(VerdictCode.BAD_ARGUMENT, text)
+            fault = Refusal(VerdictCode.NAME_TAKEN, text)
         if fault is not None:
             return fault
         return {new_name if each == name else each: at for each, at in self.of_cell.items()}
@@ -191,10 +191,13 @@ class PositionBook:
         code = VerdictCode.REVISION_CONFLICT
         return Refusal(code, text, value=self.revision, limit=expected)
 
-    def keep(self, positions: Mapping[str, JointVector], author: str, told: Told) -> list[Effect]:
+    def keep(
+        self, positions: Mapping[str, JointVector], author: str, session: int, told: Told
+    ) -> list[Effect]:
         """Have the store keep other positions of the cell; in force once it has them.
 
         Args:
+            session: connection of the author.
             told: called with the new revision, or why they were not saved.
         """
         self._busy = _SAVING
@@ -210,7 +213,8 @@ class PositionBook:
             return told(Refusal(VerdictCode.STORE_FAILED, text), now)
 
         body = positions_to_json(positions)
-        return self._pending.ask(Save(_KIND, self._cell, body, self.revision, author), saved)
+        save = Save(_KIND, self._cell, body, self.revision, author, session)
+        return self._pending.ask(save, saved)
 
 
 _READING = "what is kept as positions is being read"

@@ -16,7 +16,7 @@ from typing import Annotated, Literal, TypeAlias
 from pydantic import BaseModel, ConfigDict, Field, ValidationError
 
 from openpendant.motion.description.schema import OWN_NAMES
-from openpendant.simplemsg.names import name_fault
+from openpendant.simplemsg.names import OF_A_DOCUMENT, name_fault
 from openpendant.simplemsg.pendant.management.positions import MOST_NAME_BYTES, MOST_POSITIONS
 
 from ..planning.jobs import JointVector
@@ -30,7 +30,7 @@ MOST_JOINTS = 10
 LARGEST_VALUE = 1e3
 """No joint stands farther from zero [rad or m]."""
 
-_ACCEPTED = f"accepted: 1 to {MOST_NAME_BYTES} printable bytes"
+_ACCEPTED = f"accepted: 1 to {MOST_NAME_BYTES} bytes of printable characters"
 _Real: TypeAlias = Annotated[
     float, Field(strict=True, allow_inf_nan=False, ge=-LARGEST_VALUE, le=LARGEST_VALUE)
 ]
@@ -62,7 +62,8 @@ def position_name_fault(name: str) -> str | None:
     if name in OWN_NAMES:
         return f"{name!r} is the robot's own; accepted: another name than {', '.join(OWN_NAMES)}"
     fault = name_fault(name)
-    return None if fault is None else fault.problem
+    # What a document may be called is longer.
+    return None if fault is None else fault.problem.replace(OF_A_DOCUMENT, _ACCEPTED)
 
 
 def positions_to_json(positions: Mapping[str, JointVector]) -> str:

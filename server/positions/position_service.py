@@ -174,7 +174,7 @@ class PositionService:
                     return reply.refuse(revision)
                 return reply.answer({"revision": revision, "warning": warning})
 
-            return self._positions.keep(kept, reply.name, told)
+            return self._positions.keep(kept, reply.name, reply.session, told)
 
         return self._pending.run(self._touching(joints, Turns()), looked, now)
 
@@ -226,7 +226,7 @@ class PositionService:
                 return reply.refuse(revision)
             return reply.answer({"revision": revision})
 
-        return self._positions.keep(positions, reply.name, told)
+        return self._positions.keep(positions, reply.name, reply.session, told)
 
 
 def _rounded(value: float) -> float:

@@ -98,6 +98,8 @@ class PlanningScene:
         revisions: of the document of each kind; 0 where there is none yet.
         problems: documents that could not be read, by kind; what they hold is not in force.
         history: poses of the frames in the last seconds.
+        handed_over: how often a program took an object or put one down. The revision, which is that
+            of the document, stays the same with it.
     """
 
     def __init__(
@@ -107,6 +109,7 @@ class PlanningScene:
         self.revisions = dict.fromkeys(WORLD_KINDS, 0)
         self.problems: dict[DocumentKind, Refusal] = {}
         self.history = JointHistory(view.flange, view.frames)
+        self.handed_over = 0
         self._name = name
         self._view = view
         self._ground = ground
@@ -326,6 +329,8 @@ class PlanningScene:
         before = self.scene
         try:
             scene = change(before)
+            # One object, or as many as a small body names.
+            spent += sum(self._view.held_steps(before, scene))
         except MotionError as error:
             return refusal_of(error)
         refusal = self._unfit_now(before, scene)
@@ -360,19 +365,22 @@ class PlanningScene:
 
         then = self._saves_scene(author, session, told)
 
-        def arrived(scene: Scene, at: int) -> list[Effect]:
+        def arrived(scene: Scene | Refusal, at: int) -> list[Effect]:
             nonlocal has_arrived
             has_arrived = True
-            refused = self._unfit_now(before, scene)
-            if refused is None:
-                announced = now if is_announced else None
-                return self._build(scene, at, then, turns, is_kept=True, announced=announced)
+            if isinstance(scene, Refusal):
+                refused: Refusal | None = scene
+            else:
+                refused = self._unfit_now(before, scene)
+                if refused is None:
+                    announced = now if is_announced else None
+                    return self._build(scene, at, then, turns, is_kept=True, announced=announced)
             out = self._watcher.planned_in(before, at, at) if is_announced else []
             return out + self._end_building(refused, then, at)
 
         self._building = _Building(before, only_adds=False)
         self._tell_cell()
-        out = self._pending.run(turns.make(arriving.arrived(before)), arrived, now)
+        out = self._pending.run(turns.find(self._in_reach(arriving, before)), arrived, now)
         if not has_arrived:
             is_announced = True
             out += self._watcher.announced(now)
@@ -381,6 +389,11 @@ class PlanningScene:
     def _unfit_now(self, before: Scene, after: Scene) -> Refusal | None:
         """Return why a scene may not take the place of another while the robot moves."""
         return None if _only_adds(before, after) else self._not_now(DocumentKind.SCENE)
+
+    def _in_reach(self, arriving: SceneInTransfer, before: Scene) -> Stepwise[Scene]:
+        scene = yield from arriving.arrived(before)
+        yield from self._view.held_steps(before, scene)
+        return scene
 
     def _saves_scene(self, author: str, session: int, told: Told) -> InForce:
         """Return what saves the scene that was built last, once it is in force."""
@@ -427,7 +440,11 @@ class PlanningScene:
             except MotionError as error:
                 return then(refusal_of(error), at)
             spent = _PER_OBJECT * len(scene.objects) + _PER_ALLOWED * len(scene.allowed)
-            return self._build(scene, at, then, Turns(spent))
+            return self._build(scene, at, built, Turns(spent))
+
+        def built(refused: Refusal | None, at: int) -> list[Effect]:
+            self.handed_over += refused is None
+            return then(refused, at)
 
         if self._building is not None:
             self._waiting.append(begin)

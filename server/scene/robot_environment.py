@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Any, Protocol, TypeAlias
 from openpendant.motion.frames.frame_tree import FrameTree
 from openpendant.motion.pose import Pose
 from openpendant.motion.scene.scene import Scene
+from openpendant.motion.steps import Stepwise
 
 from ..cell.execution.feedback import JointVector
 from ..events.effects import Effect
@@ -71,6 +72,13 @@ class SceneModel(Protocol):
 
         Raises:
             MotionError: there is no such object or link, one holds it, or it is beyond reach.
+        """
+
+    def held_steps(self, before: Scene, after: Scene) -> Stepwise[None]:
+        """Measure in steps what links hold in a scene and did not in the one before.
+
+        Raises:
+            NothingGripped: an object is beyond reach.
         """
 
 

@@ -32,8 +32,9 @@ from openpendant.motion.pose import Pose
 from openpendant.motion.robot_report.robot_report import robot_data
 from openpendant.motion.scene.clearance import ClearPath
 from openpendant.motion.scene.collision import BuildStep, CollisionModel, Proximity
-from openpendant.motion.scene.grasping import Grip, gripped
+from openpendant.motion.scene.grasping import Grip, gripped, held_steps
 from openpendant.motion.scene.scene import Scene
+from openpendant.motion.steps import Stepwise
 from openpendant.motion.trajectory.point_speed import elbow_link
 
 from ..planning.jobs import JointVector, PoseGoal
@@ -179,6 +180,14 @@ class RobotKinematics:
             MotionError: as of `motion.scene.grasping.gripped`.
         """
         return gripped(self._kinematics, self.frames, scene, name, position, link)
+
+    def held_steps(self, before: Scene, after: Scene) -> Stepwise[None]:
+        """Measure in steps what links hold in a scene and did not in the one before.
+
+        Raises:
+            NothingGripped: an object is beyond reach.
+        """
+        return held_steps(self._kinematics, self.frames, before, after)
 
     def nearest_steps(
         self, position: Sequence[float]

@@ -130,7 +130,9 @@ class SetSpeed(Message):
     override: Annotated[
         float, Real("fraction of the planned speed, 0.001 to 1; 0 pauses what moves")
     ]
-    tool_speed: Annotated[float, Real("cap of tool and elbow, 0 to leave it as it is", "m/s")]
+    tool_speed: Annotated[
+        float, Real("cap of tool and elbow, 0 to leave it as it is; in automatic only 0", "m/s")
+    ]
 
 
 @to_server(65019, "motion_control", "Pauses, resumes or ends the motion or the program.")

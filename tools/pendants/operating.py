@@ -240,7 +240,8 @@ class Operating(PendantSession):
         Args:
             override: fraction of the planned speed, 0.001 to 1. 0 pauses what moves; raised again,
                 it stands until `resume`.
-            tool_speed: cap of tool and elbow [m/s]; 0 leaves it as it is.
+            tool_speed: cap of tool and elbow [m/s]; 0 leaves it as it is, and in automatic only
+                0 is taken: nothing is capped there.
 
         Raises:
             Refused: not in control, or a value is out of bounds.

@@ -2,8 +2,9 @@
 
 Owns what a person is offered to choose from: the nearest answer, each configuration once at the
 turn that is nearest to the seed, or every full turn inside the limits; and the number of each
-configuration (`branch`), by which a plan names one. `ik` owns how answers are found, and their
-order: the nearest first, where a slow joint weighs more than a fast one (`revolutions`).
+configuration (`branch`), by which a plan names one. `ik` owns how answers are found, and which is
+the nearest: a slow joint weighs more than a fast one there (`revolutions`), and branches are
+numbered by that. Listed they are in the order of the distance that is told of each.
 """
 
 from __future__ import annotations
@@ -61,7 +62,7 @@ class Choices:
     """The answers to one pose.
 
     Attributes:
-        listed: the nearest first, at most `MOST_CHOICES`.
+        listed: the smallest change of a joint first, at most `MOST_CHOICES`.
         total: how many there are of the kind that was asked for.
         is_complete: nothing is missing in `total`. False where the nearest alone was asked for,
             and where the answers are a sample: of an arm without a closed form, of one with a
@@ -104,7 +105,8 @@ def choices(
         time_cap=LONGEST_SEARCH,
     )
     numbered = zip(found.numbers, found.listed, strict=True)
-    listed = tuple(choice(number, solution, seed) for number, solution in numbered)
+    told = (choice(number, solution, seed) for number, solution in numbered)
+    listed = tuple(sorted(told, key=lambda each: each.distance))
     return Choices(listed, found.total, _has_all(kinematics, found.listed))
 
 

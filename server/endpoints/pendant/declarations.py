@@ -44,6 +44,7 @@ class Declarations:
     def declare(self, session: int, message: Declare, now: int) -> Refusal | list[Effect]:
         """Take note of what a pendant wants; the verdict's value is the ramp time [s]."""
         refusal = deadline_fault(message.enabling_deadline) or _notices_fault(message.notices)
+        refusal = refusal or _language_fault(message.language)
         if refusal is None and self._moves(session):
             refusal = Refusal(VerdictCode.MOVING, "this connection moves the robot")
         if refusal is not None:
@@ -72,3 +73,10 @@ def _notices_fault(notices: int) -> Refusal | None:
         return None
     text = f"notices {notices}; accepted: 0 or 1"
     return Refusal(VerdictCode.BAD_ARGUMENT, text, value=notices, limit=1)
+
+
+def _language_fault(language: str) -> Refusal | None:
+    if language.isprintable():
+        return None
+    text = f"language {language!r}; accepted: printable characters, as en or de"
+    return Refusal(VerdictCode.BAD_ARGUMENT, text)

@@ -6,7 +6,8 @@ too slowly misses single notices, and is sent one that says "look at everything"
 again, so that nothing is lost.
 
 Owns what a change is called. Signals are told with the tick behind the report that changed them, at
-most ten times a second.
+most ten times a second. What a program takes or puts down is a change of the scene that is not
+saved: it is told with the next tick, with the revision that the document has.
 """
 
 from __future__ import annotations
@@ -17,6 +18,7 @@ from openpendant.simplemsg.pendant import Change, DocumentChanged, NoticeKind
 
 from ...events.effects import Effect, Notify
 from ...events.replies import NAME_BYTES, cut
+from ...scene.planning_scene import PlanningScene
 from ...scene.signals import CellSignals
 from ...store.documents import MOST_NAME_BYTES, DocumentKind, Heading
 from ...store.requests import Delete, RenameRecording, Request, Save, TrimRecording
@@ -34,16 +36,24 @@ _KINDS: Mapping[DocumentKind, NoticeKind] = {
 class DocumentNotices:
     """Notices of the changes in one cell."""
 
-    def __init__(self, listeners: Listeners, signals: CellSignals | None, cell: str) -> None:
+    def __init__(
+        self,
+        listeners: Listeners,
+        signals: CellSignals | None,
+        scene: PlanningScene | None,
+        cell: str,
+    ) -> None:
         """Have told nothing yet.
 
         Args:
             signals: None where the cell has none.
+            scene: likewise.
         """
         self._listeners = listeners
         self._signals = signals
+        self._scene = scene
         self._cell = cut(cell, MOST_NAME_BYTES)
-        self._told_signals = 0
+        self._told_signals = self._told_handed_over = 0
         self._signals_due = 0
         self._missed: set[int] = set()
 
@@ -99,7 +109,7 @@ class DocumentNotices:
 
     def tick(self, now: int) -> list[Effect]:
         """Tell of changed signals, and have those look at everything who missed a notice."""
-        out = self._signals_changed(now)
+        out = self._signals_changed(now) + self._handed_over()
         if self._missed:
             # Each is tried with every tick until it has room; who is gone or looks away is not.
             again = tuple(
@@ -121,6 +131,14 @@ class DocumentNotices:
         self._told_signals = changes
         self._signals_due = now + SIGNALS_PERIOD_NS
         return self._to_whoever_wants(self._everything(NoticeKind.SIGNALS, changes))
+
+    def _handed_over(self) -> list[Effect]:
+        scene = self._scene
+        if scene is None or scene.handed_over == self._told_handed_over:
+            return []
+        self._told_handed_over = scene.handed_over
+        revision = scene.revisions[DocumentKind.SCENE]
+        return self._to_whoever_wants(self._everything(NoticeKind.SCENE, revision))
 
     def _everything(self, kind: NoticeKind, revision: int) -> DocumentChanged:
         return DocumentChanged(

@@ -324,7 +324,7 @@ class ManagementRequests:
     def _why(self, asked: op.WhyRequest, reply: ReplyTo[op.Why], now: int) -> list[Effect]:
         def told(contact: Refusal | None, at: int) -> list[Effect]:
             role, name = self._access.move_fault, self._settings.name
-            found = why(self._cell, name, asked, reply.session, at, contact, role)
+            found = why(self._cell, name, asked, reply.session, at, contact, role, reply.code)
             return reply.answer(cast(op.Why, found.model_dump(mode="json")))
 
         if self._environment is None or asked.kind == "jog":

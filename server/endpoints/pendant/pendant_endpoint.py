@@ -193,7 +193,8 @@ class PendantEndpoint:
             besides=(self.plans, escapes, self.controller, CatalogueRequests()),
         )
         signals = None if environment is None else environment.signals
-        self.notices = DocumentNotices(listeners, signals, identity.cell)
+        world = None if environment is None else environment.world
+        self.notices = DocumentNotices(listeners, signals, world, identity.cell)
         self._requests = self._request_table()
         self._topics = self._topic_table()
 

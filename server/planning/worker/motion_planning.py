@@ -34,12 +34,23 @@ def certified_motion(
         kinematics: of the robot with the job's tool.
     """
     try:
-        trajectory = _plan(kinematics, job)
-        caps = speed_caps(kinematics, job.tool_speed)
-        proof = certify(trajectory, kinematics.limits, start=job.start, tool_speed=caps)
-        return trajectory, proof
+        return planned_motion(kinematics, job)
     except MotionError as error:
         return refusal_of(error)
+
+
+def planned_motion(
+    kinematics: Kinematics, job: PoseJob | JointPathJob
+) -> tuple[Trajectory, Certificate]:
+    """As `certified_motion`.
+
+    Raises:
+        MotionError: there is none.
+    """
+    trajectory = _plan(kinematics, job)
+    caps = speed_caps(kinematics, job.tool_speed)
+    proof = certify(trajectory, kinematics.limits, start=job.start, tool_speed=caps)
+    return trajectory, proof
 
 
 def _plan(kinematics: Kinematics, job: PoseJob | JointPathJob) -> Trajectory:

@@ -13,8 +13,10 @@ from collections.abc import Callable, Mapping, Sequence
 from dataclasses import replace
 from typing import TypeAlias
 
+import numpy as np
+
 from openpendant.motion.description.limits import JointLimits
-from openpendant.motion.errors import BadArgument, MotionError
+from openpendant.motion.errors import BadArgument, MotionError, NotTimeable
 from openpendant.motion.frames.frame_tree import BASE
 from openpendant.motion.kinematics.ik.ik import branch_of
 from openpendant.motion.kinematics.serial import Kinematics
@@ -29,7 +31,7 @@ from openpendant.motion.pose import Pose
 from openpendant.motion.scene.scene import Scene
 from openpendant.motion.timing.parameterization import time_path
 from openpendant.motion.trajectory.certificate import Certificate, certify
-from openpendant.motion.trajectory.trajectory import Trajectory, join
+from openpendant.motion.trajectory.trajectory import MAX_DURATION, Trajectory, join
 from openpendant.simplemsg.pendant import Motion
 from openpendant.simplemsg.verdicts import VerdictCode
 
@@ -48,7 +50,7 @@ from ..jobs import (
     WorstRatio,
 )
 from .block_planning import collision_model, collision_on
-from .motion_planning import certified_motion, speed_caps
+from .motion_planning import planned_motion, speed_caps
 
 LONGEST = 120.0
 """Longest plan [s]."""
@@ -95,6 +97,10 @@ def make_plan(
     """
     try:
         made = _made(bare, tooled, job, tell)
+    except NotTimeable as error:
+        if error.lasts_too_long:
+            return _refused_at_length(MAX_DURATION, "more than ")
+        return refusal_of(error)
     except MotionError as error:
         return refusal_of(error)
     if isinstance(made, Refusal):
@@ -110,11 +116,17 @@ def _made(
     bare: Kinematics, tooled: Kinematics, job: PlanJob, tell: Tell
 ) -> tuple[Trajectory, Certificate] | Refusal:
     motion = _placed(bare, job)
+    if not isinstance(motion, FreePath):
+        motion = _in_branch(tooled, motion, job.branch)
+    least = _least_duration(tooled, motion)
+    if least > LONGEST:
+        # Found before a long path is timed, which takes seconds where it is slow.
+        return _refused_at_length(least, "at least ")
     found: tuple[Trajectory, Certificate] | Refusal
     if isinstance(motion, FreePath):
         found = _searched(bare, tooled, job, motion, tell)
     else:
-        found = certified_motion(tooled, _in_branch(tooled, motion, job.branch))
+        found = planned_motion(tooled, motion)
     if isinstance(found, Refusal) or job.scene is None:
         return found
     return collision_on(bare, found[0].position, job.scene) or found
@@ -150,10 +162,11 @@ def _in_base(given: PoseGoal, number: int, place: PoseGoal | None) -> PoseGoal:
     farthest = max(given.position, key=abs)
     if abs(farthest) > LARGEST_COORDINATE:
         accepted = f"coordinates up to {LARGEST_COORDINATE:g} m"
-        raise BadArgument(f"pose {number}", farthest, accepted)
+        raise BadArgument(f"the farthest coordinate of pose {number}", farthest, accepted)
     norm = math.hypot(*given.orientation)
     if not abs(norm - 1.0) <= NORM_TOLERANCE:
-        raise BadArgument(f"quaternion of pose {number}", f"length {norm:g}", "length 1")
+        accepted = f"length 1 within {NORM_TOLERANCE:g}"
+        raise BadArgument(f"quaternion of pose {number}", f"length {norm:g}", accepted)
     pose = Pose.from_values(given.position, given.orientation)
     if place is not None:
         pose = Pose.from_values(place.position, place.orientation).compose(pose)
@@ -229,6 +242,35 @@ def _free_goal(
         model, pose, motion.start, random_seed=motion.seed, kinematics=tooled
     )
     return tuple(found.tolist())
+
+
+def _least_duration(kinematics: Kinematics, motion: PoseJob | JointPathJob | FreePath) -> float:
+    """Return a time that a motion takes in any case [s], which costs little to find.
+
+    It is that of the joints that are known, at their greatest speeds, and of the straight way of
+    the tool at its cap.
+    """
+    if isinstance(motion, FreePath):
+        goals = [motion.goal]
+    else:
+        goals = list(motion.goals if isinstance(motion, PoseJob) else motion.waypoints)
+    least, joints, tool = 0.0, motion.start, kinematics.forward(motion.start).position
+    for goal in goals:
+        if isinstance(goal, PoseGoal):
+            place = np.array(goal.position)
+        else:
+            turned = zip(goal, joints, kinematics.limits.velocity, strict=True)
+            least += max(abs(b - a) / (motion.speed * fastest) for b, a, fastest in turned)
+            joints, place = goal, kinematics.forward(goal).position
+        if motion.tool_speed is not None:
+            least += float(np.linalg.norm(place - tool)) / motion.tool_speed
+        tool = place
+    return least
+
+
+def _refused_at_length(duration: float, how: str) -> Refusal:
+    text = f"the plan takes {how}{duration:.4g} s; accepted: {LONGEST:g} s"
+    return Refusal(VerdictCode.PLAN_TOO_LONG, text, value=duration, limit=LONGEST)
 
 
 def _too_long(trajectory: Trajectory) -> Refusal | None:

@@ -108,7 +108,7 @@ class DryRunService:
                 case DryRunSlice(planned=blocks):
                     current.planned = max(current.planned, blocks)
                 case DryRunFound() as found:
-                    reply = dry_run_reply(linked, found)
+                    reply = dry_run_reply(linked, found, current.reply_to.code)
                     if wants_samples:
                         current.preview = planned.preview
                         reply["plan"] = None
@@ -141,9 +141,20 @@ class DryRunService:
         return reply_to.answer({"running": current is not None, "blocks": blocks})
 
 
-def dry_run_reply(linked: Linked, found: DryRunFound) -> op.DryRun:
-    """Return the findings as JSON data that fits an answer, where they were shortened before."""
+def dry_run_reply(
+    linked: Linked, found: DryRunFound, known: Callable[[VerdictCode], int]
+) -> op.DryRun:
+    """Return the findings as JSON data that fits an answer, where they were shortened before.
+
+    Args:
+        known: returns the number by which whoever asked knows a code.
+    """
     run = found.run
+
+    def fate(refusal: Refusal | None) -> dict[str, object]:
+        if refusal is None:
+            return {"reachable": True}
+        return {"reachable": False, "code": known(refusal.code), "text": refusal.sentence}
 
     def place(program: str, index: int) -> dict[str, Any]:
         return {"program": program, "line": linked.lines[program][index]}
@@ -158,30 +169,24 @@ def dry_run_reply(linked: Linked, found: DryRunFound) -> op.DryRun:
         "moves": [
             place(each.program, each.index)
             | {"point": each.point, "zone_used": each.zone_used}
-            | _refused(each.refusal)
+            | fate(each.refusal)
             for each in run.moves
         ],
         "scene": [
             place(each.program, each.index)
             | {"does": each.statement.statement, "object": each.statement.scene_object}
-            | _refused(each.refusal)
+            | fate(each.refusal)
             for each in run.hand_overs
         ],
         "statements": [
             place(each.program, each.index)
             | {"does": each.statement.statement}
-            | _refused(each.refusal)
+            | fate(each.refusal)
             for each in run.statements
         ],
         "unchecked": [place(*each) for each in run.unchecked],
-        "points": [{"point": each.point, **_refused(each.refusal)} for each in found.points],
+        "points": [{"point": each.point, **fate(each.refusal)} for each in found.points],
         "not_walked": [place(*each) for each in run.not_walked],
         "path": [[round(value, 6) for value in sample] for sample in run.path],
     }
     return cast(op.DryRun, findings)
-
-
-def _refused(refusal: Refusal | None) -> dict[str, object]:
-    if refusal is None:
-        return {"reachable": True}
-    return {"reachable": False, "code": int(refusal.code), "text": refusal.sentence}

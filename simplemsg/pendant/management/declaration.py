@@ -64,7 +64,9 @@ class Request(Generic[Reply]):
         OVERTAKEN: whether it is refused where a stop of its connection has overtaken it; None where
             its permission decides. What changes the selected tool, or what the robot carries, is
             refused besides.
-        SINCE: the first version of the protocol that has it; others do not know its name.
+        SINCE: the first version of the protocol that has it; others do not know its name. A field
+            that came later has its own as `metadata["since"]`; an older version takes it for an
+            unknown key.
     """
 
     __slots__ = ()
@@ -180,6 +182,15 @@ class Length:
     def __get_pydantic_core_schema__(self, source: Any, handler: _Handler) -> CoreSchema:
         """Return the schema of the list with these bounds."""
         return _with(handler(source), min_length=self.least, max_length=self.most)
+
+
+@dataclass(frozen=True, slots=True)
+class Strictly:
+    """Only what JSON writes as the declared type is read: no number as text, no bool as number."""
+
+    def __get_pydantic_core_schema__(self, source: Any, handler: _Handler) -> CoreSchema:
+        """Return the schema that takes no other JSON type."""
+        return _with(handler(source), strict=True)
 
 
 @dataclass(frozen=True, slots=True)

@@ -27,6 +27,7 @@ from .declaration import (
     Real,
     Request,
     Revision,
+    Strictly,
     Vector,
     operation,
 )
@@ -253,8 +254,10 @@ class ToolGrasp(TypedDict):
     """
 
     point: NotRequired[Annotated[Vector, Default((0.0, 0.0, 0.0))]]
-    reach: NotRequired[Annotated[float, Number(0.0, 0.05, finite=True), Default(0.010)]]
-    part: NotRequired[Annotated[Annotated[int, Count(0, below=512)] | None, Default(None)]]
+    reach: NotRequired[Annotated[float, Strictly(), Number(0.0, 0.05, finite=True), Default(0.010)]]
+    part: NotRequired[
+        Annotated[Annotated[int, Strictly(), Count(0, below=512)] | None, Default(None)]
+    ]
 
 
 @operation("tools.add", needs=Permission.CHANGE_TOOLS)

@@ -150,8 +150,9 @@ class InverseSolution(TypedDict):
     """One joint position that reaches the pose.
 
     Attributes:
-        branch: number of its configuration, from 1; turns of one share it. It names the same one
-            while joints, tool and frame stay.
+        branch: number of its configuration, from 1, which a motion takes by itself: the nearest,
+            where a slow joint weighs more. Turns of one share it. It names the same one while
+            joints, tool and frame stay.
         joints: inside the limits [rad, m for a linear axis].
         configuration: how the arm stands; None where it has no flags.
         distance: greatest change of a joint from the seed [rad, m for a linear axis].
@@ -172,7 +173,7 @@ class InverseSolution(TypedDict):
 
 
 class InverseAnswer(TypedDict):
-    """Joint positions that reach the pose, the nearest to the seed first.
+    """Joint positions that reach the pose, that of the smallest `distance` first.
 
     Attributes:
         solutions: at most 64.

@@ -19,6 +19,7 @@ from .declaration import (
     ReadAsFrom,
     Request,
     Revision,
+    Strictly,
     operation,
 )
 from .edits import Edit, Move
@@ -541,7 +542,7 @@ class StartDryRun(Request[DryRun]):
 
     name: str
     """name of the program."""
-    samples: bool = field(default=False, kw_only=True)
+    samples: Annotated[bool, Strictly()] = field(default=False, kw_only=True, metadata={"since": 3})
     """whether its motions are kept as a plan to be looked at; from version 3 of the protocol."""
 
 

@@ -28,7 +28,9 @@ from rigs.data.example_counts import examples
 from rigs.motion.jog_pad import JogPad
 
 from openpendant.server.cell.interlocks import InterlockKind
+from openpendant.server.cell.why import why
 from openpendant.server.events.cell_events import RunningProgram
+from openpendant.server.refusal import Refusal
 from openpendant.server.settings.cell_settings import ControllerPath
 from openpendant.simplemsg import TriState
 from openpendant.simplemsg.pendant import (
@@ -37,7 +39,8 @@ from openpendant.simplemsg.pendant import (
     OperatingMode,
     ProgramState,
 )
-from openpendant.simplemsg.verdicts import CATALOGUE
+from openpendant.simplemsg.pendant.management.cell import WhyRequest
+from openpendant.simplemsg.verdicts import CATALOGUE, in_version_2
 from openpendant.simplemsg.verdicts import VerdictCode as V
 
 
@@ -172,6 +175,31 @@ def test_an_onlooker_asks_for_whoever_is_in_control_or_for_itself() -> None:
     onlooker = JogPad(rig, "onlooker", takes=False)
     assert onlooker.pendant.ask("why")["ready"]
     assert onlooker.pendant.ask("why", whose="mine")["broken"] == "authority"
+
+
+def test_why_the_last_motion_ended_has_a_code_that_whoever_asks_knows() -> None:
+    rig, pad = at_a_pad()
+    older = rig.stranger()
+    older.hello(version=2)
+    rig.core.cell.ended = Refusal(V.NOTHING_GRIPPED, "far")
+    for pendant, code in ((pad.pendant, V.NOTHING_GRIPPED), (older, V.UNKNOWN_OBJECT)):
+        ended = pendant.ask("why")["ended"]
+        assert (ended["code"], ended["name"], ended["text"]) == (code, code.name, "far")
+
+
+def test_a_broken_condition_has_a_code_that_whoever_asks_knows() -> None:
+    rig, _ = at_a_pad()
+
+    def frozen(_: int) -> Refusal:
+        return Refusal(V.NOT_PREPARED, "not prepared")
+
+    told = why(rig.core.cell, "cell", WhyRequest(), 1, rig.now, role=frozen, known=as_in_version_2)
+    (broken,) = [each for each in told.conditions if each.text == "not prepared"]
+    assert (broken.code, broken.name) == (V.CONTROLLER_NOT_READY, "CONTROLLER_NOT_READY")
+
+
+def as_in_version_2(code: V) -> V:
+    return V(in_version_2(code))
 
 
 def test_asking_changes_nothing() -> None:

@@ -187,27 +187,27 @@ def cap(made: OperatingModes) -> float | None:
 def test_promise_12_t1_is_capped_at_250_mm_a_second_and_only_lowered() -> None:
     made = modes(T1)
     assert cap(made) == 0.25
-    assert made.set_speed(1.0, 0.26) is not None
-    assert made.set_speed(1.0, 0.1) is None
+    assert made.set_speed(1.0, 0.26, AUTO) is not None
+    assert made.set_speed(1.0, 0.1, AUTO) is None
     assert cap(made) == 0.1
 
 
 def test_t2_begins_at_the_reduced_speed_at_each_entry() -> None:
     made = modes(T2)
     assert cap(made) == REDUCED_SPEED
-    assert made.set_speed(1.0, 2.0) is None
+    assert made.set_speed(1.0, 2.0, AUTO) is None
     assert cap(made) == 2.0
     for away in (T1, AUTOMATIC, RECOVERY):
         made.set_mode(away)
         made.set_mode(T2)
         assert cap(made) == REDUCED_SPEED
-        made.set_speed(1.0, 2.0)
+        made.set_speed(1.0, 2.0, AUTO)
 
 
 def test_recovery_is_slow_and_a_lower_cap_makes_it_slower() -> None:
     made = modes(RECOVERY)
     assert cap(made) == RECOVERY_SPEED
-    made.set_speed(1.0, 0.05)
+    made.set_speed(1.0, 0.05, AUTO)
     assert cap(made) == 0.05
 
 
@@ -215,24 +215,44 @@ def test_automatic_knows_no_cap_of_the_tool() -> None:
     assert cap(modes(AUTOMATIC)) is None
 
 
+def test_a_cap_that_automatic_would_not_hold_is_refused_and_sets_nothing() -> None:
+    made = modes(AUTOMATIC)
+    refusal = refusal_from(made.set_speed(0.5, 0.1, AUTO))
+    assert (refusal.code, refusal.value, refusal.limit) == (V.MODE_FORBIDS, 0.1, 0.0)
+    assert made.override == 1.0
+    made.set_mode(T1)
+    assert cap(made) == REDUCED_SPEED
+
+
+def test_automatic_takes_an_override_that_names_no_cap() -> None:
+    made = modes(AUTOMATIC)
+    assert made.set_speed(0.5, 0.0, AUTO) is None
+
+
+def test_a_cap_is_refused_in_the_automatic_of_the_controllers_own_selector() -> None:
+    made = mirror()
+    assert refusal_from(made.set_speed(1.0, 0.1, AUTO)).code is V.MODE_FORBIDS
+    assert made.set_speed(1.0, 0.1, MANUAL) is None
+
+
 @pytest.mark.parametrize("override", [-0.01, 1e-9, 0.0009, 1.01, math.nan, math.inf, -math.inf])
 def test_an_override_between_0_and_the_least_or_above_1_is_refused_and_sets_nothing(
     override: float,
 ) -> None:
     made = modes(T2)
-    assert refusal_from(made.set_speed(override, 0.1)).code is V.BAD_ARGUMENT
+    assert refusal_from(made.set_speed(override, 0.1, AUTO)).code is V.BAD_ARGUMENT
     assert (made.override, cap(made)) == (1.0, REDUCED_SPEED)
 
 
 @pytest.mark.parametrize("override", [0.0, 0.001, 1.0])
 def test_an_override_of_0_or_from_the_least_to_1_is_taken(override: float) -> None:
     made = modes(T2)
-    assert made.set_speed(override, 0.0) is None
+    assert made.set_speed(override, 0.0, AUTO) is None
     assert made.override == override
 
 
 @pytest.mark.parametrize("speed", [-0.1, 10.1, math.nan, math.inf])
 def test_a_cap_that_is_none_is_refused_and_sets_nothing(speed: float) -> None:
     made = modes(T2)
-    assert made.set_speed(0.5, speed) is not None
+    assert made.set_speed(0.5, speed, AUTO) is not None
     assert (made.override, cap(made)) == (1.0, REDUCED_SPEED)

@@ -231,7 +231,9 @@ def test_all_has_each_configuration_once_the_nearest_first(asked: AskedCell) -> 
     told = asked.ask("ik", pose=pose_at(asked, BENT), seed=BENT, branches="all")
     solutions = told["solutions"]
     assert (told["total"], told["complete"]) == (8, True)
-    assert [each["branch"] for each in solutions] == list(range(1, 9))
+    assert sorted(each["branch"] for each in solutions) == list(range(1, 9))
+    distances = [each["distance"] for each in solutions]
+    assert distances == sorted(distances)
     flags = [json.dumps(each["configuration"] | {"turns": None}) for each in solutions]
     assert len({*flags}) == 8
     assert solutions[0]["joints"] == pytest.approx(BENT, abs=1e-6)

@@ -17,7 +17,15 @@ from openpendant.motion.kinematics.serial import Kinematics
 from openpendant.motion.pose import Array, Pose
 from openpendant.motion.trajectory.trajectory import Trajectory
 from openpendant.server.events.management_requests import MOST_ANSWER
-from openpendant.server.planning.jobs import PlanAnswer, SearchProgress, SearchStage
+from openpendant.server.planning.jobs import (
+    PlanAnswer,
+    PlanJob,
+    PoseGoal,
+    PoseJob,
+    SearchProgress,
+    SearchStage,
+)
+from openpendant.server.planning.worker.plan_making import make_plan
 from openpendant.server.plans import plan_space
 from openpendant.server.plans.plan_space import PlanSpace
 from openpendant.server.plans.sample_text import sample_text
@@ -26,6 +34,7 @@ from openpendant.simplemsg.pendant import (
     Capability,
     HelloReply,
     Management,
+    Motion,
     PlanChanged,
     PlanStage,
     PlanState,
@@ -164,11 +173,11 @@ REFUSED: dict[str, tuple[dict[str, Any], V, str]] = {
         V.BAD_ARGUMENT,
         "goal.free.time_limit",
     ),
-    "neither": ({"goal": {"kind": "ptp"}}, V.BAD_ARGUMENT, "joints or pose"),
+    "neither": ({"goal": {"kind": "ptp"}}, V.BAD_ARGUMENT, "without joints and pose"),
     "both": (
         {"goal": {"kind": "ptp", "joints": [0.0] * 6, "pose": NOWHERE}},
         V.BAD_ARGUMENT,
-        "joints or pose",
+        "a goal of kind ptp is 'with joints and pose'; accepted: joints or pose, one of the two",
     ),
     "branch of joints": (
         {"goal": {"kind": "ptp", "joints": [0.0] * 6, "branch": 1}},
@@ -186,7 +195,7 @@ REFUSED: dict[str, tuple[dict[str, Any], V, str]] = {
     "quaternion": (
         {"goal": {"kind": "lin", "pose": {"position": [0, 0, 0], "orientation": [0, 0, 0, 1.01]}}},
         V.BAD_ARGUMENT,
-        "length 1.01",
+        "length 1.01'; accepted: length 1 within 0.001",
     ),
     "frame": (
         {"goal": {"kind": "lin", "pose": NOWHERE, "frame": "moon"}},
@@ -196,6 +205,9 @@ REFUSED: dict[str, tuple[dict[str, Any], V, str]] = {
     "position": ({"goal": {"kind": "position", "name": "../etc"}}, V.UNKNOWN_POSITION, "home"),
     "speed": ({"speed": 0.0}, V.BAD_ARGUMENT, "above 0, up to 1"),
     "tool speed": ({"tool_speed": -1.0}, V.BAD_ARGUMENT, "above 0"),
+    "denormal speed": ({"speed": 5e-324}, V.BAD_ARGUMENT, "speed 4.94066e-324; accepted: 1e-06"),
+    "tiny speed": ({"speed": 1e-310}, V.BAD_ARGUMENT, "1e-06 or more"),
+    "tiny tool speed": ({"tool_speed": 1e-310}, V.BAD_ARGUMENT, "1e-06 or more"),
     "label": ({"label": "x" * 65}, V.BAD_ARGUMENT, "64"),
     "control character": ({"label": "a\nb"}, V.BAD_ARGUMENT, "label"),
     "too long": ({"speed": 0.001}, V.PLAN_TOO_LONG, "120 s"),
@@ -232,6 +244,40 @@ def test_a_request_is_refused(cell: PlansCell, case: str) -> None:
     assert (V(answer["code"]), words in answer["text"]) == (code, True), answer
     heads = cell.operator.ask("plans.show")["plans"]
     assert {head["state"] for head in heads} <= {"dropped"}
+
+
+GOALS_TO_BE_SLOW = ("ptp", "ptp to a pose", "lin", "free")
+
+
+@pytest.mark.parametrize("kind", GOALS_TO_BE_SLOW)
+@pytest.mark.parametrize("how", [{"speed": 1e-6}, {"tool_speed": 1e-4}], ids=["joints", "tool"])
+def test_a_plan_that_is_far_too_slow_is_too_long(
+    cell: PlansCell, kind: str, how: dict[str, Any]
+) -> None:
+    joints = cell.turned(0.4)
+    pose = pose_at(cell.home)
+    x, y, z = pose["position"]
+    pose["position"] = [x, y, z + 0.05]
+    goals = {
+        "ptp": ptp(joints),
+        "ptp to a pose": {"kind": "ptp", "pose": pose},
+        "lin": {"kind": "lin", "pose": pose},
+        "free": {"kind": "free", "joints": joints, "planner": "BuiltInRRTConnect"},
+    }
+    told = cell.make(goal=goals[kind], **how)
+    assert (told["code"], told["limit"]) == (V.PLAN_TOO_LONG, 120.0), told
+    assert told["value"] > 120.0
+
+
+def test_a_line_whose_tool_is_too_slow_is_not_timed_first() -> None:
+    start = serial_robot("ur5").home_position
+    here = pose_at(start)
+    x, y, z = here["position"]
+    goal = PoseGoal((x, y, z + 0.05), here["orientation"])
+    line = PoseJob(0, start, (goal,), "base", Motion.LIN, 1.0, 1e-4)
+    refusal = make_plan(UR5, UR5, PlanJob(0, start, line), lambda _: None)
+    assert isinstance(refusal, Refusal)
+    assert refusal.value == pytest.approx(500.0)
 
 
 def test_no_motion_is_refused(cell: PlansCell) -> None:

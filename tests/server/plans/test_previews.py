@@ -7,6 +7,7 @@ from typing import Any
 
 import pytest
 from rigs.cells.planning_pendants import PlansCell
+from rigs.peers.server_clients import Pendant
 
 from openpendant.simplemsg.verdicts import VerdictCode as V
 
@@ -28,6 +29,13 @@ def cell() -> Iterator[PlansCell]:
     assert "code" not in saved, saved
     yield made
     assert made.controller.referee.total == 0
+
+
+def older(cell: PlansCell) -> Pendant:
+    """Return a pendant of version 2."""
+    pendant = cell.stranger()
+    pendant.hello(version=2)
+    return pendant
 
 
 def dry_run(cell: PlansCell, **fields: Any) -> dict[str, Any]:
@@ -80,3 +88,13 @@ def test_one_for_which_there_is_no_room_is_refused(cell: PlansCell) -> None:
         for _ in range(4):
             cell.plan(maker)
     assert dry_run(cell, samples=True)["code"] == V.TOO_MANY_PLANS
+
+
+def test_a_grasp_that_misses_has_a_code_that_whoever_asks_knows(cell: PlansCell) -> None:
+    cell.add_box("cube", (2.0, 2.0, 2.0))
+    body = PROGRAM + 'attach "cube"\n'
+    saved = cell.operator.ask("programs.save", name="main", body=body, expected_revision=1)
+    assert "code" not in saved, saved
+    for pendant, code in ((cell.operator, V.NOTHING_GRIPPED), (older(cell), V.UNKNOWN_OBJECT)):
+        (missed,) = cell.ask_later(pendant, "programs.dry_run", name="main")["scene"]
+        assert (missed["code"], "reach" in missed["text"]) == (code, True)

@@ -12,6 +12,7 @@ from openpendant.simplemsg.pendant import (
     AuthorityBeat,
     EnablingPosition,
     OperatingMode,
+    PlanChanged,
     PlanState,
     ResetStop,
     Verdict,
@@ -107,6 +108,15 @@ def test_promise_34_a_stale_plan_is_refused_and_moves_nothing(cell: PlansCell, c
     assert words in last_text(cell)
     cell.wait(100)
     assert cell.handed == []
+
+
+def test_a_notice_names_the_joint_that_moved_and_its_unit(cell: PlansCell) -> None:
+    cell.plan()
+    robot_moves(cell)
+    cell.wait(20)
+    text = cell.operator.all(PlanChanged)[-1].text
+    assert text.startswith("Base (shoulder_pan_joint) stands at 0.00")
+    assert text.endswith(" rad, the plan starts at 0.000000 rad")
 
 
 @pytest.mark.parametrize("cause", [cause for cause in CAUSES if cause != "moved"])

@@ -140,6 +140,13 @@ def test_a_name_that_is_none_is_refused(cell: SurroundedCell, name: str) -> None
     assert cell.positions.revision == 1
 
 
+def test_the_refusal_of_an_unprintable_name_says_the_bound_of_positions(
+    cell: SurroundedCell,
+) -> None:
+    _, text = cell.refused("positions.save", name="a\nb", joints=PARK, expected_revision=0)
+    assert text.endswith("U+000A as character 2; accepted: 1 to 32 bytes of printable characters")
+
+
 def test_a_name_of_32_bytes_is_one(cell: SurroundedCell) -> None:
     assert save(cell, "ä" * 16, PARK)["revision"] == 1
 
@@ -172,7 +179,7 @@ def test_a_position_is_not_renamed_over_another(cell: SurroundedCell) -> None:
     save(cell, "rest", [*PARK[:5], 0.7])
     renamed = {"name": "park", "new_name": "rest", "expected_revision": 2}
     code, text = cell.refused("positions.rename", **renamed)
-    assert (code, "is there already" in text) == (V.BAD_ARGUMENT, True)
+    assert (code, "is there already" in text) == (V.NAME_TAKEN, True)
     assert cell.positions.position_named("park") == tuple(PARK)
 
 

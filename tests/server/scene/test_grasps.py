@@ -28,9 +28,11 @@ PART = 3
 class GrippingCell(SurroundedCell):
     """A cell whose robot has a gripper with a reach of 20 mm and a part sensor."""
 
-    def __init__(self, folder: Path, *, file: bool = False, controller: bool = False) -> None:
+    def __init__(
+        self, folder: Path, *, file: bool = False, controller: bool = False, apart: bool = False
+    ) -> None:
         """Begin with a controller that is emulated by the word of its cell's file, or its own."""
-        super().__init__(folder, is_told_emulated=file)
+        super().__init__(folder, is_told_emulated=file, reads_apart=apart)
         self.cell.feedback.says_emulated = controller
         self.report()
         grasp = {"reach": 0.02, "part": PART}
@@ -210,6 +212,55 @@ def test_a_grasp_that_is_none_is_refused(cell: GrippingCell, grasp: dict[str, An
 
 def test_a_cell_with_a_scene_offers_grasps(cell: GrippingCell) -> None:
     assert Capability.GRASP in cell.around.capabilities
+
+
+# The other ways to a carried object.
+
+
+def ball(beside: float, link: str = robot().tool_link) -> dict[str, Any]:
+    """Return a ball of 10 mm whose nearest point is so far from the grasp point of its holder."""
+    height = TCP[2] if link == robot().tool_link else 0.0
+    shape = {"type": "sphere", "radius": 0.01}
+    return {"name": "ball", "shape": shape, "position": [0, 0.01 + beside, height], "link": link}
+
+
+def scene_of(*objects: dict[str, Any]) -> dict[str, Any]:
+    return {"schema": "openpendant-scene/1", "objects": list(objects), "allowed": []}
+
+
+def ways(thing: dict[str, Any]) -> list[tuple[str, dict[str, Any]]]:
+    return [("scene.add", {"object": thing}), ("scene.import", {"content": scene_of(thing)})]
+
+
+@pytest.fixture(params=[False, True], ids=["at once", "apart"])
+def any_cell(tmp_path: Path, request: pytest.FixtureRequest) -> Iterator[GrippingCell]:
+    made = GrippingCell(tmp_path, apart=request.param)
+    yield made
+    made.store.close()
+
+
+@pytest.mark.parametrize("way", [0, 1], ids=["add", "import"])
+@pytest.mark.parametrize(
+    ("link", "reach"), [(robot().tool_link, 0.02), ("forearm_link", 0.01)], ids=["tool", "link"]
+)
+def test_a_held_object_beyond_reach_neither_is_added_nor_comes_by_file(
+    any_cell: GrippingCell, way: int, link: str, reach: float
+) -> None:
+    op, fields = ways(ball(reach + 0.001, link))[way]
+    any_cell.refused(op, expected_revision=0, **fields)
+    told = any_cell.answers[-1][1]
+    assert (told["code"], told["limit"]) == (V.NOTHING_GRIPPED, reach)
+    assert told["value"] == pytest.approx(reach + 0.001, abs=1e-6)
+    assert any_cell.mathematics.scene.objects == ()
+    op, fields = ways(ball(reach - 0.001, link))[way]
+    assert any_cell.ask(op, expected_revision=0, **fields)["revision"] == 1
+
+
+def test_what_is_carried_already_stays_whatever_tool_is_selected(any_cell: GrippingCell) -> None:
+    any_cell.ask("scene.add", object=ball(0.019), expected_revision=0)
+    any_cell.ask("tools.select", name=None, expected_revision=2)
+    content = any_cell.ask("scene.show")["content"]
+    assert any_cell.ask("scene.import", content=content, expected_revision=1)["revision"] == 2
 
 
 # The part sensor.

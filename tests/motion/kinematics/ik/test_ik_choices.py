@@ -6,7 +6,7 @@ from rigs.motion.loaded_robots import arm, serial_robot
 from rigs.motion.robot_families import one_of_each_family
 
 from openpendant.motion.description.robot import robot_names
-from openpendant.motion.kinematics.ik.ik import solve_all, solve_configurations
+from openpendant.motion.kinematics.ik.ik import branch_of, solve_all, solve_configurations
 from openpendant.motion.kinematics.ik.ik_choices import WantedBranches, choices
 
 BENT = (0.1, -1.2, 1.3, -1.4, -1.5, 0.6)
@@ -41,7 +41,7 @@ def test_all_and_turns_are_what_solve_all_finds(name: str) -> None:
     turns = choices(kinematics, target, home, WantedBranches.TURNS)
     configurations = choices(kinematics, target, home, WantedBranches.ALL)
     numbers = [each.branch for each in configurations.listed]
-    assert numbers == list(range(1, configurations.total + 1))
+    assert sorted(numbers) == list(range(1, configurations.total + 1))
     assert {each.branch for each in turns.listed} <= {*numbers}
     if turns.is_complete:
         assert turns.total == len(every)
@@ -49,6 +49,30 @@ def test_all_and_turns_are_what_solve_all_finds(name: str) -> None:
         kinematics.limits.check_position(each.solution.joint_position.tolist())
         assert each.solution.position_error <= 1e-5
         assert each.solution.rotation_error <= 1e-4
+
+
+@pytest.mark.parametrize("wanted", [WantedBranches.ALL, WantedBranches.TURNS])
+@pytest.mark.parametrize("name", SERIAL)
+def test_the_answers_come_in_the_order_of_the_distance_that_they_tell(
+    name: str, wanted: WantedBranches
+) -> None:
+    kinematics = arm(name)
+    home = serial_robot(name).home_position
+    inside = np.clip(np.array(home) + 0.05, kinematics.lower, kinematics.upper)
+    found = choices(kinematics, kinematics.forward(inside), home, wanted)
+    distances = [each.distance for each in found.listed]
+    assert distances == sorted(distances)
+
+
+@pytest.mark.parametrize("name", ["ur5", "fanuc_m10ia", "puma560", "kuka_kr6_2"])
+def test_a_branch_is_the_one_that_a_motion_takes_by_its_number(name: str) -> None:
+    kinematics = arm(name)
+    home = serial_robot(name).home_position
+    inside = np.clip(np.array(home) + 0.05, kinematics.lower, kinematics.upper)
+    target = kinematics.forward(inside)
+    for each in choices(kinematics, target, home, WantedBranches.ALL).listed:
+        named = branch_of(kinematics, target, home, each.branch)
+        assert named.joint_position == pytest.approx(each.solution.joint_position, abs=1e-6)
 
 
 def test_a_rail_that_is_free_makes_a_family() -> None:

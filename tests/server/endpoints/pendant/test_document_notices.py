@@ -13,6 +13,7 @@ from rigs.cells.server_rig import MS
 from rigs.peers.server_clients import Pendant
 
 from openpendant.server.endpoints.pendant.document_notices import SIGNALS_PERIOD_NS
+from openpendant.server.environment import CellEnvironment
 from openpendant.server.events.effects import Effect, Notify
 from openpendant.server.events.events import NoticesMissed, Tick
 from openpendant.server.store.requests import Delete
@@ -118,6 +119,11 @@ CHANGES: dict[str, tuple[str, dict[str, Any], tuple[Any, ...]]] = {
         "scene.add",
         {"object": BOX, "expected_revision": 0},
         (NoticeKind.SCENE, Change.NEW, 1, "cell", ""),
+    ),
+    "a position is saved": (
+        "positions.save",
+        {"name": "park", "expected_revision": 0},
+        (NoticeKind.POSITIONS, Change.NEW, 1, "cell", ""),
     ),
     "a recording is begun": (
         "recordings.start",
@@ -273,6 +279,37 @@ def test_whoever_left_before_it_read_is_forgotten() -> None:
     asked(cell, maker, "programs.create", name="p")
     slow.close()
     assert not any(isinstance(each, Notify) for each in cell.core.handle(Tick(), cell.now + MS))
+
+
+def surroundings(cell: EmulatedCell) -> CellEnvironment:
+    assert cell.core.environment is not None
+    return cell.core.environment
+
+
+def test_what_a_program_takes_and_puts_down_is_told_within_a_tick(cell: EmulatedCell) -> None:
+    """With the revision of the document, which it leaves as it is."""
+    maker = cell.pendant("maker")
+    environment = surroundings(cell)
+    tip = environment.world._view.flange(cell.position).position.tolist()
+    asked(cell, maker, "scene.add", object={**BOX, "position": tip}, expected_revision=0)
+    watcher = wanting(cell)
+    for change in (environment.attach, environment.detach):
+        before = len(told(watcher))
+        cell.perform(change("box", cell.now, lambda refused: None))
+        cell.wait(10)
+        found = told(watcher)[before:]
+        assert found == [(NoticeKind.SCENE, Change.CHANGED, 1, "cell", "", 0, "")]
+
+
+def test_a_grasp_that_misses_is_told_to_nobody(cell: EmulatedCell) -> None:
+    maker = cell.pendant("maker")
+    asked(cell, maker, "scene.add", object=BOX, expected_revision=0)
+    watcher = wanting(cell)
+    missed: list[object] = []
+    cell.perform(surroundings(cell).attach("box", cell.now, missed.append))
+    cell.wait(50)
+    assert missed[0] is not None
+    assert told(watcher) == []
 
 
 # Signals.

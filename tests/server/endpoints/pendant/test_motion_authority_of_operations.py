@@ -339,7 +339,7 @@ HELD = [
     (
         {
             "op": "scene.add",
-            "object": {**LID, "name": "cap", "link": "wrist_3_link"},
+            "object": {**LID, "name": "cap", "position": [0, 0, 0], "link": "wrist_3_link"},
             "expected_revision": 3,
         },
         " for what the robot carries",

@@ -10,7 +10,7 @@ from rigs.peers.server_clients import Pendant
 
 from openpendant.server.events.cell_events import MotionEnded, MotionRequest
 from openpendant.server.events.effects import Send, Then
-from openpendant.server.events.management_requests import ReplyTo
+from openpendant.server.events.management_requests import ReplyTo, parse
 from openpendant.server.events.replies import outcome, verdict
 from openpendant.server.refusal import Refusal
 from openpendant.simplemsg import Message, ReplyCode
@@ -116,7 +116,61 @@ def test_a_management_refusal_of_version_2_has_a_code_that_it_knows() -> None:
     assert b'"code":190' in told(3)
 
 
+def refused(body: str, version: int = PROTOCOL_VERSION) -> str:
+    """Return the text with which a body is refused; empty where it is read."""
+    _, asked = parse(body.encode(), version)
+    if not isinstance(asked, Refusal):
+        return ""
+    assert asked.code is V.BAD_ARGUMENT
+    return asked.text
+
+
+@pytest.mark.parametrize("value", ["true", "false"])
+def test_a_field_of_version_3_is_an_unknown_key_of_version_2(value: str) -> None:
+    body = f'{{"op":"programs.dry_run","name":"main","samples":{value}}}'
+    assert refused(body, 2) == "programs.dry_run.samples: Extra inputs are not permitted"
+    assert refused(body) == ""
+
+
+@pytest.mark.parametrize(
+    ("body", "place"),
+    [
+        ('"plans.samples","plan":"22"', "plans.samples.plan"),
+        ('"plans.samples","plan":true', "plans.samples.plan"),
+        ('"plans.samples","plan":22,"with_tool":"yes"', "plans.samples.with_tool"),
+        ('"plans.samples","plan":22,"with_tool":1', "plans.samples.with_tool"),
+        (
+            '"plans.make","goal":{"kind":"ptp","joints":[true,0]}',
+            "plans.make.goal.ptp.joints",
+        ),
+        ('"plans.make","goal":{"kind":"ptp","joints":["0",0]}', "plans.make.goal.ptp.joints"),
+        ('"plans.make","goal":{"kind":"position","name":"a"},"speed":"1"', "plans.make.speed"),
+        ('"kinematics.fk","joints":[true]', "kinematics.fk.joints"),
+        ('"kinematics.ik","pose":{"position":["0",0,0]}', "kinematics.ik.pose.position"),
+        ('"positions.save","name":"a","expected_revision":"1"', "positions.save.expected_revision"),
+        ('"programs.dry_run","name":"main","samples":1', "programs.dry_run.samples"),
+        (
+            '"tools.add","name":"a","tcp":{"position":[0,0,0]},"grasp":{"part":true}',
+            "tools.add.grasp.part",
+        ),
+        (
+            '"tools.add","name":"a","tcp":{"position":[0,0,0]},"grasp":{"reach":"0.01"}',
+            "tools.add.grasp.reach",
+        ),
+    ],
+)
+def test_a_wrong_type_is_refused_with_its_place_where_version_3_brought_the_field(
+    body: str, place: str
+) -> None:
+    assert refused(f'{{"op":{body}}}').startswith(place)
+
+
+def test_an_operation_of_version_2_takes_the_types_that_it_took() -> None:
+    assert refused('{"op":"programs.load","name":"main","revision":"1"}') == ""
+
+
 def test_declare_is_accepted_and_a_value_that_is_none_refused() -> None:
     pendant, _ = welcomed(ready(), 3)
     assert pendant.code(Declare(1, 0.0, Notices.WANTED, "en")) is V.ACCEPTED
     assert pendant.code(Declare(2, 0.0, 2, "en")) is V.BAD_ARGUMENT
+    assert pendant.code(Declare(3, 0.0, Notices.WANTED, "e\x07")) is V.BAD_ARGUMENT

@@ -332,7 +332,7 @@ def test_an_answer_of_long_texts_fits_a_frame_and_cuts_none_of_them() -> None:
         unchecked=tuple(keys),
     )
     points = tuple(PointFinding(name, far) for _ in keys)
-    answer = dry_run_reply(linked, shortened(DryRunFound(run, points)))
+    answer = dry_run_reply(linked, shortened(DryRunFound(run, points)), int)
     body = json.dumps(answer, ensure_ascii=False, separators=(",", ":")).encode()
     assert 40_000 < len(body) <= MOST_ANSWER
     assert answer["refused"] == 4 * count

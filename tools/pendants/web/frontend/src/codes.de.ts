@@ -117,7 +117,7 @@ export const codeTextsDe: CodeTexts = {
   133: ["Zu viele Anmeldungen warten auf ihre Prüfung, oder die letzte dieser Verbindung.", "In ein paar Sekunden noch einmal versuchen."],
   134: ["Die vergebene Rolle schließt das nicht ein.", "Sich mit einem Konto der Rolle anmelden, die der Text nennt."],
   135: ["Das ist kein Kopplungscode dieser Zelle, oder nicht mehr.", "Den Code eingeben, den die Lehrkraft jetzt zeigt."],
-  136: ["So heißt schon jemand anderes.", "Einen anderen Namen wählen."],
+  136: ["So heißt schon jemand oder etwas anderes.", "Einen anderen Namen wählen."],
   137: ["Das neue Kennwort ist zu leicht zu erraten, zu kurz oder zu lang.", "8 bis 128 Zeichen verwenden; mehrere Wörter lassen sich leicht merken."],
   138: ["So kann niemand heißen.", "Bis zu 32 Byte Buchstaben und Ziffern verwenden, dazwischen . _ - oder einzelne Leerzeichen."],
   139: ["Ein Konto dieses Namens gibt es schon; Großbuchstaben unterscheiden Namen nicht.", "Einen anderen Namen wählen oder das vorhandene Konto ändern."],

@@ -446,7 +446,7 @@ export type NearestLimit = {
   /** how far it may go there [rad, m for a linear axis]. */ margin: number;
 };
 export type InverseSolution = {
-  /** number of its configuration, from 1; turns of one share it. It names the same one while joints, tool and frame stay. */ branch: number;
+  /** number of its configuration, from 1, which a motion takes by itself: the nearest, where a slow joint weighs more. Turns of one share it. It names the same one while joints, tool and frame stay. */ branch: number;
   /** inside the limits [rad, m for a linear axis]. */ joints: number[];
   /** how the arm stands; None where it has no flags. */ configuration: ArmPosture | null;
   /** greatest change of a joint from the seed [rad, m for a linear axis]. */ distance: number;

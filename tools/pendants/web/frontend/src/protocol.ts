@@ -427,7 +427,7 @@ export interface SetSpeed extends Header {
   request_id: number;
   /** fraction of the planned speed, 0.001 to 1; 0 pauses what moves */
   override: number;
-  /** cap of tool and elbow, 0 to leave it as it is [m/s] */
+  /** cap of tool and elbow, 0 to leave it as it is; in automatic only 0 [m/s] */
   tool_speed: number;
 }
 
@@ -1040,7 +1040,7 @@ export const codeTexts = {
   133: ["Too many logins wait to be checked, or this connection's last one does.", "Try again in a few seconds."],
   134: ["The role that was granted does not include this.", "Log in with an account of the role that the text names."],
   135: ["This is no pairing code of this cell, or no longer.", "Type the code that the teacher shows now."],
-  136: ["Somebody else is called so already.", "Choose another name."],
+  136: ["Somebody or something else is called so already.", "Choose another name."],
   137: ["The new password is too easy to guess, too short or too long.", "Use 8 to 128 characters; several words are easy to remember."],
   138: ["Nobody can be called so.", "Use up to 32 bytes of letters and digits, with . _ - or single spaces between."],
   139: ["There is an account of this name; capitals do not tell names apart.", "Choose another name, or change the account that exists."],
