@@ -177,6 +177,19 @@ def test_a_release_ramps_down_and_its_account_is_told_before_the_outcome() -> No
     assert rig.stops == []
 
 
+def test_a_second_release_does_not_move_the_start_of_the_ramp() -> None:
+    stop_times = []
+    for releases in (1, 2):
+        rig, pad = jogging()
+        for _ in range(releases):
+            pad.release()
+            rig.wait(30)
+        rig.wait(300)
+        (ended,) = pad.pendant.all(JogEnded)
+        stop_times.append(ended.stop_time)
+    assert stop_times[1] == stop_times[0]
+
+
 @pytest.mark.parametrize("number", [1, 0])
 def test_a_dead_press_never_moves_again(number: int) -> None:
     rig, pad = jogging()
