@@ -25,6 +25,9 @@ FRAME = 512
 
 LISTENING = said(Subscribe(1, 100.0))
 
+_DRAINS = 5
+"""So often may the system still take bytes of a queue that was full: it has buffers of its own."""
+
 
 def queued(client: ClientConnection) -> int:
     transport = client._transport
@@ -47,9 +50,13 @@ async def test_promise_4_a_queue_stays_within_16_kib_and_is_cut_after_two_second
             most = max(most, queued(client))
             return queued(client) > QUEUE
 
-        await until(is_full, 30.0)
         tick = 1.0 / 100
-        took = await until(lambda: (is_full() and served.connections == 0) or not is_full(), 3.0)
+        took = 0.0
+        for _ in range(_DRAINS):
+            await until(is_full, 30.0)
+            took = await until(lambda: served.connections == 0 or not is_full(), 3.0)
+            if served.connections == 0:
+                break
         assert served.connections == 0
         assert CUT_OFF - tick <= took <= CUT_OFF + 2 * tick
         assert most <= QUEUE + FRAME

@@ -109,7 +109,10 @@ class DocumentNotices:
 
     def tick(self, now: int) -> list[Effect]:
         """Tell of changed signals, and have those look at everything who missed a notice."""
-        out = self._signals_changed(now) + self._handed_over()
+        out = self._signals_changed(now)
+        scene = self._scene
+        if scene is not None and scene.handed_over != self._told_handed_over:
+            out += self._handed_over(scene)
         if self._missed:
             # Each is tried with every tick until it has room; who is gone or looks away is not.
             again = tuple(
@@ -132,10 +135,7 @@ class DocumentNotices:
         self._signals_due = now + SIGNALS_PERIOD_NS
         return self._to_whoever_wants(self._everything(NoticeKind.SIGNALS, changes))
 
-    def _handed_over(self) -> list[Effect]:
-        scene = self._scene
-        if scene is None or scene.handed_over == self._told_handed_over:
-            return []
+    def _handed_over(self, scene: PlanningScene) -> list[Effect]:
         self._told_handed_over = scene.handed_over
         revision = scene.revisions[DocumentKind.SCENE]
         return self._to_whoever_wants(self._everything(NoticeKind.SCENE, revision))

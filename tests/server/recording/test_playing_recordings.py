@@ -116,7 +116,7 @@ def test_a_speed_override_of_0_ends_what_is_loaded_and_raised_again_begins_nothi
     holder = _loading(cell, answered)
     stood = cell.position
     for override in (0.0, 1.0):
-        assert holder.speed(override, 0.25) is V.ACCEPTED
+        assert holder.speed(override, 0.0) is V.ACCEPTED
         cell.wait(10)
     (told,) = holder.answers()
     assert "code" in told
