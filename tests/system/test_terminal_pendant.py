@@ -25,6 +25,9 @@ CTRL_Q = "\x11"
 STEP = math.radians(0.5)
 MOST_STRIKES = 60
 
+_WITHOUT_SIZE = {name: os.environ[name] for name in os.environ if name not in ("COLUMNS", "LINES")}
+"""Whoever runs the tests may have said how large a terminal is, and of another than this one."""
+
 _ESCAPES = re.compile(r"\x1b(\[[0-9;?>$]*[a-zA-Z]|\][^\x07]*\x07|[=>])")
 
 
@@ -73,7 +76,7 @@ async def terminal(port: int) -> AsyncIterator[Terminal]:
         stdin=theirs,
         stdout=theirs,
         stderr=theirs,
-        env={**os.environ, "TERM": "xterm-256color"},
+        env={**_WITHOUT_SIZE, "TERM": "xterm-256color"},
         start_new_session=True,
     )
     os.close(theirs)

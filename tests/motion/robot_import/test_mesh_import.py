@@ -201,8 +201,8 @@ def test_an_import_that_is_refused_for_a_file_that_is_there_leaves_nothing(
     target = tmp_path / "robot.yaml"
     target.write_text("mine")
     if has_meshes:
-        (tmp_path / "meshes").mkdir()
-        (tmp_path / "meshes" / "other.stl").write_bytes(stl(cube()))
+        (tmp_path / MESH_FOLDER).mkdir()
+        (tmp_path / MESH_FOLDER / "other.stl").write_bytes(stl(cube()))
     before = contents(tmp_path)
     assert main(["robots", "import", str(urdf), "-o", str(target)]) == 2
     assert "accepted: a new file, or --yes" in capsys.readouterr().err

@@ -9,6 +9,7 @@ from pathlib import Path
 import numpy as np
 from rigs.data.urdf_files import FIRST, SECOND, THIRD, written
 
+from openpendant.motion.description.schema import MESH_FOLDER
 from openpendant.motion.pose import Array
 
 _FACES = ((0, 2, 1), (0, 3, 2), (4, 5, 6), (4, 6, 7), (0, 1, 5), (0, 5, 4), (1, 2, 6), (1, 6, 5))
@@ -84,7 +85,7 @@ def collision(mesh: str, more: str = "", tag: str = "collision") -> str:
 
 def ur5_with_meshes(folder: Path, meshes: Sequence[bytes]) -> Path:
     """Write a UR5 whose forearm is shown by STL files beside it; return where it is."""
-    kept = folder / "meshes"
+    kept = folder / MESH_FOLDER
     kept.mkdir()
     entries = []
     for content in meshes:
