@@ -31,7 +31,7 @@ MOVES = 0.9
 
 soak = pytest.mark.soak
 TRIALS = [
-    pytest.param(ASKINGS[0], REPLIES[0], FEW, 1.0, SLACK, id="few"),
+    pytest.param(ASKINGS[0], REPLIES[0], FEW, 0.3, SLACK, id="few"),
     *(
         pytest.param(asking, reply, reply.trials, 6.0, 1.0, id=asking.title, marks=soak)
         for asking, reply in zip(ASKINGS, REPLIES, strict=True)
