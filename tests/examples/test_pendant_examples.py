@@ -194,16 +194,6 @@ def test_an_example_says_in_one_line_that_somebody_else_moves_the_robot(
     assert "\n" not in said
 
 
-@pytest.mark.parametrize("name", IN_A_PROCESS)
-def test_a_python_example_is_a_program_that_does_what_it_says(runs: Runs, name: str) -> None:
-    does_what_it_says(name, runs.ended(name))
-
-
-@pytest.mark.parametrize("name", sorted(set(PRINTS) - set(IN_A_PROCESS) - OF_ANOTHER_ROBOT))
-def test_a_python_example_does_what_it_says(runs: Runs, name: str) -> None:
-    does_what_it_says(name, runs.ended(name))
-
-
 @pytest.mark.parametrize("name", sorted(OF_ANOTHER_ROBOT))
 def test_an_example_for_another_robot_says_so_and_moves_nothing(
     port: int, robot: SyncPendantClient, name: str, monkeypatch: pytest.MonkeyPatch
@@ -211,11 +201,6 @@ def test_an_example_for_another_robot_says_so_and_moves_nothing(
     before = robot.next_state().positions
     assert run_here(name, port, monkeypatch) == PRINTS[name]
     assert robot.next_state().positions == before
-
-
-@pytest.mark.parametrize("name", ["record_and_play.py", "teach_a_program.py"])
-def test_what_an_example_keeps_is_in_nobody_s_way_when_it_runs_again(runs: Runs, name: str) -> None:
-    does_what_it_says(name, runs.ended(name, run=1))
 
 
 @pytest.mark.parametrize("name", sorted(PRINTS))
@@ -295,3 +280,18 @@ def test_a_pendant_in_another_language_has_sixty_lines_of_code(name: str) -> Non
     code = re.sub(COMMENTS[name], "", source, flags=re.DOTALL if name.endswith(".c") else 0)
     assert len([line for line in code.splitlines() if line.strip()]) <= 60
     assert max(map(len, source.splitlines())) <= 100
+
+
+@pytest.mark.parametrize("name", IN_A_PROCESS)
+def test_a_python_example_is_a_program_that_does_what_it_says(runs: Runs, name: str) -> None:
+    does_what_it_says(name, runs.ended(name))
+
+
+@pytest.mark.parametrize("name", sorted(set(PRINTS) - set(IN_A_PROCESS) - OF_ANOTHER_ROBOT))
+def test_a_python_example_does_what_it_says(runs: Runs, name: str) -> None:
+    does_what_it_says(name, runs.ended(name))
+
+
+@pytest.mark.parametrize("name", ["record_and_play.py", "teach_a_program.py"])
+def test_what_an_example_keeps_is_in_nobody_s_way_when_it_runs_again(runs: Runs, name: str) -> None:
+    does_what_it_says(name, runs.ended(name, run=1))
