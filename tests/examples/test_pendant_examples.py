@@ -142,8 +142,9 @@ class Runs:
         return process.returncode, said, log.read_text("utf-8")
 
 
-@pytest.fixture(scope="module")
+@pytest.fixture(scope="module", autouse=True)
 def runs(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Runs]:
+    """Begun before the first test; the tests that ask for an end are the last of this file."""
     runs = Runs(tmp_path_factory.mktemp)
     yield runs
     runs.end()
