@@ -2,14 +2,17 @@
 
 import asyncio
 import contextlib
+import functools
+import inspect
 import math
 import random
 import signal
 import socket
 import struct
-from collections.abc import AsyncIterator
+from collections.abc import AsyncIterator, Awaitable, Callable
 from dataclasses import replace
 from pathlib import Path
+from typing import Any
 
 import pytest
 import pytest_asyncio
@@ -33,7 +36,8 @@ from rigs.peers.minimum_controller import (
 
 from openpendant.simplemsg import GetVersion, JointTrajPt, Ping, Status
 
-pytestmark = pytest.mark.realtime
+pytestmark = [pytest.mark.realtime, pytest.mark.asyncio(loop_scope="module")]
+"""One loop for all: while one test is waited for, those that begin with it go on."""
 
 BUFFER = 32
 STEP = 0.05
@@ -45,7 +49,7 @@ def program(tmp_path_factory: pytest.TempPathFactory) -> Path:
     return compiled(tmp_path_factory.mktemp("sanitized"), *SANITIZERS)
 
 
-@pytest_asyncio.fixture
+@pytest_asyncio.fixture(loop_scope="module")
 async def controller(program: Path) -> AsyncIterator[Controller]:
     running = await Controller.start(program)
     yield running
@@ -57,13 +61,94 @@ async def linked(controller: Controller) -> AsyncIterator[Wire]:
         yield wire
 
 
-link, other = pytest_asyncio.fixture(linked), pytest_asyncio.fixture(linked)
+link = pytest_asyncio.fixture(linked, loop_scope="module")
+other = pytest_asyncio.fixture(linked, loop_scope="module")
 
 
-@pytest_asyncio.fixture
+@pytest_asyncio.fixture(loop_scope="module")
 async def listener(controller: Controller) -> AsyncIterator[Wire]:
     async with controller.listener() as wire:
         yield wire
+
+
+MOST_AT_ONCE = 6
+"""Controllers that run side by side; one more is not to make this process answer late."""
+
+Body = Callable[..., Awaitable[None]]
+
+
+class Begun:
+    """The chosen tests that begin with others, a controller each: they wait more than they work."""
+
+    def __init__(self, program: Path, items: list[pytest.Function]) -> None:
+        self._program = program
+        self._room = asyncio.Semaphore(MOST_AT_ONCE)
+        self._tasks = {item.nodeid: asyncio.create_task(self._run(item)) for item in items}
+
+    async def end(self, item: pytest.Function) -> None:
+        """Wait for the end of a test; what it raises is raised here."""
+        # What ended once has been taken out: a second attempt begins anew.
+        task = self._tasks.pop(item.nodeid, None)
+        await (self._run(item) if task is None else task)
+
+    async def cancel(self) -> None:
+        """Leave what nobody waits for."""
+        for task in self._tasks.values():
+            task.cancel()
+        await asyncio.gather(*self._tasks.values(), return_exceptions=True)
+
+    async def _run(self, item: pytest.Function) -> None:
+        body: Body = item.function.body
+        names = inspect.signature(body).parameters
+        async with self._room:
+            controller = await Controller.start(self._program)
+            try:
+                async with contextlib.AsyncExitStack() as stack:
+                    given: dict[str, Any] = {"controller": controller, "program": self._program}
+                    for name in names:
+                        if name in ("link", "other"):
+                            given[name] = await stack.enter_async_context(controller.link())
+                        elif name == "listener":
+                            given[name] = await stack.enter_async_context(controller.listener())
+                    given |= item.callspec.params if hasattr(item, "callspec") else {}
+                    await body(**{name: given[name] for name in names})
+            finally:
+                await controller.end()
+
+
+@pytest_asyncio.fixture(scope="module", loop_scope="module")
+async def begun(program: Path, request: pytest.FixtureRequest) -> AsyncIterator[Begun]:
+    begun = Begun(
+        program,
+        [
+            item
+            for item in request.session.items
+            if isinstance(item, pytest.Function)
+            and item.path == request.path
+            and hasattr(item.function, "body")
+        ],
+    )
+    yield begun
+    await begun.cancel()
+
+
+def beside_others(body: Body) -> Body:
+    """Make a test that begins with the others of its kind."""
+
+    @functools.wraps(body)
+    async def test(begun: Begun, request: pytest.FixtureRequest, **_: object) -> None:
+        assert isinstance(request.node, pytest.Function)
+        await begun.end(request.node)
+
+    own = inspect.signature(test, follow_wrapped=False).parameters
+    chosen = [
+        each
+        for each in inspect.signature(body).parameters.values()
+        if each.name not in ("controller", "program", "link", "other", "listener")
+    ]
+    parameters = [own["begun"], own["request"], *chosen]
+    vars(test).update(body=body, __signature__=inspect.Signature(parameters))
+    return test
 
 
 async def begin(link: Wire, far: float = 1.0, duration: float = 1.0) -> None:
@@ -144,6 +229,7 @@ async def test_a_point_that_may_not_be_is_refused_and_shown(
         (101, point(1, [math.nan], 1.0)),
     ],
 )
+@beside_others
 async def test_a_wrong_point_in_motion_ends_it_on_a_ramp(
     link: Wire, listener: Wire, error: int, wrong: JointTrajPt
 ) -> None:
@@ -157,6 +243,7 @@ async def test_a_wrong_point_in_motion_ends_it_on_a_ramp(
     assert await link.ask(point(1, HOME, 1.0)) == FAILURE
 
 
+@beside_others
 async def test_the_same_point_again_is_taken_once(link: Wire, listener: Wire) -> None:
     for _ in range(3):
         await begin(link, 0.05, 0.2)
@@ -166,6 +253,7 @@ async def test_the_same_point_again_is_taken_once(link: Wire, listener: Wire) ->
 
 @pytest.mark.parametrize("by_another", [False, True])
 @pytest.mark.parametrize("as_topic", [False, True])
+@beside_others
 async def test_a_stop_brings_the_robot_to_rest_on_a_ramp(
     link: Wire, other: Wire, listener: Wire, by_another: bool, as_topic: bool
 ) -> None:
@@ -185,6 +273,7 @@ async def test_a_stop_brings_the_robot_to_rest_on_a_ramp(
     await begin(link, 0.7)
 
 
+@beside_others
 async def test_a_stop_at_rest_and_while_stopping_is_a_success(link: Wire, listener: Wire) -> None:
     assert await link.ask(STOP) == SUCCESS
     await begin(link)
@@ -196,6 +285,7 @@ async def test_a_stop_at_rest_and_while_stopping_is_a_success(link: Wire, listen
     assert (await listener.until_rest())[-1][0].joints[0] < 0.5
 
 
+@beside_others
 async def test_a_new_trajectory_waits_until_the_robot_rests(link: Wire, listener: Wire) -> None:
     await begin(link, 0.2, 0.3)
     await listener.rounds(lambda status: status.in_motion == 1)
@@ -205,6 +295,7 @@ async def test_a_new_trajectory_waits_until_the_robot_rests(link: Wire, listener
     assert max(ways) == pytest.approx(0.2)
 
 
+@beside_others
 async def test_a_full_buffer_delays_replies_but_no_stop_behind(link: Wire, listener: Wire) -> None:
     time = asyncio.get_running_loop().time
     points = [point(i, turned(0, STEP * (i + 1)), STEP * 8) for i in range(BUFFER + 4)]
@@ -221,6 +312,7 @@ async def test_a_full_buffer_delays_replies_but_no_stop_behind(link: Wire, liste
     assert rounds[-1][1].error_code == 0
 
 
+@beside_others
 async def test_a_stream_that_ends_at_speed_is_an_under_run(link: Wire, listener: Wire) -> None:
     for index in range(20):
         way = 0.5 * 6.0 * (0.02 * (index + 1)) ** 2
@@ -230,6 +322,7 @@ async def test_a_stream_that_ends_at_speed_is_an_under_run(link: Wire, listener:
     assert sharpest(rounds) <= ACCELERATION * 1.05
 
 
+@beside_others
 async def test_only_the_owner_of_a_motion_may_send_its_points(
     link: Wire, other: Wire, listener: Wire
 ) -> None:
@@ -242,6 +335,7 @@ async def test_only_the_owner_of_a_motion_may_send_its_points(
     await begin(other, 0.2, 0.3)
 
 
+@beside_others
 async def test_a_lost_link_stops_its_own_motion_only(controller: Controller) -> None:
     async with controller.listener() as listener:
         async with controller.link() as link:
@@ -256,6 +350,7 @@ async def test_a_lost_link_stops_its_own_motion_only(controller: Controller) -> 
         assert sharpest(rounds) <= ACCELERATION * 1.01
 
 
+@beside_others
 async def test_a_trajectory_may_go_on_over_another_link_at_rest(controller: Controller) -> None:
     last = point(1, turned(0, 0.1), 0.2)
     async with controller.listener() as listener:
@@ -269,6 +364,7 @@ async def test_a_trajectory_may_go_on_over_another_link_at_rest(controller: Cont
             assert await link.ask(point(2, HOME, 0.2)) == SUCCESS
 
 
+@beside_others
 async def test_an_emergency_stop_and_its_reset_show_in_the_status(
     controller: Controller, link: Wire, listener: Wire
 ) -> None:
@@ -287,6 +383,7 @@ async def test_an_emergency_stop_and_its_reset_show_in_the_status(
     await begin(link, 0.7)
 
 
+@beside_others
 async def test_a_joint_near_the_end_of_its_range_stops_inside(program: Path) -> None:
     controller = await Controller.start(program, joints=(0.0, 6.0))
     async with controller.link() as link, controller.listener() as listener:
@@ -402,6 +499,7 @@ def deaf(port: int, receive_buffer: int = 1) -> socket.socket:
     return peer
 
 
+@beside_others
 async def test_who_reads_no_reports_is_dropped_and_holds_up_nobody(
     controller: Controller,
 ) -> None:
