@@ -5,14 +5,13 @@ import runpy
 import shutil
 import subprocess
 import sys
-from collections.abc import Callable, Iterator, Sequence
-from concurrent.futures import Future, ThreadPoolExecutor
-from contextlib import ExitStack, contextmanager
+from collections.abc import Iterator
+from contextlib import ExitStack
 from pathlib import Path
 
 import pytest
 from rigs.clock.busy_machine import PATIENCE, PATIENT, SCALE
-from rigs.processes.warm_start import WarmProcess, warm
+from rigs.processes.warm_start import warm
 
 from openpendant.simplemsg.verdicts import CATALOGUE, VerdictCode
 from openpendant.tools.pendants.sync_client import SyncPendantClient
@@ -43,24 +42,13 @@ OF_ANOTHER_ROBOT = {"pick_and_place.py"}
 
 IN_A_PROCESS = ("connect_and_jog.py", "sync_notebook_style.py", "watch_state.py")
 """One with each client, asyncio's and the blocking one, and the one that only looks on; the others
-run without an interpreter of their own to be started."""
-
-SIDE_BY_SIDE = (
-    ("record_and_play.py", "record_and_play.py"),
-    ("teach_a_program.py", "teach_a_program.py"),
-    ("roboanalyzer_style.py", "move_to_pose.py"),
-    ("two_keys.py", "taught_path.py", "sync_notebook_style.py"),
-    ("pause_and_resume.py", "plan_and_execute.py", "connect_and_jog.py", "watch_state.py"),
-)
-"""What runs one after the other in a cell of its own; they wait for a robot more than they work."""
-
-Ended = tuple[int, str, str]
-"""The exit code of a program, and what it said on its two outputs."""
+run here, without an interpreter of their own to be started."""
 
 
-@contextmanager
-def cell(folder: Path) -> Iterator[int]:
-    """Run a server with an emulated robot; yields its pendant port."""
+@pytest.fixture(scope="module")
+def port(tmp_path_factory: pytest.TempPathFactory) -> Iterator[int]:
+    """The pendant port of a server with an emulated robot, one for all examples."""
+    folder = tmp_path_factory.mktemp("cell")
     config = folder / "cell.toml"
     config.write_text(PATIENT, encoding="utf-8")
     with ExitStack() as stack:
@@ -84,73 +72,7 @@ def cell(folder: Path) -> Iterator[int]:
         yield ports["pendant"]
 
 
-@pytest.fixture(scope="module")
-def port(tmp_path_factory: pytest.TempPathFactory) -> Iterator[int]:
-    """The pendant port of the cell of all that does not run beside something else."""
-    with cell(tmp_path_factory.mktemp("cell")) as port:
-        yield port
-
-
-class Runs:
-    """The examples, begun at once in a few cells; who asks for a run waits for its end."""
-
-    def __init__(self, mktemp: Callable[[str], Path]) -> None:
-        self._mktemp = mktemp
-        self._pool = ThreadPoolExecutor(len(SIDE_BY_SIDE))
-        self._begun: dict[tuple[str, int], Future[Ended]] = {}
-        for row in SIDE_BY_SIDE:
-            self._begin(row)
-
-    def ended(self, name: str, run: int = 0) -> Ended:
-        """Wait for the end of the first run of an example in a cell, or of a later one."""
-        # What was told once has been taken out: a second attempt runs it anew.
-        if (name, run) not in self._begun:
-            self._begin([name] * (run + 1))
-        return self._begun.pop((name, run)).result()
-
-    def end(self) -> None:
-        """Wait for what runs, and begin nothing more."""
-        for future in self._begun.values():
-            future.cancel()
-        self._pool.shutdown()
-
-    def _begin(self, row: Sequence[str]) -> None:
-        runs = [(name, row[:at].count(name)) for at, name in enumerate(row)]
-        begun = [Future[Ended]() for _ in runs]
-        self._begun.update(zip(runs, begun, strict=True))
-        self._pool.submit(self._run, row, begun, self._mktemp("beside"))
-
-    def _run(self, row: Sequence[str], begun: Sequence[Future[Ended]], folder: Path) -> None:
-        try:
-            with cell(folder) as port:
-                for at, (name, future) in enumerate(zip(row, begun, strict=True)):
-                    if future.set_running_or_notify_cancel():
-                        future.set_result(self._run_one(name, port, folder / f"{at}.log"))
-        except BaseException as error:
-            for future in begun:
-                if not future.done():
-                    future.set_exception(error)
-            raise
-
-    def _run_one(self, name: str, port: int, log: Path) -> Ended:
-        if name in IN_A_PROCESS:
-            return ended(sys.executable, name, str(port))
-        process = WarmProcess(str(EXAMPLES / name), str(port), log=log)
-        process.end(80 * SCALE)
-        assert process.returncode is not None
-        said = b"".join(iter(process.line, b"")).decode()
-        return process.returncode, said, log.read_text("utf-8")
-
-
-@pytest.fixture(scope="module", autouse=True)
-def runs(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Runs]:
-    """Begun before the first test; the tests that ask for an end are the last of this file."""
-    runs = Runs(tmp_path_factory.mktemp)
-    yield runs
-    runs.end()
-
-
-def ended(*command: str) -> Ended:
+def ended(*command: str) -> tuple[int, str, str]:
     """Run a command to its end; return its exit code and what it said on its two outputs."""
     done = subprocess.run(
         command, capture_output=True, text=True, timeout=80 * SCALE, check=False, cwd=EXAMPLES
@@ -162,12 +84,6 @@ def run(*command: str) -> str:
     code, said, complained = ended(*command)
     assert (code, complained) == (0, "")
     return said
-
-
-def does_what_it_says(name: str, ended: Ended) -> None:
-    code, said, complained = ended
-    assert (code, complained) == (0, "")
-    assert PRINTS[name] in said
 
 
 def test_no_example_is_left_out() -> None:
@@ -195,6 +111,21 @@ def test_an_example_says_in_one_line_that_somebody_else_moves_the_robot(
     assert "\n" not in said
 
 
+@pytest.mark.parametrize("name", IN_A_PROCESS)
+def test_a_python_example_is_a_program_that_does_what_it_says(port: int, name: str) -> None:
+    assert PRINTS[name] in run(sys.executable, name, str(port))
+
+
+@pytest.mark.parametrize("name", sorted(set(PRINTS) - set(IN_A_PROCESS) - OF_ANOTHER_ROBOT))
+def test_a_python_example_does_what_it_says(
+    port: int, name: str, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    assert run_here(name, port, monkeypatch) == ""
+    said = capsys.readouterr()
+    assert PRINTS[name] in said.out
+    assert said.err == ""
+
+
 @pytest.mark.parametrize("name", sorted(OF_ANOTHER_ROBOT))
 def test_an_example_for_another_robot_says_so_and_moves_nothing(
     port: int, robot: SyncPendantClient, name: str, monkeypatch: pytest.MonkeyPatch
@@ -202,6 +133,14 @@ def test_an_example_for_another_robot_says_so_and_moves_nothing(
     before = robot.next_state().positions
     assert run_here(name, port, monkeypatch) == PRINTS[name]
     assert robot.next_state().positions == before
+
+
+@pytest.mark.parametrize("name", ["record_and_play.py", "teach_a_program.py"])
+def test_what_an_example_keeps_is_in_nobody_s_way_when_it_runs_again(
+    port: int, name: str, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    assert run_here(name, port, monkeypatch) == ""
+    assert PRINTS[name] in capsys.readouterr().out
 
 
 @pytest.mark.parametrize("name", sorted(PRINTS))
@@ -281,18 +220,3 @@ def test_a_pendant_in_another_language_has_sixty_lines_of_code(name: str) -> Non
     code = re.sub(COMMENTS[name], "", source, flags=re.DOTALL if name.endswith(".c") else 0)
     assert len([line for line in code.splitlines() if line.strip()]) <= 60
     assert max(map(len, source.splitlines())) <= 100
-
-
-@pytest.mark.parametrize("name", IN_A_PROCESS)
-def test_a_python_example_is_a_program_that_does_what_it_says(runs: Runs, name: str) -> None:
-    does_what_it_says(name, runs.ended(name))
-
-
-@pytest.mark.parametrize("name", sorted(set(PRINTS) - set(IN_A_PROCESS) - OF_ANOTHER_ROBOT))
-def test_a_python_example_does_what_it_says(runs: Runs, name: str) -> None:
-    does_what_it_says(name, runs.ended(name))
-
-
-@pytest.mark.parametrize("name", ["record_and_play.py", "teach_a_program.py"])
-def test_what_an_example_keeps_is_in_nobody_s_way_when_it_runs_again(runs: Runs, name: str) -> None:
-    does_what_it_says(name, runs.ended(name, run=1))

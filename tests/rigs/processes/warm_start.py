@@ -15,7 +15,6 @@ import os
 import runpy
 import signal
 import sys
-import threading
 from collections.abc import Callable, Iterator, Mapping
 from contextlib import contextmanager
 from multiprocessing.connection import Connection
@@ -37,9 +36,6 @@ _BEFORE_IMPORTS = {"OPENBLAS_NUM_THREADS": "1"}
 _CONTEXT = multiprocessing.get_context("forkserver")
 _CONTEXT.set_forkserver_preload(_IMPORTED)
 
-_STARTING = threading.Lock()
-"""What is set in the environment for a start is there once; threads start programs too."""
-
 
 class WarmProcess:
     """A program that runs, with what tests use of `asyncio.subprocess.Process`."""
@@ -48,19 +44,17 @@ class WarmProcess:
         """Start it.
 
         Args:
-            module: or the path of a script, which ends in `.py`.
             log: takes what it says on its standard error; else that of the tests does.
         """
         said, saying = _CONTEXT.Pipe(duplex=False)
         self._said = said
-        with _STARTING:
-            self._process = _CONTEXT.Process(
-                target=_run,
-                args=(module, arguments, dict(os.environ), Path.cwd(), saying, log),
-                daemon=True,
-            )
-            with _environment(_BEFORE_IMPORTS):
-                self._process.start()
+        self._process = _CONTEXT.Process(
+            target=_run,
+            args=(module, arguments, dict(os.environ), Path.cwd(), saying, log),
+            daemon=True,
+        )
+        with _environment(_BEFORE_IMPORTS):
+            self._process.start()
         saying.close()
 
     @property
@@ -169,10 +163,7 @@ def _run(
         os.close(written)
     sys.argv = [module, *arguments]
     try:
-        if module.endswith(".py"):
-            runpy.run_path(module, run_name="__main__")
-        else:
-            runpy.run_module(module, run_name="__main__", alter_sys=True)
+        runpy.run_module(module, run_name="__main__", alter_sys=True)
     finally:
         # A child of `multiprocessing` leaves these out.
         atexit._run_exitfuncs()
