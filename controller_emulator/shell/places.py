@@ -14,6 +14,7 @@ import asyncio
 import logging
 from collections import Counter
 from collections.abc import Callable, Iterable
+from functools import lru_cache
 from typing import cast
 
 from ..float32 import NANOSECONDS
@@ -41,6 +42,7 @@ _SILENCE = 10 * NANOSECONDS
 log = logging.getLogger("openpendant.emulator")
 
 
+@lru_cache(maxsize=MOST_RATES)  # asked of every open connection at each new one
 def counted_as(address: str) -> str:
     """Return what an address is counted as: itself, an IPv6 address its /64; empty for loopback."""
     if address in ("127.0.0.1", "::1", ""):

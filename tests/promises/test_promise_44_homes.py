@@ -2,6 +2,7 @@
 
 import math
 import os
+from functools import cache
 from pathlib import Path
 
 import pytest
@@ -11,7 +12,15 @@ from rigs.motion.loaded_robots import load_robot
 
 from openpendant.motion.cli.robots import main
 from openpendant.motion.description.robot import robot_names
-from openpendant.motion.robot_report.home_check import FRAMES, INCREMENTS, SHIFT, TURN, check_home
+from openpendant.motion.robot_report import home_check
+from openpendant.motion.robot_report.home_check import (
+    FRAMES,
+    INCREMENTS,
+    SHIFT,
+    TURN,
+    HomeReport,
+    check_home,
+)
 from openpendant.tools.console import ExitCode
 
 OF_A_FRAME = figure(44, "increments").count
@@ -27,14 +36,29 @@ def test_promise_44_the_increments_are_those_promised() -> None:
         assert len(tried) == OF_A_FRAME
 
 
+@cache
+def report_of(name: str) -> HomeReport:
+    """What the check says of a robot's home, found once for the tests of this file."""
+    return check_home(load_robot(name))
+
+
 @pytest.mark.parametrize("name", robot_names())
 def test_promise_44_every_first_increment_from_home_works(name: str) -> None:
     robot = load_robot(name)
-    report = check_home(robot)
+    report = report_of(name)
     assert [(each.increment, str(each.error)) for each in report.refused] == []
     assert report.is_good
     able = OF_FOUR_AXES if robot.dof == 4 else OF_A_FRAME
     assert [report.accepted(frame) for frame in FRAMES] == [able, able]
+
+
+def test_promise_44_the_command_finds_every_home_good(
+    monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    monkeypatch.setattr(home_check, "check_home", lambda robot: report_of(robot.name))
+    assert main(["home-check", "--all"]) == ExitCode.OK
+    count = len(robot_names())
+    assert f"{count} of {count} homes are good" in capsys.readouterr().out
 
 
 @pytest.mark.parametrize("name", NEW_ROBOTS)

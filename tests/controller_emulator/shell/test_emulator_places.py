@@ -1,6 +1,7 @@
 """Who beyond this machine is let in at an emulator, how often, and that nobody is displaced."""
 
 import asyncio
+import ipaddress
 from unittest.mock import Mock
 
 import pytest
@@ -98,6 +99,16 @@ def test_an_address_is_let_in_at_its_rate_and_others_at_theirs(arrivals: Arrival
 )
 def test_what_an_address_is_counted_as(address: str, group: str) -> None:
     assert counted_as(address) == group
+
+
+def test_an_address_is_parsed_once_however_many_connections_it_has(
+    arrivals: Arrivals, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    parse = Mock(side_effect=ipaddress.ip_address)
+    monkeypatch.setattr(ipaddress, "ip_address", parse)
+    counted_as.cache_clear()
+    assert all(arrivals.come("192.0.2.7") for _ in range(MOST_AN_ADDRESS))
+    parse.assert_called_once_with("192.0.2.7")
 
 
 def test_the_rates_of_so_many_addresses_are_kept_and_the_oldest_is_forgotten() -> None:

@@ -7,6 +7,7 @@ from collections.abc import Callable, Iterator, Sequence
 import pytest
 from rich.console import Console
 from rich.table import Table
+from rigs.motion.increments_tried_before import take_increments_as_accepted
 
 from openpendant.motion.cli import plan_command, robots
 from openpendant.motion.cli.kinematics_tables import degrees, millimetres
@@ -66,7 +67,10 @@ def is_whole(text: str) -> bool:
 
 
 @pytest.mark.parametrize("name", robot_names())
-def test_no_table_about_a_robot_is_cut(shown: Show, name: str) -> None:
+def test_no_table_about_a_robot_is_cut(
+    shown: Show, monkeypatch: pytest.MonkeyPatch, name: str
+) -> None:
+    take_increments_as_accepted(monkeypatch)
     cut = [command for command in commands_about(name) if not is_whole(shown(*command))]
     assert cut == []
 
