@@ -227,8 +227,7 @@ def _functions(module: ast.Module) -> Iterator[_Function]:
             yield block
 
 
-@cache
-def _parsed(path: Path) -> ast.Module:
+def _parsed(path: Path) -> ast.Module:  # not kept: the trees of all files burden the collector
     return ast.parse(_text(path))
 
 
