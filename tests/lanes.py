@@ -1,7 +1,9 @@
-"""The two lanes of a run: the tests that compute, then those on the real clock.
+"""The lanes of a run: the tests that compute, those of processes, those on the real clock.
 
-Owns which test belongs to which: `pytest --lane=real-time` takes the tests marked `realtime`,
-`--lane=computing` all others, without the option all run. `run_lanes.py` runs one after the other.
+Owns which test belongs to which. `pytest --lane=computing` takes the tests that are not marked
+`realtime`; of those that are, `--lane=processes` takes the ones of whole processes, which wait for
+what these say with much patience, and `--lane=real-time` the others, whose bounds a crowd beside
+them would break. Without the option all run. `run_lanes.py` runs one lane after the other.
 """
 
 import re
@@ -11,16 +13,24 @@ from pathlib import Path
 import pytest
 
 _MARK = "realtime"
+
+_OF_PROCESSES = ("system", "examples", "tools")
+"""Folders of tests whose processes are waited for, and nearly never hurried."""
+
 _NAMED = f"mark.{_MARK}"
 """How a file names it; a word of it elsewhere, as in a test of marks, is none."""
 
 _ALL_OF_A_FILE = re.compile(rf"^pytestmark = .*\bmark\.{_MARK}\b", re.MULTILINE)
 
 
+TESTS = Path(__file__).resolve().parent
+
+
 class Lane(Enum):
     """Which tests run together."""
 
     COMPUTING = "computing"
+    PROCESSES = "processes"
     REAL_TIME = "real-time"
 
 
@@ -29,7 +39,7 @@ def add_option(parser: pytest.Parser) -> None:
     parser.addoption(
         "--lane",
         choices=[lane.value for lane in Lane],  # plain, so that workers can be sent it
-        help="run the tests of one lane: real-time are those marked `realtime`",
+        help="run the tests of one lane: computing are those not marked `realtime`",
     )
 
 
@@ -45,9 +55,9 @@ class OneLane:
         """Import no test file in vain: each of many processes would, and only wait afterwards."""
         if collection_path.suffix != ".py":
             return None
-        if self._lane is Lane.REAL_TIME:
-            return not _may_be_on_real_clock(collection_path) or None
-        return _is_on_real_clock(collection_path) or None
+        if self._lane is Lane.COMPUTING:
+            return _is_on_real_clock(collection_path) or None
+        return not _may_have_some(collection_path, self._lane) or None
 
     @pytest.hookimpl(tryfirst=True)
     def pytest_collection_modifyitems(
@@ -73,20 +83,34 @@ class OneLane:
 
 
 def most_workers(config: pytest.Config) -> int | None:
-    """Return the files on the real clock that a run of this lane has: so many can run at once.
+    """Return how many files on the real clock a run of this lane has: so many can run at once.
 
     So a lane that has next to nothing to run starts no crowd of processes first. None: another
     lane, for which xdist decides.
     """
-    if config.getoption("--lane") != Lane.REAL_TIME.value:
+    lane = config.getoption("--lane")
+    if lane in (None, Lane.COMPUTING.value):
         return None
     asked = {Path(config.invocation_params.dir, each.partition("::")[0]) for each in config.args}
     files = (path.rglob("test_*.py") if path.is_dir() else (path,) for path in asked)
-    return sum(map(_may_be_on_real_clock, {each for found in files for each in found}))
+    return sum(
+        _may_have_some(each, Lane(lane)) for each in {one for found in files for one in found}
+    )
 
 
 def _lane_of(item: pytest.Item) -> Lane:
-    return Lane.COMPUTING if item.get_closest_marker(_MARK) is None else Lane.REAL_TIME
+    return Lane.COMPUTING if item.get_closest_marker(_MARK) is None else _waiting_lane(item.path)
+
+
+def _waiting_lane(path: Path) -> Lane:
+    """Return the lane of what a file has on the real clock."""
+    within = path.relative_to(TESTS) if path.is_relative_to(TESTS) else path
+    return Lane.PROCESSES if within.parts[0] in _OF_PROCESSES else Lane.REAL_TIME
+
+
+def _may_have_some(path: Path, lane: Lane) -> bool:
+    """Return whether a file may have tests of a lane on the real clock."""
+    return _waiting_lane(path) is lane and _may_be_on_real_clock(path)
 
 
 def _is_on_real_clock(path: Path) -> bool:

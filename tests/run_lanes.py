@@ -1,4 +1,4 @@
-"""The command behind `make test` and `make soak`: two lanes of tests, one after the other.
+"""The command behind `make test` and `make soak`: lanes of tests, one after the other.
 
 Owns what runs beside what, how a run is ended before its time, and what is printed at its end.
 Which test belongs to which lane, `lanes.py` knows. Standard library only.
@@ -22,10 +22,13 @@ from xml.etree import ElementTree
 
 from coverage_counts import counts, least, lost
 
+PROCESS_WORKERS = 4
+"""On two cores: they wait for robots half of the time."""
+
 REAL_TIME_WORKERS = 2
 """Three took a quarter less time, but storms of one were late for another, and tests failed."""
 
-LANES = ("computing", "real-time")
+LANES = ("computing", "processes", "real-time")
 """As `pytest --lane` calls them, in the order in which they run."""
 
 DEALT_OUT = ("--dist", "loadfile", "--no-loadscope-reorder")
@@ -59,12 +62,13 @@ _PR_SET_CHILD_SUBREAPER = 36
 
 _EXPLAINED = """\
 First the tests that compute, in so many workers, and beside them the commands of --beside. When all
-of these have ended, the tests on the real clock, in two workers with nothing beside them; with
---soak one after the other in one process. What stands after -- reaches pytest in both lanes; a
-file of --junitxml gets the results of both. For --pdb call pytest itself.
+of these have ended, the tests of whole processes, in four workers, then the others on the real
+clock, in two with nothing beside them; with --soak one after the other in one process. What stands
+after -- reaches pytest in each lane; a file of --junitxml gets the results of all. For --pdb call
+pytest itself.
 
 Exit codes: 0 all passed; 1 a test or a command failed, or less is covered than
-tests/coverage_counts.toml demands; 5 there was no test in either lane; 128 + n ended by signal n.
+tests/coverage_counts.toml demands; 5 there was no test in any lane; 128 + n ended by signal n.
 """
 
 
@@ -193,17 +197,19 @@ def run_lanes(run: Run, workers: int, pytest_arguments: Sequence[str], *, soak: 
             suites += ElementTree.parse(file).getroot()
             lane.outcomes = outcomes(suites[-1])
     if wanted is not None:
-        both = ElementTree.Element("testsuites")
-        both.extend(suites)
-        ElementTree.ElementTree(both).write(wanted, encoding="utf-8", xml_declaration=True)
+        all_lanes = ElementTree.Element("testsuites")
+        all_lanes.extend(suites)
+        ElementTree.ElementTree(all_lanes).write(wanted, encoding="utf-8", xml_declaration=True)
 
 
 def lane_commands(
     workers: int, arguments: Sequence[str], *, soak: bool
 ) -> list[tuple[str, list[str]]]:
     """Return each lane's name and what the interpreter is to be asked."""
-    waiting = ["--numprocesses=auto", f"--maxprocesses={REAL_TIME_WORKERS}"]
-    crowds = ([f"--numprocesses={workers}"], ["--numprocesses=0"] if soak else waiting)
+    alone = ["--numprocesses=0"]
+    crowds = [[f"--numprocesses={workers}"]]
+    for most in (PROCESS_WORKERS, REAL_TIME_WORKERS):
+        crowds.append(alone if soak else ["--numprocesses=auto", f"--maxprocesses={most}"])
     asked = [*(DEALT_OUT_AT_LENGTH if soak else DEALT_OUT), *(SOAK if soak else ()), *arguments]
     return [
         (lane, ["-m", "pytest", f"--lane={lane}", *crowd, *asked])
@@ -230,7 +236,7 @@ def outcomes(suite: ElementTree.Element) -> dict[str, int]:
 
 
 def exit_code(parts: Sequence[Part]) -> int:
-    """Return that of the run: one lane may be empty, not both."""
+    """Return that of the run: a lane may be empty, not all."""
     kept = {part.exit_code for part in parts if part.output is not None}
     lanes = {part.exit_code for part in parts if part.output is None}
     if kept - {PASSED} or lanes - {PASSED, EMPTY}:

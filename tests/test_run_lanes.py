@@ -11,6 +11,7 @@ import time
 from pathlib import Path
 from xml.etree import ElementTree
 
+import lanes
 import pytest
 from lanes import Lane, OneLane
 from run_lanes import EMPTY, FAILED, PASSED, Part, exit_code, junit_taken_out, lane_commands
@@ -80,7 +81,7 @@ def run(folder: Path, *arguments: str) -> subprocess.CompletedProcess[str]:
     )
 
 
-def test_both_lanes_run_with_lint_beside_the_first_and_all_is_told(project: Path) -> None:
+def test_all_lanes_run_with_lint_beside_the_first_and_all_is_told(project: Path) -> None:
     (project / "test_computing.py").write_text(COMPUTING, encoding="utf-8")
     (project / "test_mixed.py").write_text(MIXED, encoding="utf-8")
     (project / "test_not_on_the_real_clock.py").write_text(COMPUTING, encoding="utf-8")
@@ -93,6 +94,7 @@ def test_both_lanes_run_with_lint_beside_the_first_and_all_is_told(project: Path
         line[: len(lint)].strip(): line[len(lint) :].split() for line in done.stdout.splitlines()
     }
     assert told["computing"][:3] == ["2", "1", "2"]
+    assert told["processes"][:3] == ["0", "0", "0"]
     assert told["real-time"][:3] == ["1", "0", "0"]
     assert (told[lint][0], told["true"][0]) == ("failed", "passed")
     assert f"ERROR: {lint} ended with exit code 1\n" in done.stdout
@@ -206,7 +208,11 @@ NONE = "def test_adds(): pass\n"
 
 @pytest.mark.parametrize(
     ("text", "left_out_by"),
-    [(WHOLE, [Lane.COMPUTING]), (PART, []), (NONE, [Lane.REAL_TIME])],
+    [
+        (WHOLE, [Lane.COMPUTING, Lane.PROCESSES]),
+        (PART, [Lane.PROCESSES]),
+        (NONE, [Lane.PROCESSES, Lane.REAL_TIME]),
+    ],
     ids=["all of it on the real clock", "some of it", "nothing of it"],
 )
 def test_a_lane_imports_no_file_without_a_test_of_its_own(
@@ -218,11 +224,28 @@ def test_a_lane_imports_no_file_without_a_test_of_its_own(
 
 
 def test_tests_on_the_real_clock_come_last_in_many_workers() -> None:
-    (first, computing), (last, waiting) = lane_commands(3, ["-x"], soak=False)
-    assert (first, last) == ("computing", "real-time")
-    assert "--numprocesses=3" in computing
-    assert "--maxprocesses=2" in waiting
-    assert computing[-1] == waiting[-1] == "-x"
+    told = lane_commands(3, ["-x"], soak=False)
+    assert [name for name, _ in told] == ["computing", "processes", "real-time"]
+    crowds = ("--numprocesses=3", "--maxprocesses=4", "--maxprocesses=2")
+    assert all(crowd in command for crowd, (_, command) in zip(crowds, told, strict=True))
+    assert {command[-1] for _, command in told} == {"-x"}
+
+
+@pytest.mark.parametrize(
+    ("name", "left_out_by"),
+    [
+        ("system/test_it.py", [Lane.COMPUTING, Lane.REAL_TIME]),
+        ("server/system/test_it.py", [Lane.COMPUTING, Lane.PROCESSES]),
+    ],
+)
+def test_a_file_of_processes_has_a_lane_of_its_own(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, name: str, left_out_by: list[Lane]
+) -> None:
+    monkeypatch.setattr(lanes, "TESTS", tmp_path)
+    file = tmp_path / name
+    file.parent.mkdir(parents=True)
+    file.write_text(WHOLE)
+    assert [lane for lane in Lane if OneLane(lane).pytest_ignore_collect(file)] == left_out_by
 
 
 def test_it_explains_itself() -> None:
