@@ -11,6 +11,7 @@ from collections import deque
 from collections.abc import AsyncIterator, Callable
 from contextlib import asynccontextmanager
 from functools import partial
+from itertools import repeat
 from types import FrameType
 from typing import Any, TypeVar
 
@@ -262,6 +263,8 @@ async def walked_cell(*, state_rate: float = 0.0) -> AsyncIterator[WalkedCell]:
         settings = make_settings({"robot": ROBOT, "controller": link, "listen": ports}, "test")
         planner, store = WaitingPlanner(), WaitingStore()
         app = bare_app([CellParts(settings, serial_robot(ROBOT), planner)], store=store)
+        # A slow moment, in which a turn uses up the clients' share, is no part of any walk.
+        app.connect = partial(app.connect, processor_time=repeat(0).__next__)
         cell = WalkedCell(app.cells[0], planner, store, emulator.motion_port)
         async with app.running() as bound:
             await asyncio.sleep(_SETTLED)

@@ -425,10 +425,15 @@ class TimedServer:
     def begin(self) -> None:
         """Go on as a server that runs, whose start the garbage collector looks at no more."""
         asyncio.run(self.settle())
-        for _ in range(1_010):  # as long as it is known where a frame was
-            self.tick()
+        asyncio.run(self._tick_often(1_010))  # as long as it is known where a frame was
         gc.collect()
         gc.freeze()
+
+    async def _tick_often(self, count: int) -> None:
+        for _ in range(count):
+            self.tick()
+            # What a turn of a busy machine has left is handled in the next.
+            await asyncio.sleep(0)
 
     def _fill_trace(self) -> None:
         """Have the tool been everywhere."""
