@@ -9,8 +9,9 @@ from collections.abc import Callable, Iterator, Mapping
 from pathlib import Path
 
 import pytest
+import workers
 from hypothesis import HealthCheck, Phase, settings
-from lanes import Lane, OneLane, add_option, most_workers
+from lanes import Lane, OneLane, add_option
 from promises.promise_table import tests_of_promises
 from rigs.clock.busy_machine import Attempts
 from rigs.clock.virtual_clock import VirtualLoop
@@ -36,14 +37,9 @@ settings.load_profile("repeatable")
 
 
 def pytest_addoption(parser: pytest.Parser) -> None:
-    """Let a run take one lane of tests."""
+    """Let a run take one lane of tests, and several processes."""
     add_option(parser)
-
-
-@pytest.hookimpl(optionalhook=True)
-def pytest_xdist_auto_num_workers(config: pytest.Config) -> int | None:
-    """Start no more workers for a lane than it has files."""
-    return most_workers(config)
+    workers.add_options(parser)
 
 
 def pytest_configure(config: pytest.Config) -> None:
@@ -56,6 +52,7 @@ def pytest_configure(config: pytest.Config) -> None:
         config.pluginmanager.register(OneLane(Lane(lane)), "lane")
     config.pluginmanager.register(Attempts(), "attempts")
     config.pluginmanager.register(PromisesMarked(), "promises")
+    workers.configure(config)
 
 
 class PromisesMarked:

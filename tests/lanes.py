@@ -82,22 +82,6 @@ class OneLane:
         items[:] = wanted
 
 
-def most_workers(config: pytest.Config) -> int | None:
-    """Return how many files on the real clock a run of this lane has: so many can run at once.
-
-    So a lane that has next to nothing to run starts no crowd of processes first. None: another
-    lane, for which xdist decides.
-    """
-    lane = config.getoption("--lane")
-    if lane in (None, Lane.COMPUTING.value):
-        return None
-    asked = {Path(config.invocation_params.dir, each.partition("::")[0]) for each in config.args}
-    files = (path.rglob("test_*.py") if path.is_dir() else (path,) for path in asked)
-    return sum(
-        _may_have_some(each, Lane(lane)) for each in {one for found in files for one in found}
-    )
-
-
 def _lane_of(item: pytest.Item) -> Lane:
     return Lane.COMPUTING if item.get_closest_marker(_MARK) is None else _waiting_lane(item.path)
 

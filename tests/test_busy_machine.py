@@ -13,6 +13,7 @@ from rigs.clock.busy_machine import MOST_DOUBTFUL, Attempts
 from rigs.clock.stall_watch import StallWatch
 
 CONFTEST = """
+import workers
 from rigs.clock import busy_machine
 
 class Idle:
@@ -27,9 +28,13 @@ class Idle:
 
 busy_machine.StallWatch = Idle
 
+def pytest_addoption(parser):
+    workers.add_options(parser)
+
 def pytest_configure(config):
     config.addinivalue_line("markers", "realtime: .")
     config.pluginmanager.register(busy_machine.Attempts())
+    workers.configure(config)
 """
 
 LATENESS = "NOW = 0.2\n"
@@ -156,7 +161,7 @@ def test_more_than_five_second_tries_of_a_machine_that_was_hardly_late_fail_the_
         f"test_often_{number}.py": OFTEN.format(count=count, lateness=lateness)
         for number, (count, lateness) in enumerate(often)
     }
-    done = run(tmp_path, tests, "-p", "xdist", "--numprocesses", "2", "--dist", "loadfile")
+    done = run(tmp_path, tests, "--workers=2")
     assert done.returncode == 1, done.stdout + done.stderr
     assert len(outcomes(done.stdout.splitlines(), "PASSED")) == 10
     assert "6 second tries" in done.stdout

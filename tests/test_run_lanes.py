@@ -21,16 +21,15 @@ COMMAND = [sys.executable, str(TESTS / "run_lanes.py")]
 
 CONFTEST = """
 import lanes
-import pytest
+import workers
 
 def pytest_addoption(parser):
     lanes.add_option(parser)
-
-def pytest_xdist_auto_num_workers(config):
-    return lanes.most_workers(config)
+    workers.add_options(parser)
 
 def pytest_configure(config):
     config.addinivalue_line("markers", "realtime: .")
+    workers.configure(config)
     if lane := config.getoption("--lane"):
         config.pluginmanager.register(lanes.OneLane(lanes.Lane(lane)))
 """
@@ -69,7 +68,7 @@ def test_would_run_in_no_lane(): pass
 def project(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
     # Of the plugins that are installed, a run of this one file each needs no other.
     monkeypatch.setenv("PYTEST_DISABLE_PLUGIN_AUTOLOAD", "1")
-    ini = f"[pytest]\npythonpath = {TESTS} .\naddopts = -p no:cacheprovider -p xdist.plugin\n"
+    ini = f"[pytest]\npythonpath = {TESTS} .\naddopts = -p no:cacheprovider\n"
     for name, text in {"conftest.py": CONFTEST, "pytest.ini": ini}.items():
         (tmp_path / name).write_text(text, encoding="utf-8")
     return tmp_path
@@ -226,7 +225,7 @@ def test_a_lane_imports_no_file_without_a_test_of_its_own(
 def test_tests_on_the_real_clock_come_last_in_many_workers() -> None:
     told = lane_commands(3, ["-x"], soak=False)
     assert [name for name, _ in told] == ["computing", "processes", "real-time"]
-    crowds = ("--numprocesses=3", "--maxprocesses=4", "--maxprocesses=2")
+    crowds = ("--workers=3", "--workers=4", "--workers=2")
     assert all(crowd in command for crowd, (_, command) in zip(crowds, told, strict=True))
     assert {command[-1] for _, command in told} == {"-x"}
 

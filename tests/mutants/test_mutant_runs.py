@@ -42,7 +42,7 @@ def test_red():
 
 BARE = tuple(
     word
-    for plugin in ("hypothesispytest", "xdist", "pytest_cov", "asyncio", "timeout")
+    for plugin in ("hypothesispytest", "pytest_cov", "asyncio", "timeout")
     for word in ("-p", f"no:{plugin}")
 )
 """Options that leave out the plugins of this project: each takes its time to import."""

@@ -156,7 +156,7 @@ def test_the_soak_runs_every_test_of_the_table_and_those_with_a_time_one_after_t
         "-m soak or conformance or hypothesis or promise --hypothesis-profile=soak "
     )
     assert all(" ".join(command).endswith(chosen) for command in lanes.values())
-    assert "--numprocesses=0" in lanes["real-time"]
+    assert "--workers=0" in lanes["real-time"]
 
 
 @pytest.mark.parametrize(("row", "test"), NAMED_ON_SOCKETS)

@@ -39,9 +39,6 @@ PLAIN_LATENESS = 0.05
 MOST_DOUBTFUL = 5
 """Second tries of a whole run whose idle process was late, and by less than that."""
 
-_TALLY = "doubtful_second_tries"
-"""What a worker of pytest-xdist says at its end."""
-
 UNHURRIED = """
 controller.lead = 0.25
 controller.reply_deadline = 2.0
@@ -63,11 +60,15 @@ class BegunAnew(UserWarning):
     """Something failed that may have come late, and was tried again."""
 
 
-def tell_begun_anew(why: str) -> None:
+class HardlyLate(BegunAnew):
+    """The machine was late by less than what explains that a test failed."""
+
+
+def tell_begun_anew(why: str, category: type[BegunAnew] = BegunAnew) -> None:
     """Tell that something is tried again, as a warning that fails no test."""
     with warnings.catch_warnings():
         warnings.simplefilter("always", BegunAnew)
-        warnings.warn(f"begun anew: {why}", BegunAnew, stacklevel=2)
+        warnings.warn(f"begun anew: {why}", category, stacklevel=2)
 
 
 class Attempts:
@@ -103,27 +104,22 @@ class Attempts:
             late = self._watch.worst_since(began)
             if not late or not _may_be_repeated(failed, item):
                 break
-            self.doubtful += late < PLAIN_LATENESS
             _tell(item, failed[0], late)
         for report in reports:
             item.ihook.pytest_runtest_logreport(report=report)
         item.ihook.pytest_runtest_logfinish(nodeid=item.nodeid, location=item.location)
         return True
 
-    @pytest.hookimpl(optionalhook=True)
-    def pytest_testnodedown(self, node: object) -> None:
-        """Add what a worker says at its end."""
-        self.doubtful += getattr(node, "workeroutput", {}).get(_TALLY, 0)
+    def pytest_warning_recorded(self, warning_message: warnings.WarningMessage) -> None:
+        """Count what is doubtful; where workers run the tests, this is told by all of them."""
+        self.doubtful += issubclass(warning_message.category, HardlyLate)
 
     @pytest.hookimpl(tryfirst=True)
     def pytest_sessionfinish(self, session: pytest.Session) -> None:
-        """End what watched; hand the number on, or fail a run that had too many."""
+        """End what watched; fail a run that had too many doubtful second tries."""
         if self._watch is not None:
             self._watch.end()
-        output = getattr(session.config, "workeroutput", None)
-        if output is not None:
-            output[_TALLY] = self.doubtful
-        elif self.doubtful > MOST_DOUBTFUL:
+        if self.doubtful > MOST_DOUBTFUL:
             session.exitstatus = pytest.ExitCode.TESTS_FAILED
 
     def pytest_terminal_summary(self, terminalreporter: pytest.TerminalReporter) -> None:
@@ -140,7 +136,10 @@ class Attempts:
 def _tell(item: pytest.Item, failed: pytest.TestReport, late: float) -> None:
     lines = failed.longreprtext.splitlines()
     why = next((line[1:].strip() for line in lines if line.startswith("E ")), lines[-1])
-    tell_begun_anew(f"{item.name}: {why} (an idle process was {1e3 * late:.0f} ms late)")
+    tell_begun_anew(
+        f"{item.name}: {why} (an idle process was {1e3 * late:.0f} ms late)",
+        HardlyLate if late < PLAIN_LATENESS else BegunAnew,
+    )
 
 
 def _may_be_repeated(failed: list[pytest.TestReport], item: pytest.Item) -> bool:
