@@ -8,16 +8,20 @@ import { closedLegs, type Leg } from "./platform.ts";
 import {
   aboutAxis,
   composed,
+  distance,
   IDENTITY,
   inverse,
   ofRpy,
   pose,
   rotated,
   scaled,
+  transformed,
   vector3,
   type Pose,
   type Vector3,
 } from "./pose.ts";
+
+const SMALLEST = 0.1; // m
 
 /** What `shapes.show` and the facts of `robots.describe` say of a robot. */
 export interface RobotDescription extends ShapesShowReply {
@@ -94,10 +98,7 @@ export class Chain {
       ? robot.struts.map(({ first, second }) => ({ base: vector3(first), top: vector3(second) }))
       : [];
     this.#platform = this.#platformAtHome();
-    const lengths = robot.joints
-      .filter((joint) => joint.type !== "leg")
-      .map((joint) => Math.hypot(...joint.xyz));
-    this.size = Math.max(0.2, ...[lengths.reduce((sum, each) => sum + each, 0)]);
+    this.size = this.#sizeOf();
   }
 
   /** Return the poses of all links in base; home where no joint values are known. */
@@ -153,6 +154,18 @@ export class Chain {
         ? { position: scaled(axis, value), quaternion: IDENTITY.quaternion }
         : { position: IDENTITY.position, quaternion: aboutAxis(axis, value) };
     return composed(origin, motion);
+  }
+
+  #sizeOf(): number {
+    const reach = this.robot.joints
+      .filter((joint) => joint.type !== "leg")
+      .reduce((sum, joint) => sum + Math.hypot(...joint.xyz), 0);
+    const places = this.linkPoses(null);
+    const away = this.robot.shapes.map(({ link, xyz, size }) => {
+      const middle = transformed(places.get(link) ?? this.root, vector3(xyz));
+      return distance(middle, this.root.position) + Math.hypot(...size) / 2;
+    });
+    return Math.max(SMALLEST, reach, ...away);
   }
 
   #platformAtHome(): Pose {

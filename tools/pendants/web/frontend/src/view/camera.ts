@@ -36,7 +36,7 @@ const SIDES: Readonly<Record<Side, readonly [azimuth: number, elevation: number]
 /** Return the orbit that sees a robot of this size from a side. */
 export function lookingFrom(side: Side, size: number): Orbit {
   const [azimuth, elevation] = SIDES[side];
-  return { target: [0, 0, 0.36 * size], azimuth, elevation, distance: 2.9 * size };
+  return { target: [0, 0, 0.33 * size], azimuth, elevation, distance: 1.75 * size };
 }
 
 /** Return the orbit after a drag by points of a picture of this height. */
