@@ -94,6 +94,7 @@ def test_the_wheel_carries_the_licence_the_command_and_the_extras(wheel: zipfile
         "plot",
         "server",
         "terminal",
+        "web",
     ]
     assert metadata.get_all("Provides-Extra") == extras
 

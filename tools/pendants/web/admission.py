@@ -1,4 +1,4 @@
-"""Admission of a browser: whose a request is, and whether its page may talk to the gateway.
+"""PageAdmission of a browser: whose a request is, and whether its page may talk to the gateway.
 
 Owns the address rule of a gateway: a request that came through another proxy is not this machine's
 own, whatever its socket says. It is refused unless the configuration names that proxy; then the
@@ -64,7 +64,7 @@ class Browser:
     is_encrypted: bool
 
 
-class Admission:
+class PageAdmission:
     """The rules of one gateway."""
 
     def __init__(self, settings: WebSettings, own_names: Sequence[str] = ()) -> None:

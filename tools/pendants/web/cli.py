@@ -22,14 +22,14 @@ from aiohttp import web
 from ...console import ExitCode, command, complain, emit_json, run
 from ..connection_errors import DEFAULT_PORT as SERVER_PORT
 from ..connection_errors import WrongArgument
-from .admission import Admission
+from .admission import PageAdmission
 from .page_files import BUILT, PageFiles
-from .relay import Relay
+from .relay import BrowserRelay
 from .server_exposure import NotAsked, NotGuarded, check_logins_are_demanded
-from .server_link import Identity, Server
+from .server_link import GatewayIdentity, Server
 from .settings import (
+    OwnCertificate,
     SettingsRefused,
-    TlsSettings,
     WebSettings,
     read_file,
     read_secret,
@@ -42,7 +42,7 @@ _SHUTDOWN_WITHIN = 3.0
 app = command()
 
 
-class ListenFailed(Exception):
+class PortUnusable(Exception):
     """The port cannot be listened at; the text is for the user."""
 
 
@@ -52,7 +52,7 @@ def main(argv: Sequence[str]) -> int:
         SettingsRefused: ExitCode.USAGE,
         WrongArgument: ExitCode.USAGE,
         NotGuarded: ExitCode.REFUSED,
-        ListenFailed: ExitCode.REFUSED,
+        PortUnusable: ExitCode.REFUSED,
         NotAsked: ExitCode.UNAVAILABLE,
     }
     return run(app, "web", argv, faults, lambda text: complain(f"openpendant web: {text}"))
@@ -104,10 +104,12 @@ def web_(
         given["servers"] = _servers([f"127.0.0.1:{SERVER_PORT}"], ca)
     settings = settings_of(data | given, str(config) if config else "arguments")
     named = settings.gateway
-    identity = None if named is None else Identity(named.name, read_secret(named))
-    servers = [Server.of(each) for each in settings.servers]
+    identity = None if named is None else GatewayIdentity(named.name, read_secret(named))
+    servers = [Server.of(each, named.address if named else "") for each in settings.servers]
     tls = _tls(settings.tls)
-    asyncio.run(_serve(Gateway(settings, servers, identity, tls, page or BUILT), as_json=as_json))
+    asyncio.run(
+        _serve(WebGateway(settings, servers, identity, tls, page or BUILT), as_json=as_json)
+    )
 
 
 def _given(servers: list[str] | None, ca: Path | None, **values: object) -> dict[str, Any]:
@@ -126,7 +128,7 @@ def _servers(texts: Sequence[str], ca: Path | None) -> list[dict[str, str]]:
     ]
 
 
-def _tls(settings: TlsSettings | None) -> ssl.SSLContext | None:
+def _tls(settings: OwnCertificate | None) -> ssl.SSLContext | None:
     """Return the context of the gateway's own certificate.
 
     Raises:
@@ -143,14 +145,14 @@ def _tls(settings: TlsSettings | None) -> ssl.SSLContext | None:
     return context
 
 
-class Gateway:
+class WebGateway:
     """A gateway that is ready to listen."""
 
     def __init__(
         self,
         settings: WebSettings,
         servers: Sequence[Server],
-        identity: Identity | None,
+        identity: GatewayIdentity | None,
         tls: ssl.SSLContext | None,
         page: Path,
     ) -> None:
@@ -159,8 +161,8 @@ class Gateway:
         self._servers = servers
         self._identity = identity
         self._tls = tls
-        admission = Admission(settings, () if settings.is_local else _own_names())
-        application = Relay(servers, admission, identity).application()
+        admission = PageAdmission(settings, () if settings.is_local else _own_names())
+        application = BrowserRelay(servers, admission, identity).application()
         files = PageFiles(page)
         application.router.add_get("/", files.serve)
         application.router.add_get("/{file:.+}", files.serve)
@@ -174,7 +176,7 @@ class Gateway:
         Raises:
             NotGuarded: other machines could come, and a server demands no logins.
             NotAsked: they could, and a server did not answer.
-            ListenFailed: the port cannot be listened at.
+            PortUnusable: the port cannot be listened at.
         """
         if not self._settings.is_local and self._identity is not None:
             await check_logins_are_demanded(self._servers, self._identity)
@@ -185,7 +187,7 @@ class Gateway:
             await site.start()
         except OSError as error:
             why = os.strerror(error.errno) if error.errno else str(error)
-            raise ListenFailed(f"{host}:{self._settings.port}: {why}") from None
+            raise PortUnusable(f"{host}:{self._settings.port}: {why}") from None
         shown = f"[{host}]" if ":" in host else host
         scheme = "http" if self._tls is None else "https"
         return f"{scheme}://{shown}:{self._runner.addresses[0][1]}/"
@@ -200,7 +202,7 @@ def _own_names() -> list[str]:
     return [name, f"{name}.local", socket.getfqdn()]
 
 
-async def _serve(gateway: Gateway, *, as_json: bool) -> None:
+async def _serve(gateway: WebGateway, *, as_json: bool) -> None:
     loop = asyncio.get_running_loop()
     interrupted = asyncio.Event()
     for number in (signal.SIGINT, signal.SIGTERM):

@@ -16,9 +16,9 @@ from aiohttp import WSMsgType, web
 from openpendant.simplemsg.framing import MAX_FRAME
 
 from ..connection_errors import Unreachable
-from .admission import Admission, Asked, Browser, NotAdmitted
+from .admission import Asked, Browser, NotAdmitted, PageAdmission
 from .backlog import Backlog, TooSlow
-from .server_link import Identity, NotForwarded, Server, ServerLink, dial
+from .server_link import GatewayIdentity, NotForwarded, Server, ServerLink, dial
 
 PATH = "/servers/{server}"
 """Where a page opens its WebSocket, by the name of a server; `/servers` lists the names."""
@@ -62,11 +62,11 @@ class Ending(IntEnum):
     """Told to nobody: the browser closed the WebSocket, or it broke."""
 
 
-class Pair:
+class BrowserPair:
     """One browser and its connection to a server."""
 
     def __init__(self, socket: web.WebSocketResponse, transport: asyncio.Transport | None) -> None:
-        """Pair a WebSocket that is open with nothing yet."""
+        """BrowserPair a WebSocket that is open with nothing yet."""
         loop = asyncio.get_running_loop()
         self._socket = socket
         self._transport = transport
@@ -82,7 +82,7 @@ class Pair:
             self._ended.set_result((ending, reason))
 
     async def run(self, server: Server, forwarded: bytes) -> None:
-        """Relay until one side is over; both are closed afterwards.
+        """BrowserRelay until one side is over; both are closed afterwards.
 
         Args:
             forwarded: the first frame to the server, empty for none.
@@ -192,11 +192,11 @@ class Pair:
                 self._transport.abort()
 
 
-class Relay:
+class BrowserRelay:
     """All pairs of a gateway."""
 
     def __init__(
-        self, servers: Sequence[Server], admission: Admission, identity: Identity | None
+        self, servers: Sequence[Server], admission: PageAdmission, identity: GatewayIdentity | None
     ) -> None:
         """Make a gateway without pairs.
 
@@ -206,7 +206,7 @@ class Relay:
         self._servers = {each.name: each for each in servers}
         self._admission = admission
         self._identity = identity
-        self._pairs: dict[Pair, asyncio.Task[None] | None] = {}
+        self._pairs: dict[BrowserPair, asyncio.Task[None] | None] = {}
 
     def application(self) -> web.Application:
         """Return what serves the list of servers and the WebSockets."""
@@ -237,7 +237,7 @@ class Relay:
         return web.json_response({"servers": names}, headers={"Cache-Control": "no-store"})
 
     async def _open(self, request: web.Request) -> web.StreamResponse:
-        """Pair a page's WebSocket with the server that it names, until one of the two is over."""
+        """BrowserPair a page's WebSocket with the server that it names, until one of the two is over."""
         server = self._servers.get(request.match_info["server"])
         if server is None:
             raise web.HTTPNotFound(text="no server of this name; /servers lists them\n")
@@ -249,7 +249,7 @@ class Relay:
             autoping=False, compress=False, max_msg_size=MOST_IN_MESSAGE, timeout=_CLOSE_WITHIN
         )
         await socket.prepare(request)
-        pair = Pair(socket, request.transport)
+        pair = BrowserPair(socket, request.transport)
         self._pairs[pair] = asyncio.current_task()
         try:
             await pair.run(server, forwarded)

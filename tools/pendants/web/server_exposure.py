@@ -24,7 +24,7 @@ from openpendant.simplemsg.pendant import (
 
 from ..connection_errors import PendantError, Unreachable, answer_of
 from .admission import Browser
-from .server_link import Identity, NotForwarded, Server, ServerLink, dial
+from .server_link import GatewayIdentity, NotForwarded, Server, ServerLink, dial
 
 _WITHIN = 5.0
 """Time for each answer [s]."""
@@ -40,7 +40,7 @@ class NotGuarded(Exception):
     """A server through which other machines would reach a robot without a login; as above."""
 
 
-async def check_logins_are_demanded(servers: Sequence[Server], identity: Identity) -> None:
+async def check_logins_are_demanded(servers: Sequence[Server], identity: GatewayIdentity) -> None:
     """Ask every server whether it demands logins of other machines.
 
     Raises:
@@ -60,7 +60,7 @@ async def check_logins_are_demanded(servers: Sequence[Server], identity: Identit
             )
 
 
-async def _demands_logins(server: Server, identity: Identity) -> bool:
+async def _demands_logins(server: Server, identity: GatewayIdentity) -> bool:
     """Return what a server says to `access.exposure`, after a lobby and a hello."""
     ourselves = Browser(_own_address(server), is_encrypted=server.tls is not None)
     asking = _Asking(identity.forwarded(ourselves))
@@ -80,6 +80,8 @@ async def _demands_logins(server: Server, identity: Identity) -> bool:
 
 def _own_address(server: Server) -> str:
     """Return the address that this machine reaches a server from; nothing is sent for it."""
+    if server.own_address:
+        return server.own_address
     found = socket.getaddrinfo(server.host, server.port, type=socket.SOCK_DGRAM)
     family, kind, _, _, address = found[0]
     with socket.socket(family, kind) as probe:

@@ -19,7 +19,7 @@ from openpendant.simplemsg.pendant import Encrypted, Forwarded
 from ..connection_errors import Unreachable, server_address, unreachable
 from ..credentials import tls_context
 from .admission import Browser
-from .settings import ServerSettings
+from .settings import KnownServer
 
 DIAL_WITHIN = 5.0
 """Time for a connection to a server, and for its word on FORWARDED [s]."""
@@ -33,7 +33,7 @@ class NotForwarded(Exception):
 
 
 @dataclass(frozen=True, slots=True)
-class Identity:
+class GatewayIdentity:
     """What the servers believe this gateway by."""
 
     name: str
@@ -48,15 +48,20 @@ class Identity:
 
 @dataclass(frozen=True, slots=True)
 class Server:
-    """A server that may be dialled."""
+    """A server that may be dialled.
+
+    Attributes:
+        own_address: where its connections come from; empty for the usual one.
+    """
 
     name: str
     host: str
     port: int
     tls: ssl.SSLContext | None
+    own_address: str = ""
 
     @classmethod
-    def of(cls, settings: ServerSettings) -> Server:
+    def of(cls, settings: KnownServer, own_address: str) -> Server:
         """Return the server of a configuration.
 
         Raises:
@@ -64,7 +69,7 @@ class Server:
         """
         host, port = server_address(settings.address) or ("", 0)
         ca = Path(settings.ca) if settings.ca else None
-        return cls(settings.name, host, port, tls_context(ca))
+        return cls(settings.name, host, port, tls_context(ca), own_address)
 
     def __str__(self) -> str:
         return f"[{self.host}]:{self.port}" if ":" in self.host else f"{self.host}:{self.port}"
@@ -218,6 +223,7 @@ async def dial(server: Server, link: ServerLink) -> None:
                 server.port,
                 ssl=server.tls,
                 server_hostname=None if server.tls is None else server.host,
+                local_addr=(server.own_address, 0) if server.own_address else None,
             )
     except TimeoutError:
         raise Unreachable(None, f"{server} does not answer within {DIAL_WITHIN:g} s") from None

@@ -65,6 +65,12 @@ def _check_address(text: str) -> str:
     return text
 
 
+def _check_own_address(text: str) -> str:
+    if text and ip_of(text) is None:
+        raise ValueError("accepted: an address of this machine, or nothing")
+    return text
+
+
 def _check_proxy(text: str) -> str:
     if ip_of(text) is None:
         raise ValueError("accepted: the address of one host, not a network, a name, zone or port")
@@ -82,7 +88,7 @@ class _Table(BaseModel):
     model_config = ConfigDict(extra="forbid", frozen=True)
 
 
-class ServerSettings(_Table):
+class KnownServer(_Table):
     """A pendant server that pages may be connected to."""
 
     name: Annotated[str, AfterValidator(_check_name)]
@@ -98,11 +104,13 @@ class IdentitySettings(_Table):
 
     name: Annotated[str, AfterValidator(_check_name)] = "web"
     """Its name there."""
+    address: Annotated[str, AfterValidator(_check_own_address)] = ""
+    """Where its connections come from, an address of this machine; empty for the usual one."""
     secret_file: Annotated[str, Field(min_length=1)]
     """The file that they read, too: 32 random bytes in hexadecimal, for its owner's eyes only."""
 
 
-class TlsSettings(_Table):
+class OwnCertificate(_Table):
     """The gateway's own certificate, for browsers that come by https."""
 
     certificate: Annotated[str, Field(min_length=1)]
@@ -111,7 +119,7 @@ class TlsSettings(_Table):
     """File with its key."""
 
 
-def _check_servers(servers: tuple[ServerSettings, ...]) -> tuple[ServerSettings, ...]:
+def _check_servers(servers: tuple[KnownServer, ...]) -> tuple[KnownServer, ...]:
     if len({each.name for each in servers}) < len(servers):
         raise ValueError("each server needs a name of its own")
     return servers
@@ -125,7 +133,7 @@ class WebSettings(_Table):
     port: Annotated[int, Field(ge=0, le=65_535)] = DEFAULT_PORT
     """Port to listen at, 0 for a free one."""
     servers: Annotated[
-        tuple[ServerSettings, ...],
+        tuple[KnownServer, ...],
         Field(min_length=1, max_length=64),
         AfterValidator(_check_servers),
     ]
@@ -141,7 +149,7 @@ class WebSettings(_Table):
     ] = ()
     """Origins that a page may have beside the address it was asked for at: behind a proxy, and
     under a name of this machine in a network."""
-    tls: TlsSettings | None = None
+    tls: OwnCertificate | None = None
     """Without it the page comes by plain http."""
 
     @property
