@@ -66,7 +66,7 @@ class BrowserPair:
     """One browser and its connection to a server."""
 
     def __init__(self, socket: web.WebSocketResponse, transport: asyncio.Transport | None) -> None:
-        """BrowserPair a WebSocket that is open with nothing yet."""
+        """Pair a WebSocket that is open with nothing yet."""
         loop = asyncio.get_running_loop()
         self._socket = socket
         self._transport = transport
@@ -237,7 +237,7 @@ class BrowserRelay:
         return web.json_response({"servers": names}, headers={"Cache-Control": "no-store"})
 
     async def _open(self, request: web.Request) -> web.StreamResponse:
-        """BrowserPair a page's WebSocket with the server that it names, until one of the two is over."""
+        """Pair a page's WebSocket with the server that it names, until one of the two is over."""
         server = self._servers.get(request.match_info["server"])
         if server is None:
             raise web.HTTPNotFound(text="no server of this name; /servers lists them\n")
