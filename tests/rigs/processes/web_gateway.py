@@ -21,8 +21,6 @@ LOOPBACK = "127.0.0.1"
 PATIENCE = 5.0
 SECRET = "0123456789abcdef" * 4
 WEB = GatewayIdentity("web", SECRET)
-PROXY = {"proxies": [LOOPBACK]}
-"""Settings under which a tab of this machine may state where it is."""
 
 _M = TypeVar("_M", bound=Message)
 
@@ -89,11 +87,11 @@ class GatewayRig:
         return int(self.page.rstrip("/").rpartition(":")[2])
 
     async def tab(self, server: str = "cell", **headers: str) -> Tab:
-        """Open a WebSocket as a page of the gateway's own does, autoclosed at the end."""
+        """Open a WebSocket as a page of the gateway's own does; it is closed at the end."""
         sent = {"Origin": self.page.rstrip("/")}
         sent |= {key.replace("_", "-"): value for key, value in headers.items()}
         url = f"{self.page}servers/{server}"
-        opened = await self.session.ws_connect(url, headers=sent, max_msg_size=0, autoclose=False)
+        opened = await self.session.ws_connect(url, headers=sent, max_msg_size=0)
         self.tabs.append(Tab(opened))
         return self.tabs[-1]
 
@@ -119,6 +117,8 @@ async def running_gateway(
         try:
             yield rig
         finally:
+            for tab in rig.tabs:
+                await tab.socket.close()
             await gateway.close()
 
 

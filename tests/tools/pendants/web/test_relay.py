@@ -7,7 +7,7 @@ import pytest
 from aiohttp import WSServerHandshakeError
 from rigs.peers.loopback_peers import PING, PONG, Server, Stream
 from rigs.processes.web_gateway import (
-    PROXY,
+    LOOPBACK,
     SECRET,
     WEB,
     DeafTab,
@@ -17,7 +17,7 @@ from rigs.processes.web_gateway import (
 
 from openpendant.simplemsg import PENDANT, ByteOrder, codec_for
 from openpendant.simplemsg.pendant import Forwarded, State
-from openpendant.tools.pendants.web import relay
+from openpendant.tools.pendants.web import cli, relay
 from openpendant.tools.pendants.web.relay import Ending
 
 BIG_PING = bytes.fromhex("0000000c000000010000000200000000")
@@ -131,11 +131,18 @@ async def test_a_server_that_does_not_believe_the_gateway_gets_nothing_of_the_ta
         assert (code, await stream.rest()) == (Ending.NOT_FORWARDED, b""), reason
 
 
-async def test_what_a_known_proxy_states_is_what_the_server_is_told(server: Server) -> None:
-    async with running_gateway(server.port, WEB, **PROXY, host="127.0.0.1") as rig:
-        # Asked for logins at the start, like everybody who serves other machines.
+async def test_what_a_known_proxy_states_is_what_the_server_is_told(
+    server: Server, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    async def is_guarded(*_: object) -> None:
+        """Take the server for one that demands logins, which this one cannot say."""
+
+    monkeypatch.setattr(cli, "check_logins_are_demanded", is_guarded)
+    async with running_gateway(server.port, WEB, proxies=[LOOPBACK]) as rig:
         await rig.tab(X_Forwarded_For="192.0.2.7", X_Forwarded_Proto="https")
-        assert await forwarded(await server.next()) == Forwarded("web", SECRET, "192.0.2.7", 1)
+        stream = await server.next()
+        assert await forwarded(stream) == Forwarded("web", SECRET, "192.0.2.7", 1)
+        stream.write(BELIEVED)
 
 
 # What ends a pair, and no other.
@@ -278,7 +285,8 @@ async def test_a_tab_that_leaves_too_much_else_unread_is_given_up(server: Server
         tab, stream = await deaf(rig.port, server)
         for _ in range(400):
             stream.write(frame(7, _LARGE))
-        assert await is_over(stream)
+        await stream.is_reset()
+        stream.writer.transport.abort()
         found, _ = await tab.messages()
         assert len(found) < 400
         tab.close()
