@@ -133,6 +133,25 @@ export class Link {
     return JSON.parse(text.decode(answer.body)) as Operations[Op][1];
   }
 
+  /** Ask for data whose answer begins a motion; `ended` is as that of `move`. */
+  async callMotion<Op extends keyof Operations>(
+    request: Operations[Op][0],
+  ): Promise<{ reply: Operations[Op][1]; ended: Promise<Message> }> {
+    const body = utf8.encode(JSON.stringify(request));
+    const asked = { type: "management", body, request_id: this.newId() } as Requested;
+    const ended = this.#expect(this.#outcomes, asked);
+    ended.catch(() => undefined);
+    const answered = this.#expect(this.#open, asked);
+    this.send(asked);
+    const answer = await answered;
+    if (answer.type !== "management") {
+      this.#outcomes.delete(asked.request_id);
+      judged(answer);
+      throw new RangeError(`${answer.type} answers no management request`);
+    }
+    return { reply: JSON.parse(text.decode(answer.body)) as Operations[Op][1], ended };
+  }
+
   /** Ask which cells there are; works before hello. */
   async lobby(): Promise<Operations["cells"][1]> {
     const answer = await this.#inTurn({ type: "lobby" });
