@@ -1,4 +1,4 @@
-"""`openpendant web`: its ready line, its exit codes, and a process that stands still for a while."""
+"""`openpendant web`: its ready line, its exit codes, and a process that stands still a while."""
 
 import asyncio
 import json
