@@ -123,10 +123,12 @@ def test_why_there_is_no_page_is_told_and_kept_and_an_older_page_stays(
     assert (page_build.PAGE / "index.html").read_text() == "an older page"
 
 
-def test_a_node_without_npm_does_not_fit(log: Path) -> None:
-    (log.parent / "bin" / "npm").unlink()
-    if node_tools() is not None:
-        pytest.skip("this machine has an npm in its usual folders")
+def test_a_node_without_npm_does_not_fit(log: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    programs = log.parent / "bin"
+    monkeypatch.setenv("PATH", str(programs))
+    assert node_tools() is not None
+    (programs / "npm").unlink()
+    assert node_tools() is None
     with pytest.raises(NotBuilt):
         build()
 
