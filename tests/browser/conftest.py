@@ -4,6 +4,7 @@ from collections.abc import Iterator
 from pathlib import Path
 
 import pytest
+
 from browser.page_rig import FRONT, Page, PageRig, why_no_browser
 
 

@@ -15,7 +15,6 @@ from types import TracebackType
 from typing import Any, Self
 
 from browser.motion_tap import MotionTap
-
 from openpendant.tools.pendants.web.page_files import BUILT
 
 FRONT = BUILT
@@ -132,7 +131,7 @@ def _wait_for(port: int) -> None:
 
 
 def _chromium() -> Any:
-    from selenium import webdriver  # noqa: PLC0415
+    from selenium import webdriver
 
     options = webdriver.ChromeOptions()
     options.binary_location = shutil.which("chromium") or ""

@@ -8,7 +8,10 @@ import time
 from collections.abc import Callable
 
 import pytest
+
 from browser.page_rig import IdleControl, Page
+
+pytestmark = pytest.mark.realtime
 
 TRIALS = 10
 AWAY = (500.0, 400.0)
@@ -119,9 +122,7 @@ def _in_time(found: list[tuple[float, str]], bound: float, idle: float) -> None:
         pytest.param(_mouse_down, _enabling_up, _mouse_up, 0.050, id="enabling is let go"),
     ],
 )
-def test_the_ramp_begins_soon_after(
-    page: Page, down: Act, go: Act, up: Act, bound: float
-) -> None:
+def test_the_ramp_begins_soon_after(page: Page, down: Act, go: Act, up: Act, bound: float) -> None:
     control = IdleControl()
     found = _trials(page, down, go, up)
     idle = control.close()

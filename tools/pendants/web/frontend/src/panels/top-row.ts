@@ -53,7 +53,7 @@ export function topRow(app: App): Part {
   const element = h(
     "header",
     { class: "top" },
-    h("button", { type: "button", class: "brand", onclick: () => app.choice.set({ isMenuOpen: true }), "aria-label": texts.settings },
+    h("button", { type: "button", class: "brand", onclick: () => app.choice.set({ isMenuOpen: true }), title: texts.settings },
       h("span", { class: "name" }, "openpendant", kind), place),
     h("div", { class: "chips" }, ...Object.values(chips).map((each) => each.element)),
     main.element,
@@ -285,7 +285,7 @@ function stopButton(app: App): Part {
   const under = h("small", {});
   const element = h(
     "button",
-    { type: "button", class: "stop", "aria-label": texts.stopLabel },
+    { type: "button", class: "stop", title: texts.stopLabel, "aria-keyshortcuts": "Space F8" },
     h("span", { class: "cap" }, texts.stop),
     under,
   );
