@@ -8,6 +8,7 @@ import struct
 import threading
 import time
 from dataclasses import dataclass
+from itertools import pairwise
 
 POINT, FULL_POINT, STOP = 11, 14, -4
 _HEADER = 16
@@ -55,7 +56,7 @@ class MotionTap:
         seen = self.seen()
         steps = [
             (each.at, abs(each.joints[joint] - earlier.joints[joint]))
-            for earlier, each in zip(seen, seen[1:], strict=False)
+            for earlier, each in pairwise(seen)
             if each.joints and earlier.joints
         ]
         before = [step for at, step in steps if at < after][-10:]

@@ -1,4 +1,4 @@
-"""What a person meets first: few actions until the robot moves, and a page that everybody can use."""
+"""What a person meets first: few actions to the first motion, and a page for everybody."""
 
 import json
 from pathlib import Path

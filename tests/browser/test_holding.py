@@ -102,7 +102,6 @@ def _trials(page: Page, down: Act, go: Act, up: Act) -> list[tuple[float, str]]:
 def _in_time(found: list[tuple[float, str]], bound: float, idle: float) -> None:
     times = sorted(at for at, _ in found)
     told = f"{[round(1000 * each, 1) for each in times]} ms, idle control {1000 * idle:.1f} ms"
-    print(told)
     assert statistics.median(times) <= bound + idle, told
     assert times[-1] <= 3 * bound + idle, told
 

@@ -271,7 +271,9 @@ function mainButton(app: App): Part {
       say(key, act.key);
       show(key, act.key !== "");
       const isReset = act.look === "blue";
-      mark(element, "orange", act.look === "orange" && !app.choice.value.isChecklistOpen);
+      const { isChecklistOpen, isConnectOpen, isMenuOpen } = app.choice.value;
+      const isAskedElsewhere = isConnectOpen || isMenuOpen || (isChecklistOpen && cell.hello !== null);
+      mark(element, "orange", act.look === "orange" && !isAskedElsewhere);
       mark(element, "wanted", act.look === "orange");
       mark(element, "blue", isReset);
       attribute(element, "aria-disabled", isReset && !app.choice.value.isStopReleased ? "true" : null);
