@@ -240,6 +240,13 @@ async def test_a_server_that_nobody_named_is_not_dialled(server: Server) -> None
         assert await answer.json() == {"servers": [listed]}
 
 
+@pytest.mark.parametrize("name", ["", "cell"])
+async def test_a_page_that_knows_no_name_gets_the_first_server(server: Server, name: str) -> None:
+    async with running_gateway(server.port) as rig:
+        await (await rig.tab(name)).send(PING)
+        assert await (await server.next()).read(16) == PING
+
+
 async def test_no_more_pairs_than_a_server_has_places(
     server: Server, monkeypatch: pytest.MonkeyPatch
 ) -> None:
