@@ -44,10 +44,13 @@ async def downloads(port: int, name: str) -> tuple[bytes, float]:
         return content, time.monotonic() - began
 
 
-def test_promise_43_a_client_downloads_a_mesh_over_a_socket(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
+@pytest.fixture(autouse=True)
+def _servers_are_forked(monkeypatch: pytest.MonkeyPatch) -> None:
+    """No start is measured here."""
     monkeypatch.setattr(questions, "process", begun)
+
+
+def test_promise_43_a_client_downloads_a_mesh_over_a_socket(tmp_path: Path) -> None:
     points, faces = prism(801, 0.1, 0.3)
     content = stl(points, faces)
     name = hashlib.sha256(content).hexdigest()

@@ -60,12 +60,12 @@ async def wait_in_line(server: GuardedServer, port: int) -> tuple[str, ...]:
     Returns:
         What the password worker and its queue would show of those that wait.
     """
-    lines = [await asyncio.open_connection("127.0.0.1", port) for _ in range(12)]
+    lines = [await asyncio.open_connection("127.0.0.1", port) for _ in range(9)]
     conversations = [
         Connection(Role.CLIENT, PENDANT, ByteOrder.LITTLE, max_frame=65_532) for _ in lines
     ]
     for number, ((_, writer), spoken) in enumerate(zip(lines, conversations, strict=True)):
-        name = NAME if number < 8 else f"nobody {number}"
+        name = NAME if number < 6 else f"nobody {number}"
         writer.write(spoken.send(hello("in line")))
         writer.write(spoken.send(Login(1, LoginKind.PASSWORD, name, WAITING)))
     worker = server.access._passwords
@@ -74,7 +74,7 @@ async def wait_in_line(server: GuardedServer, port: int) -> tuple[str, ...]:
     while len(worker._queue):
         queue = vars(worker._queue)
         shown.append(repr(vars(worker)) + repr(queue) + repr(vars(server.app.login)))
-        if len(shown) == 1 or len(worker._queue) == 6:
+        if len(shown) == 1 or len(worker._queue) == 5:
             lines.pop()[1].close()
         await asyncio.sleep(0.02)
     for reader, writer in lines:
