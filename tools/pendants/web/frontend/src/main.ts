@@ -6,7 +6,7 @@ import type { Cell } from "./pendant/cell.ts";
 import { Holding } from "./pendant/holding.ts";
 import { Observable } from "./pendant/observable.ts";
 import { pageState } from "./pendant/states.ts";
-import { JogEnd, StopKind, VerdictCode } from "./protocol.ts";
+import { Activity, StopKind, VerdictCode } from "./protocol.ts";
 import type { Message } from "./protocol.ts";
 import { refusalSentence, textsOf } from "./texts/texts.ts";
 import type { App, Choice, Settings } from "./ui/app.ts";
@@ -83,6 +83,8 @@ class Page implements App {
   #layout: Layout | null = null;
   #servers: readonly string[] = [""];
   #isDue = false;
+  /** STOP was pressed without a link: it is sent as soon as there is one. */
+  #isStopDue = false;
   #before: Cell = this.cell.value;
 
   constructor(root: HTMLElement) {
@@ -153,7 +155,8 @@ class Page implements App {
   stop(): void {
     this.holding.forget();
     this.choice.set({ isStopReleased: false });
-    this.attempt(() => this.session.stop(this.texts.stopReason));
+    this.#isStopDue = this.cell.value.stage !== "up";
+    if (!this.#isStopDue) this.attempt(() => this.session.stop(this.texts.stopReason));
   }
 
   overlay(part: Parameters<App["overlay"]>[0]): void {
@@ -194,6 +197,7 @@ class Page implements App {
     const before = this.#before;
     this.#before = cell;
     this.holding.enabling.mayBeKept = cell.controller?.emulated === true;
+    if (this.#isStopDue && cell.stage === "up") this.stop();
     const hadControl = isInControl(before);
     const isOther =
       (hadControl && !isInControl(cell)) ||
@@ -206,6 +210,10 @@ class Page implements App {
     if (before.state?.stop !== StopKind.NONE && cell.state?.stop === StopKind.NONE) {
       this.choice.set({ isStopReleased: false });
     }
+    // Nothing stands in front of a robot that begins to move.
+    if (this.holding.isMoving && cell.state?.activity === Activity.JOGGING) {
+      if (this.choice.value.isChecklistOpen) this.choice.set({ isChecklistOpen: false });
+    }
     if (before.stage !== "up" && cell.stage === "up" && pageState(cell) === "observer") {
       this.session.refreshWhy();
     }
@@ -213,9 +221,7 @@ class Page implements App {
   }
 
   #told(message: Message): void {
-    if (message.type !== "jog_ended") return;
-    this.holding.ended(message.press);
-    if (message.reason === JogEnd.RELEASED) this.choice.set({ isChecklistOpen: false });
+    if (message.type === "jog_ended") this.holding.ended(message.press);
   }
 
   #stood(): void {
