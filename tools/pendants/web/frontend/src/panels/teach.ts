@@ -77,7 +77,7 @@ function heading(desk: Desk): Part {
   const { texts } = desk;
   const name = h("strong", { class: "program-name" });
   const revision = h("span", { class: "muted" });
-  const programs = h("button", { type: "button", class: "programs-button", onclick: () => desk.show("programs") }, texts.programs);
+  const programs = h("button", { type: "button", class: "programs-button", "aria-label": texts.programs, title: texts.programs, onclick: () => desk.show("programs") }, icon("teach"), h("span", { class: "word" }, texts.programs));
   const rename = renameForm(desk, {
     name: () => desk.program?.name ?? "",
     problem: (to) => nameProblem(to, (desk.teaching.programs ?? []).map((each) => each.name)),

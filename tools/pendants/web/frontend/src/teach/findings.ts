@@ -142,17 +142,26 @@ export function beyond(
 /** What would help: always two ways out, by what was refused. */
 export type WayOut = "ptp" | "touchUp" | "around" | "moveObject" | "closer" | "raise" | "slower" | "text" | "other";
 
-/** Return two ways out of what a line was refused for. */
-export function waysOut(code: number, way: string): [WayOut, WayOut] {
+/** Return two ways out of what a line was refused for; `isOwn` where the robot touches itself. */
+export function waysOut(code: number, way: string, isOwn = false): [WayOut, WayOut] {
   const { OUT_OF_RANGE, UNREACHABLE, BRANCH_CHANGE, NOTHING_GRIPPED } = VerdictCode;
   const collisions: number[] = [VerdictCode.START_IN_COLLISION, VerdictCode.GOAL_IN_COLLISION, VerdictCode.PATH_IN_COLLISION];
-  const straight = way === "LIN" || way === "CIRC";
+  const isStraight = way === "LIN" || way === "CIRC";
   if (code === NOTHING_GRIPPED) return ["closer", "moveObject"];
-  if (collisions.includes(code)) return ["around", "moveObject"];
+  if (collisions.includes(code)) {
+    if (!isOwn) return ["around", "moveObject"];
+    return isStraight ? ["ptp", "around"] : ["around", "touchUp"];
+  }
+  if (isStraight) return ["ptp", "touchUp"];
   const isOut = ([OUT_OF_RANGE, UNREACHABLE, BRANCH_CHANGE] as number[]).includes(code);
-  if (straight) return ["ptp", "touchUp"];
   if (isOut) return ["touchUp", "raise"];
   return way === "" ? ["text", "other"] : ["touchUp", "slower"];
+}
+
+/** Whether a refusal names two bodies that are both of the robot. */
+export function touchesItself(text: string, links: readonly string[]): boolean {
+  const found = /^(\S+) and (\S+) touch/.exec(text);
+  return found !== null && links.includes(found[1] ?? "") && links.includes(found[2] ?? "");
 }
 
 const NUMBER = String.raw`-?\d+(?:\.\d+)?(?:e[+-]?\d+)?`;

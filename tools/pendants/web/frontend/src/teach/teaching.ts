@@ -94,7 +94,7 @@ export class Teaching {
     return this.#inTurn(async () => {
       this.#selected = 0;
       await this.#load(name);
-      this.select(this.program?.statements.length ?? 0);
+      this.select((this.program?.statements.length ?? 1) - 1);
     });
   }
 

@@ -16,7 +16,8 @@ export function findingWords(desk: Desk, index: number, found: Finding): string 
     case "remark":
       return texts.remarkZone;
     case "bad":
-      return beyondWords(desk, index) || sentence(desk, found);
+      // What would be accepted stands beside the chosen line.
+      return beyondWords(desk, index) || (sentence(desk, found).split("; accepted")[0] ?? "");
     case "unchecked":
       return { "": texts.notChecked, zone: texts.notChecked, signal: texts.notCheckedSignal, branch: texts.notCheckedBranch }[found.why];
     case "none":
@@ -25,7 +26,7 @@ export function findingWords(desk: Desk, index: number, found: Finding): string 
 }
 
 /** Return the joint of a point that is farthest outside, with its limit; empty where none is. */
-function beyondWords(desk: Desk, index: number): string {
+export function beyondWords(desk: Desk, index: number): string {
   const { app, program, texts } = desk;
   const point = program === null ? null : pointOf(program, index);
   const joints = app.cell.value.snapshot?.joints ?? [];

@@ -5,7 +5,7 @@ import type { TeachPoint } from "../../operations.ts";
 import type { Cell } from "../../pendant/cell.ts";
 import { Motion, OperatingMode } from "../../protocol.ts";
 import { comment, renamePoint, replace, touchUp } from "../../teach/edits.ts";
-import { beyond, waysOut } from "../../teach/findings.ts";
+import { beyond, touchesItself, waysOut } from "../../teach/findings.ts";
 import type { Finding } from "../../teach/findings.ts";
 import { commentOf, lineOf, nameProblem, pointOf } from "../../teach/program.ts";
 import type { Move, Statement } from "../../teach/program.ts";
@@ -19,7 +19,7 @@ import { enablingPad } from "../enabling-pad.ts";
 import { shown, whyNoMotion } from "../jog.ts";
 import { addForm } from "./add_form.ts";
 import type { Desk } from "./desk.ts";
-import { findingWords, sentence, wayOutWords } from "./finding.ts";
+import { beyondWords, sentence, wayOutWords } from "./finding.ts";
 import { renameForm } from "./rename_form.ts";
 
 const SLOTS = 10;
@@ -109,7 +109,8 @@ function findingBox(desk: Desk): Part {
       if (finding?.mark !== "bad") return;
       const statement = desk.program?.statements[at];
       const way = statement?.statement === "move" ? statement.way : "";
-      const [first, second] = waysOut(finding.code, way);
+      const links = (desk.app.cell.value.robot?.links ?? []).map((each) => each.link);
+      const [first, second] = waysOut(finding.code, way, touchesItself(finding.text, links));
       say(why, whyText(desk, at, finding));
       say(out, `${wayOutWords(desk, first)}, ${texts.or} ${wayOutWords(desk, second)}.`);
       show(ptp, first === "ptp");
@@ -125,9 +126,9 @@ function asPtp(move: Move): Move {
 }
 
 function whyText(desk: Desk, at: number, finding: Finding): string {
-  const words = findingWords(desk, at, finding);
+  const words = beyondWords(desk, at);
   const told = sentence(desk, finding);
-  const text = words === told ? told : `${words}. ${told}`;
+  const text = words === "" ? told : `${words}. ${told}`;
   return /[.!?]$/.test(text) ? text : `${text}.`;
 }
 

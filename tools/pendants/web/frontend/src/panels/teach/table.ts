@@ -105,7 +105,11 @@ export function programTable(desk: Desk): Part {
       }
       show(empty, rows.length === 0);
       current = desk.current(cell);
-      if (current !== followed && current >= 0) reveal(current);
+      if (current !== followed && current >= 0) {
+        reveal(current);
+        // The chosen line goes along until a person chooses another.
+        if (followed < 0 || desk.teaching.selected === followed) desk.teaching.select(current);
+      }
       followed = current;
       if (desk.teaching.selected !== selected) {
         selected = desk.teaching.selected;
@@ -202,6 +206,7 @@ function rowElement(
       say(line, String(told));
       attribute(line, "title", texts.drag(told));
       words.parentElement?.style.setProperty("--depth", String(row.depth));
+      mark(element, "wide", row.point === "");
       say(words, row.words);
       say(strong, row.strong);
       say(said, row.comment !== "" && row.strong + row.words !== `# ${row.comment}` ? `# ${row.comment}` : "");
