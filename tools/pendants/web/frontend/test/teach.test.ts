@@ -192,6 +192,11 @@ test("what is paused goes on, steps both ways, and ends", () => {
   assert.deepEqual([told.isPaused, told.off.run, told.off.back, told.off.end, told.off.pause], [true, "", "", "", "standing"]);
 });
 
+test("what still brakes goes on only once it stands", () => {
+  const told = transport({ ...READY, isOpenOne: true, state: { program_state: 2, activity: 6 } });
+  assert.deepEqual([told.isPaused, told.off.run, told.off.pause], [false, "underWay", "standing"]);
+});
+
 test("another program that is paused is not stepped by this one's keys", () => {
   assert.equal(transport({ ...READY, state: { program_state: 2, activity: 5 } }).off.step, "otherRuns");
 });

@@ -77,7 +77,7 @@ function heading(desk: Desk): Part {
   const { texts } = desk;
   const name = h("strong", { class: "program-name" });
   const revision = h("span", { class: "muted" });
-  const programs = h("button", { type: "button", class: "programs-button", "aria-label": texts.programs, title: texts.programs, onclick: () => desk.show("programs") }, icon("teach"), h("span", { class: "word" }, texts.programs));
+  const programs = h("button", { type: "button", class: "programs-button", title: texts.programs, onclick: () => desk.show("programs") }, icon("teach"), name);
   const rename = renameForm(desk, {
     name: () => desk.program?.name ?? "",
     problem: (to) => nameProblem(to, (desk.teaching.programs ?? []).map((each) => each.name)),
@@ -90,13 +90,14 @@ function heading(desk: Desk): Part {
   const undo = h("button", { type: "button", onclick: step("programs.undo"), "aria-label": texts.undo, title: texts.undo }, icon("undo"), h("span", { class: "word" }, texts.undo));
   const redo = h("button", { type: "button", onclick: step("programs.redo"), "aria-label": texts.redo, title: texts.redo }, icon("redo"));
   const dry = h("button", { type: "button", class: "dry-run", onclick: () => desk.attempt(() => desk.teaching.dryRun()) });
-  const title = h("div", { class: "program-title" }, programs, name, revision, rename.element);
+  const title = h("div", { class: "program-title" }, programs, revision, rename.element);
   const acts = h("div", { class: "program-acts" }, undo, redo, dry);
   return {
     element: h("header", { class: "teach-head" }, title, h("div", { class: "tabs", role: "group", "aria-label": texts.views }, ...tabs.map(([, each]) => each)), acts),
     update(cell) {
       const { program, teaching } = desk;
-      say(name, program?.name ?? "");
+      say(name, program?.name ?? texts.programs);
+      attribute(programs, "aria-label", program === null ? null : `${texts.programs}: ${program.name}`);
       say(revision, program === null ? "" : texts.revision(program.revision));
       show(rename.element, program !== null && desk.tab === "programs");
       rename.update(cell);

@@ -33,9 +33,10 @@ const GOING: number[] = [Activity.MOVING, Activity.PAUSING, Activity.PLANNING];
 export function transport(at: Situation): Transport {
   const program = at.state?.program_state ?? ProgramState.NONE;
   const activity = at.state?.activity ?? Activity.IDLE;
-  const isPaused = PAUSED.includes(program);
+  // A program counts as paused while it still brakes; it can go on once it stands.
+  const isPaused = PAUSED.includes(program) && !GOING.includes(activity);
   const isUnderWay = program !== ProgramState.NONE;
-  const isGoing = GOING.includes(activity) || program === ProgramState.RUNNING;
+  const isGoing = program === ProgramState.RUNNING || (GOING.includes(activity) && !PAUSED.includes(program));
   const begin = ((): Off => {
     if (!at.isInControl) return "conditions";
     if (isUnderWay && !isPaused) return "underWay";
