@@ -25,7 +25,8 @@ class Teacher:
 
     def __init__(self, page: Page) -> None:
         self.page = page
-        self.name = f"taught {next(NUMBERS)}"
+        self.number = next(NUMBERS)
+        self.name = f"taught {self.number}"
 
     def press(self, words: str, where: str = ".teach") -> None:
         """Press the button with these words, once it is on."""
@@ -54,13 +55,17 @@ class Teacher:
         self.page.wait(f"{ROWS}.length === {rows + 1}")
 
     def jog(self, digit: str) -> None:
-        before = self.page.text(".chips")
-        assert "You" in before
-        self.page.key(True, f"Digit{digit}", digit)
-        self.page.jogs()
-        self.page.run("return new Promise(done => setTimeout(done, 700))")
-        self.page.key(False, f"Digit{digit}", digit)
-        self.page.stands()
+        """Jog an axis for a while; every other teacher the other way, far from the limits."""
+        page = self.page
+        shift = 8 if self.number % 2 else 0
+        page.key(False, "KeyV", "v")
+        page.key(True, "KeyV", "v")
+        page.wait("document.querySelector('.enabling.on')")
+        page.key(True, f"Digit{digit}", digit, shift)
+        page.jogs()
+        page.run("return new Promise(done => setTimeout(done, 700))")
+        page.key(False, f"Digit{digit}", digit, shift)
+        page.stands()
 
     def row_count(self) -> int:
         return int(self.page.run(f"return {ROWS}.length"))
