@@ -1,5 +1,6 @@
 """The build of the page with a Node.js and an npm that only write down what they are asked."""
 
+import importlib.util
 import os
 import sys
 from pathlib import Path
@@ -42,7 +43,7 @@ def log(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
     monkeypatch.setenv("LOG", str(tmp_path / "log"))
     monkeypatch.setattr(page_build, "FRONTEND", frontend)
     monkeypatch.setattr(page_build, "PAGE", tmp_path / "page")
-    monkeypatch.setattr(page_build.importlib.util, "find_spec", lambda name: None)
+    monkeypatch.setattr(importlib.util, "find_spec", lambda name: None)
     (tmp_path / "log").write_text("")
     return tmp_path / "log"
 
@@ -123,10 +124,12 @@ def test_why_there_is_no_page_is_told_and_kept_and_an_older_page_stays(
     assert (page_build.PAGE / "index.html").read_text() == "an older page"
 
 
-def test_a_node_without_npm_does_not_fit(log: Path) -> None:
-    (log.parent / "bin" / "npm").unlink()
-    if node_tools() is not None:
-        pytest.skip("this machine has an npm in its usual folders")
+def test_a_node_without_npm_does_not_fit(log: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    programs = log.parent / "bin"
+    monkeypatch.setenv("PATH", str(programs))
+    assert node_tools() is not None
+    (programs / "npm").unlink()
+    assert node_tools() is None
     with pytest.raises(NotBuilt):
         build()
 
@@ -145,7 +148,7 @@ def test_node_of_the_wheel_is_called_by_its_own_npm(
     class Found:
         origin = str(package / "__init__.py")
 
-    monkeypatch.setattr(page_build.importlib.util, "find_spec", lambda name: Found)
+    monkeypatch.setattr(importlib.util, "find_spec", lambda name: Found)
     tools = node_tools()
     assert tools is not None
     assert tools.npm == (str(package / "bin" / "node"), str(npm))

@@ -36,7 +36,7 @@ REFUSED: dict[str, tuple[tuple[str, ...], ExitCode, str]] = {
     "a port beyond all": (("--port", "70000"), ExitCode.USAGE, "port"),
     "no such option": (("--prot", "1"), ExitCode.USAGE, "--prot"),
     "a file that is not there": (("--config", "none.toml"), ExitCode.USAGE, "none.toml"),
-    "no server's address": (("--server", "a:b:c"), ExitCode.USAGE, "HOST or HOST:PORT"),
+    "no server's address": (("--server", "127.0.0.1:0"), ExitCode.USAGE, "HOST or HOST:PORT"),
     "no certificate": (("--ca", "none.pem"), ExitCode.USAGE, "none.pem"),
     "others, without a secret": (("--host", "0.0.0.0"), ExitCode.USAGE, "[[gateways]]"),
     "a gateway without a file": (("--gateway", "web"), ExitCode.USAGE, "secret_file"),
