@@ -1,0 +1,75 @@
+// Handles of the 3-D view that drag the tool's target or an object; they tell, and move nothing.
+import { Object3D, type Camera } from "three";
+import type { OrbitControls } from "three/addons/controls/OrbitControls.js";
+import { TransformControls } from "three/addons/controls/TransformControls.js";
+
+import { pose, type Pose } from "../kinematics/pose.ts";
+import { put } from "./robot_solids.ts";
+import type { Gizmo, ViewEvents } from "./view.ts";
+
+export class Gizmo3d {
+  readonly #dragged = new Object3D();
+  readonly #controls: TransformControls;
+  readonly #events: ViewEvents;
+  #gizmo: Gizmo | null = null;
+
+  constructor(
+    camera: Camera,
+    canvas: HTMLElement,
+    orbit: OrbitControls,
+    events: ViewEvents,
+    asks: () => void,
+  ) {
+    this.#events = events;
+    this.#controls = new TransformControls(camera, canvas);
+    this.#controls.setSize(0.9);
+    this.#controls.addEventListener("change", asks);
+    this.#controls.addEventListener("objectChange", () => this.#tell(false));
+    this.#controls.addEventListener("dragging-changed", (event) => {
+      const isDragging = event.value === true;
+      orbit.enabled = !isDragging;
+      if (!isDragging) this.#tell(true);
+    });
+  }
+
+  /** What is to be put into the scene. */
+  get helper(): Object3D {
+    return this.#controls.getHelper();
+  }
+
+  get isDragging(): boolean {
+    return this.#controls.dragging;
+  }
+
+  show(gizmo: Gizmo | null): void {
+    if (gizmo === this.#gizmo) return;
+    // What is dragged stays under the pointer, whatever comes meanwhile.
+    const isSameOne = gizmo !== null && gizmo.object === this.#gizmo?.object;
+    this.#gizmo = gizmo;
+    if (gizmo === null) {
+      this.#controls.detach();
+      this.#dragged.removeFromParent();
+      return;
+    }
+    if (!(isSameOne && this.isDragging)) put(this.#dragged, gizmo.pose);
+    this.#dragged.updateMatrixWorld();
+    this.#controls.setMode(gizmo.drags === "turn" ? "rotate" : "translate");
+    this.#controls.setSpace(gizmo.drags === "turn" ? "local" : "world");
+    this.#controls.setTranslationSnap(gizmo.snap > 0 ? gizmo.snap : null);
+    if (this.#controls.object === this.#dragged) return;
+    this.helper.parent?.add(this.#dragged);
+    this.#controls.attach(this.#dragged);
+  }
+
+  dispose(): void {
+    this.#controls.detach();
+    this.#controls.dispose();
+  }
+
+  #tell(isDone: boolean): void {
+    if (this.#gizmo === null) return;
+    const at: Pose = pose(this.#dragged.position.toArray(), this.#dragged.quaternion.toArray());
+    if (this.#gizmo.object === null) this.#events.gizmoMoved(at, isDone);
+    else this.#events.objectMoved(this.#gizmo.object, at, isDone);
+  }
+}

@@ -1,0 +1,182 @@
+import assert from "node:assert/strict";
+import { test } from "node:test";
+
+import { csvTable } from "../src/plots/csv.ts";
+import {
+  controllerDelay,
+  largestDifference,
+  worstShares,
+  type PlotJoint,
+} from "../src/plots/findings.ts";
+import {
+  DrivenSeries,
+  indexAt,
+  joinedTimes,
+  plannedSamples,
+  spread,
+  valueAt,
+  type Samples,
+} from "../src/plots/series.ts";
+import { evenSteps } from "../src/plots/steps.ts";
+
+const PERIOD = 0.01;
+const close = (found: number | null | undefined, wanted: number, off = 1e-5): void =>
+  assert.ok(Math.abs((found ?? Number.NaN) - wanted) <= off, `${found} is not ${wanted}`);
+
+/** A series of `count` samples whose position is the number of the sample. */
+function counted(count: number, most: number): DrivenSeries {
+  const series = new DrivenSeries(1, most);
+  for (let i = 0; i < count; i++) series.add(i + 1, i * PERIOD, PERIOD, [i], [0]);
+  return series;
+}
+
+for (const count of [1, 2048, 2049, 4999, 5000, 5001, 12_345]) {
+  test(`the newest of ${count} samples are kept, oldest first`, () => {
+    const { times, positions } = counted(count, 5000).samples();
+    const kept = Math.min(count, 5000);
+    assert.deepEqual([times.length, positions[0]!.length], [kept, kept]);
+    const wanted = Float32Array.from({ length: kept }, (_, i) => count - kept + i);
+    assert.deepEqual(positions[0], wanted);
+  });
+}
+
+test("acceleration is the difference of two velocities, and the first has that of the next", () => {
+  const series = new DrivenSeries(1);
+  [0, 0.1, 0.3].forEach((velocity, i) => series.add(i + 1, i * 0.1, 0.1, [0], [velocity]));
+  [1, 1, 2].forEach((wanted, i) => close(series.samples().accelerations[0]![i], wanted));
+});
+
+test("a gap in the sequence that took time is a gap in the line, and has no acceleration", () => {
+  const series = new DrivenSeries(1);
+  for (const [sequence, time, velocity] of [[1, 0, 0], [2, 0.01, 0], [9, 0.08, 5], [10, 0.09, 5]] as const) {
+    series.add(sequence, time, PERIOD, [0], [velocity]);
+  }
+  const { gaps, accelerations } = series.samples();
+  assert.deepEqual(gaps, [[0.01, 0.08]]);
+  assert.deepEqual([...accelerations[0]!], [0, 0, 0, 0]);
+});
+
+test("what others were told between is no gap", () => {
+  const series = new DrivenSeries(1);
+  for (let i = 0; i < 5; i++) series.add(1 + 4 * i, i * PERIOD, PERIOD, [0], [0]);
+  assert.deepEqual(series.samples().gaps, []);
+});
+
+test("a state that came twice or late is left out, and a server begun anew begins anew", () => {
+  const series = counted(500, 5000);
+  series.add(500, 4.99, PERIOD, [77], [0]);
+  series.add(499, 4.98, PERIOD, [77], [0]);
+  assert.equal(series.length, 500);
+  series.add(1, 6, PERIOD, [3], [0]);
+  assert.deepEqual([...series.samples().positions[0]!], [3]);
+  series.add(2, 60, PERIOD, [4], [0]);
+  series.add(1, 0.5, PERIOD, [5], [0]);
+  assert.deepEqual([...series.samples().positions[0]!], [5]);
+});
+
+test("gaps are forgotten with the samples around them", () => {
+  const series = new DrivenSeries(1, 10);
+  series.add(1, 0, PERIOD, [0], [0]);
+  series.add(9, 1, PERIOD, [0], [0]);
+  for (let i = 0; i < 20; i++) series.add(10 + i, 1.01 + i * PERIOD, PERIOD, [0], [0]);
+  assert.deepEqual(series.samples().gaps, []);
+});
+
+const PLAN = plannedSamples(
+  ["t", "q0", "q1", "v0", "v1", "a0", "a1"],
+  [[0, 0, 1, 0, 0, 2, 0], [0.5, 1, 1, 2, 0, 0, 0], [1, 2, 1, 0, 0, -2, 0]],
+);
+
+test("the columns of a plan are found by their names", () => {
+  assert.deepEqual(PLAN.positions.map((each) => [...each]), [[0, 1, 2], [1, 1, 1]]);
+  assert.deepEqual([...PLAN.velocities[0]!], [0, 2, 0]);
+  assert.deepEqual([...PLAN.accelerations[0]!], [2, 0, -2]);
+});
+
+test("a value between two samples lies on the line, and none beside them", () => {
+  close(valueAt(PLAN, PLAN.positions[0]!, 0.25), 0.5);
+  close(valueAt(PLAN, PLAN.positions[0]!, 1), 2);
+  assert.equal(valueAt(PLAN, PLAN.positions[0]!, -0.1), null);
+  assert.equal(valueAt(PLAN, PLAN.positions[0]!, 1.1), null);
+  assert.equal(valueAt({ ...PLAN, gaps: [[0, 0.5]] }, PLAN.positions[0]!, 0.25), null);
+});
+
+test("a time is found among many", () => {
+  const times = Float64Array.from([0, 1, 2, 3]);
+  assert.deepEqual([-1, 0, 1.5, 9].map((time) => indexAt(times, time)), [-1, 0, 1, 3]);
+});
+
+test("two motions on all their times are the same lines", () => {
+  const [one, other] = [Float64Array.from([0, 1, 2]), Float64Array.from([0.5, 1, 3])];
+  const times = joinedTimes(one, other);
+  assert.deepEqual([...times], [0, 0.5, 1, 2, 3]);
+  assert.deepEqual([...spread(times, one, Float32Array.from([0, 10, 0]))], [0, 5, 10, 0, 0]);
+  assert.deepEqual([...spread(times, other, Float32Array.from([1, 2, 4]))], [1, 1, 2, 3, 4]);
+});
+
+const JOINTS: PlotJoint[] = [
+  { name: "Base", unit: "rad", lower: -4, upper: 2, velocity: 4, acceleration: 2 },
+  { name: "Arm, upper", unit: "rad", lower: -2, upper: 2, velocity: 1, acceleration: 1 },
+];
+
+test("the worst share of each limit is told with joint and time", () => {
+  const worst = worstShares(PLAN, JOINTS);
+  assert.deepEqual(
+    worst.map(({ quantity, joint, time, share }) => [quantity, joint, time, share]),
+    [["positions", 0, 1, 1], ["velocities", 0, 0.5, 0.5], ["accelerations", 0, 0, 1]],
+  );
+});
+
+test("a joint without a limit has no share of it", () => {
+  const free = JOINTS.map((joint) => ({ ...joint, acceleration: Number.POSITIVE_INFINITY }));
+  assert.deepEqual(worstShares(PLAN, free).map((each) => each.quantity), ["positions", "velocities"]);
+});
+
+/** The motion of a robot that follows a plan so late. */
+function late(planned: Samples, by: number): Samples {
+  const times = Float64Array.from({ length: 101 }, (_, i) => i / 100);
+  const positions = planned.positions.map((column) =>
+    Float32Array.from(times, (time) => valueAt(planned, column, Math.max(0, time - by)) ?? 0),
+  );
+  return { ...planned, times, positions, velocities: positions, accelerations: positions };
+}
+
+test("what was driven late is found to be so late, and how far off", () => {
+  const driven = late(PLAN, 0.04);
+  close(controllerDelay(PLAN, driven), 0.04, 0.003);
+  const { joint, value } = largestDifference(PLAN, driven) ?? { joint: -1, value: 0 };
+  assert.equal(joint, 0);
+  close(value, -0.08, 1e-3);
+});
+
+test("motions that never meet have no difference and no delay", () => {
+  const far = { ...PLAN, times: PLAN.times.map((time) => time + 100) };
+  assert.equal(largestDifference(PLAN, far), null);
+  assert.equal(controllerDelay(PLAN, far), null);
+});
+
+test("a table has a row for each time and says its units", () => {
+  const driven = { ...PLAN, times: Float64Array.from([0.25, 0.5, 2]) };
+  const lines = csvTable(JOINTS, PLAN, driven).trimEnd().split("\r\n");
+  assert.equal(lines.length, 1 + 5);
+  assert.ok(lines[0]!.startsWith('t [s],Base q planned [rad],"Arm, upper q planned [rad]",Base v planned [rad/s]'));
+  assert.ok(lines[1]!.startsWith("0,0,1,"));
+  assert.ok(lines[1]!.endsWith(",,,,,"), "nothing was driven yet");
+});
+
+test("a name that a spreadsheet would run is only a name", () => {
+  const [head] = csvTable([{ ...JOINTS[0]!, name: "=1+1" }], PLAN, null).split("\r\n");
+  assert.ok(head!.includes(",'=1+1 q planned"));
+});
+
+test("an axis has round values as they are written, not as they are kept", () => {
+  const degrees = 180 / Math.PI;
+  const written = evenSteps(-2, 1, degrees).map((each) => Math.round(each * degrees * 1e6) / 1e6);
+  assert.deepEqual(written, [-100, -50, 0, 50]);
+});
+
+test("an axis without a span has no values", () => {
+  for (const [least, most] of [[1, 1], [2, 1], [0, Number.POSITIVE_INFINITY]] as const) {
+    assert.deepEqual(evenSteps(least, most, 1), []);
+  }
+});
