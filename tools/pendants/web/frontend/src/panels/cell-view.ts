@@ -1,0 +1,135 @@
+// The picture of the cell, with what stands over it: the tool's place, what is held, the checklist.
+import { isStale } from "../wire/session.ts";
+import { isInControl, OVERDUE } from "../pendant/cell.ts";
+import type { Cell } from "../pendant/cell.ts";
+import { jointRows, toolRows, toolValues } from "../pendant/axes.ts";
+import { StateField } from "../protocol.ts";
+import { fixed } from "../texts/texts.ts";
+import type { App, Part } from "../ui/app.ts";
+import { h, say, show } from "../ui/elements.ts";
+import { EMPTY } from "../view/view.ts";
+import type { Content, Side, View } from "../view/view.ts";
+import { shown } from "./jog.ts";
+
+const NAMES = ["X", "Y", "Z", "R", "P", "Y"];
+/** Points of the trace; a point every 5 mm. */
+const MOST_POINTS = 2000;
+const POINT_EVERY = 0.005;
+
+export interface CellView extends Part {
+  /** Give it a view, once that was loaded. */
+  use(make: (host: HTMLElement) => View): void;
+  overlay(part: Partial<Content> | null): void;
+}
+
+export function cellView(app: App, over: HTMLElement): CellView {
+  const { texts } = app;
+  const host = h("div", { class: "host", role: "img", "aria-label": texts.viewOf });
+  const values = NAMES.map(() => h("td", {}));
+  const tool = h(
+    "table",
+    { class: "tool-place" },
+    h("caption", {}, texts.tcpInBase),
+    ...values.map((each, index) => h("tr", {}, h("th", { scope: "row" }, NAMES[index] ?? ""), each)),
+  );
+  const held = h("div", { class: "held-line" });
+  const age = h("div", { class: "age" });
+  let view: View | null = null;
+  let added: Partial<Content> = {};
+  let isTraced = true;
+  const trace = new Trace();
+  const sides: [Side, string][] = [["iso", texts.iso], ["top", texts.top], ["front", texts.front]];
+  const traceButton = h("button", { type: "button", class: "chosen", "aria-pressed": "true" }, texts.trace);
+  traceButton.addEventListener("click", () => {
+    isTraced = !isTraced;
+    traceButton.classList.toggle("chosen", isTraced);
+    traceButton.setAttribute("aria-pressed", String(isTraced));
+  });
+  const looks = h(
+    "div",
+    { class: "looks" },
+    ...sides.map(([side, word]) => h("button", { type: "button", onclick: () => view?.look(side) }, word)),
+    traceButton,
+  );
+  const element = h("div", { class: "view" }, host, held, tool, age, looks, over);
+  new ResizeObserver(() => view?.resize()).observe(host);
+  return {
+    element,
+    use(make) {
+      view?.dispose();
+      view = make(host);
+    },
+    overlay(part) {
+      added = part ?? {};
+    },
+    update(cell) {
+      const stale = isStale(cell, app.now(), OVERDUE);
+      const told = toolValues(cell);
+      values.forEach((each, index) => {
+        const value = told?.[index];
+        say(each, value === undefined ? "–" : shown(value, index > 2, app.settings.value.areRadians).join(""));
+      });
+      say(held, heldText(app, cell));
+      show(held, held.textContent !== "");
+      const seconds = (app.now() - cell.stateAt) / 1000;
+      say(age, stale && cell.state !== null ? texts.stale(fixed(seconds, 1)) : "");
+      show(age, age.textContent !== "");
+      if (told !== null) trace.add(told);
+      view?.show({
+        ...EMPTY,
+        robot: cell.robot,
+        joints: jointsOf(cell),
+        stale,
+        driven: drivenJoints(app, cell),
+        trace: isTraced ? trace.points() : EMPTY.trace,
+        theme: app.settings.value.theme,
+        ...added,
+      });
+    },
+  };
+}
+
+function jointsOf(cell: Cell): number[] | null {
+  const { state } = cell;
+  if (state === null || (state.valid_fields & StateField.POSITION) === 0) return null;
+  return state.positions.slice(0, cell.hello?.dof ?? cell.snapshot?.joints.length ?? 0);
+}
+
+function drivenJoints(app: App, cell: Cell): number[] {
+  if (app.holding.aim.space === "joints" && app.holding.held.length > 0) {
+    return app.holding.held.map((each) => each.axis);
+  }
+  return jointRows(cell).flatMap((row, index) => (Math.abs(row.speed ?? 0) > 0.005 ? [index] : []));
+}
+
+function heldText(app: App, cell: Cell): string {
+  const { texts } = app;
+  if (!isInControl(cell) || app.holding.held.length === 0) return "";
+  const rows = app.holding.aim.space === "joints" ? jointRows(cell) : toolRows(cell);
+  const keys = app.holding.held.map(
+    ({ axis, direction }) => `${rows[axis]?.name ?? ""} ${direction > 0 ? "+" : "−"}`,
+  );
+  const cap = cell.state?.tool_speed_cap ?? 0;
+  const speed = `${fixed((cell.state?.tool_speed ?? 0) * 1000, 0)}${cap > 0 ? ` / ${fixed(cap * 1000, 0)}` : ""} mm/s`;
+  return [texts.heldBy(keys.join(", ")), speed, texts.stopsWithin("0.25")].join("  ·  ");
+}
+
+/** The way of the tool, in points that are apart. */
+class Trace {
+  #points: number[] = [];
+  #told = EMPTY.trace;
+
+  add(at: readonly number[]): void {
+    const [x = 0, y = 0, z = 0] = at;
+    const [lastX = NaN, lastY = NaN, lastZ = NaN] = this.#points.slice(-3);
+    const way = Math.hypot(x - lastX, y - lastY, z - lastZ);
+    if (way < POINT_EVERY) return;
+    this.#points.push(x, y, z);
+    if (this.#points.length > 3 * MOST_POINTS) this.#points.splice(0, 3);
+    this.#told = new Float32Array(this.#points);
+  }
+
+  points(): Float32Array {
+    return this.#told;
+  }
+}

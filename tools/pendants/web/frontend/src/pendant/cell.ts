@@ -1,0 +1,109 @@
+// What the server said of the cell, as one value that everything on the page reads.
+import type { RobotDescription } from "../kinematics/chain.ts";
+import type {
+  AccessWhoamiReply,
+  ControllerDescribeReply,
+  HelloReply,
+  ServedCell,
+  SnapshotReply,
+  State,
+  WhyReply,
+} from "../protocol.ts";
+import { Observable } from "./observable.ts";
+
+/** How far the way to the server is. */
+export type LinkStage =
+  | "none" /** nothing was asked for */
+  | "opening"
+  | "lobby" /** a cell has to be chosen */
+  | "up"
+  | "lost" /** tried again by itself */
+  | "ended"; /** the server said no; a person has to do something */
+
+/** A stop as it was announced. */
+export interface Stopped {
+  client: string;
+  reason: string;
+  /** Wall clock, for people [ms]; null where it was latched before we came. */
+  since: number | null;
+}
+
+export interface Cell {
+  stage: LinkStage;
+  /** Why there is no link, for a person; empty for nothing to say. */
+  linkText: string;
+  /** When the link is tried again [ms of the page's clock]; null where it is not. */
+  retryAt: number | null;
+  /** Cells to choose from; null before they are known. */
+  cells: readonly ServedCell[] | null;
+  server: string;
+  hello: HelloReply | null;
+  /** Empty where nobody logged in. */
+  who: AccessWhoamiReply | null;
+  state: State | null;
+  /** When it came [ms of the page's clock]. */
+  stateAt: number;
+  /** When anything came last. */
+  heardAt: number;
+  /** Way there and back [ms]; null before it was measured. */
+  delay: number | null;
+  holderName: string;
+  /** Who else asked for the control that we hold; empty for nobody. */
+  wantedBy: string;
+  stopped: Stopped | null;
+  controller: ControllerDescribeReply | null;
+  snapshot: SnapshotReply | null;
+  robot: RobotDescription | null;
+  why: WhyReply | null;
+  /** From DECLARE [s]: a press that ended is stopped where it still moves then. */
+  rampTime: number;
+  /** Counts notices of changed documents by kind, so that panels know when to look again. */
+  changes: Readonly<Record<number, number>>;
+}
+
+export const NO_CELL: Cell = {
+  stage: "none",
+  linkText: "",
+  retryAt: null,
+  cells: null,
+  server: "",
+  hello: null,
+  who: null,
+  state: null,
+  stateAt: 0,
+  heardAt: 0,
+  delay: null,
+  holderName: "",
+  wantedBy: "",
+  stopped: null,
+  controller: null,
+  snapshot: null,
+  robot: null,
+  why: null,
+  rampTime: 0,
+  changes: {},
+};
+
+export type CellModel = Observable<Cell>;
+
+export function cellModel(): CellModel {
+  return new Observable(NO_CELL);
+}
+
+/** Whether this page has the motion authority. */
+export function isInControl(cell: Cell): boolean {
+  return (
+    cell.stage === "up" &&
+    cell.hello !== null &&
+    cell.state !== null &&
+    cell.state.holder === cell.hello.session
+  );
+}
+
+/** Whether the robot is real, or not known to be emulated: what is dear asks twice. */
+export function isReal(cell: Cell): boolean {
+  return cell.controller !== null && !cell.controller.emulated;
+}
+
+/** Frames are overdue after so long [ms]. */
+export const OVERDUE = 300;

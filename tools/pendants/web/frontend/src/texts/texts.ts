@@ -1,0 +1,80 @@
+// The words of the page in the language of whoever reads it, and numbers as people write them.
+import { codeTextsDe } from "../codes.de.ts";
+import { codeTexts, VerdictCode } from "../protocol.ts";
+import type { CodeText } from "../protocol.ts";
+import type { Refusal } from "../wire/errors.ts";
+import { de } from "./de.ts";
+import { en } from "./en.ts";
+import type { Texts } from "./en.ts";
+
+export type { Texts };
+
+export type Language = "en" | "de";
+
+export function textsOf(language: Language): Texts {
+  return language === "de" ? de : en;
+}
+
+/** Return cause and remedy of a code; a newer server's code has none here. */
+export function codeText(code: number, language: Language): CodeText | undefined {
+  const table: Readonly<Record<number, CodeText>> = language === "de" ? codeTextsDe : codeTexts;
+  return table[code];
+}
+
+const names = new Map<number, string>(
+  Object.entries(VerdictCode).map(([name, code]) => [code, name]),
+);
+
+export function codeName(code: number): string {
+  return names.get(code) ?? String(code);
+}
+
+/** How a value of a joint or of space is told: degrees and mm, or SI. */
+export interface Units {
+  areRadians: boolean;
+}
+
+/** Return a refusal as a sentence: what happened, with joint and numbers, and what to do. */
+export function refusalSentence(
+  refusal: Refusal,
+  language: Language,
+  jointNames: readonly string[],
+): string {
+  const told = codeText(refusal.code, language);
+  // In English the server's sentence has the numbers; another language is made from the code.
+  if (language === "en" && refusal.text !== "") {
+    const remedy = told?.[1] ?? "";
+    return `${codeName(refusal.code)}: ${ended(refusal.text)} ${remedy}`.trim();
+  }
+  if (told === undefined) return `${codeName(refusal.code)}: ${refusal.text}`;
+  const joint = jointNames[refusal.joint];
+  const cause = joint === undefined ? told[0] : `${joint}: ${told[0]}`;
+  const { value, limit } = refusal;
+  const numbers =
+    value === 0 && limit === 0
+      ? ""
+      : ` ${textsOf(language).numbers(plain(value, language), plain(limit, language))}`;
+  return `${codeName(refusal.code)}: ${cause}${numbers} ${told[1]}`;
+}
+
+function ended(sentence: string): string {
+  return /[.!?]$/.test(sentence) ? sentence : `${sentence}.`;
+}
+
+function plain(value: number, language: Language): string {
+  return value.toLocaleString(language, { maximumFractionDigits: 3 });
+}
+
+/** Return a number with so many decimals, and no minus in front of a zero. */
+export function fixed(value: number, decimals: number): string {
+  const text = value.toFixed(decimals);
+  return Number(text) === 0 ? text.replace("-", "") : text;
+}
+
+/** Read a number as a person types it: with a comma or a point, and any of the signs for minus. */
+export function readNumber(typed: string): number | null {
+  const text = typed.trim().replace(",", ".").replace(/[−–]/g, "-").replace(/\s/g, "");
+  if (!/^[+-]?(\d+\.?\d*|\.\d+)(e[+-]?\d+)?$/i.test(text)) return null;
+  const value = Number(text);
+  return Number.isFinite(value) ? value : null;
+}

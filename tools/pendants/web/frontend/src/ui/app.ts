@@ -1,0 +1,68 @@
+// What every panel gets: the cell, the session, what is held, words and settings.
+import type { Cell, CellModel } from "../pendant/cell.ts";
+import type { Holding } from "../pendant/holding.ts";
+import type { Observable } from "../pendant/observable.ts";
+import type { Language, Texts } from "../texts/texts.ts";
+import type { Content } from "../view/view.ts";
+import type { Refusal } from "../wire/errors.ts";
+import type { Session } from "../wire/session.ts";
+
+export type Task = "jog" | "teach" | "plan" | "scene" | "frames" | "plots" | "packets" | "log";
+
+export type AxesFrame = "joint" | "base" | "tool" | "user";
+
+export interface Settings {
+  theme: "dark" | "light";
+  language: Language;
+  areRadians: boolean;
+  areLettersOn: boolean;
+}
+
+/** What a person chose on this page; kept over a new link, but not over a new visit. */
+export interface Choice {
+  task: Task;
+  axes: AxesFrame;
+  userFrame: string;
+  /** Step in mm and degrees; 0 for hold to move. */
+  step: number;
+  isChecklistOpen: boolean;
+  isConnectOpen: boolean;
+  isMenuOpen: boolean;
+  /** One sentence of the page: a refusal, or what just happened; empty for nothing. */
+  note: { text: string; kind: "remark" | "refusal" };
+  /** The first of the two steps that end a stop. */
+  isStopReleased: boolean;
+}
+
+export interface App {
+  readonly session: Session;
+  readonly cell: CellModel;
+  readonly holding: Holding;
+  readonly settings: Observable<Settings>;
+  readonly choice: Observable<Choice>;
+  readonly texts: Texts;
+  now(): number;
+  /** Names of the joints as people call them. */
+  jointNames(): string[];
+  refused(refusal: Refusal): void;
+  /** Do something whose refusal is told in the banner. */
+  attempt(act: () => Promise<unknown>): void;
+  stop(): void;
+  /** Add to what the view shows, over the measured robot; null takes it away. */
+  overlay(part: Partial<Content> | null): void;
+}
+
+/** A part of the page that shows the cell. */
+export interface Part {
+  readonly element: HTMLElement;
+  update(cell: Cell): void;
+}
+
+/** A task of the rail: its panel, and its dock where it has one. */
+export interface TaskPart extends Part {
+  readonly dock?: HTMLElement;
+  /** It is shown or left. */
+  shown?(isShown: boolean): void;
+}
+
+export type MakeTask = (app: App) => TaskPart;

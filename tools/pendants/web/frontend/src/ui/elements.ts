@@ -1,0 +1,71 @@
+// Makes and changes elements of the page.
+
+export type Child = Node | string | null | false | undefined;
+
+type Props = Readonly<Record<string, string | number | boolean | null | undefined | EventListener>>;
+
+function applied(element: Element, props: Props): void {
+  for (const [name, value] of Object.entries(props)) {
+    if (typeof value === "function") element.addEventListener(name.slice(2), value);
+    else attribute(element, name, value ?? null);
+  }
+}
+
+/** Make an element; names that begin with `on` are events, the others attributes. */
+export function h<Tag extends keyof HTMLElementTagNameMap>(
+  tag: Tag,
+  props: Props = {},
+  ...children: Child[]
+): HTMLElementTagNameMap[Tag] {
+  const element = document.createElement(tag);
+  applied(element, props);
+  element.append(...children.filter(isShown));
+  return element;
+}
+
+function isShown(child: Child): child is Node | string {
+  return child !== null && child !== undefined && child !== false;
+}
+
+/** Set an attribute; false and null take it away. */
+export function attribute(
+  element: Element,
+  name: string,
+  value: string | number | boolean | null,
+): void {
+  if (value === null || value === false) {
+    if (element.hasAttribute(name)) element.removeAttribute(name);
+    return;
+  }
+  const text = value === true ? "" : String(value);
+  if (element.getAttribute(name) !== text) element.setAttribute(name, text);
+}
+
+/** Set the text of an element, if it is another one. */
+export function say(element: Element, text: string): void {
+  if (element.textContent !== text) element.textContent = text;
+}
+
+export function show(element: HTMLElement, isShown: boolean): void {
+  if (element.hidden === isShown) element.hidden = !isShown;
+}
+
+/** Mark what is chosen, held or wanted next. */
+export function mark(element: Element, name: string, isMarked: boolean): void {
+  element.classList.toggle(name, isMarked);
+}
+
+/** A key of the keyboard, as it stands beside what it does; a screen reader hears it elsewhere. */
+export function keyCap(text: string): HTMLElement {
+  return h("kbd", { "aria-hidden": "true" }, text);
+}
+
+/** Switch a button off with the reason that it is off for; empty for on. */
+export function off(button: HTMLButtonElement, why: string): void {
+  attribute(button, "aria-disabled", why !== "" ? "true" : null);
+  attribute(button, "title", why !== "" ? why : null);
+}
+
+export function isOff(button: HTMLElement): boolean {
+  return button.getAttribute("aria-disabled") === "true";
+}
