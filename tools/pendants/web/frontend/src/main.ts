@@ -1,4 +1,250 @@
+// Puts the page together: one session, one model of the cell, what is held, and the parts that
+// show it. Nothing here moves anything by itself.
 import "./style.css";
+import { cellModel, isInControl } from "./pendant/cell.ts";
+import type { Cell } from "./pendant/cell.ts";
+import { Holding } from "./pendant/holding.ts";
+import { Observable } from "./pendant/observable.ts";
+import { pageState } from "./pendant/states.ts";
+import { Activity, StopKind, VerdictCode } from "./protocol.ts";
+import type { Message } from "./protocol.ts";
+import { refusalSentence, textsOf } from "./texts/texts.ts";
+import type { App, Choice, Settings } from "./ui/app.ts";
+import { listen } from "./ui/keyboard.ts";
+import { layout } from "./ui/layout.ts";
+import type { Layout } from "./ui/layout.ts";
+import { probedGraphics } from "./view/probe.ts";
+import { makeStickView } from "./view/stick.ts";
+import type { ViewEvents } from "./view/view.ts";
+import { LinkLost, Refused } from "./wire/errors.ts";
+import type { Refusal } from "./wire/errors.ts";
+import { openSocket, servedServers } from "./wire/gateway.ts";
+import { Session } from "./wire/session.ts";
 
-const page = document.getElementById("page");
-if (page !== null) page.textContent = "openpendant";
+const SETTINGS = "openpendant.settings";
+const STOOD = "openpendant.stood";
+/** What counts down or ages is shown anew so often [ms]. */
+const TICK = 250;
+
+/** Refusals for something that is missing: the checklist says what. */
+const MISSING: number[] = [
+  VerdictCode.NOT_IN_CONTROL,
+  VerdictCode.MODE_FORBIDS,
+  VerdictCode.NOT_ENABLED,
+  VerdictCode.STOP_LATCHED,
+  VerdictCode.NOT_PREPARED,
+];
+
+function kept(): Settings {
+  const usual: Settings = {
+    theme: matchMedia("(prefers-color-scheme: light)").matches ? "light" : "dark",
+    language: navigator.language.startsWith("de") ? "de" : "en",
+    areRadians: false,
+    areLettersOn: true,
+  };
+  const stored = remembered(SETTINGS);
+  return stored === null ? usual : { ...usual, ...(JSON.parse(stored) as Partial<Settings>) };
+}
+
+/** A browser may refuse to remember anything: then a setting lasts as long as the tab. */
+function remembered(name: string): string | null {
+  try {
+    return localStorage.getItem(name);
+  } catch {
+    return null;
+  }
+}
+
+function remember(name: string, value: string): void {
+  try {
+    localStorage.setItem(name, value);
+  } catch {
+    // It lasts as long as the tab.
+  }
+}
+
+class Page implements App {
+  readonly cell = cellModel();
+  readonly settings = new Observable<Settings>(kept());
+  readonly choice = new Observable<Choice>({
+    task: "jog",
+    axes: "joint",
+    userFrame: "",
+    step: 0,
+    isChecklistOpen: true,
+    isConnectOpen: false,
+    isMenuOpen: false,
+    note: { text: "", kind: "remark" },
+    isStopReleased: false,
+  });
+  readonly session: Session;
+  readonly holding: Holding;
+  #root: HTMLElement;
+  #layout: Layout | null = null;
+  #servers: readonly string[] = [""];
+  #isDue = false;
+  #before: Cell = this.cell.value;
+
+  constructor(root: HTMLElement) {
+    this.#root = root;
+    const around = { open: openSocket, now: () => this.now(), language: () => this.settings.value.language };
+    this.session = new Session(this.cell, around, {
+      told: (message) => this.#told(message),
+      lost: () => this.holding.lost(),
+      refused: (refusal) => this.refused(refusal),
+    });
+    this.holding = new Holding(this.session, () => this.now(), {
+      changed: () => this.#draw(),
+      refused: (refusal) => this.refused(refusal),
+      stood: () => this.#stood(),
+    });
+  }
+
+  get texts() {
+    return textsOf(this.settings.value.language);
+  }
+
+  now(): number {
+    return performance.now();
+  }
+
+  jointNames(): string[] {
+    return (this.cell.value.snapshot?.joints ?? []).map((each) => each.display_name ?? each.name);
+  }
+
+  async begin(): Promise<void> {
+    this.#servers = await servedServers();
+    this.#show();
+    this.cell.watch((cell) => this.#changed(cell));
+    this.choice.watch(() => this.#draw());
+    this.settings.watch((settings) => {
+      remember(SETTINGS, JSON.stringify(settings));
+      this.#show();
+    });
+    listen(this);
+    setInterval(() => this.#draw(), TICK);
+    this.session.visit(this.#servers[0] ?? "");
+  }
+
+  refused(refusal: Refusal): void {
+    const text = refusalSentence(refusal, this.settings.value.language, this.jointNames());
+    const isMissing = MISSING.includes(refusal.code);
+    this.choice.set({
+      note: { text, kind: "refusal" },
+      ...(isMissing ? { isChecklistOpen: true } : {}),
+      ...(refusal.code === VerdictCode.LOGIN_NEEDED ? { isConnectOpen: true } : {}),
+    });
+    if (isMissing) this.session.refreshWhy();
+  }
+
+  attempt(act: () => Promise<unknown>): void {
+    const tried = async (): Promise<void> => {
+      try {
+        await act();
+        if (this.choice.value.note.kind === "refusal") this.#note("", "remark");
+      } catch (error) {
+        if (error instanceof Refused) this.refused(error.refusal);
+        else if (!(error instanceof LinkLost)) throw error;
+      }
+    };
+    void tried();
+  }
+
+  stop(): void {
+    this.holding.forget();
+    this.choice.set({ isStopReleased: false });
+    this.attempt(() => this.session.stop(this.texts.stopReason));
+  }
+
+  overlay(part: Parameters<App["overlay"]>[0]): void {
+    this.#layout?.view.overlay(part);
+    this.#draw();
+  }
+
+  /** Build the page anew: the first time, and in another language or theme. */
+  #show(): void {
+    const { theme, language } = this.settings.value;
+    document.documentElement.dataset["theme"] = theme;
+    document.documentElement.lang = language;
+    this.#layout = layout(this, this.#servers);
+    this.#root.replaceChildren(this.#layout.element);
+    this.#layout.view.use((host) => makeStickView(host, this.#viewEvents()));
+    void this.#better(this.#layout);
+    this.#draw();
+  }
+
+  /** Draw in three dimensions where the browser can; sticks stand there until then. */
+  async #better(shown: Layout): Promise<void> {
+    const graphics = probedGraphics();
+    if (graphics === "none") return;
+    const { makeScene3d } = await import("./view/scene3d.ts");
+    if (shown !== this.#layout) return;
+    const make = makeScene3d(graphics === "software" ? "low" : "full");
+    const sticks = (): void => shown.view.use((host) => makeStickView(host, this.#viewEvents()));
+    shown.view.use((host) => make(host, { ...this.#viewEvents(), tooSlow: sticks }));
+    this.#draw();
+  }
+
+  #viewEvents(): ViewEvents {
+    return { gizmoMoved: () => undefined, objectMoved: () => undefined, picked: () => undefined };
+  }
+
+  /** Whatever takes the control, the mode or the peace away lets go of all that is held. */
+  #changed(cell: Cell): void {
+    const before = this.#before;
+    this.#before = cell;
+    this.holding.enabling.mayBeKept = cell.controller?.emulated === true;
+    const hadControl = isInControl(before);
+    const isOther =
+      (hadControl && !isInControl(cell)) ||
+      before.state?.operating_mode !== cell.state?.operating_mode ||
+      (before.state?.stop === StopKind.NONE && cell.state?.stop !== StopKind.NONE);
+    if (isOther && before.state !== null) {
+      this.holding.letGo();
+      this.holding.letEnablingGo();
+    }
+    if (before.state?.stop !== StopKind.NONE && cell.state?.stop === StopKind.NONE) {
+      this.choice.set({ isStopReleased: false });
+    }
+    // Nothing stands in front of a robot that begins to move.
+    if (this.holding.isMoving && cell.state?.activity === Activity.JOGGING) {
+      if (this.choice.value.isChecklistOpen) this.choice.set({ isChecklistOpen: false });
+    }
+    if (before.stage !== "up" && cell.stage === "up" && pageState(cell) === "observer") {
+      this.session.refreshWhy();
+    }
+    this.#draw();
+  }
+
+  #told(message: Message): void {
+    if (message.type === "jog_ended") this.holding.ended(message.press);
+  }
+
+  #stood(): void {
+    if (remembered(STOOD) !== null) return;
+    remember(STOOD, "1");
+    this.#note(this.texts.stood, "remark");
+  }
+
+  #note(text: string, kind: "remark" | "refusal"): void {
+    this.choice.set({ note: { text, kind } });
+  }
+
+  #draw(): void {
+    if (this.#isDue) return;
+    this.#isDue = true;
+    requestAnimationFrame(() => {
+      this.#isDue = false;
+      const ended = this.holding.enabling.endedBy;
+      if (ended !== "") {
+        this.holding.enabling.endedBy = "";
+        const { enablingUnanswered, enablingSilent } = this.texts;
+        this.#note(ended === "unanswered" ? enablingUnanswered : enablingSilent, "remark");
+      }
+      this.#layout?.update(this.cell.value);
+    });
+  }
+}
+
+const root = document.getElementById("page");
+if (root !== null) void new Page(root).begin();

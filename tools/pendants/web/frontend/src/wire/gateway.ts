@@ -4,7 +4,7 @@ import type { Socket } from "./link.ts";
 /** Return the names of the servers that the gateway dials, the first one being the usual. */
 export async function servedServers(): Promise<string[]> {
   try {
-    const reply = await fetch("./servers.json");
+    const reply = await fetch("./servers");
     const told = (await reply.json()) as { servers?: unknown };
     const listed = Array.isArray(told.servers) ? told.servers : [];
     return listed.map((each: unknown) => nameOf(each)).filter((each) => each !== "");
@@ -22,9 +22,8 @@ function nameOf(told: unknown): string {
 
 /** Open a WebSocket to a server of the gateway. */
 export function openSocket(server: string): Socket {
-  const url = new URL("./ws", location.href);
+  const url = new URL(`./servers/${encodeURIComponent(server)}`, location.href);
   url.protocol = url.protocol === "https:" ? "wss:" : "ws:";
-  if (server !== "") url.searchParams.set("server", server);
   return new WebSocket(url) as unknown as Socket;
 }
 

@@ -1,0 +1,84 @@
+// The frame of every screen: top row, rail, banner over the picture, panel and dock of the task.
+import { banner } from "../panels/banner.ts";
+import { cellView } from "../panels/cell-view.ts";
+import type { CellView } from "../panels/cell-view.ts";
+import { checklistCard } from "../panels/checklist.ts";
+import { connectDialog } from "../panels/connect.ts";
+import { enablingQuestion, stopDock } from "../panels/dock.ts";
+import { lobby } from "../panels/lobby.ts";
+import { menu } from "../panels/menu.ts";
+import { topRow } from "../panels/top-row.ts";
+import type { Cell } from "../pendant/cell.ts";
+import { pageState } from "../pendant/states.ts";
+import type { App, Part, Task, TaskPart } from "./app.ts";
+import { attribute, h, mark, show } from "./elements.ts";
+import { icon } from "./icons.ts";
+import { TASKS } from "./tasks.ts";
+
+export interface Layout extends Part {
+  readonly view: CellView;
+}
+
+export function layout(app: App, servers: readonly string[]): Layout {
+  const checklist = checklistCard(app);
+  const view = cellView(app, checklist.element);
+  const top = topRow(app);
+  const state = banner(app);
+  const question = enablingQuestion(app);
+  const stop = stopDock(app);
+  const cells = lobby(app);
+  const parts: Part[] = [top, state, view, checklist, question, stop, cells, connectDialog(app, servers), menu(app)];
+  const panel = h("aside", { class: "panel" });
+  const taskDock = h("div", { class: "task-dock" });
+  const dock = h("div", { class: "dock" }, question.element, stop.element, taskDock);
+  const made = new Map<Task, TaskPart>();
+  const rail = h(
+    "nav",
+    { class: "rail", "aria-label": app.texts.tasks },
+    ...TASKS.map((each) =>
+      h("button", { type: "button", "data-task": each.task, onclick: () => app.choice.set({ task: each.task }) },
+        icon(each.icon), h("span", {}, app.texts[each.task])),
+    ),
+  );
+  const work = h("main", { class: "work" }, rail, h("div", { class: "stage" }, state.element, view.element), panel, dock);
+  const element = h("div", { class: "frame" }, top.element, work, cells.element, ...parts.slice(7).map((each) => each.element));
+  let shownTask: Task | null = null;
+  const chosen = (): TaskPart | undefined => {
+    const { task } = app.choice.value;
+    const entry = TASKS.find((each) => each.task === task) ?? TASKS[0];
+    if (entry === undefined) return undefined;
+    let part = made.get(entry.task);
+    if (part === undefined) {
+      part = entry.make(app);
+      made.set(entry.task, part);
+    }
+    if (shownTask !== entry.task) {
+      if (shownTask !== null) made.get(shownTask)?.shown?.(false);
+      shownTask = entry.task;
+      panel.replaceChildren(part.element);
+      taskDock.replaceChildren(...(part.dock === undefined ? [] : [part.dock]));
+      part.shown?.(true);
+    }
+    return part;
+  };
+  return {
+    element,
+    view,
+    update(cell: Cell) {
+      const part = chosen();
+      const where = pageState(cell);
+      attribute(element, "data-state", where);
+      show(work, cell.stage !== "lobby");
+      for (const each of parts) each.update(cell);
+      part?.update(cell);
+      // One question at a time: what the task has to say waits for it.
+      show(taskDock, part?.dock !== undefined && question.element.hidden !== false && stop.element.hidden !== false);
+      show(dock, [question.element, stop.element, taskDock].some((each) => each.hidden === false));
+      for (const button of rail.querySelectorAll("button")) {
+        const isChosen = button.dataset["task"] === shownTask;
+        mark(button, "chosen", isChosen);
+        attribute(button, "aria-current", isChosen ? "page" : null);
+      }
+    },
+  };
+}

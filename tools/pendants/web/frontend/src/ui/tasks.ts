@@ -1,0 +1,12 @@
+// The tasks of the rail, in its order; a task is made when it is first shown.
+import { jogTask } from "../panels/jog.ts";
+import type { MakeTask, Task } from "./app.ts";
+import type { IconName } from "./icons.ts";
+
+export interface TaskEntry {
+  task: Task;
+  icon: IconName;
+  make: MakeTask;
+}
+
+export const TASKS: readonly TaskEntry[] = [{ task: "jog", icon: "jog", make: jogTask }];
