@@ -244,6 +244,12 @@ test("a motion begins at 0, where it first moved", () => {
   close(times[0], -0.02);
 });
 
+test("a motion that ended is shown a little beyond, and standing no longer", () => {
+  const motion = new DrivenMotion(1);
+  for (let i = 1; i <= 500; i++) motion.take(told(i, i < 101 ? 2 : 0), 1, PERIOD);
+  close(motion.samples().times.at(-1), 1.5, 0.011);
+});
+
 test("where nothing moved, the last seconds are shown", () => {
   const motion = new DrivenMotion(1);
   for (let i = 1; i < 2000; i++) motion.take(told(i, 0), 1, PERIOD);
