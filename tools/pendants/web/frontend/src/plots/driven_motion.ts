@@ -7,16 +7,19 @@ const BEFORE = 0.2;
 /** What is seen after it ended: the controller comes to rest behind its plan [s]. */
 const AFTER = 0.5;
 const LAST = 10;
+/** States whose reports are nearer than this share of a period tell of the same one. */
+const SAME = 0.25;
 
 type Told = Pick<
   State,
-  "sequence" | "time_s" | "time_ns" | "activity" | "valid_fields" | "positions" | "velocities"
+  "sequence" | "time_s" | "time_ns" | "age" | "activity" | "valid_fields" | "positions" | "velocities"
 >;
 
 export class DrivenMotion {
   #series: DrivenSeries;
   #joints: number;
   #sequence = -1;
+  #time = Number.NEGATIVE_INFINITY;
   #wasMoving = false;
   #start: number | null = null;
   #end = Number.POSITIVE_INFINITY;
@@ -35,8 +38,13 @@ export class DrivenMotion {
     const needed = StateField.POSITION | StateField.VELOCITY;
     if (state.sequence === this.#sequence || (state.valid_fields & needed) !== needed) return false;
     this.#sequence = state.sequence;
-    const time = state.time_s + state.time_ns * 1e-9;
-    this.#series.add(state.sequence, time, period, state.positions, state.velocities);
+    // What it tells was measured when the controller reported, not when the state was sent.
+    const time = state.time_s + state.time_ns * 1e-9 - Math.max(0, state.age);
+    const isSameReport = Math.abs(time - this.#time) < SAME * period;
+    if (!isSameReport) {
+      this.#time = time;
+      this.#series.add(state.sequence, time, period, state.positions, state.velocities);
+    }
     const isMoving = state.activity === Activity.MOVING;
     const began = isMoving && !this.#wasMoving;
     // A motion goes on after a pause; whatever else comes between ends it.
@@ -59,6 +67,7 @@ export class DrivenMotion {
 
   clear(): void {
     this.#series.clear();
+    this.#time = Number.NEGATIVE_INFINITY;
     this.#start = null;
     this.#wasMoving = false;
   }
