@@ -40,10 +40,13 @@ BENCH_ARGS ?=
 MUTANTS ?=
 MUTANTS_ARGS ?=
 
+PAGE_BUILD := tools/pendants/web/build.py
+PENDANT_ARGS ?=
+
 WALK ?=
 WALK_ARGS ?=
 
-.PHONY: help demo start test conformance bench lint format soak mutants walk fuzz audit reference clean stale
+.PHONY: help demo start pendant test browser wheel conformance bench lint format soak mutants walk fuzz audit reference clean stale
 
 ## help     this list
 help:
@@ -61,6 +64,11 @@ demo: $(VENV)/demo.stamp
 start: $(VENV)/demo.stamp
 	@$(VENV)/bin/openpendant start --robot '$(ROBOT)'
 
+## pendant  the pendant as a page: an emulated robot, its server and the gateway; ROBOT=ur5 unless named
+pendant: $(VENV)/web.stamp
+	@$(PY) $(PAGE_BUILD) --fetch-node || true
+	@$(PY) -m openpendant.tools.start_page --robot '$(ROBOT)' $(PENDANT_ARGS)
+
 ## test     every test but the soak tests, in WORKERS=2 processes, and lint beside them
 test: $(VENV)/dev.stamp
 	$(PY) tests/run_lanes.py --workers $(WORKERS) \
@@ -69,6 +77,16 @@ test: $(VENV)/dev.stamp
 ## conformance  what the conformance tests leave out of `make test`: whole runs, faults not to be found
 conformance: $(VENV)/dev.stamp
 	$(PY) -m pytest -m conformance $(PYTEST_ARGS)
+
+## browser  build the page and run the tests in real browsers
+browser: $(VENV)/dev.stamp
+	$(PY) $(PAGE_BUILD) --fetch-node --check
+	$(PY) -m pytest tests/browser $(PYTEST_ARGS)
+
+## wheel    build the page, and with it the wheel and the source archive, into dist/
+wheel: $(VENV)/dev.stamp
+	$(PY) $(PAGE_BUILD) --fetch-node
+	$(PY) -m hatchling build
 
 ## bench    medians and ratios of what must be fast; BASE=commit compares with that, BENCH=pattern chooses rows
 bench: $(VENV)/demo.stamp
@@ -113,6 +131,7 @@ reference: $(VENV)/dev.stamp
 
 ## clean    remove the environment and everything generated
 clean:
+	rm -rf tools/pendants/web/page tools/pendants/web/frontend/node_modules
 	rm -rf $(VENV) .dev build dist demo-output .mypy_cache .pytest_cache .ruff_cache .hypothesis .coverage
 	find . -name __pycache__ -type d -prune -exec rm -rf {} +
 
@@ -126,6 +145,11 @@ $(VENV)/dev.stamp: $(REQUIREMENTS) $(STALE)
 	$(call install,server$(comma)plot$(comma)terminal$(comma)dev)
 	@pwd -P > $(VENV)/demo.stamp
 	@pwd -P > $@
+
+# The gateway on top of what the demo needs.
+$(VENV)/web.stamp: $(VENV)/demo.stamp
+	$(call install,server$(comma)plot$(comma)terminal$(comma)web)
+	@touch $@
 
 # An extra of its own: atheris has wheels for Linux on x86-64 only, and nothing else needs it.
 $(VENV)/fuzz.stamp: $(VENV)/dev.stamp

@@ -3,6 +3,7 @@
 import email
 import importlib.metadata
 import json
+import os
 import re
 import subprocess
 import sys
@@ -49,7 +50,10 @@ def wheel(tmp_path_factory: pytest.TempPathFactory) -> Iterator[zipfile.ZipFile]
 
 def _build(target: str, folder: Path) -> Path:
     command = [sys.executable, "-m", "hatchling", "build", "-t", target, "-d", str(folder)]
-    built = subprocess.run(command, cwd=ROOT, capture_output=True, text=True, check=False)
+    environment = {**os.environ, "OPENPENDANT_NO_PAGE": "1"}
+    built = subprocess.run(
+        command, cwd=ROOT, env=environment, capture_output=True, text=True, check=False
+    )
     assert built.returncode == 0, built.stderr
     (archive,) = folder.iterdir()
     return archive
@@ -94,6 +98,7 @@ def test_the_wheel_carries_the_licence_the_command_and_the_extras(wheel: zipfile
         "plot",
         "server",
         "terminal",
+        "web",
     ]
     assert metadata.get_all("Provides-Extra") == extras
 

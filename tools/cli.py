@@ -47,6 +47,7 @@ COMMANDS: Mapping[str, Command] = {
         "openpendant.controller_emulator.shell.cli", "run an emulated robot controller"
     ),
     "pendant": Command("openpendant.tools.pendants.terminal.cli", "a teach pendant in a terminal"),
+    "web": Command("openpendant.tools.pendants.web.cli", "the pendant as a page for browsers"),
     "stop": Command("openpendant.tools.pendants.commands.stop", "stop the robot; anybody may"),
     "reset": Command("openpendant.tools.pendants.commands.reset", "reset the latched stop"),
     "home": Command("openpendant.tools.pendants.commands.home", "move the robot to its home"),
@@ -85,6 +86,7 @@ EXTRA_OF_LIBRARY: Mapping[str, str] = {
     "ompl": "plan",
     "ruckig": "motion",
     "textual": "terminal",
+    "aiohttp": "web",
     "uvloop": "fast",
 }
 """The extra of the distribution that installs a library which not every sub-command needs."""

@@ -72,15 +72,18 @@ class EmulatedCell:
         """The cell file, which `openpendant serve --config` takes."""
         return self.logs / "cell.toml"
 
+    def robot_line(self) -> str:
+        """Return the line of the cell file that names the robot."""
+        return f"robot = {json.dumps(self.robot, ensure_ascii=False)}\n"
+
     def written(self) -> str:
         """Return the text of the cell file."""
-        robot = json.dumps(self.robot, ensure_ascii=False)
-        return f'robot = {robot}\n\n[modes]\ninitial = "manual_reduced"\n'
+        return f'{self.robot_line()}\n[modes]\ninitial = "manual_reduced"\n'
 
     def emulator_command(self) -> list[str]:
         """Return the command of the emulated controller."""
         ports = ("--motion-port", str(self.motion_port), "--state-port", str(self.state_port))
-        return _our_command("emulate", "--robot", self.robot, *ports, "--json")
+        return our_command("emulate", "--robot", self.robot, *ports, "--json")
 
     def server_command(self, motion: int, state: int) -> list[str]:
         """Return the command of the server.
@@ -88,7 +91,7 @@ class EmulatedCell:
         Args:
             motion: port of the controller, as `state`.
         """
-        return _our_command(
+        return our_command(
             "serve",
             *("--config", str(self.cell_file), "--controller", f"{_HOST}:{motion}:{state}"),
             *("--pendant-port", str(self.pendant_port), "--store", self.store),
@@ -98,10 +101,11 @@ class EmulatedCell:
 
     def pendant_command(self, port: int) -> list[str]:
         """Return the command of the pendant at this terminal; `port` is the server's."""
-        return _our_command("pendant", f"{_HOST}:{port}")
+        return our_command("pendant", f"{_HOST}:{port}")
 
 
-def _our_command(*arguments: str) -> list[str]:
+def our_command(*arguments: str) -> list[str]:
+    """Return the command of `openpendant` with arguments, run by this interpreter."""
     return python_command("openpendant.tools", *arguments)
 
 
@@ -129,10 +133,10 @@ def run(cell: EmulatedCell, interruptions: Interruptions) -> None:
         pendant = stack.enter_context(
             process("the pendant", cell.pendant_command(port), streams=Streams.TERMINAL)
         )
-        _wait_for_an_end(pendant, (emulator, server), interruptions)
+        wait_for_an_end(pendant, (emulator, server), interruptions)
 
 
-def _wait_for_an_end(pendant: Part, others: tuple[Part, ...], interruptions: Interruptions) -> None:
+def wait_for_an_end(pendant: Part, others: tuple[Part, ...], interruptions: Interruptions) -> None:
     """Return when the user has ended the pendant; raise PartFailed where any part failed."""
     while True:
         with interruptions.welcome(), contextlib.suppress(subprocess.TimeoutExpired):
@@ -243,7 +247,9 @@ def _cell(arguments: argparse.Namespace, robot: str) -> EmulatedCell:
 
     logs = arguments.logs or Path(tempfile.mkdtemp(prefix="openpendant-start-"))
     logs.mkdir(parents=True, exist_ok=True)
-    pendant_port = _default_or_free() if arguments.pendant_port is None else arguments.pendant_port
+    pendant_port = (
+        port_or_free(DEFAULT_PORT) if arguments.pendant_port is None else arguments.pendant_port
+    )
     return EmulatedCell(
         robot=arguments.robot,
         pendant_port=pendant_port,
@@ -254,15 +260,15 @@ def _cell(arguments: argparse.Namespace, robot: str) -> EmulatedCell:
     )
 
 
-def _default_or_free() -> int:
-    """Return the port that commands use unless told otherwise; 0 where somebody has it."""
+def port_or_free(port: int) -> int:
+    """Return a port that commands use unless told otherwise; 0 where somebody has it."""
     with socket.socket() as probe:
         probe.setsockopt(socket.SOL_SOCKET, socket.SO_REUSEADDR, 1)
         try:
-            probe.bind((_HOST, DEFAULT_PORT))
+            probe.bind((_HOST, port))
         except OSError:
             return 0
-    return DEFAULT_PORT
+    return port
 
 
 def _complain(text: str, code: int) -> int:

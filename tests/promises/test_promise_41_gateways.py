@@ -7,7 +7,7 @@ whatever bytes come before a hello.
 import json
 import string
 from collections.abc import Callable
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from itertools import count
 from typing import Any
 
@@ -26,6 +26,7 @@ from rigs.cells.gateway_rig import (
     forwarded,
     is_taken,
 )
+from rigs.cells.rights import LOGIN_FOR_ALL, LOOKS_ON, ONLY_STOP, SINGLE_USER, Rights
 from rigs.peers.server_clients import hello
 
 from openpendant.server.access.audit import AuditEvent
@@ -60,39 +61,6 @@ def directly(address: str) -> Reach:
 
 def through(address: str) -> Reach:
     return lambda rig: rig.through(address)
-
-
-@dataclass(frozen=True)
-class Rights:
-    """What a connection may do, each by the code of its answer.
-
-    Attributes:
-        basis: what it was granted without a login.
-        shows_cells: the lobby tells it what the cells are doing.
-        sends_state: it is sent state.
-    """
-
-    basis: str
-    shows_cells: bool
-    observe: V
-    sends_state: bool
-    move: V
-    stop: V
-    reset: V
-    login: V
-
-
-SINGLE_USER = Rights(
-    *("single user", True, V.ACCEPTED, True, V.ACCEPTED, V.ACCEPTED, V.ACCEPTED, V.LOGIN_FAILED)
-)
-ONLY_STOP = Rights(
-    *("", False, V.LOGIN_NEEDED, False, V.LOGIN_NEEDED, V.ACCEPTED, V.LOGIN_NEEDED),
-    V.LOGIN_FAILED,
-)
-LOOKS_ON = replace(
-    ONLY_STOP, shows_cells=True, observe=V.ACCEPTED, sends_state=True, login=V.ACCEPTED
-)
-LOGIN_FOR_ALL = replace(ONLY_STOP, login=V.ACCEPTED)
 
 
 def rights(rig: GatewayRig, client: ByteClient) -> Rights:

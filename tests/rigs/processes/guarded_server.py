@@ -66,11 +66,12 @@ def add_accounts(file: Path, cost: ScryptCost = CHEAP) -> None:
 
 @asynccontextmanager
 async def guarded_server(
-    folder: Path, *, cost: ScryptCost = CHEAP, **tables: object
+    folder: Path, *, cost: ScryptCost = CHEAP, has_accounts: bool = True, **tables: object
 ) -> AsyncIterator[GuardedServer]:
-    """Run a server with two accounts; everything that it writes is in a folder."""
+    """Run a server, with two accounts or none; everything that it writes is in a folder."""
     journal, audit, store = (folder / name for name in ("journal", "audit.jsonl", "store.db"))
-    add_accounts(store, cost)
+    if has_accounts:
+        add_accounts(store, cost)
     async with running_emulator() as emulator:
         values = {
             "robot": ROBOT,
@@ -85,7 +86,9 @@ async def guarded_server(
         with opened_access(settings, "test") as access:
             served = [CellParts(settings.cells[0], serial_robot(ROBOT), LoopPlanner())]
             async with opened_store(settings.cells[0].store) as door:
-                app = App(served, kept, door, access.backend, tls=access.tls)
+                parts = served, kept, door, access.backend
+                secrets = access.gateway_secrets
+                app = App(*parts, tls=access.tls, gateway_secrets=secrets)
                 with serve.kept_journal(kept, journal, settings):
                     async with app.running() as ports:
                         await asyncio.sleep(0.1)

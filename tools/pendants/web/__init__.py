@@ -1,0 +1,1 @@
+"""The browser pendant: its gateway, the page that it serves, and what builds the page."""
