@@ -1,0 +1,111 @@
+// Generated from the declarations in simplemsg/ by `make reference`; do not edit.
+//
+// What stands beside the fields of a frame where it is shown: units, and names of values.
+import * as protocol from "./protocol.ts";
+
+/** Values by their names; of single bits where `areBits`. */
+export interface ValueNames {
+  areBits: boolean;
+  named: Readonly<Record<string, number>>;
+}
+
+export interface FieldWords {
+  unit?: string;
+  values?: string;
+  isSecret?: true;
+  /** What the count of the records is called. */
+  count?: string;
+}
+
+export const VALUE_NAMES: Readonly<Record<string, ValueNames>> = {
+  Capability: { areBits: true, named: protocol.Capability },
+  Notices: { areBits: false, named: protocol.Notices },
+  Encrypted: { areBits: false, named: protocol.Encrypted },
+  VerdictCode: { areBits: false, named: protocol.VerdictCode },
+  OutcomeKind: { areBits: false, named: protocol.OutcomeKind },
+  AuthorityAction: { areBits: false, named: protocol.AuthorityAction },
+  LoginKind: { areBits: false, named: protocol.LoginKind },
+  AccountRole: { areBits: false, named: protocol.AccountRole },
+  PairingAction: { areBits: false, named: protocol.PairingAction },
+  Motion: { areBits: false, named: protocol.Motion },
+  EnablingPosition: { areBits: false, named: protocol.EnablingPosition },
+  OperatingMode: { areBits: false, named: protocol.OperatingMode },
+  MotionControlAction: { areBits: false, named: protocol.MotionControlAction },
+  JogSpace: { areBits: false, named: protocol.JogSpace },
+  RunKind: { areBits: false, named: protocol.RunKind },
+  PlanState: { areBits: false, named: protocol.PlanState },
+  PlanStage: { areBits: false, named: protocol.PlanStage },
+  PrepareAction: { areBits: false, named: protocol.PrepareAction },
+  Activity: { areBits: false, named: protocol.Activity },
+  StopKind: { areBits: false, named: protocol.StopKind },
+  JogReason: { areBits: false, named: protocol.JogReason },
+  ProgramState: { areBits: false, named: protocol.ProgramState },
+  LinkState: { areBits: false, named: protocol.LinkState },
+  TriState: { areBits: false, named: protocol.TriState },
+  ControllerMode: { areBits: false, named: protocol.ControllerMode },
+  StateField: { areBits: true, named: protocol.StateField },
+  AuthorityReason: { areBits: false, named: protocol.AuthorityReason },
+  JogEnd: { areBits: false, named: protocol.JogEnd },
+  Preparedness: { areBits: false, named: protocol.Preparedness },
+  ControllerIdentity: { areBits: false, named: protocol.ControllerIdentity },
+  NoticeKind: { areBits: false, named: protocol.NoticeKind },
+  Change: { areBits: false, named: protocol.Change },
+  OperatorAction: { areBits: false, named: protocol.OperatorAction },
+};
+
+/** By message; `name` is that on the wire where two share it. */
+export const WORDS: Readonly<
+  Record<string, { fields: Readonly<Record<string, FieldWords>>; name?: string }>
+> = {
+  ping: { fields: {} },
+  hello: { fields: { state_rate: { unit: "Hz" } } },
+  hello_reply: { fields: { capabilities: { values: "Capability" }, max_frame: { unit: "byte" }, tick_rate: { unit: "Hz" }, max_state_rate: { unit: "Hz" }, authority_timeout: { unit: "s" } }, name: "hello" },
+  declare: { fields: { enabling_deadline: { unit: "s" }, notices: { values: "Notices" } } },
+  forwarded: { fields: { secret: { isSecret: true }, is_encrypted: { values: "Encrypted" } } },
+  lobby: { fields: {} },
+  lobby_reply: { fields: {}, name: "lobby" },
+  management: { fields: {} },
+  verdict: { fields: { code: { values: "VerdictCode" } } },
+  outcome: { fields: { outcome: { values: "OutcomeKind" }, code: { values: "VerdictCode" }, plan_time: { unit: "s" }, motion_time: { unit: "s" } } },
+  subscribe: { fields: { state_rate: { unit: "Hz" } } },
+  authority: { fields: { action: { values: "AuthorityAction" } } },
+  authority_beat: { fields: {} },
+  login: { fields: { kind: { values: "LoginKind" }, secret: { isSecret: true } } },
+  set_account: { fields: { role: { values: "AccountRole" }, secret: { isSecret: true } } },
+  pairing: { fields: { action: { values: "PairingAction" } } },
+  pairing_reply: { fields: { lifetime: { unit: "s" }, code: { isSecret: true } }, name: "pairing" },
+  joint_move: { fields: { joints: { unit: "rad, m for a linear axis" } } },
+  pose_move: { fields: { motion: { values: "Motion" }, position: { unit: "m" } } },
+  joint_path: { fields: { joints: { unit: "rad, m for a linear axis" }, waypoints: { count: "count" } } },
+  pose_path: { fields: { motion: { values: "Motion" }, position: { unit: "m" }, waypoints: { count: "count" } } },
+  software_stop: { fields: {} },
+  reset_stop: { fields: {} },
+  enabling: { fields: { position: { values: "EnablingPosition" } } },
+  set_mode: { fields: { mode: { values: "OperatingMode" } } },
+  set_speed: { fields: { tool_speed: { unit: "m/s" } } },
+  motion_control: { fields: { action: { values: "MotionControlAction" } } },
+  jog_start: { fields: { deadline: { unit: "s" }, space: { values: "JogSpace" } } },
+  jog_beat: { fields: {} },
+  jog_release: { fields: {} },
+  jog_step: { fields: { space: { values: "JogSpace" }, values: { unit: "rad, m" } } },
+  jog_undo: { fields: {} },
+  program_run: { fields: { run: { values: "RunKind" } } },
+  home: { fields: {} },
+  execute: { fields: {} },
+  plan_changed: { fields: { state: { values: "PlanState" }, code: { values: "VerdictCode" }, stage: { values: "PlanStage" } } },
+  prepare: { fields: { action: { values: "PrepareAction" } } },
+  state: { fields: { time_s: { unit: "s" }, time_ns: { unit: "ns" }, age: { unit: "s" }, activity: { values: "Activity" }, stop: { values: "StopKind" }, operating_mode: { values: "OperatingMode" }, enabling: { values: "EnablingPosition" }, tool_speed_cap: { unit: "m/s" }, jog_reason: { values: "JogReason" }, program_state: { values: "ProgramState" }, link: { values: "LinkState" }, drives_powered: { values: "TriState" }, e_stopped: { values: "TriState" }, in_error: { values: "TriState" }, in_motion: { values: "TriState" }, mode: { values: "ControllerMode" }, motion_possible: { values: "TriState" }, valid_fields: { values: "StateField" }, tool_speed: { unit: "m/s" }, positions: { unit: "rad, m for a linear axis" }, velocities: { unit: "rad/s, m/s" }, tool_position: { unit: "m" } } },
+  authority_changed: { fields: { reason: { values: "AuthorityReason" } } },
+  stop_changed: { fields: { stop: { values: "StopKind" } } },
+  authority_wanted: { fields: {} },
+  mode_changed: { fields: { mode: { values: "OperatingMode" } } },
+  jog_ended: { fields: { reason: { values: "JogEnd" }, stop_time: { unit: "s" }, joint_distance: { unit: "rad, m" }, tool_distance: { unit: "m" }, positions: { unit: "rad, m for a linear axis" } } },
+  program_report: { fields: { state: { values: "ProgramState" } } },
+  controller_changed: { fields: { prepared: { values: "Preparedness" }, identity: { values: "ControllerIdentity" } } },
+  document_changed: { fields: { kind: { values: "NoticeKind" }, what: { values: "Change" } } },
+  operator_event: { fields: { action: { values: "OperatorAction" } } },
+  read_signals: { fields: {} },
+  read_signals_reply: { fields: {}, name: "read_signals" },
+  write_outputs: { fields: {} },
+  set_inputs: { fields: {} },
+};
