@@ -6,7 +6,7 @@ import type { Cell } from "./pendant/cell.ts";
 import { Holding } from "./pendant/holding.ts";
 import { Observable } from "./pendant/observable.ts";
 import { pageState } from "./pendant/states.ts";
-import { JogEnd, StopKind, VerdictCode } from "./protocol.ts";
+import { Activity, StopKind, VerdictCode } from "./protocol.ts";
 import type { Message } from "./protocol.ts";
 import { refusalSentence, textsOf } from "./texts/texts.ts";
 import type { App, Choice, Settings } from "./ui/app.ts";
@@ -206,6 +206,10 @@ class Page implements App {
     if (before.state?.stop !== StopKind.NONE && cell.state?.stop === StopKind.NONE) {
       this.choice.set({ isStopReleased: false });
     }
+    // Nothing stands in front of a robot that begins to move.
+    if (this.holding.isMoving && cell.state?.activity === Activity.JOGGING) {
+      if (this.choice.value.isChecklistOpen) this.choice.set({ isChecklistOpen: false });
+    }
     if (before.stage !== "up" && cell.stage === "up" && pageState(cell) === "observer") {
       this.session.refreshWhy();
     }
@@ -213,9 +217,7 @@ class Page implements App {
   }
 
   #told(message: Message): void {
-    if (message.type !== "jog_ended") return;
-    this.holding.ended(message.press);
-    if (message.reason === JogEnd.RELEASED) this.choice.set({ isChecklistOpen: false });
+    if (message.type === "jog_ended") this.holding.ended(message.press);
   }
 
   #stood(): void {

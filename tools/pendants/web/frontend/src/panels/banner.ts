@@ -4,7 +4,7 @@ import { isInControl } from "../pendant/cell.ts";
 import type { Cell } from "../pendant/cell.ts";
 import { isPaused, outside, pageState } from "../pendant/states.ts";
 import type { PageState } from "../pendant/states.ts";
-import { LinkState, OperatingMode, StopKind, TriState } from "../protocol.ts";
+import { LinkState, OperatingMode, StopKind } from "../protocol.ts";
 import type { App, Part } from "../ui/app.ts";
 import { attribute, h, say, show } from "../ui/elements.ts";
 import { setMode } from "./top-row.ts";
@@ -78,7 +78,7 @@ function faultText(app: App, cell: Cell): string {
   const { state } = cell;
   if (state === null || state.link === LinkState.DOWN) return texts.faultController;
   if (state.link === LinkState.STALE) return texts.faultStale;
-  if (state.in_error === TriState.TRUE) return texts.faultError(state.error_code);
-  const joint = outside(cell)[0] ?? 0;
-  return texts.faultOutside(app.jointNames()[joint] ?? String(joint));
+  const joint = outside(cell)[0];
+  if (joint !== undefined) return texts.faultOutside(app.jointNames()[joint] ?? String(joint));
+  return texts.faultError(state.error_code);
 }

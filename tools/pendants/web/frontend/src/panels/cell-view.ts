@@ -28,8 +28,7 @@ export function cellView(app: App, over: HTMLElement): CellView {
   const values = NAMES.map(() => h("td", {}));
   const tool = h(
     "table",
-    { class: "tool-place" },
-    h("caption", {}, texts.tcpInBase),
+    { "aria-label": texts.tcpInBase },
     ...values.map((each, index) => h("tr", {}, h("th", { scope: "row" }, NAMES[index] ?? ""), each)),
   );
   const held = h("div", { class: "held-line" });
@@ -51,7 +50,8 @@ export function cellView(app: App, over: HTMLElement): CellView {
     ...sides.map(([side, word]) => h("button", { type: "button", onclick: () => view?.look(side) }, word)),
     traceButton,
   );
-  const element = h("div", { class: "view" }, host, held, tool, age, looks, over);
+  const place = h("div", { class: "tool-place" }, h("strong", {}, texts.tcpInBase), tool);
+  const element = h("div", { class: "view" }, host, held, place, age, looks, over);
   new ResizeObserver(() => view?.resize()).observe(host);
   return {
     element,

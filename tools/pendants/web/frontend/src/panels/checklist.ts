@@ -4,6 +4,7 @@ import { isInControl, isReal } from "../pendant/cell.ts";
 import type { Cell } from "../pendant/cell.ts";
 import { checklist, nextLine } from "../pendant/checklist.ts";
 import type { Line, LineName } from "../pendant/checklist.ts";
+import { pageState } from "../pendant/states.ts";
 import { LinkState, OperatingMode, TriState } from "../protocol.ts";
 import { codeText } from "../texts/texts.ts";
 import type { App, Part } from "../ui/app.ts";
@@ -41,7 +42,9 @@ export function checklistCard(app: App): Part {
   return {
     element,
     update(cell) {
-      const isOpen = app.choice.value.isChecklistOpen && cell.hello !== null;
+      // Whoever holds control of a stopped robot has the two steps in the dock.
+      const isAskedBelow = pageState(cell) === "stopped" && isInControl(cell);
+      const isOpen = app.choice.value.isChecklistOpen && cell.hello !== null && !isAskedBelow;
       show(element, isOpen);
       if (!isOpen) return;
       const lines = checklist(cell);

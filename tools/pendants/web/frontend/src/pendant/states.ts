@@ -40,9 +40,9 @@ export function isPaused(cell: Cell): boolean {
 function isFaulty(cell: Cell): boolean {
   const { state } = cell;
   if (state === null) return false;
-  return (
-    state.link !== LinkState.UP || state.in_error === TriState.TRUE || outside(cell).length > 0
-  );
+  // An error that a controller only remembers keeps it from nothing.
+  const isBroken = state.in_error === TriState.TRUE && state.motion_possible !== TriState.TRUE;
+  return state.link !== LinkState.UP || isBroken || outside(cell).length > 0;
 }
 
 /** Return the numbers of the joints that stand outside their limits. */

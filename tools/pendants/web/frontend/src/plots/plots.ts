@@ -354,7 +354,8 @@ export class Plots {
   }
 
   #cursorWent(plot: uPlot): void {
-    if (this.#isTelling) return;
+    // uPlot tells of its own first drawing, too; only a pointer leads the cursor.
+    if (this.#isTelling || (plot.cursor.event ?? null) === null) return;
     const { left } = plot.cursor;
     const time = left === undefined || left < 0 ? null : plot.posToVal(left, "x");
     this.#cursor = time;

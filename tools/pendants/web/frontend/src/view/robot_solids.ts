@@ -25,7 +25,7 @@ import {
   type Pose,
 } from "../kinematics/pose.ts";
 import type { DrawnStrut } from "../operations.ts";
-import { linkJoint } from "./changes.ts";
+import { linkJoint, linksInPlace } from "./changes.ts";
 import { ORANGE, verdictColour } from "./colours.ts";
 import type { LinkMesh } from "./meshes.ts";
 import type { Solid } from "./solids.ts";
@@ -103,10 +103,19 @@ export class RobotSolids {
     }
   }
 
-  pose(joints: readonly number[] | null, paint: Paint): void {
+  /** Put the links at joint values; those that are there at the values of `besides` too are hidden. */
+  pose(
+    joints: readonly number[] | null,
+    paint: Paint,
+    besides: { joints: readonly number[] | null } | null = null,
+  ): void {
     if (this.#chain === null) return;
     const places = this.#chain.linkPoses(joints);
-    for (const [link, group] of this.#links) put(group, places.get(link) ?? this.#chain.root);
+    const hidden = besides === null ? null : linksInPlace(places, this.#chain.linkPoses(besides.joints));
+    for (const [link, group] of this.#links) {
+      put(group, places.get(link) ?? this.#chain.root);
+      group.visible = hidden === null || !hidden.has(link);
+    }
     for (const { strut, part } of this.#struts) this.#stretch(strut, part.mesh, places);
     const moves = new Set(paint.driven ?? []);
     for (const { mesh, colour, joint } of this.#parts) {
