@@ -1,4 +1,4 @@
-"""TypeScript of what the fields of pendant frames are called: units, names of values, secrets.
+"""TypeScript of what the fields of pendant frames mean: units, names of values, secrets.
 
 The inspector of a pendant in a browser prints a frame as `openpendant packets decode` does; the
 layouts say where a field is, and these words what stands beside its value.
@@ -20,7 +20,7 @@ from .messages import NOTICE, filter_name
 _HEAD = f"""\
 // {NOTICE}
 //
-// What stands beside the fields of a frame where it is shown: units, and names of values.
+// What stands beside the fields of a frame where it is shown: meanings, units, names of values.
 import * as protocol from "./protocol.ts";
 
 /** Values by their names; of single bits where `areBits`. */
@@ -30,11 +30,19 @@ export interface ValueNames {{
 }}
 
 export interface FieldWords {{
+  meaning: string;
   unit?: string;
   values?: string;
   isSecret?: true;
   /** What the count of the records is called. */
   count?: string;
+}}
+
+export interface MessageWords {{
+  about: string;
+  /** On the wire, where two messages share it. */
+  name?: string;
+  fields: Readonly<Record<string, FieldWords>>;
 }}
 """
 
@@ -45,18 +53,17 @@ def field_words() -> str:
     enumerations: dict[str, type[IntEnum] | type[IntFlag]] = {}
     rows = []
     for cls in messages:
-        told = dict(_words(cls.FIELDS, enumerations))
-        name = f', name: "{cls.PLACE.name}"' if filter_name(cls) != cls.PLACE.name else ""
-        rows.append(f"  {filter_name(cls)}: {{ fields: {_literal(told)}{name} }},\n")
+        told: dict[str, object] = {"about": cls.PLACE.about}
+        if filter_name(cls) != cls.PLACE.name:
+            told["name"] = cls.PLACE.name
+        told["fields"] = dict(_words(cls.FIELDS, enumerations))
+        rows.append(f"  {filter_name(cls)}: {_literal(told)},\n")
     named = "".join(f"  {name}: {_values(each)},\n" for name, each in enumerations.items())
     return "\n".join(
         [
             _HEAD,
             f"export const VALUE_NAMES: Readonly<Record<string, ValueNames>> = {{\n{named}}};\n",
-            "/** By message; `name` is that on the wire where two share it. */",
-            "export const WORDS: Readonly<\n"
-            "  Record<string, { fields: Readonly<Record<string, FieldWords>>; name?: string }>\n"
-            f"> = {{\n{''.join(rows)}}};\n",
+            f"export const WORDS: Readonly<Record<string, MessageWords>> = {{\n{''.join(rows)}}};\n",
         ]
     )
 
@@ -65,7 +72,7 @@ def _words(
     fields: Mapping[str, Field], enumerations: dict[str, type[IntEnum] | type[IntFlag]]
 ) -> Iterator[tuple[str, dict[str, str | bool]]]:
     for name, field in fields.items():
-        told: dict[str, str | bool] = {}
+        told: dict[str, str | bool] = {"meaning": field.meaning}
         if field.unit:
             told["unit"] = field.unit
         match field:
@@ -77,8 +84,7 @@ def _words(
             case Array(of=of) if of is not None:
                 told["count"] = field.count_name
                 yield from _words(of.FIELDS, enumerations)
-        if told:
-            yield name, told
+        yield name, told
 
 
 def _values(values: type[IntEnum] | type[IntFlag]) -> str:
