@@ -63,7 +63,8 @@ def field_words() -> str:
         [
             _HEAD,
             f"export const VALUE_NAMES: Readonly<Record<string, ValueNames>> = {{\n{named}}};\n",
-            f"export const WORDS: Readonly<Record<string, MessageWords>> = {{\n{''.join(rows)}}};\n",
+            "export const WORDS: Readonly<Record<string, MessageWords>> ="
+            f" {{\n{''.join(rows)}}};\n",
         ]
     )
 

@@ -4,6 +4,7 @@ import "./style.css";
 import { cellModel, isInControl } from "./pendant/cell.ts";
 import type { Cell } from "./pendant/cell.ts";
 import { Holding } from "./pendant/holding.ts";
+import { PacketRing } from "./packets/ring.ts";
 import { Observable } from "./pendant/observable.ts";
 import { pageState } from "./pendant/states.ts";
 import { Activity, StopKind, VerdictCode } from "./protocol.ts";
@@ -77,6 +78,7 @@ class Page implements App {
     note: { text: "", kind: "remark" },
     isStopReleased: false,
   });
+  readonly packets = new PacketRing();
   readonly session: Session;
   readonly holding: Holding;
   #root: HTMLElement;
@@ -93,6 +95,7 @@ class Page implements App {
       lost: () => this.holding.lost(),
       refused: (refusal) => this.refused(refusal),
     });
+    this.session.tap = (way, frame) => this.packets.add(way, frame, Date.now());
     this.holding = new Holding(this.session, () => this.now(), {
       changed: () => this.#draw(),
       refused: (refusal) => this.refused(refusal),

@@ -172,7 +172,7 @@ class Walk {
 
   *along(values: Record<string, unknown>, declared: string, prefix: string): Generator<FrameField> {
     for (const field of fieldsOf(declared)) {
-      const words = this.#words[field.name] ?? {};
+      const words: Partial<FieldWords> = this.#words[field.name] ?? {};
       const told = values[field.name] as Value;
       const value = words.isSecret === true && told !== "" ? MASK : told;
       const label = words.values === undefined ? "" : valueName(words.values, Number(value));

@@ -1,5 +1,6 @@
 // The tasks of the rail, in its order; a task is made when it is first shown.
 import { jogTask } from "../panels/jog.ts";
+import { packetsTask } from "../panels/packets.ts";
 import type { MakeTask, Task } from "./app.ts";
 import type { IconName } from "./icons.ts";
 
@@ -9,4 +10,7 @@ export interface TaskEntry {
   make: MakeTask;
 }
 
-export const TASKS: readonly TaskEntry[] = [{ task: "jog", icon: "jog", make: jogTask }];
+export const TASKS: readonly TaskEntry[] = [
+  { task: "jog", icon: "jog", make: jogTask },
+  { task: "packets", icon: "packets", make: packetsTask },
+];
