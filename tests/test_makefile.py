@@ -22,6 +22,7 @@ case "$*" in
     *version_info*) exit "${TOO_OLD:-0}" ;;
     *ensurepip*) exit "${NO_VENV:-0}" ;;
     *"-m venv"*) mkdir -p .venv/bin && cp "$0" .venv/bin/python && cp "$0" .venv/bin/openpendant ;;
+    *web/build.py*) [ -z "$NO_PAGE" ] || exit 1 ;;
     *"install"*"-e "*)
         [ -z "$NO_WHEELS" ] || exit 1
         mkdir -p .dev/openpendant/simplemsg && : > .dev/openpendant/simplemsg/__init__.py ;;
@@ -124,6 +125,29 @@ def test_audit_installs_what_runs_and_nothing_of_the_tests(project: Project) -> 
     assert project.make("audit").returncode == 0
     assert project.installed == ["hatchling", f"{RUN}]"]
     assert project.calls[-1] == "tests/known_vulnerabilities.py"
+
+
+def test_pendant_builds_the_page_and_starts_all_where_it_could_not_too(project: Project) -> None:
+    for failing in ("", "1"):
+        assert project.make("pendant", "ROBOT=abb_irb2400", NO_PAGE=failing).returncode == 0
+        assert project.calls[-2:] == [
+            "tools/pendants/web/build.py --fetch-node",
+            "-m openpendant.tools.start_page --robot abb_irb2400",
+        ]
+
+
+def test_pendant_installs_the_gateway_after_what_the_demo_needs(project: Project) -> None:
+    project.make("pendant")
+    assert project.installed == ["hatchling", f"{RUN}]", "hatchling", f"{RUN},web]"]
+    project.make("pendant")
+    assert project.installed == []
+
+
+@pytest.mark.parametrize("target", ["browser", "wheel"])
+def test_what_needs_the_page_ends_where_it_cannot_be_built(project: Project, target: str) -> None:
+    assert project.make(target).returncode == 0
+    assert project.make(target, NO_PAGE="1").returncode != 0
+    assert "tools/pendants/web/build.py --fetch-node" in project.calls[-1]
 
 
 def test_lint_runs_the_same_commands(project: Project) -> None:
@@ -246,3 +270,11 @@ def test_clean_leaves_no_environment(project: Project) -> None:
     assert project.make("clean").returncode == 0
     assert not (project.folder / ".venv").exists()
     assert not (project.folder / ".dev").exists()
+
+
+def test_clean_removes_the_page_and_what_built_it(project: Project) -> None:
+    web = project.folder / "tools" / "pendants" / "web"
+    for made in (web / "page", web / "frontend" / "node_modules"):
+        made.mkdir(parents=True)
+    project.make("clean")
+    assert [each.name for each in web.rglob("*")] == ["frontend"]

@@ -103,6 +103,21 @@ def test_the_wheel_carries_the_licence_the_command_and_the_extras(wheel: zipfile
     assert metadata.get_all("Provides-Extra") == extras
 
 
+def test_the_wheel_leaves_the_sources_of_the_page_out(wheel: zipfile.ZipFile) -> None:
+    held = [name for name in wheel.namelist() if "/pendants/web/" in name]
+    assert "openpendant/tools/pendants/web/relay.py" in held
+    assert [name for name in held if "/frontend/" in name] == []
+
+
+def test_the_page_that_was_built_goes_along_though_git_ignores_it(
+    pyproject: dict[str, Any],
+) -> None:
+    targets = pyproject["tool"]["hatch"]["build"]["targets"]
+    assert "/tools/pendants/web/page/" in (ROOT / ".gitignore").read_text().splitlines()
+    for target in ("wheel", "sdist"):
+        assert "tools/pendants/web/page/**" in targets[target]["artifacts"]
+
+
 def test_the_source_archive_holds_only_what_is_listed(
     tmp_path: Path, pyproject: dict[str, Any]
 ) -> None:

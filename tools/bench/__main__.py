@@ -32,6 +32,7 @@ MODULES = (
     "ticks",
     "cells",
     "startup",
+    "gateway",
     "rerun",
 )
 """Modules of this folder with a function `benchmarks() -> list[Benchmark]`."""

@@ -9,7 +9,7 @@ from contextlib import asynccontextmanager
 from pathlib import Path
 from typing import TypeVar
 
-from aiohttp import ClientSession, ClientWebSocketResponse, WSMsgType
+from aiohttp import ClientSession, ClientWebSocketResponse, ClientWSTimeout, WSMsgType
 
 from openpendant.simplemsg import PENDANT, ByteOrder, Connection, Message, Role
 from openpendant.simplemsg.pendant import MAX_PENDANT_FRAME
@@ -21,6 +21,8 @@ LOOPBACK = "127.0.0.1"
 PATIENCE = 5.0
 SECRET = "0123456789abcdef" * 4
 WEB = GatewayIdentity("web", SECRET)
+
+_PATIENT = ClientWSTimeout(ws_close=1.0)
 
 _M = TypeVar("_M", bound=Message)
 
@@ -91,7 +93,7 @@ class GatewayRig:
         sent = {"Origin": self.page.rstrip("/")}
         sent |= {key.replace("_", "-"): value for key, value in headers.items()}
         url = f"{self.page}servers/{server}"
-        opened = await self.session.ws_connect(url, headers=sent, max_msg_size=0)
+        opened = await self.session.ws_connect(url, headers=sent, timeout=_PATIENT)
         self.tabs.append(Tab(opened))
         return self.tabs[-1]
 

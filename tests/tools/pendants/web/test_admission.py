@@ -57,8 +57,8 @@ STATED = {
     "x-real-ip": [("X-Real-IP", LAN)],
     "forwarded": [("Forwarded", f"for={LAN};proto=http;by=10.0.0.1")],
     "forwarded with a port": [("Forwarded", f'by=x;for="{LAN}:4711"')],
-    "what a stranger wrote stands before": [("X-Forwarded-For", f"127.0.0.1, {LAN}")],
-    "the same twice": [("X-Forwarded-For", f"127.0.0.1, {LAN}"), ("X-Real-IP", LAN)],
+    "what a stranger wrote stands before": [("X-Forwarded-For", f"{OTHER}, {LAN}")],
+    "the same twice": [("X-Forwarded-For", f"{OTHER}, {LAN}"), ("X-Real-IP", LAN)],
     "a header twice": [("X-Forwarded-For", "127.0.0.1"), ("X-Forwarded-For", LAN)],
     "through two known proxies": [("X-Forwarded-For", f"{LAN}, 10.0.0.2")],
 }

@@ -85,6 +85,8 @@ class Page implements App {
   #layout: Layout | null = null;
   #servers: readonly string[] = [""];
   #isDue = false;
+  /** STOP was pressed without a link: it is sent as soon as there is one. */
+  #isStopDue = false;
   #before: Cell = this.cell.value;
 
   constructor(root: HTMLElement) {
@@ -156,7 +158,8 @@ class Page implements App {
   stop(): void {
     this.holding.forget();
     this.choice.set({ isStopReleased: false });
-    this.attempt(() => this.session.stop(this.texts.stopReason));
+    this.#isStopDue = this.cell.value.stage !== "up";
+    if (!this.#isStopDue) this.attempt(() => this.session.stop(this.texts.stopReason));
   }
 
   overlay(part: Parameters<App["overlay"]>[0]): void {
@@ -197,6 +200,7 @@ class Page implements App {
     const before = this.#before;
     this.#before = cell;
     this.holding.enabling.mayBeKept = cell.controller?.emulated === true;
+    if (this.#isStopDue && cell.stage === "up") this.stop();
     const hadControl = isInControl(before);
     const isOther =
       (hadControl && !isInControl(cell)) ||

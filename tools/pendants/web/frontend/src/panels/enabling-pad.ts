@@ -26,7 +26,7 @@ export function enablingPad(app: App): Part {
   const keep = h("button", { type: "button", onclick: () => holding.keepEnabling() }, texts.kept);
   const through = holdButton(
     "through",
-    texts.pressedThrough,
+    null,
     {
       down: (source) => holding.pressThrough(`through ${source}`),
       up: (source) => holding.disable(`through ${source}`, false),
@@ -41,7 +41,7 @@ export function enablingPad(app: App): Part {
     update(cell) {
       const { state } = holding.enabling;
       say(title, wordOf(app, state));
-      attribute(pad, "aria-label", `${wordOf(app, state)}. ${texts.lineEnablingHow}`);
+      attribute(pad, "aria-description", texts.lineEnablingHow);
       const isAsked = cell.state?.operating_mode !== OperatingMode.AUTOMATIC;
       const idle = holding.enabling.mayBeKept ? texts.tapToKeep : "";
       const ready = isAsked ? idle : texts.enablingNotAsked;

@@ -308,7 +308,7 @@ function homeButtons(app: App): Part {
   const motion = (text: string, draft: () => Parameters<typeof app.holding.holdMotion>[1]) =>
     holdButton(
       "motion",
-      text,
+      null,
       {
         down: (source) => app.holding.holdMotion(source, draft()),
         up: (source) => app.holding.release(source),

@@ -28,13 +28,13 @@ export function readTarget(
 
 export function targetBox(app: App, name: string, index: number, isAngle: boolean): Part {
   const { texts } = app;
-  const value = h("button", { type: "button", class: "value-box", title: texts.targetHint, "aria-label": texts.target(name) });
+  const value = h("button", { type: "button", class: "value-box", title: `${texts.target(name)}. ${texts.targetHint}` });
   const input = h("input", { type: "text", inputmode: "text", "aria-label": texts.target(name), placeholder: texts.targetHint });
   const problem = h("span", { class: "problem", role: "alert" });
   let target: number | null = null;
   const go = holdButton(
     "go",
-    texts.holdToGo(name),
+    null,
     {
       down: (source) => {
         const draft = target === null ? null : draftOf(app, index, target);

@@ -53,7 +53,7 @@ export function topRow(app: App): Part {
   const element = h(
     "header",
     { class: "top" },
-    h("button", { type: "button", class: "brand", onclick: () => app.choice.set({ isMenuOpen: true }), "aria-label": texts.settings },
+    h("button", { type: "button", class: "brand", onclick: () => app.choice.set({ isMenuOpen: true }), title: texts.settings },
       h("span", { class: "name" }, "openpendant", kind), place),
     h("div", { class: "chips" }, ...Object.values(chips).map((each) => each.element)),
     main.element,
@@ -271,7 +271,9 @@ function mainButton(app: App): Part {
       say(key, act.key);
       show(key, act.key !== "");
       const isReset = act.look === "blue";
-      mark(element, "orange", act.look === "orange" && !app.choice.value.isChecklistOpen);
+      const { isChecklistOpen, isConnectOpen, isMenuOpen } = app.choice.value;
+      const isAskedElsewhere = isConnectOpen || isMenuOpen || (isChecklistOpen && cell.hello !== null);
+      mark(element, "orange", act.look === "orange" && !isAskedElsewhere);
       mark(element, "wanted", act.look === "orange");
       mark(element, "blue", isReset);
       attribute(element, "aria-disabled", isReset && !app.choice.value.isStopReleased ? "true" : null);
@@ -285,7 +287,7 @@ function stopButton(app: App): Part {
   const under = h("small", {});
   const element = h(
     "button",
-    { type: "button", class: "stop", "aria-label": texts.stopLabel },
+    { type: "button", class: "stop", title: texts.stopLabel, "aria-keyshortcuts": "Space F8" },
     h("span", { class: "cap" }, texts.stop),
     under,
   );

@@ -10,8 +10,13 @@ export interface Held {
   explain(): void;
 }
 
-/** Make such a button. Leaving it, losing it and every doubt let go. */
-export function holdButton(className: string, label: string, held: Held, ...children: Child[]): HTMLButtonElement {
+/** Make such a button; one with words needs no label. Leaving it and every doubt let go. */
+export function holdButton(
+  className: string,
+  label: string | null,
+  held: Held,
+  ...children: Child[]
+): HTMLButtonElement {
   const button = h(
     "button",
     { type: "button", class: `hold ${className}`, "aria-label": label },

@@ -174,8 +174,8 @@ export class Link {
       }
     } catch (error) {
       if (!(error instanceof RangeError)) throw error;
-      this.#socket.close();
       this.#end(error.message);
+      this.#socket.close();
     }
   }
 

@@ -1,0 +1,234 @@
+"""Emulator, server and gateway as processes, and a page of theirs in headless Chromium."""
+
+from __future__ import annotations
+
+import importlib.util
+import json
+import shutil
+import socket
+import subprocess
+import sys
+import threading
+import time
+from pathlib import Path
+from types import TracebackType
+from typing import Any, Self
+
+from browser.motion_tap import MotionTap
+from openpendant.tools.pendants.web.page_files import BUILT
+
+FRONT = BUILT
+ROBOT = "kawasaki_ra10n"
+_UP_WITHIN = 30.0
+FLAGS = (
+    "--headless=new",
+    "--no-sandbox",
+    "--window-size=1366,820",
+    "--disable-background-networking",
+    "--host-resolver-rules=MAP * ~NOTFOUND , EXCLUDE 127.0.0.1",
+    "--disable-3d-apis",
+)
+
+
+def why_no_browser() -> str:
+    """Return what is missing for a browser; empty for nothing."""
+    if importlib.util.find_spec("selenium") is None:
+        return "no selenium, which drives the browser"
+    missing = [each for each in ("chromium", "chromedriver") if shutil.which(each) is None]
+    return f"no {' and no '.join(missing)} on this machine" if missing else ""
+
+
+def free_port() -> int:
+    """Return a port that was free a moment ago."""
+    with socket.socket() as taken:
+        taken.bind(("127.0.0.1", 0))
+        port: int = taken.getsockname()[1]
+        return port
+
+
+class IdleControl:
+    """A thread that does nothing, and notes by how much the machine lets it sleep too long [s]."""
+
+    def __init__(self) -> None:
+        self.worst = 0.0
+        self._is_over = False
+        self._thread = threading.Thread(target=self._sleep, daemon=True)
+        self._thread.start()
+
+    def close(self) -> float:
+        self._is_over = True
+        self._thread.join(5)
+        return self.worst
+
+    def _sleep(self) -> None:
+        while not self._is_over:
+            before = time.monotonic()
+            time.sleep(0.005)
+            self.worst = max(self.worst, time.monotonic() - before - 0.005)
+
+
+class PageRig:
+    """All processes; ends those that it started, by their ids."""
+
+    def __init__(self, folder: Path) -> None:
+        self._folder = folder
+        self._processes: list[subprocess.Popen[bytes]] = []
+        self._driver: Any = None
+
+    def __enter__(self) -> Self:
+        motion, state = free_port(), free_port()
+        self._start("emulate", "--robot", ROBOT, "--motion-port", motion, "--state-port", state)
+        _wait_for(motion)
+        self.tap = MotionTap(motion)
+        self.server, self.gateway = free_port(), free_port()
+        self._start(
+            *("serve", "--robot", ROBOT, "--controller", f"127.0.0.1:{self.tap.port}:{state}"),
+            *("--signals", "openpendant", "--emulated", "--pendant-port", self.server),
+            *("--ros-motion-port", "off", "--ros-state-port", "off", "--store", "off"),
+        )
+        _wait_for(self.server)
+        self._start("web", "--server", f"127.0.0.1:{self.server}", "--port", self.gateway)
+        _wait_for(self.gateway)
+        return self
+
+    def __exit__(
+        self,
+        kind: type[BaseException] | None,
+        error: BaseException | None,
+        trace: TracebackType | None,
+    ) -> None:
+        if self._driver is not None:
+            self._driver.quit()
+        for each in reversed(self._processes):
+            each.terminate()
+            each.wait(20)
+        self.tap.close()
+
+    @property
+    def address(self) -> str:
+        return f"http://127.0.0.1:{self.gateway}/"
+
+    def page(self) -> Page:
+        """Return the page, in the one browser of the run."""
+        if self._driver is None:
+            self._driver = _chromium()
+        return Page(self, self._driver)
+
+    def _start(self, *words: object) -> None:
+        with (self._folder / f"{words[0]}.log").open("wb") as log:
+            command = [sys.executable, "-m", "openpendant.tools", *map(str, words)]
+            self._processes.append(subprocess.Popen(command, stdout=log, stderr=log))
+
+
+def _wait_for(port: int) -> None:
+    until = time.monotonic() + _UP_WITHIN
+    while time.monotonic() < until:
+        with socket.socket() as dial:
+            if dial.connect_ex(("127.0.0.1", port)) == 0:
+                return
+        time.sleep(0.05)
+    raise AssertionError(f"nothing listens at port {port}")
+
+
+def _chromium() -> Any:
+    from selenium import webdriver
+
+    options = webdriver.ChromeOptions()
+    options.binary_location = shutil.which("chromium") or ""
+    for flag in FLAGS:
+        options.add_argument(flag)
+    options.set_capability("goog:loggingPrefs", {"browser": "ALL"})
+    service = webdriver.ChromeService(shutil.which("chromedriver"))
+    return webdriver.Chrome(options=options, service=service)
+
+
+class Page:
+    """What a person does at the page, and what it shows."""
+
+    def __init__(self, rig: PageRig, driver: Any) -> None:
+        self.rig = rig
+        self.driver = driver
+        self._downs: set[tuple[str, str]] = set()
+        self._at = (0.0, 0.0)
+
+    def ready(self) -> None:
+        """Open it anew, take control, set T1, and hide the checklist."""
+        self.open()
+        self.tap_key("KeyC", "c")
+        self.wait("document.querySelector('.chips').innerText.includes('You')")
+        if "T1" not in self.text(".chips"):
+            self.tap_key("KeyM", "m")
+        self.wait("document.querySelector('.chips').innerText.includes('T1')")
+        self.run("document.querySelector('.checklist .quiet').click()")
+
+    def open(self) -> None:
+        self.driver.get(self.rig.address)
+        stored = json.dumps({"theme": "dark", "language": "en"})
+        self.run(f"localStorage.setItem('openpendant.settings', {json.dumps(stored)})")
+        self.driver.refresh()
+        self.wait("document.querySelector('.chips')?.innerText.includes('Connected')")
+        self.wait("document.querySelectorAll('.row').length === 6")
+
+    def run(self, script: str) -> Any:
+        return self.driver.execute_script(script)
+
+    def text(self, selector: str) -> str:
+        return str(self.run(f"return document.querySelector({json.dumps(selector)}).innerText"))
+
+    def wait(self, condition: str, within: float = 10.0) -> None:
+        until = time.monotonic() + within
+        while not self.run(f"return Boolean({condition})"):
+            assert time.monotonic() < until, f"not within {within:g} s: {condition}"
+            time.sleep(0.02)
+
+    def key(self, down: bool, code: str, key: str, modifiers: int = 0) -> None:
+        kind = "keyDown" if down else "keyUp"
+        known = (code, key)
+        (self._downs.add if down else self._downs.discard)(known)
+        self.cdp("Input.dispatchKeyEvent", type=kind, code=code, key=key, modifiers=modifiers)
+
+    def tap_key(self, code: str, key: str) -> None:
+        self.key(True, code, key)
+        self.key(False, code, key)
+
+    def cdp(self, command: str, **values: object) -> Any:
+        return self.driver.execute_cdp_cmd(command, values)
+
+    def hold_enabling(self) -> None:
+        self.key(True, "KeyV", "v")
+        self.wait("document.querySelector('.enabling').classList.contains('on')")
+        self.wait("document.querySelector('.jog-key:not([aria-disabled])') !== null")
+
+    def place(self, row: int, side: str) -> tuple[float, float]:
+        """Return the middle of a jog button, `minus` or `plus`."""
+        index = 2 * row + (side == "plus")
+        box = f"document.querySelectorAll('.jog-key')[{index}].getBoundingClientRect()"
+        x, y = self.run(f"const b = {box}; return [b.x + b.width / 2, b.y + b.height / 2]")
+        return x, y
+
+    def mouse(self, kind: str, at: tuple[float, float], button: str = "left") -> None:
+        pressed = kind == "mousePressed"
+        self._at = at
+        count = 0 if kind == "mouseMoved" else 1
+        self.cdp(
+            "Input.dispatchMouseEvent",
+            **{"type": kind, "x": at[0], "y": at[1], "clickCount": count},
+            button="none" if kind == "mouseMoved" else button,
+            buttons=int(pressed),
+        )
+
+    def touch(self, kind: str, *points: tuple[float, float]) -> None:
+        told = [{"x": x, "y": y, "id": index} for index, (x, y) in enumerate(points)]
+        self.cdp("Input.dispatchTouchEvent", type=kind, touchPoints=told)
+
+    def jogs(self) -> None:
+        self.wait("document.querySelector('.chips').innerText.includes('Jogging')")
+
+    def stands(self) -> None:
+        self.wait("!document.querySelector('.chips').innerText.includes('Jogging')")
+
+    def let_all_go(self) -> None:
+        for code, key in tuple(self._downs):
+            self.key(False, code, key)
+        self.mouse("mouseReleased", (5, 400))
+        self.run("dispatchEvent(new Event('blur'))")

@@ -1,0 +1,84 @@
+"""What a person meets first: few actions to the first motion, and a page for everybody."""
+
+import json
+from pathlib import Path
+
+import pytest
+
+from browser.page_rig import Page, PageRig
+
+AXE = Path("tools/pendants/web/frontend/node_modules/axe-core/axe.min.js")
+RULES = ["wcag2a", "wcag2aa", "wcag21a", "wcag21aa", "wcag22aa"]
+ORANGE = "[...document.querySelectorAll('button.orange')].filter(b => b.offsetParent !== null)"
+
+
+@pytest.fixture
+def fresh(page_rig: PageRig) -> Page:
+    """A page as it opens, of a cell that nobody controls, in Automatic."""
+    page = page_rig.page()
+    page.ready()
+    page.tap_key("KeyM", "m")
+    page.wait("document.querySelector('.chips').innerText.includes('Automatic')")
+    page.open()
+    page.wait("document.querySelector('.chips').innerText.includes('Nobody')")
+    return page
+
+
+def _orange(page: Page) -> str:
+    page.wait(f"{ORANGE}.length === 1")
+    return str(page.run(f"return {ORANGE}[0].innerText"))
+
+
+def test_four_actions_by_the_orange_control_alone_move_the_robot(fresh: Page) -> None:
+    done = []
+    for word in ("Take control", "Set T1"):
+        fresh.wait(f"{ORANGE}[0]?.innerText === {json.dumps(word)}")
+        done.append(_orange(fresh))
+        fresh.run(f"{ORANGE}[0].click()")
+    fresh.wait(f"{ORANGE}[0]?.innerText === 'Hold'")
+    fresh.key(True, "KeyV", "v")
+    fresh.wait(f"{ORANGE}[0]?.innerText === 'Base +'")
+    fresh.key(True, "Digit1", "1")
+    fresh.jogs()
+    fresh.let_all_go()
+    fresh.stands()
+    assert done == ["Take control", "Set T1"]
+
+
+def test_the_page_writes_nothing_to_the_console_and_asks_nobody_else(fresh: Page) -> None:
+    assert fresh.driver.get_log("browser") == []
+    asked = fresh.run("return performance.getEntriesByType('resource').map(each => each.name)")
+    assert [each for each in asked if not each.startswith(fresh.rig.address)] == []
+
+
+@pytest.mark.parametrize("theme", ["dark", "light"])
+@pytest.mark.parametrize(
+    "shown",
+    [
+        pytest.param("", id="checklist"),
+        pytest.param("document.querySelector('.checklist .quiet').click()", id="observer"),
+        pytest.param("document.querySelector('.brand').click()", id="settings"),
+        pytest.param("document.querySelector('.chip').click()", id="connect"),
+        pytest.param("document.querySelector('.main-act').click()", id="control"),
+    ],
+)
+def test_a_screen_breaks_no_rule_of_wcag_2_2_aa(fresh: Page, theme: str, shown: str) -> None:
+    if not AXE.is_file():
+        pytest.skip("no axe-core: make browser fetches it")
+    fresh.run(f"document.documentElement.dataset.theme = '{theme}'")
+    fresh.run(shown)
+    fresh.driver.execute_script(AXE.read_text("utf-8"))
+    found = fresh.driver.execute_async_script(
+        f"axe.run({{runOnly: {json.dumps(RULES)}}}).then(told => arguments[0]("
+        "told.violations.map(each => [each.id, each.nodes.map(node => node.target)])))"
+    )
+    assert found == []
+
+
+def test_nothing_scrolls_sideways_on_a_narrow_phone(fresh: Page) -> None:
+    size = {"width": 320, "height": 700, "deviceScaleFactor": 1, "mobile": True}
+    fresh.cdp("Emulation.setDeviceMetricsOverride", **size)
+    try:
+        assert fresh.run("return document.documentElement.scrollWidth") <= 320
+    finally:
+        fresh.cdp("Emulation.clearDeviceMetricsOverride")

@@ -1,0 +1,195 @@
+"""A robot moves only as long as a hand is on the page: how soon the ramp begins when it leaves.
+
+Times run from the test's command to the first set-point of the ramp, or the STOP, at the emulator.
+"""
+
+import statistics
+import time
+from collections.abc import Callable
+
+import pytest
+
+from browser.page_rig import IdleControl, Page
+
+pytestmark = pytest.mark.realtime
+
+TRIALS = 10
+AWAY = (500.0, 400.0)
+JOG_FOR = 0.5
+Act = Callable[[Page, tuple[float, float]], None]
+
+
+def _mouse_down(page: Page, at: tuple[float, float]) -> None:
+    page.mouse("mouseMoved", at)
+    page.mouse("mousePressed", at)
+
+
+def _mouse_up(page: Page, at: tuple[float, float]) -> None:
+    page.mouse("mouseReleased", at)
+
+
+def _touch_down(page: Page, at: tuple[float, float]) -> None:
+    page.touch("touchStart", at)
+
+
+def _touch_up(page: Page, _: tuple[float, float]) -> None:
+    page.touch("touchEnd")
+
+
+def _digit_down(page: Page, at: tuple[float, float]) -> None:
+    is_minus = at == page.place(0, "minus")
+    page.key(True, "Digit1", "!" if is_minus else "1", 8 if is_minus else 0)
+
+
+def _digit_up(page: Page, _: tuple[float, float]) -> None:
+    page.key(False, "Digit1", "1")
+
+
+def _slide_off(page: Page, _: tuple[float, float]) -> None:
+    page.mouse("mouseMoved", AWAY)
+
+
+def _finger_off(page: Page, _: tuple[float, float]) -> None:
+    page.touch("touchMove", AWAY)
+
+
+def _blur(page: Page, _: tuple[float, float]) -> None:
+    page.run("dispatchEvent(new Event('blur'))")
+
+
+def _context_menu(page: Page, _: tuple[float, float]) -> None:
+    page.run("document.dispatchEvent(new Event('contextmenu', {bubbles: true}))")
+
+
+def _hide(page: Page, _: tuple[float, float]) -> None:
+    page.run(
+        "Object.defineProperty(document, 'hidden', {value: true, configurable: true});"
+        "document.dispatchEvent(new Event('visibilitychange')); delete document.hidden;"
+    )
+
+
+def _page_hide(page: Page, _: tuple[float, float]) -> None:
+    page.run("dispatchEvent(new Event('pagehide'))")
+
+
+def _enabling_up(page: Page, _: tuple[float, float]) -> None:
+    page.key(False, "KeyV", "v")
+
+
+def _trial(page: Page, side: str, down: Act, go: Act, up: Act) -> tuple[float, str]:
+    page.hold_enabling()
+    at = page.place(0, side)
+    page.rig.tap.forget()
+    down(page, at)
+    page.jogs()
+    time.sleep(JOG_FOR)
+    began = time.monotonic()
+    go(page, at)
+    page.stands()
+    found = page.rig.tap.end_of_steady(0, began)
+    if go is not up:
+        up(page, at)
+    page.key(False, "KeyV", "v")
+    time.sleep(0.1)
+    return found
+
+
+def _trials(page: Page, down: Act, go: Act, up: Act) -> list[tuple[float, str]]:
+    sides = ["plus", "minus"] * (TRIALS // 2)
+    return [_trial(page, side, down, go, up) for side in sides]
+
+
+def _in_time(found: list[tuple[float, str]], bound: float, idle: float) -> None:
+    times = sorted(at for at, _ in found)
+    told = f"{[round(1000 * each, 1) for each in times]} ms, idle control {1000 * idle:.1f} ms"
+    assert statistics.median(times) <= bound + idle, told
+    assert times[-1] <= 3 * bound + idle, told
+
+
+@pytest.mark.parametrize(
+    ("down", "go", "up", "bound"),
+    [
+        pytest.param(_mouse_down, _mouse_up, _mouse_up, 0.020, id="the pointer is let go"),
+        pytest.param(_touch_down, _touch_up, _touch_up, 0.020, id="a finger is lifted"),
+        pytest.param(_digit_down, _digit_up, _digit_up, 0.020, id="a key comes up"),
+        pytest.param(_mouse_down, _slide_off, _mouse_up, 0.150, id="the pointer slides off"),
+        pytest.param(_touch_down, _finger_off, _touch_up, 0.150, id="a finger slides off"),
+        pytest.param(_mouse_down, _blur, _mouse_up, 0.050, id="the window loses the focus"),
+        pytest.param(_mouse_down, _hide, _mouse_up, 0.050, id="the page is hidden"),
+        pytest.param(_mouse_down, _page_hide, _mouse_up, 0.050, id="the page goes away"),
+        pytest.param(_mouse_down, _context_menu, _mouse_up, 0.050, id="a context menu opens"),
+        pytest.param(_mouse_down, _enabling_up, _mouse_up, 0.050, id="enabling is let go"),
+    ],
+)
+def test_the_ramp_begins_soon_after(page: Page, down: Act, go: Act, up: Act, bound: float) -> None:
+    control = IdleControl()
+    found = _trials(page, down, go, up)
+    idle = control.close()
+    assert {kind for _, kind in found} == {"ramp"}
+    _in_time(found, bound, idle)
+
+
+def test_of_two_keys_that_are_held_the_other_goes_on(page: Page) -> None:
+    control = IdleControl()
+    times = []
+    for sign in ("plus", "minus") * (TRIALS // 2):
+        page.hold_enabling()
+        modifiers = 8 if sign == "minus" else 0
+        page.rig.tap.forget()
+        page.key(True, "Digit1", "1", modifiers)
+        page.key(True, "Digit6", "6", modifiers)
+        page.jogs()
+        time.sleep(JOG_FOR)
+        began = time.monotonic()
+        page.key(False, "Digit1", "1", modifiers)
+        time.sleep(0.6)
+        times.append(page.rig.tap.end_of_steady(0, began))
+        other = [each.joints[5] for each in page.rig.tap.seen() if each.at > began + 0.4]
+        assert len(other) > 5, "the other joint went on"
+        assert abs(other[-1] - other[0]) > 1e-3
+        page.key(False, "Digit6", "6", modifiers)
+        page.stands()
+        page.key(False, "KeyV", "v")
+        time.sleep(0.1)
+    _in_time(times, 0.020, control.close())
+
+
+def test_a_page_that_is_reloaded_stops_the_robot(page: Page) -> None:
+    control = IdleControl()
+    found = []
+    for side in ("plus", "minus") * (TRIALS // 2):
+        page.ready()
+        page.hold_enabling()
+        page.rig.tap.forget()
+        _mouse_down(page, page.place(0, side))
+        page.jogs()
+        time.sleep(JOG_FOR)
+        began = time.monotonic()
+        page.cdp("Page.reload")
+        time.sleep(0.6)
+        found.append(page.rig.tap.end_of_steady(0, began))
+        page.let_all_go()
+    _in_time(found, 0.100, control.close())
+
+
+def test_a_page_whose_thread_is_frozen_ends_as_silent_and_never_moves_again(page: Page) -> None:
+    control = IdleControl()
+    found = []
+    for side in ("plus", "minus") * (TRIALS // 2):
+        page.hold_enabling()
+        page.rig.tap.forget()
+        _mouse_down(page, page.place(0, side))
+        page.jogs()
+        time.sleep(JOG_FOR)
+        began = time.monotonic()
+        page.run("const until = performance.now() + 700; while (performance.now() < until);")
+        page.stands()
+        found.append(page.rig.tap.end_of_steady(0, began))
+        page.rig.tap.forget()
+        time.sleep(0.5)
+        assert page.rig.tap.seen() == []
+        _mouse_up(page, AWAY)
+        page.key(False, "KeyV", "v")
+        time.sleep(0.1)
+    assert {kind for _, kind in found} == {"ramp"}
+    _in_time(found, 0.260, control.close())

@@ -1,0 +1,161 @@
+import assert from "node:assert/strict";
+import { test } from "node:test";
+import { decode, encode } from "../src/protocol.ts";
+import type { Message } from "../src/protocol.ts";
+import { LinkLost, Refused } from "../src/wire/errors.ts";
+import { framesOf, joined } from "../src/wire/frames.ts";
+import { Link } from "../src/wire/link.ts";
+import type { Socket } from "../src/wire/link.ts";
+
+class Wire implements Socket {
+  binaryType = "";
+  bufferedAmount = 0;
+  onopen: ((event: Event) => unknown) | null = null;
+  onmessage: ((event: MessageEvent) => unknown) | null = null;
+  onclose: ((event: CloseEvent) => unknown) | null = null;
+  sent: Message[][] = [];
+
+  send(data: ArrayBuffer): void {
+    this.sent.push(framesOf(data).map((each) => read(each)));
+  }
+
+  close(): void {
+    this.onclose?.({ reason: "" } as CloseEvent);
+  }
+
+  answer(...messages: Message[]): void {
+    const data = joined(messages.map((each) => encode(each)));
+    this.onmessage?.({ data } as MessageEvent);
+  }
+
+  accept(id: number): void {
+    this.answer(verdict(id, 0));
+  }
+}
+
+function read(frame: Uint8Array): Message {
+  return decode(new DataView(frame.buffer, frame.byteOffset, frame.byteLength));
+}
+
+function verdict(request_id: number, code: number): Message {
+  const numbers = { joint: -1, value: 0, limit: 0, text: "" };
+  return { type: "verdict", comm_type: 3, request_id, code, ...numbers };
+}
+
+function linked(): { wire: Wire; link: Link; told: Message[]; ends: string[] } {
+  const wire = new Wire();
+  const told: Message[] = [];
+  const ends: string[] = [];
+  const link = new Link(wire, {
+    opened: () => undefined,
+    told: (message) => told.push(message),
+    heard: () => undefined,
+    closed: (why) => ends.push(why),
+  });
+  return { wire, link, told, ends };
+}
+
+const SUBSCRIBE = { type: "subscribe", state_rate: 30 } as const;
+
+test("messages that are sent together travel in one WebSocket message, in order", () => {
+  const { wire, link } = linked();
+  link.send({ type: "enabling", position: 1 }, { type: "jog_beat", press: 3, beat: 7 });
+  assert.equal(wire.sent.length, 1);
+  assert.deepEqual(
+    wire.sent[0]?.map((each) => each.type),
+    ["enabling", "jog_beat"],
+  );
+});
+
+test("a request resolves with the verdict of its id", async () => {
+  const { wire, link } = linked();
+  const first = link.ask(SUBSCRIBE);
+  const second = link.ask(SUBSCRIBE);
+  wire.accept(2);
+  wire.accept(1);
+  assert.equal((await first).request_id, 1);
+  assert.equal((await second).request_id, 2);
+});
+
+test("a refused request throws with the numbers of its refusal", async () => {
+  const { wire, link } = linked();
+  const asked = link.ask(SUBSCRIBE);
+  wire.answer(verdict(1, 42));
+  await assert.rejects(asked, (error: unknown) => {
+    return error instanceof Refused && error.refusal.code === 42;
+  });
+});
+
+test("a fifth request waits until one of four is answered", async () => {
+  const { wire, link } = linked();
+  for (let each = 0; each < 5; each += 1) void link.ask(SUBSCRIBE);
+  assert.equal(wire.sent.length, 4);
+  wire.accept(1);
+  await Promise.resolve();
+  await Promise.resolve();
+  assert.equal(wire.sent.length, 5);
+});
+
+test("a stop goes out whatever is open", () => {
+  const { wire, link } = linked();
+  for (let each = 0; each < 9; each += 1) void link.ask(SUBSCRIBE);
+  void link.askNow({ type: "software_stop", reason: "" });
+  assert.equal(wire.sent.at(-1)?.[0]?.type, "software_stop");
+});
+
+test("a motion that was accepted ends with its outcome", async () => {
+  const { wire, link } = linked();
+  const moving = link.move({ type: "home", speed: 1, target: "home" });
+  wire.accept(1);
+  const { ended } = await moving;
+  wire.answer({
+    type: "outcome",
+    request_id: 1,
+    outcome: 2,
+    code: 27,
+    joint: -1,
+    value: 0,
+    limit: 0,
+    plan_time: 0,
+    motion_time: 0,
+    text: "",
+  });
+  await assert.rejects(ended, (error: unknown) => {
+    return error instanceof Refused && error.refusal.code === 27;
+  });
+});
+
+test("a request that the server does not know is refused, and leaves its place free", async () => {
+  const { wire, link } = linked();
+  const asked = link.ask(SUBSCRIBE);
+  wire.answer({ type: "bare", msg_type: 65004, comm_type: 3, reply_code: 2 });
+  await assert.rejects(asked, Refused);
+});
+
+test("what is no answer is told", () => {
+  const { wire, told } = linked();
+  wire.answer({ type: "mode_changed", mode: 1, session: 2, client: "x" });
+  assert.equal(told[0]?.type, "mode_changed");
+});
+
+test("a link that ends fails all that is open, and says so once", async () => {
+  const { wire, link, ends } = linked();
+  const asked = link.ask(SUBSCRIBE);
+  wire.close();
+  wire.close();
+  await assert.rejects(asked, LinkLost);
+  assert.equal(ends.length, 1);
+});
+
+test("nothing is sent on a link that has ended", () => {
+  const { wire, link } = linked();
+  wire.close();
+  link.send({ type: "authority_beat" });
+  assert.deepEqual(wire.sent, []);
+});
+
+test("a cut frame ends the link and says why", () => {
+  const { wire, ends } = linked();
+  wire.onmessage?.({ data: new ArrayBuffer(7) } as MessageEvent);
+  assert.match(ends[0] ?? "", /cut/);
+});
