@@ -83,6 +83,7 @@ class Page implements App {
   readonly holding: Holding;
   #root: HTMLElement;
   #layout: Layout | null = null;
+  #viewListener: Partial<ViewEvents> | null = null;
   #servers: readonly string[] = [""];
   #isDue = false;
   /** STOP was pressed without a link: it is sent as soon as there is one. */
@@ -167,6 +168,10 @@ class Page implements App {
     this.#draw();
   }
 
+  hearView(listener: Partial<ViewEvents> | null): void {
+    this.#viewListener = listener;
+  }
+
   /** Build the page anew: the first time, and in another language or theme. */
   #show(): void {
     const { theme, language } = this.settings.value;
@@ -192,7 +197,11 @@ class Page implements App {
   }
 
   #viewEvents(): ViewEvents {
-    return { gizmoMoved: () => undefined, objectMoved: () => undefined, picked: () => undefined };
+    return {
+      gizmoMoved: (pose, isDone) => this.#viewListener?.gizmoMoved?.(pose, isDone),
+      objectMoved: (name, pose, isDone) => this.#viewListener?.objectMoved?.(name, pose, isDone),
+      picked: (name) => this.#viewListener?.picked?.(name),
+    };
   }
 
   /** Whatever takes the control, the mode or the peace away lets go of all that is held. */

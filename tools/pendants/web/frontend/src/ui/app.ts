@@ -4,7 +4,7 @@ import type { Holding } from "../pendant/holding.ts";
 import type { Observable } from "../pendant/observable.ts";
 import type { Language, Texts } from "../texts/texts.ts";
 import type { PacketRing } from "../packets/ring.ts";
-import type { Content } from "../view/view.ts";
+import type { Content, ViewEvents } from "../view/view.ts";
 import type { Refusal } from "../wire/errors.ts";
 import type { Session } from "../wire/session.ts";
 
@@ -53,6 +53,8 @@ export interface App {
   stop(): void;
   /** Add to what the view shows, over the measured robot; null takes it away. */
   overlay(part: Partial<Content> | null): void;
+  /** Hear what is dragged and pressed in the picture; null for nobody. */
+  hearView(listener: Partial<ViewEvents> | null): void;
 }
 
 /** A part of the page that shows the cell. */

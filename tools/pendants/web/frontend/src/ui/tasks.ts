@@ -1,6 +1,7 @@
 // The tasks of the rail, in its order; a task is made when it is first shown.
 import { jogTask } from "../panels/jog.ts";
 import { packetsTask } from "../panels/packets.ts";
+import { planTask } from "../panels/plan.ts";
 import type { MakeTask, Task } from "./app.ts";
 import type { IconName } from "./icons.ts";
 
@@ -12,5 +13,6 @@ export interface TaskEntry {
 
 export const TASKS: readonly TaskEntry[] = [
   { task: "jog", icon: "jog", make: jogTask },
+  { task: "plan", icon: "plan", make: planTask },
   { task: "packets", icon: "packets", make: packetsTask },
 ];

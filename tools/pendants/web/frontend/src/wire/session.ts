@@ -58,6 +58,8 @@ export interface Around {
 export class Session {
   readonly cell: CellModel;
   tap: FrameTap | null = null;
+  /** Hear every message that is no answer. */
+  readonly listeners = new Set<(message: Message) => void>();
   #around: Around;
   #events: SessionEvents;
   #link: Link | null = null;
@@ -341,6 +343,7 @@ export class Session {
         break;
     }
     this.#events.told(message);
+    for (const each of this.listeners) each(message);
   }
 
   #isHelloAnswer(message: Message): boolean {
