@@ -4,6 +4,7 @@ import { isInControl, OVERDUE } from "../pendant/cell.ts";
 import type { Cell } from "../pendant/cell.ts";
 import { jointRows, toolRows, toolValues } from "../pendant/axes.ts";
 import { StateField } from "../protocol.ts";
+import { sceneModel } from "../scene/model.ts";
 import { fixed } from "../texts/texts.ts";
 import type { App, Part } from "../ui/app.ts";
 import { h, say, show } from "../ui/elements.ts";
@@ -37,6 +38,7 @@ export function cellView(app: App, over: HTMLElement): CellView {
   let added: Partial<Content> = {};
   let isTraced = true;
   const trace = new Trace();
+  const scene = sceneModel(app);
   const sides: [Side, string][] = [["iso", texts.iso], ["top", texts.top], ["front", texts.front]];
   const traceButton = h("button", { type: "button", class: "chosen", "aria-pressed": "true" }, texts.trace);
   traceButton.addEventListener("click", () => {
@@ -81,6 +83,7 @@ export function cellView(app: App, over: HTMLElement): CellView {
         joints: jointsOf(cell),
         stale,
         driven: drivenJoints(app, cell),
+        objects: scene.objects(cell),
         trace: isTraced ? trace.points() : EMPTY.trace,
         theme: app.settings.value.theme,
         ...added,

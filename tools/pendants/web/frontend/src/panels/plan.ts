@@ -108,8 +108,10 @@ class PlanTask implements TaskPart {
     this.#isShown = isShown;
     this.#app.overlay(null);
     this.#app.hearView(isShown ? { gizmoMoved: (pose, isDone) => this.#reach.moved(pose, isDone) } : null);
-    if (isShown) this.#askedFor = "";
-    else this.#tellNote();
+    if (isShown) {
+      this.#askedFor = "";
+      this.#app.choice.set({ isChecklistOpen: false });
+    } else this.#tellNote();
   }
 
   update(cell: Cell): void {

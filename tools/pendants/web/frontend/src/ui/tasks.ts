@@ -2,6 +2,7 @@
 import { jogTask } from "../panels/jog.ts";
 import { packetsTask } from "../panels/packets.ts";
 import { planTask } from "../panels/plan.ts";
+import { sceneTask } from "../panels/scene.ts";
 import type { MakeTask, Task } from "./app.ts";
 import type { IconName } from "./icons.ts";
 
@@ -14,5 +15,6 @@ export interface TaskEntry {
 export const TASKS: readonly TaskEntry[] = [
   { task: "jog", icon: "jog", make: jogTask },
   { task: "plan", icon: "plan", make: planTask },
+  { task: "scene", icon: "scene", make: sceneTask },
   { task: "packets", icon: "packets", make: packetsTask },
 ];
