@@ -1,5 +1,6 @@
 // The tasks of the rail, in its order; a task is made when it is first shown.
 import { jogTask } from "../panels/jog.ts";
+import { numbersTask } from "../panels/numbers.ts";
 import { packetsTask } from "../panels/packets.ts";
 import { planTask } from "../panels/plan.ts";
 import { sceneTask } from "../panels/scene.ts";
@@ -16,5 +17,6 @@ export const TASKS: readonly TaskEntry[] = [
   { task: "jog", icon: "jog", make: jogTask },
   { task: "plan", icon: "plan", make: planTask },
   { task: "scene", icon: "scene", make: sceneTask },
+  { task: "frames", icon: "frames", make: numbersTask },
   { task: "packets", icon: "packets", make: packetsTask },
 ];
