@@ -207,7 +207,8 @@ class PlanTask implements TaskPart {
     const isBusy = stage === "planning" || stage === "running";
     say(this.#plan, isReady || stage === "stale" || stage === "done" ? words.again : words.plan);
     off(this.#plan, isBusy ? words.planning : "");
-    mark(this.#plan, "orange", !isReady && !isBusy);
+    // Who has no control is asked to take it first, by the one orange button.
+    mark(this.#plan, "orange", !isReady && !isBusy && isInControl(cell));
     off(this.#execute, isReady ? whyNoMotion(this.#app, cell) : words.pickGoal);
     const asks = this.#twice.asks(this.#app.now());
     say(this.#executeWord, !asks ? words.execute : isReal(cell) ? words.executeReal : words.executeWatched);

@@ -2,6 +2,7 @@
 import "../scene.css";
 import { ofRpy, pose as poseOf, rollPitchYaw, vector3 } from "../kinematics/pose.ts";
 import type { Pose } from "../kinematics/pose.ts";
+import { isInControl } from "../pendant/cell.ts";
 import type { Cell } from "../pendant/cell.ts";
 import { StateField } from "../protocol.ts";
 import { sceneModel } from "../scene/model.ts";
@@ -305,7 +306,7 @@ class ObjectEditor {
     attribute(this.#name, "aria-label", words.name);
     this.#name.addEventListener("change", () => this.#typed());
     this.#hold = h("button", { type: "button", onclick: () => this.#holdOrLeave() }, words.attachTouching);
-    this.#save = h("button", { type: "button", class: "orange", onclick: () => events.save() }, words.save);
+    this.#save = h("button", { type: "button", onclick: () => events.save() }, words.save);
     this.#back = h("button", { type: "button", onclick: () => events.putBack() }, words.putBack);
     this.#remove = h("button", { type: "button", class: "remove", onclick: () => this.#removeIt() }, words.remove);
     this.#unsaved = h("p", { class: "muted" }, words.unsaved);
@@ -366,7 +367,7 @@ class ObjectEditor {
     show(this.#unsaved, draft !== null);
     off(this.#save, draft === null ? this.#words.unsaved : "");
     off(this.#back, draft === null ? this.#words.unsaved : "");
-    mark(this.#save, "orange", draft !== null);
+    mark(this.#save, "orange", draft !== null && isInControl(cell));
     this.#tellNearest(saved);
     this.#tellTouch(cell, saved);
     this.#tellGrasp(cell, saved, draft);
