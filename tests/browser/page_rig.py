@@ -74,12 +74,27 @@ class PageRig:
         self._folder = folder
         self._processes: list[subprocess.Popen[bytes]] = []
         self._driver: Any = None
+        self._tap: MotionTap | None = None
+
+    @property
+    def tap(self) -> MotionTap:
+        """What goes by in front of the emulator."""
+        assert self._tap is not None
+        return self._tap
 
     def __enter__(self) -> Self:
+        try:
+            self._begin()
+        except BaseException:
+            self.close()
+            raise
+        return self
+
+    def _begin(self) -> None:
         motion, state = free_port(), free_port()
         self._start("emulate", "--robot", ROBOT, "--motion-port", motion, "--state-port", state)
         _wait_for(motion)
-        self.tap = MotionTap(motion)
+        self._tap = MotionTap(motion)
         self.server, self.gateway = free_port(), free_port()
         self._start(
             *("serve", "--robot", ROBOT, "--controller", f"127.0.0.1:{self.tap.port}:{state}"),
@@ -89,7 +104,6 @@ class PageRig:
         _wait_for(self.server)
         self._start("web", "--server", f"127.0.0.1:{self.server}", "--port", self.gateway)
         _wait_for(self.gateway)
-        return self
 
     def __exit__(
         self,
@@ -97,12 +111,17 @@ class PageRig:
         error: BaseException | None,
         trace: TracebackType | None,
     ) -> None:
+        self.close()
+
+    def close(self) -> None:
+        """End the browser and the processes, the last one first."""
         if self._driver is not None:
             self._driver.quit()
         for each in reversed(self._processes):
             each.terminate()
             each.wait(20)
-        self.tap.close()
+        if self._tap is not None:
+            self._tap.close()
 
     @property
     def address(self) -> str:
