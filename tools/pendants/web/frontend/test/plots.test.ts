@@ -231,7 +231,7 @@ test("the slider's joints are the samples, and between two on the line", () => {
 });
 
 const told = (sequence: number, activity: number): Parameters<DrivenMotion["take"]>[0] => ({
-  sequence, activity: activity as 0, time_s: 100, time_ns: sequence * 1e7, valid_fields: 6,
+  sequence, activity: activity as 0, time_s: 100, time_ns: sequence * 1e7, age: 0, valid_fields: 6,
   positions: [sequence, 0], velocities: [0, 0],
 });
 
@@ -242,6 +242,22 @@ test("a motion begins at 0, where it first moved", () => {
   const { times, positions } = motion.samples();
   close(valueAt(motion.samples(), positions[0]!, 0), 3);
   close(times[0], -0.02);
+});
+
+test("a value is put where it was reported, and one report is one value", () => {
+  const motion = new DrivenMotion(1);
+  for (const [sequence, age] of [[1, 0], [2, 0.004], [3, 0.014], [4, 0]] as const) {
+    motion.take({ ...told(sequence, 2), age }, 1, PERIOD);
+  }
+  const { times } = motion.samples();
+  [0, 0.006, 0.03].forEach((wanted, i) => close(times[i], wanted));
+  assert.equal(times.length, 3);
+});
+
+test("a motion that ended is shown a little beyond, and standing no longer", () => {
+  const motion = new DrivenMotion(1);
+  for (let i = 1; i <= 500; i++) motion.take(told(i, i < 101 ? 2 : 0), 1, PERIOD);
+  close(motion.samples().times.at(-1), 1.5, 0.011);
 });
 
 test("where nothing moved, the last seconds are shown", () => {

@@ -49,7 +49,7 @@ test("the distance from a body is that to its nearest point, and 0 inside", () =
 
 test("a thin and large box is a wall, a table top is none", () => {
   const box = (sizes: number[]) => isWall({ ...newEntry("box", [0, 0, 0], []), sizes });
-  assert.deepEqual([[0.02, 3, 2], [3, 0.02, 2], [1.2, 0.8, 0.02], [0.02, 0.1, 2]].map(box), [true, true, false, false]);
+  assert.deepEqual([[0.02, 3, 2], [3, 0.02, 2], [1.2, 0.8, 0.02], [0.02, 0.1, 2], [0.02, 3, 0.1]].map(box), [true, true, false, false, false]);
 });
 
 test("a new object has a name of its own", () => {

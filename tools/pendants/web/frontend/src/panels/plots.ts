@@ -12,6 +12,7 @@ import {
 import { readPlan, type AskSamples, type PlannedMotion } from "../plots/plan_samples.ts";
 import { jointColour, Plots, valuesAt } from "../plots/plots.ts";
 import { QUANTITIES, type Quantity, type Samples } from "../plots/series.ts";
+import type { State } from "../protocol.ts";
 import { plotTexts, type PlotTexts } from "../texts/plots.ts";
 import type { App, TaskPart } from "../ui/app.ts";
 import { attribute, h, mark, say, show } from "../ui/elements.ts";
@@ -95,7 +96,9 @@ class PlotsTask implements TaskPart {
       onCursor: (time) => this.#pointed(time),
     });
     new ResizeObserver(() => this.#plots.resize()).observe(host);
-    app.cell.watch((cell) => this.#record(cell));
+    app.cell.watch((cell) => this.#learn(cell));
+    // Not from the model of the cell, which tells the last of several that came together.
+    app.session.watchStates((state) => this.#record(state));
     app.settings.watch(({ theme }) => {
       this.#plots.setTheme(theme);
       this.#draw();
@@ -114,6 +117,7 @@ class PlotsTask implements TaskPart {
     this.#isShown = isShown;
     this.#subscribe();
     if (!isShown) return;
+    this.#learn(this.#app.cell.value);
     this.#learnPlan();
     this.#draw();
   }
@@ -153,18 +157,22 @@ class PlotsTask implements TaskPart {
     );
   }
 
-  #record(cell: Cell): void {
+  #learn(cell: Cell): void {
     // A new conversation has the rate that it began with.
     if (this.#isShown && cell.hello !== this.#greeted) this.#subscribe();
-    if (cell.snapshot !== null && cell.snapshot !== this.#told) {
-      this.#told = cell.snapshot;
-      this.#joints = cell.snapshot.joints.map((joint) => ({
-        ...joint,
-        name: joint.display_name ?? joint.name,
-      }));
-    }
-    if (cell.state === null || this.#joints.length === 0) return;
-    if (this.#driven.take(cell.state, this.#joints.length, 1 / this.#rate)) this.#learnPlan();
+    if (cell.snapshot === null || cell.snapshot === this.#told) return;
+    this.#told = cell.snapshot;
+    const joints = cell.snapshot.joints.map((joint) => ({
+      ...joint,
+      name: joint.display_name ?? joint.name,
+    }));
+    // A snapshot comes with each change of the scene: the same joints need no new plots.
+    if (JSON.stringify(joints) !== JSON.stringify(this.#joints)) this.#joints = joints;
+  }
+
+  #record(state: State): void {
+    if (this.#joints.length === 0) return;
+    if (this.#driven.take(state, this.#joints.length, 1 / this.#rate)) this.#learnPlan();
   }
 
   /** Fetch the samples of the plan that is driven, or else of the newest that is ready. */
@@ -250,8 +258,9 @@ class PlotsTask implements TaskPart {
     this.#heads.forEach((head, index) =>
       say(head, `${"qva"[index] ?? ""} ${unit}${PER[QUANTITIES[index]!]}`),
     );
-    const samples = this.#read;
-    const values = samples === null || this.#cursor === null ? null : valuesAt(samples, this.#cursor);
+    const [planned, driven] = [this.#planned?.samples ?? null, this.#shownDriven].map((samples) =>
+      samples === null || this.#cursor === null ? null : valuesAt(samples, this.#cursor),
+    );
     this.#fitRows();
     this.#joints.forEach((joint, index) => {
       const row = this.#body.rows[index];
@@ -260,7 +269,7 @@ class PlotsTask implements TaskPart {
       const button = row.cells[0]?.querySelector("button") ?? null;
       if (button !== null) attribute(button, "aria-pressed", String(index === this.#chosen));
       QUANTITIES.forEach((quantity, column) => {
-        const value = values?.[quantity][index] ?? null;
+        const value = planned?.[quantity][index] ?? driven?.[quantity][index] ?? null;
         const cell = row.cells[column + 1];
         if (cell !== undefined) say(cell, value === null ? "–" : this.#shownValue(value, joint, 2));
       });

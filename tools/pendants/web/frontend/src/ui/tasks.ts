@@ -3,6 +3,7 @@ import { jogTask } from "../panels/jog.ts";
 import { numbersTask } from "../panels/numbers.ts";
 import { packetsTask } from "../panels/packets.ts";
 import { planTask } from "../panels/plan.ts";
+import { plotsTask } from "../panels/plots.ts";
 import { sceneTask } from "../panels/scene.ts";
 import type { MakeTask, Task } from "./app.ts";
 import type { IconName } from "./icons.ts";
@@ -18,5 +19,6 @@ export const TASKS: readonly TaskEntry[] = [
   { task: "plan", icon: "plan", make: planTask },
   { task: "scene", icon: "scene", make: sceneTask },
   { task: "frames", icon: "frames", make: numbersTask },
+  { task: "plots", icon: "plots", make: plotsTask },
   { task: "packets", icon: "packets", make: packetsTask },
 ];

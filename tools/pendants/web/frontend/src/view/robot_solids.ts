@@ -186,7 +186,7 @@ export function solidGeometry(solid: Solid, isFine: boolean): BufferGeometry {
 function meshGeometry(mesh: LinkMesh): BufferGeometry | null {
   try {
     const geometry = mesh.form === "stl" ? ofStl(mesh.bytes) : ofObj(mesh.bytes);
-    if (geometry === null) return null;
+    if (geometry === null || !isSurface(geometry)) return null;
     geometry.computeVertexNormals();
     return geometry;
   } catch {
@@ -198,9 +198,17 @@ function ofStl(bytes: Uint8Array): BufferGeometry {
   return new STLLoader().parse(bytes.slice().buffer);
 }
 
+function isSurface(geometry: BufferGeometry): boolean {
+  const corners = geometry.getAttribute("position").array;
+  return corners.length >= 9 && corners.every((each) => Number.isFinite(each));
+}
+
 function ofObj(bytes: Uint8Array): BufferGeometry | null {
   const found: BufferGeometry[] = [];
-  new OBJLoader().parse(new TextDecoder().decode(bytes)).traverse((each) => {
+  // The loader writes to the console of lines that it does not know: it gets the surface alone.
+  const lines = new TextDecoder().decode(bytes).replaceAll(/\\\r?\n/g, " ").split(/\r?\n/);
+  const surface = lines.filter((line) => /^\s*(v|vn|vt|f)\s/.test(line)).join("\n");
+  new OBJLoader().parse(surface).traverse((each) => {
     if (each instanceof Mesh) found.push(each.geometry as BufferGeometry);
   });
   return merged(found);

@@ -46,6 +46,7 @@ export function makeScene3d(quality: Quality): MakeView {
 }
 
 class Scene3d implements View {
+  readonly drawsMeshes = true;
   readonly #host: HTMLElement;
   readonly #events: ViewEvents;
   readonly #quality: Quality;

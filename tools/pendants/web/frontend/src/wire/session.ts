@@ -60,6 +60,7 @@ export class Session {
   tap: FrameTap | null = null;
   /** Hear every message that is no answer. */
   readonly listeners = new Set<(message: Message) => void>();
+  readonly #stateListeners = new Set<(state: State) => void>();
   #around: Around;
   #events: SessionEvents;
   #link: Link | null = null;
@@ -354,7 +355,14 @@ export class Session {
     return true;
   }
 
+  /** Be told of each state, none left out as the cell's model may; returns how to end that. */
+  watchStates(told: (state: State) => void): () => void {
+    this.#stateListeners.add(told);
+    return () => this.#stateListeners.delete(told);
+  }
+
   #takeState(state: State): void {
+    for (const told of this.#stateListeners) told(state);
     const old = this.cell.value.state;
     const now = this.#around.now();
     this.cell.set({ state, stateAt: now });
