@@ -11,7 +11,7 @@ from rigs.processes.node import LEAST, node
 
 FRONTEND = Path(__file__).parents[4] / "tools" / "pendants" / "web" / "frontend"
 FAULTS: list[dict[str, Any]] = tomllib.loads(
-    (Path(__file__).parent / "typescript_faults.toml").read_text("utf-8")
+    (Path(__file__).parent / "typescript_part_faults.toml").read_text("utf-8")
 )["fault"]
 
 
