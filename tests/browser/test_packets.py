@@ -42,8 +42,10 @@ def _hexadecimal(page: Page) -> str:
 def test_a_frame_of_the_tab_is_told_as_the_command_prints_it(packets: Page) -> None:
     _choose(packets, "declare")
     printed = subprocess.run(
-        [sys.executable, "-m", "openpendant.tools", "packets", "decode", "--format", "tree"]
-        + ["--dialect", "pendant", "--color", "never"],
+        [
+            *(sys.executable, "-m", "openpendant.tools", "packets", "decode"),
+            *("--format", "tree", "--dialect", "pendant", "--color", "never"),
+        ],
         input=_hexadecimal(packets),
         capture_output=True,
         text=True,
@@ -109,5 +111,5 @@ def test_a_secret_is_in_no_frame_that_is_kept(packets: Page) -> None:
         ".find(each => each.innerText === 'Log in').click()"
     )
     _choose(packets, "login")
-    assert "swordfish".encode().hex() not in _hexadecimal(packets)
+    assert b"swordfish".hex() not in _hexadecimal(packets)
     assert '"********"' in packets.text(".packet-detail .fields")

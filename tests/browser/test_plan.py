@@ -75,7 +75,9 @@ def _make(page: Page) -> None:
 
 
 def _tool(page: Page) -> list[float]:
-    cells = "[...document.querySelectorAll('.tool-place td')].map(each => parseFloat(each.innerText))"
+    cells = (
+        "[...document.querySelectorAll('.tool-place td')].map(each => parseFloat(each.innerText))"
+    )
     values: list[float] = page.run(f"return {cells}")
     return values
 
@@ -166,5 +168,8 @@ def test_a_held_enter_makes_one_plan(plans: Page) -> None:
     plans.run(PLAN)
     plans.wait(f"document.querySelector('.verdict .muted').innerText !== {json.dumps(number)}")
     plans.wait(READY)
-    found: Any = [int("".join(filter(str.isdigit, text.split(",")[0]))) for text in (number, plans.text(".verdict .muted"))]
+    found: Any = [
+        int("".join(filter(str.isdigit, text.split(",")[0])))
+        for text in (number, plans.text(".verdict .muted"))
+    ]
     assert found[1] == found[0] + 1
