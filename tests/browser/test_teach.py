@@ -218,7 +218,7 @@ def test_what_another_pendant_changes_is_shown(teacher: Teacher) -> None:
     async def add(other: PendantClient) -> None:
         kept = (await other.programs.list())["programs"]
         revision = next(each["revision"] for each in kept if each["name"] == teacher.name)
-        edit = {"edit": "insert", "statements": [{"statement": "wait", "duration": 1.0}]}
+        edit: Any = {"edit": "insert", "statements": [{"statement": "wait", "duration": 1.0}]}
         await other.programs.edit(teacher.name, revision, edit)
 
     _others(teacher.page, add)

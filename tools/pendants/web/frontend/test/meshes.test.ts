@@ -2,8 +2,10 @@ import assert from "node:assert/strict";
 import { createHash } from "node:crypto";
 import { test } from "node:test";
 
+import type { RobotDescription } from "../src/kinematics/chain.ts";
 import type { RobotMesh } from "../src/operations.ts";
 import { downloadedMeshes, MOST_BYTES, type Ask } from "../src/view/meshes.ts";
+import { RobotMeshes } from "../src/view/robot_meshes.ts";
 import { sha256 } from "../src/view/sha256.ts";
 
 const CHUNK = 32_768;
@@ -117,4 +119,40 @@ test("meshes of a robot that is no longer shown are asked for no more", async ()
   }, stop.signal);
   assert.deepEqual(meshes, []);
   assert.equal(state.seen.length, 2);
+});
+
+/** A robot of which one link has a mesh. */
+const robot = (hash: string, mesh: string | null): RobotDescription => ({
+  robot: "arm", hash, shapes: [], struts: [], joints: [], home: [], links: [{ link: "arm", joint: null, mesh }],
+});
+const soon = (): Promise<void> => new Promise((done) => setTimeout(done, 5));
+
+test("meshes of a robot are fetched once, and none where it has none", async () => {
+  const bytes = some(100);
+  const state = server([entry(bytes)], new Map([[told(bytes), bytes]]));
+  const meshes = new RobotMeshes(state.ask, () => assert.fail("refused"));
+  meshes.of(robot("plain", null));
+  assert.equal(state.seen.length, 0);
+  for (let picture = 0; picture < 3; picture++) meshes.of(robot("arm", told(bytes)));
+  await soon();
+  assert.deepEqual(meshes.of(robot("arm", told(bytes))).map((each) => each.hash), [told(bytes)]);
+  meshes.linked();
+  meshes.of(robot("arm", told(bytes)));
+  assert.equal(state.seen.length, 2, "all had come: another link asks for nothing");
+});
+
+test("a list that is refused is told once, and asked for again only after another link", async () => {
+  let asked = 0;
+  let failed = 0;
+  const refuses = (() => Promise.reject(new Error(`refused ${++asked}`))) as unknown as Ask;
+  const meshes = new RobotMeshes(refuses, () => failed++);
+  for (let picture = 0; picture < 3; picture++) {
+    assert.deepEqual(meshes.of(robot("arm", "aa")), []);
+    await soon();
+  }
+  assert.deepEqual([asked, failed], [1, 1]);
+  meshes.linked();
+  meshes.of(robot("arm", "aa"));
+  await soon();
+  assert.equal(asked, 2);
 });

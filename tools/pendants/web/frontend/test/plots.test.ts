@@ -8,6 +8,8 @@ import {
   worstShares,
   type PlotJoint,
 } from "../src/plots/findings.ts";
+import { DrivenMotion } from "../src/plots/driven_motion.ts";
+import { jointsAt, readPlan, type AskSamples } from "../src/plots/plan_samples.ts";
 import {
   DrivenSeries,
   indexAt,
@@ -179,4 +181,99 @@ test("an axis without a span has no values", () => {
   for (const [least, most] of [[1, 1], [2, 1], [0, Number.POSITIVE_INFINITY]] as const) {
     assert.deepEqual(evenSteps(least, most, 1), []);
   }
+});
+
+/** A server that has a plan of so many samples and gives so many rows at most. */
+function planner(count: number, most: number): { ask: AskSamples; seen: number[] } {
+  const seen: number[] = [];
+  const ask: AskSamples = async ({ plan, first = 0, count: wanted = 100 }) => {
+    seen.push(first);
+    await Promise.resolve();
+    const last = Math.min(count, first + Math.min(wanted, most));
+    const numbers = Array.from({ length: last - first }, (_, i) => first + i);
+    return {
+      plan, first, every: 1, total: count, columns: ["t", "q0", "v0", "a0"], more: last < count,
+      rows: numbers.map((each) => [each * PERIOD, each, 1, 0]),
+      tool: numbers.map((each) => [each, 0, 1, 0, 0, 0, 1]),
+    };
+  };
+  return { ask, seen };
+}
+
+const atOnce = (): Promise<void> => Promise.resolve();
+
+test("a plan is fetched to its end, whatever a frame holds", async () => {
+  const { ask, seen } = planner(144, 60);
+  const { samples, path } = await readPlan(ask, 7, atOnce);
+  assert.deepEqual(seen, [0, 60, 120]);
+  assert.deepEqual([...samples.positions[0]!], Array.from({ length: 144 }, (_, i) => i));
+  assert.deepEqual([path.length, path[3 * 143]], [3 * 144, 143]);
+});
+
+test("a server that gives no rows but says that more follow is asked once", async () => {
+  const { ask, seen } = planner(10, 0);
+  await readPlan(ask, 7, atOnce);
+  assert.equal(seen.length, 1);
+});
+
+test("a plan that is no longer wanted is asked for no more", async () => {
+  const { ask, seen } = planner(1000, 100);
+  const stop = new AbortController();
+  const read = readPlan(ask, 7, () => Promise.resolve(stop.abort()), stop.signal);
+  await assert.rejects(read);
+  assert.equal(seen.length, 1);
+});
+
+test("the slider's joints are the samples, and between two on the line", () => {
+  assert.deepEqual(jointsAt(PLAN, 0.5), [1, 1]);
+  assert.deepEqual(jointsAt(PLAN, 0.75), [1.5, 1]);
+  assert.deepEqual([jointsAt(PLAN, -1), jointsAt(PLAN, 9)], [[0, 1], [2, 1]]);
+});
+
+const told = (sequence: number, activity: number): Parameters<DrivenMotion["take"]>[0] => ({
+  sequence, activity: activity as 0, time_s: 100, time_ns: sequence * 1e7, age: 0, valid_fields: 6,
+  positions: [sequence, 0], velocities: [0, 0],
+});
+
+test("a motion begins at 0, where it first moved", () => {
+  const motion = new DrivenMotion(1);
+  const began = [0, 0, 2, 2, 5, 2, 0, 0].map((each, i) => motion.take(told(i + 1, each), 1, PERIOD));
+  assert.deepEqual(began.map(Number), [0, 0, 1, 0, 0, 0, 0, 0], "a pause begins no other");
+  const { times, positions } = motion.samples();
+  close(valueAt(motion.samples(), positions[0]!, 0), 3);
+  close(times[0], -0.02);
+});
+
+test("a value is put where it was reported, and one report is one value", () => {
+  const motion = new DrivenMotion(1);
+  for (const [sequence, age] of [[1, 0], [2, 0.004], [3, 0.014], [4, 0]] as const) {
+    motion.take({ ...told(sequence, 2), age }, 1, PERIOD);
+  }
+  const { times } = motion.samples();
+  [0, 0.006, 0.03].forEach((wanted, i) => close(times[i], wanted));
+  assert.equal(times.length, 3);
+});
+
+test("a motion that ended is shown a little beyond, and standing no longer", () => {
+  const motion = new DrivenMotion(1);
+  for (let i = 1; i <= 500; i++) motion.take(told(i, i < 101 ? 2 : 0), 1, PERIOD);
+  close(motion.samples().times.at(-1), 1.5, 0.011);
+});
+
+test("where nothing moved, the last seconds are shown", () => {
+  const motion = new DrivenMotion(1);
+  for (let i = 1; i < 2000; i++) motion.take(told(i, 0), 1, PERIOD);
+  const { times } = motion.samples();
+  close(times[0], 0, 0.011);
+  close(times.at(-1), 10, 1e-6);
+});
+
+test("a robot of other joints begins anew, and a state without positions is left out", () => {
+  const motion = new DrivenMotion(1);
+  motion.take(told(1, 2), 1, PERIOD);
+  motion.take({ ...told(2, 2), valid_fields: 2 }, 1, PERIOD);
+  assert.equal(motion.samples().times.length, 1);
+  motion.take(told(3, 2), 2, PERIOD);
+  assert.equal(motion.samples().positions.length, 2);
+  assert.equal(motion.samples().times.length, 1);
 });

@@ -4,13 +4,18 @@ import { isInControl, OVERDUE } from "../pendant/cell.ts";
 import type { Cell } from "../pendant/cell.ts";
 import { jointRows, toolRows, toolValues } from "../pendant/axes.ts";
 import { StateField } from "../protocol.ts";
+import { sceneModel } from "../scene/model.ts";
+import { meshesMissing } from "../texts/meshes.ts";
 import { fixed } from "../texts/texts.ts";
 import type { App, Part } from "../ui/app.ts";
 import { h, say, show } from "../ui/elements.ts";
+import type { LinkMesh } from "../view/meshes.ts";
+import { RobotMeshes } from "../view/robot_meshes.ts";
 import { EMPTY } from "../view/view.ts";
 import type { Content, Side, View } from "../view/view.ts";
 import { shown } from "./jog.ts";
 
+const NO_MESHES: readonly LinkMesh[] = [];
 const NAMES = ["X", "Y", "Z", "R", "P", "Y"];
 /** Points of the trace; a point every 5 mm. */
 const MOST_POINTS = 2000;
@@ -37,6 +42,15 @@ export function cellView(app: App, over: HTMLElement): CellView {
   let added: Partial<Content> = {};
   let isTraced = true;
   const trace = new Trace();
+  const scene = sceneModel(app);
+  const meshes = new RobotMeshes(
+    (request) => app.session.call(request),
+    ({ length }) => {
+      const text = meshesMissing[app.settings.value.language](length);
+      app.choice.set({ note: { text, kind: "remark" } });
+    },
+  );
+  let greeted: Cell["hello"] = null;
   const sides: [Side, string][] = [["iso", texts.iso], ["top", texts.top], ["front", texts.front]];
   const traceButton = h("button", { type: "button", class: "chosen", "aria-pressed": "true" }, texts.trace);
   traceButton.addEventListener("click", () => {
@@ -75,12 +89,18 @@ export function cellView(app: App, over: HTMLElement): CellView {
       say(age, stale && cell.state !== null ? texts.stale(fixed(seconds, 1)) : "");
       show(age, age.textContent !== "");
       if (told !== null) trace.add(told);
+      if (cell.hello !== greeted) {
+        greeted = cell.hello;
+        meshes.linked();
+      }
       view?.show({
         ...EMPTY,
         robot: cell.robot,
+        meshes: view.drawsMeshes ? meshes.of(cell.robot) : NO_MESHES,
         joints: jointsOf(cell),
         stale,
         driven: drivenJoints(app, cell),
+        objects: scene.objects(cell),
         trace: isTraced ? trace.points() : EMPTY.trace,
         theme: app.settings.value.theme,
         ...added,

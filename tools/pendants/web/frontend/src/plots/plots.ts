@@ -223,7 +223,7 @@ export class Plots {
     return {
       ...sizeOf(box),
       legend: { show: false },
-      padding: [6, 8, 0, 0],
+      padding: [6, 18, 0, 0],
       cursor: {
         y: false,
         drag: { x: false, y: false },
@@ -328,7 +328,11 @@ export class Plots {
     ctx.save();
     Object.assign(ctx, { strokeStyle: colour, fillStyle: colour, lineWidth: 1.2 * ratio });
     Object.assign(ctx, { textAlign: "right", font: `${12 * ratio}px system-ui, sans-serif` });
-    for (const limit of limitsOf(joint, quantity)) {
+    const limits = limitsOf(joint, quantity);
+    const [lowest, highest] = limits.map((each) => plot.valToPos(each, "y", true));
+    // Within the range where there is room for both names, else outside of it.
+    const isRoomy = Math.abs((lowest ?? 0) - (highest ?? 0)) > 40 * ratio;
+    for (const [index, limit] of limits.entries()) {
       if (!Number.isFinite(limit)) continue;
       const y = plot.valToPos(limit, "y", true);
       ctx.setLineDash([6 * ratio, 4 * ratio]);
@@ -336,12 +340,12 @@ export class Plots {
       ctx.moveTo(bbox.left, y);
       ctx.lineTo(bbox.left + bbox.width, y);
       ctx.stroke();
-      const isUpper = y < bbox.top + bbox.height / 2;
-      ctx.textBaseline = isUpper ? "top" : "bottom";
+      const isBelow = (index === 1) === isRoomy;
+      ctx.textBaseline = isBelow ? "top" : "bottom";
       const unit = `${this.#shownUnit()}${per}`;
       const value = this.#options.words.number(limit * this.#factor(), 1);
       const text = `${joint.name} ${value}${unit.startsWith("°") ? "" : " "}${unit}`;
-      ctx.fillText(text, bbox.left + bbox.width - 4 * ratio, y + (isUpper ? 4 : -4) * ratio);
+      ctx.fillText(text, bbox.left + bbox.width - 4 * ratio, y + (isBelow ? 4 : -4) * ratio);
     }
     ctx.restore();
   }
@@ -354,7 +358,8 @@ export class Plots {
   }
 
   #cursorWent(plot: uPlot): void {
-    if (this.#isTelling) return;
+    // uPlot tells of its own first drawing, too; only a pointer leads the cursor.
+    if (this.#isTelling || (plot.cursor.event ?? null) === null) return;
     const { left } = plot.cursor;
     const time = left === undefined || left < 0 ? null : plot.posToVal(left, "x");
     this.#cursor = time;

@@ -1,5 +1,6 @@
 // What is the same in two contents, so that nothing is drawn for nothing; and whose joint a link is.
 import type { Chain } from "../kinematics/chain.ts";
+import { distance, type Pose } from "../kinematics/pose.ts";
 import type { Content, Ghost } from "./view.ts";
 
 /** Whether a picture of the two would be the same. */
@@ -36,4 +37,25 @@ export function areSameNumbers(
 /** Return the number of the driven joint right above a link; -1 where there is none. */
 export function linkJoint(chain: Chain, link: string): number {
   return chain.driven.findIndex((joint) => joint.child === link && joint.type !== "leg");
+}
+
+const AS_NEAR = 1e-4; // m, and of a quaternion
+
+/** Return the links that are at one place in both: a ghost there would only paint the robot blue. */
+export function linksInPlace(
+  one: ReadonlyMap<string, Pose>,
+  other: ReadonlyMap<string, Pose>,
+): Set<string> {
+  const same = new Set<string>();
+  for (const [link, at] of one) {
+    const there = other.get(link);
+    if (there !== undefined && areNear(at, there)) same.add(link);
+  }
+  return same;
+}
+
+function areNear(one: Pose, other: Pose): boolean {
+  if (distance(one.position, other.position) > AS_NEAR) return false;
+  const cosine = one.quaternion.reduce((sum, each, i) => sum + each * (other.quaternion[i] ?? 0), 0);
+  return Math.abs(cosine) > 1 - AS_NEAR * AS_NEAR;
 }

@@ -25,7 +25,7 @@ import {
   type Pose,
 } from "../kinematics/pose.ts";
 import type { DrawnStrut } from "../operations.ts";
-import { linkJoint } from "./changes.ts";
+import { linkJoint, linksInPlace } from "./changes.ts";
 import { ORANGE, verdictColour } from "./colours.ts";
 import type { LinkMesh } from "./meshes.ts";
 import type { Solid } from "./solids.ts";
@@ -103,10 +103,19 @@ export class RobotSolids {
     }
   }
 
-  pose(joints: readonly number[] | null, paint: Paint): void {
+  /** Put the links at joint values; those that are there at the values of `besides` too are hidden. */
+  pose(
+    joints: readonly number[] | null,
+    paint: Paint,
+    besides: { joints: readonly number[] | null } | null = null,
+  ): void {
     if (this.#chain === null) return;
     const places = this.#chain.linkPoses(joints);
-    for (const [link, group] of this.#links) put(group, places.get(link) ?? this.#chain.root);
+    const hidden = besides === null ? null : linksInPlace(places, this.#chain.linkPoses(besides.joints));
+    for (const [link, group] of this.#links) {
+      put(group, places.get(link) ?? this.#chain.root);
+      group.visible = hidden === null || !hidden.has(link);
+    }
     for (const { strut, part } of this.#struts) this.#stretch(strut, part.mesh, places);
     const moves = new Set(paint.driven ?? []);
     for (const { mesh, colour, joint } of this.#parts) {
@@ -177,7 +186,7 @@ export function solidGeometry(solid: Solid, isFine: boolean): BufferGeometry {
 function meshGeometry(mesh: LinkMesh): BufferGeometry | null {
   try {
     const geometry = mesh.form === "stl" ? ofStl(mesh.bytes) : ofObj(mesh.bytes);
-    if (geometry === null) return null;
+    if (geometry === null || !isSurface(geometry)) return null;
     geometry.computeVertexNormals();
     return geometry;
   } catch {
@@ -189,9 +198,17 @@ function ofStl(bytes: Uint8Array): BufferGeometry {
   return new STLLoader().parse(bytes.slice().buffer);
 }
 
+function isSurface(geometry: BufferGeometry): boolean {
+  const corners = geometry.getAttribute("position").array;
+  return corners.length >= 9 && corners.every((each) => Number.isFinite(each));
+}
+
 function ofObj(bytes: Uint8Array): BufferGeometry | null {
   const found: BufferGeometry[] = [];
-  new OBJLoader().parse(new TextDecoder().decode(bytes)).traverse((each) => {
+  // The loader writes to the console of lines that it does not know: it gets the surface alone.
+  const lines = new TextDecoder().decode(bytes).replaceAll(/\\\r?\n/g, " ").split(/\r?\n/);
+  const surface = lines.filter((line) => /^\s*(v|vn|vt|f)\s/.test(line)).join("\n");
+  new OBJLoader().parse(surface).traverse((each) => {
     if (each instanceof Mesh) found.push(each.geometry as BufferGeometry);
   });
   return merged(found);

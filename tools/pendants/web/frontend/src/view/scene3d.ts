@@ -46,6 +46,7 @@ export function makeScene3d(quality: Quality): MakeView {
 }
 
 class Scene3d implements View {
+  readonly drawsMeshes = true;
   readonly #host: HTMLElement;
   readonly #events: ViewEvents;
   readonly #quality: Quality;
@@ -176,7 +177,7 @@ class Scene3d implements View {
     const isOld = stale || joints === null;
     this.#robot.pose(joints, isOld ? { all: PALETTES[theme].stale } : { driven });
     this.#ghost.group.visible = ghost !== null;
-    if (ghost !== null) this.#ghost.pose(ghost.joints, { ghost: ghost.verdict });
+    if (ghost !== null) this.#ghost.pose(ghost.joints, { ghost: ghost.verdict }, { joints });
   }
 
   #paintGround(): void {

@@ -23,7 +23,7 @@ import {
 import { AXES, GREEN, ORANGE, PALETTES, shaded, verdictColour, type Palette } from "./colours.ts";
 import { grabbed, gizmoLines, type Grab } from "./flat_gizmo.ts";
 import { isWithin, seenSolid, solidPose, type Flat, type Seen, type Solid } from "./solids.ts";
-import { isSame, linkJoint } from "./changes.ts";
+import { isSame, linkJoint, linksInPlace } from "./changes.ts";
 import { EMPTY, type Content, type SceneObject, type Side, type View, type ViewEvents } from "./view.ts";
 
 const CLICK = 4; // points that a press may move and still picks
@@ -39,6 +39,8 @@ interface Painted {
   alpha: number;
   isDashed: boolean;
   name: string | null;
+  /** of the robot that it hangs on */
+  links: readonly string[];
 }
 
 interface Pointer {
@@ -181,8 +183,11 @@ class StickView implements View {
     layer.setTransform(ratio, 0, 0, ratio, 0, 0);
     layer.clearRect(0, 0, width, height);
     const colour = verdictColour(ghost.verdict);
+    const here = this.#chain.linkPoses(this.#content.joints);
+    const still = linksInPlace(here, this.#chain.linkPoses(ghost.joints));
     const solids = robotSolids(this.#chain, ghost.joints, () => colour);
-    drawSolids(layer, solids, eyeOf(this.#orbit), by, palette);
+    const moved = solids.filter(({ links }) => links.some((link) => !still.has(link)));
+    drawSolids(layer, moved, eyeOf(this.#orbit), by, palette);
     paper.save();
     paper.globalAlpha = 0.45;
     paper.setTransform(1, 0, 0, 1, 0, 0);
@@ -346,7 +351,7 @@ function robotSolids(
   const bodies = chain.robot.shapes.map((shape): Painted => {
     const colour = colourOf({ ...shape, joint: linkJoint(chain, shape.link) });
     const at = solidPose(places.get(shape.link) ?? chain.root, shape);
-    return { ...plain, solid: shape, at, colour };
+    return { ...plain, solid: shape, at, colour, links: [shape.link] };
   });
   const struts = chain.robot.struts.map((strut): Painted => {
     const first = transformed(places.get(strut.first_link) ?? chain.root, vector3(strut.first));
@@ -358,7 +363,8 @@ function robotSolids(
     const size = [strut.diameter, strut.diameter, length];
     const joint = chain.driven.findIndex((each) => each.name === strut.name);
     const colour = colourOf({ part: "joint", colour: strut.colour, joint });
-    return { ...plain, solid: { form: "cylinder", size }, at, colour };
+    const links = [strut.first_link, strut.second_link];
+    return { ...plain, solid: { form: "cylinder", size }, at, colour, links };
   });
   return [...bodies, ...struts];
 }
@@ -374,6 +380,7 @@ function objectSolid(object: SceneObject): Painted {
     alpha,
     isDashed: object.shadow === true,
     name: object.shadow ? null : object.name,
+    links: [],
   };
 }
 

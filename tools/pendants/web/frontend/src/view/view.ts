@@ -79,6 +79,8 @@ export const EMPTY: Content = {
 export type Side = "iso" | "top" | "front";
 
 export interface View {
+  /** Whether it shows the meshes of an imported robot, so that they are worth fetching. */
+  readonly drawsMeshes?: boolean;
   /** Show this content; what is the same as before costs nothing. */
   show(content: Content): void;
   /** Look from there, at all of the robot. */

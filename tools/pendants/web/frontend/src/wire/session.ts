@@ -58,6 +58,7 @@ export interface Around {
 export class Session {
   readonly cell: CellModel;
   tap: FrameTap | null = null;
+  readonly #stateListeners = new Set<(state: State) => void>();
   #around: Around;
   #events: SessionEvents;
   #link: Link | null = null;
@@ -365,7 +366,14 @@ export class Session {
     return true;
   }
 
+  /** Be told of each state, none left out as the cell's model may; returns how to end that. */
+  watchStates(told: (state: State) => void): () => void {
+    this.#stateListeners.add(told);
+    return () => this.#stateListeners.delete(told);
+  }
+
   #takeState(state: State): void {
+    for (const told of this.#stateListeners) told(state);
     const old = this.cell.value.state;
     const now = this.#around.now();
     this.cell.set({ state, stateAt: now });

@@ -1,0 +1,93 @@
+// What the robot drove of late, as STATE told it, and when its last motion began.
+import { Activity, StateField, type State } from "../protocol.ts";
+import { delayed, DrivenSeries, indexAt, type Samples } from "./series.ts";
+
+/** What is seen before a motion began, and behind where none did [s]. */
+const BEFORE = 0.2;
+/** What is seen after it ended: the controller comes to rest behind its plan [s]. */
+const AFTER = 0.5;
+const LAST = 10;
+/** States whose reports are nearer than this share of a period tell of the same one. */
+const SAME = 0.25;
+
+type Told = Pick<
+  State,
+  "sequence" | "time_s" | "time_ns" | "age" | "activity" | "valid_fields" | "positions" | "velocities"
+>;
+
+export class DrivenMotion {
+  #series: DrivenSeries;
+  #joints: number;
+  #sequence = -1;
+  #time = Number.NEGATIVE_INFINITY;
+  #wasMoving = false;
+  #start: number | null = null;
+  #end = Number.POSITIVE_INFINITY;
+
+  constructor(joints: number) {
+    this.#joints = joints;
+    this.#series = new DrivenSeries(joints);
+  }
+
+  /** Take a state; true where a planned motion began with it. */
+  take(state: Told, joints: number, period: number): boolean {
+    if (joints !== this.#joints) {
+      this.#joints = joints;
+      this.#series = new DrivenSeries(joints);
+    }
+    const needed = StateField.POSITION | StateField.VELOCITY;
+    if (state.sequence === this.#sequence || (state.valid_fields & needed) !== needed) return false;
+    this.#sequence = state.sequence;
+    // What it tells was measured when the controller reported, not when the state was sent.
+    const time = state.time_s + state.time_ns * 1e-9 - Math.max(0, state.age);
+    const isSameReport = Math.abs(time - this.#time) < SAME * period;
+    if (!isSameReport) {
+      this.#time = time;
+      this.#series.add(state.sequence, time, period, state.positions, state.velocities);
+    }
+    const isMoving = state.activity === Activity.MOVING;
+    const began = isMoving && !this.#wasMoving;
+    // A motion goes on after a pause; whatever else comes between ends it.
+    const isUnderWay = isMoving || (this.#wasMoving && isPause(state.activity));
+    if (began) [this.#start, this.#end] = [time, Number.POSITIVE_INFINITY];
+    else if (this.#wasMoving && !isUnderWay) this.#end = time;
+    this.#wasMoving = isUnderWay;
+    return began;
+  }
+
+  /** Return the last motion with its beginning at 0; the last seconds where there was none. */
+  samples(): Samples {
+    const all = this.#series.samples();
+    const last = all.times.at(-1) ?? 0;
+    const isGone = this.#start === null || this.#start < (all.times[0] ?? 0);
+    const start = isGone ? last - LAST : (this.#start ?? 0);
+    const part = isGone ? cut(all, start, last) : cut(all, start - BEFORE, this.#end + AFTER);
+    return delayed(part, -start);
+  }
+
+  clear(): void {
+    this.#series.clear();
+    this.#time = Number.NEGATIVE_INFINITY;
+    this.#start = null;
+    this.#wasMoving = false;
+  }
+}
+
+function isPause(activity: number): boolean {
+  return activity === Activity.PAUSED || activity === Activity.PAUSING;
+}
+
+/** Return the samples from a time to another. */
+function cut(samples: Samples, from: number, to: number): Samples {
+  const first = Math.max(0, indexAt(samples.times, from));
+  const end = indexAt(samples.times, to) + 1;
+  const rest = (columns: readonly Float32Array[]): Float32Array[] =>
+    columns.map((column) => column.subarray(first, end));
+  return {
+    times: samples.times.subarray(first, end),
+    positions: rest(samples.positions),
+    velocities: rest(samples.velocities),
+    accelerations: rest(samples.accelerations),
+    gaps: samples.gaps.filter((gap) => gap[1] > (samples.times[first] ?? 0) && gap[0] < to),
+  };
+}
