@@ -89,6 +89,16 @@ class Teacher:
         self.page.tap_key("KeyM", "m")
         self.page.wait("document.querySelector('.chips').innerText.includes('Automatic')")
 
+    def speed(self, percent: int) -> None:
+        """Press the chip of the speed until it says so."""
+        chip = "[...document.querySelectorAll('.chip')].find(c => c.innerText.includes('Speed'))"
+        for _ in range(4):
+            before = self.page.run(f"return {chip}.innerText")
+            if f"{percent} %" in before and f"1{percent} %" not in before:
+                return
+            self.page.run(f"{chip}.click()")
+            self.page.wait(f"{chip}.innerText !== {json.dumps(before)}")
+
     def at_rest(self) -> None:
         self.page.wait(f"{WHERE} === 'Ready'", 30)
 
@@ -146,6 +156,7 @@ def test_a_step_stops_before_the_next_line_and_a_step_back_before_its_own(teache
 
 def test_a_paused_run_stands_until_it_is_resumed(teacher: Teacher) -> None:
     teacher.automatic()
+    teacher.speed(25)
     teacher.press("Run")
     teacher.page.wait("document.querySelector('.program-row.current')")
     teacher.press("Pause")
@@ -155,6 +166,7 @@ def test_a_paused_run_stands_until_it_is_resumed(teacher: Teacher) -> None:
     teacher.page.run("return new Promise(done => setTimeout(done, 500))")
     assert teacher.page.run(place) == at
     teacher.press("Resume")
+    teacher.speed(100)
     teacher.at_rest()
     assert teacher.page.run(place) != at
 
