@@ -9,8 +9,8 @@ import { whyNoMotion } from "../jog.ts";
 import type { Desk } from "./desk.ts";
 import { problemWords, renameForm } from "./rename_form.ts";
 
-/** Entries that are made for one picture. */
-const SLICE = 30;
+/** Points that are listed at once. */
+const SLICE = 50;
 const NO_POINTS: readonly TeachPoint[] = [];
 
 export function programList(desk: Desk): Part {
@@ -88,16 +88,20 @@ export function pointList(desk: Desk): Part {
   const list = h("ul", { class: "entries" });
   let shown: readonly TeachPoint[] | null = null;
   let forms: Part[] = [];
-  // A slice a picture: a thousand entries at once would hold up the beats of what is held.
-  const more = (points: readonly TeachPoint[], from: number): void => {
-    if (points !== shown || from >= points.length) return;
+  // A slice at a time: a thousand entries at once would hold up the beats of what is held.
+  const add = (): void => {
+    const points = shown ?? NO_POINTS;
+    const from = forms.length;
     const entries = points.slice(from, from + SLICE).map((each) => pointEntry(desk, each));
     forms.push(...entries.map((each) => each.form));
     list.append(...entries.map((each) => each.element));
-    requestAnimationFrame(() => more(points, from + SLICE));
+    const left = points.length - forms.length;
+    say(more, texts.morePoints(left));
+    show(more, left > 0);
   };
+  const more = h("button", { type: "button", onclick: add });
   return {
-    element: h("div", { class: "list points" }, hint, list),
+    element: h("div", { class: "list points" }, hint, list, more),
     update(cell) {
       const points = desk.program?.points ?? NO_POINTS;
       show(hint, points.length === 0);
@@ -105,7 +109,7 @@ export function pointList(desk: Desk): Part {
         shown = points;
         forms = [];
         list.replaceChildren();
-        more(points, 0);
+        add();
       }
       for (const each of forms) each.update(cell);
     },
