@@ -9,6 +9,10 @@ import { whyNoMotion } from "../jog.ts";
 import type { Desk } from "./desk.ts";
 import { problemWords, renameForm } from "./rename_form.ts";
 
+/** Points that are listed at once. */
+const SLICE = 50;
+const NO_POINTS: readonly TeachPoint[] = [];
+
 export function programList(desk: Desk): Part {
   const { texts } = desk;
   const hint = h("p", { class: "muted" });
@@ -84,16 +88,28 @@ export function pointList(desk: Desk): Part {
   const list = h("ul", { class: "entries" });
   let shown: readonly TeachPoint[] | null = null;
   let forms: Part[] = [];
+  // A slice at a time: a thousand entries at once would hold up the beats of what is held.
+  const add = (): void => {
+    const points = shown ?? NO_POINTS;
+    const from = forms.length;
+    const entries = points.slice(from, from + SLICE).map((each) => pointEntry(desk, each));
+    forms.push(...entries.map((each) => each.form));
+    list.append(...entries.map((each) => each.element));
+    const left = points.length - forms.length;
+    say(more, texts.morePoints(left));
+    show(more, left > 0);
+  };
+  const more = h("button", { type: "button", onclick: add });
   return {
-    element: h("div", { class: "list points" }, hint, list),
+    element: h("div", { class: "list points" }, hint, list, more),
     update(cell) {
-      const points = desk.program?.points ?? [];
+      const points = desk.program?.points ?? NO_POINTS;
       show(hint, points.length === 0);
       if (points !== shown) {
         shown = points;
-        const entries = points.map((each) => pointEntry(desk, each));
-        forms = entries.map((each) => each.form);
-        list.replaceChildren(...entries.map((each) => each.element));
+        forms = [];
+        list.replaceChildren();
+        add();
       }
       for (const each of forms) each.update(cell);
     },
