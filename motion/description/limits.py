@@ -125,6 +125,25 @@ class JointLimits:
         )
 
 
+def without_rounding(
+    position: Sequence[float], limits: JointLimits, reported: JointLimits
+) -> tuple[float, ...]:
+    """Return joints of which those that a 4-byte real has carried over a bound are on the bound.
+
+    A joint that stands on its limit is reported so, and whoever sends the report back means the
+    limit.
+
+    Args:
+        position: (n,) controller-side joint position [rad or m].
+        reported: the limits as 4-byte reals, `limits.as_float32()`.
+    """
+    bounds = zip(position, limits.lower, limits.upper, reported.lower, reported.upper, strict=True)
+    return tuple(
+        min(max(value, lower), upper) if least <= value <= greatest else value
+        for value, lower, upper, least, greatest in bounds
+    )
+
+
 def float32_ceiling(value: float) -> float:
     """Return the least 4-byte real that is not below a value.
 

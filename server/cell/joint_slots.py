@@ -13,7 +13,7 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from openpendant.motion.description.limits import JointLimits
+from openpendant.motion.description.limits import JointLimits, without_rounding
 from openpendant.motion.errors import MotionError
 from openpendant.motion.pose import Array
 from openpendant.simplemsg.verdicts import VerdictCode
@@ -46,7 +46,8 @@ class JointSlots:
             if index >= dof and value != 0:
                 text = f"slot {index + 1} is {value:g}; the robot has {dof} joints"
                 return Refusal(VerdictCode.WRONG_JOINT_COUNT, text, index, value, float(dof))
-        position = tuple(map(self._without_rounding, range(dof), slots))
+        used = (0.0 if abs(value) < _SMALLEST else value for value in slots[:dof])
+        position = without_rounding(tuple(used), limits, self._rounded)
         try:
             limits.check_position(position)
         except MotionError as error:
@@ -85,16 +86,6 @@ class JointSlots:
         return Refusal(
             VerdictCode.WRONG_JOINT_COUNT, text, value=float(joint_count), limit=float(dof)
         )
-
-    def _without_rounding(self, joint: int, value: float) -> float:
-        if abs(value) < _SMALLEST:
-            return 0.0
-        lower, upper = self._limits.lower[joint], self._limits.upper[joint]
-        if upper < value <= self._rounded.upper[joint]:
-            return upper
-        if self._rounded.lower[joint] <= value < lower:
-            return lower
-        return value
 
     def velocity_fault(self, slots: Sequence[float]) -> Refusal | None:
         """Return why ten slots hold no joint velocity that the robot may have."""

@@ -10,7 +10,7 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping, Sequence
 from typing import Any, TypeAlias, cast
 
-from openpendant.motion.description.limits import JointLimits
+from openpendant.motion.description.limits import JointLimits, without_rounding
 from openpendant.motion.errors import BadArgument, MotionError
 from openpendant.motion.frames.frame_tree import BASE
 from openpendant.motion.planning.ompl_planner import OmplPlanner
@@ -83,13 +83,15 @@ class GoalReader:
         self._positions = positions
 
     def joints(self, values: Sequence[float]) -> JointVector:
-        """Return a joint position.
+        """Return a joint position, as a state of 4-byte reals may have told it.
 
         Raises:
             MotionError: it is none of this robot, or outside its limits.
         """
-        self._limits.check_position(values)
-        return tuple(map(float, values))
+        self._limits.check_finite(values, "the joint position")
+        joints = without_rounding(values, self._limits, self._limits.as_float32())
+        self._limits.check_position(joints)
+        return tuple(map(float, joints))
 
     def motion(
         self, goal: PlanGoal, start: JointVector, speed: float, cap: float | None

@@ -34,6 +34,7 @@ from ..access.connection_loads import ConnectionLoad
 from ..events.events import Port
 from .inbox import Inbox, Observations
 from .loop_share import SHARE_NS, LoopShare
+from .socket_options import PENDANT_UNANSWERED, prepare_socket
 from .waiting_line import WaitingLine
 
 log = logging.getLogger("openpendant.server")
@@ -126,7 +127,7 @@ class ClientConnection(asyncio.Protocol):
         self._transport = cast(asyncio.Transport, transport)  # uvloop's are none by class
         peer = transport.get_extra_info("peername")
         self.address = peer[0] if peer else ""
-        prepare_socket(transport.get_extra_info("socket"))
+        prepare_socket(transport.get_extra_info("socket"), PENDANT_UNANSWERED)
         if self.port is Port.PENDANT:
             self.wire = Connection(
                 Role.SERVER,
@@ -480,27 +481,3 @@ def unread(transport: asyncio.BaseTransport, most: int) -> Iterator[bytes]:
         return
     finally:
         sock.detach()
-
-
-def prepare_socket(sock: socket.socket, unanswered: int = 1_500) -> None:
-    """Send at once, keep little in the kernel, and find a dead peer within a few seconds.
-
-    Args:
-        unanswered: how long what is sent, a probe of an idle connection too, may stay unanswered
-            [ms]. An idle connection is probed each second: up to 2,000 it ends with the first
-            probe that is lost, beyond with the second.
-    """
-    if sock.family not in (socket.AF_INET, socket.AF_INET6):
-        return
-    sock.setsockopt(socket.IPPROTO_TCP, socket.TCP_NODELAY, 1)
-    sock.setsockopt(socket.SOL_SOCKET, socket.SO_KEEPALIVE, 1)
-    sock.setsockopt(socket.SOL_SOCKET, socket.SO_SNDBUF, 8 * 1024)
-    for option, value in (
-        ("TCP_KEEPIDLE", 1),
-        ("TCP_KEEPINTVL", 1),
-        ("TCP_KEEPCNT", 2),
-        ("TCP_USER_TIMEOUT", unanswered),
-    ):
-        number = getattr(socket, option, None)
-        if number is not None:
-            sock.setsockopt(socket.IPPROTO_TCP, number, value)

@@ -39,20 +39,14 @@ from ..events.events import ControllerGarbled, ControllerReport, Event, PathChan
 from ..settings.cell_settings import CellSettings, ControllerLink, ControllerPath
 from ..settings.config_file import ConfigurationError
 from ..settings.server_settings import ServerSettings
-from .client_connection import prepare_socket
 from .inbox import Inbox, Observations
+from .socket_options import CONTROLLER_UNANSWERED, prepare_socket
 
 log = logging.getLogger("openpendant.server")
 
 _REPLY = CommType.REPLY
 _CONNECT_TIMEOUT = 2.0
 _FAREWELL = 0.25
-UNANSWERED = 2_500
-"""Longest silence of the controller's network stack [ms]: one lost probe ends no idle link.
-
-Motion and stop link are idle between motions; in a motion, replies and feedback have far shorter
-deadlines of their own.
-"""
 
 TURN_NS = 1_500_000
 """Processor time of a turn [ns]. The message during which it is used up is the turn's last, so that
@@ -161,7 +155,7 @@ class ControllerConnection(asyncio.Protocol):
 
     def connection_made(self, transport: asyncio.BaseTransport) -> None:
         """Begin a conversation and tell the core."""
-        prepare_socket(transport.get_extra_info("socket"), UNANSWERED)
+        prepare_socket(transport.get_extra_info("socket"), CONTROLLER_UNANSWERED)
         _bound_receive_buffer(transport.get_extra_info("socket"))
         self._deliver = self._inbox.entrance(self._cell)
         self._is_noted = self._inbox.is_noted  # as in a client's connection

@@ -99,7 +99,8 @@ class PageRig:
         self._start(
             *("serve", "--robot", ROBOT, "--controller", f"127.0.0.1:{self.tap.port}:{state}"),
             *("--signals", "openpendant", "--emulated", "--pendant-port", self.server),
-            *("--ros-motion-port", "off", "--ros-state-port", "off", "--store", "off"),
+            *("--ros-motion-port", "off", "--ros-state-port", "off"),
+            *("--store", self._folder / "store.db"),
         )
         _wait_for(self.server)
         self._start("web", "--server", f"127.0.0.1:{self.server}", "--port", self.gateway)

@@ -93,6 +93,10 @@ class Bench:
         self._rig = rig
         with SyncPendantClient.connect("127.0.0.1", rig.pendant_port) as pendant:
             pendant.wait_until(lambda state: state.motion_possible == 1, within=PATIENCE)
+            # From now on the process that answers runs.
+            pendant.kinematics.ik(
+                {"position": (0.0, 0.75, 0.5), "orientation": (1.0, 0.0, 0.0, 0.0)}
+            )
 
     def run(self, *arguments: str) -> Demonstration:
         """Run the example; where the robot stood is known when the emulator has ended."""

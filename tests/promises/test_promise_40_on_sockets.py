@@ -2,6 +2,7 @@
 
 import asyncio
 import time
+from collections.abc import Iterator
 from contextlib import suppress
 from dataclasses import replace
 from pathlib import Path
@@ -44,32 +45,33 @@ def test_what_is_asked_is_what_is_promised() -> None:
     assert [asking.most for asking in ASKINGS] == [reply.ms for reply in REPLIES]
 
 
+@pytest.fixture
+def port(asking: Asking, monkeypatch: pytest.MonkeyPatch) -> Iterator[int]:
+    """The pendant port of a server with the robot that is asked about."""
+    monkeypatch.setattr(questions, "process", begun)
+    with served(asking.robot) as port:
+        yield port
+
+
 @pytest.mark.parametrize(("asking", "reply", "trials", "seconds", "slack"), TRIALS)
 def test_promise_40_thirty_pages_ask_beside_a_robot_that_moves(
-    asking: Asking,
-    reply: Figure,
-    trials: int,
-    seconds: float,
-    slack: float,
-    monkeypatch: pytest.MonkeyPatch,
+    port: int, asking: Asking, reply: Figure, trials: int, seconds: float, slack: float
 ) -> None:
-    monkeypatch.setattr(questions, "process", begun)
     figures = Figures(f"{PAGES} pages ask for {asking.title}, reply")
-    with served(asking.robot) as port:
 
-        def seen(**how: Any) -> Any:
-            return asyncio.run(observed(port, asking, seconds, pages=PAGES, **how))
+    def seen(**how: Any) -> Any:
+        return asyncio.run(observed(port, asking, seconds, pages=PAGES, **how))
 
-        alone, beside = seen(are_silent=True), []
-        assert alone.moving > MOVES
-        while figures.need_more(trials, reply.ms, slack):
-            began = time.monotonic_ns()
-            account = seen()
-            assert account.refused == []
-            assert account.moving > MOVES
-            figures.take(began, *account.replies)
-            figures.idle += account.idle
-            beside += account.late
+    alone, beside = seen(are_silent=True), []
+    assert alone.moving > MOVES
+    while figures.need_more(trials, reply.ms, slack):
+        began = time.monotonic_ns()
+        account = seen()
+        assert account.refused == []
+        assert account.moving > MOVES
+        figures.take(began, *account.replies)
+        figures.idle += account.idle
+        beside += account.late
     late, before = p99(beside), p99(alone.late)
     tell(f"ticks p99 {late:.2f} ms late, without questions {before:.2f} ms")
     figures.judge(reply.ms, slack=slack)

@@ -5,6 +5,8 @@ import signal
 import subprocess
 import sys
 from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+from dataclasses import dataclass
 from pathlib import Path
 
 import pytest
@@ -24,24 +26,35 @@ Open = Callable[..., TerminalWindow]
 
 @pytest.fixture
 def mark(tmp_path: Path) -> str:
-    return f"OPENPENDANT_START_TEST={tmp_path}"
+    return marked(tmp_path)
 
 
 @pytest.fixture
-def opened(tmp_path: Path, mark: str) -> Iterator[Open]:
+def opened(tmp_path: Path) -> Iterator[Open]:
     """Open a window of a terminal with a command in it."""
-    windows: list[TerminalWindow] = []
+    with windows(tmp_path) as opens:
+        yield opens
+
+
+def marked(folder: Path) -> str:
+    return f"OPENPENDANT_START_TEST={folder}"
+
+
+@contextmanager
+def windows(folder: Path) -> Iterator[Open]:
+    """Leave nothing of what is opened in a folder."""
+    opened: list[TerminalWindow] = []
+    name, _, value = marked(folder).partition("=")
 
     def open_window(*command: str) -> TerminalWindow:
-        name, _, value = mark.partition("=")
-        environment = {name: value, "XDG_DATA_HOME": str(tmp_path / "data")}
-        windows.append(TerminalWindow(list(command), environment=environment, folder=tmp_path))
-        return windows[-1]
+        environment = {name: value, "XDG_DATA_HOME": str(folder / "data")}
+        opened.append(TerminalWindow(list(command), environment=environment, folder=folder))
+        return opened[-1]
 
     yield open_window
-    for window in windows:
+    for window in opened:
         window.close()
-    for pid in processes_marked(mark):
+    for pid in processes_marked(marked(folder)):
         os.kill(pid, signal.SIGKILL)
 
 
@@ -171,12 +184,32 @@ def test_the_cell_starts_in_t1_and_is_never_taken_for_a_real_one(tmp_path: Path)
     assert "127.0.0.1:12000:12002" in command
 
 
-def test_a_newcomer_jogs_after_three_keys_that_the_screen_names(opened: Open, mark: str) -> None:
-    """The real parts on 80 columns and 24 rows: the screen names each key before it is struck."""
-    window = opened(
-        *(sys.executable, "-m", "openpendant.tools", "start"),
-        *("--robot", "ur5", "--pendant-port", "0", "--store", "off", "--logs", "logs"),
-    )
+@dataclass
+class Newcomer:
+    """A window of 80 columns and 24 rows with the real parts in it, and their mark."""
+
+    window: TerminalWindow
+    mark: str
+
+
+@pytest.fixture(scope="module")
+def newcomer(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Newcomer]:
+    folder = tmp_path_factory.mktemp("newcomer")
+    with windows(folder) as opens:
+        window = opens(
+            *(sys.executable, "-m", "openpendant.tools", "start"),
+            *("--robot", "ur5", "--pendant-port", "0", "--store", "off", "--logs", "logs"),
+        )
+        yield Newcomer(window, marked(folder))
+
+
+def test_a_newcomer_is_shown_the_first_key(newcomer: Newcomer) -> None:
+    newcomer.window.until(lambda shown: "c takes control" in shown)
+
+
+def test_a_newcomer_jogs_after_three_keys_that_the_screen_names(newcomer: Newcomer) -> None:
+    """The screen names each key before it is struck."""
+    window = newcomer.window
     window.until(lambda shown: "c takes control" in shown)
     window.strike("c")
     window.until(lambda shown: "v holds" in shown and "c takes control" not in shown)
@@ -184,8 +217,13 @@ def test_a_newcomer_jogs_after_three_keys_that_the_screen_names(opened: Open, ma
     window.until(lambda shown: "1:q/a" in shown and "HELD" in shown)
     window.strike("q")
     window.until(lambda shown: "1 Base             0.50 °" in shown)
+
+
+def test_a_newcomer_leaves_and_all_three_have_ended(newcomer: Newcomer) -> None:
+    window = newcomer.window
+    window.until(lambda shown: "Base" in shown)
     window.strike("\x11")
     assert window.ended() == 0
     assert window.is_as_before
-    assert left_over(mark, PATIENCE) == {}
+    assert left_over(newcomer.mark, PATIENCE) == {}
     assert "cell file and logs: logs" in window.until(lambda shown: "all three" in shown)

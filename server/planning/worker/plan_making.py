@@ -15,7 +15,7 @@ from typing import TypeAlias
 
 import numpy as np
 
-from openpendant.motion.description.limits import JointLimits
+from openpendant.motion.description.limits import JointLimits, without_rounding
 from openpendant.motion.errors import BadArgument, MotionError, NotTimeable
 from openpendant.motion.frames.frame_tree import BASE
 from openpendant.motion.kinematics.ik.ik import branch_of
@@ -140,9 +140,13 @@ def _placed(kinematics: Kinematics, job: PlanJob) -> PoseJob | JointPathJob | Fr
     """
     motion = job.motion
     if isinstance(motion, JointPathJob):
+        limits, reported = kinematics.limits, kinematics.limits.as_float32()
         for waypoint in motion.waypoints:
-            kinematics.limits.check_position(waypoint)
-        return motion
+            limits.check_finite(waypoint, "the joint position")
+        waypoints = tuple(without_rounding(each, limits, reported) for each in motion.waypoints)
+        for waypoint in waypoints:
+            limits.check_position(waypoint)
+        return replace(motion, waypoints=waypoints)
     if isinstance(motion, PoseJob):
         goals = enumerate(motion.goals, start=1)
         return replace(

@@ -4,14 +4,16 @@ Run in a network of its own (`unshare --net`), whose loopback it takes down. Pri
 for each of two connections: one as the server keeps pendants, one as it keeps the controller.
 """
 
-import inspect
 import socket
 import subprocess
 import sys
 import time
 
-from openpendant.server.shell.client_connection import prepare_socket
-from openpendant.server.shell.controller_connection import UNANSWERED
+from openpendant.server.shell.socket_options import (
+    CONTROLLER_UNANSWERED,
+    PENDANT_UNANSWERED,
+    prepare_socket,
+)
 
 
 def loopback(state: str) -> None:
@@ -32,7 +34,7 @@ loopback("up")
 began = time.monotonic()
 listening = socket.create_server(("127.0.0.1", 0))
 connections, peers = [], []
-for unanswered in (inspect.signature(prepare_socket).parameters["unanswered"].default, UNANSWERED):
+for unanswered in (PENDANT_UNANSWERED, CONTROLLER_UNANSWERED):
     connections.append(socket.create_connection(listening.getsockname()))
     prepare_socket(connections[-1], unanswered)
     peers.append(listening.accept())

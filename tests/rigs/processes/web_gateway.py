@@ -4,12 +4,13 @@ import asyncio
 import base64
 import os
 import socket
+import ssl
 from collections.abc import AsyncIterator, Sequence
 from contextlib import asynccontextmanager
 from pathlib import Path
 from typing import TypeVar
 
-from aiohttp import ClientSession, ClientWebSocketResponse, ClientWSTimeout, WSMsgType
+from aiohttp import ClientSession, ClientWebSocketResponse, ClientWSTimeout, TCPConnector, WSMsgType
 
 from openpendant.simplemsg import PENDANT, ByteOrder, Connection, Message, Role
 from openpendant.simplemsg.pendant import MAX_PENDANT_FRAME
@@ -104,17 +105,23 @@ async def running_gateway(
     identity: GatewayIdentity | None = None,
     page: Path | None = None,
     own_address: str = "",
+    tls: ssl.SSLContext | None = None,
+    trusted: ssl.SSLContext | None = None,
     **settings: object,
 ) -> AsyncIterator[GatewayRig]:
-    """Run a gateway in front of the server at a port of this machine, named `cell`."""
+    """Run a gateway in front of the server at a port of this machine, named `cell`.
+
+    Args:
+        tls: of the gateway's own certificate, which its tabs trust by `trusted`.
+    """
     data = {"port": 0, "servers": [{"name": "cell", "address": f"{LOOPBACK}:{port}"}], **settings}
     if identity is not None:
         data["gateway"] = {"name": identity.name, "secret_file": "not read here"}
     checked = settings_of(data, "test")
     servers = [Server.of(each, own_address) for each in checked.servers]
     folder = page or Path("no such folder")
-    gateway = WebGateway(checked, servers, identity, None, folder)
-    async with ClientSession() as session:
+    gateway = WebGateway(checked, servers, identity, tls, folder)
+    async with ClientSession(connector=TCPConnector(ssl=trusted or True)) as session:
         rig = GatewayRig(gateway, await gateway.start(), session)
         try:
             yield rig

@@ -151,6 +151,22 @@ def test_a_plan_around_obstacles_is_found_where_the_straight_way_is_barred(
     assert by_pose["end_pose"]["position"] == pytest.approx(made["end_pose"]["position"], abs=1e-4)
 
 
+@pytest.mark.parametrize("kind", ["ptp", "path"])
+def test_a_joint_that_was_told_in_four_bytes_to_be_on_its_limit_is_planned_to_the_limit(
+    cell: PlansCell, kind: str
+) -> None:
+    limit = cell.limits.upper[5]
+    told = float(np.float32(limit))
+    assert told > limit
+    goal = [*cell.home[:5], told]
+    plan = cell.plan(goal=ptp(goal) if kind == "ptp" else {"kind": "path", "waypoints": [goal]})
+    assert cell.samples(plan)[-1][6] == limit
+    beyond = float(np.nextafter(np.float32(limit), np.float32(10.0)))
+    goal = [*cell.home[:5], beyond]
+    refused = cell.make(goal=ptp(goal) if kind == "ptp" else {"kind": "path", "waypoints": [goal]})
+    assert (refused["code"], refused["joint"], refused["limit"]) == (V.OUT_OF_RANGE, 5, limit)
+
+
 REFUSED: dict[str, tuple[dict[str, Any], V, str]] = {
     "kind": ({"goal": {"kind": "fly"}}, V.BAD_ARGUMENT, "'ptp', 'lin', 'path', 'free', 'position'"),
     "planner": (

@@ -18,9 +18,10 @@ from openpendant.controller_emulator.shell import links
 from openpendant.server.events.events import ControllerReport, Port
 from openpendant.server.refusal import Refusal
 from openpendant.server.settings.cell_settings import CellSettings, ControllerLink, ControllerPath
-from openpendant.server.shell.client_connection import ClientConnection, prepare_socket
+from openpendant.server.shell.client_connection import ClientConnection
 from openpendant.server.shell.clients import MOST_ORDERS, MOST_TURNED_AWAY, Clients, Rejections
-from openpendant.server.shell.controller_connection import UNANSWERED, ControllerConnection
+from openpendant.server.shell.controller_connection import ControllerConnection
+from openpendant.server.shell.socket_options import CONTROLLER_UNANSWERED, prepare_socket
 from openpendant.simplemsg import (
     STANDARD,
     ByteOrder,
@@ -192,7 +193,7 @@ def option(sock: socket.socket, name: str) -> int:
 def test_a_link_between_server_and_controller_ends_with_the_second_lost_probe(side: str) -> None:
     with socket.socket() as sock:
         if side == "server":
-            prepare_socket(sock, UNANSWERED)
+            prepare_socket(sock, CONTROLLER_UNANSWERED)
         else:
             links._prepare(sock)
         first = option(sock, "TCP_KEEPIDLE")

@@ -142,7 +142,13 @@ def _cut(stream: bytes, sizes: list[int]) -> list[Segment]:
 SIZES = [[1], [7], [3, 50, 1], [1400], [16, 4]]
 
 
-# All that is read with the usual options, in one run of tshark.
+# All that is read with the usual options, in two runs of tshark.
+
+
+@pytest.fixture(scope="module")
+def recorded(script: Path, tmp_path_factory: pytest.TempPathFactory) -> dict[str, list[Dissected]]:
+    parts = {name: _each_alone(PACKETS[name][0]()) for name in ("golden", "captures")}
+    return dissect_parts(script, tmp_path_factory.mktemp("recorded") / "parts.pcap", parts)
 
 
 @pytest.fixture(name="dissected", scope="module")
@@ -152,7 +158,7 @@ def _dissected(
     whole = _some_frames()[10]
     assert len(whole) == 60
     parts = {
-        **{name: _each_alone(packets()) for name, (packets, _) in PACKETS.items()},
+        "exported": _each_alone(_exported_packets()),
         "texts": [Segment(frame, port=11010) for frame, _ in TEXT_PACKETS],
         **{f"{n} groups": [Segment(frame) for frame, _ in _with_groups(n)] for n in MEANT},
         **{f"cut {sizes}": _cut(b"".join(_some_frames()), sizes) for sizes in SIZES},
@@ -161,14 +167,17 @@ def _dissected(
     return dissect_parts(script, tmp_path_factory.mktemp("parts") / "parts.pcap", parts)
 
 
-@pytest.mark.parametrize("name", PACKETS)
+@pytest.mark.parametrize(
+    ("name", "run"),
+    [("golden", "recorded"), ("captures", "recorded"), ("exported", "dissected")],
+)
 def test_every_field_equals_what_our_codec_decodes(
-    name: str, dissected: dict[str, list[Dissected]]
+    name: str, run: str, request: pytest.FixtureRequest
 ) -> None:
     made, least = PACKETS[name]
-    packets = made()
-    assert len(dissected[name]) == len(packets) >= least
-    assert _differences(dissected[name], packets) == []
+    packets, dissected = made(), request.getfixturevalue(run)[name]
+    assert len(dissected) == len(packets) >= least
+    assert _differences(dissected, packets) == []
 
 
 def test_a_text_is_malformed_exactly_where_it_is_not_utf_8(

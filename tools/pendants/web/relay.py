@@ -20,8 +20,11 @@ from .admission import Asked, Browser, NotAdmitted, PageAdmission
 from .backlog import Backlog, TooSlow
 from .server_link import GatewayIdentity, NotForwarded, Server, ServerLink, dial
 
-PATH = "/servers/{server}"
-"""Where a page opens its WebSocket, by the name of a server; `/servers` lists the names."""
+PATH = "/servers/{server:.*}"
+"""Where a page opens its WebSocket, by the name of a server; `/servers` lists the names.
+
+Without a name it is the first one's: so a page that never had the list finds its only server.
+"""
 
 MOST_PAIRS = 256
 """WebSockets at once; a server takes no more connections either."""
@@ -238,7 +241,8 @@ class BrowserRelay:
 
     async def _open(self, request: web.Request) -> web.StreamResponse:
         """Pair a page's WebSocket with the server that it names, until one of the two is over."""
-        server = self._servers.get(request.match_info["server"])
+        name = request.match_info["server"] or next(iter(self._servers))
+        server = self._servers.get(name)
         if server is None:
             raise web.HTTPNotFound(text="no server of this name; /servers lists them\n")
         if len(self._pairs) >= MOST_PAIRS:

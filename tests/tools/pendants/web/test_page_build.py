@@ -1,5 +1,6 @@
 """The build of the page with a Node.js and an npm that only write down what they are asked."""
 
+import importlib.util
 import os
 import sys
 from pathlib import Path
@@ -42,7 +43,7 @@ def log(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
     monkeypatch.setenv("LOG", str(tmp_path / "log"))
     monkeypatch.setattr(page_build, "FRONTEND", frontend)
     monkeypatch.setattr(page_build, "PAGE", tmp_path / "page")
-    monkeypatch.setattr(page_build.importlib.util, "find_spec", lambda name: None)
+    monkeypatch.setattr(importlib.util, "find_spec", lambda name: None)
     (tmp_path / "log").write_text("")
     return tmp_path / "log"
 
@@ -147,7 +148,7 @@ def test_node_of_the_wheel_is_called_by_its_own_npm(
     class Found:
         origin = str(package / "__init__.py")
 
-    monkeypatch.setattr(page_build.importlib.util, "find_spec", lambda name: Found)
+    monkeypatch.setattr(importlib.util, "find_spec", lambda name: Found)
     tools = node_tools()
     assert tools is not None
     assert tools.npm == (str(package / "bin" / "node"), str(npm))

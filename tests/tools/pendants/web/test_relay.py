@@ -1,11 +1,14 @@
 """The gateway between tabs and a server that does as it is told."""
 
 import asyncio
+import ssl
 from collections.abc import AsyncIterator
+from pathlib import Path
 
 import pytest
 from aiohttp import WSServerHandshakeError
 from rigs.peers.loopback_peers import PING, PONG, Server, Stream
+from rigs.peers.tls_certificates import make_certificate
 from rigs.processes.web_gateway import (
     LOOPBACK,
     SECRET,
@@ -145,6 +148,21 @@ async def test_what_a_known_proxy_states_is_what_the_server_is_told(
         stream.write(BELIEVED)
 
 
+async def test_a_page_that_came_by_the_gateways_own_tls_is_said_to_have(
+    server: Server, tmp_path: Path
+) -> None:
+    certificate, key = make_certificate(tmp_path)
+    own = ssl.create_default_context(ssl.Purpose.CLIENT_AUTH)
+    own.load_cert_chain(certificate, key)
+    trusted = ssl.create_default_context(cafile=str(certificate))
+    async with running_gateway(server.port, WEB, tls=own, trusted=trusted) as rig:
+        assert rig.page.startswith("https://")
+        await rig.tab()
+        stream = await server.next()
+        assert await forwarded(stream) == Forwarded("web", SECRET, "127.0.0.1", 1)
+        stream.write(BELIEVED)
+
+
 # What ends a pair, and no other.
 
 NO_FRAMES: dict[str, bytes | str] = {
@@ -238,6 +256,13 @@ async def test_a_server_that_nobody_named_is_not_dialled(server: Server) -> None
         answer = await rig.session.get(f"{rig.page}servers")
         listed = {"name": "cell", "address": f"127.0.0.1:{server.port}"}
         assert await answer.json() == {"servers": [listed]}
+
+
+@pytest.mark.parametrize("name", ["", "cell"])
+async def test_a_page_that_knows_no_name_gets_the_first_server(server: Server, name: str) -> None:
+    async with running_gateway(server.port) as rig:
+        await (await rig.tab(name)).send(PING)
+        assert await (await server.next()).read(16) == PING
 
 
 async def test_no_more_pairs_than_a_server_has_places(

@@ -10,7 +10,7 @@ import pytest
 from rigs.processes.node import LEAST, node
 
 FRONTEND = Path(__file__).parents[4] / "tools" / "pendants" / "web" / "frontend"
-FILES = ("enabling", "hold", "keys", "link", "page")
+FILES = ("enabling", "hold", "keys", "link", "page", "teach")
 
 
 FAULTS = tomllib.loads(Path(__file__).with_name("typescript_faults.toml").read_text("utf-8"))

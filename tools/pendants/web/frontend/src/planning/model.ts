@@ -46,7 +46,7 @@ export class PlanModel extends Observable<Shown> {
   constructor(app: App) {
     super({ preview: NO_PREVIEW, motion: null, time: 0, isPlaying: false, rate: 1, isWatched: false });
     this.#app = app;
-    app.session.listeners.add((message) => this.#told(message));
+    app.session.listen((message) => this.#told(message));
     app.cell.watch((cell) => {
       if (cell.stage === "up") return;
       const { preview } = this.value;

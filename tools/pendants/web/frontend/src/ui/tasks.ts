@@ -5,6 +5,7 @@ import { packetsTask } from "../panels/packets.ts";
 import { planTask } from "../panels/plan.ts";
 import { plotsTask } from "../panels/plots.ts";
 import { sceneTask } from "../panels/scene.ts";
+import { teachTask } from "../panels/teach.ts";
 import type { MakeTask, Task } from "./app.ts";
 import type { IconName } from "./icons.ts";
 
@@ -16,6 +17,7 @@ export interface TaskEntry {
 
 export const TASKS: readonly TaskEntry[] = [
   { task: "jog", icon: "jog", make: jogTask },
+  { task: "teach", icon: "teach", make: teachTask },
   { task: "plan", icon: "plan", make: planTask },
   { task: "scene", icon: "scene", make: sceneTask },
   { task: "frames", icon: "frames", make: numbersTask },

@@ -58,8 +58,6 @@ export interface Around {
 export class Session {
   readonly cell: CellModel;
   tap: FrameTap | null = null;
-  /** Hear every message that is no answer. */
-  readonly listeners = new Set<(message: Message) => void>();
   readonly #stateListeners = new Set<(state: State) => void>();
   #around: Around;
   #events: SessionEvents;
@@ -70,6 +68,7 @@ export class Session {
   #tries = 0;
   #timers = new Set<ReturnType<typeof setTimeout>>();
   #whyDue = false;
+  #listeners = new Set<(message: Message) => void>();
   #pingAt = 0;
   #helloed: ((reply: HelloReply | Refusal) => void) | null = null;
 
@@ -140,6 +139,18 @@ export class Session {
 
   call<Op extends keyof Operations>(request: Operations[Op][0]): Promise<Operations[Op][1]> {
     return this.#needed().call<Op>(request);
+  }
+
+  callMotion<Op extends keyof Operations>(
+    request: Operations[Op][0],
+  ): Promise<{ reply: Operations[Op][1]; ended: Promise<Message> }> {
+    return this.#needed().callMotion<Op>(request);
+  }
+
+  /** Be told of messages that are no answers; returns how to end that. */
+  listen(told: (message: Message) => void): () => void {
+    this.#listeners.add(told);
+    return () => this.#listeners.delete(told);
   }
 
   /** Stop the robot: at once, whatever is open. */
@@ -344,7 +355,7 @@ export class Session {
         break;
     }
     this.#events.told(message);
-    for (const each of this.listeners) each(message);
+    for (const each of this.#listeners) each(message);
   }
 
   #isHelloAnswer(message: Message): boolean {
