@@ -117,7 +117,7 @@ def test_a_way_round_a_pillar_is_planned_looked_at_and_executed(plans: Page) -> 
     assert "box" in facts
     plans.run("document.querySelector('.moment.nearest').click()")
     seconds = "parseFloat(document.querySelector('.preview-bar .time').innerText)"
-    assert plans.run(f"return {seconds}") > 0
+    plans.wait(f"{seconds} > 0")
     _execute(plans)
     assert abs(_tool(plans)[2] - 1868.0) < 0.5
 
