@@ -71,7 +71,7 @@ def test_pressing_a_byte_marks_its_field(packets: Page) -> None:
 def test_a_paused_list_stands_still_while_frames_come(packets: Page) -> None:
     packets.run("document.querySelector('[data-kind=all]').click()")
     packets.wait(f"{SHOWN}.length > 5 && document.querySelector('.packets footer').innerText")
-    packets.wait(f"{SHOWN}.length > 15")
+    packets.wait("document.querySelector('button.packet.state:not([hidden])') !== null")
     packets.run("document.querySelector('.pause').click()")
     last = f"{SHOWN}.at(-1).dataset.number"
     before = packets.run(f"return {last}")
@@ -83,6 +83,7 @@ def test_a_paused_list_stands_still_while_frames_come(packets: Page) -> None:
 
 def test_a_refusal_is_found_among_all_frames(packets: Page) -> None:
     packets.run("document.querySelector('[data-task=jog]').click()")
+    packets.wait("document.querySelector('.jog')?.offsetParent")
     told = "document.querySelectorAll('.tool-place td')[2].innerText"
     height = float(packets.run(f"return parseFloat({told})"))
     here = "home" if abs(height - 992.0) < 1.0 else "zero"
@@ -95,6 +96,7 @@ def test_a_refusal_is_found_among_all_frames(packets: Page) -> None:
     )
     packets.wait("document.querySelector('.verdict').innerText.includes('cannot run')")
     packets.run("document.querySelector('[data-task=packets]').click()")
+    packets.wait("document.querySelector('[data-kind=refused]') !== null")
     packets.run("document.querySelector('[data-kind=refused]').click()")
     packets.wait(f"{SHOWN}.some(each => each.innerText.includes('NO_MOTION'))")
     assert packets.run(f"return {SHOWN}.every(each => each.classList.contains('refused'))")

@@ -26,13 +26,14 @@ def plans(page_rig: PageRig) -> Page:
         page.run("for (const _ of [1, 2]) document.querySelector('.remove').click()")
         page.wait(f"document.querySelectorAll('.object').length === {count - 1}")
     _task(page, "plan")
-    page.wait("document.querySelector('.plan select').options.length > 1")
+    page.wait("document.querySelector('.plan select')?.options.length > 1")
     return page
 
 
 def _task(page: Page, name: str) -> None:
     page.run(f"document.querySelector('[data-task={name}]').click()")
     page.wait(f"document.querySelector('[data-task={name}].chosen') !== null")
+    page.wait(f"document.querySelector('.panel .{name}') !== null")
 
 
 def _goal(page: Page, name: str, way: str = "ptp") -> None:
