@@ -82,23 +82,19 @@ def test_a_paused_list_stands_still_while_frames_come(packets: Page) -> None:
 
 
 def test_a_refusal_is_found_among_all_frames(packets: Page) -> None:
-    packets.run("document.querySelector('[data-task=jog]').click()")
-    packets.wait("document.querySelector('.jog')?.offsetParent")
-    told = "document.querySelectorAll('.tool-place td')[2].innerText"
-    height = float(packets.run(f"return parseFloat({told})"))
-    here = "home" if abs(height - 992.0) < 1.0 else "zero"
     packets.run("document.querySelector('[data-task=plan]').click()")
     packets.wait("document.querySelector('.plan select')?.options.length > 1")
     packets.run(
-        f"const goal = document.querySelector('.plan select'); goal.value = '{here}';"
+        "const goal = document.querySelector('.plan select'); goal.value = '';"
         "goal.dispatchEvent(new Event('change'));"
-        "document.querySelector('.plan .acts button').click()"
+        "const box = document.querySelector('.reach input'); box.value = '5000';"
+        "box.dispatchEvent(new Event('change'))"
     )
-    packets.wait("document.querySelector('.verdict').innerText.includes('cannot run')")
+    packets.wait("document.querySelector('.reach .told.bad') !== null")
     packets.run("document.querySelector('[data-task=packets]').click()")
     packets.wait("document.querySelector('[data-kind=refused]') !== null")
     packets.run("document.querySelector('[data-kind=refused]').click()")
-    packets.wait(f"{SHOWN}.some(each => each.innerText.includes('NO_MOTION'))")
+    packets.wait(f"{SHOWN}.some(each => each.innerText.includes('UNREACHABLE'))")
     assert packets.run(f"return {SHOWN}.every(each => each.classList.contains('refused'))")
 
 
