@@ -79,7 +79,7 @@ conformance: $(VENV)/dev.stamp
 	$(PY) -m pytest -m conformance $(PYTEST_ARGS)
 
 ## browser  build the page and run the tests in real browsers
-browser: $(VENV)/dev.stamp
+browser: $(VENV)/browser.stamp
 	$(PY) $(PAGE_BUILD) --fetch-node --check
 	$(PY) -m pytest tests/browser $(PYTEST_ARGS)
 
@@ -160,6 +160,11 @@ $(VENV)/fuzz.stamp: $(VENV)/dev.stamp
 # TypeScript need it, and are skipped without.
 $(VENV)/node.stamp: $(VENV)/dev.stamp
 	$(call install,server$(comma)plot$(comma)terminal$(comma)dev$(comma)node)
+	@touch $@
+
+# What drives a real browser; the browser itself is the machine's.
+$(VENV)/browser.stamp: $(VENV)/dev.stamp
+	$(call install,server$(comma)plot$(comma)terminal$(comma)dev$(comma)browser)
 	@touch $@
 
 comma := ,

@@ -31,14 +31,16 @@ class MotionTap:
         self.port = 0
         self._target = target
         self._seen: list[Seen] = []
-        self._loop = asyncio.new_event_loop()
+        self._loop: asyncio.AbstractEventLoop | None = None
+        self._is_over = asyncio.Event()
         self._up = threading.Event()
         self._thread = threading.Thread(target=self._run, daemon=True)
         self._thread.start()
         self._up.wait(10)
 
     def close(self) -> None:
-        self._loop.call_soon_threadsafe(self._loop.stop)
+        if self._loop is not None:
+            self._loop.call_soon_threadsafe(self._is_over.set)
         self._thread.join(10)
 
     def forget(self) -> None:
@@ -70,14 +72,15 @@ class MotionTap:
         return first[0] - after, first[1]
 
     def _run(self) -> None:
-        asyncio.set_event_loop(self._loop)
-        self._loop.run_until_complete(self._listen())
-        self._up.set()
-        self._loop.run_forever()
+        asyncio.run(self._listen())
 
     async def _listen(self) -> None:
+        self._loop = asyncio.get_running_loop()
         server = await asyncio.start_server(self._relay, "127.0.0.1", 0)
         self.port = server.sockets[0].getsockname()[1]
+        self._up.set()
+        await self._is_over.wait()
+        server.close()
 
     async def _relay(self, reader: asyncio.StreamReader, writer: asyncio.StreamWriter) -> None:
         try:

@@ -198,8 +198,13 @@ class Page:
     def wait(self, condition: str, within: float = 10.0) -> None:
         until = time.monotonic() + within
         while not self.run(f"return Boolean({condition})"):
-            assert time.monotonic() < until, f"not within {within:g} s: {condition}"
+            if time.monotonic() >= until:
+                raise AssertionError(f"not within {within:g} s: {condition}; {self.told()}")
             time.sleep(0.02)
+
+    def told(self) -> str:
+        """Return what the chips and the banner say, for whoever reads why a test failed."""
+        return " / ".join(self.text(part) for part in (".chips", ".banners")).replace("\n", " ")
 
     def key(self, down: bool, code: str, key: str, modifiers: int = 0) -> None:
         kind = "keyDown" if down else "keyUp"

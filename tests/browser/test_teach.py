@@ -25,7 +25,8 @@ class Teacher:
 
     def __init__(self, page: Page) -> None:
         self.page = page
-        self.name = f"taught {next(NUMBERS)}"
+        self.number = next(NUMBERS)
+        self.name = f"taught {self.number}"
 
     def press(self, words: str, where: str = ".teach") -> None:
         """Press the button with these words, once it is on."""
@@ -54,13 +55,17 @@ class Teacher:
         self.page.wait(f"{ROWS}.length === {rows + 1}")
 
     def jog(self, digit: str) -> None:
-        before = self.page.text(".chips")
-        assert "You" in before
-        self.page.key(True, f"Digit{digit}", digit)
-        self.page.jogs()
-        self.page.run("return new Promise(done => setTimeout(done, 700))")
-        self.page.key(False, f"Digit{digit}", digit)
-        self.page.stands()
+        """Jog an axis for a while; every other teacher the other way, far from the limits."""
+        page = self.page
+        shift = 8 if self.number % 2 else 0
+        page.key(False, "KeyV", "v")
+        page.key(True, "KeyV", "v")
+        page.wait("document.querySelector('.enabling.on')")
+        page.key(True, f"Digit{digit}", digit, shift)
+        page.jogs()
+        page.run("return new Promise(done => setTimeout(done, 700))")
+        page.key(False, f"Digit{digit}", digit, shift)
+        page.stands()
 
     def row_count(self) -> int:
         return int(self.page.run(f"return {ROWS}.length"))
@@ -83,6 +88,16 @@ class Teacher:
         self.page.let_all_go()
         self.page.tap_key("KeyM", "m")
         self.page.wait("document.querySelector('.chips').innerText.includes('Automatic')")
+
+    def speed(self, percent: int) -> None:
+        """Press the chip of the speed until it says so."""
+        chip = "[...document.querySelectorAll('.chip')].find(c => c.innerText.includes('Speed'))"
+        for _ in range(4):
+            before = self.page.run(f"return {chip}.innerText")
+            if f"{percent} %" in before and f"1{percent} %" not in before:
+                return
+            self.page.run(f"{chip}.click()")
+            self.page.wait(f"{chip}.innerText !== {json.dumps(before)}")
 
     def at_rest(self) -> None:
         self.page.wait(f"{WHERE} === 'Ready'", 30)
@@ -141,6 +156,7 @@ def test_a_step_stops_before_the_next_line_and_a_step_back_before_its_own(teache
 
 def test_a_paused_run_stands_until_it_is_resumed(teacher: Teacher) -> None:
     teacher.automatic()
+    teacher.speed(25)
     teacher.press("Run")
     teacher.page.wait("document.querySelector('.program-row.current')")
     teacher.press("Pause")
@@ -150,6 +166,7 @@ def test_a_paused_run_stands_until_it_is_resumed(teacher: Teacher) -> None:
     teacher.page.run("return new Promise(done => setTimeout(done, 500))")
     assert teacher.page.run(place) == at
     teacher.press("Resume")
+    teacher.speed(100)
     teacher.at_rest()
     assert teacher.page.run(place) != at
 
@@ -213,7 +230,7 @@ def test_what_another_pendant_changes_is_shown(teacher: Teacher) -> None:
     async def add(other: PendantClient) -> None:
         kept = (await other.programs.list())["programs"]
         revision = next(each["revision"] for each in kept if each["name"] == teacher.name)
-        edit = {"edit": "insert", "statements": [{"statement": "wait", "duration": 1.0}]}
+        edit: Any = {"edit": "insert", "statements": [{"statement": "wait", "duration": 1.0}]}
         await other.programs.edit(teacher.name, revision, edit)
 
     _others(teacher.page, add)

@@ -75,9 +75,19 @@ def _room(event_loop: str, figure: str) -> Iterator[Sides]:
 
 @contextmanager
 def running_room(
-    robots: int, event_loop: str = "asyncio", *, is_pinned: bool = True, jog_lead: float = 0.05
+    robots: int,
+    event_loop: str = "asyncio",
+    *,
+    is_pinned: bool = True,
+    jog_lead: float = 0.05,
+    is_unhurried: bool = False,
 ) -> Iterator[tuple[dict[str, Any], list[str]]]:
-    """Run emulated robots and one server for all of them."""
+    """Run emulated robots and one server for all of them.
+
+    Args:
+        is_unhurried: controllers and watchdog wait as long for what is late as a server can ask
+            for: on a machine whose processors the robots take nearly whole.
+    """
     with ExitStack() as stack:
         controllers: list[dict[str, int]] = []
         for part in range(_EMULATORS):
@@ -95,22 +105,30 @@ def running_room(
         folder = stack.enter_context(tempfile.TemporaryDirectory(prefix="openpendant-bench-"))
         cells = [f"robot {number}" for number in range(1, robots + 1)]
         file = Path(folder) / "room.toml"
-        file.write_text(_room_file(cells, controllers, jog_lead), encoding="utf-8")
+        file.write_text(
+            _room_file(cells, controllers, jog_lead, is_unhurried=is_unhurried), encoding="utf-8"
+        )
         command = ["openpendant.server", "--json", "--config", str(file)]
         command += ["--event-loop", event_loop]
         server = stack.enter_context(process(*command, place=SERVER if is_pinned else None))
         yield server, cells
 
 
-def _room_file(cells: list[str], controllers: list[dict[str, int]], jog_lead: float) -> str:
+def _room_file(
+    cells: list[str], controllers: list[dict[str, int]], jog_lead: float, *, is_unhurried: bool
+) -> str:
+    patience = "points_in_flight = 4"
+    if is_unhurried:
+        patience = "points_in_flight = 8, lead = 0.25, reply_deadline = 2.0"
     tables = "".join(
         f'[[cells]]\nname = "{name}"\nrobot = "{_ROBOT}"\n'
         f'modes.initial = "manual_reduced"\njog.lead = {jog_lead}\n'
         f"controller = {{motion_port = {at['motion']}, state_port = {at['state']},"
-        " points_in_flight = 4}\n"
+        f" {patience}}}\n"
         for name, at in zip(cells, controllers, strict=True)
     )
-    return f"listen.pendant_port = 0\n{tables}"
+    watchdog = "watchdog.deadline = 1.0\n" if is_unhurried else ""
+    return f"listen.pendant_port = 0\n{watchdog}{tables}"
 
 
 def observed(

@@ -54,6 +54,7 @@ export function teachTask(app: App): TaskPart {
     },
     update(cell: Cell) {
       desk.follow(cell);
+      desk.followWalk();
       if (desk.program === null && desk.tab !== "recordings") desk.tab = "programs";
       for (const [name, part] of Object.entries(views)) {
         show(part.element, name === desk.tab);
@@ -109,8 +110,8 @@ function heading(desk: Desk): Part {
         off(each, program === null && tab !== "recordings" ? texts.programsHint : "");
       }
       show(acts, program !== null);
-      say(dry, teaching.isWalking ? texts.dryRunning : texts.dryRun);
-      off(dry, teaching.isWalking ? texts.dryRunning : "");
+      say(dry, teaching.isWalking ? texts.dryRunning(desk.walked) : texts.dryRun);
+      off(dry, teaching.isWalking ? texts.dryRunning(desk.walked) : "");
     },
   };
 }

@@ -23,6 +23,8 @@ export type Tab = "programs" | "table" | "text" | "points" | "recordings";
 /** Notices that make findings of a dry run old. */
 const MAKE_OLD = [NoticeKind.SCENE, NoticeKind.FRAMES, NoticeKind.TOOLS, NoticeKind.ROBOT, NoticeKind.SIGNALS];
 
+const WALK_EVERY = 1000;
+
 export class Desk {
   readonly app: App;
   readonly teaching: Teaching;
@@ -38,6 +40,9 @@ export class Desk {
   report: ProgramReport | null = null;
   /** Whether the view was told of the open program. */
   isInView = false;
+  /** Blocks of motion that the dry run under way has looked at. */
+  walked = 0;
+  #walkedAt = 0;
   #place = "";
   #programs = -1;
   #recorded = -1;
@@ -109,6 +114,18 @@ export class Desk {
     const { program } = this;
     if (program === null || !this.isOpenOne(cell)) return -1;
     return indexOf(program, cell.state?.program_line ?? 0);
+  }
+
+  /** Ask how far a dry run is, once a second while it walks: no notice tells it. */
+  followWalk(): void {
+    const now = this.app.now();
+    if (!this.teaching.isWalking) this.walked = 0;
+    if (!this.teaching.isWalking || now - this.#walkedAt < WALK_EVERY) return;
+    this.#walkedAt = now;
+    void this.#quietly(async () => {
+      const request = { op: "programs.dry_run_progress" } as const;
+      this.walked = (await this.app.session.call<"programs.dry_run_progress">(request)).blocks;
+    });
   }
 
   /** Look at what has changed since the last time; ask again where a notice came. */

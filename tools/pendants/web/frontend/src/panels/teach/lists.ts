@@ -9,6 +9,10 @@ import { whyNoMotion } from "../jog.ts";
 import type { Desk } from "./desk.ts";
 import { problemWords, renameForm } from "./rename_form.ts";
 
+/** Entries that are made for one picture. */
+const SLICE = 30;
+const NO_POINTS: readonly TeachPoint[] = [];
+
 export function programList(desk: Desk): Part {
   const { texts } = desk;
   const hint = h("p", { class: "muted" });
@@ -84,16 +88,24 @@ export function pointList(desk: Desk): Part {
   const list = h("ul", { class: "entries" });
   let shown: readonly TeachPoint[] | null = null;
   let forms: Part[] = [];
+  // A slice a picture: a thousand entries at once would hold up the beats of what is held.
+  const more = (points: readonly TeachPoint[], from: number): void => {
+    if (points !== shown || from >= points.length) return;
+    const entries = points.slice(from, from + SLICE).map((each) => pointEntry(desk, each));
+    forms.push(...entries.map((each) => each.form));
+    list.append(...entries.map((each) => each.element));
+    requestAnimationFrame(() => more(points, from + SLICE));
+  };
   return {
     element: h("div", { class: "list points" }, hint, list),
     update(cell) {
-      const points = desk.program?.points ?? [];
+      const points = desk.program?.points ?? NO_POINTS;
       show(hint, points.length === 0);
       if (points !== shown) {
         shown = points;
-        const entries = points.map((each) => pointEntry(desk, each));
-        forms = entries.map((each) => each.form);
-        list.replaceChildren(...entries.map((each) => each.element));
+        forms = [];
+        list.replaceChildren();
+        more(points, 0);
       }
       for (const each of forms) each.update(cell);
     },
