@@ -21,6 +21,7 @@ const PATHS = {
   box: "M12 3l8 4.5v9L12 21l-8-4.5v-9z",
   stop: "M7 7h10v10H7z",
   cross: "M6 6l12 12M18 6L6 18",
+  play: "M8 5l11 7-11 7z",
   pause: "M8 5v14M16 5v14",
   step: "M5 5l9 7-9 7zM19 5v14",
   back: "M19 5l-9 7 9 7zM5 5v14",
