@@ -1,6 +1,7 @@
 """Plans in a real browser: round an obstacle, looked at, executed; stale ones never move."""
 
 import json
+import time
 
 import pytest
 
@@ -79,6 +80,12 @@ def _tool(page: Page) -> list[float]:
 
 def _execute(page: Page) -> None:
     page.run(EXECUTE)
+    began = "/is executed|was executed/.test(document.querySelector('.verdict').innerText)"
+    page.wait(f"{began} || document.querySelector('.execute.asks') !== null")
+    if not page.run(f"return {began}"):
+        # The connection of the page before this one counts as somebody who looks on.
+        time.sleep(0.5)
+        page.run(EXECUTE)
     page.wait("document.querySelector('.verdict').innerText.includes('was executed')", 20)
 
 
