@@ -7,6 +7,7 @@ import pytest
 
 from browser.page_rig import Page, PageRig
 
+OPTIONS = ("--format", "tree", "--dialect", "pendant", "--color", "never")
 SHOWN = "[...document.querySelectorAll('button.packet')].filter(each => !each.hidden)"
 
 
@@ -16,6 +17,7 @@ def packets(page_rig: PageRig) -> Page:
     page = page_rig.page()
     page.ready()
     page.run("document.querySelector('[data-task=packets]').click()")
+    page.wait("document.querySelector('[data-kind]') !== null")
     page.run("document.querySelector('[data-kind=\"no state\"]').click()")
     return page
 
@@ -29,8 +31,9 @@ def _filter(page: Page, text: str) -> None:
 
 def _choose(page: Page, text: str) -> None:
     _filter(page, text)
-    page.wait(f"{SHOWN}.length > 0 && {SHOWN}.every(each => each.innerText.includes('{text}'))")
-    page.run(f"{SHOWN}[0].click()")
+    fits = f"each => each.innerText.toLowerCase().includes('{text}')"
+    page.wait(f"{SHOWN}.length > 0 && {SHOWN}.every({fits})")
+    page.run(f"{SHOWN}.find(each => each.children[2].innerText === '{text}').click()")
     page.wait("document.querySelector('.packet-detail').offsetParent !== null")
 
 
@@ -42,10 +45,7 @@ def _hexadecimal(page: Page) -> str:
 def test_a_frame_of_the_tab_is_told_as_the_command_prints_it(packets: Page) -> None:
     _choose(packets, "declare")
     printed = subprocess.run(
-        [
-            *(sys.executable, "-m", "openpendant.tools", "packets", "decode"),
-            *("--format", "tree", "--dialect", "pendant", "--color", "never"),
-        ],
+        [sys.executable, "-m", "openpendant.tools", "packets", "decode", *OPTIONS],
         input=_hexadecimal(packets),
         capture_output=True,
         text=True,
@@ -70,7 +70,8 @@ def test_pressing_a_byte_marks_its_field(packets: Page) -> None:
 
 def test_a_paused_list_stands_still_while_frames_come(packets: Page) -> None:
     packets.run("document.querySelector('[data-kind=all]').click()")
-    packets.wait(f"{SHOWN}.length > 5")
+    packets.wait(f"{SHOWN}.length > 5 && document.querySelector('.packets footer').innerText")
+    packets.wait("document.querySelector('button.packet.state:not([hidden])') !== null")
     packets.run("document.querySelector('.pause').click()")
     last = f"{SHOWN}.at(-1).dataset.number"
     before = packets.run(f"return {last}")
@@ -81,34 +82,29 @@ def test_a_paused_list_stands_still_while_frames_come(packets: Page) -> None:
 
 
 def test_a_refusal_is_found_among_all_frames(packets: Page) -> None:
-    packets.run("document.querySelector('[data-task=jog]').click()")
-    packets.tap_key("KeyM", "m")
-    packets.tap_key("Digit1", "1")
     packets.run("document.querySelector('[data-task=plan]').click()")
+    packets.wait("document.querySelector('.plan select')?.options.length > 1")
     packets.run(
-        "const goal = document.querySelectorAll('.plan select')[0]; goal.value = 'home';"
-        "document.querySelector('.plan .acts button').click()"
+        "const goal = document.querySelector('.plan select'); goal.value = '';"
+        "goal.dispatchEvent(new Event('change'));"
+        "const box = document.querySelector('.reach input'); box.value = '5000';"
+        "box.dispatchEvent(new Event('change'))"
     )
-    packets.wait("document.querySelector('.verdict').innerText.includes('cannot run')")
+    packets.wait("document.querySelector('.reach .told.bad') !== null")
     packets.run("document.querySelector('[data-task=packets]').click()")
+    packets.wait("document.querySelector('[data-kind=refused]') !== null")
     packets.run("document.querySelector('[data-kind=refused]').click()")
-    packets.wait(f"{SHOWN}.some(each => each.innerText.includes('NO_MOTION'))")
+    packets.wait(f"{SHOWN}.some(each => each.innerText.includes('UNREACHABLE'))")
     assert packets.run(f"return {SHOWN}.every(each => each.classList.contains('refused'))")
 
 
 def test_a_secret_is_in_no_frame_that_is_kept(packets: Page) -> None:
+    packets.run("document.querySelector('.chip').click()")
+    packets.wait("document.querySelector('.veil input[type=password]')?.offsetParent")
     packets.run(
-        "document.querySelector('.chip').click();"
-        "const boxes = [...document.querySelectorAll('.veil input[type=password]')];"
-        "boxes[0].value = 'swordfish-of-the-class';"
-        "boxes[0].dispatchEvent(new Event('input', {bubbles: true}))"
-    )
-    packets.run(
-        "const names = [...document.querySelectorAll('.veil input[type=text]')]"
-        ".filter(each => each.offsetParent !== null);"
-        "names[0].value = 'anna';"
-        "names[0].form?.requestSubmit() ?? [...document.querySelectorAll('.veil button')]"
-        ".find(each => each.innerText === 'Log in').click()"
+        "const secret = document.querySelector('.veil input[type=password]');"
+        "secret.form.querySelector('input:not([type=password])').value = 'anna';"
+        "secret.value = 'swordfish-of-the-class'; secret.form.requestSubmit()"
     )
     _choose(packets, "login")
     assert b"swordfish".hex() not in _hexadecimal(packets)

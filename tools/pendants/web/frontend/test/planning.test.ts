@@ -4,7 +4,7 @@ import { test } from "node:test";
 import { firstGoal, goalOf, readSeed } from "../src/planning/goals.ts";
 import type { Wish } from "../src/planning/goals.ts";
 import { Newest } from "../src/planning/newest.ts";
-import { begun, changed, clock, left, linkLost, made, moments, rowsOf } from "../src/planning/preview.ts";
+import { begun, changed, clock, explained, left, linkLost, made, moments, rowsOf } from "../src/planning/preview.ts";
 import { Twice } from "../src/planning/twice.ts";
 import { NoticeKind, PlanState } from "../src/protocol.ts";
 import type { NamedPosition, PlanChanged, PlansMakeReply } from "../src/protocol.ts";
@@ -57,6 +57,14 @@ test("what makes a plan stale is named: a change of somebody, a robot that moved
   assert.equal(cause(PlanState.STALE, { joints: [0, 1.01], changed: [] }), "moved");
   assert.equal(cause(PlanState.STALE, quiet), "other");
   assert.equal(cause(PlanState.EXPIRED, quiet), "expired");
+});
+
+test("a change that is told just behind the plan that it ended is named, a later one is not", () => {
+  const stale = changed(made(plan(), 0), told(PlanState.STALE), quiet, 5000);
+  const around = { joints: [0, 1], changed: [NoticeKind.TOOLS] };
+  assert.equal(explained(stale, around, 5200).cause, "tools");
+  assert.equal(explained(stale, around, 7000).cause, "other");
+  assert.equal(explained(stale, quiet, 5200), stale);
 });
 
 test("what is told of another plan changes nothing", () => {

@@ -1,4 +1,5 @@
 // What a frame means in a few words, and which frames belong to it.
+import { ReplyCode } from "../codec.ts";
 import { VALUE_NAMES } from "../field-words.ts";
 import type { Message } from "../protocol.ts";
 import type { PacketTexts } from "../texts/packets.ts";
@@ -27,7 +28,7 @@ export function isRefusal({ message, fault }: FrameAnatomy): boolean {
   if (fault !== "") return true;
   if (message === null) return false;
   if (message.type === "verdict" || message.type === "outcome") return message.code !== 0;
-  return message.reply_code === 2;
+  return message.reply_code === ReplyCode.FAILURE;
 }
 
 /** The request that a reply answers, or that an outcome or a jog's end belongs to. */
@@ -103,7 +104,7 @@ export function meaningOf(
     case "jog_ended":
       return `${named("JogEnd", message.reason)}, ${Math.round(message.stop_time * 1000)} ms`;
     case "management":
-      return operationOf(ring, caught, message);
+      return [operationOf(ring, caught, message), failureOf(message, refuse)].filter((each) => each !== "").join(": ");
   }
   // Name and id stand in columns of their own.
   return frameLine(anatomy).replace(/^\S+ (reply )?\S+ ?(request_id=\S+ ?)?/, "");
@@ -135,6 +136,13 @@ function operationOf(ring: PacketRing, caught: Caught, message: Message): string
   const about = caught.way === "out" ? (body ?? {}) : {};
   const name = ["name", "program", "plan"].map((key) => about[key]).find((each) => each !== undefined);
   return [op, name === undefined ? "" : `“${String(name)}”`].filter((each) => each !== "").join(" ");
+}
+
+/** What refuses data that was asked for: empty where they came. */
+function failureOf(message: Message, refuse: Refuse): string {
+  if (message.reply_code !== ReplyCode.FAILURE) return "";
+  const { code = 0, joint = -1, value = 0, limit = 0, text = "" } = (bodyOf(message) ?? {}) as Partial<Parameters<Refuse>[0]>;
+  return refuse({ code, joint, value, limit, text });
 }
 
 function askedBody(ring: PacketRing, caught: Caught, message: Message): Record<string, unknown> | null {

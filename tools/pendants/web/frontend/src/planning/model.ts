@@ -8,7 +8,7 @@ import { StateField } from "../protocol.ts";
 import type { Message, PlanChanged, PlansMakeRequest } from "../protocol.ts";
 import type { App } from "../ui/app.ts";
 import { LinkLost, Refused } from "../wire/errors.ts";
-import { begun, changed, linkLost, made, NO_PREVIEW, refused } from "./preview.ts";
+import { begun, changed, explained, linkLost, made, NO_PREVIEW, refused } from "./preview.ts";
 import type { Preview } from "./preview.ts";
 
 export interface Shown {
@@ -48,9 +48,10 @@ export class PlanModel extends Observable<Shown> {
     this.#app = app;
     app.session.listen((message) => this.#told(message));
     app.cell.watch((cell) => {
-      if (cell.stage === "up") return;
       const { preview } = this.value;
-      if (linkLost(preview) !== preview) this.set({ preview: linkLost(preview) });
+      const after =
+        cell.stage === "up" ? explained(preview, this.#around(), app.now()) : linkLost(preview);
+      if (after !== preview) this.set({ preview: after });
     });
   }
 

@@ -23,6 +23,8 @@ export interface Preview {
   startedAt: number;
   refusal: Refusal | null;
   cause: Cause | null;
+  /** When it became stale [ms]. */
+  endedAt: number;
   /** Words of the server about why. */
   why: string;
   progress: { stage: number; fraction: number };
@@ -35,6 +37,7 @@ export const NO_PREVIEW: Preview = {
   startedAt: 0,
   refusal: null,
   cause: null,
+  endedAt: 0,
   why: "",
   progress: { stage: PlanStage.NONE, fraction: 0 },
 };
@@ -73,9 +76,20 @@ export function changed(preview: Preview, told: PlanChanged, around: Around, now
     case PlanState.DROPPED:
       return { ...preview, stage: "stale", cause: "dropped", why: told.text };
     case PlanState.STALE:
-      return { ...preview, stage: "stale", cause: causeOf(preview.plan, around), why: told.text };
+      return { ...preview, stage: "stale", cause: causeOf(preview.plan, around), endedAt: now, why: told.text };
   }
   return preview;
+}
+
+/** What changed may be told only after the plan that it ended [ms]. */
+const TOLD_WITHIN = 1000;
+
+/** Name what made a plan stale once that is known. */
+export function explained(preview: Preview, around: Around, now: number): Preview {
+  const { stage, cause, plan, endedAt } = preview;
+  if (stage !== "stale" || cause !== "other" || plan === null || now - endedAt > TOLD_WITHIN) return preview;
+  const found = causeOf(plan, around);
+  return found === "other" ? preview : { ...preview, cause: found };
 }
 
 /** What the page knows of the cell when a plan ends. */

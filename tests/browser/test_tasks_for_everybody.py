@@ -1,0 +1,60 @@
+"""Plan, scene, numbers and packets for everybody: no rule of WCAG 2.2 AA broken, no line cut."""
+
+import json
+from pathlib import Path
+
+import pytest
+
+from browser.page_rig import Page, PageRig
+
+AXE = Path("tools/pendants/web/frontend/node_modules/axe-core/axe.min.js")
+RULES = ["wcag2a", "wcag2aa", "wcag21a", "wcag21aa", "wcag22aa"]
+SHOWN = {
+    "plan": "document.querySelector('.plan select')?.options.length > 1",
+    "scene": "document.querySelector('.scene .kinds') !== null",
+    "frames": "document.querySelectorAll('.numbers .values td').length > 10",
+    "packets": "document.querySelectorAll('button.packet').length > 3",
+}
+THEN = {
+    "plan": "const goal = document.querySelector('.plan select'); goal.value = '';"
+    "goal.dispatchEvent(new Event('change'))",
+    "packets": "document.querySelector('.pause').click();"
+    "document.querySelector('button.packet').click()",
+}
+
+
+@pytest.fixture
+def control(page_rig: PageRig) -> Page:
+    """A page in control."""
+    page = page_rig.page()
+    page.ready()
+    return page
+
+
+@pytest.mark.parametrize("theme", ["dark", "light"])
+@pytest.mark.parametrize("task", SHOWN)
+def test_a_task_breaks_no_rule_of_wcag_2_2_aa(control: Page, task: str, theme: str) -> None:
+    if not AXE.is_file():
+        pytest.skip("no axe-core: make browser fetches it")
+    control.run(f"document.documentElement.dataset.theme = '{theme}'")
+    control.run(f"document.querySelector('[data-task={task}]').click()")
+    control.wait(SHOWN[task])
+    control.run(THEN.get(task, ""))
+    control.driver.execute_script(AXE.read_text("utf-8"))
+    found = control.driver.execute_async_script(
+        f"axe.run({{runOnly: {json.dumps(RULES)}}}).then(told => arguments[0]("
+        "told.violations.map(each => [each.id, each.nodes.map(node => node.target)])))"
+    )
+    assert found == []
+
+
+@pytest.mark.parametrize("task", SHOWN)
+def test_a_task_scrolls_nothing_sideways_on_a_narrow_phone(control: Page, task: str) -> None:
+    size = {"width": 320, "height": 700, "deviceScaleFactor": 1, "mobile": True}
+    control.cdp("Emulation.setDeviceMetricsOverride", **size)
+    try:
+        control.run(f"document.querySelector('[data-task={task}]').click()")
+        control.wait(SHOWN[task])
+        assert control.run("return document.documentElement.scrollWidth") <= 320
+    finally:
+        control.cdp("Emulation.clearDeviceMetricsOverride")
