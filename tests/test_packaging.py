@@ -88,6 +88,7 @@ def test_the_wheel_carries_the_licence_the_command_and_the_extras(wheel: zipfile
     assert b"openpendant = openpendant.tools.cli:main" in wheel.read(f"{info}/entry_points.txt")
     metadata = email.message_from_bytes(wheel.read(f"{info}/METADATA"))
     extras = [
+        "browser",
         "dev",
         "fast",
         "fuzz",

@@ -91,12 +91,17 @@ def answers(connection: ControllerConnection, transport: Mock, *sequences: int) 
     return [controller.send(taken) for _ in sequences]
 
 
+@pytest.fixture
+def _no_slow_moment(monkeypatch: pytest.MonkeyPatch) -> None:
+    """A turn that ends early, as in a slow moment, leaves some of what came for the next."""
+    monkeypatch.setattr("openpendant.server.shell.controller_connection.thread_time_ns", lambda: 0)
+
+
+@pytest.mark.usefixtures("_no_slow_moment")
 @pytest.mark.parametrize("together", [True, False])
 def test_answers_that_come_together_are_judged_as_if_each_came_alone(
-    wire: socket.socket, together: bool, monkeypatch: pytest.MonkeyPatch
+    wire: socket.socket, together: bool
 ) -> None:
-    # A turn that ends early, as in a slow moment, would leave some for the next.
-    monkeypatch.setattr("openpendant.server.shell.controller_connection.thread_time_ns", lambda: 0)
     connection, cell, transport = connected(wire)
     data = answers(connection, transport, SpecialSequence.STOP, 0, 1)
     for each in [b"".join(data)] if together else data:
@@ -104,6 +109,7 @@ def test_answers_that_come_together_are_judged_as_if_each_came_alone(
     assert owed(cell) == [2, 1, 0]
 
 
+@pytest.mark.usefixtures("_no_slow_moment")
 def test_what_is_sent_because_of_an_answer_counts_for_those_behind_it(wire: socket.socket) -> None:
     connection, cell, transport = connected(wire)
     data = answers(connection, transport, 0, 1)
