@@ -82,6 +82,8 @@ class Page implements App {
   #root: HTMLElement;
   #layout: Layout | null = null;
   #servers: readonly string[] = [""];
+  /** That in which the page stands. */
+  #language = "";
   #isDue = false;
   /** STOP was pressed without a link: it is sent as soon as there is one. */
   #isStopDue = false;
@@ -121,7 +123,9 @@ class Page implements App {
     this.choice.watch(() => this.#draw());
     this.settings.watch((settings) => {
       remember(SETTINGS, JSON.stringify(settings));
-      this.#show();
+      if (settings.language !== this.#language) this.#show();
+      document.documentElement.dataset["theme"] = settings.theme;
+      this.#draw();
     });
     listen(this);
     setInterval(() => this.#draw(), TICK);
@@ -164,9 +168,11 @@ class Page implements App {
     this.#draw();
   }
 
-  /** Build the page anew: the first time, and in another language or theme. */
+  /** Build the page anew: the first time, and in another language. What is held loses its button. */
   #show(): void {
     const { theme, language } = this.settings.value;
+    this.#language = language;
+    this.holding.forget();
     document.documentElement.dataset["theme"] = theme;
     document.documentElement.lang = language;
     this.#layout = layout(this, this.#servers);

@@ -177,6 +177,7 @@ export const de: Texts = {
   limitReached: (value) => `Grenze ${value}`,
   noJog: "aus, bis die Liste der Schritte erledigt ist",
   incrementsOnly: "Diese Steuerung nimmt nur Schritte; Tippen durch Halten hat sie nicht.",
+  movesStill: "Der Roboter fährt noch. Warten Sie, bis er steht, oder drücken Sie STOP.",
   noJogAtAll: "Diese Steuerung nimmt kein Tippen.",
   target: (name) => `Ziel von ${name}`,
   targetHint: "Ein Ziel, oder mit + oder − davor ein Schritt, wie +5. Ein Komma wird verstanden.",

@@ -183,6 +183,7 @@ export const en = {
   limitReached: (value: string) => `limit ${value}`,
   noJog: "off until the list of steps is done",
   incrementsOnly: "This controller takes steps only; it has no hold-to-run.",
+  movesStill: "The robot still moves. Wait until it stands, or press STOP.",
   noJogAtAll: "This controller takes no jog.",
   target: (name: string) => `Target of ${name}`,
   targetHint: "A target, or an increment with + or − in front, as +5. A comma is understood.",
