@@ -48,7 +48,7 @@ def test_four_actions_by_the_orange_control_alone_move_the_robot(fresh: Page) ->
 def test_the_page_writes_nothing_to_the_console_and_asks_nobody_else(fresh: Page) -> None:
     assert fresh.driver.get_log("browser") == []
     asked = fresh.run("return performance.getEntriesByType('resource').map(each => each.name)")
-    assert [each for each in asked if not each.startswith(fresh.rig.address)] == []
+    assert [each for each in asked if not each.startswith(fresh.address)] == []
 
 
 @pytest.mark.parametrize("theme", ["dark", "light"])
