@@ -6,7 +6,9 @@ import statistics
 from collections.abc import Callable, Collection
 from dataclasses import dataclass, field
 
-from promises.promise_figures import LATE, idle_watch, tell
+from promises.promise_figures import idle_watch, tell
+
+from browser.motion_tap import Ended
 
 TRIALS = 10
 MOST_TRIALS = 30
@@ -15,8 +17,12 @@ MOST_TRIALS = 30
 TICK = 0.010
 """Between two set-points of the server [s]."""
 
-Trial = Callable[[str], tuple[float, str]]
-"""Jogs towards `plus` or `minus`, lets go, and returns how soon [s] what began."""
+LATE = 0.020
+"""An idle process that waited for so much longer than it asked makes a trial void [s]: as long as
+the shortest of the bounds."""
+
+Trial = Callable[[str], Ended]
+"""Jogs towards `plus` or `minus`, lets go, and returns what came of it."""
 
 
 @dataclass
@@ -24,7 +30,7 @@ class HoldTrials:
     """What was measured; trials during which an idle process was late count for nothing."""
 
     name: str
-    found: list[tuple[float, str]] = field(default_factory=list)
+    found: list[Ended] = field(default_factory=list)
     void: int = 0
 
     def run(self, trial: Trial, recover: Callable[[], None]) -> None:
@@ -39,9 +45,9 @@ class HoldTrials:
             failed: AssertionError | None = None
             try:
                 found = trial(("plus", "minus")[number % 2])
+                began, ended = found.began, found.at
             except AssertionError as error:
-                failed = error
-            ended = watch.now()
+                failed, ended = error, watch.now()
             stalls = watch.stalls(LATE)
             if any(due <= ended and began <= woke for due, woke in stalls):
                 self.void += 1
@@ -62,13 +68,13 @@ class HoldTrials:
         Args:
             kinds: of `ramp` and `stop`, those that may end the jog.
         """
-        times = sorted(1000 * at for at, _ in self.found)
+        times = sorted(1000 * (each.at - each.began) for each in self.found)
         told = f"{self.name}: {', '.join(f'{each:.1f}' for each in times)} ms; {self.void} void"
         told += (
             f"; bound {1000 * bound:.0f} ms; idle control at most {1000 * _latest():.0f} ms late"
         )
         tell(told)
-        assert {kind for _, kind in self.found} <= set(kinds), f"{told}; {self.found}"
+        assert {each.kind for each in self.found} <= set(kinds), f"{told}; {self.found}"
         assert statistics.median(times) <= 1000 * bound, told
         assert times[-1] <= 3000 * bound, told
 

@@ -21,6 +21,7 @@ class LoopbackRelay:
         self._flows = asyncio.Event()
         self._flows.set()
         self._tasks: set[asyncio.Task[None]] = set()
+        self._writers: set[asyncio.StreamWriter] = set()
         self._is_up = threading.Event()
         self._thread = threading.Thread(target=self._run, daemon=True)
         self._thread.start()
@@ -50,8 +51,9 @@ class LoopbackRelay:
         self._is_up.set()
         self._loop.run_forever()
         server.close()
-        for each in self._tasks:
-            each.cancel()
+        for each in self._writers:
+            each.transport.abort()
+        self._flows.set()
         self._loop.run_until_complete(asyncio.gather(*self._tasks, return_exceptions=True))
         self._loop.run_until_complete(asyncio.sleep(0))
         self._loop.close()
@@ -62,15 +64,16 @@ class LoopbackRelay:
         self._tasks.add(task)
         try:
             far_reader, far_writer = await asyncio.open_connection("127.0.0.1", self._target)
+            both = {writer, far_writer}
+            self._writers |= both
+            await asyncio.gather(
+                self._carry(reader, far_writer, is_noted=True),
+                self._carry(far_reader, writer, is_noted=False),
+            )
+            self._writers -= both
         except OSError:
             writer.close()
-            return
-        back = asyncio.create_task(self._carry(far_reader, writer, is_noted=False))
-        try:
-            await self._carry(reader, far_writer, is_noted=True)
-            await back
         finally:
-            back.cancel()
             self._tasks.discard(task)
 
     async def _carry(

@@ -11,7 +11,7 @@ from itertools import pairwise
 from browser.loopback_relay import LoopbackRelay
 
 POINT, FULL_POINT, STOP = 11, 14, -4
-AT_REST = 0.1
+AT_REST = 0.15
 """A robot that no set-point went to for so long stands [s]; a jog sends one each tick."""
 _HEADER = 16
 _STEADY = 0.97
@@ -24,6 +24,21 @@ class Seen:
 
     at: float
     joints: tuple[float, ...]
+
+
+@dataclass(frozen=True)
+class Ended:
+    """How a held jog ended.
+
+    Attributes:
+        began: when it was let go, by the monotonic clock [s].
+        at: when the first set-point of the ramp, or the STOP, went by.
+        kind: `ramp` or `stop`.
+    """
+
+    began: float
+    at: float
+    kind: str
 
 
 class MotionTap(LoopbackRelay):
@@ -49,8 +64,8 @@ class MotionTap(LoopbackRelay):
             assert time.monotonic() < until, "the robot never came to rest"
             time.sleep(0.01)
 
-    def end_of_steady(self, joint: int, after: float) -> tuple[float, str]:
-        """Return how long after a moment the ramp or the STOP began [s], and which it was.
+    def end_of_steady(self, joint: int, after: float) -> Ended:
+        """Return when the ramp or the STOP began after a moment, and which it was.
 
         The ramp begins with the first of the smaller steps that no steady one follows: a single
         late tick is none. It may be called once the joint stands.
@@ -74,7 +89,7 @@ class MotionTap(LoopbackRelay):
         first = min(stops[:1] + ramps[:1], default=None)
         assert first is not None, f"nothing ended the jog; {last}"
         assert first[0] >= after, f"it ended before; {last}"
-        return first[0] - after, first[1]
+        return Ended(after, *first)
 
     def _noted(self, data: bytes) -> bytes:
         now = time.monotonic()

@@ -9,6 +9,7 @@ from collections.abc import Callable
 import pytest
 
 from browser.hold_trials import TICK, HoldTrials
+from browser.motion_tap import Ended
 from browser.page_rig import Page
 
 pytestmark = pytest.mark.realtime
@@ -87,7 +88,7 @@ def _frame_back(page: Page, at: tuple[float, float]) -> None:
     page.wait("document.querySelector('.jog .tabs button').classList.contains('chosen')")
 
 
-def _trial(page: Page, side: str, down: Act, go: Act, up: Act) -> tuple[float, str]:
+def _trial(page: Page, side: str, down: Act, go: Act, up: Act) -> Ended:
     page.hold_enabling()
     at = page.place(0, side)
     page.rig.tap.forget()
@@ -96,8 +97,8 @@ def _trial(page: Page, side: str, down: Act, go: Act, up: Act) -> tuple[float, s
     time.sleep(JOG_FOR)
     began = time.monotonic()
     go(page, at)
-    page.rig.tap.wait_for_rest()
     page.stands()
+    page.rig.tap.wait_for_rest()
     found = page.rig.tap.end_of_steady(0, began)
     if go is not up:
         up(page, at)
@@ -131,7 +132,7 @@ def test_the_ramp_begins_soon_after(
 
 
 def test_of_two_keys_that_are_held_the_other_goes_on(page: Page) -> None:
-    def trial(side: str) -> tuple[float, str]:
+    def trial(side: str) -> Ended:
         page.hold_enabling()
         modifiers = 8 if side == "minus" else 0
         page.rig.tap.forget()
@@ -158,7 +159,7 @@ def test_of_two_keys_that_are_held_the_other_goes_on(page: Page) -> None:
 
 
 def test_a_page_that_is_reloaded_stops_the_robot(page: Page) -> None:
-    def trial(side: str) -> tuple[float, str]:
+    def trial(side: str) -> Ended:
         page.ready()
         page.hold_enabling()
         page.rig.tap.forget()
@@ -178,7 +179,7 @@ def test_a_page_that_is_reloaded_stops_the_robot(page: Page) -> None:
 
 
 def test_a_page_whose_thread_is_frozen_ends_as_silent_and_never_moves_again(page: Page) -> None:
-    def trial(side: str) -> tuple[float, str]:
+    def trial(side: str) -> Ended:
         page.hold_enabling()
         page.rig.tap.forget()
         _mouse_down(page, page.place(0, side))
@@ -187,6 +188,7 @@ def test_a_page_whose_thread_is_frozen_ends_as_silent_and_never_moves_again(page
         began = time.monotonic()
         page.run("const until = performance.now() + 700; while (performance.now() < until);")
         page.stands()
+        page.rig.tap.wait_for_rest()
         found = page.rig.tap.end_of_steady(0, began)
         page.rig.tap.forget()
         time.sleep(0.5)

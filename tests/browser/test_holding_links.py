@@ -6,11 +6,13 @@ the STOP, at the emulator.
 
 import time
 from collections.abc import Iterator
+from dataclasses import replace
 
 import pytest
 
 from browser.hold_trials import TICK, HoldTrials
 from browser.loopback_relay import LoopbackRelay
+from browser.motion_tap import Ended
 from browser.page_rig import Page, PageRig, free_port
 from browser.test_holding import DEADLINE, JOG_FOR
 from openpendant.tools.pendants.sync_client import SyncPendantClient
@@ -56,7 +58,7 @@ def test_a_network_that_stalls_ends_it_as_silent_and_its_old_messages_move_nothi
     page = page_rig.page(relay.port)
     page.ready()
 
-    def trial(side: str) -> tuple[float, str]:
+    def trial(side: str) -> Ended:
         at = _jogs(page, side)
         began = time.monotonic()
         relay.stand_still()
@@ -80,7 +82,7 @@ def test_a_network_that_stalls_ends_it_as_silent_and_its_old_messages_move_nothi
 
 
 def test_a_stop_of_another_client_ends_it(page: Page, other: SyncPendantClient) -> None:
-    def trial(side: str) -> tuple[float, str]:
+    def trial(side: str) -> Ended:
         at = _jogs(page, side)
         began = time.monotonic()
         other.stop("a test")
@@ -99,7 +101,7 @@ def test_a_stop_of_another_client_ends_it(page: Page, other: SyncPendantClient) 
 
 
 def test_a_control_that_is_taken_away_ends_it(page: Page, other: SyncPendantClient) -> None:
-    def trial(side: str) -> tuple[float, str]:
+    def trial(side: str) -> Ended:
         at = _jogs(page, side)
         began = time.monotonic()
         with other.control(force=True):
@@ -119,7 +121,7 @@ def test_a_control_that_is_taken_away_ends_it(page: Page, other: SyncPendantClie
 
 
 def test_another_mode_ends_it(page: Page) -> None:
-    def trial(side: str) -> tuple[float, str]:
+    def trial(side: str) -> Ended:
         at = _jogs(page, side)
         began = time.monotonic()
         page.tap_key("KeyM", "m")
@@ -139,9 +141,7 @@ def test_another_mode_ends_it(page: Page) -> None:
 
 
 def test_a_gateway_that_is_killed_stops_the_robot(page_rig: PageRig) -> None:
-    died: list[float] = []
-
-    def trial(side: str) -> tuple[float, str]:
+    def trial(side: str) -> Ended:
         port = free_port()
         gateway = page_rig.start_gateway(port)
         page = page_rig.page(port)
@@ -152,11 +152,10 @@ def test_a_gateway_that_is_killed_stops_the_robot(page_rig: PageRig) -> None:
         gateway.wait(10)
         dead = time.monotonic()
         page.rig.tap.wait_for_rest()
-        at, kind = page.rig.tap.end_of_steady(0, began)
-        died.append(dead - began)
+        found = page.rig.tap.end_of_steady(0, began)
         _stays_at_rest(page)
         page.let_all_go()
-        return max(0.0, at - (dead - began)), kind
+        return replace(found, began=dead, at=max(dead, found.at))
 
     trials = HoldTrials("the gateway is killed, from its death on")
     trials.run(trial, lambda: None)
