@@ -156,6 +156,8 @@ export const de: Texts = {
   lineStopClear: "Der Software-Halt ist frei; die Steuerung meldet keinen Halt.",
   lineStopHow: "STOP lösen, dann Zurücksetzen. Es bewegt nichts.",
   lineLimits: "Zurück in die Grenzen",
+  linePrepare: "Steuerung vorbereiten",
+  prepare: "Vorbereiten",
   lineOther: "Etwas anderes fehlt",
   lineKey: "Einen Tippknopf halten",
   lineKeyHow: (joint) => `${joint} + dreht den Roboter. Loslassen, und er steht.`,

@@ -161,6 +161,8 @@ export const en = {
   lineStopClear: "The software stop is clear; the controller reports no stop.",
   lineStopHow: "Release STOP, then press Reset. It moves nothing.",
   lineLimits: "Back inside the limits",
+  linePrepare: "Prepare the controller",
+  prepare: "Prepare",
   lineOther: "Something else is missing",
   lineKey: "Hold a jog button",
   lineKeyHow: (joint: string) => `${joint} + turns the robot. Let go and it stands.`,
