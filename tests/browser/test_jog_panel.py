@@ -39,13 +39,17 @@ def _settles(page: Page) -> None:
     page.wait("['Ready'].some(w => document.querySelector('.chips').innerText.includes(w))")
 
 
-def _click(page: Page, text: str) -> None:
-    _press_button(page, text)()
+def _choose_step(page: Page, size: int) -> None:
+    find = (
+        f"[...document.querySelectorAll('.steps button')].find(b => b.innerText === 'Step {size}')"
+    )
+    page.run(f"{find}.click()")
+    page.wait(f"{find}.classList.contains('chosen')")
 
 
 def test_a_step_moves_by_what_its_button_says(page: Page) -> None:
     page.hold_enabling()
-    _click(page, "Step 1")
+    _choose_step(page, 1)
     before = _joints(page)
     page.tap_key("Digit6", "6")
     page.wait(
@@ -61,7 +65,7 @@ def test_a_step_that_is_asked_for_while_the_robot_moves_says_that_it_still_moves
     page: Page,
 ) -> None:
     page.hold_enabling()
-    _click(page, "Step 10")
+    _choose_step(page, 10)
     page.tap_key("Digit6", "6")
     page.wait("document.querySelector('.chips').innerText.includes('Moving')")
     page.tap_key("Digit6", "6")
