@@ -128,6 +128,11 @@ class PageRig:
         """Return the page in the browser, by the rig's gateway or at another port."""
         return Page(self, self._driver, f"http://127.0.0.1:{port or self.gateway}/")
 
+    def end_emulator(self) -> None:
+        """End the controller of the cell."""
+        self._processes[0].terminate()
+        self._processes[0].wait(20)
+
     def start_gateway(self, port: int) -> subprocess.Popen[bytes]:
         """Start a gateway at a port, and wait until it listens."""
         started = self._start("web", "--server", f"127.0.0.1:{self.server}", "--port", port)
@@ -251,6 +256,14 @@ class Page:
 
     def stands(self) -> None:
         self.wait("!document.querySelector('.chips').innerText.includes('Jogging')")
+
+    def reset_stop(self) -> None:
+        """End a stop in its two steps."""
+        self.wait("document.querySelector('.steps-of-stop button')?.offsetParent")
+        self.run("document.querySelectorAll('.steps-of-stop button')[0].click()")
+        self.wait("!document.querySelector('.steps-of-stop .blue').hasAttribute('aria-disabled')")
+        self.run("document.querySelectorAll('.steps-of-stop button')[1].click()")
+        self.wait("document.querySelector('.frame').dataset.state === 'control'")
 
     def let_all_go(self) -> None:
         for code, key in tuple(self._downs):
