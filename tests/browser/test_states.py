@@ -104,6 +104,7 @@ def test_a_stop_that_is_pressed_without_a_link_is_sent_as_soon_as_there_is_one(
     gateway = page_rig.start_gateway(port)
     page = page_rig.page(port)
     page.ready()
+    page.wait("document.querySelector('.brand .place').innerText.includes('kawasaki')")
     gateway.kill()
     gateway.wait(10)
     waits_for(page, "disconnected")

@@ -40,6 +40,8 @@ export function cellView(app: App, over: HTMLElement): CellView {
   let view: View | null = null;
   let added: Partial<Content> = {};
   let isTraced = true;
+  /** Where the robot was known to stand last; greyed from then on. */
+  let standing: { robot: Cell["robot"]; joints: number[] } | null = null;
   const trace = new Trace();
   const meshes = new RobotMeshes(
     (request) => app.session.call(request),
@@ -91,12 +93,15 @@ export function cellView(app: App, over: HTMLElement): CellView {
         greeted = cell.hello;
         meshes.linked();
       }
+      const joints = jointsOf(cell);
+      if (joints !== null) standing = { robot: cell.robot, joints };
+      const last = standing?.robot === cell.robot ? standing.joints : null;
       view?.show({
         ...EMPTY,
         robot: cell.robot,
         meshes: view.drawsMeshes ? meshes.of(cell.robot) : NO_MESHES,
-        joints: jointsOf(cell),
-        stale,
+        joints: joints ?? last,
+        stale: stale || joints === null,
         driven: drivenJoints(app, cell),
         trace: isTraced ? trace.points() : EMPTY.trace,
         theme: app.settings.value.theme,

@@ -53,7 +53,8 @@ export const en = {
   stopTraining: "TRAINING",
   stopPressed: "is pressed",
   stopLabel: "STOP: stops the robot; Space or F8",
-  stopNoLink: "no link: use the hardware button",
+  stopNoLink: "no link",
+  stopByHardware: "To stop now, use the hardware button.",
   stopReason: "STOP in the browser",
   // rail
   tasks: "Tasks",
