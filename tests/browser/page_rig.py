@@ -189,10 +189,13 @@ class Page:
         self._at = (0.0, 0.0)
 
     def ready(self) -> None:
-        """Open it anew, take control, set T1, and hide the checklist."""
+        """Open it anew, take control, end a stop, set T1, and hide the checklist."""
         self.open()
         self.tap_key("KeyC", "c")
         self.wait("document.querySelector('.chips').innerText.includes('You')")
+        # A busy machine makes the server stop the robot by itself, which has to be reset.
+        if self.run("return document.querySelector('.frame').dataset.state") == "stopped":
+            self.reset_stop()
         if "T1" not in self.text(".chips"):
             self.tap_key("KeyM", "m")
         self.wait("document.querySelector('.chips').innerText.includes('T1')")
@@ -206,6 +209,7 @@ class Page:
         self.driver.refresh()
         self.wait("document.querySelector('.chips')?.innerText.includes('Connected')")
         self.wait("document.querySelectorAll('.row').length > 3")
+        self.wait("document.querySelector('.host[data-shows-robot]')", within=20)
 
     def run(self, script: str) -> Any:
         return self.driver.execute_script(script)

@@ -18,6 +18,8 @@ AWAY = (500.0, 400.0)
 JOG_FOR = 0.3
 DEADLINE = 0.25
 """What the page declares for enabling and for each press [s]."""
+BOUND_OF_A_KEY = 0.020
+"""From a key that comes up to the ramp [s]."""
 Act = Callable[[Page, tuple[float, float]], None]
 
 
@@ -200,3 +202,39 @@ def test_a_page_whose_thread_is_frozen_ends_as_silent_and_never_moves_again(page
     trials = HoldTrials("frozen")
     trials.run(trial, page.ready)
     trials.judge(DEADLINE + TICK)
+
+
+KEPT_FOR = 30.0
+"""Enabling that is kept ends so long after the last key or touch [s]."""
+
+
+def test_enabling_that_is_kept_ends_amid_a_jog_where_nobody_answers(page: Page) -> None:
+    page.run(
+        "const s = document.querySelector('.speed input'); s.value = 1;"
+        "s.dispatchEvent(new Event('input'))"
+    )
+    x, y = page.run(
+        "const b = document.querySelector('.pad').getBoundingClientRect();"
+        "return [b.x + b.width / 2, b.y + b.height / 2]"
+    )
+    _mouse_down(page, (x, y))
+    _mouse_up(page, (x, y))
+    page.wait("document.querySelector('.chips').innerText.includes('Kept')")
+    page.rig.tap.forget()
+    began = time.monotonic()
+    at = page.place(0, "plus")
+    _mouse_down(page, at)
+    page.jogs()
+    page.wait("document.querySelector('.question').offsetParent", within=KEPT_FOR)
+    assert "Are you still there?" in page.text(".question")
+    page.wait("document.querySelector('.note').innerText.includes('no key or touch for 30 s')")
+    page.stands()
+    page.rig.tap.wait_for_rest()
+    found = page.rig.tap.end_of_steady(0, began)
+    page.rig.tap.forget()
+    time.sleep(0.5)
+    assert page.rig.tap.seen() == [], "it moved again"
+    _mouse_up(page, at)
+    assert found.kind == "ramp"
+    beat = 0.050  # the page looks at its clock with each beat
+    assert 0 <= found.at - began - KEPT_FOR <= beat + BOUND_OF_A_KEY + TICK

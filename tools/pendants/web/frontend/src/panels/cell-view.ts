@@ -7,7 +7,7 @@ import { StateField } from "../protocol.ts";
 import { meshesMissing } from "../texts/meshes.ts";
 import { fixed } from "../texts/texts.ts";
 import type { App, Part } from "../ui/app.ts";
-import { h, say, show } from "../ui/elements.ts";
+import { attribute, h, say, show } from "../ui/elements.ts";
 import type { LinkMesh } from "../view/meshes.ts";
 import { RobotMeshes } from "../view/robot_meshes.ts";
 import { EMPTY } from "../view/view.ts";
@@ -96,6 +96,7 @@ export function cellView(app: App, over: HTMLElement): CellView {
       const joints = jointsOf(cell);
       if (joints !== null) standing = { robot: cell.robot, joints };
       const last = standing?.robot === cell.robot ? standing.joints : null;
+      attribute(host, "data-shows-robot", cell.robot !== null && last !== null);
       view?.show({
         ...EMPTY,
         robot: cell.robot,
