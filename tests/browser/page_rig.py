@@ -55,7 +55,7 @@ class PageRig:
         driver: Any,
         *,
         robot: str = ROBOT,
-        serve: Sequence[object] = ("--emulated", "--store", "off"),
+        serve: Sequence[object] = ("--emulated",),
     ) -> None:
         """Make a rig that is not up yet.
 
@@ -103,7 +103,8 @@ class PageRig:
                 f"127.0.0.1:{self.tap.port}:{state}",
             ),
             *("--signals", "openpendant", "--pendant-port", self.server),
-            *("--ros-motion-port", "off", "--ros-state-port", "off", *self._serve),
+            *("--ros-motion-port", "off", "--ros-state-port", "off"),
+            *("--store", self._folder / "store.db", *self._serve),
         )
         _wait_for(self.server)
         self.start_gateway(self.gateway)

@@ -17,9 +17,8 @@ pytestmark = pytest.mark.realtime
 def guarded(driver: Any, tmp_path_factory: pytest.TempPathFactory) -> Iterator[PageRig]:
     """A cell with accounts."""
     folder = Path(tmp_path_factory.mktemp("guarded"))
-    store = folder / "store.db"
-    add_accounts(store)
-    with PageRig(folder, driver, serve=("--emulated", "--store", store)) as rig:
+    add_accounts(folder / "store.db")
+    with PageRig(folder, driver) as rig:
         yield rig
 
 

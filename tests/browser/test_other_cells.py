@@ -18,7 +18,7 @@ def cell(
 ) -> Iterator[PageRig]:
     """A cell whose robot has 4 axes, 7, or 6 on a rail, and whose controller may be a real one."""
     folder = Path(tmp_path_factory.mktemp(request.param))
-    with PageRig(folder, driver, robot=request.param, serve=("--store", "off")) as rig:
+    with PageRig(folder, driver, robot=request.param, serve=()) as rig:
         yield rig
 
 

@@ -34,6 +34,7 @@ from openpendant.simplemsg.verdicts import CATALOGUE
 
 from .messages import NOTICE, filter_name, own_messages
 from .typescript_operations import operation_types
+from .typescript_words import field_words
 
 FOLDER = Path("tools/pendants/web/frontend/src")
 """Of the files, below that of the repository."""
@@ -86,6 +87,7 @@ def typescript_files() -> Mapping[str, str]:
         "protocol.ts": _protocol(),
         "operations.ts": f"{_OPERATIONS_HEAD}\n{operation_types()}",
         "simple-message.ts": _controllers(),
+        "field-words.ts": field_words(),
     }
 
 

@@ -30,7 +30,7 @@ def test_a_planted_fault_of_the_page_is_found(fault: dict[str, Any], frontend: P
     path = node()
     if path is None:
         pytest.skip(f"no Node from {'.'.join(map(str, LEAST))} on")
-    file, test = frontend / "src" / fault["file"], frontend / "test" / f"{fault['test']}.test.ts"
+    file, test = frontend / fault["file"], frontend / "test" / f"{fault['test']}.test.ts"
     text = file.read_text("utf-8")
     assert text.count(fault["before"]) == 1
     assert _passes(path, test)

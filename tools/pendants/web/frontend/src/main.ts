@@ -4,6 +4,7 @@ import "./style.css";
 import { cellModel, isInControl } from "./pendant/cell.ts";
 import type { Cell } from "./pendant/cell.ts";
 import { Holding } from "./pendant/holding.ts";
+import { PacketRing } from "./packets/ring.ts";
 import { Observable } from "./pendant/observable.ts";
 import { pageState } from "./pendant/states.ts";
 import { Activity, StopKind, VerdictCode } from "./protocol.ts";
@@ -77,10 +78,12 @@ class Page implements App {
     note: { text: "", kind: "remark" },
     isStopReleased: false,
   });
+  readonly packets = new PacketRing();
   readonly session: Session;
   readonly holding: Holding;
   #root: HTMLElement;
   #layout: Layout | null = null;
+  #viewListener: Partial<ViewEvents> | null = null;
   #servers: readonly string[] = [""];
   /** That in which the page stands. */
   #language = "";
@@ -97,6 +100,7 @@ class Page implements App {
       lost: () => this.holding.lost(),
       refused: (refusal) => this.refused(refusal),
     });
+    this.session.tap = (way, frame) => this.packets.add(way, frame, Date.now());
     this.holding = new Holding(this.session, () => this.now(), {
       changed: () => this.#draw(),
       refused: (refusal) => this.refused(refusal),
@@ -168,6 +172,10 @@ class Page implements App {
     this.#draw();
   }
 
+  hearView(listener: Partial<ViewEvents> | null): void {
+    this.#viewListener = listener;
+  }
+
   /** Build the page anew: the first time, and in another language. What is held loses its button. */
   #show(): void {
     const { theme, language } = this.settings.value;
@@ -195,7 +203,11 @@ class Page implements App {
   }
 
   #viewEvents(): ViewEvents {
-    return { gizmoMoved: () => undefined, objectMoved: () => undefined, picked: () => undefined };
+    return {
+      gizmoMoved: (pose, isDone) => this.#viewListener?.gizmoMoved?.(pose, isDone),
+      objectMoved: (name, pose, isDone) => this.#viewListener?.objectMoved?.(name, pose, isDone),
+      picked: (name) => this.#viewListener?.picked?.(name),
+    };
   }
 
   /** Whatever takes the control, the mode or the peace away lets go of all that is held. */

@@ -159,3 +159,26 @@ test("a cut frame ends the link and says why", () => {
   wire.onmessage?.({ data: new ArrayBuffer(7) } as MessageEvent);
   assert.match(ends[0] ?? "", /cut/);
 });
+
+function reply(request_id: number, reply_code: number, data: unknown): Message {
+  const body = new TextEncoder().encode(JSON.stringify(data));
+  return { type: "management", comm_type: 3, reply_code, request_id, body };
+}
+
+test("data that was asked for and refused throws the refusal with its numbers", async () => {
+  const { wire, link } = linked();
+  const asked = link.call<"programs.list">({ op: "programs.list" });
+  wire.answer(reply(1, 2, { code: 100, text: "revision 3", joint: -1, value: 2, limit: 3 }));
+  await assert.rejects(asked, (error: Refused) => error.refusal.code === 100 && error.refusal.limit === 3);
+});
+
+test("data that begins a motion is told at once, and its end once it has ended", async () => {
+  const { wire, link } = linked();
+  const asked = link.callMotion<"recordings.play">({ op: "recordings.play", name: "arc" });
+  wire.answer(reply(1, 1, { total: 4 }));
+  const { reply: told, ended } = await asked;
+  assert.equal(told.total, 4);
+  const numbers = { joint: -1, value: 0, limit: 0, plan_time: 0, motion_time: 0, text: "" };
+  wire.answer({ type: "outcome", request_id: 1, outcome: 2, code: 39, ...numbers });
+  await assert.rejects(ended, Refused);
+});

@@ -4,6 +4,7 @@ import { isInControl, OVERDUE } from "../pendant/cell.ts";
 import type { Cell } from "../pendant/cell.ts";
 import { jointRows, toolRows, toolValues } from "../pendant/axes.ts";
 import { StateField } from "../protocol.ts";
+import { sceneModel } from "../scene/model.ts";
 import { meshesMissing } from "../texts/meshes.ts";
 import { fixed } from "../texts/texts.ts";
 import type { App, Part } from "../ui/app.ts";
@@ -43,6 +44,7 @@ export function cellView(app: App, over: HTMLElement): CellView {
   /** Where the robot was known to stand last; greyed from then on. */
   let standing: { robot: Cell["robot"]; joints: number[] } | null = null;
   const trace = new Trace();
+  const scene = sceneModel(app);
   const meshes = new RobotMeshes(
     (request) => app.session.call(request),
     ({ length }) => {
@@ -104,6 +106,7 @@ export function cellView(app: App, over: HTMLElement): CellView {
         joints: joints ?? last,
         stale: stale || joints === null,
         driven: drivenJoints(app, cell),
+        objects: scene.objects(cell),
         trace: isTraced ? trace.points() : EMPTY.trace,
         theme: app.settings.value.theme,
         ...added,

@@ -1,7 +1,9 @@
 // Alle Wörter der Seite auf Deutsch; die Schlüssel sind die von en.ts.
 import type { Texts } from "./en.ts";
+import { teachDe } from "./teach.ts";
 
 export const de: Texts = {
+  teaching: teachDe,
   language: "Deutsch",
   simulation: "SIMULATION",
   simulationShort: "SIM",

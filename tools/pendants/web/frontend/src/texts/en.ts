@@ -1,6 +1,10 @@
 // All words of the page in English; `de.ts` has the same keys.
 
+import { teachEn } from "./teach.ts";
+
 export const en = {
+  /** Words of teaching and playback. */
+  teaching: teachEn,
   language: "English",
   simulation: "SIMULATION",
   simulationShort: "SIM",

@@ -3,7 +3,8 @@ import type { Cell, CellModel } from "../pendant/cell.ts";
 import type { Holding } from "../pendant/holding.ts";
 import type { Observable } from "../pendant/observable.ts";
 import type { Language, Texts } from "../texts/texts.ts";
-import type { Content } from "../view/view.ts";
+import type { PacketRing } from "../packets/ring.ts";
+import type { Content, ViewEvents } from "../view/view.ts";
 import type { Refusal } from "../wire/errors.ts";
 import type { Session } from "../wire/session.ts";
 
@@ -41,6 +42,8 @@ export interface App {
   readonly settings: Observable<Settings>;
   readonly choice: Observable<Choice>;
   readonly texts: Texts;
+  /** The newest frames of this tab. */
+  readonly packets: PacketRing;
   now(): number;
   /** Names of the joints as people call them. */
   jointNames(): string[];
@@ -50,6 +53,8 @@ export interface App {
   stop(): void;
   /** Add to what the view shows, over the measured robot; null takes it away. */
   overlay(part: Partial<Content> | null): void;
+  /** Hear what is dragged and pressed in the picture; null for nobody. */
+  hearView(listener: Partial<ViewEvents> | null): void;
 }
 
 /** A part of the page that shows the cell. */
@@ -61,6 +66,8 @@ export interface Part {
 /** A task of the rail: its panel, and its dock where it has one. */
 export interface TaskPart extends Part {
   readonly dock?: HTMLElement;
+  /** Stands in place of the picture of the cell. */
+  readonly stage?: HTMLElement;
   /** It is shown or left. */
   shown?(isShown: boolean): void;
 }

@@ -18,7 +18,16 @@ const PATHS = {
   undo: "M9 7L4 12l5 5M4 12h10a6 6 0 0 1 0 12",
   home: "M4 11l8-7 8 7M6 10v10h12V10",
   eye: "M2 12s4-7 10-7 10 7 10 7-4 7-10 7S2 12 2 12zM12 15a3 3 0 1 0 0-6 3 3 0 0 0 0 6z",
+  box: "M12 3l8 4.5v9L12 21l-8-4.5v-9z",
   stop: "M7 7h10v10H7z",
+  cross: "M6 6l12 12M18 6L6 18",
+  play: "M8 5l11 7-11 7z",
+  pause: "M8 5v14M16 5v14",
+  step: "M5 5l9 7-9 7zM19 5v14",
+  back: "M19 5l-9 7 9 7zM5 5v14",
+  redo: "M15 7l5 5-5 5M20 12H10a6 6 0 0 0 0 12",
+  up: "M6 15l6-6 6 6",
+  down: "M6 9l6 6 6-6",
   robot: "M5 21h10M10 21v-5l-4-6 8-5 5 3M6 10h.01M14 5h.01",
 } as const;
 

@@ -31,6 +31,7 @@ export function layout(app: App, servers: readonly string[]): Layout {
   const parts: Part[] = [top, state, view, checklist, question, stop, cells, ...dialogs];
   const panel = h("aside", { class: "panel" });
   const taskDock = h("div", { class: "task-dock" });
+  const taskStage = h("div", { class: "task-stage" });
   const dock = h("div", { class: "dock" }, question.element, stop.element, taskDock);
   const made = new Map<Task, TaskPart>();
   const rail = h(
@@ -41,7 +42,7 @@ export function layout(app: App, servers: readonly string[]): Layout {
         icon(each.icon), h("span", {}, app.texts[each.task])),
     ),
   );
-  const work = h("main", { class: "work" }, rail, h("div", { class: "stage" }, state.element, view.element), panel, dock);
+  const work = h("main", { class: "work" }, rail, h("div", { class: "stage" }, state.element, view.element, taskStage), panel, dock);
   const element = h("div", { class: "frame" }, top.element, work, cells.element, ...dialogs.map((each) => each.element));
   let shownTask: Task | null = null;
   const chosen = (): TaskPart | undefined => {
@@ -58,6 +59,9 @@ export function layout(app: App, servers: readonly string[]): Layout {
       shownTask = entry.task;
       panel.replaceChildren(part.element);
       taskDock.replaceChildren(...(part.dock === undefined ? [] : [part.dock]));
+      taskStage.replaceChildren(...(part.stage === undefined ? [] : [part.stage]));
+      show(taskStage, part.stage !== undefined);
+      show(view.element, part.stage === undefined);
       part.shown?.(true);
     }
     return part;

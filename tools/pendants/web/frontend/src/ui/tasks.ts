@@ -1,6 +1,11 @@
 // The tasks of the rail, in its order; a task is made when it is first shown.
 import { jogTask } from "../panels/jog.ts";
+import { numbersTask } from "../panels/numbers.ts";
+import { packetsTask } from "../panels/packets.ts";
+import { planTask } from "../panels/plan.ts";
 import { plotsTask } from "../panels/plots.ts";
+import { sceneTask } from "../panels/scene.ts";
+import { teachTask } from "../panels/teach.ts";
 import type { MakeTask, Task } from "./app.ts";
 import type { IconName } from "./icons.ts";
 
@@ -12,5 +17,10 @@ export interface TaskEntry {
 
 export const TASKS: readonly TaskEntry[] = [
   { task: "jog", icon: "jog", make: jogTask },
+  { task: "teach", icon: "teach", make: teachTask },
+  { task: "plan", icon: "plan", make: planTask },
+  { task: "scene", icon: "scene", make: sceneTask },
+  { task: "frames", icon: "frames", make: numbersTask },
   { task: "plots", icon: "plots", make: plotsTask },
+  { task: "packets", icon: "packets", make: packetsTask },
 ];

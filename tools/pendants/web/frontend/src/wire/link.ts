@@ -3,13 +3,15 @@
 // Owns request ids. At most four requests are open at once, so that nothing of ours lies in front
 // of a STOP for long; what stops, beats or lets go is never put off, and neither is what moves: a
 // motion that waited in a queue would begin when nobody expects it any more.
-import { CommType } from "../codec.ts";
-import { decode, encode, LAYOUTS } from "../protocol.ts";
+import { CommType, ReplyCode } from "../codec.ts";
+import { decode, encode, LAYOUTS, VerdictCode } from "../protocol.ts";
 import type { Message, Operations, Verdict } from "../protocol.ts";
 import { LinkLost, Refused, refusalOf, unknownRequest } from "./errors.ts";
+import type { Refusal } from "./errors.ts";
 import { framesOf, joined } from "./frames.ts";
 
 const MOST_OPEN = 4;
+const NO_REFUSAL: Refusal = { code: VerdictCode.MALFORMED, joint: -1, value: 0, limit: 0, text: "" };
 const utf8 = new TextEncoder();
 const text = new TextDecoder();
 
@@ -125,12 +127,25 @@ export class Link {
   /** Ask for data; refused it throws. */
   async call<Op extends keyof Operations>(request: Operations[Op][0]): Promise<Operations[Op][1]> {
     const body = utf8.encode(JSON.stringify(request));
-    const answer = await this.#inTurn({ type: "management", body });
-    if (answer.type !== "management") {
-      judged(answer);
-      throw new RangeError(`${answer.type} answers no management request`);
+    return replied(await this.#inTurn({ type: "management", body })) as Operations[Op][1];
+  }
+
+  /** Ask for data whose answer begins a motion; `ended` is as that of `move`. */
+  async callMotion<Op extends keyof Operations>(
+    request: Operations[Op][0],
+  ): Promise<{ reply: Operations[Op][1]; ended: Promise<Message> }> {
+    const body = utf8.encode(JSON.stringify(request));
+    const asked = { type: "management", body, request_id: this.newId() } as Requested;
+    const ended = this.#expect(this.#outcomes, asked);
+    ended.catch(() => undefined);
+    const answered = this.#expect(this.#open, asked);
+    this.send(asked);
+    try {
+      return { reply: replied(await answered) as Operations[Op][1], ended };
+    } catch (error) {
+      this.#outcomes.delete(asked.request_id);
+      throw error;
     }
-    return JSON.parse(text.decode(answer.body)) as Operations[Op][1];
   }
 
   /** Ask which cells there are; works before hello. */
@@ -226,6 +241,17 @@ export class Link {
     for (const each of this.#waiting.splice(0)) each();
     this.#events.closed(why);
   }
+}
+
+/** Return the data of a reply; one of failure has what it was refused for, and throws. */
+function replied(answer: Message): unknown {
+  if (answer.type !== "management") {
+    judged(answer);
+    throw new RangeError(`${answer.type} answers no management request`);
+  }
+  const data: unknown = JSON.parse(text.decode(answer.body));
+  if (answer.reply_code !== ReplyCode.FAILURE) return data;
+  throw new Refused({ ...NO_REFUSAL, ...(data as Partial<Refusal>) });
 }
 
 /** Return a verdict that accepts; throws where it refuses. */

@@ -60,7 +60,7 @@ export interface Around {
 export class Session {
   readonly cell: CellModel;
   tap: FrameTap | null = null;
-  readonly #listeners = new Set<(state: State) => void>();
+  readonly #stateListeners = new Set<(state: State) => void>();
   #around: Around;
   #events: SessionEvents;
   #link: Link | null = null;
@@ -71,6 +71,7 @@ export class Session {
   #timers = new Set<ReturnType<typeof setTimeout>>();
   #whyDue = false;
   #holdsDue = false;
+  #listeners = new Set<(message: Message) => void>();
   #pingAt = 0;
   #helloed: ((reply: HelloReply | Refusal) => void) | null = null;
 
@@ -141,6 +142,18 @@ export class Session {
 
   call<Op extends keyof Operations>(request: Operations[Op][0]): Promise<Operations[Op][1]> {
     return this.#needed().call<Op>(request);
+  }
+
+  callMotion<Op extends keyof Operations>(
+    request: Operations[Op][0],
+  ): Promise<{ reply: Operations[Op][1]; ended: Promise<Message> }> {
+    return this.#needed().callMotion<Op>(request);
+  }
+
+  /** Be told of messages that are no answers; returns how to end that. */
+  listen(told: (message: Message) => void): () => void {
+    this.#listeners.add(told);
+    return () => this.#listeners.delete(told);
   }
 
   /** Stop the robot: at once, whatever is open. */
@@ -363,6 +376,7 @@ export class Session {
         break;
     }
     this.#events.told(message);
+    for (const each of this.#listeners) each(message);
   }
 
   #isHelloAnswer(message: Message): boolean {
@@ -375,12 +389,12 @@ export class Session {
 
   /** Be told of each state, none left out as the cell's model may; returns how to end that. */
   watchStates(told: (state: State) => void): () => void {
-    this.#listeners.add(told);
-    return () => this.#listeners.delete(told);
+    this.#stateListeners.add(told);
+    return () => this.#stateListeners.delete(told);
   }
 
   #takeState(state: State): void {
-    for (const told of this.#listeners) told(state);
+    for (const told of this.#stateListeners) told(state);
     const old = this.cell.value.state;
     const now = this.#around.now();
     this.cell.set({ state, stateAt: now });

@@ -1,0 +1,115 @@
+"""The packet inspector in a real browser: frames of this tab, taken apart as the command does."""
+
+import subprocess
+import sys
+
+import pytest
+
+from browser.page_rig import Page, PageRig
+
+SHOWN = "[...document.querySelectorAll('button.packet')].filter(each => !each.hidden)"
+
+
+@pytest.fixture
+def packets(page_rig: PageRig) -> Page:
+    """A page in control whose inspector leaves states out."""
+    page = page_rig.page()
+    page.ready()
+    page.run("document.querySelector('[data-task=packets]').click()")
+    page.run("document.querySelector('[data-kind=\"no state\"]').click()")
+    return page
+
+
+def _filter(page: Page, text: str) -> None:
+    page.run(
+        "const box = document.querySelector('.packets input');"
+        f"box.value = '{text}'; box.dispatchEvent(new Event('input'))"
+    )
+
+
+def _choose(page: Page, text: str) -> None:
+    _filter(page, text)
+    page.wait(f"{SHOWN}.length > 0 && {SHOWN}.every(each => each.innerText.includes('{text}'))")
+    page.run(f"{SHOWN}[0].click()")
+    page.wait("document.querySelector('.packet-detail').offsetParent !== null")
+
+
+def _hexadecimal(page: Page) -> str:
+    digits = "[...document.querySelectorAll('.hex .byte')].map(each => each.innerText).join('')"
+    return str(page.run(f"return {digits}"))
+
+
+def test_a_frame_of_the_tab_is_told_as_the_command_prints_it(packets: Page) -> None:
+    _choose(packets, "declare")
+    printed = subprocess.run(
+        [
+            *(sys.executable, "-m", "openpendant.tools", "packets", "decode"),
+            *("--format", "tree", "--dialect", "pendant", "--color", "never"),
+        ],
+        input=_hexadecimal(packets),
+        capture_output=True,
+        text=True,
+        check=True,
+    )
+    values = [line.split()[2] for line in printed.stdout.splitlines()[1:]]
+    told = packets.run(
+        "return [...document.querySelectorAll('.field .value')].map(each => each.innerText)"
+    )
+    assert told == values
+
+
+def test_pressing_a_byte_marks_its_field(packets: Page) -> None:
+    _choose(packets, "declare")
+    packets.run("document.querySelectorAll('.hex .byte')[22].click()")
+    marked = "document.querySelector('.field.marked .path')?.innerText"
+    assert packets.run(f"return {marked}") == "enabling_deadline"
+    packets.run("document.querySelectorAll('.field')[4].click()")
+    bytes_marked = "document.querySelectorAll('.byte.marked').length"
+    assert packets.run(f"return [{marked}, {bytes_marked}]") == ["request_id", 4]
+
+
+def test_a_paused_list_stands_still_while_frames_come(packets: Page) -> None:
+    packets.run("document.querySelector('[data-kind=all]').click()")
+    packets.wait(f"{SHOWN}.length > 5")
+    packets.run("document.querySelector('.pause').click()")
+    last = f"{SHOWN}.at(-1).dataset.number"
+    before = packets.run(f"return {last}")
+    packets.wait("Number(document.querySelector('.packets footer').innerText.split(' ')[0]) > 10")
+    assert packets.run(f"return {last}") == before
+    packets.run("document.querySelector('.pause').click()")
+    packets.wait(f"{last} > {before} + 10")
+
+
+def test_a_refusal_is_found_among_all_frames(packets: Page) -> None:
+    packets.run("document.querySelector('[data-task=jog]').click()")
+    packets.tap_key("KeyM", "m")
+    packets.tap_key("Digit1", "1")
+    packets.run("document.querySelector('[data-task=plan]').click()")
+    packets.run(
+        "const goal = document.querySelectorAll('.plan select')[0]; goal.value = 'home';"
+        "document.querySelector('.plan .acts button').click()"
+    )
+    packets.wait("document.querySelector('.verdict').innerText.includes('cannot run')")
+    packets.run("document.querySelector('[data-task=packets]').click()")
+    packets.run("document.querySelector('[data-kind=refused]').click()")
+    packets.wait(f"{SHOWN}.some(each => each.innerText.includes('NO_MOTION'))")
+    assert packets.run(f"return {SHOWN}.every(each => each.classList.contains('refused'))")
+
+
+def test_a_secret_is_in_no_frame_that_is_kept(packets: Page) -> None:
+    packets.run(
+        "document.querySelector('.chip').click();"
+        "const boxes = [...document.querySelectorAll('.veil input[type=password]')];"
+        "boxes[0].value = 'swordfish-of-the-class';"
+        "boxes[0].dispatchEvent(new Event('input', {bubbles: true}))"
+    )
+    packets.run(
+        "const names = [...document.querySelectorAll('.veil input[type=text]')]"
+        ".filter(each => each.offsetParent !== null);"
+        "names[0].value = 'anna';"
+        "names[0].form?.requestSubmit() ?? [...document.querySelectorAll('.veil button')]"
+        ".find(each => each.innerText === 'Log in').click()"
+    )
+    _choose(packets, "login")
+    assert b"swordfish".hex() not in _hexadecimal(packets)
+    assert '"********"' in packets.text(".packet-detail .fields")

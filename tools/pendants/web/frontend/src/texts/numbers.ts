@@ -1,0 +1,66 @@
+// The words of the page for the curious: frames, matrices, the Jacobian, the specification.
+import type { Language } from "./texts.ts";
+
+const en = {
+  where: "Where the tool is",
+  frame: "Frame",
+  link: "Link",
+  toolCentre: "tool centre point",
+  position: "Position [mm]",
+  quaternion: "Quaternion x y z w",
+  rpy: "Roll, pitch, yaw [°]",
+  notUnique: "at a pitch of 90° roll and yaw are not unique",
+  axisAngle: "Rotation vector [°]",
+  matrix: "Homogeneous matrix [m]",
+  jacobian: "Jacobian, rows vx vy vz ωx ωy ωz",
+  condition: "Condition number",
+  infinite: "infinite",
+  manipulability: "Manipulability",
+  singularity: "Nearest singularity",
+  singular: (kind: string, distance: string) => `${kind}, ${distance}`,
+  kinds: { wrist: "wrist", elbow: "elbow", shoulder: "shoulder", unnamed: "unnamed" } as Record<string, string>,
+  dh: "DH frames",
+  dhJoint: "Joint",
+  noDh: "This robot's file has no DH table.",
+  dhHint: "a, d in mm; α, θ in degrees; shown in the picture.",
+  specification: "Specification",
+  limits: "Limits of the joints",
+  range: "Range",
+  greatest: "Speed, acceleration",
+  showFrames: "Show them in the picture",
+  live: "It follows the robot twice a second.",
+};
+
+export type NumberTexts = typeof en;
+
+const de: NumberTexts = {
+  where: "Wo das Werkzeug ist",
+  frame: "Koordinatensystem",
+  link: "Glied",
+  toolCentre: "Werkzeugmittelpunkt",
+  position: "Ort [mm]",
+  quaternion: "Quaternion x y z w",
+  rpy: "Roll, Nick, Gier [°]",
+  notUnique: "bei einem Nickwinkel von 90° sind Roll und Gier nicht eindeutig",
+  axisAngle: "Drehvektor [°]",
+  matrix: "Homogene Matrix [m]",
+  jacobian: "Jacobi-Matrix, Zeilen vx vy vz ωx ωy ωz",
+  condition: "Konditionszahl",
+  infinite: "unendlich",
+  manipulability: "Manipulierbarkeit",
+  singularity: "Nächste Singularität",
+  singular: (kind, distance) => `${kind}, ${distance}`,
+  kinds: { wrist: "Handgelenk", elbow: "Ellbogen", shoulder: "Schulter", unnamed: "ohne Namen" },
+  dh: "DH-Koordinatensysteme",
+  dhJoint: "Achse",
+  noDh: "Die Datei dieses Roboters hat keine DH-Tabelle.",
+  dhHint: "a, d in mm; α, θ in Grad; im Bild gezeigt.",
+  specification: "Technische Daten",
+  limits: "Grenzen der Achsen",
+  range: "Bereich",
+  greatest: "Geschwindigkeit, Beschleunigung",
+  showFrames: "Im Bild zeigen",
+  live: "Es folgt dem Roboter zweimal in der Sekunde.",
+};
+
+export const numberTexts: Readonly<Record<Language, NumberTexts>> = { en, de };

@@ -1,0 +1,50 @@
+// DH frames and user frames in base.
+import assert from "node:assert/strict";
+import { readFileSync } from "node:fs";
+import { test } from "node:test";
+import { Chain, describedRobot } from "../src/kinematics/chain.ts";
+import { dhFrames, dhTable } from "../src/kinematics/dh.ts";
+import { aboutAxis, composed, distance, pose } from "../src/kinematics/pose.ts";
+import type { Pose } from "../src/kinematics/pose.ts";
+import type { ShapesShowReply } from "../src/protocol.ts";
+import { frameMarks } from "../src/scene/frames.ts";
+
+interface Case {
+  name: string;
+  shapes: ShapesShowReply;
+  facts: Record<string, unknown>;
+  joints: number[];
+}
+
+const path = process.env["DH_CASES"];
+const cases = path === undefined ? [] : (JSON.parse(readFileSync(path, "utf8")) as Case[]);
+
+test("the last DH frame and the table's tool are where the chain has its tool link", { skip: cases.length === 0 }, () => {
+  for (const { name, shapes, facts, joints } of cases) {
+    const chain = new Chain(describedRobot(shapes, facts));
+    const table = dhTable(facts);
+    assert.ok(table !== null, name);
+    const frames = dhFrames(table, chain, joints);
+    assert.equal(frames.length, table.rows.length + 1);
+    const end = composed(frames.at(-1) as Pose, table.tool);
+    assert.ok(distance(end.position, chain.flange(joints).position) < 1e-6, `${name}: ${end.position} ${chain.flange(joints).position}`);
+  }
+});
+
+test("a robot without a table has no DH frames", () => {
+  assert.equal(dhTable({ dh: null }), null);
+});
+
+test("a user frame stands in its parent, and one of an unknown parent is left out", () => {
+  const quat = [...aboutAxis([0, 0, 1], Math.PI / 2)];
+  const frames = [
+    { name: "table", parent: "base", xyz: [1, 0, 0], quat },
+    { name: "corner", parent: "table", xyz: [0.5, 0, 0], quat: [0, 0, 0, 1] },
+    { name: "lost", parent: "nowhere", xyz: [0, 0, 0], quat: [0, 0, 0, 1] },
+    { name: "tip", parent: "tool", xyz: [0, 0, 0.1], quat: [0, 0, 0, 1] },
+  ];
+  const marks = frameMarks({ frames }, { tool: pose([0, 0, 1], [0, 0, 0, 1]) });
+  assert.deepEqual(marks.map(({ name }) => name), ["table", "corner", "tip"]);
+  assert.ok(distance(marks[1]?.position ?? [0, 0, 0], [1, 0.5, 0]) < 1e-12);
+  assert.ok(distance(marks[2]?.position ?? [0, 0, 0], [0, 0, 1.1]) < 1e-12);
+});

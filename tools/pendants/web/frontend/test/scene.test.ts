@@ -1,0 +1,76 @@
+// The objects of a scene: read, written, placed, measured.
+import assert from "node:assert/strict";
+import { test } from "node:test";
+import { IDENTITY, aboutAxis, pose } from "../src/kinematics/pose.ts";
+import { colourOf, contentOf, distanceTo, drawn, freeName, graspOf, isSame, isWall, newEntry, readScene, shapeOf, snapped } from "../src/scene/objects.ts";
+
+const content = {
+  schema: "openpendant-scene/1",
+  revision: 3,
+  objects: [
+    { name: "table", shape: { type: "box", size: [1.2, 0.8, 0.05] }, position: [0, 0.6, -0.03], quaternion: [0, 0, 0, 1], frame: "base" },
+    { name: "pin", shape: { type: "capsule", radius: 0.02, length: 0.1 }, position: [0, 0, 0.1], quaternion: [0, 0, 0, 1], frame: "base", link: "flange" },
+    { name: "jig", shape: { type: "mesh", file: "jig.stl", scale: [1, 1, 1] }, position: [0, 0, 0], quaternion: [0, 0, 0, 1], frame: "root" },
+  ],
+  allowed: [["pin", "flange"]],
+};
+
+test("a scene that is read is written as it came", () => {
+  const { schema, objects, allowed } = content;
+  assert.deepEqual(contentOf(readScene(content, 3)), { schema, objects, allowed });
+});
+
+test("what is no object is left out", () => {
+  assert.deepEqual(readScene({ objects: [null, 7, { name: "x", shape: { type: "cone" } }] }, 1).entries, []);
+});
+
+test("a capsule is drawn with its caps, which its file leaves out", () => {
+  const [, pin] = readScene(content, 3).entries;
+  assert.ok(pin !== undefined);
+  assert.deepEqual(shapeOf(pin).size, [0.04, 0.04, 0.1 + 0.04]);
+  assert.equal(drawn(pin, IDENTITY).held, true);
+});
+
+const at = pose([0, 0, 1], aboutAxis([0, 0, 1], Math.PI / 2));
+const distance = (kind: "box" | "cylinder" | "sphere" | "capsule", sizes: number[], point: [number, number, number]) =>
+  distanceTo({ ...newEntry(kind, [0, 0, 0], []), sizes }, at, point) ?? NaN;
+const near = (found: number, wanted: number) => assert.ok(Math.abs(found - wanted) < 1e-12, `${found} for ${wanted}`);
+
+test("the distance from a body is that to its nearest point, and 0 inside", () => {
+  // A quarter turn: the box is 0.2 along y, 0.4 along x.
+  near(distance("box", [0.2, 0.4, 0.6], [0.5, 0, 1]), 0.3);
+  near(distance("box", [0.2, 0.4, 0.6], [0.23, 0.14, 1]), 0.05);
+  near(distance("box", [0.2, 0.4, 0.6], [0.1, 0.05, 1.2]), 0);
+  near(distance("cylinder", [0.1, 0.4], [0.13, 0, 1.24]), 0.05);
+  near(distance("sphere", [0.1], [0, 0, 1.25]), 0.15);
+  near(distance("capsule", [0.1, 0.4], [0, 0.03, 1.24]), 0);
+  near(distance("capsule", [0.1, 0.4], [0, 0, 1.35]), 0.05);
+});
+
+test("a thin and large box is a wall, a table top is none", () => {
+  const box = (sizes: number[]) => isWall({ ...newEntry("box", [0, 0, 0], []), sizes });
+  assert.deepEqual([[0.02, 3, 2], [3, 0.02, 2], [1.2, 0.8, 0.02], [0.02, 0.1, 2], [0.02, 3, 0.1]].map(box), [true, true, false, false, false]);
+});
+
+test("a new object has a name of its own", () => {
+  const first = newEntry("box", [0, 0, 0], []);
+  assert.deepEqual([first.name, freeName("box", [first])], ["box", "box 2"]);
+});
+
+test("two entries are the same that would be written so", () => {
+  const [table] = readScene(content, 3).entries;
+  assert.ok(table !== undefined);
+  assert.ok(isSame(table, { ...table }));
+  assert.ok(!isSame(table, { ...table, pose: { ...table.pose, position: [0, 0, 0] } }));
+});
+
+test("a tool grasps at its own point, the bare flange at its centre with 10 mm", () => {
+  const tools = { tools: [{ name: "gripper", grasp: { point: [0, 0, 0.05], reach: 0.02 } }] };
+  assert.deepEqual(graspOf(tools, "gripper", pose([1, 0, 0], [0, 0, 0, 1])), { point: [1, 0, 0.05], reach: 0.02 });
+  assert.deepEqual(graspOf(tools, null, pose([1, 0, 0], [0, 0, 0, 1])), { point: [1, 0, 0], reach: 0.01 });
+});
+
+test("a place snaps to the raster, and a name has one colour", () => {
+  assert.deepEqual(snapped(pose([0.0149, -0.0151, 0.2], [0, 0, 0, 1]), 0.01).position, [0.01, -0.02, 0.2]);
+  assert.equal(colourOf("pillar"), colourOf("pillar"));
+});
