@@ -2,20 +2,29 @@
 
 from collections.abc import Iterator
 from pathlib import Path
+from typing import Any
 
 import pytest
 
-from browser.page_rig import FRONT, Page, PageRig, why_no_browser
+from browser.page_rig import FRONT, Page, PageRig, chromium, why_no_browser
 
 
 @pytest.fixture(scope="session")
-def page_rig(tmp_path_factory: pytest.TempPathFactory) -> Iterator[PageRig]:
-    """Processes with free ports, and a browser; skipped aloud where one is missing."""
+def driver() -> Iterator[Any]:
+    """The one browser of the run; skipped aloud where it or the page is missing."""
     if why := why_no_browser():
         pytest.skip(why)
     if not (FRONT / "index.html").is_file():
         pytest.skip("the page is not built: make browser builds it")
-    with PageRig(Path(tmp_path_factory.mktemp("page"))) as rig:
+    started = chromium()
+    yield started
+    started.quit()
+
+
+@pytest.fixture(scope="session")
+def page_rig(driver: Any, tmp_path_factory: pytest.TempPathFactory) -> Iterator[PageRig]:
+    """Emulator, server and gateway with free ports."""
+    with PageRig(Path(tmp_path_factory.mktemp("page")), driver) as rig:
         yield rig
 
 

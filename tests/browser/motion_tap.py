@@ -2,15 +2,17 @@
 
 from __future__ import annotations
 
-import asyncio
 import statistics
 import struct
-import threading
 import time
 from dataclasses import dataclass
 from itertools import pairwise
 
+from browser.loopback_relay import LoopbackRelay
+
 POINT, FULL_POINT, STOP = 11, 14, -4
+AT_REST = 0.15
+"""A robot that no set-point went to for so long stands [s]; a jog sends one each tick."""
 _HEADER = 16
 _STEADY = 0.97
 """A set-point whose step is smaller than that of the steady jog belongs to the ramp."""
@@ -24,33 +26,49 @@ class Seen:
     joints: tuple[float, ...]
 
 
-class MotionTap:
-    """Relays one port to another in a thread of its own."""
+@dataclass(frozen=True)
+class Ended:
+    """How a held jog ended.
+
+    Attributes:
+        began: when it was let go, by the monotonic clock [s].
+        at: when the first set-point of the ramp, or the STOP, went by.
+        kind: `ramp` or `stop`.
+    """
+
+    began: float
+    at: float
+    kind: str
+
+
+class MotionTap(LoopbackRelay):
+    """Notes what goes to the emulator, as it goes."""
 
     def __init__(self, target: int) -> None:
-        self.port = 0
-        self._target = target
+        """Begin with nothing seen."""
         self._seen: list[Seen] = []
-        self._loop: asyncio.AbstractEventLoop | None = None
-        self._is_over = asyncio.Event()
-        self._up = threading.Event()
-        self._thread = threading.Thread(target=self._run, daemon=True)
-        self._thread.start()
-        self._up.wait(10)
-
-    def close(self) -> None:
-        if self._loop is not None:
-            self._loop.call_soon_threadsafe(self._is_over.set)
-        self._thread.join(10)
+        super().__init__(target)
 
     def forget(self) -> None:
+        """Begin a trial."""
         self._seen = []
 
     def seen(self) -> list[Seen]:
+        """Return what went by since the last `forget`."""
         return list(self._seen)
 
-    def end_of_steady(self, joint: int, after: float) -> tuple[float, str]:
-        """Return how long after a moment the ramp or the STOP began [s], and which it was.
+    def wait_for_rest(self, within: float = 5.0) -> None:
+        """Wait until no set-point goes by any more."""
+        until = time.monotonic() + within
+        while (seen := self._seen) and time.monotonic() - seen[-1].at < AT_REST:
+            assert time.monotonic() < until, "the robot never came to rest"
+            time.sleep(0.01)
+
+    def end_of_steady(self, joint: int, after: float) -> Ended:
+        """Return when the ramp or the STOP began after a moment, and which it was.
+
+        The ramp begins with the first of the smaller steps that no steady one follows: a single
+        late tick is none. It may be called once the joint stands.
 
         Raises:
             AssertionError: no steady jog went before, or none of them came.
@@ -58,43 +76,20 @@ class MotionTap:
         seen = self.seen()
         steps = [
             (each.at, abs(each.joints[joint] - earlier.joints[joint]))
-            for earlier, each in pairwise(seen)
-            if each.joints and earlier.joints
+            for earlier, each in pairwise(each for each in seen if each.joints)
         ]
         before = [step for at, step in steps if at < after][-10:]
         assert len(before) >= 5, f"{len(before)} set-points before the end of the jog"
         steady = statistics.median(before)
-        assert steady > 0, "it stood before the jog ended"
+        last = f"the last set-point came {1000 * (seen[-1].at - after):.0f} ms after"
+        assert steady > 0, f"it stood before the jog ended; {last}"
+        steadily = max(at for at, step in steps if step >= _STEADY * steady)
         stops = [(each.at, "stop") for each in seen if not each.joints and each.at >= after]
-        ramps = [(at, "ramp") for at, step in steps if at >= after and step < _STEADY * steady]
+        ramps = [(at, "ramp") for at, _ in steps if at > steadily]
         first = min(stops[:1] + ramps[:1], default=None)
-        assert first is not None, "nothing ended the jog"
-        return first[0] - after, first[1]
-
-    def _run(self) -> None:
-        asyncio.run(self._listen())
-
-    async def _listen(self) -> None:
-        self._loop = asyncio.get_running_loop()
-        server = await asyncio.start_server(self._relay, "127.0.0.1", 0)
-        self.port = server.sockets[0].getsockname()[1]
-        self._up.set()
-        await self._is_over.wait()
-        server.close()
-
-    async def _relay(self, reader: asyncio.StreamReader, writer: asyncio.StreamWriter) -> None:
-        try:
-            far_reader, far_writer = await asyncio.open_connection("127.0.0.1", self._target)
-        except OSError:
-            writer.close()
-            return
-        back = asyncio.create_task(_copied(far_reader, writer))
-        left = b""
-        while data := await reader.read(65536):
-            far_writer.write(data)
-            left = self._noted(left + data)
-        far_writer.close()
-        await back
+        assert first is not None, f"nothing ended the jog; {last}"
+        assert first[0] >= after, f"it ended before; {last}"
+        return Ended(after, *first)
 
     def _noted(self, data: bytes) -> bytes:
         now = time.monotonic()
@@ -110,9 +105,3 @@ class MotionTap:
                 self._seen.append(Seen(now, struct.unpack_from("<10f", data, _HEADER + 16)))
             data = data[size:]
         return data
-
-
-async def _copied(reader: asyncio.StreamReader, writer: asyncio.StreamWriter) -> None:
-    while data := await reader.read(65536):
-        writer.write(data)
-    writer.close()

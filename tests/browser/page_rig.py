@@ -8,8 +8,8 @@ import shutil
 import socket
 import subprocess
 import sys
-import threading
 import time
+from collections.abc import Sequence
 from pathlib import Path
 from types import TracebackType
 from typing import Any, Self
@@ -46,34 +46,30 @@ def free_port() -> int:
         return port
 
 
-class IdleControl:
-    """A thread that does nothing, and notes by how much the machine lets it sleep too long [s]."""
-
-    def __init__(self) -> None:
-        self.worst = 0.0
-        self._is_over = False
-        self._thread = threading.Thread(target=self._sleep, daemon=True)
-        self._thread.start()
-
-    def close(self) -> float:
-        self._is_over = True
-        self._thread.join(5)
-        return self.worst
-
-    def _sleep(self) -> None:
-        while not self._is_over:
-            before = time.monotonic()
-            time.sleep(0.005)
-            self.worst = max(self.worst, time.monotonic() - before - 0.005)
-
-
 class PageRig:
     """All processes; ends those that it started, by their ids."""
 
-    def __init__(self, folder: Path) -> None:
+    def __init__(
+        self,
+        folder: Path,
+        driver: Any,
+        *,
+        robot: str = ROBOT,
+        serve: Sequence[object] = ("--emulated",),
+    ) -> None:
+        """Make a rig that is not up yet.
+
+        Args:
+            folder: for the logs of its processes.
+            driver: of the browser, which several rigs may share.
+            robot: that of its one cell.
+            serve: words for the server besides ports and robot.
+        """
         self._folder = folder
+        self._driver = driver
+        self._robot = robot
+        self._serve = serve
         self._processes: list[subprocess.Popen[bytes]] = []
-        self._driver: Any = None
         self._tap: MotionTap | None = None
 
     @property
@@ -92,19 +88,26 @@ class PageRig:
 
     def _begin(self) -> None:
         motion, state = free_port(), free_port()
-        self._start("emulate", "--robot", ROBOT, "--motion-port", motion, "--state-port", state)
+        self._start(
+            "emulate", "--robot", self._robot, "--motion-port", motion, "--state-port", state
+        )
         _wait_for(motion)
         self._tap = MotionTap(motion)
         self.server, self.gateway = free_port(), free_port()
         self._start(
-            *("serve", "--robot", ROBOT, "--controller", f"127.0.0.1:{self.tap.port}:{state}"),
-            *("--signals", "openpendant", "--emulated", "--pendant-port", self.server),
+            *(
+                "serve",
+                "--robot",
+                self._robot,
+                "--controller",
+                f"127.0.0.1:{self.tap.port}:{state}",
+            ),
+            *("--signals", "openpendant", "--pendant-port", self.server),
             *("--ros-motion-port", "off", "--ros-state-port", "off"),
-            *("--store", self._folder / "store.db"),
+            *("--store", self._folder / "store.db", *self._serve),
         )
         _wait_for(self.server)
-        self._start("web", "--server", f"127.0.0.1:{self.server}", "--port", self.gateway)
-        _wait_for(self.gateway)
+        self.start_gateway(self.gateway)
 
     def __exit__(
         self,
@@ -115,29 +118,34 @@ class PageRig:
         self.close()
 
     def close(self) -> None:
-        """End the browser and the processes, the last one first."""
-        if self._driver is not None:
-            self._driver.quit()
+        """End the processes, the last one first."""
         for each in reversed(self._processes):
             each.terminate()
             each.wait(20)
         if self._tap is not None:
             self._tap.close()
 
-    @property
-    def address(self) -> str:
-        return f"http://127.0.0.1:{self.gateway}/"
+    def page(self, port: int = 0) -> Page:
+        """Return the page in the browser, by the rig's gateway or at another port."""
+        return Page(self, self._driver, f"http://127.0.0.1:{port or self.gateway}/")
 
-    def page(self) -> Page:
-        """Return the page, in the one browser of the run."""
-        if self._driver is None:
-            self._driver = _chromium()
-        return Page(self, self._driver)
+    def end_emulator(self) -> None:
+        """End the controller of the cell."""
+        self._processes[0].terminate()
+        self._processes[0].wait(20)
 
-    def _start(self, *words: object) -> None:
-        with (self._folder / f"{words[0]}.log").open("wb") as log:
+    def start_gateway(self, port: int) -> subprocess.Popen[bytes]:
+        """Start a gateway at a port, and wait until it listens."""
+        started = self._start("web", "--server", f"127.0.0.1:{self.server}", "--port", port)
+        _wait_for(port)
+        return started
+
+    def _start(self, *words: object) -> subprocess.Popen[bytes]:
+        with (self._folder / f"{words[0]}.log").open("ab") as log:
             command = [sys.executable, "-m", "openpendant.tools", *map(str, words)]
-            self._processes.append(subprocess.Popen(command, stdout=log, stderr=log))
+            started = subprocess.Popen(command, stdout=log, stderr=log)
+        self._processes.append(started)
+        return started
 
 
 def _wait_for(port: int) -> None:
@@ -150,7 +158,8 @@ def _wait_for(port: int) -> None:
     raise AssertionError(f"nothing listens at port {port}")
 
 
-def _chromium() -> Any:
+def chromium() -> Any:
+    """Return the driver of a browser that was started for it."""
     from selenium import webdriver
 
     options = webdriver.ChromeOptions()
@@ -159,35 +168,49 @@ def _chromium() -> Any:
         options.add_argument(flag)
     options.set_capability("goog:loggingPrefs", {"browser": "ALL"})
     service = webdriver.ChromeService(shutil.which("chromedriver"))
-    return webdriver.Chrome(options=options, service=service)
+    driver = webdriver.Chrome(options=options, service=service)
+    show_at(driver, 1366, 820)
+    return driver
+
+
+def show_at(driver: Any, width: int, height: int) -> None:
+    """Give the page a size, whatever the window has around it; a narrow one is a phone's."""
+    size = {"width": width, "height": height, "deviceScaleFactor": 1, "mobile": width < 700}
+    driver.execute_cdp_cmd("Emulation.setDeviceMetricsOverride", size)
 
 
 class Page:
     """What a person does at the page, and what it shows."""
 
-    def __init__(self, rig: PageRig, driver: Any) -> None:
+    def __init__(self, rig: PageRig, driver: Any, address: str) -> None:
         self.rig = rig
         self.driver = driver
+        self.address = address
         self._downs: set[tuple[str, str]] = set()
         self._at = (0.0, 0.0)
 
     def ready(self) -> None:
-        """Open it anew, take control, set T1, and hide the checklist."""
+        """Open it anew, take control, end a stop, set T1, and hide the checklist."""
         self.open()
         self.tap_key("KeyC", "c")
         self.wait("document.querySelector('.chips').innerText.includes('You')")
+        # A busy machine makes the server stop the robot by itself, which has to be reset.
+        if self.run("return document.querySelector('.frame').dataset.state") == "stopped":
+            self.reset_stop()
         if "T1" not in self.text(".chips"):
             self.tap_key("KeyM", "m")
         self.wait("document.querySelector('.chips').innerText.includes('T1')")
         self.run("document.querySelector('.checklist .quiet').click()")
 
     def open(self) -> None:
-        self.driver.get(self.rig.address)
+        """Load the page with the usual settings, and wait until it shows the cell."""
+        self.driver.get(self.address)
         stored = json.dumps({"theme": "dark", "language": "en"})
         self.run(f"localStorage.setItem('openpendant.settings', {json.dumps(stored)})")
         self.driver.refresh()
         self.wait("document.querySelector('.chips')?.innerText.includes('Connected')")
-        self.wait("document.querySelectorAll('.row').length === 6")
+        self.wait("document.querySelectorAll('.row').length > 3")
+        self.wait("document.querySelector('.host[data-shows-robot]')", within=20)
 
     def run(self, script: str) -> Any:
         return self.driver.execute_script(script)
@@ -251,6 +274,14 @@ class Page:
 
     def stands(self) -> None:
         self.wait("!document.querySelector('.chips').innerText.includes('Jogging')")
+
+    def reset_stop(self) -> None:
+        """End a stop in its two steps."""
+        self.wait("document.querySelector('.steps-of-stop button')?.offsetParent")
+        self.run("document.querySelectorAll('.steps-of-stop button')[0].click()")
+        self.wait("!document.querySelector('.steps-of-stop .blue').hasAttribute('aria-disabled')")
+        self.run("document.querySelectorAll('.steps-of-stop button')[1].click()")
+        self.wait("document.querySelector('.frame').dataset.state === 'control'")
 
     def let_all_go(self) -> None:
         for code, key in tuple(self._downs):

@@ -5,7 +5,7 @@ from pathlib import Path
 
 import pytest
 
-from browser.page_rig import Page, PageRig
+from browser.page_rig import Page, PageRig, show_at
 
 AXE = Path("tools/pendants/web/frontend/node_modules/axe-core/axe.min.js")
 RULES = ["wcag2a", "wcag2aa", "wcag21a", "wcag21aa", "wcag22aa"]
@@ -48,7 +48,7 @@ def test_four_actions_by_the_orange_control_alone_move_the_robot(fresh: Page) ->
 def test_the_page_writes_nothing_to_the_console_and_asks_nobody_else(fresh: Page) -> None:
     assert fresh.driver.get_log("browser") == []
     asked = fresh.run("return performance.getEntriesByType('resource').map(each => each.name)")
-    assert [each for each in asked if not each.startswith(fresh.rig.address)] == []
+    assert [each for each in asked if not each.startswith(fresh.address)] == []
 
 
 @pytest.mark.parametrize("theme", ["dark", "light"])
@@ -76,9 +76,37 @@ def test_a_screen_breaks_no_rule_of_wcag_2_2_aa(fresh: Page, theme: str, shown: 
 
 
 def test_nothing_scrolls_sideways_on_a_narrow_phone(fresh: Page) -> None:
-    size = {"width": 320, "height": 700, "deviceScaleFactor": 1, "mobile": True}
-    fresh.cdp("Emulation.setDeviceMetricsOverride", **size)
+    show_at(fresh.driver, 320, 700)
     try:
         assert fresh.run("return document.documentElement.scrollWidth") <= 320
     finally:
-        fresh.cdp("Emulation.clearDeviceMetricsOverride")
+        show_at(fresh.driver, 1366, 820)
+
+
+CUT = (
+    "return [...document.querySelectorAll('.name, .main-act, .stop, .homes button, .value-box')]"
+    ".filter(e => e.offsetParent).filter(e => e.scrollWidth > e.clientWidth + 1"
+    " || e.getBoundingClientRect().right > innerWidth).map(e => e.innerText)"
+)
+
+
+@pytest.mark.parametrize(
+    ("width", "height"), [(1366, 820), (1024, 600), (412, 915), (320, 700)], ids=str
+)
+def test_no_word_is_cut_and_the_jog_panel_holds_while_enabling_is_on(
+    page: Page, width: int, height: int
+) -> None:
+    show_at(page.driver, width, height)
+    try:
+        page.hold_enabling()
+        page.key(True, "Digit5", "5")
+        page.jogs()
+        page.wait("document.querySelectorAll('.actual')[4].innerText !== ''")
+        cut = page.run(CUT)
+        over = page.run(
+            "const p = document.querySelector('.panel');return p.scrollHeight - p.clientHeight"
+        )
+        page.let_all_go()
+        assert (cut, over) == ([], 0)
+    finally:
+        show_at(page.driver, 1366, 820)

@@ -8,10 +8,11 @@ no message but FORWARDED; what it gets in one message it writes in one piece.
 from __future__ import annotations
 
 import asyncio
+from collections import deque
 from collections.abc import Awaitable, Callable, Sequence
 from enum import IntEnum
 
-from aiohttp import WSMsgType, web
+from aiohttp import WSMessage, WSMsgType, web
 
 from openpendant.simplemsg.framing import MAX_FRAME
 
@@ -40,6 +41,9 @@ SILENCE = 5.0
 
 _CLOSE_WITHIN = 1.0
 """Time for the closing handshake [s]."""
+
+_OVER = {WSMsgType.CLOSE, WSMsgType.CLOSING, WSMsgType.CLOSED, WSMsgType.ERROR}
+"""What a WebSocket tells once it is over."""
 
 _LONGEST_REASON = 123
 """Bytes that fit a WebSocket's close frame beside its code."""
@@ -78,6 +82,7 @@ class BrowserPair:
         self._heard = loop.time()
         self._ended: asyncio.Future[tuple[Ending, str]] = loop.create_future()
         self._lost: str | None = None
+        self._early: deque[WSMessage] = deque()
 
     def end(self, ending: Ending, reason: str = "") -> None:
         """End the pair; the first reason counts."""
@@ -109,12 +114,16 @@ class BrowserPair:
             work.get_loop().call_exception_handler(told)
 
     async def _relay(self, server: Server, link: ServerLink) -> None:
+        hears = asyncio.get_running_loop().create_task(self._hear_early())
         try:
             await dial(server, link)
         except Unreachable as error:
             return self.end(Ending.SERVER_UNREACHABLE, str(error))
         except NotForwarded as error:
             return self.end(Ending.NOT_FORWARDED, str(error))
+        finally:
+            hears.cancel()
+            await asyncio.wait([hears])
         self._heard = asyncio.get_running_loop().time()
         async with asyncio.TaskGroup() as tasks:
             for each in (self._up(link), self._down(), self._beat(link)):
@@ -122,10 +131,23 @@ class BrowserPair:
 
     # From the browser to the server.
 
+    async def _hear_early(self) -> None:
+        """Keep what comes before the server was reached; notice a browser that leaves meanwhile."""
+        size = 0
+        while size < MOST_IN_MESSAGE:
+            message = await self._socket.receive()
+            if message.type in _OVER:
+                return self.end(Ending.BROWSER_LEFT)
+            self._early.append(message)
+            size += len(message.data or b"")
+
+    async def _next(self) -> WSMessage:
+        return self._early.popleft() if self._early else await self._socket.receive()
+
     async def _up(self, link: ServerLink) -> None:
         loop = asyncio.get_running_loop()
         while True:
-            message = await self._socket.receive()
+            message = await self._next()
             self._heard = loop.time()
             match message.type:
                 case WSMsgType.BINARY:

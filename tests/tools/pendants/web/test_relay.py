@@ -248,6 +248,32 @@ async def test_a_tab_is_told_that_nobody_listens(server: Server) -> None:
         assert f"127.0.0.1:{server.port}" in reason
 
 
+async def test_a_tab_that_leaves_while_its_server_is_dialled_is_noticed_at_once(
+    server: Server,
+) -> None:
+    """A server that never says whether it believes FORWARDED is dialled for five seconds."""
+    async with running_gateway(server.port, WEB) as rig:
+        tab = await rig.tab()
+        stream = await server.next()
+        await tab.socket.close()
+        async with asyncio.timeout(2.0):
+            await stream.rest()
+
+
+async def test_what_a_tab_sends_while_its_server_is_dialled_goes_there_in_order(
+    server: Server,
+) -> None:
+    async with running_gateway(server.port, WEB) as rig:
+        tab = await rig.tab()
+        stream = await server.next()
+        await tab.send(PING)
+        await tab.send(frame(7, 60))
+        await asyncio.sleep(0.1)
+        await forwarded(stream)
+        stream.write(BELIEVED)
+        assert await stream.read(76) == PING + frame(7, 60)
+
+
 async def test_a_server_that_nobody_named_is_not_dialled(server: Server) -> None:
     async with running_gateway(server.port) as rig:
         with pytest.raises(WSServerHandshakeError) as refused:

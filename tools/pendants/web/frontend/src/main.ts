@@ -85,6 +85,8 @@ class Page implements App {
   #layout: Layout | null = null;
   #viewListener: Partial<ViewEvents> | null = null;
   #servers: readonly string[] = [""];
+  /** That in which the page stands. */
+  #language = "";
   #isDue = false;
   /** STOP was pressed without a link: it is sent as soon as there is one. */
   #isStopDue = false;
@@ -125,7 +127,9 @@ class Page implements App {
     this.choice.watch(() => this.#draw());
     this.settings.watch((settings) => {
       remember(SETTINGS, JSON.stringify(settings));
-      this.#show();
+      if (settings.language !== this.#language) this.#show();
+      document.documentElement.dataset["theme"] = settings.theme;
+      this.#draw();
     });
     listen(this);
     setInterval(() => this.#draw(), TICK);
@@ -172,9 +176,11 @@ class Page implements App {
     this.#viewListener = listener;
   }
 
-  /** Build the page anew: the first time, and in another language or theme. */
+  /** Build the page anew: the first time, and in another language. What is held loses its button. */
   #show(): void {
     const { theme, language } = this.settings.value;
+    this.#language = language;
+    this.holding.forget();
     document.documentElement.dataset["theme"] = theme;
     document.documentElement.lang = language;
     this.#layout = layout(this, this.#servers);

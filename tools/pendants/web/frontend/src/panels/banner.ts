@@ -57,7 +57,7 @@ function linkText(app: App, cell: Cell): string {
   const { texts } = app;
   if (cell.stage === "lost" && cell.retryAt !== null) {
     const left = Math.max(0, Math.ceil((cell.retryAt - app.now()) / 1000));
-    return `${texts.retrying(left)} ${cell.linkText}`.trim();
+    return [texts.retrying(left), cell.linkText, texts.stopByHardware].filter((each) => each !== "").join(" ");
   }
   return cell.stage === "ended" ? texts.connectionFailed : texts.connecting;
 }

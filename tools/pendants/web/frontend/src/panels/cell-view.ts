@@ -8,7 +8,7 @@ import { sceneModel } from "../scene/model.ts";
 import { meshesMissing } from "../texts/meshes.ts";
 import { fixed } from "../texts/texts.ts";
 import type { App, Part } from "../ui/app.ts";
-import { h, say, show } from "../ui/elements.ts";
+import { attribute, h, say, show } from "../ui/elements.ts";
 import type { LinkMesh } from "../view/meshes.ts";
 import { RobotMeshes } from "../view/robot_meshes.ts";
 import { EMPTY } from "../view/view.ts";
@@ -41,6 +41,8 @@ export function cellView(app: App, over: HTMLElement): CellView {
   let view: View | null = null;
   let added: Partial<Content> = {};
   let isTraced = true;
+  /** Where the robot was known to stand last; greyed from then on. */
+  let standing: { robot: Cell["robot"]; joints: number[] } | null = null;
   const trace = new Trace();
   const scene = sceneModel(app);
   const meshes = new RobotMeshes(
@@ -93,12 +95,16 @@ export function cellView(app: App, over: HTMLElement): CellView {
         greeted = cell.hello;
         meshes.linked();
       }
+      const joints = jointsOf(cell);
+      if (joints !== null) standing = { robot: cell.robot, joints };
+      const last = standing?.robot === cell.robot ? standing.joints : null;
+      attribute(host, "data-shows-robot", cell.robot !== null && last !== null);
       view?.show({
         ...EMPTY,
         robot: cell.robot,
         meshes: view.drawsMeshes ? meshes.of(cell.robot) : NO_MESHES,
-        joints: jointsOf(cell),
-        stale,
+        joints: joints ?? last,
+        stale: stale || joints === null,
         driven: drivenJoints(app, cell),
         objects: scene.objects(cell),
         trace: isTraced ? trace.points() : EMPTY.trace,

@@ -1,18 +1,21 @@
 // The checklist: what is missing until the robot moves, each line with its button and its key.
-import { jointRows } from "../pendant/axes.ts";
+import { aimOf, jointRows } from "../pendant/axes.ts";
 import { isInControl, isReal } from "../pendant/cell.ts";
 import type { Cell } from "../pendant/cell.ts";
-import { checklist, nextLine } from "../pendant/checklist.ts";
+import { checklist, isManual, nextLine, waysOut } from "../pendant/checklist.ts";
 import type { Line, LineName } from "../pendant/checklist.ts";
-import { pageState } from "../pendant/states.ts";
-import { LinkState, OperatingMode, TriState } from "../protocol.ts";
+import { outside, pageState } from "../pendant/states.ts";
+import { JogSpace, LinkState, OperatingMode, PrepareAction, TriState, VerdictCode } from "../protocol.ts";
 import { codeText } from "../texts/texts.ts";
-import type { App, Part } from "../ui/app.ts";
+import type { App, AxesFrame, Part } from "../ui/app.ts";
+import { Refused } from "../wire/errors.ts";
 import { attribute, h, keyCap, mark, off, say, show } from "../ui/elements.ts";
 import { bindHold } from "../ui/hold-button.ts";
 import { icon } from "../ui/icons.ts";
 import { pressKey } from "./jog.ts";
 import { modeWord, resetStop, setMode, takeControl } from "./top-row.ts";
+
+const MOST_AXES = 10;
 
 interface Words {
   title: string;
@@ -101,7 +104,16 @@ class LineRow {
         up: (source) => app.holding.release(`list ${source}`),
         explain: () => app.choice.set({ note: { text: app.texts.holdHow, kind: "remark" } }),
       });
-    } else this.#button.addEventListener("click", () => mend(app, name));
+    } else if (name === "limits") {
+      bindHold(this.#button, {
+        down: (source) => !needsRecovery(app.cell.value) && leadOut(app, `list ${source}`),
+        up: (source) => letWayGo(app, `list ${source}`),
+        explain: () => !needsRecovery(app.cell.value) && app.choice.set({ note: { text: app.texts.holdHow, kind: "remark" } }),
+      });
+      this.#button.addEventListener("click", () => {
+        if (needsRecovery(app.cell.value)) setMode(app, OperatingMode.RECOVERY);
+      });
+    } else this.#button.addEventListener("click", () => mend(app, name, this.#button));
     const lamps = name === "connected" ? this.#threeLamps() : null;
     this.element = h(
       "li",
@@ -130,6 +142,10 @@ class LineRow {
     mark(this.element, "next", isNext);
     mark(this.#button, "orange", isNext);
     if (this.#name === "key") off(this.#button, isNext ? "" : this.#app.texts.noJog);
+    if (this.#name === "limits") {
+      const mayJog = isInControl(cell) && isManual(cell) && this.#app.holding.enabling.isOn;
+      off(this.#button, mayJog || needsRecovery(cell) ? "" : this.#app.texts.noJog);
+    }
     if (this.#name === "enabling") off(this.#button, isInControl(cell) ? "" : this.#app.texts.noJog);
     attribute(this.element, "aria-current", isNext ? "step" : null);
     this.#updateLamps(cell);
@@ -161,7 +177,7 @@ class LineRow {
   }
 }
 
-function mend(app: App, name: LineName): void {
+function mend(app: App, name: LineName, button: HTMLButtonElement): void {
   switch (name) {
     case "connected":
       return app.choice.set({ isConnectOpen: true });
@@ -169,8 +185,8 @@ function mend(app: App, name: LineName): void {
       return takeControl(app);
     case "mode":
       return setMode(app, OperatingMode.MANUAL_REDUCED);
-    case "limits":
-      return setMode(app, OperatingMode.RECOVERY);
+    case "prepare":
+      return prepare(app, button);
     case "stop":
       if (!app.choice.value.isStopReleased) app.choice.set({ isStopReleased: true });
       else resetStop(app);
@@ -225,8 +241,13 @@ function wordsOf(app: App, cell: Cell, line: Line): Words {
         key: "",
       };
     }
-    case "limits":
-      return { title: texts.lineLimits, done: texts.lineLimits, how: said, button: texts.setRecovery, key: "" };
+    case "prepare":
+      return { title: texts.linePrepare, done: texts.linePrepare, how: said, button: texts.prepare, key: "" };
+    case "limits": {
+      const way = waysOut(cell)[0];
+      const how = cell.holds.map((each) => each.text).join(" ") || said;
+      return { title: texts.lineLimits, done: texts.lineLimits, how, button: needsRecovery(cell) ? texts.setRecovery : (way?.press ?? ""), key: "" };
+    }
     case "other":
       return { title: texts.lineOther, done: texts.lineOther, how: said, button: texts.again, key: "" };
     case "key": {
@@ -234,4 +255,42 @@ function wordsOf(app: App, cell: Cell, line: Line): Words {
       return { title: texts.lineKey, done: texts.lineKey, how: texts.lineKeyHow(joint), button: `${joint} +`, key: "1" };
     }
   }
+}
+
+/** Outside its limits a robot is led back in Recovery alone. */
+function needsRecovery(cell: Cell): boolean {
+  return isInControl(cell) && outside(cell).length > 0 && cell.state?.operating_mode !== OperatingMode.RECOVERY;
+}
+
+/** Hold the key that leads out; the jog panel shows the axes that it belongs to. */
+function leadOut(app: App, source: string): void {
+  const cell = app.cell.value;
+  const way = waysOut(cell)[0];
+  if (way === undefined) return;
+  const known = way.frame === "base" || way.frame === "tool";
+  const axes = way.space === JogSpace.JOINTS ? "joint" : known ? (way.frame as AxesFrame) : "user";
+  app.choice.set({ axes, step: 0, ...(axes === "user" ? { userFrame: way.frame } : {}) });
+  app.holding.setAim(aimOf(axes, way.frame, way.values.length));
+  way.values.forEach((value, axis) => {
+    if (value !== 0) app.holding.press(`${source} ${axis}`, { axis, direction: value > 0 ? 1 : -1 });
+  });
+}
+
+function letWayGo(app: App, source: string): void {
+  for (let axis = 0; axis < MOST_AXES; axis += 1) app.holding.release(`${source} ${axis}`);
+}
+
+/** A real controller does to the robot what its answer says: it is asked twice. */
+function prepare(app: App, button: HTMLButtonElement): void {
+  const token = Number(button.dataset["token"] ?? 0);
+  delete button.dataset["token"];
+  app.attempt(async () => {
+    try {
+      await app.session.askNow({ type: "prepare", action: PrepareAction.PREPARE, token });
+    } catch (error) {
+      const isAsked = error instanceof Refused && error.refusal.code === VerdictCode.CONFIRM_FIRST;
+      if (isAsked) button.dataset["token"] = String(error.refusal.value);
+      throw error;
+    }
+  });
 }

@@ -9,7 +9,7 @@ import { EnablingPosition, JogSpace, OperatingMode } from "../protocol.ts";
 import { pageState } from "../pendant/states.ts";
 import { fixed } from "../texts/texts.ts";
 import type { App, AxesFrame, TaskPart } from "../ui/app.ts";
-import { attribute, h, mark, off, say, show } from "../ui/elements.ts";
+import { choose, h, mark, off, say, show } from "../ui/elements.ts";
 import { holdButton } from "../ui/hold-button.ts";
 import { icon } from "../ui/icons.ts";
 import { enablingPad } from "./enabling-pad.ts";
@@ -78,11 +78,6 @@ export function jogTask(app: App): TaskPart {
       for (const each of [speed, steps, pad, homes]) each.update(cell);
     },
   };
-}
-
-function choose(button: HTMLElement, isChosen: boolean): void {
-  mark(button, "chosen", isChosen);
-  attribute(button, "aria-pressed", String(isChosen));
 }
 
 /** Choose the frame of the axes; what is held ends. */
@@ -158,9 +153,9 @@ class JogRow {
       "div",
       { class: "middle" },
       h("span", { class: "name" }, row.name),
-      this.#speed,
       this.#target.element,
       this.#bar,
+      this.#speed,
     );
     (this.#target.element.querySelector("button") ?? middle).append(this.#value);
     this.element = h("div", { class: "row" }, this.#minus, middle, this.#plus);
@@ -219,6 +214,10 @@ export function pressKey(app: App, source: string, key: JogKey): void {
   const cell = app.cell.value;
   const { step } = app.choice.value;
   const isStep = step > 0 || cell.controller?.jog === "increments";
+  if (isInControl(cell) && pageState(cell) === "running") {
+    app.choice.set({ note: { text: app.texts.movesStill, kind: "remark" } });
+    return;
+  }
   const why = whyNoJog(app, cell);
   if (why !== "") {
     app.session.refreshWhy();
@@ -233,7 +232,11 @@ function takeStep(app: App, { axis, direction }: JogKey, step: number): void {
   const { aim } = app.holding;
   const rows = aim.space === "joints" ? jointRows(app.cell.value) : toolRows(app.cell.value);
   const row = rows[axis];
-  if (row === undefined || app.holding.isMoving) return;
+  if (row === undefined) return;
+  if (app.holding.isMoving) {
+    app.choice.set({ note: { text: app.texts.movesStill, kind: "remark" } });
+    return;
+  }
   const size = row.isAngle ? (step * Math.PI) / 180 : step / 1000;
   const values = new Array<number>(SLOTS).fill(0);
   values[axis] = direction * size;

@@ -1,24 +1,20 @@
 // Settings of this browser: theme, language, units, keys; and what STOP on a screen is not.
-import type { App, Part } from "../ui/app.ts";
-import { h, show } from "../ui/elements.ts";
+import type { App, Part, Settings } from "../ui/app.ts";
+import { choose, h, show } from "../ui/elements.ts";
 
 export function menu(app: App): Part {
   const { texts, settings } = app;
-  const pick = (label: string, options: readonly [string, string, () => void, boolean][]): HTMLElement =>
-    h(
-      "div",
-      { class: "setting" },
-      h("span", {}, label),
-      h(
-        "div",
-        { class: "tabs", role: "group", "aria-label": label },
-        ...options.map(([word, , act, isChosen]) =>
-          h("button", { type: "button", class: isChosen ? "chosen" : "", "aria-pressed": String(isChosen), onclick: act }, word),
-        ),
-      ),
-    );
-  const { theme, language, areRadians, areLettersOn } = settings.value;
-  const letters = h("input", { type: "checkbox", checked: areLettersOn });
+  const choices: [HTMLElement, Partial<Settings>][] = [];
+  const pick = (label: string, options: readonly [string, Partial<Settings>][]): HTMLElement => {
+    const buttons = options.map(([word, chosen]) => {
+      const button = h("button", { type: "button", onclick: () => settings.set(chosen) }, word);
+      choices.push([button, chosen]);
+      return button;
+    });
+    const group = h("div", { class: "tabs", role: "group", "aria-label": label }, ...buttons);
+    return h("div", { class: "setting" }, h("span", {}, label), group);
+  };
+  const letters = h("input", { type: "checkbox", checked: settings.value.areLettersOn });
   letters.addEventListener("change", () => settings.set({ areLettersOn: letters.checked }));
   const element = h(
     "div",
@@ -28,16 +24,16 @@ export function menu(app: App): Part {
       { class: "card" },
       h("h2", {}, texts.settings),
       pick(texts.theme, [
-        [texts.dark, "dark", () => settings.set({ theme: "dark" }), theme === "dark"],
-        [texts.light, "light", () => settings.set({ theme: "light" }), theme === "light"],
+        [texts.dark, { theme: "dark" }],
+        [texts.light, { theme: "light" }],
       ]),
       pick(texts.languageWord, [
-        ["English", "en", () => settings.set({ language: "en" }), language === "en"],
-        ["Deutsch", "de", () => settings.set({ language: "de" }), language === "de"],
+        ["English", { language: "en" }],
+        ["Deutsch", { language: "de" }],
       ]),
       pick(texts.unitOfAngles, [
-        [texts.degrees, "deg", () => settings.set({ areRadians: false }), !areRadians],
-        [texts.radians, "rad", () => settings.set({ areRadians: true }), areRadians],
+        [texts.degrees, { areRadians: false }],
+        [texts.radians, { areRadians: true }],
       ]),
       h("label", { class: "setting" }, h("span", {}, texts.letters), letters),
       h("p", {}, texts.about),
@@ -53,6 +49,11 @@ export function menu(app: App): Part {
     element,
     update() {
       show(element, app.choice.value.isMenuOpen);
+      for (const [button, chosen] of choices) choose(button, isChosen(settings.value, chosen));
     },
   };
+}
+
+function isChosen(settings: Settings, chosen: Partial<Settings>): boolean {
+  return Object.entries(chosen).every(([name, value]) => settings[name as keyof Settings] === value);
 }

@@ -90,6 +90,7 @@ function linkWord(app: App, cell: Cell): [string, Tone] {
 }
 
 function controlWord(texts: Texts, cell: Cell): [string, Tone] {
+  if (cell.stage !== "up") return ["–", "plain"];
   if (isInControl(cell)) return [texts.controlYou, "good"];
   if ((cell.state?.holder ?? 0) === 0) return [texts.controlNobody, "remark"];
   return [cell.holderName || texts.notKnown, "busy"];

@@ -4,6 +4,7 @@ import type {
   AccessWhoamiReply,
   ControllerDescribeReply,
   HelloReply,
+  JogRetreatReply,
   ServedCell,
   SnapshotReply,
   State,
@@ -55,6 +56,8 @@ export interface Cell {
   snapshot: SnapshotReply | null;
   robot: RobotDescription | null;
   why: WhyReply | null;
+  /** What the robot stood at when it came to rest last, and what leads out. */
+  holds: JogRetreatReply["holds"];
   /** From DECLARE [s]: a press that ended is stopped where it still moves then. */
   rampTime: number;
   /** Counts notices of changed documents by kind, so that panels know when to look again. */
@@ -80,6 +83,7 @@ export const NO_CELL: Cell = {
   snapshot: null,
   robot: null,
   why: null,
+  holds: [],
   rampTime: 0,
   changes: {},
 };

@@ -8,13 +8,14 @@ import {
   StopKind,
   TriState,
 } from "../protocol.ts";
-import type { ConditionReport } from "../protocol.ts";
+import type { ConditionReport, JogRetreatReply } from "../protocol.ts";
 import { isInControl } from "./cell.ts";
 import type { Cell } from "./cell.ts";
 import { outside } from "./states.ts";
 
 export type LineName =
   | "connected"
+  | "prepare"
   | "control"
   | "mode"
   | "enabling"
@@ -45,6 +46,19 @@ export function isManual(cell: Cell): boolean {
   return cell.state !== null && MANUAL.includes(cell.state.operating_mode);
 }
 
+/** Whether the controller was prepared to be moved; null where it needs no such thing. */
+function isPrepared(cell: Cell): boolean | null {
+  const prepared = cell.controller?.prepared ?? "not needed";
+  return prepared === "not needed" ? null : prepared === "yes";
+}
+
+/** Return the keys that lead out of what keeps the robot from its other ways, the best first. */
+export function waysOut(cell: Cell): JogRetreatReply["holds"][number]["ways"] {
+  const isFree = outside(cell).length === 0;
+  const holds = cell.holds.filter((each) => !isFree || each.reason !== "joint-limit");
+  return holds.flatMap((each) => each.ways.slice(0, 1));
+}
+
 /** Return the lines for a jog. */
 export function checklist(cell: Cell): Line[] {
   const { state } = cell;
@@ -70,7 +84,10 @@ export function checklist(cell: Cell): Line[] {
       report: broken("stop"),
     },
   ];
-  if (outside(cell).length > 0) {
+  if (isPrepared(cell) === false) {
+    lines.splice(1, 0, { name: "prepare", done: false, report: broken("controller") });
+  }
+  if (outside(cell).length > 0 || waysOut(cell).length > 0) {
     lines.push({ name: "limits", done: false, report: broken("limits") });
   }
   if (other !== null) lines.push({ name: "other", done: false, report: other });

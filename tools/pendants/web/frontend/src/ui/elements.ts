@@ -55,6 +55,12 @@ export function mark(element: Element, name: string, isMarked: boolean): void {
   element.classList.toggle(name, isMarked);
 }
 
+/** Mark a button of a group as the one that is chosen, or as one that is not. */
+export function choose(button: HTMLElement, isChosen: boolean): void {
+  mark(button, "chosen", isChosen);
+  attribute(button, "aria-pressed", String(isChosen));
+}
+
 /** A key of the keyboard, as it stands beside what it does; a screen reader hears it elsewhere. */
 export function keyCap(text: string): HTMLElement {
   return h("kbd", { "aria-hidden": "true" }, text);

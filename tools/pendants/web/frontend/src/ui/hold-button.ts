@@ -43,21 +43,40 @@ export function bindHold(button: HTMLElement, held: Held): void {
     (event.target as Element).releasePointerCapture?.(event.pointerId);
     event.preventDefault();
     button.focus({ preventScroll: true });
-    down(`pointer ${event.pointerId}`);
+    const source = `pointer ${event.pointerId}`;
+    down(source);
+    whenOver(["pointerup", "pointercancel"], (over) => over.pointerId === event.pointerId, () => up(source));
   });
-  for (const name of ["pointerup", "pointercancel", "pointerleave"] as const) {
-    button.addEventListener(name, (event) => up(`pointer ${event.pointerId}`));
-  }
+  button.addEventListener("pointerleave", (event) => up(`pointer ${event.pointerId}`));
   button.addEventListener("keydown", (event) => {
     if (event.key !== "Enter") return;
     event.preventDefault();
-    if (!event.repeat) down("Enter");
-  });
-  button.addEventListener("keyup", (event) => {
-    if (event.key === "Enter") up("Enter");
+    if (event.repeat) return;
+    down("Enter");
+    whenOver(["keyup"], (over) => over.key === "Enter", () => up("Enter"));
   });
   button.addEventListener("blur", () => up("Enter"));
   button.addEventListener("click", (event) => {
     if (event.detail === 0) held.explain();
   });
+}
+
+/** Act once at the first such event anywhere: a button that is gone by then is told of none. */
+function whenOver<Name extends "pointerup" | "pointercancel" | "keyup">(
+  names: readonly Name[],
+  isIt: (event: WindowEventMap[Name]) => boolean,
+  act: () => void,
+): void {
+  const end = new AbortController();
+  for (const name of names) {
+    window.addEventListener(
+      name,
+      (event) => {
+        if (!isIt(event)) return;
+        end.abort();
+        act();
+      },
+      { capture: true, signal: end.signal },
+    );
+  }
 }

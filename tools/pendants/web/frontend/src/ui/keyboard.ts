@@ -123,7 +123,7 @@ function close(app: App): boolean {
 function pressOrange(app: App): boolean {
   const shown = [...document.querySelectorAll<HTMLButtonElement>("button.orange")];
   const button = shown.find((each) => each.offsetParent !== null && !each.classList.contains("hold"));
-  const isHeldLine = button?.closest("[data-line=key], [data-line=enabling]") != null;
+  const isHeldLine = button?.closest("[data-line=key], [data-line=enabling], [data-line=limits]") != null;
   if (button === undefined || isHeldLine) return false;
   if (button.classList.contains("main-act") && pageState(app.cell.value) === "running") return false;
   if (button.classList.contains("main-act")) mainAct(app, app.cell.value)?.act();

@@ -27,7 +27,8 @@ export function layout(app: App, servers: readonly string[]): Layout {
   const question = enablingQuestion(app);
   const stop = stopDock(app);
   const cells = lobby(app);
-  const parts: Part[] = [top, state, view, checklist, question, stop, cells, connectDialog(app, servers), menu(app)];
+  const dialogs = [connectDialog(app, servers), menu(app)];
+  const parts: Part[] = [top, state, view, checklist, question, stop, cells, ...dialogs];
   const panel = h("aside", { class: "panel" });
   const taskDock = h("div", { class: "task-dock" });
   const taskStage = h("div", { class: "task-stage" });
@@ -42,7 +43,7 @@ export function layout(app: App, servers: readonly string[]): Layout {
     ),
   );
   const work = h("main", { class: "work" }, rail, h("div", { class: "stage" }, state.element, view.element, taskStage), panel, dock);
-  const element = h("div", { class: "frame" }, top.element, work, cells.element, ...parts.slice(7).map((each) => each.element));
+  const element = h("div", { class: "frame" }, top.element, work, cells.element, ...dialogs.map((each) => each.element));
   let shownTask: Task | null = null;
   const chosen = (): TaskPart | undefined => {
     const { task } = app.choice.value;

@@ -5,6 +5,7 @@
 // and nowhere else.
 import { describedRobot } from "../kinematics/chain.ts";
 import {
+  Activity,
   AuthorityAction,
   LoginKind,
   Notices,
@@ -26,6 +27,7 @@ const PING = 1500;
 const FIRST_BACK_OFF = 1000;
 const LONGEST_BACK_OFF = 8000;
 const WHY_AFTER = 150;
+const HOLDS_AFTER = 400;
 const ENABLING_DEADLINE = 0.25;
 
 export interface Credentials {
@@ -68,6 +70,7 @@ export class Session {
   #tries = 0;
   #timers = new Set<ReturnType<typeof setTimeout>>();
   #whyDue = false;
+  #holdsDue = false;
   #listeners = new Set<(message: Message) => void>();
   #pingAt = 0;
   #helloed: ((reply: HelloReply | Refusal) => void) | null = null;
@@ -182,6 +185,24 @@ export class Session {
       this.#whyDue = false;
       void this.#quietly(async () => {
         this.cell.set({ why: await this.call<"why">({ op: "why", kind: "jog", whose: "mine" }) });
+      });
+    });
+  }
+
+  /** Ask what leads out of where the robot stands; while it moves nobody can say. */
+  refreshHolds(): void {
+    if (this.#holdsDue) return;
+    this.#holdsDue = true;
+    this.#after(HOLDS_AFTER, () => {
+      this.#holdsDue = false;
+      void this.#quietly(async () => {
+        try {
+          this.cell.set({ holds: (await this.call<"jog.retreat">({ op: "jog.retreat" })).holds });
+        } catch (error) {
+          const { MOVING, FEEDBACK_STALE } = VerdictCode;
+          const isLater = error instanceof Refused && [MOVING, FEEDBACK_STALE].some((each) => each === error.refusal.code);
+          if (!isLater) throw error;
+        }
       });
     });
   }
@@ -389,6 +410,8 @@ export class Session {
       "program_state",
     ];
     if (old === null || watched.some((each) => old[each] !== state[each])) this.refreshWhy();
+    const cameToRest = old?.activity !== state.activity && state.activity === Activity.IDLE;
+    if (cameToRest) this.refreshHolds();
   }
 
   #changed(kind: number): void {
@@ -459,6 +482,7 @@ export class Session {
     for (const each of this.#timers) clearTimeout(each);
     this.#timers.clear();
     this.#whyDue = false;
+    this.#holdsDue = false;
   }
 }
 
