@@ -192,6 +192,7 @@ class Page:
     def ready(self) -> None:
         """Open it anew, take control, end a stop, set T1, and hide the checklist."""
         self.open()
+        self.wait("document.querySelector('.chips').innerText.includes('Nobody')")
         self.tap_key("KeyC", "c")
         self.wait("document.querySelector('.chips').innerText.includes('You')")
         # A busy machine makes the server stop the robot by itself, which has to be reset.

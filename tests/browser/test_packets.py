@@ -17,7 +17,7 @@ def packets(page_rig: PageRig) -> Page:
     page = page_rig.page()
     page.ready()
     page.run("document.querySelector('[data-task=packets]').click()")
-    page.wait("document.querySelector('[data-kind]') !== null")
+    page.wait("document.querySelector('[data-kind=\"no state\"]')")
     page.run("document.querySelector('[data-kind=\"no state\"]').click()")
     return page
 
