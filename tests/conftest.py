@@ -15,6 +15,7 @@ from lanes import Lane, OneLane, add_option
 from promises.promise_table import tests_of_promises
 from rigs.clock.busy_machine import Attempts
 from rigs.clock.virtual_clock import VirtualLoop
+from rigs.processes.warm_start import import_programs
 
 from openpendant.server.store.store_client import STORE_VARIABLE
 
@@ -94,6 +95,15 @@ def pytest_asyncio_loop_factories(
 def _store_of_the_tests(tmp_path_factory: pytest.TempPathFactory) -> None:
     """Keep servers that tests start away from the programs of whoever runs the tests."""
     os.environ[STORE_VARIABLE] = str(tmp_path_factory.mktemp("store") / "store.db")
+
+
+@pytest.fixture(scope="session")
+def programs_imported() -> None:
+    """The programs that tests start by `warm_start` are imported.
+
+    For the first test of a file that shares a cell: else the cell's start takes that, too.
+    """
+    import_programs()
 
 
 @pytest.fixture

@@ -86,6 +86,7 @@ def run(*command: str) -> str:
     return said
 
 
+@pytest.mark.usefixtures("programs_imported")
 def test_no_example_is_left_out() -> None:
     assert {path.name for path in EXAMPLES.glob("*.py")} == set(PRINTS)
 
@@ -195,12 +196,11 @@ def test_sixty_lines_of_c_jog_a_joint_stop_and_reset_as_often_as_they_run(
         assert jogs_stops_and_resets(robot, program, str(port))
 
 
+@pytest.mark.parametrize("time", ["once", "again"])
 def test_sixty_lines_of_javascript_jog_a_joint_stop_and_reset_as_often_as_they_run(
-    port: int, robot: SyncPendantClient
+    port: int, robot: SyncPendantClient, time: str
 ) -> None:
-    node = installed("node")
-    for _ in range(2):
-        assert jogs_stops_and_resets(robot, node, "pendant.js", str(port))
+    assert jogs_stops_and_resets(robot, installed("node"), "pendant.js", str(port)), time
 
 
 def test_refused_examples_in_other_languages_say_why(port: int, robot: SyncPendantClient) -> None:

@@ -2,7 +2,7 @@
 
 import time
 from collections import Counter
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from functools import cache
 from pathlib import Path
 
@@ -14,7 +14,7 @@ from rigs.cells.emulated_cell import EmulatedCell
 from rigs.clock.busy_machine import SCALE
 from rigs.peers.server_clients import pose
 from rigs.peers.wire_pendant import WirePendant
-from rigs.processes.promise_rig import promise_rig
+from rigs.processes.promise_rig import PromiseRig, promise_rig
 
 from openpendant.motion.description.robot import serial_robot
 from openpendant.motion.kinematics.serial import Kinematics
@@ -114,10 +114,29 @@ def refusals(pendant: WirePendant) -> list[V]:
     return [V(each.code) for each in pendant.got if isinstance(each, Verdict)]
 
 
+@pytest.fixture
+def rig(tmp_path: Path) -> Iterator[PromiseRig]:
+    with promise_rig(tmp_path, modes={"initial": "automatic"}) as made:
+        yield made
+
+
+@pytest.fixture
+def asking(rig: PromiseRig) -> WirePendant:
+    """A pendant in control that was refused once.
+
+    The first answer takes as long as the planning process takes to start.
+    """
+    pendant = rig.pendant("asks in vain")
+    pendant.take_control()
+    assert pendant.verdict(asked_by(pendant, np.random.default_rng(99))) is V.UNREACHABLE
+    pendant.got.clear()
+    return pendant
+
+
 @pytest.mark.realtime
 @pytest.mark.parametrize(("trials", "slack"), trials_of(LATE))
 def test_promise_13_a_hundred_of_them_a_second_leave_the_ticks_in_time(
-    tmp_path: Path, trials: int, slack: float
+    rig: PromiseRig, asking: WirePendant, trials: int, slack: float
 ) -> None:
     """Each is answered: as out of reach, or because the one before is still looked at.
 
@@ -126,28 +145,22 @@ def test_promise_13_a_hundred_of_them_a_second_leave_the_ticks_in_time(
     """
     random = np.random.default_rng(100)
     figures = Figures("promise 13, ticks late beside 100 requests a second")
-    with promise_rig(tmp_path, modes={"initial": "automatic"}) as rig:
-        pendant = rig.pendant("asks in vain")
-        pendant.take_control()
-        # The first answer takes as long as the planning process takes to start.
-        assert pendant.verdict(asked_by(pendant, random)) is V.UNREACHABLE
-        pendant.got.clear()
-        asked = 0
-        began = time.monotonic()
+    asked = 0
+    began = time.monotonic()
 
-        def ask_where_due() -> None:
-            nonlocal asked
-            while asked <= (time.monotonic() - began) / PERIOD:
-                pendant.send(asked_by(pendant, random))
-                asked += 1
+    def ask_where_due() -> None:
+        nonlocal asked
+        while asked <= (time.monotonic() - began) / PERIOD:
+            asking.send(asked_by(asking, random))
+            asked += 1
 
-        while figures.need_more(trials, LATE.ms, slack):
-            rig.watch_ticks(pendant, 0.7, figures, turn=0.002, meanwhile=ask_where_due)
-        seconds = time.monotonic() - began
-        pendant.wait_until(lambda _: len(refusals(pendant)) >= asked)
-        pendant.listen(0.05)
-        refused = Counter(refusals(pendant))
-        assert not any(arrival.joint_velocity for arrival in rig.controller.arrivals)
+    while figures.need_more(trials, LATE.ms, slack):
+        rig.watch_ticks(asking, 0.7, figures, turn=0.002, meanwhile=ask_where_due)
+    seconds = time.monotonic() - began
+    asking.wait_until(lambda _: len(refusals(asking)) >= asked)
+    asking.listen(0.05)
+    refused = Counter(refusals(asking))
+    assert not any(arrival.joint_velocity for arrival in rig.controller.arrivals)
     tell(f"promise 13: {asked} requests in {seconds:.1f} s; {dict(refused)}")
     assert asked >= 0.9 * seconds / PERIOD
     assert refused.total() == asked

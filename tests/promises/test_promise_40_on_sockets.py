@@ -15,9 +15,11 @@ from rigs.clock.busy_machine import SCALE
 from rigs.data.mesh_files import prism, stl, ur5_with_meshes
 from rigs.processes.warm_start import begun
 
+from openpendant.simplemsg.pendant.management.declaration import PlacedPose
 from openpendant.tools.bench import questions
 from openpendant.tools.bench.questions import ASKINGS, Asking, observed, p99, served
 from openpendant.tools.pendants.client import PendantClient
+from openpendant.tools.pendants.sync_client import SyncPendantClient
 
 pytestmark = [pytest.mark.realtime, pytest.mark.timeout(3_600)]
 
@@ -47,9 +49,16 @@ def test_what_is_asked_is_what_is_promised() -> None:
 
 @pytest.fixture
 def port(asking: Asking, monkeypatch: pytest.MonkeyPatch) -> Iterator[int]:
-    """The pendant port of a server with the robot that is asked about."""
+    """The pendant port of a server with the robot that is asked about, which has answered once.
+
+    The first question starts the process that answers.
+    """
     monkeypatch.setattr(questions, "process", begun)
     with served(asking.robot) as port:
+        with SyncPendantClient.connect("127.0.0.1", port) as pendant:
+            at = pendant.kinematics.fk()
+            pose: PlacedPose = {"position": at["position"], "orientation": at["orientation"]}
+            pendant.kinematics.ik(pose)
         yield port
 
 

@@ -5,12 +5,13 @@ import hashlib
 import json
 import socket
 import time
+from collections.abc import Iterator
 from contextlib import closing
 from pathlib import Path
 
 import pytest
 from promises.promise_table import figure
-from rigs.data.mesh_files import meshed_robot, prism, stl, ur5_with_meshes
+from rigs.data.mesh_files import meshed_robot, prism, stl
 from rigs.processes.warm_start import begun
 
 from openpendant.simplemsg import PENDANT, ByteOrder, Connection, Message, Role
@@ -35,35 +36,57 @@ ASKED = 12
 """Chunks that are asked for at their rate, unread: less long than the server waits for a reader."""
 
 
-async def downloads(port: int, name: str) -> tuple[bytes, float]:
-    """Return a mesh that was downloaded, and how long that took [s]."""
+CONTENT = stl(*prism(801, 0.1, 0.3))
+NAME = hashlib.sha256(CONTENT).hexdigest()
+
+
+@pytest.fixture(scope="module")
+def robot(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """The file of a robot that is imported with a mesh."""
+    folder = tmp_path_factory.mktemp("imported")
+    target = folder / "meshed.yaml"
+    urdf = meshed_robot(folder, {"part.stl": CONTENT})
+    assert main(["robots", "import", str(urdf), "--yes", "-o", str(target)]) == 0
+    return target
+
+
+@pytest.fixture(scope="module")
+def port(robot: Path) -> Iterator[int]:
+    """The pendant port of a server with that robot; no start is measured here."""
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(questions, "process", begun)
+        with served(str(robot)) as port:
+            yield port
+
+
+def test_the_robot_that_is_served_below_names_its_mesh_by_the_hash(robot: Path) -> None:
+    assert NAME in robot.read_text(encoding="utf-8")
+
+
+async def download(port: int) -> tuple[bytes, float]:
+    """Return the mesh as it was downloaded, and how long that took [s]."""
     async with await PendantClient.connect("127.0.0.1", port) as pendant:
-        assert [mesh["hash"] for mesh in await pendant.shapes.meshes()] == [name]
+        assert [mesh["hash"] for mesh in await pendant.shapes.meshes()] == [NAME]
         began = time.monotonic()
-        content = await pendant.shapes.download(name)
+        content = await pendant.shapes.download(NAME)
         return content, time.monotonic() - began
 
 
-@pytest.fixture(autouse=True)
-def _servers_are_forked(monkeypatch: pytest.MonkeyPatch) -> None:
-    """No start is measured here."""
-    monkeypatch.setattr(questions, "process", begun)
+def download_waiting(port: int) -> tuple[bytes, float]:
+    """Do the same with the client that blocks."""
+    with SyncPendantClient.connect("127.0.0.1", port) as pendant:
+        assert [mesh["hash"] for mesh in pendant.shapes.meshes()] == [NAME]
+        began = time.monotonic()
+        content = pendant.shapes.download(NAME)
+        return content, time.monotonic() - began
 
 
-def test_promise_43_a_client_downloads_a_mesh_over_a_socket(tmp_path: Path) -> None:
-    points, faces = prism(801, 0.1, 0.3)
-    content = stl(points, faces)
-    name = hashlib.sha256(content).hexdigest()
-    target = tmp_path / "meshed.yaml"
-    urdf = meshed_robot(tmp_path, {"part.stl": content})
-    assert main(["robots", "import", str(urdf), "--yes", "-o", str(target)]) == 0
-    with served(str(target)) as port:
-        found, took = asyncio.run(downloads(port, name))
-        assert found == content
-        # Two at once, and the rest at their rate.
-        assert took >= (len(content) // CHUNK - 2) / RATE
-        with SyncPendantClient.connect("127.0.0.1", port) as pendant:
-            assert pendant.shapes.download(name) == content
+@pytest.mark.parametrize("client", ["asyncio", "blocking"])
+def test_promise_43_a_client_downloads_a_mesh_over_a_socket(port: int, client: str) -> None:
+    found, took = asyncio.run(download(port)) if client == "asyncio" else download_waiting(port)
+    assert found == CONTENT
+    # Two at once, and the rest at their rate.
+    assert took >= (len(CONTENT) // CHUNK - 2) / RATE
 
 
 class DeafPage:
@@ -106,19 +129,16 @@ class DeafPage:
 
 
 def test_promise_43_no_more_is_kept_of_chunks_for_a_page_that_does_not_read(
-    tmp_path: Path,
+    port: int,
 ) -> None:
-    content = stl(*prism(801, 0.1, 0.3))
-    name = hashlib.sha256(content).hexdigest()
-    robot = str(ur5_with_meshes(tmp_path, [content]))
-    with served(robot) as port, closing(DeafPage(port)) as page:
-        page.ask(0, name)
+    with closing(DeafPage(port)) as page:
+        page.ask(0, NAME)
         (first,) = page.answers(0)
         assert first.get("offset") == 0, first  # the process that answers has started
         time.sleep(3.0 / RATE)  # as many as may come at once may come again
         page.received = 0
         for number in range(1, ASKED + 1):
-            page.ask(number, name)
+            page.ask(number, NAME)
             time.sleep(1.0 / RATE)
         told = page.answers(ASKED)
         assert page.received <= UNREAD + 4 * KERNEL
@@ -128,5 +148,5 @@ def test_promise_43_no_more_is_kept_of_chunks_for_a_page_that_does_not_read(
         assert 1 <= len(told) - len(refused) <= 2
         # Who reads is given the next one.
         time.sleep(1.0 / RATE)
-        page.ask(ASKED + 1, name)
+        page.ask(ASKED + 1, NAME)
         assert page.answers(ASKED + 1)[-1]["offset"] == 0

@@ -4,6 +4,7 @@ from itertools import count
 from typing import Any
 
 import pytest
+import pytest_asyncio
 from pydantic import TypeAdapter
 from rigs.clock.busy_machine import PATIENCE
 
@@ -23,6 +24,7 @@ NUMBERS = count(1)
 """For what is kept under a name, so that a test can begin anew."""
 BOX = {"shape": {"type": "box", "size": [0.1, 0.1, 0.1]}, "position": [0, 2, 0]}
 AHEAD: PlacedPose = {"position": (0.5, 0.0, 0.25)}
+SECRET = "a long enough password"
 TURNS = ((0.0, 0.1, 0.0), (0.2, 0.0, 0.0), (0.0, 0.2, 0.0), (-0.2, 0.0, 0.2))
 ABOVE: PlacedPose = {"position": (0.0, 0.0, 0.125), "orientation": (0.0, 0.0, 0.0, 1.0)}
 
@@ -250,28 +252,29 @@ async def shapes(pendant: Pendant) -> None:
     assert await refused(calls.mesh("0" * 64)) is V.UNKNOWN_MESH
 
 
-async def accounts(pendant: Pendant, port: int) -> None:
-    calls = pendant.users
-    secret = "a long enough password"
-    await pendant.add_account("ada", AccountRole.ADMIN, secret)
-    await pendant.login("ada", password=secret)
-    await pendant.add_account("bob", AccountRole.OPERATOR, secret)
-    assert (await pendant.access.whoami())["role"] == "admin"
-    assert (await pendant.access.sessions())["sessions"]
-    assert "tls" in await pendant.access.exposure()
+async def access(pendant: Pendant, port: int) -> None:
+    calls = pendant.access
+    assert (await calls.whoami())["role"] == "admin"
+    assert (await calls.sessions())["sessions"]
+    assert "tls" in await calls.exposure()
     async with await PendantClient.connect("127.0.0.1", port) as other:
-        listed = (await pendant.access.connections())["connections"]
+        listed = (await calls.connections())["connections"]
         assert other.hello.session in [each["session"] for each in listed]
-        await pendant.access.close(other.hello.session)
-    await pendant.access.bar("192.0.2.66", minutes=5)
-    await pendant.access.unbar("192.0.2.66")
-    await calls.set_role("bob", "programmer")
-    await calls.disable("bob")
+        await calls.close(other.hello.session)
+    await calls.bar("192.0.2.66", minutes=5)
+    await calls.unbar("192.0.2.66")
+    await calls.logout()
+
+
+async def users(pendant: Pendant, _: int) -> None:
+    calls, bob = pendant.users, f"bob {next(NUMBERS)}"
+    await pendant.add_account(bob, AccountRole.OPERATOR, SECRET)
+    await calls.set_role(bob, "programmer")
+    await calls.disable(bob)
     found = (await calls.list())["users"]
-    assert found[1] == {"name": "bob", "role": "programmer", "disabled": True}
-    await calls.enable("bob")
-    await calls.remove("bob")
-    await pendant.access.logout()
+    assert {"name": bob, "role": "programmer", "disabled": True} in found
+    await calls.enable(bob)
+    await calls.remove(bob)
 
 
 PARTS = {
@@ -287,15 +290,16 @@ PARTS = {
     ("plans",): plans,
     ("shapes",): shapes,
 }
-ACCOUNTS = ("access", "users")
+ACCOUNTS = {("access",): access, ("users",): users}
 
 
 def operations_of(*groups: str) -> set[str]:
     return {name for name in published_operations() if name.partition(".")[0] in groups}
 
 
+@pytest.mark.usefixtures("programs_imported")
 async def test_every_operation_is_asked_for_below() -> None:
-    groups = [group for part in (*PARTS, ACCOUNTS) for group in part]
+    groups = [group for part in (*PARTS, *ACCOUNTS) for group in part]
     assert operations_of(*groups) == set(published_operations())
 
 
@@ -313,13 +317,23 @@ async def test_every_operation_is_answered_as_it_is_published(
     assert pendant.asked >= operations_of(*groups) - {"shapes.mesh"}
 
 
-@pytest.mark.asyncio(loop_scope="function")
-async def test_every_operation_on_accounts_is_answered_as_it_is_published(start_cell: Any) -> None:
-    cell = await start_cell(**CELL)
-    async with await Pendant.connect("127.0.0.1", cell.ports["pendant"]) as pendant:
-        await accounts(pendant, cell.ports["pendant"])
-    assert pendant.asked >= operations_of(*ACCOUNTS)
-    assert (await cell.end())["violations"] == 0
+@pytest_asyncio.fixture(scope="module", loop_scope="module")
+async def guarded_port(start_cell_of_the_file: Any) -> int:
+    """The pendant port of a cell of its own with the account of an admin."""
+    port: int = (await start_cell_of_the_file(**CELL)).ports["pendant"]
+    async with await PendantClient.connect("127.0.0.1", port) as pendant:
+        await pendant.add_account("ada", AccountRole.ADMIN, SECRET)
+    return port
+
+
+@pytest.mark.parametrize("groups", ACCOUNTS, ids="+".join)
+async def test_every_operation_on_accounts_is_answered_as_it_is_published(
+    groups: tuple[str, ...], guarded_port: int
+) -> None:
+    async with await Pendant.connect("127.0.0.1", guarded_port) as pendant:
+        await pendant.login("ada", password=SECRET)
+        await ACCOUNTS[groups](pendant, guarded_port)
+    assert pendant.asked >= operations_of(*groups)
 
 
 def blocking(port: int) -> None:

@@ -6,6 +6,7 @@ from collections.abc import Callable
 from typing import Any
 
 import pytest
+import pytest_asyncio
 from rigs.clock.busy_machine import PATIENCE
 
 from openpendant.motion.description.robot import serial_robot
@@ -111,9 +112,12 @@ async def test_who_holds_the_authority_is_named(
     assert "pendant is in control" in err
 
 
-async def taught(pendant: PendantClient) -> str:
+@pytest_asyncio.fixture(scope="module", loop_scope="module")
+async def program(cell_of_the_file: Any) -> str:
+    """A program that is taught from the end of its way to the middle."""
+    name, pendant = "slow", await away_from_home(cell_of_the_file)
     async with pendant.control():
-        made: Any = await pendant.programs.create("slow")
+        made: Any = await pendant.programs.create(name)
         for number, offset in enumerate((0.0, -AWAY / 2)):
             if offset:
                 at = pendant.joints()
@@ -124,25 +128,30 @@ async def taught(pendant: PendantClient) -> str:
             made = await pendant.manage(
                 {
                     "op": "programs.record",
-                    "name": "slow",
+                    "name": name,
                     "expected_revision": made["revision"],
                     "point": f"p{number}",
                     "move": move,
                 }
             )
-    return "slow"
+    await cell_of_the_file.hang_up()
+    return name
+
+
+async def test_a_run_of_no_program_fails(
+    shared_cell: Any, capsys: pytest.CaptureFixture[str]
+) -> None:
+    await shared_cell.ready_pendant()
+    code, _, _ = await command(shared_cell, run.main, capsys, "no such program")
+    assert code == 1
 
 
 async def test_run_tells_the_lines_and_ctrl_c_stops_the_robot_on_its_way(
-    shared_cell: Any, capsys: pytest.CaptureFixture[str]
+    shared_cell: Any, program: str
 ) -> None:
-    pendant = await away_from_home(shared_cell)
-    name = await taught(pendant)
-    code, out, _ = await command(shared_cell, run.main, capsys, "no such program")
-    assert code == 1
-
+    pendant = await shared_cell.ready_pendant()
     process = await asyncio.create_subprocess_exec(
-        *(sys.executable, "-m", "openpendant.tools", "run", name, "--json", "--loops", "0"),
+        *(sys.executable, "-m", "openpendant.tools", "run", program, "--json", "--loops", "0"),
         *("--server", f"127.0.0.1:{shared_cell.ports['pendant']}"),
         stdout=asyncio.subprocess.PIPE,
         stderr=asyncio.subprocess.PIPE,
@@ -159,5 +168,11 @@ async def test_run_tells_the_lines_and_ctrl_c_stops_the_robot_on_its_way(
     assert {"asked", "begun", "line", "stopped"} <= {each["event"] for each in events}
     state = await pendant.wait_until(lambda state: state.in_motion == 0)
     assert (state.stop, state.holder) == (StopKind.NONE, 0)
-    code, out, _ = await command(shared_cell, run.main, capsys, name, "--speed", "1")
+
+
+async def test_a_run_that_nobody_ends_says_that_it_is_completed(
+    shared_cell: Any, program: str, capsys: pytest.CaptureFixture[str]
+) -> None:
+    await shared_cell.ready_pendant()
+    code, out, _ = await command(shared_cell, run.main, capsys, program, "--speed", "1")
     assert (code, "completed" in out) == (0, True)

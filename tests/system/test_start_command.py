@@ -1,6 +1,7 @@
 """`openpendant start`: processes that come and go together, and the first jog of a newcomer."""
 
 import os
+import re
 import signal
 import subprocess
 import sys
@@ -201,6 +202,11 @@ def newcomer(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Newcomer]:
             *("--robot", "ur5", "--pendant-port", "0", "--store", "off", "--logs", "logs"),
         )
         yield Newcomer(window, marked(folder))
+
+
+def test_a_newcomer_is_told_how_another_pendant_comes_in(newcomer: Newcomer) -> None:
+    window = newcomer.window  # whose pendant soon takes all of the screen
+    window.until(lambda _: re.search(r"another pendant: .* pendant 127\.0\.0\.1:\d", window.raw))
 
 
 def test_a_newcomer_is_shown_the_first_key(newcomer: Newcomer) -> None:

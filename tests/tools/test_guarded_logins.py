@@ -2,12 +2,12 @@
 
 import asyncio
 import ssl
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from pathlib import Path
 
 import pytest
 from rigs.peers.tls_certificates import make_certificate
-from rigs.processes.guarded_server import PASSWORDS, GuardedServer, guarded_server
+from rigs.processes.guarded_server import PASSWORDS, GuardedServer, cheap_logins, guarded_server
 
 from openpendant.tools import why
 from openpendant.tools.pendants.client import AccountRole, PendantClient, Refused, WrongArgument
@@ -25,6 +25,12 @@ PLAIN: dict[str, tuple[Command, list[str], tuple[int, ...]]] = {
     "reset": (reset.main, ["--yes"], (0,)),
 }
 """Each command, what makes it need no terminal, and its exit codes where the server answers."""
+
+
+@pytest.fixture(autouse=True)
+def _cheap_logins() -> Iterator[None]:
+    with cheap_logins():
+        yield
 
 
 def _address(name: str, port: int) -> list[str]:

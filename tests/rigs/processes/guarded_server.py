@@ -2,19 +2,22 @@
 
 import asyncio
 import os
-from collections.abc import AsyncIterator
-from contextlib import asynccontextmanager
+from collections.abc import AsyncIterator, Iterator
+from contextlib import asynccontextmanager, contextmanager
 from dataclasses import dataclass
-from functools import cache
+from functools import cache, partial
 from pathlib import Path
 
+import pytest
 from rigs.processes.judged_server import LoopPlanner, running_emulator
 
 from openpendant.motion.description.robot import serial_robot
+from openpendant.server.access import access_backend, admission
 from openpendant.server.access.access_backend import ProcessAccess
 from openpendant.server.access.accounts import Account, StoredAccounts
 from openpendant.server.access.open_access import opened_access
 from openpendant.server.access.passwords import (
+    NOBODYS_HASH,
     SALT_BYTES,
     PasswordHash,
     ScryptCost,
@@ -62,6 +65,19 @@ def add_accounts(file: Path, cost: ScryptCost = CHEAP) -> None:
     for name, password in PASSWORDS.items():
         accounts.add(Account(name=name, role=_ROLES[name], password=_kept(password, cost)))
     store.close()
+
+
+@contextmanager
+def cheap_logins() -> Iterator[None]:
+    """Have a new password, and one of a name without an account, cost as little as `CHEAP`.
+
+    For servers of this process whose passwords nobody times.
+    """
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(access_backend, "hash_password", partial(hash_password, cost=CHEAP))
+        nobodys = NOBODYS_HASH.model_copy(update={"cost": CHEAP})
+        patch.setattr(admission, "NOBODYS_HASH", nobodys)
+        yield
 
 
 @asynccontextmanager

@@ -104,6 +104,14 @@ class WarmProcess:
         self._process.join()
 
 
+def import_programs() -> None:
+    """Have the one interpreter import the programs, unless it has, and wait until it has."""
+    with _environment(_BEFORE_IMPORTS):
+        process = _CONTEXT.Process(target=int)
+        process.start()
+    process.join()
+
+
 @contextmanager
 def warm(module: str, *arguments: str) -> Iterator[Callable[[], dict[str, Any]]]:
     """Run a program until the context is left; yields what waits for its ready line."""
