@@ -19,7 +19,7 @@ from openpendant.tools.pendants.web.page_files import BUILT
 
 FRONT = BUILT
 ROBOT = "kawasaki_ra10n"
-_UP_WITHIN = 30.0
+UP_WITHIN = 30.0
 FLAGS = (
     "--headless=new",
     "--no-sandbox",
@@ -134,11 +134,22 @@ class PageRig:
         self._processes[0].terminate()
         self._processes[0].wait(20)
 
-    def start_gateway(self, port: int) -> subprocess.Popen[bytes]:
-        """Start a gateway at a port, and wait until it listens."""
-        started = self._start("web", "--server", f"127.0.0.1:{self.server}", "--port", port)
+    def start_gateway(self, port: int, server: int = 0) -> subprocess.Popen[bytes]:
+        """Start a gateway at a port, and wait until it listens.
+
+        Args:
+            server: the port that it dials; the server's own unless given.
+        """
+        at = f"127.0.0.1:{server or self.server}"
+        started = self._start("web", "--server", at, "--port", port)
         _wait_for(port)
         return started
+
+    def end(self, process: subprocess.Popen[bytes]) -> None:
+        """End one of its processes before the others."""
+        self._processes.remove(process)
+        process.terminate()
+        process.wait(20)
 
     def _start(self, *words: object) -> subprocess.Popen[bytes]:
         with (self._folder / f"{words[0]}.log").open("ab") as log:
@@ -149,7 +160,7 @@ class PageRig:
 
 
 def _wait_for(port: int) -> None:
-    until = time.monotonic() + _UP_WITHIN
+    until = time.monotonic() + UP_WITHIN
     while time.monotonic() < until:
         with socket.socket() as dial:
             if dial.connect_ex(("127.0.0.1", port)) == 0:
@@ -283,6 +294,10 @@ class Page:
         self.wait("!document.querySelector('.steps-of-stop .blue').hasAttribute('aria-disabled')")
         self.run("document.querySelectorAll('.steps-of-stop button')[1].click()")
         self.wait("document.querySelector('.frame').dataset.state === 'control'")
+
+    def forget_keys(self) -> None:
+        """Take no key for held: the page that they were pressed in is gone."""
+        self._downs.clear()
 
     def let_all_go(self) -> None:
         for code, key in tuple(self._downs):
