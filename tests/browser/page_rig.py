@@ -91,7 +91,7 @@ class PageRig:
         self._start(
             "emulate", "--robot", self._robot, "--motion-port", motion, "--state-port", state
         )
-        _wait_for(motion)
+        wait_for(motion)
         self._tap = MotionTap(motion)
         self.server, self.gateway = free_port(), free_port()
         self._start(
@@ -106,7 +106,7 @@ class PageRig:
             *("--ros-motion-port", "off", "--ros-state-port", "off"),
             *("--store", self._folder / "store.db", *self._serve),
         )
-        _wait_for(self.server)
+        wait_for(self.server)
         self.start_gateway(self.gateway)
 
     def __exit__(
@@ -142,7 +142,7 @@ class PageRig:
         """
         at = f"127.0.0.1:{server or self.server}"
         started = self._start("web", "--server", at, "--port", port)
-        _wait_for(port)
+        wait_for(port)
         return started
 
     def end(self, process: subprocess.Popen[bytes]) -> None:
@@ -159,7 +159,8 @@ class PageRig:
         return started
 
 
-def _wait_for(port: int) -> None:
+def wait_for(port: int) -> None:
+    """Wait until something listens at a port."""
     until = time.monotonic() + UP_WITHIN
     while time.monotonic() < until:
         with socket.socket() as dial:
@@ -193,12 +194,18 @@ def show_at(driver: Any, width: int, height: int) -> None:
 class Page:
     """What a person does at the page, and what it shows."""
 
-    def __init__(self, rig: PageRig, driver: Any, address: str) -> None:
-        self.rig = rig
+    def __init__(self, rig: PageRig | None, driver: Any, address: str) -> None:
+        self._rig = rig
         self.driver = driver
         self.address = address
         self._downs: set[tuple[str, str]] = set()
         self._at = (0.0, 0.0)
+
+    @property
+    def rig(self) -> PageRig:
+        """The processes behind it, where a test began them as such."""
+        assert self._rig is not None
+        return self._rig
 
     def ready(self) -> None:
         """Open it anew, take control, end a stop, set T1, and hide the checklist."""
@@ -294,10 +301,6 @@ class Page:
         self.wait("!document.querySelector('.steps-of-stop .blue').hasAttribute('aria-disabled')")
         self.run("document.querySelectorAll('.steps-of-stop button')[1].click()")
         self.wait("document.querySelector('.frame').dataset.state === 'control'")
-
-    def forget_keys(self) -> None:
-        """Take no key for held: the page that they were pressed in is gone."""
-        self._downs.clear()
 
     def let_all_go(self) -> None:
         for code, key in tuple(self._downs):
