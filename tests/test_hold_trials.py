@@ -136,7 +136,8 @@ def _saw(tap: MotionTap, steps: list[float], *stops: float) -> None:
 def test_the_ramp_begins_with_its_first_smaller_step(tap: MotionTap) -> None:
     _saw(tap, [STEADY] * 20 + [0.009, 0.005, 0.001])
     found = tap.end_of_steady(0, 0.195)
-    assert (found.at, found.kind) == (pytest.approx(21 * TICK), "ramp")
+    assert found.at == pytest.approx(21 * TICK)
+    assert found.kind == "ramp"
 
 
 def test_a_late_tick_begins_no_ramp(tap: MotionTap) -> None:
