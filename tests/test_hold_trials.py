@@ -5,7 +5,7 @@ from itertools import count
 
 import pytest
 from browser import hold_trials
-from browser.hold_trials import LATE, MOST_TRIALS, TICK, TRIALS, HoldTrials
+from browser.hold_trials import LATE, MOST_FAILED, MOST_TRIALS, TICK, TRIALS, HoldTrials
 from browser.motion_tap import Ended, MotionTap, MovedOn, Seen
 
 BOUND = 0.05
@@ -104,11 +104,12 @@ def test_a_robot_that_moved_on_fails_beside_a_late_machine_too(idle: Idle) -> No
 def test_a_trial_that_failed_beside_a_late_machine_is_void_and_begun_anew(idle: Idle) -> None:
     idle.told = ((-1.0, 1.0),)
     recovered = []
-    with pytest.raises(AssertionError, match="not judged"):
+    with pytest.raises(AssertionError, match="not judged") as judged:
         HoldTrials("a way", BOUND).run(
             _fails(AssertionError("no jog")), lambda: recovered.append(True)
         )
-    assert len(recovered) == MOST_TRIALS
+    assert len(recovered) == MOST_FAILED - 1
+    assert str(judged.value.__cause__) == "no jog"
 
 
 def test_a_trial_that_failed_beside_a_machine_in_time_fails(idle: Idle) -> None:

@@ -17,6 +17,8 @@ from browser.motion_tap import Ended, MovedOn
 TRIALS = 10
 MOST_TRIALS = 30
 """Where so many were not enough, the machine was busy with something else."""
+MOST_FAILED = 10
+"""Where so many did not even come to their end, a busy machine explains nothing any more."""
 
 JOG_FOR = 0.3
 """A jog is let go so long after the page shows it [s]."""
@@ -68,7 +70,7 @@ class HoldTrials:
         Raises:
             MovedOn: in any trial, void or not.
         """
-        watch = _idle_watch()
+        watch, left_to_fail = _idle_watch(), MOST_FAILED
         for number in range(MOST_TRIALS):
             began = watch.now()
             failed: AssertionError | None = None
@@ -84,6 +86,9 @@ class HoldTrials:
                 self.void += 1
                 if failed is not None:
                     tell(f"{self.name}: void: {failed}")
+                    left_to_fail -= 1
+                    if not left_to_fail:
+                        raise AssertionError(f"{self.name}: not judged") from failed
                     recover()
                 continue
             if failed is not None:
