@@ -135,6 +135,8 @@ def _listens_at(log: Path) -> str:
 class FirefoxPage(Page):
     """What a person does at a page in Firefox."""
 
+    browser = "Firefox"
+
     def __init__(self, rig: PageRig, firefox: Firefox, address: str) -> None:
         """Show nothing yet."""
         super().__init__(rig, firefox, address)

@@ -20,7 +20,7 @@ MOST_TRIALS = 30
 MOST_FAILED = 10
 """Where so many did not even come to their end, a busy machine explains nothing any more."""
 
-JOG_FOR = 0.3
+JOG_FOR = 0.2
 """A jog is let go so long after the page shows it [s]."""
 
 TICK = 0.010

@@ -194,6 +194,8 @@ def show_at(driver: Any, width: int, height: int) -> None:
 class Page:
     """What a person does at the page, and what it shows."""
 
+    browser = "Chromium"
+
     def __init__(self, rig: PageRig | None, driver: Any, address: str) -> None:
         self._rig = rig
         self.driver = driver

@@ -7,7 +7,7 @@ import pytest
 
 from browser.firefox import NAMES, Firefox, FirefoxPage, firefox_program
 from browser.page_rig import FRONT, PageRig
-from browser.test_holding import WAYS, Act, ramp_begins_in_time, the_other_key_goes_on
+from browser.test_holding import ramp_begins_in_time, the_other_key_goes_on
 
 pytestmark = pytest.mark.realtime
 
@@ -40,12 +40,22 @@ def page(firefox: Firefox, cell: PageRig) -> Iterator[FirefoxPage]:
     page.let_all_go()
 
 
-@pytest.mark.parametrize(("down", "go", "up", "bound"), WAYS)
-def test_in_firefox_the_ramp_begins_soon_after(
-    page: FirefoxPage, down: Act, go: Act, up: Act, bound: float, request: pytest.FixtureRequest
+@pytest.mark.parametrize(
+    "names",
+    [
+        pytest.param(
+            ("the pointer is let go", "a finger is lifted", "a key comes up"), id="released"
+        ),
+        pytest.param(("the pointer slides off", "a finger slides off"), id="slid off"),
+        pytest.param(
+            ("the window loses the focus", "the page is hidden", "a context menu opens"), id="left"
+        ),
+    ],
+)
+def test_in_firefox_the_ramp_begins_soon_after_the_button_is(
+    page: FirefoxPage, names: tuple[str, ...]
 ) -> None:
-    name = f"Firefox: {request.node.callspec.id}"
-    ramp_begins_in_time(page, name, down, go, up, bound)
+    ramp_begins_in_time(page, *names)
 
 
 def test_in_firefox_the_other_of_two_keys_goes_on(page: FirefoxPage) -> None:
