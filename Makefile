@@ -81,7 +81,7 @@ conformance: $(VENV)/dev.stamp
 ## browser  build the page and run the tests in real browsers
 browser: $(VENV)/browser.stamp
 	$(PY) $(PAGE_BUILD) --fetch-node --check
-	$(PY) -m pytest tests/browser $(PYTEST_ARGS)
+	$(PY) tests/run_browser_lanes.py $(PYTEST_ARGS)
 
 ## wheel    build the page, and with it the wheel and the source archive, into dist/
 wheel: $(VENV)/dev.stamp

@@ -1,9 +1,15 @@
-"""Relays one port to another in a thread of its own; it can stand still and go on."""
+"""Relays one port to another in a thread of its own; it can stand still and go on.
+
+One kind of relay notes when messages of a type go to the target.
+"""
 
 from __future__ import annotations
 
 import asyncio
 import threading
+import time
+
+from openpendant.simplemsg import Message
 
 
 class LoopbackRelay:
@@ -90,3 +96,30 @@ class LoopbackRelay:
             return
         finally:
             writer.close()
+
+
+class MessageTap(LoopbackRelay):
+    """Notes when a message of a type goes to a server, by the monotonic clock."""
+
+    def __init__(self, target: int, kind: type[Message]) -> None:
+        """Begin with none noted."""
+        self._type = kind.PLACE.msg_type
+        self._times: list[float] = []
+        super().__init__(target)
+
+    def forget(self) -> None:
+        """Begin a trial."""
+        self._times = []
+
+    def first(self) -> float:
+        """Return when the first went by since the last `forget` [s]."""
+        assert self._times, "none went by"
+        return self._times[0]
+
+    def _noted(self, data: bytes) -> bytes:
+        now = time.monotonic()
+        while (size := 4 + int.from_bytes(data[:4], "little")) <= len(data):
+            if int.from_bytes(data[4:8], "little") == self._type:
+                self._times.append(now)
+            data = data[size:]
+        return data

@@ -13,6 +13,9 @@ from browser.loopback_relay import LoopbackRelay
 POINT, FULL_POINT, STOP = 11, 14, -4
 AT_REST = 0.15
 """A robot that no set-point went to for so long stands [s]; a jog sends one each tick."""
+WATCHED_FOR = 0.2
+"""So long nothing may go by after that, the button held on [s]: with the rest, seven beats."""
+
 _HEADER = 16
 _STEADY = 0.97
 """A set-point whose step is smaller than that of the steady jog belongs to the ramp."""
@@ -41,6 +44,14 @@ class Ended:
     kind: str
 
 
+class MovedOn(AssertionError):
+    """A robot went on, or began again by itself; no busy machine explains that."""
+
+    def __init__(self, how: str) -> None:
+        """Say it so that no test is tried again."""
+        super().__init__(f"violation: {how}")
+
+
 class MotionTap(LoopbackRelay):
     """Notes what goes to the emulator, as it goes."""
 
@@ -61,8 +72,16 @@ class MotionTap(LoopbackRelay):
         """Wait until no set-point goes by any more."""
         until = time.monotonic() + within
         while (seen := self._seen) and time.monotonic() - seen[-1].at < AT_REST:
-            assert time.monotonic() < until, "the robot never came to rest"
+            if time.monotonic() >= until:
+                raise MovedOn("the robot never came to rest")
             time.sleep(0.01)
+
+    def stays_at_rest(self, watched_for: float = WATCHED_FOR) -> None:
+        """Watch a robot that has come to rest: nothing moves it."""
+        self.forget()
+        time.sleep(watched_for)
+        if self.seen():
+            raise MovedOn("it moved again by itself")
 
     def end_of_steady(self, joint: int, after: float) -> Ended:
         """Return when the ramp or the STOP began after a moment, and which it was.
@@ -79,6 +98,8 @@ class MotionTap(LoopbackRelay):
             for earlier, each in pairwise(each for each in seen if each.joints)
         ]
         before = [step for at, step in steps if at < after][-10:]
+        stopped = max((each.at for each in seen if not each.joints and each.at < after), default=0)
+        assert not stopped, f"stopped {1000 * (after - stopped):.0f} ms before it was to end"
         assert len(before) >= 5, f"{len(before)} set-points before the end of the jog"
         steady = statistics.median(before)
         last = f"the last set-point came {1000 * (seen[-1].at - after):.0f} ms after"

@@ -19,7 +19,7 @@ from openpendant.tools.pendants.web.page_files import BUILT
 
 FRONT = BUILT
 ROBOT = "kawasaki_ra10n"
-_UP_WITHIN = 30.0
+UP_WITHIN = 30.0
 FLAGS = (
     "--headless=new",
     "--no-sandbox",
@@ -91,7 +91,7 @@ class PageRig:
         self._start(
             "emulate", "--robot", self._robot, "--motion-port", motion, "--state-port", state
         )
-        _wait_for(motion)
+        wait_for(motion)
         self._tap = MotionTap(motion)
         self.server, self.gateway = free_port(), free_port()
         self._start(
@@ -106,7 +106,7 @@ class PageRig:
             *("--ros-motion-port", "off", "--ros-state-port", "off"),
             *("--store", self._folder / "store.db", *self._serve),
         )
-        _wait_for(self.server)
+        wait_for(self.server)
         self.start_gateway(self.gateway)
 
     def __exit__(
@@ -134,11 +134,22 @@ class PageRig:
         self._processes[0].terminate()
         self._processes[0].wait(20)
 
-    def start_gateway(self, port: int) -> subprocess.Popen[bytes]:
-        """Start a gateway at a port, and wait until it listens."""
-        started = self._start("web", "--server", f"127.0.0.1:{self.server}", "--port", port)
-        _wait_for(port)
+    def start_gateway(self, port: int, server: int = 0) -> subprocess.Popen[bytes]:
+        """Start a gateway at a port, and wait until it listens.
+
+        Args:
+            server: the port that it dials; the server's own unless given.
+        """
+        at = f"127.0.0.1:{server or self.server}"
+        started = self._start("web", "--server", at, "--port", port)
+        wait_for(port)
         return started
+
+    def end(self, process: subprocess.Popen[bytes]) -> None:
+        """End one of its processes before the others."""
+        self._processes.remove(process)
+        process.terminate()
+        process.wait(20)
 
     def _start(self, *words: object) -> subprocess.Popen[bytes]:
         with (self._folder / f"{words[0]}.log").open("ab") as log:
@@ -148,8 +159,9 @@ class PageRig:
         return started
 
 
-def _wait_for(port: int) -> None:
-    until = time.monotonic() + _UP_WITHIN
+def wait_for(port: int) -> None:
+    """Wait until something listens at a port."""
+    until = time.monotonic() + UP_WITHIN
     while time.monotonic() < until:
         with socket.socket() as dial:
             if dial.connect_ex(("127.0.0.1", port)) == 0:
@@ -182,12 +194,20 @@ def show_at(driver: Any, width: int, height: int) -> None:
 class Page:
     """What a person does at the page, and what it shows."""
 
-    def __init__(self, rig: PageRig, driver: Any, address: str) -> None:
-        self.rig = rig
+    browser = "Chromium"
+
+    def __init__(self, rig: PageRig | None, driver: Any, address: str) -> None:
+        self._rig = rig
         self.driver = driver
         self.address = address
         self._downs: set[tuple[str, str]] = set()
         self._at = (0.0, 0.0)
+
+    @property
+    def rig(self) -> PageRig:
+        """The processes behind it, where a test began them as such."""
+        assert self._rig is not None
+        return self._rig
 
     def ready(self) -> None:
         """Open it anew, take control, end a stop, set T1, and hide the checklist."""

@@ -1,30 +1,31 @@
 """A robot stops when what lies between it and the hand fails, and moves no more by itself.
 
 Times run from the fault, or from another client's command, to the first set-point of the ramp, or
-the STOP, at the emulator.
+the STOP, at the emulator. What the page itself takes away (control, mode, frame) has two: from the
+key, as where a key is let go; and from what the page says, as it reaches the server: a tick.
 """
 
 import time
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from dataclasses import replace
 
 import pytest
 
-from browser.hold_trials import TICK, HoldTrials
-from browser.loopback_relay import LoopbackRelay
+from browser.hold_trials import JOG_FOR, TICK, HoldTrials
+from browser.loopback_relay import LoopbackRelay, MessageTap
 from browser.motion_tap import Ended
 from browser.page_rig import Page, PageRig, free_port
-from browser.test_holding import DEADLINE, JOG_FOR
+from browser.test_holding import DEADLINE, RELEASED
+from openpendant.simplemsg.pendant import JogRelease
 from openpendant.tools.pendants.sync_client import SyncPendantClient
 
 pytestmark = pytest.mark.realtime
 
+LINK_ENDED = 0.100
+"""From a page that ends to the STOP [s]."""
 STALLED_FOR = 0.7
-WATCHED_FOR = 0.7
-COMMAND = 0.010
-"""From a client's call to the server, and from there to the emulator [s]."""
-BY_PAGE = 0.020 + TICK
-"""Likewise from a key or a button of the page, as where a key is let go; and a tick [s]."""
+WATCHED_FOR = 0.5
+"""After old messages came [s]."""
 
 
 @pytest.fixture
@@ -46,11 +47,45 @@ def _jogs(page: Page, side: str) -> tuple[float, float]:
     return at
 
 
-def _stays_at_rest(page: Page) -> None:
-    """Watch that nothing moves while the button is held on."""
-    page.rig.tap.forget()
-    time.sleep(WATCHED_FOR)
-    assert page.rig.tap.seen() == [], "it moved again"
+def _ends(page: Page, began: float) -> Ended:
+    """Return how it ended once it stands and has stayed at rest with the button held on."""
+    page.rig.tap.wait_for_rest()
+    found = page.rig.tap.end_of_steady(0, began)
+    page.rig.tap.stays_at_rest()
+    return found
+
+
+def _let_go(page: Page, at: tuple[float, float]) -> None:
+    page.mouse("mouseReleased", at)
+    page.key(False, "KeyV", "v")
+
+
+def test_a_tab_that_is_reloaded_or_closed_stops_the_robot(page_rig: PageRig) -> None:
+    page = page_rig.page()
+    first = page.driver.current_window_handle
+    page.driver.get("about:blank")
+
+    def trial(side: str) -> Ended:
+        page.driver.switch_to.new_window("tab")
+        try:
+            page.ready()
+            _jogs(page, side)
+            began = time.monotonic()
+            if side == "plus":
+                page.cdp("Page.reload")
+            else:
+                page.driver.close()
+            return _ends(page, began)
+        finally:
+            for each in set(page.driver.window_handles) - {first}:
+                page.driver.switch_to.window(each)
+                page.driver.close()
+            page.driver.switch_to.window(first)
+            page.let_all_go()
+
+    trials = HoldTrials("reloaded or closed", LINK_ENDED)
+    trials.run(trial, lambda: None)
+    trials.judge({"stop", "ramp"})
 
 
 def test_a_network_that_stalls_ends_it_as_silent_and_its_old_messages_move_nothing(
@@ -68,16 +103,15 @@ def test_a_network_that_stalls_ends_it_as_silent_and_its_old_messages_move_nothi
         found = page.rig.tap.end_of_steady(0, began)
         page.rig.tap.forget()
         relay.go_on()
-        _stays_at_rest(page)
+        page.rig.tap.stays_at_rest(WATCHED_FOR)
         page.stands()
-        page.mouse("mouseReleased", at)
-        page.key(False, "KeyV", "v")
+        _let_go(page, at)
         return found
 
     try:
-        trials = HoldTrials("the network stalls")
+        trials = HoldTrials("the network stalls", DEADLINE + TICK)
         trials.run(trial, page.ready)
-        trials.judge(DEADLINE + TICK)
+        trials.judge()
     finally:
         page.let_all_go()
         relay.close()
@@ -88,59 +122,92 @@ def test_a_stop_of_another_client_ends_it(page: Page, other: SyncPendantClient) 
         at = _jogs(page, side)
         began = time.monotonic()
         other.stop("a test")
-        page.rig.tap.wait_for_rest()
-        found = page.rig.tap.end_of_steady(0, began)
-        _stays_at_rest(page)
-        page.mouse("mouseReleased", at)
-        page.key(False, "KeyV", "v")
+        found = _ends(page, began)
+        _let_go(page, at)
         page.reset_stop()
         return found
 
-    trials = HoldTrials("STOP of another client")
+    trials = HoldTrials("STOP of another client", TICK)
     trials.run(trial, page.ready)
-    trials.judge(TICK + COMMAND, {"stop"})
+    trials.judge({"stop"})
 
 
-def test_a_control_that_is_given_up_ends_it(page: Page) -> None:
+def _control_given_up(page: Page) -> Callable[[], None]:
     """In a manual mode nobody takes it away."""
+    page.run("document.querySelector('.main-act').click()")
 
-    def trial(side: str) -> Ended:
-        at = _jogs(page, side)
-        began = time.monotonic()
-        page.run("document.querySelector('.main-act').click()")
-        page.rig.tap.wait_for_rest()
-        found = page.rig.tap.end_of_steady(0, began)
+    def back() -> None:
         page.wait("document.querySelector('.chips').innerText.includes('Nobody')")
-        _stays_at_rest(page)
-        page.mouse("mouseReleased", at)
-        page.key(False, "KeyV", "v")
         page.tap_key("KeyC", "c")
         page.wait("document.querySelector('.chips').innerText.includes('You')")
-        return found
 
-    trials = HoldTrials("control is given up")
-    trials.run(trial, page.ready)
-    trials.judge(BY_PAGE, {"stop", "ramp"})
+    return back
 
 
-def test_another_mode_ends_it(page: Page) -> None:
-    def trial(side: str) -> Ended:
-        at = _jogs(page, side)
-        began = time.monotonic()
-        page.tap_key("KeyM", "m")
-        page.rig.tap.wait_for_rest()
-        found = page.rig.tap.end_of_steady(0, began)
+def _other_mode(page: Page) -> Callable[[], None]:
+    page.tap_key("KeyM", "m")
+
+    def back() -> None:
         page.wait("document.querySelector('.chips').innerText.includes('Automatic')")
-        _stays_at_rest(page)
-        page.mouse("mouseReleased", at)
-        page.key(False, "KeyV", "v")
         page.tap_key("KeyM", "m")
         page.wait("document.querySelector('.chips').innerText.includes('T1')")
+
+    return back
+
+
+def _other_frame(page: Page) -> Callable[[], None]:
+    page.tap_key("KeyF", "f")
+
+    def back() -> None:
+        page.run("document.querySelector('.jog .tabs button').click()")
+        page.wait("document.querySelector('.jog .tabs button').classList.contains('chosen')")
+
+    return back
+
+
+@pytest.mark.parametrize(
+    "change",
+    [
+        pytest.param(_control_given_up, id="control is given up"),
+        pytest.param(_other_mode, id="another mode"),
+        pytest.param(_other_frame, id="another frame"),
+    ],
+)
+def test_what_the_page_takes_away_ends_it(
+    page_rig: PageRig,
+    change: Callable[[Page], Callable[[], None]],
+    request: pytest.FixtureRequest,
+) -> None:
+    tap, port = MessageTap(page_rig.server, JogRelease), free_port()
+    gateway = page_rig.start_gateway(port, tap.port)
+    page = page_rig.page(port)
+    page.ready()
+    name = request.node.callspec.id
+    at_server: dict[float, Ended] = {}
+
+    def trial(side: str) -> Ended:
+        at = _jogs(page, side)
+        tap.forget()
+        began = time.monotonic()
+        back = change(page)
+        found = _ends(page, began)
+        at_server[found.at] = replace(found, began=tap.first())
+        back()
+        _let_go(page, at)
+        page.wait("!document.querySelector('.enabling').classList.contains('on')")
         return found
 
-    trials = HoldTrials("another mode")
-    trials.run(trial, page.ready)
-    trials.judge(BY_PAGE, {"stop", "ramp"})
+    try:
+        trials = HoldTrials(name, RELEASED)
+        trials.run(trial, page.ready)
+        trials.judge({"stop", "ramp"})
+        counted = [at_server[each.at] for each in trials.found]
+        HoldTrials(f"{name}, from the server on", TICK, counted).judge({"stop", "ramp"})
+    finally:
+        page.let_all_go()
+        page.driver.get("about:blank")
+        page_rig.end(gateway)
+        tap.close()
 
 
 def test_a_gateway_that_is_killed_stops_the_robot(page_rig: PageRig) -> None:
@@ -154,12 +221,10 @@ def test_a_gateway_that_is_killed_stops_the_robot(page_rig: PageRig) -> None:
         gateway.kill()
         gateway.wait(10)
         dead = time.monotonic()
-        page.rig.tap.wait_for_rest()
-        found = page.rig.tap.end_of_steady(0, began)
-        _stays_at_rest(page)
+        found = _ends(page, began)
         page.let_all_go()
         return replace(found, began=dead, at=max(dead, found.at))
 
-    trials = HoldTrials("the gateway is killed, from its death on")
+    trials = HoldTrials("the gateway is killed, from its death on", TICK)
     trials.run(trial, lambda: None)
-    trials.judge(TICK, {"stop"})
+    trials.judge({"stop"})

@@ -48,6 +48,8 @@ def test_a_wrong_password_is_told_and_the_right_one_takes_control(guarded: PageR
     _logs_in(page, 0, "otto", PASSWORDS["otto"])
     page.wait("!document.querySelector('form').offsetParent")
     page.wait("document.querySelectorAll('.row').length === 6")
+    # A password takes its time; until then the refusal of the wrong one stands there.
+    page.wait("!document.querySelector('.note').offsetParent")
     page.tap_key("KeyC", "c")
     page.wait("document.querySelector('.chips').innerText.includes('You')")
 

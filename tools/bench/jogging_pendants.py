@@ -84,7 +84,7 @@ _MOVES = 1e-4
 
 
 class JoggingPendant(asyncio.Protocol):
-    """One pendant: listens at 100 Hz and holds a key.
+    """One pendant: listens, at 100 Hz unless told otherwise, and holds a key.
 
     Attributes:
         ticks: times of the ticks in its state messages [ns].
@@ -93,8 +93,9 @@ class JoggingPendant(asyncio.Protocol):
         slots: state messages, and those that showed a jog, by the slot in which they arrived.
     """
 
-    def __init__(self, cell: str, key: Key) -> None:
+    def __init__(self, cell: str, key: Key, rate: float = 100.0) -> None:
         self.key = key
+        self._rate = rate
         self.ticks: list[int] = []
         self.jogging = 0
         self.moving = 0
@@ -114,7 +115,7 @@ class JoggingPendant(asyncio.Protocol):
         """Say hello."""
         assert isinstance(transport, asyncio.Transport)
         self._transport = transport
-        self._write(Hello(PROTOCOL_VERSION, 100.0, self._cell, "bench"))
+        self._write(Hello(PROTOCOL_VERSION, self._rate, self._cell, "bench"))
 
     def _write(self, *messages: Message) -> None:
         self._transport.write(b"".join(self._wire.send(message) for message in messages))

@@ -6,16 +6,17 @@ import sys
 import time
 
 NOTED = 0.02
-"""Lateness from which on it is told [s]."""
+"""Lateness from which on it is told, unless a watch is asked for less [s]."""
 
-_WATCH = f"""
-import time
+_WATCH = """
+import sys, time
+noted = float(sys.argv[1])
 asleep = 0.01
 last = time.monotonic()
 while True:
     time.sleep(asleep)
     now = time.monotonic()
-    if now - last - asleep >= {NOTED}:
+    if now - last - asleep >= noted:
         print(last + asleep, now, flush=True)
     last = now
 """
@@ -33,9 +34,14 @@ class StallWatch:
         pid: its process id.
     """
 
-    def __init__(self) -> None:
+    def __init__(self, noted: float = NOTED) -> None:
+        """Start it.
+
+        Args:
+            noted: lateness from which on it is told [s].
+        """
         self._process = subprocess.Popen(
-            [sys.executable, "-I", "-S", "-c", _WATCH], stdout=subprocess.PIPE
+            [sys.executable, "-I", "-S", "-c", _WATCH, str(noted)], stdout=subprocess.PIPE
         )
         assert self._process.stdout is not None
         self.pid = self._process.pid
@@ -61,7 +67,7 @@ class StallWatch:
     def worst_since(self, began: float) -> float:
         """Return by how much the latest wake-up since a time of the clock was late [s].
 
-        Lateness of less than `NOTED` is none.
+        Lateness that is not told is none.
         """
         return max((woke - due for due, woke in self.stalls(0.0) if woke >= began), default=0.0)
 

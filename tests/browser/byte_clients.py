@@ -1,0 +1,78 @@
+"""Clients of the gateway that are no pages: each holds a key of its own cell, to and fro.
+
+Runs as a separate process, `byte_clients.py PAGE CELL...`, until it is ended; then it prints how
+often a press of theirs ended otherwise than by its successor, by reason.
+"""
+
+import asyncio
+import json
+import signal
+import sys
+from collections import Counter
+
+from aiohttp import ClientSession, ClientWebSocketResponse
+
+from openpendant.tools.bench.jogging_pendants import KEYS, JoggingPendant
+
+STATE_RATE = 30.0
+BEAT = 0.05
+
+
+class _Bytes(asyncio.Transport):
+    """What a pendant writes to: each write becomes one message of a WebSocket."""
+
+    def __init__(self, socket: ClientWebSocketResponse) -> None:
+        super().__init__()
+        self._socket = socket
+        self.unsent: list[bytes] = []
+
+    def write(self, data: bytes | bytearray | memoryview) -> None:
+        self.unsent.append(bytes(data))
+
+    async def send(self) -> None:
+        while self.unsent:
+            await self._socket.send_bytes(self.unsent.pop(0))
+
+
+async def _holds(
+    session: ClientSession, page: str, cell: str, at: int, ended: Counter[str]
+) -> None:
+    async with session.ws_connect(f"{page}servers/", max_msg_size=0) as socket:
+        pendant = JoggingPendant(cell, KEYS[at % len(KEYS)], STATE_RATE)
+        pendant.ended = ended
+        transport = _Bytes(socket)
+        pendant.connection_made(transport)
+
+        async def beats() -> None:
+            while True:
+                pendant.beat()
+                await transport.send()
+                await asyncio.sleep(BEAT)
+
+        beating = asyncio.ensure_future(beats())
+        try:
+            async for message in socket:
+                pendant.data_received(message.data)
+                await transport.send()
+        finally:
+            beating.cancel()
+
+
+async def _main(page: str, *cells: str) -> None:
+    over = asyncio.Event()
+    asyncio.get_running_loop().add_signal_handler(signal.SIGTERM, over.set)
+    ended = Counter[str]()
+    async with ClientSession() as session:
+        tasks = [
+            asyncio.ensure_future(_holds(session, page, cell, at, ended))
+            for at, cell in enumerate(cells)
+        ]
+        await over.wait()
+        for task in tasks:
+            task.cancel()
+        await asyncio.gather(*tasks, return_exceptions=True)
+    sys.stdout.write(f"{json.dumps(ended)}\n")
+
+
+if __name__ == "__main__":
+    asyncio.run(_main(*sys.argv[1:]))
