@@ -2,19 +2,24 @@
 import { ofRpy, pose as poseOf, rollPitchYaw, vector3 } from "../kinematics/pose.ts";
 import type { Pose } from "../kinematics/pose.ts";
 import type { Cell } from "../pendant/cell.ts";
+import type { Way } from "../planning/goals.ts";
 import { Newest } from "../planning/newest.ts";
-import { VerdictCode } from "../protocol.ts";
+import { Motion, VerdictCode } from "../protocol.ts";
 import type { InverseSolution, KinematicsIkReply } from "../protocol.ts";
 import type { PlanTexts } from "../texts/plan.ts";
 import { fixed, readNumber, refusalSentence } from "../texts/texts.ts";
 import type { App, Part } from "../ui/app.ts";
-import { attribute, h, mark, say, show } from "../ui/elements.ts";
+import { attribute, h, mark, off, say, show } from "../ui/elements.ts";
+import { holdButton } from "../ui/hold-button.ts";
 import type { Ghost, Gizmo } from "../view/view.ts";
 import { LinkLost, Refused } from "../wire/errors.ts";
+import type { RequestDraft } from "../wire/link.ts";
+import { whyNoMotion } from "./jog.ts";
 import { toolPose } from "./plan.ts";
 
 /** Between two questions [ms]: the server answers ten a second. */
 const EVERY = 120;
+const SLOTS = 10;
 const AXES = ["X", "Y", "Z", "R", "P", "Y"];
 const DEGREES = 180 / Math.PI;
 
@@ -30,8 +35,8 @@ export interface Chosen {
 }
 
 export interface ReachQuestion extends Part {
-  /** Whether the handles are the goal, and whether a posture may be chosen. */
-  use(isUsed: boolean, hasBranch: boolean): void;
+  /** Whether the handles are the goal, and which way leads there. */
+  use(isUsed: boolean, way: Way): void;
   moved(pose: Pose, isDone: boolean): void;
   chosen(): Chosen;
   picture(): { ghost: Ghost | null; gizmo: Gizmo | null };
@@ -49,9 +54,10 @@ class Reach implements ReachQuestion {
   readonly #drags: HTMLButtonElement[];
   readonly #told = h("p", { class: "told", role: "status" });
   readonly #branches = h("div", { class: "branches" });
+  readonly #go: HTMLButtonElement;
   readonly #questions: Newest<Question, KinematicsIkReply>;
   #isUsed = false;
-  #hasBranch = true;
+  #way: Way = "ptp";
   #dragging: "place" | "turn" = "place";
   #pose: Pose | null = null;
   #solutions: readonly InverseSolution[] = [];
@@ -78,6 +84,15 @@ class Reach implements ReachQuestion {
       EVERY,
       { now: () => app.now(), after: (wait, then) => void setTimeout(then, wait) },
     );
+    const { holding, texts, choice } = app;
+    this.#go = holdButton("go", null, {
+      down: (source) => {
+        const draft = this.#draft();
+        if (draft !== null) holding.holdMotion(source, draft);
+      },
+      up: (source) => holding.release(source),
+      explain: () => choice.set({ note: { text: texts.holdHow, kind: "remark" } }),
+    }, words.moveThere);
     const boxes = this.#boxes.map((box, index) => h("label", {}, h("span", {}, `${AXES[index] ?? ""} ${index < 3 ? "mm" : "°"}`), box));
     this.element = h(
       "div",
@@ -86,13 +101,15 @@ class Reach implements ReachQuestion {
       h("div", { class: "six" }, ...boxes),
       this.#told,
       this.#branches,
+      this.#go,
     );
     this.#drag("place");
   }
 
-  use(isUsed: boolean, hasBranch: boolean): void {
+  use(isUsed: boolean, way: Way): void {
     this.#isUsed = isUsed;
-    this.#hasBranch = hasBranch;
+    this.#way = way;
+    show(this.#go, way !== "free");
     show(this.element, isUsed);
     if (isUsed && this.#pose === null) this.#begin();
     this.#tellBranches();
@@ -115,8 +132,24 @@ class Reach implements ReachQuestion {
     return { ghost, gizmo: { object: null, pose: this.#pose, drags: this.#dragging, snap: 0 } };
   }
 
-  update(_cell: Cell): void {
-    if (this.#isUsed && this.#pose === null) this.#begin();
+  update(cell: Cell): void {
+    if (!this.#isUsed) return;
+    if (this.#pose === null) this.#begin();
+    const isReached = this.#solution !== null && !this.#isBad;
+    off(this.#go, isReached ? whyNoMotion(this.#app, cell) : this.#words.unreached);
+  }
+
+  /** The motion to the handles: PTP to the chosen posture, or LIN to their place. */
+  #draft(): RequestDraft | null {
+    const [pose, joints] = [this.#pose, this.#solution?.joints];
+    if (pose === null || joints === undefined) return null;
+    const { speed } = this.#app.holding;
+    if (this.#way === "lin") {
+      const [position, orientation] = [[...pose.position], [...pose.quaternion]];
+      return { type: "pose_move", motion: Motion.LIN, speed, frame: "base", position, orientation };
+    }
+    const slots = [...joints, ...new Array<number>(SLOTS - joints.length).fill(0)];
+    return { type: "joint_move", speed, joint_count: joints.length, joints: slots };
   }
 
   /** The handles begin where the tool is. */
@@ -204,7 +237,7 @@ class Reach implements ReachQuestion {
 
   #tellBranches(): void {
     const words = this.#words;
-    show(this.#branches, this.#isUsed && this.#hasBranch && this.#solutions.length > 1);
+    show(this.#branches, this.#isUsed && this.#way === "ptp" && this.#solutions.length > 1);
     this.#branches.replaceChildren(
       h("span", { class: "muted" }, words.branches),
       ...this.#solutions.map((each) => {
