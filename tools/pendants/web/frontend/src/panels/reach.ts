@@ -128,7 +128,7 @@ class Reach implements ReachQuestion {
   picture(): { ghost: Ghost | null; gizmo: Gizmo | null } {
     if (!this.#isUsed || this.#pose === null) return { ghost: null, gizmo: null };
     const ghost: Ghost | null =
-      this.#solution === null ? null : { joints: this.#solution.joints, verdict: this.#isBad ? "bad" : "good" };
+      this.#solution === null ? null : { joints: this.#solution.joints, verdict: this.#isBad ? "bad" : "reached" };
     return { ghost, gizmo: { object: null, pose: this.#pose, drags: this.#dragging, snap: 0 } };
   }
 
