@@ -111,6 +111,12 @@ test("a size that is pulled along the object's own axis grows there alone", () =
   assert.ok(grab.scale({ x: 10 * start!.x - 9 * tip!.x, y: 10 * start!.y - 9 * tip!.y }).every((each) => each > 0));
 });
 
+test("the handles of a size stand along the object's own axes", () => {
+  const quarter: Gizmo = { ...HANDLE, drags: "size", pose: pose([0, 0, 0], ofRpy([0, 0, Math.PI / 2])) };
+  const tips = [gizmoLines(quarter, ORBIT, BY)[0]!, gizmoLines(HANDLE, ORBIT, BY)[1]!].map(({ points }) => points.at(-1)!);
+  assert.ok(Math.hypot(tips[0]!.x - tips[1]!.x, tips[0]!.y - tips[1]!.y) < 1e-6);
+});
+
 test("dots stand on a path at its ends and at equal times", () => {
   const path = Float32Array.from({ length: 3 * 121 }, (_, index) => Math.floor(index / 3));
   const dots = [...pathDots(path)].filter((_, index) => index % 3 === 0);
