@@ -139,11 +139,22 @@ class PageRig:
         self._processes[0].terminate()
         self._processes[0].wait(20)
 
-    def start_gateway(self, port: int) -> subprocess.Popen[bytes]:
-        """Start a gateway at a port, and wait until it listens."""
-        started = self._start("web", "--server", f"127.0.0.1:{self.server}", "--port", port)
+    def start_gateway(self, port: int, server: int = 0) -> subprocess.Popen[bytes]:
+        """Start a gateway at a port, and wait until it listens.
+
+        Args:
+            server: the port that it dials; the server's own unless given.
+        """
+        at = f"127.0.0.1:{server or self.server}"
+        started = self._start("web", "--server", at, "--port", port)
         _wait_for(port)
         return started
+
+    def end(self, process: subprocess.Popen[bytes]) -> None:
+        """End one of its processes before the others."""
+        self._processes.remove(process)
+        process.terminate()
+        process.wait(20)
 
     def _start(self, *words: object) -> subprocess.Popen[bytes]:
         with (self._folder / f"{words[0]}.log").open("ab") as log:

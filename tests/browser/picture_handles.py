@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import json
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 
 from browser.page_rig import Page
 
@@ -38,15 +38,17 @@ picture.onload = () => {
       if (disc.every(([dx, dy]) => is(x + dx, y + dy))) found.push([x, y]);
     }
   }
-  const mean = (index) => found.reduce((sum, each) => sum + each[index], 0) / found.length;
-  finish(found.length === 0 ? null : [mean(0), mean(1), found.length]);
+  // Found from above to below: the first one, and what is beside it.
+  const patch = found.filter(([x, y]) => Math.hypot(x - found[0][0], y - found[0][1]) < 4 * half);
+  const mean = (index) => patch.reduce((sum, each) => sum + each[index], 0) / patch.length;
+  finish(found.length === 0 ? null : [mean(0), mean(1)]);
 };
 picture.src = 'data:image/png;base64,' + shot;
 """
 
 
 def seen(page: Page, colour: Colour, *, near: int = 6, half: int = 4) -> tuple[float, float] | None:
-    """Return the middle of a patch of one colour in the picture; None where there is none.
+    """Return the middle of the uppermost patch of one colour; None where there is none.
 
     Args:
         near: by how much red, green and blue together may be off.
@@ -54,13 +56,19 @@ def seen(page: Page, colour: Colour, *, near: int = 6, half: int = 4) -> tuple[f
     """
     shot = page.cdp("Page.captureScreenshot", format="png")["data"]
     found = page.driver.execute_async_script(_FIND, shot, list(colour), near, half)
-    return None if found is None else (found[0], found[1])
+    return None if found is None else tuple(found)
 
 
-def handle(page: Page, axis: str) -> tuple[float, float]:
-    """Return where the tip of a handle of the stick view is."""
-    until = time.monotonic() + 5.0
-    while (at := seen(page, FLAT[axis])) is None:
+DEEP: dict[str, Colour] = {"z": (0, 0, 255)}
+"""Of the 3-D view, by three.js."""
+
+
+def handle(
+    page: Page, axis: str, colours: Mapping[str, Colour] = FLAT, *, half: int = 4
+) -> tuple[float, float]:
+    """Return where the tip of a handle is, which needs a patch of its colour of some radius."""
+    until = time.monotonic() + 20.0
+    while (at := seen(page, colours[axis], half=half)) is None:
         assert time.monotonic() < until, f"no handle {axis} is in the picture"
     return at
 
@@ -85,6 +93,11 @@ def drag(
         )
         between()
     page.mouse("mouseReleased", (x + by[0], y + by[1]))
+    # A handle under the pointer has another colour.
+    left, top = page.run(
+        "const b = document.querySelector('.host').getBoundingClientRect(); return [b.x, b.y]"
+    )
+    page.mouse("mouseMoved", (left + 20, top + 20))
 
 
 def boxes(page: Page, selector: str) -> list[float]:

@@ -69,7 +69,7 @@ class PlanTask implements TaskPart {
     this.#model = planModel(app);
     this.#dock = planDock(app, words, this.#model);
     this.dock = this.#dock.element;
-    this.#reach = reachQuestion(app, words);
+    this.#reach = reachQuestion(app, words, () => this.#asked());
     this.#verdict = verdict(app, words, this.#model);
     this.#pad = enablingPad(app);
     this.#ways = WAYS.map((way) => h("button", { type: "button", "data-way": way, onclick: () => this.#chooseWay(way) }, words[way]));
@@ -185,6 +185,11 @@ class PlanTask implements TaskPart {
     this.#goalChosen();
   }
 
+  /** The speed that the slider asks for, as a fraction. */
+  #asked(): number {
+    return Number(this.#speed.value) / 100;
+  }
+
   #make(): void {
     const { pose, branch, joints } = this.#reach.chosen();
     const position = this.#positions.find(({ name }) => name === this.#goal.value) ?? null;
@@ -193,7 +198,7 @@ class PlanTask implements TaskPart {
     const goal = goalOf({ way: this.#way, position, pose, branch, joints, stops, planner: this.#planner.value, seed: seed ?? 0 });
     if (goal === null || (this.#way === "free" && seed === null) || isOff(this.#plan)) return;
     this.#twice.forget();
-    void this.#model.make(goal, Number(this.#speed.value) / 100);
+    void this.#model.make(goal, this.#asked());
   }
 
   #executeIt(): void {

@@ -42,14 +42,15 @@ export interface ReachQuestion extends Part {
   picture(): { ghost: Ghost | null; gizmo: Gizmo | null };
 }
 
-export function reachQuestion(app: App, words: PlanTexts): ReachQuestion {
-  return new Reach(app, words);
+export function reachQuestion(app: App, words: PlanTexts, speed: () => number): ReachQuestion {
+  return new Reach(app, words, speed);
 }
 
 class Reach implements ReachQuestion {
   readonly element: HTMLElement;
   readonly #app: App;
   readonly #words: PlanTexts;
+  readonly #speed: () => number;
   readonly #boxes: HTMLInputElement[];
   readonly #drags: HTMLButtonElement[];
   readonly #told = h("p", { class: "told", role: "status" });
@@ -65,8 +66,9 @@ class Reach implements ReachQuestion {
   #branch: number | null = null;
   #isBad = false;
 
-  constructor(app: App, words: PlanTexts) {
+  constructor(app: App, words: PlanTexts, speed: () => number) {
     this.#app = app;
+    this.#speed = speed;
     this.#words = words;
     this.#boxes = AXES.map((name, index) => {
       const unit = index < 3 ? "mm" : "°";
@@ -100,8 +102,8 @@ class Reach implements ReachQuestion {
       h("div", { class: "tabs", role: "group", "aria-label": words.handlesDo }, ...this.#drags),
       h("div", { class: "six" }, ...boxes),
       this.#told,
-      this.#branches,
       this.#go,
+      this.#branches,
     );
     this.#drag("place");
   }
@@ -143,7 +145,7 @@ class Reach implements ReachQuestion {
   #draft(): RequestDraft | null {
     const [pose, joints] = [this.#pose, this.#solution?.joints];
     if (pose === null || joints === undefined) return null;
-    const { speed } = this.#app.holding;
+    const speed = this.#speed();
     if (this.#way === "lin") {
       const [position, orientation] = [[...pose.position], [...pose.quaternion]];
       return { type: "pose_move", motion: Motion.LIN, speed, frame: "base", position, orientation };

@@ -1,0 +1,193 @@
+"""What comes broken, late or not at all: the page stays usable, and says what is wrong."""
+
+import signal
+import struct
+import time
+from collections.abc import Iterator
+from typing import Any
+
+import pytest
+
+from browser.page_rig import Page, PageRig, free_port
+from browser.spoiling_relay import (
+    MANAGEMENT,
+    STATE,
+    Spoil,
+    SpoilingRelay,
+    framed,
+    kind_of,
+    with_answer,
+)
+
+pytestmark = pytest.mark.realtime
+
+
+class Spoiled:
+    """A page whose server can be spoiled."""
+
+    def __init__(self, page: Page, relay: SpoilingRelay, gateway: Any) -> None:
+        self.page = page
+        self.relay = relay
+        self.gateway = gateway
+
+    def comes_back(self) -> None:
+        """Wait until the page shows the cell again, fresh, and can take control."""
+        page = self.page
+        page.wait("document.querySelector('.chips').innerText.includes('Connected')", within=20)
+        page.wait("document.querySelector('.frame').dataset.state === 'observer'")
+        page.wait("document.querySelector('.age').hidden")
+        page.tap_key("KeyC", "c")
+        page.wait("document.querySelector('.chips').innerText.includes('You')")
+
+
+@pytest.fixture
+def spoiled(page_rig: PageRig) -> Iterator[Spoiled]:
+    """A page in control by a gateway of its own, whose server is behind a relay that can spoil."""
+    relay = SpoilingRelay(page_rig.server)
+    port = free_port()
+    gateway = page_rig.start_gateway(port, relay.port)
+    page = page_rig.page(port)
+    page.ready()
+    page.run("window.faults = []; addEventListener('error', e => faults.push(e.message));")
+    page.run("addEventListener('unhandledrejection', e => faults.push(String(e.reason)))")
+    yield Spoiled(page, relay, gateway)
+    relay.spoil = None
+    assert page.run("return window.faults ?? []") == []
+    page.let_all_go()
+    page.driver.get("about:blank")
+    gateway.send_signal(signal.SIGCONT)
+    page_rig.end(gateway)
+    relay.close()
+
+
+def _noise(_: bytes) -> bytes:
+    return bytes(range(1, 65))
+
+
+def _cut_frame(frame: bytes) -> bytes:
+    """Half of it, in front of what comes next."""
+    return frame[: len(frame) // 2]
+
+
+def _cut_body(frame: bytes) -> bytes:
+    """A whole frame whose body is none of its type."""
+    return framed(frame, frame[16:40])
+
+
+def _no_json(frame: bytes) -> bytes:
+    return framed(frame, frame[16:20] + b'{"half": ')
+
+
+@pytest.mark.parametrize(
+    ("spoil", "kind"),
+    [(_noise, STATE), (_cut_frame, STATE), (_cut_body, STATE), (_no_json, MANAGEMENT)],
+    ids=["noise", "cut frame", "another body", "half an answer"],
+)
+def test_what_is_no_message_ends_the_link_says_so_and_leaves_a_page_that_comes_back(
+    spoiled: Spoiled, spoil: Spoil, kind: int
+) -> None:
+    page = spoiled.page
+    spoiled.relay.spoil_once(spoil, kind)
+    page.run("document.querySelector('[data-task=scene]').click()")
+    page.wait("document.querySelector('.banner').innerText.includes('No link')")
+    page.run("document.querySelector('[data-task=jog]').click()")
+    spoiled.comes_back()
+
+
+def test_a_message_of_a_type_that_nobody_knows_is_passed_over(spoiled: Spoiled) -> None:
+    def strange(frame: bytes) -> bytes:
+        return frame + framed(frame[:4] + (64999).to_bytes(4, "little") + frame[8:], b"later")
+
+    spoiled.relay.spoil = strange
+    time.sleep(1.0)
+    assert "You" in spoiled.page.text(".chips")
+    assert "Connected" in spoiled.page.text(".chips")
+
+
+def test_values_that_are_no_numbers_are_shown_as_none_and_the_page_goes_on(
+    spoiled: Spoiled,
+) -> None:
+    def empty(frame: bytes) -> bytes:
+        if kind_of(frame) != STATE:
+            return frame
+        # Positions, velocities and the place of the tool end a state.
+        return frame[:-108] + struct.pack("<27f", *[float("nan")] * 27)
+
+    page = spoiled.page
+    spoiled.relay.spoil = empty
+    page.wait("!/\\d/.test(document.querySelector('.tool-place td').innerText)")
+    spoiled.relay.spoil = None
+    page.wait("/\\d/.test(document.querySelector('.tool-place td').innerText)")
+
+
+def test_a_gateway_that_stands_still_is_told_within_a_second_and_nothing_moves_afterwards(
+    spoiled: Spoiled,
+) -> None:
+    page = spoiled.page
+    page.hold_enabling()
+    page.key(True, "Digit1", "1")
+    page.jogs()
+    spoiled.gateway.send_signal(signal.SIGSTOP)
+    page.wait("document.querySelector('.chips').innerText.includes('Silent')", within=2)
+    page.wait("!document.querySelector('.age').hidden")
+    page.rig.tap.wait_for_rest()
+    page.rig.tap.forget()
+    spoiled.gateway.send_signal(signal.SIGCONT)
+    page.wait("document.querySelector('.age').hidden", within=20)
+    time.sleep(0.5)
+    assert page.rig.tap.seen() == [], "it moved again"
+
+
+def test_a_controller_that_takes_steps_only_has_step_buttons_and_a_line_that_says_why(
+    spoiled: Spoiled,
+) -> None:
+    def toy(frame: bytes) -> bytes:
+        return with_answer(
+            frame, lambda data: {**data, "jog": "increments"} if "jog" in data else data
+        )
+
+    page = spoiled.page
+    spoiled.relay.spoil = toy
+    page.ready()
+    page.wait("document.querySelector('.jog').innerText.includes('takes steps only')")
+    hold = (
+        "[...document.querySelectorAll('.steps button')].find(b => b.innerText.startsWith('Hold'))"
+    )
+    assert page.run(f"return {hold}.ariaDisabled") == "true"
+    page.key(True, "KeyV", "v")
+    page.wait("document.querySelector('.enabling').classList.contains('on')")
+    page.rig.tap.forget()
+    page.key(True, "Digit6", "6")
+    page.wait("document.querySelector('.chips').innerText.includes('Moving')")
+    page.rig.tap.wait_for_rest()
+    steps = len(page.rig.tap.seen())
+    time.sleep(0.5)
+    assert len(page.rig.tap.seen()) == steps, "a key that is held is one step"
+
+
+def test_a_page_that_sleeps_stops_the_robot_and_wakes_with_what_is_true_now(page: Page) -> None:
+    page.hold_enabling()
+    page.key(True, "Digit1", "1")
+    page.jogs()
+    page.cdp("Page.setWebLifecycleState", state="frozen")
+    page.rig.tap.wait_for_rest()
+    page.rig.tap.forget()
+    time.sleep(5.0)
+    page.cdp("Page.setWebLifecycleState", state="active")
+    page.wait("document.querySelector('.chips').innerText.includes('Connected')", within=20)
+    page.wait("document.querySelector('.age').hidden")
+    assert page.rig.tap.seen() == [], "nothing moved while it slept, nor when it woke"
+
+
+def test_a_tab_in_the_background_knows_the_cell_when_it_is_shown_again(page: Page) -> None:
+    driver = page.driver
+    first = driver.current_window_handle
+    driver.switch_to.new_window("tab")
+    second = driver.current_window_handle
+    time.sleep(4.0)
+    driver.close()
+    driver.switch_to.window(first)
+    assert second != first
+    page.wait("document.querySelector('.chips').innerText.includes('Connected')")
+    page.wait("document.querySelector('.age').hidden")
+    page.wait("/You|Nobody/.test(document.querySelector('.chips').innerText)")
