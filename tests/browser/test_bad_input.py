@@ -8,7 +8,7 @@ from typing import Any
 
 import pytest
 
-from browser.page_rig import Page, PageRig, free_port
+from browser.page_rig import ROBOT, Page, PageRig, free_port
 from browser.spoiling_relay import (
     MANAGEMENT,
     STATE,
@@ -18,6 +18,7 @@ from browser.spoiling_relay import (
     kind_of,
     with_answer,
 )
+from openpendant.tools.pendants.sync_client import SyncPendantClient
 
 pytestmark = pytest.mark.realtime
 
@@ -29,6 +30,12 @@ class Spoiled:
         self.page = page
         self.relay = relay
         self.gateway = gateway
+        self.has_vanished = False
+
+    def vanish(self) -> None:
+        """Let the server be gone, for good."""
+        self.has_vanished = True
+        self.relay.close()
 
     def comes_back(self) -> None:
         """Wait until the page shows the cell again, fresh, and can take control."""
@@ -50,14 +57,16 @@ def spoiled(page_rig: PageRig) -> Iterator[Spoiled]:
     page.ready()
     page.run("window.faults = []; addEventListener('error', e => faults.push(e.message));")
     page.run("addEventListener('unhandledrejection', e => faults.push(String(e.reason)))")
-    yield Spoiled(page, relay, gateway)
+    made = Spoiled(page, relay, gateway)
+    yield made
     relay.spoil = None
     assert page.run("return window.faults ?? []") == []
     page.let_all_go()
     page.driver.get("about:blank")
     gateway.send_signal(signal.SIGCONT)
     page_rig.end(gateway)
-    relay.close()
+    if not made.has_vanished:
+        relay.close()
 
 
 def _noise(_: bytes) -> bytes:
@@ -118,6 +127,25 @@ def test_values_that_are_no_numbers_are_shown_as_none_and_the_page_goes_on(
     page.wait("!/\\d/.test(document.querySelector('.tool-place td').innerText)")
     spoiled.relay.spoil = None
     page.wait("/\\d/.test(document.querySelector('.tool-place td').innerText)")
+
+
+def test_a_server_that_vanishes_stops_what_is_held_and_leaves_greyed_values_with_their_age(
+    spoiled: Spoiled,
+) -> None:
+    page = spoiled.page
+    page.hold_enabling()
+    page.key(True, "Digit1", "1")
+    page.jogs()
+    spoiled.vanish()
+    page.wait("document.querySelector('.frame').dataset.state === 'disconnected'")
+    page.wait("document.querySelector('.banner').innerText.includes('trying again in')")
+    page.wait("document.querySelector('.stop').innerText.includes('no link')")
+    page.wait("document.querySelector('.age').innerText.includes('s old')")
+    assert page.run("return document.querySelectorAll('.jog-key:not([aria-disabled])').length") == 0
+    page.rig.tap.wait_for_rest()
+    page.run("document.querySelector('[data-task=teach]').click()")
+    page.wait("document.querySelector('.panel .teach, .teach')?.offsetParent")
+    page.run("document.querySelector('[data-task=jog]').click()")
 
 
 def test_a_gateway_that_stands_still_is_told_within_a_second_and_nothing_moves_afterwards(
@@ -191,3 +219,57 @@ def test_a_tab_in_the_background_knows_the_cell_when_it_is_shown_again(page: Pag
     page.wait("document.querySelector('.chips').innerText.includes('Connected')")
     page.wait("document.querySelector('.age').hidden")
     page.wait("/You|Nobody/.test(document.querySelector('.chips').innerText)")
+
+
+def _save_large(page: Page, count: int) -> None:
+    """Save a program of so many points and moves, as another client."""
+    points = [f"point p{n} joints {n / 2000} -0.2 -1.4 0 0.2 0 rad" for n in range(count)]
+    moves = [f"move PTP p{n}" for n in range(count)]
+    text = "\n".join(
+        ["openpendant-program/1", f'program "large" robot {ROBOT}', *points, *moves, ""]
+    )
+    parts = [text[at : at + 30_000] for at in range(0, len(text), 30_000)]
+    with SyncPendantClient.connect(port=page.rig.server, client="teacher") as other:
+        found = [p for p in other.programs.list()["programs"] if p["name"] == "large"]
+        revision = found[0]["revision"] if found else 0
+        for part, body in enumerate(parts, 1):
+            other.programs.save("large", body, revision, part=part, parts=len(parts))
+
+
+ROWS = "Number(document.querySelector('.program-grid')?.ariaRowCount)"
+
+
+def _press(page: Page, words: str) -> None:
+    """Press a button of Teach by its words, once it is on."""
+    found = (
+        "[...document.querySelectorAll('.teach button')].find(b => b.offsetParent !== null"
+        f" && [b.innerText.trim(), b.ariaLabel].includes({words!r}))"
+    )
+    page.wait(f"{found} && {found}.ariaDisabled !== 'true'")
+    page.run(f"{found}.click()")
+
+
+def test_a_program_of_1000_points_is_shown_edited_and_undone_while_it_is_checked(
+    page: Page,
+) -> None:
+    _save_large(page, 1000)
+    page.run("document.querySelector('[data-task=teach]').click()")
+    entries = "[...document.querySelectorAll('.programs .entry')]"
+    page.wait(f"{entries}.some(b => b.innerText.includes('large'))")
+    page.run(f"{entries}.find(b => b.innerText.includes('large')).click()")
+    page.wait(f"{ROWS} === 1000", within=20)
+    page.wait("document.querySelectorAll('.program-row').length < 100")
+    page.wait(
+        "[...document.querySelectorAll('.program-row')].some(e => e.innerText.includes('p999'))"
+    )
+    _press(page, "Delete line")
+    page.wait(f"{ROWS} === 999", within=20)
+    page.run("document.querySelector('.dry-run').click()")
+    page.wait("document.querySelector('.dry-run').innerText.includes('Checking')")
+    _press(page, "Undo")
+    page.wait(f"{ROWS} === 1000", within=10)
+    assert "Checking" in page.text(".dry-run"), "it did not wait for the end of the check"
+    page.tap_key("Space", " ")
+    page.wait("document.querySelector('.frame').dataset.state === 'stopped'", within=2)
+    page.reset_stop()
+    page.driver.get("about:blank")
