@@ -2,8 +2,11 @@
 
 import signal
 import struct
+import subprocess
+import sys
 import time
 from collections.abc import Iterator
+from pathlib import Path
 from typing import Any
 
 import pytest
@@ -18,9 +21,17 @@ from browser.spoiling_relay import (
     kind_of,
     with_answer,
 )
+from browser.test_states import picture
+from openpendant.motion.description.robot import load_robot
+from openpendant.motion.kinematics.stewart.platform import StewartKinematics
+from openpendant.motion.robot_report.robot_report import robot_data
+from openpendant.motion.robot_report.shapes_report import shapes_report
+from openpendant.motion.visuals.drawing import link_poses
 from openpendant.tools.pendants.sync_client import SyncPendantClient
 
 pytestmark = pytest.mark.realtime
+
+URDF = Path(__file__).parents[1] / "robots_files" / "seven_axes.urdf"
 
 
 class Spoiled:
@@ -273,3 +284,69 @@ def test_a_program_of_1000_points_is_shown_edited_and_undone_while_it_is_checked
     page.wait("document.querySelector('.frame').dataset.state === 'stopped'", within=2)
     page.reset_stop()
     page.driver.get("about:blank")
+
+
+def _drawn_colours(page: Page) -> int:
+    """Return how many colours the picture of the cell has: few where only the ground is drawn."""
+    script = """
+    const canvas = document.querySelector('.host canvas');
+    const {data} = canvas.getContext('2d').getImageData(0, 0, canvas.width, canvas.height);
+    const found = new Set();
+    for (let at = 0; at < data.length; at += 4) {
+      found.add((data[at] >> 3 << 10) + (data[at + 1] >> 3 << 5) + (data[at + 2] >> 3));
+    }
+    return found.size;
+    """
+    return int(page.run(script))
+
+
+def test_a_platform_is_drawn_with_its_legs(spoiled: Spoiled) -> None:
+    """None is served yet, so a robot of six axes is told to be one."""
+    platform = load_robot("stewart_classroom")
+    shapes, facts = shapes_report(platform), robot_data(platform)["facts"]
+    lengths = StewartKinematics(platform).inverse(
+        link_poses(platform, [0.0] * 6)[platform.tool_link]
+    )
+
+    def toy(frame: bytes) -> bytes:
+        if kind_of(frame) == STATE:
+            return frame[:-108] + struct.pack("<6f", *lengths) + frame[-84:]
+        return with_answer(frame, told)
+
+    def told(data: dict[str, Any]) -> dict[str, Any]:
+        if "facts" in data:
+            return {**data, "facts": facts}
+        return {**data, **shapes} if "struts" in data or "links" in data else data
+
+    page = spoiled.page
+    spoiled.relay.spoil = toy
+    page.open()
+    page.wait("document.querySelectorAll('.row').length === 6")
+    page.run(
+        "window.faults = []; addEventListener('error', e => faults.push(e.message));"
+        "document.querySelector('.looks button').click();"
+        "document.querySelector('.checklist .quiet').click()"
+    )
+    time.sleep(0.5)
+    picture(page, "cell-platform")
+    assert _drawn_colours(page) > 30
+
+
+def test_an_imported_robot_whose_meshes_are_missing_is_drawn_from_simple_shapes(
+    driver: Any, tmp_path: Path
+) -> None:
+    file = tmp_path / "seven_axes.yaml"
+    words = ["robots", "import", str(URDF), "-o", str(file), "--yes"]
+    subprocess.run(
+        [sys.executable, "-m", "openpendant.tools", *words], check=True, capture_output=True
+    )
+    with PageRig(tmp_path, driver, robot=str(file)) as rig:
+        page = rig.page()
+        page.open()
+        assert page.run("return document.querySelectorAll('.row').length") >= 7
+        assert _drawn_colours(page) > 30
+        assert page.text(".note") == "" or not page.run(
+            "return document.querySelector('.note').offsetParent !== null"
+        )
+        picture(page, "cell-imported")
+        page.driver.get("about:blank")

@@ -159,14 +159,13 @@ class PlanTask implements TaskPart {
     const wanted = `${cell.stage} ${cell.hello?.session ?? 0} ${cell.changes[NoticeKind.POSITIONS] ?? 0} ${cell.changes[NoticeKind.PROGRAM] ?? 0}`;
     if (cell.stage !== "up" || cell.snapshot === null || wanted === this.#askedFor) return;
     this.#askedFor = wanted;
-    const robot = { name: cell.snapshot.robot };
     this.#app.attempt(async () => {
       const { session } = this.#app;
       const { positions } = await session.call<"positions.list">({ op: "positions.list" });
       this.#takePositions(positions);
       await this.#stops.learnPrograms();
       if (this.#planner.options.length > 0) return;
-      const { planners } = await session.call<"robots.describe">({ op: "robots.describe", ...robot });
+      const { planners } = await session.call<"robots.describe">({ op: "robots.describe" });
       this.#planner.replaceChildren(...(planners ?? []).map((each) => h("option", { value: each }, each)));
     });
   }
