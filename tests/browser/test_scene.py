@@ -147,3 +147,9 @@ def test_an_object_is_held_from_within_10_mm_of_the_grasp_point_and_left_again(
     scene.run(f"{HOLD}.click()")
     scene.wait("document.querySelector('.object .where').innerText === 'stands'")
     assert boxes(scene, PLACE)[2] == pytest.approx(below - 6.0, abs=0.2)
+    undo = "document.querySelector('.scene header button')"
+    scene.run(f"{undo}.click()")
+    scene.wait("document.querySelector('.object .where').innerText.startsWith('held')")
+    scene.run(f"{undo}.click()")
+    scene.wait("document.querySelector('.object .where').innerText === 'stands'")
+    assert boxes(scene, PLACE)[2] == pytest.approx(below - 6.0, abs=0.2)

@@ -63,6 +63,8 @@ class Reach implements ReachQuestion {
   #pose: Pose | null = null;
   #solutions: readonly InverseSolution[] = [];
   #solution: InverseSolution | null = null;
+  /** Where it leads: the handles may be elsewhere since. */
+  #solvedFor: Pose | null = null;
   #branch: number | null = null;
   #isBad = false;
 
@@ -124,7 +126,7 @@ class Reach implements ReachQuestion {
 
   chosen(): Chosen {
     if (!this.#isUsed) return { pose: null, branch: null, joints: null };
-    return { pose: this.#pose, branch: this.#branch, joints: this.#solution?.joints ?? null };
+    return { pose: this.#pose, branch: this.#branch, joints: this.#found()?.joints ?? null };
   }
 
   picture(): { ghost: Ghost | null; gizmo: Gizmo | null } {
@@ -137,13 +139,18 @@ class Reach implements ReachQuestion {
   update(cell: Cell): void {
     if (!this.#isUsed) return;
     if (this.#pose === null) this.#begin();
-    const isReached = this.#solution !== null && !this.#isBad;
-    off(this.#go, isReached ? whyNoMotion(this.#app, cell) : this.#words.unreached);
+    const isReached = this.#found() !== null && !this.#isBad;
+    off(this.#go, isReached ? whyNoMotion(this.#app, cell) : this.#told.textContent || this.#words.unreached);
+  }
+
+  /** The answer for where the handles are now; null before it is here. */
+  #found(): InverseSolution | null {
+    return this.#solvedFor === this.#pose ? this.#solution : null;
   }
 
   /** The motion to the handles: PTP to the chosen posture, or LIN to their place. */
   #draft(): RequestDraft | null {
-    const [pose, joints] = [this.#pose, this.#solution?.joints];
+    const [pose, joints] = [this.#pose, this.#found()?.joints];
     if (pose === null || joints === undefined) return null;
     const speed = this.#speed();
     if (this.#way === "lin") {
@@ -201,19 +208,23 @@ class Reach implements ReachQuestion {
     });
   }
 
-  #answered({ areAll }: Question, { solutions }: KinematicsIkReply): void {
+  #answered({ pose, areAll }: Question, { solutions }: KinematicsIkReply): void {
     this.#solution = solutions[0] ?? null;
+    this.#solvedFor = pose;
     this.#solutions = areAll ? solutions : [];
     this.#tellSolution();
     this.#tellBranches();
   }
 
-  #refused(_question: Question, error: unknown): void {
+  #refused(question: Question, error: unknown): void {
     if (error instanceof LinkLost) return;
     if (!(error instanceof Refused)) throw error;
     const { refusal } = error;
     const passing: number[] = [VerdictCode.SUPERSEDED, VerdictCode.TOO_OFTEN];
-    if (passing.includes(refusal.code)) return;
+    if (passing.includes(refusal.code)) {
+      if (question.pose === this.#pose) this.#questions.ask(question);
+      return;
+    }
     this.#isBad = true;
     this.#solutions = [];
     say(this.#told, refusalSentence(refusal, this.#app.settings.value.language, this.#app.jointNames()));
