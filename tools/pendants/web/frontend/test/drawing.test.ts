@@ -4,9 +4,10 @@ import { test } from "node:test";
 
 import { IDENTITY, ofRpy, pose, rollPitchYaw, rotated } from "../src/kinematics/pose.ts";
 import { eyeOf, Projection, type Orbit } from "../src/view/camera.ts";
-import { isSame, linksInPlace, pathDots } from "../src/view/changes.ts";
+import { isSame, linksInPlace } from "../src/view/changes.ts";
 import { shaded } from "../src/view/colours.ts";
 import { gizmoLines, grabbed } from "../src/view/flat_gizmo.ts";
+import { pathDots } from "../src/view/path_dots.ts";
 import { hull, isWithin, seenSolid, type Seen } from "../src/view/solids.ts";
 import { EMPTY, type Content, type Gizmo } from "../src/view/view.ts";
 

@@ -30,10 +30,11 @@ import { LineMaterial } from "three/addons/lines/LineMaterial.js";
 
 import { Chain, type RobotDescription } from "../kinematics/chain.ts";
 import { eyeOf, FIELD_OF_VIEW, lookingFrom } from "./camera.ts";
-import { isSame, pathDots } from "./changes.ts";
+import { isSame } from "./changes.ts";
 import { ORANGE, PALETTES } from "./colours.ts";
 import { Pace } from "./pace.ts";
 import { Gizmo3d } from "./gizmo3d.ts";
+import { pathDots } from "./path_dots.ts";
 import { FrameMarks, SceneSolids } from "./scene_solids.ts";
 import { RobotSolids, emptied } from "./robot_solids.ts";
 import { EMPTY, type Content, type MakeView, type Side, type View, type ViewEvents } from "./view.ts";

@@ -22,8 +22,9 @@ import {
 } from "./camera.ts";
 import { AXES, GREEN, ORANGE, PALETTES, shaded, verdictColour, type Palette } from "./colours.ts";
 import { grabbed, gizmoLines, type Grab } from "./flat_gizmo.ts";
+import { pathDots } from "./path_dots.ts";
 import { isWithin, seenSolid, solidPose, type Flat, type Seen, type Solid } from "./solids.ts";
-import { isSame, linkJoint, linksInPlace, pathDots } from "./changes.ts";
+import { isSame, linkJoint, linksInPlace } from "./changes.ts";
 import { EMPTY, type Content, type SceneObject, type Side, type View, type ViewEvents } from "./view.ts";
 
 const CLICK = 4; // points that a press may move and still picks
