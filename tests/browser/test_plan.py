@@ -5,7 +5,8 @@ import time
 
 import pytest
 
-from browser.page_rig import Page, PageRig
+from browser.page_rig import ROBOT, Page, PageRig
+from openpendant.tools.pendants.sync_client import SyncPendantClient
 
 READY = "document.querySelector('.verdict').innerText.includes('can run')"
 PLAN = "document.querySelector('.plan .acts button').click()"
@@ -175,3 +176,92 @@ def test_a_held_enter_makes_one_plan(plans: Page) -> None:
     plans.run(PLAN)
     plans.wait(f"{READY} && !document.querySelector('.verdict').innerText.includes('{first}')")
     assert _number(plans.text(".verdict .muted")) == _number(first) + 1
+
+
+def _slid_to(page: Page, seconds: float) -> list[float]:
+    """Put the slider at a moment of the plan; return the joints that the preview shows there."""
+    slider = "document.querySelector('.preview-bar input')"
+    page.run(f"{slider}.value = '{seconds}'; {slider}.dispatchEvent(new Event('input'))")
+    page.wait(
+        f"Math.abs(parseFloat(document.querySelector('.preview-bar .time').innerText) - {seconds})"
+        " < 0.006"
+    )
+    return [float(each) for each in page.run(f"return {slider}.dataset.joints").split()]
+
+
+def _duration(page: Page) -> float:
+    page.wait("document.querySelector('.preview-bar input')?.dataset.joints")
+    return float(page.run("return document.querySelector('.preview-bar input').max"))
+
+
+def _passed(joints: list[float], driven: list[tuple[float, ...]]) -> float:
+    """Return how near the nearest of the driven set-points comes to these joints [rad]."""
+    return min(
+        max(abs(one - other) for one, other in zip(joints, each, strict=False)) for each in driven
+    )
+
+
+def test_what_the_slider_shows_is_what_is_driven(plans: Page) -> None:
+    _goal(plans, _other_goal(plans))
+    _make(plans)
+    duration = _duration(plans)
+    shown = {k: _slid_to(plans, round(k * duration / 8, 2)) for k in range(1, 8)}
+    plans.rig.tap.forget()
+    _execute(plans)
+    driven = [each.joints for each in plans.rig.tap.seen() if each.joints]
+    assert len(driven) > 50
+    for k, joints in shown.items():
+        away = _passed(joints, driven)
+        assert away < 1e-3, f"at {k}/8 of the plan the robot passed {away:.5f} beside"
+
+
+def _add_stop(page: Page, words: str) -> None:
+    """Choose what is to be added to the path by its words, and add it."""
+    option = (
+        f"[...document.querySelector('.path-stops select').options].find(o => o.text === {words!r})"
+    )
+    page.wait(option)
+    page.run(
+        f"document.querySelector('.path-stops select').value = {option}.value;"
+        "document.querySelector('.add-stop').click()"
+    )
+
+
+STOPS = "[...document.querySelectorAll('.stops li')].map(e => e.firstChild.data)"
+
+
+def _path_program(page: Page, joints: list[list[float]]) -> None:
+    """Save a program with these points, in turn, as another client."""
+    points = [f"point p{n} joints {' '.join(map(str, each))} rad" for n, each in enumerate(joints)]
+    moves = [f"move PTP p{n}" for n in range(len(joints))]
+    text = ["openpendant-program/1", f'program "way" robot {ROBOT}', *points, *moves, ""]
+    with SyncPendantClient.connect(port=page.rig.server, client="teacher") as other:
+        revision = next((p["revision"] for p in other.programs.list()["programs"]), 0)
+        other.programs.save("way", "\n".join(text), revision)
+
+
+def test_a_path_goes_through_the_points_of_a_program_and_named_positions(plans: Page) -> None:
+    stops = [[0.4, 0.1, -0.2, 0.0, 0.1, 0.0], [-0.3, 0.2, -0.1, 0.1, 0.0, 0.2]]
+    _path_program(plans, stops)
+    plans.run("document.querySelector('[data-way=path]').click()")
+    _add_stop(plans, "All points of way")
+    plans.wait(f"{STOPS}.length === 2")
+    _add_stop(plans, "home")
+    assert plans.run(f"return {STOPS}") == ["p0", "p1", "home"]
+    _make(plans)
+    _duration(plans)
+    plans.rig.tap.forget()
+    _execute(plans)
+    driven = [each.joints for each in plans.rig.tap.seen() if each.joints]
+    for stop in stops:
+        assert _passed(stop, driven) < 0.02
+
+
+def test_a_path_without_a_stop_is_not_planned(plans: Page) -> None:
+    plans.run("document.querySelector('[data-way=path]').click()")
+    plans.run("document.querySelector('.stop-source button:last-child').click()")
+    before = plans.text(".verdicts")
+    plans.run(PLAN)
+    time.sleep(0.3)
+    assert plans.text(".verdicts") == before
+    assert "Add named positions" in plans.text(".path-stops")

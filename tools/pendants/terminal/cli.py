@@ -116,8 +116,8 @@ def pendant(
 ) -> None:
     """A teach pendant in a terminal: jog, teach, run and stop.
 
-    The space bar is always the software stop. It is no safety device: keep a wired emergency stop
-    at hand.
+    The space bar and F8 are always the software stop. It is no safety device: keep a wired
+    emergency stop at hand.
     """
     address = server_address(server)
     if address is None:

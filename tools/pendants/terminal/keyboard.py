@@ -14,6 +14,9 @@ from typing import TypeAlias
 STOP_KEY = " "
 """The software stop; nothing else may ever take this key, no prompt either."""
 
+STOP_KEYS: Mapping[str, str] = {STOP_KEY: "space bar", "f8": "F8"}
+"""All keys of the software stop, as on the page, with the name that a stop has as its reason."""
+
 
 class Page(Enum):
     """The pages of the display."""
@@ -164,7 +167,7 @@ def legend(axes: Sequence[str], what: str = "joints", *, short: bool = False) ->
 
     pairs = zip(axes, _PLUS, _MINUS, strict=False)
     jog = " ".join(f"{axis}:{plus}/{minus}" for axis, plus, minus in pairs)
-    first = "SPACE software stop   ctrl+q quit   F1-F7 → ← pages"
+    first = "SPACE, F8 software stop   ctrl+q quit   F1-F7 → ← pages"
     second = f"jog {what} {jog} (+/-)"
     if short:
         return f"{first}   {keys[Intent.ALL_KEYS]} {Intent.ALL_KEYS.value}\n{second}"

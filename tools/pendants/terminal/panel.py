@@ -27,7 +27,7 @@ from .cell_lists import ChosenFrame, Listing, listing_of, lists_choice
 from .cell_view import CellView
 from .commands import JOINTS, CellList, Command
 from .jog_pad import JogPad, NotASize, speed_asked
-from .keyboard import KEYBOARD, STOP_KEY, AxisKey, Intent, Meaning, Page
+from .keyboard import KEYBOARD, STOP_KEYS, AxisKey, Intent, Meaning, Page
 from .messages import Messages
 from .prompts import (
     Choice,
@@ -196,8 +196,8 @@ class Panel:
 
     def key(self, key: str, now: int) -> list[Command]:
         """Take a key stroke."""
-        if key == STOP_KEY:
-            return self._stop(now)
+        if key in STOP_KEYS:
+            return self._stop(STOP_KEYS[key], now)
         asked = self._asked(key, now)
         # Here and not at each key, so that no answer to a question gets round it.
         moves = any(isinstance(each, do.BeginsMotion) for each in asked)
@@ -232,10 +232,10 @@ class Panel:
             self.messages.add(f"enabling (training) let go: {why}")
         return asked
 
-    def _stop(self, now: int) -> list[Command]:
+    def _stop(self, by: str, now: int) -> list[Command]:
         self.jog.let_go()
         self.question = None
-        return [*self.stop_key.struck(now), *self._let_go("space bar")]
+        return [*self.stop_key.struck(by, now), *self._let_go(by)]
 
     def _toggle_enabling(self, now: int) -> list[Command]:
         if self.enabling.is_on:

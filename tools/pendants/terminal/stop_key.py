@@ -1,4 +1,4 @@
-"""Stop key and enabling toggle (training) of the terminal pendant; neither is a safety device.
+"""Stop keys and enabling toggle (training) of the terminal pendant; neither is a safety device.
 
 A software stop is pending from the key stroke until the server has confirmed it. Owns when a stop
 is sent, when it is sent again, and when the screen must say that it is not confirmed. A dead link
@@ -17,8 +17,6 @@ from .cell_view import CellView
 from .commands import StopRobot
 from .messages import Messages
 
-REASON = "space bar"
-
 ANSWER_NS = 300_000_000
 """A stop that is not confirmed so long after its key was struck is called unconfirmed [ns]."""
 
@@ -29,12 +27,13 @@ REMEDY = "use the robot's own hardware stop button"
 
 
 class StopKey:
-    """The stop key of one pendant."""
+    """The stop keys of one pendant."""
 
     def __init__(self, cell: CellView, messages: Messages) -> None:
         self._cell = cell
         self._messages = messages
         self._press = 0
+        self._by = ""
         self._since: int | None = None
         self._sent = 0
         self._refusal = ""
@@ -50,27 +49,31 @@ class StopKey:
         """True while a pending stop was not refused, so that its verdict may still arrive."""
         return self.is_owed and not self._refusal
 
-    def struck(self, now: int) -> list[StopRobot]:
-        """Take a stroke of the key.
+    def struck(self, by: str, now: int) -> list[StopRobot]:
+        """Take a stroke of a key.
+
+        Args:
+            by: name of the key, the reason of the stop.
 
         Returns:
             The stop, to be sent at once, with or without a login; nothing without a link:
             `linked` returns it later.
         """
         self._press += 1
+        self._by = by
         self._refusal, self._is_told = "", False
         if self._since is None:
             self._since = now
         self._sent = now
         self._tell(now)
-        return [StopRobot(REASON, self._press)] if self._cell.is_greeted else []
+        return [StopRobot(self._by, self._press)] if self._cell.is_greeted else []
 
     def linked(self) -> list[StopRobot]:
         """Return the pending stop, which must be sent first on a new connection."""
         if not self.is_owed:
             return []
         self._refusal = ""
-        return [StopRobot(f"{REASON}, sent again", self._press)]
+        return [StopRobot(f"{self._by}, sent again", self._press)]
 
     def tick(self, now: int) -> list[StopRobot]:
         """Advance the time; a stop that becomes doubtful is reported once.

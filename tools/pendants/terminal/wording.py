@@ -227,7 +227,7 @@ def staleness(cell: CellView, now: int) -> str:
 def banner(cell: CellView, now: int) -> str:
     """Return the most important sentence, with its remedy; empty if nothing is wrong."""
     if cell.is_greeted and not cell.is_connected:
-        return f"NO LOGIN: {cell.absence}; the space bar stops the robot all the same"
+        return f"NO LOGIN: {cell.absence}; the space bar or F8 stops the robot all the same"
     if not cell.is_connected:
         return f"NO LINK: {cell.absence}; to stop the robot, use the hardware button"
     if cell.is_stopped:

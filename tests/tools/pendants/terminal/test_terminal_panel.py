@@ -22,7 +22,14 @@ from openpendant.tools.pendants.motions import quaternion_of, roll_pitch_yaw
 from openpendant.tools.pendants.terminal import commands as do
 from openpendant.tools.pendants.terminal import lcd
 from openpendant.tools.pendants.terminal.commands import Command
-from openpendant.tools.pendants.terminal.keyboard import KEYBOARD, STOP_KEY, Intent, Page, legend
+from openpendant.tools.pendants.terminal.keyboard import (
+    KEYBOARD,
+    STOP_KEY,
+    STOP_KEYS,
+    Intent,
+    Page,
+    legend,
+)
 from openpendant.tools.pendants.terminal.prompts import Choice, TextEntry, TextPurpose
 from openpendant.tools.pendants.terminal.stop_key import TIMEOUT_NS
 from openpendant.tools.pendants.terminal.taught_program import (
@@ -128,11 +135,23 @@ def test_a_key_that_can_do_nothing_says_why_and_is_not_kept(rig: PanelRig, case:
 # Stop.
 
 
+@pytest.mark.parametrize(("key", "name"), [(" ", "space bar"), ("f8", "F8")])
 @pytest.mark.parametrize("before", ["", "m", "n", "nabc", "=", "*", "0", "v", "/q", "C"])
-def test_the_space_bar_stops_whatever_was_struck_before(rig: PanelRig, before: str) -> None:
+def test_a_stop_key_stops_whatever_was_struck_before(
+    rig: PanelRig, before: str, key: str, name: str
+) -> None:
     rig.strike(*before)
-    assert rig.panel.key(STOP_KEY, rig.now)[0] == do.StopRobot("space bar")
+    assert rig.panel.key(key, rig.now)[0] == do.StopRobot(name)
     assert rig.panel.question is None
+
+
+def test_no_stop_key_means_anything_else() -> None:
+    assert KEYBOARD.keys().isdisjoint(STOP_KEYS)
+
+
+def test_a_stop_that_is_sent_again_bears_the_name_of_its_key(rig: PanelRig) -> None:
+    rig.strike("f8")
+    assert rig.wait(1100) == [do.StopRobot("F8, sent again")]
 
 
 def test_a_step_that_was_gathered_does_not_leave_after_a_stop(rig: PanelRig) -> None:
@@ -141,8 +160,8 @@ def test_a_step_that_was_gathered_does_not_leave_after_a_stop(rig: PanelRig) -> 
     assert rig.wait(500) == []
 
 
-@pytest.mark.parametrize("key", [key for key in KEYBOARD if key != STOP_KEY])
-def test_no_key_but_the_space_bar_does_anything_without_a_link(key: str) -> None:
+@pytest.mark.parametrize("key", KEYBOARD)
+def test_no_key_but_a_stop_key_does_anything_without_a_link(key: str) -> None:
     rig = PanelRig(connected=False)
     rig.panel.cell.lost("nobody listens")
     assert rig.strike(key, "1", "enter") == []

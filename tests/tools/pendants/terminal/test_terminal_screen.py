@@ -12,6 +12,7 @@ import pytest
 from rigs.cells.panel_rig import DRY_RUN
 from rigs.peers.scripted_pendant_server import ScriptedPendantServer, scripted_server
 from textual import events
+from textual._xterm_parser import XTermParser
 from textual.geometry import Region
 from textual.pilot import Pilot
 from textual.widgets import Static
@@ -138,7 +139,7 @@ async def test_a_terminal_of_24_rows_shows_refusals_joints_and_the_keys_that_mat
 
         wanted = {"lamps", "status", "steps", "lcd", "jog", "joints", "pose", "messages", "keys"}
         await shown.until(lambda: joints_fit() and seen() >= wanted)
-        assert shown.text("keys").startswith("SPACE software stop")
+        assert shown.text("keys").startswith("SPACE, F8 software stop")
 
 
 async def test_a_jog_key_becomes_a_step(shown: Screen) -> None:
@@ -175,6 +176,17 @@ async def test_the_space_bar_stops_from_everywhere(before: tuple[str, ...], show
     await shown.keys(*before, "space")
     await shown.until(lambda: shown.server.all(messages.SoftwareStop))
     assert shown.server.one(messages.SoftwareStop).reason == "space bar"
+
+
+@pytest.mark.parametrize("before", [(), ("n", "a"), ("m",)])
+async def test_f8_stops_from_everywhere_as_the_terminal_sends_it(
+    before: tuple[str, ...], shown: Screen
+) -> None:
+    await shown.keys(*before)
+    (key,) = (event for event in XTermParser().feed("\x1b[19~") if isinstance(event, events.Key))
+    await shown.keys(key.key)
+    await shown.until(lambda: shown.server.all(messages.SoftwareStop))
+    assert shown.server.one(messages.SoftwareStop).reason == "F8"
 
 
 async def test_enabling_is_repeated_and_let_go(shown: Screen) -> None:

@@ -206,6 +206,7 @@ class Page implements App {
     return {
       gizmoMoved: (pose, isDone) => this.#viewListener?.gizmoMoved?.(pose, isDone),
       objectMoved: (name, pose, isDone) => this.#viewListener?.objectMoved?.(name, pose, isDone),
+      objectScaled: (name, by, isDone) => this.#viewListener?.objectScaled?.(name, by, isDone),
       picked: (name) => this.#viewListener?.picked?.(name),
     };
   }

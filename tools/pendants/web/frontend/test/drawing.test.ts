@@ -7,6 +7,7 @@ import { eyeOf, Projection, type Orbit } from "../src/view/camera.ts";
 import { isSame, linksInPlace } from "../src/view/changes.ts";
 import { shaded } from "../src/view/colours.ts";
 import { gizmoLines, grabbed } from "../src/view/flat_gizmo.ts";
+import { pathDots } from "../src/view/path_dots.ts";
 import { hull, isWithin, seenSolid, type Seen } from "../src/view/solids.ts";
 import { EMPTY, type Content, type Gizmo } from "../src/view/view.ts";
 
@@ -96,6 +97,32 @@ test("a ring turns about the pose's own axis", () => {
   const turned = grabbed(tilted, ORBIT, BY, ring[2]!)?.at(ring[6]!);
   const [before, after] = [tilted.pose, turned!].map((each) => rotated(each.quaternion, [1, 0, 0]));
   before!.forEach((each, index) => assert.ok(Math.abs(each - after![index]!) < 1e-9));
+});
+
+test("a size that is pulled along the object's own axis grows there alone", () => {
+  const sized: Gizmo = { ...HANDLE, object: "box", drags: "size", pose: pose([0, 0, 0], ofRpy([0, 0, 0.8])) };
+  const [start, tip] = [0, -1].map((at) => gizmoLines(sized, ORBIT, BY)[1]!.points.at(at)!);
+  const grab = grabbed(sized, ORBIT, BY, tip!)!;
+  assert.equal(grab.axis, 1);
+  const further = { x: 2 * tip!.x - start!.x, y: 2 * tip!.y - start!.y };
+  const [x, y, z] = grab.scale(further);
+  assert.deepEqual([x, z], [1, 1]);
+  assert.ok(y > 1.7 && y < 2.3, String(y));
+  assert.deepEqual(grab.at(further), sized.pose);
+  assert.ok(grab.scale({ x: 10 * start!.x - 9 * tip!.x, y: 10 * start!.y - 9 * tip!.y }).every((each) => each > 0));
+});
+
+test("the handles of a size stand along the object's own axes", () => {
+  const quarter: Gizmo = { ...HANDLE, drags: "size", pose: pose([0, 0, 0], ofRpy([0, 0, Math.PI / 2])) };
+  const tips = [gizmoLines(quarter, ORBIT, BY)[0]!, gizmoLines(HANDLE, ORBIT, BY)[1]!].map(({ points }) => points.at(-1)!);
+  assert.ok(Math.hypot(tips[0]!.x - tips[1]!.x, tips[0]!.y - tips[1]!.y) < 1e-6);
+});
+
+test("dots stand on a path at its ends and at equal times", () => {
+  const path = Float32Array.from({ length: 3 * 121 }, (_, index) => Math.floor(index / 3));
+  const dots = [...pathDots(path)].filter((_, index) => index % 3 === 0);
+  assert.deepEqual(dots, Array.from({ length: 13 }, (_, index) => 10 * index));
+  assert.equal(pathDots(new Float32Array(3)).length, 0);
 });
 
 test("no handle is taken from far away", () => {

@@ -154,6 +154,15 @@ test("nothing is sent on a link that has ended", () => {
   assert.deepEqual(wire.sent, []);
 });
 
+test("an answer that is no JSON ends the link and says why", async () => {
+  const { wire, link, ends } = linked();
+  const asked = link.call({ op: "snapshot" });
+  wire.answer({ type: "management", comm_type: 3, reply_code: 1, request_id: 1, body: new TextEncoder().encode("{") } as Message);
+  await assert.rejects(asked, LinkLost);
+  assert.equal(ends.length, 1);
+  assert.match(ends[0] ?? "", /JSON/);
+});
+
 test("a cut frame ends the link and says why", () => {
   const { wire, ends } = linked();
   wire.onmessage?.({ data: new ArrayBuffer(7) } as MessageEvent);

@@ -5,6 +5,7 @@ import { firstGoal, goalOf, readSeed } from "../src/planning/goals.ts";
 import type { Wish } from "../src/planning/goals.ts";
 import { Newest } from "../src/planning/newest.ts";
 import { begun, changed, clock, explained, left, linkLost, made, moments, rowsOf } from "../src/planning/preview.ts";
+import { stopsOf } from "../src/planning/stops.ts";
 import { Twice } from "../src/planning/twice.ts";
 import { NoticeKind, PlanState } from "../src/protocol.ts";
 import type { NamedPosition, PlanChanged, PlansMakeReply } from "../src/protocol.ts";
@@ -94,7 +95,7 @@ const home: NamedPosition = {
   pose: { position: [1, 2, 3], orientation: [0, 0, 0, 1] },
 };
 const wish = (change: Partial<Wish>): Wish => ({
-  way: "ptp", position: null, pose: null, branch: null, joints: null, planner: "PRM", seed: 4, ...change,
+  way: "ptp", position: null, pose: null, branch: null, joints: null, stops: [], planner: "PRM", seed: 4, ...change,
 });
 
 test("a named position is gone to as each way can", () => {
@@ -113,6 +114,20 @@ test("the handles' place is gone to by the posture that was chosen", () => {
   const round = goalOf(wish({ way: "free", pose, joints: [0.5, 0.5] }));
   assert.ok(round?.kind === "free" && round.joints?.[0] === 0.5 && round.pose === undefined);
   assert.equal(goalOf(wish({})), null);
+});
+
+test("a path goes through its stops in their order, and without a stop is no goal", () => {
+  const goal = goalOf(wish({ way: "path", position: home, stops: [[1, 1], [0, 1]] }));
+  assert.deepEqual(goal, { kind: "path", waypoints: [[1, 1], [0, 1]] });
+  assert.equal(goalOf(wish({ way: "path", position: home })), null);
+});
+
+test("the stops of a program are its points as its moves reach them", () => {
+  const points = ["a", "b", "c"].map((name, index) => ({ name, joints: [index] }));
+  const move = (point: string, via: string[] = []) => ({ statement: "move" as const, way: "PTP" as const, point, via });
+  const statements = [move("c"), { statement: "comment" as const, text: "a" }, move("a", ["b"]), move("c")];
+  assert.deepEqual(stopsOf({ points, statements } as never).map(({ name }) => name), ["c", "b", "a", "c"]);
+  assert.deepEqual(stopsOf({ points, statements: [] }).map(({ joints }) => joints), [[0], [1], [2]]);
 });
 
 test("the first goal is legal, and not where the robot stands", () => {

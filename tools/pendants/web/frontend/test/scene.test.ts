@@ -2,7 +2,7 @@
 import assert from "node:assert/strict";
 import { test } from "node:test";
 import { IDENTITY, aboutAxis, pose } from "../src/kinematics/pose.ts";
-import { colourOf, contentOf, distanceTo, drawn, freeName, graspOf, isSame, isWall, newEntry, readScene, shapeOf, snapped } from "../src/scene/objects.ts";
+import { colourOf, contentOf, distanceTo, drawn, freeName, graspOf, isSame, isWall, newEntry, readScene, resized, shapeOf, snapped } from "../src/scene/objects.ts";
 
 const content = {
   schema: "openpendant-scene/1",
@@ -73,4 +73,19 @@ test("a tool grasps at its own point, the bare flange at its centre with 10 mm",
 test("a place snaps to the raster, and a name has one colour", () => {
   assert.deepEqual(snapped(pose([0.0149, -0.0151, 0.2], [0, 0, 0, 1]), 0.01).position, [0.01, -0.02, 0.2]);
   assert.equal(colourOf("pillar"), colourOf("pillar"));
+});
+
+test("an object that is pulled grows along the axes that it has sizes for", () => {
+  const pulled = (kind: "box" | "cylinder" | "sphere", sizes: number[], by: [number, number, number], snap = 0) =>
+    resized({ ...newEntry(kind, [0, 0, 0], []), sizes }, by, snap).sizes.map((each) => Math.round(each * 1e6) / 1e6);
+  assert.deepEqual(pulled("box", [0.1, 0.2, 0.3], [1, 2, 1]), [0.1, 0.4, 0.3]);
+  assert.deepEqual(pulled("cylinder", [0.1, 0.2], [1.5, 1, 1]), [0.15, 0.2]);
+  assert.deepEqual(pulled("sphere", [0.1], [1, 1, 3]), [0.3]);
+  assert.deepEqual(pulled("box", [0.1, 0.2, 0.3], [1, 1, 1.11], 0.01), [0.1, 0.2, 0.33]);
+});
+
+test("what is pulled to nothing stays a body, and what is not pulled keeps its size beside a raster", () => {
+  const box = { ...newEntry("box", [0, 0, 0], []), sizes: [0.1, 0.123, 0.3] };
+  assert.deepEqual(resized(box, [0.0001, 1, 1], 0).sizes, [0.001, 0.123, 0.3]);
+  assert.deepEqual(resized(box, [0.0001, 1, 1], 0.01).sizes, [0.01, 0.123, 0.3]);
 });

@@ -165,7 +165,9 @@ export class Chain {
       const middle = transformed(places.get(link) ?? this.root, vector3(xyz));
       return distance(middle, this.root.position) + Math.hypot(...size) / 2;
     });
-    return Math.max(SMALLEST, reach, ...away);
+    // A platform is as wide as it is high, where an arm is tall.
+    const wide = this.#legs.length > 0 ? 1.6 : 1;
+    return Math.max(SMALLEST, reach, ...away) * wide;
   }
 
   #platformAtHome(): Pose {

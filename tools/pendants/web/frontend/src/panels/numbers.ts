@@ -105,13 +105,12 @@ class NumbersTask implements TaskPart {
     const wanted = [hello?.session, changes[NoticeKind.FRAMES], changes[NoticeKind.TOOLS]].join();
     if (snapshot === null || wanted === this.#askedFor) return;
     this.#askedFor = wanted;
-    const robot = snapshot.robot;
     fill(this.#frame, ["base", ...snapshot.frames.filter((each) => each !== "base" && !OWN_FRAMES.includes(each))], "base");
     fill(this.#link, ["", ...(cell.robot?.links ?? []).map(({ link }) => link)], "", this.#words.toolCentre);
     this.#app.attempt(async () => {
       const { session } = this.#app;
       const [{ facts }, { content }] = await Promise.all([
-        session.call<"robots.describe">({ op: "robots.describe", name: robot }),
+        session.call<"robots.describe">({ op: "robots.describe" }),
         session.call<"frames.show">({ op: "frames.show" }),
       ]);
       this.#content = content;

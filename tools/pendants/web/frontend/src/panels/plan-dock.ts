@@ -50,6 +50,7 @@ export function planDock(app: App, words: PlanTexts, model: PlanModel): Part {
       if (Number(slider.value) !== at) slider.value = String(at);
       slider.style.setProperty("--filled", `${(100 * at) / Math.max(plan.duration, 0.01)}%`);
       attribute(slider, "aria-valuetext", words.seconds(fixed(at, 2)));
+      attribute(slider, "data-joints", model.joints()?.map((each) => each.toFixed(5)).join(" ") ?? null);
       say(time, words.seconds(fixed(at, 2)));
       say(end, words.seconds(fixed(plan.duration, 2)));
       attribute(play, "aria-label", isPlaying ? words.hold : words.play);

@@ -22,10 +22,11 @@ import { attribute, h, mark, off, isOff, say, show } from "../ui/elements.ts";
 import { icon } from "../ui/icons.ts";
 import { enablingPad } from "./enabling-pad.ts";
 import { whyNoMotion } from "./jog.ts";
+import { PathStops } from "./path-stops.ts";
 import { planDock } from "./plan-dock.ts";
 import { reachQuestion } from "./reach.ts";
 
-const WAYS: readonly Way[] = ["ptp", "lin", "free"];
+const WAYS: readonly Way[] = ["ptp", "lin", "path", "free"];
 const HANDLES = "";
 
 export function planTask(app: App): TaskPart {
@@ -44,6 +45,8 @@ class PlanTask implements TaskPart {
   readonly #pad: Part;
   readonly #ways: HTMLButtonElement[];
   readonly #goal: HTMLSelectElement;
+  readonly #goalLabel: HTMLElement;
+  readonly #stops: PathStops;
   readonly #planner: HTMLSelectElement;
   readonly #seed: HTMLInputElement;
   readonly #seedProblem = h("span", { class: "problem", role: "alert" });
@@ -66,12 +69,14 @@ class PlanTask implements TaskPart {
     this.#model = planModel(app);
     this.#dock = planDock(app, words, this.#model);
     this.dock = this.#dock.element;
-    this.#reach = reachQuestion(app, words);
+    this.#reach = reachQuestion(app, words, () => this.#asked());
     this.#verdict = verdict(app, words, this.#model);
     this.#pad = enablingPad(app);
     this.#ways = WAYS.map((way) => h("button", { type: "button", "data-way": way, onclick: () => this.#chooseWay(way) }, words[way]));
     this.#goal = h("select", { "aria-label": words.goal });
     this.#goal.addEventListener("change", () => this.#goalChosen());
+    this.#goalLabel = h("label", {}, h("span", {}, words.goal), this.#goal);
+    this.#stops = new PathStops(app, words);
     this.#planner = h("select", { "aria-label": words.planner });
     this.#seed = h("input", { type: "text", inputmode: "numeric", value: "0", "aria-label": `${words.seed}: ${words.seedHint}`, title: words.seedHint });
     this.#seed.addEventListener("input", () => say(this.#seedProblem, readSeed(this.#seed.value) === null ? words.seedWrong : ""));
@@ -93,8 +98,9 @@ class PlanTask implements TaskPart {
         "div",
         { class: "pair" },
         h("label", {}, h("span", {}, words.start), h("input", { type: "text", readonly: true, value: words.startsHere })),
-        h("label", {}, h("span", {}, words.goal), this.#goal),
+        this.#goalLabel,
       ),
+      this.#stops.element,
       this.#reach.element,
       this.#search,
       h("label", { class: "speed" }, h("span", {}, words.speed), this.#speed, this.#speedTold),
@@ -138,26 +144,28 @@ class PlanTask implements TaskPart {
       attribute(each, "aria-pressed", String(isChosen));
     }
     show(this.#search, way === "free");
+    show(this.#goalLabel, way !== "path");
+    show(this.#stops.element, way === "path");
     this.#goalChosen();
   }
 
   #goalChosen(): void {
-    const isHandles = this.#goal.value === HANDLES;
-    this.#reach.use(isHandles, this.#way === "ptp");
+    const isHandles = this.#goal.value === HANDLES && this.#way !== "path";
+    this.#reach.use(isHandles, this.#way);
   }
 
   /** Look again at the positions when somebody changed them, and at the planners once. */
   #learn(cell: Cell): void {
-    const wanted = `${cell.stage} ${cell.hello?.session ?? 0} ${cell.changes[NoticeKind.POSITIONS] ?? 0}`;
+    const wanted = `${cell.stage} ${cell.hello?.session ?? 0} ${cell.changes[NoticeKind.POSITIONS] ?? 0} ${cell.changes[NoticeKind.PROGRAM] ?? 0}`;
     if (cell.stage !== "up" || cell.snapshot === null || wanted === this.#askedFor) return;
     this.#askedFor = wanted;
-    const robot = { name: cell.snapshot.robot };
     this.#app.attempt(async () => {
       const { session } = this.#app;
       const { positions } = await session.call<"positions.list">({ op: "positions.list" });
       this.#takePositions(positions);
+      await this.#stops.learnPrograms();
       if (this.#planner.options.length > 0) return;
-      const { planners } = await session.call<"robots.describe">({ op: "robots.describe", ...robot });
+      const { planners } = await session.call<"robots.describe">({ op: "robots.describe" });
       this.#planner.replaceChildren(...(planners ?? []).map((each) => h("option", { value: each }, each)));
     });
   }
@@ -166,6 +174,7 @@ class PlanTask implements TaskPart {
     const before = this.#goal.value;
     const isFirst = this.#goal.options.length === 0;
     this.#positions = positions;
+    this.#stops.takePositions(positions);
     const named = positions.map(({ name, legal, why }) =>
       h("option", { value: name, disabled: !legal, title: why === "" ? null : why }, legal ? name : this.#words.notLegal(name)),
     );
@@ -175,14 +184,20 @@ class PlanTask implements TaskPart {
     this.#goalChosen();
   }
 
+  /** The speed that the slider asks for, as a fraction. */
+  #asked(): number {
+    return Number(this.#speed.value) / 100;
+  }
+
   #make(): void {
     const { pose, branch, joints } = this.#reach.chosen();
     const position = this.#positions.find(({ name }) => name === this.#goal.value) ?? null;
     const seed = readSeed(this.#seed.value);
-    const goal = goalOf({ way: this.#way, position, pose, branch, joints, planner: this.#planner.value, seed: seed ?? 0 });
+    const stops = this.#stops.joints;
+    const goal = goalOf({ way: this.#way, position, pose, branch, joints, stops, planner: this.#planner.value, seed: seed ?? 0 });
     if (goal === null || (this.#way === "free" && seed === null) || isOff(this.#plan)) return;
     this.#twice.forget();
-    void this.#model.make(goal, Number(this.#speed.value) / 100);
+    void this.#model.make(goal, this.#asked());
   }
 
   #executeIt(): void {

@@ -2,19 +2,24 @@
 import { ofRpy, pose as poseOf, rollPitchYaw, vector3 } from "../kinematics/pose.ts";
 import type { Pose } from "../kinematics/pose.ts";
 import type { Cell } from "../pendant/cell.ts";
+import type { Way } from "../planning/goals.ts";
 import { Newest } from "../planning/newest.ts";
-import { VerdictCode } from "../protocol.ts";
+import { Motion, VerdictCode } from "../protocol.ts";
 import type { InverseSolution, KinematicsIkReply } from "../protocol.ts";
 import type { PlanTexts } from "../texts/plan.ts";
 import { fixed, readNumber, refusalSentence } from "../texts/texts.ts";
 import type { App, Part } from "../ui/app.ts";
-import { attribute, h, mark, say, show } from "../ui/elements.ts";
+import { attribute, h, mark, off, say, show } from "../ui/elements.ts";
+import { holdButton } from "../ui/hold-button.ts";
 import type { Ghost, Gizmo } from "../view/view.ts";
 import { LinkLost, Refused } from "../wire/errors.ts";
+import type { RequestDraft } from "../wire/link.ts";
+import { whyNoMotion } from "./jog.ts";
 import { toolPose } from "./plan.ts";
 
 /** Between two questions [ms]: the server answers ten a second. */
 const EVERY = 120;
+const SLOTS = 10;
 const AXES = ["X", "Y", "Z", "R", "P", "Y"];
 const DEGREES = 180 / Math.PI;
 
@@ -30,37 +35,42 @@ export interface Chosen {
 }
 
 export interface ReachQuestion extends Part {
-  /** Whether the handles are the goal, and whether a posture may be chosen. */
-  use(isUsed: boolean, hasBranch: boolean): void;
+  /** Whether the handles are the goal, and which way leads there. */
+  use(isUsed: boolean, way: Way): void;
   moved(pose: Pose, isDone: boolean): void;
   chosen(): Chosen;
   picture(): { ghost: Ghost | null; gizmo: Gizmo | null };
 }
 
-export function reachQuestion(app: App, words: PlanTexts): ReachQuestion {
-  return new Reach(app, words);
+export function reachQuestion(app: App, words: PlanTexts, speed: () => number): ReachQuestion {
+  return new Reach(app, words, speed);
 }
 
 class Reach implements ReachQuestion {
   readonly element: HTMLElement;
   readonly #app: App;
   readonly #words: PlanTexts;
+  readonly #speed: () => number;
   readonly #boxes: HTMLInputElement[];
   readonly #drags: HTMLButtonElement[];
   readonly #told = h("p", { class: "told", role: "status" });
   readonly #branches = h("div", { class: "branches" });
+  readonly #go: HTMLButtonElement;
   readonly #questions: Newest<Question, KinematicsIkReply>;
   #isUsed = false;
-  #hasBranch = true;
+  #way: Way = "ptp";
   #dragging: "place" | "turn" = "place";
   #pose: Pose | null = null;
   #solutions: readonly InverseSolution[] = [];
   #solution: InverseSolution | null = null;
+  /** Where it leads: the handles may be elsewhere since. */
+  #solvedFor: Pose | null = null;
   #branch: number | null = null;
   #isBad = false;
 
-  constructor(app: App, words: PlanTexts) {
+  constructor(app: App, words: PlanTexts, speed: () => number) {
     this.#app = app;
+    this.#speed = speed;
     this.#words = words;
     this.#boxes = AXES.map((name, index) => {
       const unit = index < 3 ? "mm" : "°";
@@ -78,6 +88,15 @@ class Reach implements ReachQuestion {
       EVERY,
       { now: () => app.now(), after: (wait, then) => void setTimeout(then, wait) },
     );
+    const { holding, texts, choice } = app;
+    this.#go = holdButton("go", null, {
+      down: (source) => {
+        const draft = this.#draft();
+        if (draft !== null) holding.holdMotion(source, draft);
+      },
+      up: (source) => holding.release(source),
+      explain: () => choice.set({ note: { text: texts.holdHow, kind: "remark" } }),
+    }, words.moveThere);
     const boxes = this.#boxes.map((box, index) => h("label", {}, h("span", {}, `${AXES[index] ?? ""} ${index < 3 ? "mm" : "°"}`), box));
     this.element = h(
       "div",
@@ -85,14 +104,16 @@ class Reach implements ReachQuestion {
       h("div", { class: "tabs", role: "group", "aria-label": words.handlesDo }, ...this.#drags),
       h("div", { class: "six" }, ...boxes),
       this.#told,
+      this.#go,
       this.#branches,
     );
     this.#drag("place");
   }
 
-  use(isUsed: boolean, hasBranch: boolean): void {
+  use(isUsed: boolean, way: Way): void {
     this.#isUsed = isUsed;
-    this.#hasBranch = hasBranch;
+    this.#way = way;
+    show(this.#go, way !== "free");
     show(this.element, isUsed);
     if (isUsed && this.#pose === null) this.#begin();
     this.#tellBranches();
@@ -105,18 +126,39 @@ class Reach implements ReachQuestion {
 
   chosen(): Chosen {
     if (!this.#isUsed) return { pose: null, branch: null, joints: null };
-    return { pose: this.#pose, branch: this.#branch, joints: this.#solution?.joints ?? null };
+    return { pose: this.#pose, branch: this.#branch, joints: this.#found()?.joints ?? null };
   }
 
   picture(): { ghost: Ghost | null; gizmo: Gizmo | null } {
     if (!this.#isUsed || this.#pose === null) return { ghost: null, gizmo: null };
     const ghost: Ghost | null =
-      this.#solution === null ? null : { joints: this.#solution.joints, verdict: this.#isBad ? "bad" : "good" };
+      this.#solution === null ? null : { joints: this.#solution.joints, verdict: this.#isBad ? "bad" : "reached" };
     return { ghost, gizmo: { object: null, pose: this.#pose, drags: this.#dragging, snap: 0 } };
   }
 
-  update(_cell: Cell): void {
-    if (this.#isUsed && this.#pose === null) this.#begin();
+  update(cell: Cell): void {
+    if (!this.#isUsed) return;
+    if (this.#pose === null) this.#begin();
+    const isReached = this.#found() !== null && !this.#isBad;
+    off(this.#go, isReached ? whyNoMotion(this.#app, cell) : this.#told.textContent || this.#words.unreached);
+  }
+
+  /** The answer for where the handles are now; null before it is here. */
+  #found(): InverseSolution | null {
+    return this.#solvedFor === this.#pose ? this.#solution : null;
+  }
+
+  /** The motion to the handles: PTP to the chosen posture, or LIN to their place. */
+  #draft(): RequestDraft | null {
+    const [pose, joints] = [this.#pose, this.#found()?.joints];
+    if (pose === null || joints === undefined) return null;
+    const speed = this.#speed();
+    if (this.#way === "lin") {
+      const [position, orientation] = [[...pose.position], [...pose.quaternion]];
+      return { type: "pose_move", motion: Motion.LIN, speed, frame: "base", position, orientation };
+    }
+    const slots = [...joints, ...new Array<number>(SLOTS - joints.length).fill(0)];
+    return { type: "joint_move", speed, joint_count: joints.length, joints: slots };
   }
 
   /** The handles begin where the tool is. */
@@ -166,19 +208,23 @@ class Reach implements ReachQuestion {
     });
   }
 
-  #answered({ areAll }: Question, { solutions }: KinematicsIkReply): void {
+  #answered({ pose, areAll }: Question, { solutions }: KinematicsIkReply): void {
     this.#solution = solutions[0] ?? null;
+    this.#solvedFor = pose;
     this.#solutions = areAll ? solutions : [];
     this.#tellSolution();
     this.#tellBranches();
   }
 
-  #refused(_question: Question, error: unknown): void {
+  #refused(question: Question, error: unknown): void {
     if (error instanceof LinkLost) return;
     if (!(error instanceof Refused)) throw error;
     const { refusal } = error;
     const passing: number[] = [VerdictCode.SUPERSEDED, VerdictCode.TOO_OFTEN];
-    if (passing.includes(refusal.code)) return;
+    if (passing.includes(refusal.code)) {
+      if (question.pose === this.#pose) this.#questions.ask(question);
+      return;
+    }
     this.#isBad = true;
     this.#solutions = [];
     say(this.#told, refusalSentence(refusal, this.#app.settings.value.language, this.#app.jointNames()));
@@ -204,7 +250,7 @@ class Reach implements ReachQuestion {
 
   #tellBranches(): void {
     const words = this.#words;
-    show(this.#branches, this.#isUsed && this.#hasBranch && this.#solutions.length > 1);
+    show(this.#branches, this.#isUsed && this.#way === "ptp" && this.#solutions.length > 1);
     this.#branches.replaceChildren(
       h("span", { class: "muted" }, words.branches),
       ...this.#solutions.map((each) => {

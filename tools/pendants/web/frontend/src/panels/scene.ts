@@ -1,13 +1,13 @@
 // Scene: what stands around, moved and measured by handles or numbers, and what the tool holds.
 import "../scene.css";
 import { ofRpy, pose as poseOf, rollPitchYaw, vector3 } from "../kinematics/pose.ts";
-import type { Pose } from "../kinematics/pose.ts";
+import type { Pose, Vector3 } from "../kinematics/pose.ts";
 import { isInControl } from "../pendant/cell.ts";
 import type { Cell } from "../pendant/cell.ts";
 import { StateField } from "../protocol.ts";
 import { sceneModel } from "../scene/model.ts";
 import type { SceneModel } from "../scene/model.ts";
-import { colourOf, distanceTo, drawn, freeName, graspOf, inBase, isSame, isWall, KINDS, MEASURES, newEntry, ownPose, snapped } from "../scene/objects.ts";
+import { colourOf, distanceTo, drawn, freeName, graspOf, inBase, isSame, isWall, KINDS, MEASURES, newEntry, ownPose, resized, snapped } from "../scene/objects.ts";
 import type { Entry, Grasp, Kind } from "../scene/objects.ts";
 import { sceneTexts } from "../texts/scene.ts";
 import type { SceneTexts } from "../texts/scene.ts";
@@ -15,6 +15,7 @@ import { fixed, readNumber } from "../texts/texts.ts";
 import type { App, TaskPart } from "../ui/app.ts";
 import { attribute, h, mark, off, isOff, say, show } from "../ui/elements.ts";
 import { icon } from "../ui/icons.ts";
+import type { Gizmo } from "../view/view.ts";
 import { toolPose } from "./plan.ts";
 
 const AXES = ["X", "Y", "Z", "R", "P", "Y"];
@@ -43,7 +44,9 @@ class SceneTask implements TaskPart {
   #listed: { key: string } = { key: "" };
   #selected = "";
   #draft: Entry | null = null;
-  #drags: "place" | "turn" = "place";
+  #drags: Gizmo["drags"] = "place";
+  /** As it was when its size was seized. */
+  #seized: Entry | null = null;
   #snapBy = 0;
   #isShown = false;
   #nearestAt = 0;
@@ -55,8 +58,9 @@ class SceneTask implements TaskPart {
     this.#model = sceneModel(app);
     this.#undo = h("button", { type: "button", title: words.undoHint, onclick: () => this.#act(() => this.#model.undo()) }, icon("undo"), words.undo);
     this.#none = h("p", { class: "muted" }, words.none);
-    this.#handles = (["place", "turn"] as const).map((each) =>
-      h("button", { type: "button", "data-drags": each, onclick: () => this.#drag(each) }, each === "place" ? words.move : words.turn),
+    const handles = { place: words.move, turn: words.turn, size: words.resize };
+    this.#handles = (["place", "turn", "size"] as const).map((each) =>
+      h("button", { type: "button", "data-drags": each, onclick: () => this.#drag(each) }, handles[each]),
     );
     this.#snap = h("button", { type: "button", "aria-pressed": "false", onclick: () => this.#toggleSnap() }, words.snap);
     this.#editor = new ObjectEditor(app, words, this.#model, {
@@ -91,6 +95,7 @@ class SceneTask implements TaskPart {
     this.#app.hearView({
       picked: (name) => name !== null && this.#select(name),
       objectMoved: (name, pose) => this.#dragged(name, pose),
+      objectScaled: (name, by, isDone) => this.#scaled(name, by, isDone),
     });
   }
 
@@ -136,7 +141,18 @@ class SceneTask implements TaskPart {
     this.#editor.fill(draft);
   }
 
-  #drag(drags: "place" | "turn"): void {
+  #scaled(name: string, by: Vector3, isDone: boolean): void {
+    if (name !== this.#selected) this.#select(name);
+    this.#seized ??= this.#draft ?? this.#saved();
+    const entry = this.#seized;
+    if (isDone) this.#seized = null;
+    if (entry === null || entry.link !== null || entry.kind === "mesh") return;
+    const draft = resized(entry, by, this.#snapBy);
+    this.#edit(draft);
+    this.#editor.fill(draft);
+  }
+
+  #drag(drags: Gizmo["drags"]): void {
     this.#drags = drags;
     for (const each of this.#handles) {
       const isChosen = each.dataset["drags"] === drags;
@@ -364,6 +380,8 @@ class ObjectEditor {
       return;
     }
     show(this.element, true);
+    // An undo or somebody else made it another one.
+    if (draft === null && !isSame(this.#entry, saved)) this.fill(saved);
     show(this.#unsaved, draft !== null);
     off(this.#save, draft === null ? this.#words.unsaved : "");
     off(this.#back, draft === null ? this.#words.unsaved : "");

@@ -2,7 +2,7 @@
 import type { FoundPose, NamedPosition, PlansMakeRequest } from "../protocol.ts";
 import type { Pose } from "../kinematics/pose.ts";
 
-export type Way = "ptp" | "lin" | "free";
+export type Way = "ptp" | "lin" | "path" | "free";
 
 export interface Wish {
   way: Way;
@@ -14,13 +14,16 @@ export interface Wish {
   branch: number | null;
   /** Of the chosen answer; null where it is not known. */
   joints: readonly number[] | null;
+  /** Of a path, in its order. */
+  stops: readonly (readonly number[])[];
   planner: string;
   seed: number;
 }
 
 /** Return the goal of a request; null where nothing was chosen. */
 export function goalOf(wish: Wish): PlansMakeRequest["goal"] | null {
-  const { way, position, pose, joints } = wish;
+  const { way, position, pose, joints, stops } = wish;
+  if (way === "path") return stops.length === 0 ? null : { kind: "path", waypoints: stops.map((each) => [...each]) };
   if (position !== null) {
     if (way === "lin") return { kind: "lin", pose: placed(position.pose), frame: "base" };
     if (way === "free") return { kind: "free", joints: [...position.joints], ...drawn(wish) };

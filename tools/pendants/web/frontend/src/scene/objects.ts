@@ -217,6 +217,22 @@ export function newEntry(kind: Exclude<Kind, "mesh">, position: Vector3, entries
   return { name, kind, sizes: FIRST_SIZES[kind], pose: poseOf(position, [0, 0, 0, 1]), frame: "base", link: null, raw: {} };
 }
 
+/** Nothing is made smaller than that [m]. */
+const LEAST = 0.001;
+
+/** Return an object that was pulled along its own axes, to whole steps of `snap` [m]; 0 for none. */
+export function resized(entry: Entry, by: Vector3, snap: number): Entry {
+  const [x, y, z] = by;
+  const factors = { box: [x, y, z], cylinder: [x * y, z], capsule: [x * y, z], sphere: [x * y * z], mesh: [] }[entry.kind];
+  const sizes = entry.sizes.map((size, index) => {
+    const factor = factors[index] ?? 1;
+    if (factor === 1) return size;
+    const wanted = size * factor;
+    return Math.max(snap > 0 ? snap : LEAST, snap > 0 ? Math.round(wanted / snap) * snap : wanted);
+  });
+  return { ...entry, sizes };
+}
+
 /** Whether two entries say the same. */
 export function isSame(one: Entry, other: Entry): boolean {
   return JSON.stringify(written(one)) === JSON.stringify(written(other));

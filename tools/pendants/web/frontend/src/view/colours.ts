@@ -43,8 +43,10 @@ export const RED = "#e5484d";
 /** Of x, y and z, in every picture. */
 export const AXES = ["#e5484d", "#3fbf5f", "#4c8dff"] as const;
 
-export function verdictColour(verdict: "good" | "bad"): string {
-  return verdict === "good" ? BLUE : RED;
+const VERDICTS = { good: BLUE, reached: GREEN, bad: RED };
+
+export function verdictColour(verdict: keyof typeof VERDICTS): string {
+  return VERDICTS[verdict];
 }
 
 type Rgb = readonly [number, number, number];

@@ -9,6 +9,7 @@ import {
   scaled,
   transformed,
   unitQuaternion,
+  vector3,
   type Pose,
   type Vector3,
 } from "../kinematics/pose.ts";
@@ -21,6 +22,7 @@ export type Axis = 0 | 1 | 2;
 const LENGTH = 0.1; // of the camera's distance
 const REACH = 12; // points from a handle that still take it
 const RING = 32;
+const LEAST_SCALE = 0.01;
 const UNITS: readonly Vector3[] = [[1, 0, 0], [0, 1, 0], [0, 0, 1]];
 
 /** One handle as it is drawn. */
@@ -29,17 +31,22 @@ export interface Handle {
   points: Flat[];
 }
 
-/** Return the handles of a gizmo: arrows along the world's axes, or rings about the pose's own. */
+/** Return the handles of a gizmo: arrows along the world's axes or, for a size, the pose's own, or rings about those. */
 export function gizmoLines(gizmo: Gizmo, orbit: Orbit, by: Projection): Handle[] {
   const length = LENGTH * orbit.distance;
   return ([0, 1, 2] as const).map((axis) => ({
     axis,
-    points: gizmo.drags === "place" ? arrow(gizmo, axis, length, by) : ring(gizmo, axis, length, by),
+    points: gizmo.drags === "turn" ? ring(gizmo, axis, length, by) : arrow(gizmo, axis, length, by),
   }));
 }
 
-function arrow({ pose }: Gizmo, axis: Axis, length: number, by: Projection): Flat[] {
-  const line = by.line(pose.position, added(pose.position, scaled(UNITS[axis]!, length)));
+function along({ pose, drags }: Gizmo, axis: Axis): Vector3 {
+  return drags === "size" ? rotated(pose.quaternion, UNITS[axis]!) : UNITS[axis]!;
+}
+
+function arrow(gizmo: Gizmo, axis: Axis, length: number, by: Projection): Flat[] {
+  const { position } = gizmo.pose;
+  const line = by.line(position, added(position, scaled(along(gizmo, axis), length)));
   return line === null ? [] : [...line];
 }
 
@@ -58,6 +65,8 @@ export interface Grab {
   axis: Axis;
   gizmo: Gizmo;
   at(point: Flat): Pose;
+  /** How many times its size along each axis an object has that was seized by its size. */
+  scale(point: Flat): Vector3;
 }
 
 /** Return the handle under a point, held there; null where there is none. */
@@ -68,20 +77,28 @@ export function grabbed(gizmo: Gizmo, orbit: Orbit, by: Projection, from: Flat):
     .sort((a, b) => a.away - b.away)[0];
   if (near === undefined) return null;
   const { axis } = near;
-  const at = gizmo.drags === "place" ? placed(gizmo, axis, by, from) : turned(gizmo, axis, orbit, by, from);
-  return { axis, gizmo, at };
+  const { pose, snap } = gizmo;
+  const way = gone(gizmo, axis, by, from);
+  const place = (to: Flat): Pose => {
+    const steps = snap > 0 ? Math.round(way(to) / snap) * snap : way(to);
+    return { ...pose, position: added(pose.position, scaled(UNITS[axis]!, steps)) };
+  };
+  const at = { place, turn: turned(gizmo, axis, orbit, by, from), size: () => pose }[gizmo.drags];
+  const scale = (to: Flat): Vector3 => {
+    const factor = Math.max(LEAST_SCALE, 1 + way(to) / (LENGTH * orbit.distance));
+    return vector3([0, 1, 2].map((each) => (each === axis ? factor : 1)));
+  };
+  return { axis, gizmo, at, scale };
 }
 
-function placed({ pose, snap }: Gizmo, axis: Axis, by: Projection, from: Flat): (to: Flat) => Pose {
-  const unit = UNITS[axis]!;
+/** Return how far along an arrow a pointer went [m]. */
+function gone(gizmo: Gizmo, axis: Axis, by: Projection, from: Flat): (to: Flat) => number {
+  const { pose } = gizmo;
+  const unit = along(gizmo, axis);
   const [start, tip] = [by.at(pose.position), by.at(added(pose.position, scaled(unit, 1e-3)))];
   const [dx, dy] = [(tip.x - start.x) / 1e-3, (tip.y - start.y) / 1e-3]; // points a metre
   const square = Math.max(1, dx * dx + dy * dy);
-  return (to) => {
-    const way = ((to.x - from.x) * dx + (to.y - from.y) * dy) / square;
-    const steps = snap > 0 ? Math.round(way / snap) * snap : way;
-    return { ...pose, position: added(pose.position, scaled(unit, steps)) };
-  };
+  return (to) => ((to.x - from.x) * dx + (to.y - from.y) * dy) / square;
 }
 
 function turned(

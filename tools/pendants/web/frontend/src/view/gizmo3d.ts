@@ -3,9 +3,12 @@ import { Object3D, type Camera } from "three";
 import type { OrbitControls } from "three/addons/controls/OrbitControls.js";
 import { TransformControls } from "three/addons/controls/TransformControls.js";
 
-import { pose, type Pose } from "../kinematics/pose.ts";
+import { pose, vector3, type Pose } from "../kinematics/pose.ts";
 import { put } from "./robot_solids.ts";
 import type { Gizmo, ViewEvents } from "./view.ts";
+
+const MODES = { place: "translate", turn: "rotate", size: "scale" } as const;
+const LEAST_SCALE = 0.01;
 
 export class Gizmo3d {
   readonly #dragged = new Object3D();
@@ -51,10 +54,13 @@ export class Gizmo3d {
       this.#dragged.removeFromParent();
       return;
     }
-    if (!(isSameOne && this.isDragging)) put(this.#dragged, gizmo.pose);
+    if (!(isSameOne && this.isDragging)) {
+      put(this.#dragged, gizmo.pose);
+      this.#dragged.scale.setScalar(1);
+    }
     this.#dragged.updateMatrixWorld();
-    this.#controls.setMode(gizmo.drags === "turn" ? "rotate" : "translate");
-    this.#controls.setSpace(gizmo.drags === "turn" ? "local" : "world");
+    this.#controls.setMode(MODES[gizmo.drags]);
+    this.#controls.setSpace(gizmo.drags === "place" ? "world" : "local");
     this.#controls.setTranslationSnap(gizmo.snap > 0 ? gizmo.snap : null);
     if (this.#controls.object === this.#dragged) return;
     this.helper.parent?.add(this.#dragged);
@@ -68,8 +74,14 @@ export class Gizmo3d {
 
   #tell(isDone: boolean): void {
     if (this.#gizmo === null) return;
+    const { object, drags } = this.#gizmo;
+    if (object !== null && drags === "size") {
+      const by = vector3(this.#dragged.scale.toArray().map((each) => Math.max(LEAST_SCALE, Math.abs(each))));
+      this.#events.objectScaled(object, by, isDone);
+      return;
+    }
     const at: Pose = pose(this.#dragged.position.toArray(), this.#dragged.quaternion.toArray());
-    if (this.#gizmo.object === null) this.#events.gizmoMoved(at, isDone);
-    else this.#events.objectMoved(this.#gizmo.object, at, isDone);
+    if (object === null) this.#events.gizmoMoved(at, isDone);
+    else this.#events.objectMoved(object, at, isDone);
   }
 }

@@ -29,6 +29,7 @@ import { linkJoint, linksInPlace } from "./changes.ts";
 import { ORANGE, verdictColour } from "./colours.ts";
 import type { LinkMesh } from "./meshes.ts";
 import type { Solid } from "./solids.ts";
+import type { Ghost } from "./view.ts";
 
 const SEGMENTS = { fine: 32, coarse: 14 } as const;
 const GHOST_OPACITY = 0.4;
@@ -37,7 +38,7 @@ const GHOST_OPACITY = 0.4;
 export interface Paint {
   all?: string;
   driven?: readonly number[];
-  ghost?: "good" | "bad";
+  ghost?: Ghost["verdict"];
 }
 
 interface Part {

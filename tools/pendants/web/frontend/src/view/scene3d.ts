@@ -4,6 +4,8 @@
 // a lower quality where software draws: no shadows, no smoothing, no ghost.
 import {
   AmbientLight,
+  BufferAttribute,
+  BufferGeometry,
   Color,
   DirectionalLight,
   GridHelper,
@@ -13,6 +15,8 @@ import {
   Mesh,
   PerspectiveCamera,
   PlaneGeometry,
+  Points,
+  PointsMaterial,
   Raycaster,
   Scene,
   ShadowMaterial,
@@ -30,12 +34,14 @@ import { isSame } from "./changes.ts";
 import { ORANGE, PALETTES } from "./colours.ts";
 import { Pace } from "./pace.ts";
 import { Gizmo3d } from "./gizmo3d.ts";
+import { pathDots } from "./path_dots.ts";
 import { FrameMarks, SceneSolids } from "./scene_solids.ts";
 import { RobotSolids, emptied } from "./robot_solids.ts";
 import { EMPTY, type Content, type MakeView, type Side, type View, type ViewEvents } from "./view.ts";
 
 export type Quality = "full" | "low";
 
+const DOT = 7; // points
 const CLICK = 4; // points that a press may move and still picks
 const SHADOW_MAP = 2048;
 const MOST_RATIO = { full: 2, low: 1 } as const;
@@ -62,6 +68,7 @@ class Scene3d implements View {
   readonly #floor = new Group();
   readonly #trace = way(0.75, 2);
   readonly #path = way(1, 3);
+  readonly #dots = new Points(new BufferGeometry(), new PointsMaterial({ size: DOT, sizeAttenuation: false }));
   readonly #sun = new DirectionalLight("#ffffff", 2.4);
   readonly #pace = new Pace();
   readonly #listening = new AbortController();
@@ -104,7 +111,7 @@ class Scene3d implements View {
     if (content.robot !== before.robot) this.#takeRobot(content.robot, before.robot);
     if (content.theme !== before.theme || content.robot !== before.robot) this.#paintGround();
     if (content.trace !== before.trace) setWay(this.#trace, content.trace);
-    if (content.path !== before.path) setWay(this.#path, content.path);
+    if (content.path !== before.path) this.#takePath(content.path);
     if (content.meshes !== before.meshes) this.#robot.takeMeshes(content.meshes ?? []);
     this.#objects.show(content.objects, this.#quality === "full");
     this.#frames.show(content.frames, 0.12 * (this.#chain?.size ?? 1), content.theme);
@@ -149,7 +156,7 @@ class Scene3d implements View {
     this.#sun.shadow.mapSize.set(SHADOW_MAP, SHADOW_MAP);
     this.#sun.shadow.bias = -0.0005;
     this.#scene.add(this.#floor, this.#robot.group, this.#ghost.group, this.#objects.group);
-    this.#scene.add(this.#frames.group, this.#trace, this.#path, this.#gizmo.helper);
+    this.#scene.add(this.#frames.group, this.#trace, this.#path, this.#dots, this.#gizmo.helper);
     this.#paintGround();
   }
 
@@ -172,6 +179,13 @@ class Scene3d implements View {
     if (robot?.hash !== before?.hash) this.look("iso");
   }
 
+  #takePath(path: Float32Array): void {
+    setWay(this.#path, path);
+    this.#dots.geometry.dispose();
+    this.#dots.geometry = new BufferGeometry().setAttribute("position", new BufferAttribute(pathDots(path), 3));
+    this.#dots.frustumCulled = false;
+  }
+
   #placeRobots(): void {
     const { joints, stale, driven, ghost, theme } = this.#content;
     const isOld = stale || joints === null;
@@ -181,7 +195,8 @@ class Scene3d implements View {
   }
 
   #paintGround(): void {
-    const { ground, grid } = PALETTES[this.#content.theme];
+    const { ground, grid, ink } = PALETTES[this.#content.theme];
+    this.#dots.material.color.set(ink);
     this.#scene.background = new Color(ground[1]).lerp(new Color(ground[0]), 0.35);
     emptied(this.#floor);
     const size = this.#chain?.size ?? 1;

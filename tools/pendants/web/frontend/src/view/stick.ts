@@ -22,6 +22,7 @@ import {
 } from "./camera.ts";
 import { AXES, GREEN, ORANGE, PALETTES, shaded, verdictColour, type Palette } from "./colours.ts";
 import { grabbed, gizmoLines, type Grab } from "./flat_gizmo.ts";
+import { pathDots } from "./path_dots.ts";
 import { isWithin, seenSolid, solidPose, type Flat, type Seen, type Solid } from "./solids.ts";
 import { isSame, linkJoint, linksInPlace } from "./changes.ts";
 import { EMPTY, type Content, type SceneObject, type Side, type View, type ViewEvents } from "./view.ts";
@@ -29,6 +30,7 @@ import { EMPTY, type Content, type SceneObject, type Side, type View, type ViewE
 const CLICK = 4; // points that a press may move and still picks
 const TRACE_WIDTH = 2;
 const PATH_WIDTH = 2.5;
+const DOT = 3;
 
 /** A solid at its place, and how it is painted. */
 interface Painted {
@@ -136,6 +138,7 @@ class StickView implements View {
     this.#drawGhost(paper, by, palette);
     drawWay(paper, by, this.#content.trace, ORANGE, TRACE_WIDTH, 0.75);
     drawWay(paper, by, this.#content.path, ORANGE, PATH_WIDTH, 1);
+    drawDots(paper, by, this.#content.path, palette.ink);
     this.#drawFrames(paper, by, palette);
     this.#drawGizmo(paper, by);
   }
@@ -229,10 +232,11 @@ class StickView implements View {
       points.forEach(({ x, y }, index) => (index === 0 ? paper.moveTo(x, y) : paper.lineTo(x, y)));
       paper.stroke();
       const tip = points.at(-1);
-      if (gizmo.drags !== "place" || tip === undefined) continue;
+      if (gizmo.drags === "turn" || tip === undefined) continue;
       paper.fillStyle = paper.strokeStyle;
       paper.beginPath();
-      paper.arc(tip.x, tip.y, 7, 0, 2 * Math.PI);
+      if (gizmo.drags === "size") paper.rect(tip.x - 6, tip.y - 6, 12, 12);
+      else paper.arc(tip.x, tip.y, 7, 0, 2 * Math.PI);
       paper.fill();
     }
     paper.lineCap = "butt";
@@ -325,6 +329,7 @@ class StickView implements View {
     const moved = grab.at(at);
     const name = grab.gizmo.object;
     if (name === null) this.#events.gizmoMoved(moved, isDone);
+    else if (grab.gizmo.drags === "size") this.#events.objectScaled(name, grab.scale(at), isDone);
     else this.#events.objectMoved(name, moved, isDone);
   }
 }
@@ -482,4 +487,17 @@ function drawWay(
   }
   paper.stroke();
   paper.restore();
+}
+
+function drawDots(paper: CanvasRenderingContext2D, by: Projection, path: Float32Array, colour: string): void {
+  const dots = pathDots(path);
+  paper.fillStyle = colour;
+  paper.beginPath();
+  for (let i = 0; i < dots.length; i += 3) {
+    const { x, y, depth } = by.at([dots[i]!, dots[i + 1]!, dots[i + 2]!]);
+    if (depth < by.near) continue;
+    paper.moveTo(x + DOT, y);
+    paper.arc(x, y, DOT, 0, 2 * Math.PI);
+  }
+  paper.fill();
 }

@@ -32,14 +32,15 @@ export interface Gizmo {
   /** name of the object; null for the tool's target */
   object: string | null;
   pose: Pose;
-  drags: "place" | "turn";
+  drags: "place" | "turn" | "size";
   /** steps of the place [m]; 0 for none */
   snap: number;
 }
 
 export interface Ghost {
   joints: readonly number[];
-  verdict: "good" | "bad";
+  /** `good` of a preview, `reached` or `bad` of a place that was asked for */
+  verdict: "good" | "reached" | "bad";
 }
 
 export interface Content {
@@ -94,6 +95,8 @@ export interface ViewEvents {
   /** The tool's target was dragged; `isDone` once it is let go. */
   gizmoMoved(pose: Pose, isDone: boolean): void;
   objectMoved(name: string, pose: Pose, isDone: boolean): void;
+  /** An object was pulled along its own axes to so many times its size when it was seized. */
+  objectScaled(name: string, by: Vector3, isDone: boolean): void;
   /** An object was pressed; null for a press beside all of them. */
   picked(name: string | null): void;
   /** This view cannot keep up here: another one is wanted. */

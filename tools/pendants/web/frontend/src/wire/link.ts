@@ -127,7 +127,7 @@ export class Link {
   /** Ask for data; refused it throws. */
   async call<Op extends keyof Operations>(request: Operations[Op][0]): Promise<Operations[Op][1]> {
     const body = utf8.encode(JSON.stringify(request));
-    return replied(await this.#inTurn({ type: "management", body })) as Operations[Op][1];
+    return this.#data(await this.#inTurn({ type: "management", body })) as Operations[Op][1];
   }
 
   /** Ask for data whose answer begins a motion; `ended` is as that of `move`. */
@@ -141,7 +141,7 @@ export class Link {
     const answered = this.#expect(this.#open, asked);
     this.send(asked);
     try {
-      return { reply: replied(await answered) as Operations[Op][1], ended };
+      return { reply: this.#data(await answered) as Operations[Op][1], ended };
     } catch (error) {
       this.#outcomes.delete(asked.request_id);
       throw error;
@@ -161,6 +161,18 @@ export class Link {
   close(): void {
     this.#socket.close();
     this.#end("");
+  }
+
+  /** An answer that is none is believed no more than a cut frame. */
+  #data(answer: Message): unknown {
+    try {
+      return replied(answer);
+    } catch (error) {
+      if (!(error instanceof SyntaxError || error instanceof RangeError)) throw error;
+      this.#end(error.message);
+      this.#socket.close();
+      throw new LinkLost();
+    }
   }
 
   async #inTurn(draft: RequestDraft): Promise<Message> {

@@ -319,10 +319,9 @@ export class Session {
         stopped: stop === null ? null : { client: stop.client, reason: stop.reason, since: null },
       });
       this.refreshWhy();
-      const robot = { name: snapshot.robot };
       const [shapes, description] = await Promise.all([
         this.call<"shapes.show">({ op: "shapes.show" }),
-        this.call<"robots.describe">({ op: "robots.describe", ...robot }),
+        this.call<"robots.describe">({ op: "robots.describe" }),
       ]);
       this.cell.set({ robot: describedRobot(shapes, description.facts) });
     });
