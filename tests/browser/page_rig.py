@@ -56,6 +56,7 @@ class PageRig:
         *,
         robot: str = ROBOT,
         serve: Sequence[object] = ("--emulated",),
+        emulate: Sequence[object] = (),
     ) -> None:
         """Make a rig that is not up yet.
 
@@ -64,11 +65,13 @@ class PageRig:
             driver: of the browser, which several rigs may share.
             robot: that of its one cell.
             serve: words for the server besides ports and robot.
+            emulate: words for the emulator besides ports and robot.
         """
         self._folder = folder
         self._driver = driver
         self._robot = robot
         self._serve = serve
+        self._emulate = emulate
         self._processes: list[subprocess.Popen[bytes]] = []
         self._tap: MotionTap | None = None
 
@@ -89,9 +92,11 @@ class PageRig:
     def _begin(self) -> None:
         motion, state = free_port(), free_port()
         self._start(
-            "emulate", "--robot", self._robot, "--motion-port", motion, "--state-port", state
+            *("emulate", "--robot", self._robot, "--motion-port", motion, "--state-port", state),
+            *self._emulate,
         )
         _wait_for(motion)
+        self.emulator_began = time.monotonic_ns()
         self._tap = MotionTap(motion)
         self.server, self.gateway = free_port(), free_port()
         self._start(
