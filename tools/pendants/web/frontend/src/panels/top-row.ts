@@ -273,7 +273,7 @@ function mainButton(app: App): Part {
       show(key, act.key !== "");
       const isReset = act.look === "blue";
       const { isChecklistOpen, isConnectOpen, isMenuOpen } = app.choice.value;
-      const isAskedElsewhere = isConnectOpen || isMenuOpen || (isChecklistOpen && cell.hello !== null);
+      const isAskedElsewhere = isConnectOpen || isMenuOpen || (isChecklistOpen && cell.hello !== null) || cell.stage === "lobby";
       mark(element, "orange", act.look === "orange" && !isAskedElsewhere);
       mark(element, "wanted", act.look === "orange");
       mark(element, "blue", isReset);

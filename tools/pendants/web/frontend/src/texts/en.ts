@@ -70,7 +70,7 @@ export const en = {
   plots: "Plots",
   packets: "Packets",
   log: "Log",
-  tour: "Show me what it can",
+  tour: "Take a tour",
   // banner
   observing: (holder: string) => `Observing: ${holder} holds control.`,
   observingFree: "Observing. Nobody holds control.",
