@@ -9,7 +9,7 @@ import socket
 import subprocess
 import sys
 import time
-from collections.abc import Sequence
+from collections.abc import Collection, Sequence
 from pathlib import Path
 from types import TracebackType
 from typing import Any, Self
@@ -20,13 +20,19 @@ from openpendant.tools.pendants.web.page_files import BUILT
 FRONT = BUILT
 ROBOT = "kawasaki_ra10n"
 _UP_WITHIN = 30.0
+PICTURES = Path("test-output") / "page"
 FLAGS = (
     "--headless=new",
     "--no-sandbox",
     "--window-size=1366,820",
     "--disable-background-networking",
     "--host-resolver-rules=MAP * ~NOTFOUND , EXCLUDE 127.0.0.1",
-    "--disable-3d-apis",
+)
+WITHOUT_3D = ("--disable-3d-apis",)
+WITH_3D = (
+    "--use-angle=swiftshader",
+    "--enable-unsafe-swiftshader",
+    "--disable-accelerated-2d-canvas",
 )
 
 
@@ -139,9 +145,36 @@ class PageRig:
         self._processes[0].terminate()
         self._processes[0].wait(20)
 
-    def start_gateway(self, port: int) -> subprocess.Popen[bytes]:
-        """Start a gateway at a port, and wait until it listens."""
-        started = self._start("web", "--server", f"127.0.0.1:{self.server}", "--port", port)
+    def serve_cells(self, robots: dict[str, str], emulated: Collection[str]) -> tuple[int, int]:
+        """Serve several cells besides; return the ports of that server and its gateway.
+
+        Args:
+            robots: by the names of the cells.
+            emulated: cells whose controller runs, and says that it is emulated.
+        """
+        tables = []
+        for name, robot in robots.items():
+            motion, state = free_port(), free_port()
+            is_emulated = str(name in emulated).lower()
+            if name in emulated:
+                ports = ("--motion-port", motion, "--state-port", state)
+                self._start("emulate", "--robot", robot, *ports)
+                _wait_for(motion)
+            controller = f"motion_port = {motion}, state_port = {state}, emulated = {is_emulated}"
+            tables.append(
+                f'[[cells]]\nname = "{name}"\nrobot = "{robot}"\ncontroller = {{{controller}}}\n'
+            )
+        config, server, gateway = self._folder / "cells.toml", free_port(), free_port()
+        config.write_text("\n".join(tables), encoding="utf-8")
+        self._start("serve", "--config", config, "--pendant-port", server)
+        _wait_for(server)
+        self.start_gateway(gateway, server)
+        return server, gateway
+
+    def start_gateway(self, port: int, server: int = 0) -> subprocess.Popen[bytes]:
+        """Start a gateway of a server, the rig's or another, and wait until it listens."""
+        address = f"127.0.0.1:{server or self.server}"
+        started = self._start("web", "--server", address, "--port", port)
         _wait_for(port)
         return started
 
@@ -163,13 +196,17 @@ def _wait_for(port: int) -> None:
     raise AssertionError(f"nothing listens at port {port}")
 
 
-def chromium() -> Any:
-    """Return the driver of a browser that was started for it."""
+def chromium(drawing: Sequence[str] = WITHOUT_3D) -> Any:
+    """Return the driver of a browser that was started for it.
+
+    Args:
+        drawing: flags that say how it draws.
+    """
     from selenium import webdriver
 
     options = webdriver.ChromeOptions()
     options.binary_location = shutil.which("chromium") or ""
-    for flag in FLAGS:
+    for flag in (*FLAGS, *drawing):
         options.add_argument(flag)
     options.set_capability("goog:loggingPrefs", {"browser": "ALL"})
     service = webdriver.ChromeService(shutil.which("chromedriver"))
@@ -288,6 +325,13 @@ class Page:
         self.wait("!document.querySelector('.steps-of-stop .blue').hasAttribute('aria-disabled')")
         self.run("document.querySelectorAll('.steps-of-stop button')[1].click()")
         self.wait("document.querySelector('.frame').dataset.state === 'control'")
+
+    def picture(self, name: str) -> Path:
+        """Keep what the page looks like; return the file."""
+        PICTURES.mkdir(parents=True, exist_ok=True)
+        kept = PICTURES / f"{name}.png"
+        kept.write_bytes(self.driver.get_screenshot_as_png())
+        return kept
 
     def let_all_go(self) -> None:
         for code, key in tuple(self._downs):
