@@ -178,8 +178,7 @@ def test_a_phone_jogs_with_two_thumbs(stands: Page) -> None:
         show_at(stands.driver, 1366, 820)
 
 
-def test_a_program_with_a_line_that_cannot_be_reached(automatic: Page) -> None:
-    page = automatic
+def _open_pick(page: Page) -> None:
     _task(page, "teach")
     page.wait("document.querySelector('.programs-button')")
     page.run("document.querySelector('.programs-button').click()")
@@ -189,6 +188,11 @@ def test_a_program_with_a_line_that_cannot_be_reached(automatic: Page) -> None:
     page.wait(pick)
     page.run(f"{pick}.click()")
     page.wait("document.querySelectorAll('.program-row').length > 9")
+
+
+def test_a_program_with_a_line_that_cannot_be_reached(automatic: Page) -> None:
+    page = automatic
+    _open_pick(page)
     _press(page, "Dry run")
     rows = "[...document.querySelectorAll('.program-row')]"
     page.wait(f"{rows}.some(row => row.dataset.mark === 'bad')", within=30)
@@ -236,8 +240,13 @@ def test_an_observer(bench: PageRig) -> None:
 
 
 def test_a_program_runs(automatic: Page) -> None:
-    _task(automatic, "teach")
-    _settled(automatic, "best-running")
+    _open_pick(automatic)
+    _press(automatic, "Run")
+    automatic.wait("document.querySelector('.program-row.current')")
+    waits_for(automatic, "running")
+    automatic.picture("best-running")
+    _press(automatic, "End")
+    waits_for(automatic, "control")
 
 
 def test_a_tablet(stands: Page) -> None:

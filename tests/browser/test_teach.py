@@ -219,14 +219,14 @@ def test_a_point_that_is_touched_up_lies_where_the_robot_stands(teacher: Teacher
     stands_at = page.run(f"return {numbers}")
     teacher.choose(0)
     page.wait(f"{numbers} !== {json.dumps(stands_at)}")
-    teacher.press("Touch up here")
+    teacher.press("Touch up here", ".line-card")
     page.wait(f"{numbers} === {json.dumps(stands_at)}")
 
 
 def test_a_point_gets_another_name_in_all_its_lines(teacher: Teacher) -> None:
     page = teacher.page
     teacher.choose(1)
-    teacher.press("Rename")
+    teacher.press("Rename", ".line-card")
     page.run("document.querySelector('.line-card .rename input').value = 'above'")
     teacher.press("Apply", ".line-card")
     page.wait(f"{ROWS}[1].querySelector('.point').innerText === 'above'")

@@ -147,10 +147,10 @@ class PlotsTask implements TaskPart {
   #legend(): HTMLElement {
     const { planned, driven, limit } = this.#words;
     const entry = (word: string, line: string): HTMLElement =>
-      h("span", { class: `legend ${line}` }, h("i", { "aria-hidden": "true" }), word);
+      h("span", { class: `sample ${line}` }, h("i", { "aria-hidden": "true" }), word);
     return h(
       "div",
-      { class: "legends" },
+      { class: "samples" },
       entry(planned, "solid"),
       entry(driven, "dotted"),
       entry(limit, "dashed"),
