@@ -9,7 +9,7 @@ import socket
 import subprocess
 import sys
 import time
-from collections.abc import Sequence
+from collections.abc import Collection, Sequence
 from pathlib import Path
 from types import TracebackType
 from typing import Any, Self
@@ -20,6 +20,7 @@ from openpendant.tools.pendants.web.page_files import BUILT
 FRONT = BUILT
 ROBOT = "kawasaki_ra10n"
 UP_WITHIN = 30.0
+PICTURES = Path("test-output") / "page"
 FLAGS = (
     "--headless=new",
     "--no-sandbox",
@@ -61,6 +62,7 @@ class PageRig:
         *,
         robot: str = ROBOT,
         serve: Sequence[object] = ("--emulated",),
+        emulate: Sequence[object] = (),
     ) -> None:
         """Make a rig that is not up yet.
 
@@ -69,11 +71,13 @@ class PageRig:
             driver: of the browser, which several rigs may share.
             robot: that of its one cell.
             serve: words for the server besides ports and robot.
+            emulate: words for the emulator besides ports and robot.
         """
         self._folder = folder
         self._driver = driver
         self._robot = robot
         self._serve = serve
+        self._emulate = emulate
         self._processes: list[subprocess.Popen[bytes]] = []
         self._tap: MotionTap | None = None
 
@@ -94,9 +98,11 @@ class PageRig:
     def _begin(self) -> None:
         motion, state = free_port(), free_port()
         self._start(
-            "emulate", "--robot", self._robot, "--motion-port", motion, "--state-port", state
+            *("emulate", "--robot", self._robot, "--motion-port", motion, "--state-port", state),
+            *self._emulate,
         )
         wait_for(motion)
+        self.emulator_began = time.monotonic_ns()
         self._tap = MotionTap(motion)
         self.server, self.gateway = free_port(), free_port()
         self._start(
@@ -138,6 +144,32 @@ class PageRig:
         """End the controller of the cell."""
         self._processes[0].terminate()
         self._processes[0].wait(20)
+
+    def serve_cells(self, robots: dict[str, str], emulated: Collection[str]) -> tuple[int, int]:
+        """Serve several cells besides; return the ports of that server and its gateway.
+
+        Args:
+            robots: by the names of the cells.
+            emulated: cells whose controller runs, and says that it is emulated.
+        """
+        tables = []
+        for name, robot in robots.items():
+            motion, state = free_port(), free_port()
+            is_emulated = str(name in emulated).lower()
+            if name in emulated:
+                ports = ("--motion-port", motion, "--state-port", state)
+                self._start("emulate", "--robot", robot, *ports)
+                wait_for(motion)
+            controller = f"motion_port = {motion}, state_port = {state}, emulated = {is_emulated}"
+            tables.append(
+                f'[[cells]]\nname = "{name}"\nrobot = "{robot}"\ncontroller = {{{controller}}}\n'
+            )
+        config, server, gateway = self._folder / "cells.toml", free_port(), free_port()
+        config.write_text("\n".join(tables), encoding="utf-8")
+        self._start("serve", "--config", config, "--pendant-port", server)
+        wait_for(server)
+        self.start_gateway(gateway, server)
+        return server, gateway
 
     def start_gateway(self, port: int, server: int = 0) -> subprocess.Popen[bytes]:
         """Start a gateway at a port, and wait until it listens.
@@ -312,6 +344,13 @@ class Page:
         self.wait("!document.querySelector('.steps-of-stop .blue').hasAttribute('aria-disabled')")
         self.run("document.querySelectorAll('.steps-of-stop button')[1].click()")
         self.wait("document.querySelector('.frame').dataset.state === 'control'")
+
+    def picture(self, name: str) -> Path:
+        """Keep what the page looks like; return the file."""
+        PICTURES.mkdir(parents=True, exist_ok=True)
+        kept = PICTURES / f"{name}.png"
+        kept.write_bytes(self.driver.get_screenshot_as_png())
+        return kept
 
     def let_all_go(self) -> None:
         for code, key in tuple(self._downs):

@@ -45,6 +45,23 @@ def test_four_actions_by_the_orange_control_alone_move_the_robot(fresh: Page) ->
     assert done == ["Take control", "Set T1"]
 
 
+def test_five_actions_do_where_a_cell_has_to_be_chosen(page_rig: PageRig) -> None:
+    cells = {"left": "kawasaki_ra10n", "right": "ur5"}
+    _, gateway = page_rig.serve_cells(cells, emulated=cells)
+    page = page_rig.page(gateway)
+    page.driver.get(page.address)
+    for word in ("Enter", "Take control", "Set T1"):
+        page.wait(f"{ORANGE}.length === 1 && {ORANGE}[0].innerText === {json.dumps(word)}", 20)
+        page.run(f"{ORANGE}[0].click()")
+    page.wait(f"{ORANGE}[0]?.innerText === 'Hold'")
+    page.key(True, "KeyV", "v")
+    page.wait(f"{ORANGE}[0]?.innerText === 'Base +'")
+    page.key(True, "Digit1", "1")
+    page.jogs()
+    page.let_all_go()
+    page.stands()
+
+
 def test_the_page_writes_nothing_to_the_console_and_asks_nobody_else(fresh: Page) -> None:
     assert fresh.driver.get_log("browser") == []
     asked = fresh.run("return performance.getEntriesByType('resource').map(each => each.name)")

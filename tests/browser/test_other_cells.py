@@ -7,7 +7,7 @@ from typing import Any
 import pytest
 
 from browser.page_rig import Page, PageRig
-from browser.test_states import picture, waits_for
+from browser.test_states import waits_for
 
 pytestmark = pytest.mark.realtime
 
@@ -51,9 +51,9 @@ def test_a_cell_that_is_not_known_to_be_emulated_has_its_rows_a_grey_stop_and_it
     page.jogs()
     page.key(False, f"Digit{ROWS[name]}", str(ROWS[name]))
     page.stands()
-    picture(page, f"cell-{name}")
+    page.picture(f"cell-{name}")
     page.let_all_go()
     cell.end_emulator()
     waits_for(page, "fault")
     page.wait("document.querySelector('.banner').innerText.includes('controller')")
-    picture(page, "fault")
+    page.picture("fault")

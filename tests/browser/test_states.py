@@ -2,7 +2,6 @@
 
 import time
 from collections.abc import Iterator
-from pathlib import Path
 
 import pytest
 
@@ -10,14 +9,6 @@ from browser.page_rig import Page, PageRig, free_port
 from openpendant.tools.pendants.sync_client import SyncPendantClient
 
 pytestmark = pytest.mark.realtime
-
-PICTURES = Path("test-output") / "page"
-
-
-def picture(page: Page, name: str) -> None:
-    """Keep what the page looks like."""
-    PICTURES.mkdir(parents=True, exist_ok=True)
-    (PICTURES / f"{name}.png").write_bytes(page.driver.get_screenshot_as_png())
 
 
 def state(page: Page) -> str:
@@ -48,7 +39,7 @@ def test_an_observer_reads_who_holds_control_and_its_stop_works(
         page.wait("document.querySelector('.banner').innerText.includes('Anna holds control')")
         assert state(page) == "observer"
         assert "Ask for control" in page.text(".main-act")
-        picture(page, "observer")
+        page.picture("observer")
         page.tap_key("Space", " ")
         waits_for(page, "stopped")
         other.reset_stop()
@@ -61,7 +52,7 @@ def test_whoever_is_in_control_may_jog_and_the_driven_joint_is_named(page: Page)
     page.jogs()
     page.wait("document.querySelector('.held-line').innerText.includes('Base + held')")
     assert state(page) == "control"
-    picture(page, "in-control")
+    page.picture("in-control")
 
 
 def test_a_motion_of_its_own_offers_a_pause(page: Page) -> None:
@@ -77,7 +68,7 @@ def test_a_motion_of_its_own_offers_a_pause(page: Page) -> None:
     page.mouse("mousePressed", (x, y))
     waits_for(page, "running")
     assert "Pause" in page.text(".main-act")
-    picture(page, "running")
+    page.picture("running")
     page.mouse("mouseReleased", (x, y))
     waits_for(page, "control")
     page.tap_key("KeyM", "m")
@@ -87,7 +78,7 @@ def test_a_stop_is_ended_in_two_steps_and_pressed_again_it_stops_on(page: Page) 
     page.tap_key("Space", " ")
     waits_for(page, "stopped")
     page.wait("document.querySelector('.stop').innerText.includes('is pressed')")
-    picture(page, "stopped")
+    page.picture("stopped")
     page.tap_key("F8", "F8")
     time.sleep(0.3)
     assert state(page) == "stopped"
@@ -110,7 +101,7 @@ def test_a_stop_that_is_pressed_without_a_link_is_sent_as_soon_as_there_is_one(
     waits_for(page, "disconnected")
     page.wait("document.querySelector('.stop').innerText.includes('no link')")
     page.wait("document.querySelector('.banner').innerText.includes('No link')")
-    picture(page, "disconnected")
+    page.picture("disconnected")
     page.tap_key("Space", " ")
     gateway = page_rig.start_gateway(port)
     waits_for(page, "stopped", within=20)

@@ -14,7 +14,6 @@ from openpendant.tools.pendants.client import PendantClient
 
 AXE = Path("tools/pendants/web/frontend/node_modules/axe-core/axe.min.js")
 RULES = ["wcag2a", "wcag2aa", "wcag21a", "wcag21aa", "wcag22aa"]
-PICTURES = Path("test-output/browser")
 ROWS = "[...document.querySelectorAll('.program-row')].filter(row => !row.hidden)"
 WHERE = "document.querySelector('.run-progress strong').innerText"
 NUMBERS = count(1)
@@ -155,6 +154,19 @@ def test_a_run_marks_the_line_that_it_is_in_and_comes_to_its_end(teacher: Teache
     assert teacher.page.run("return document.querySelector('.program-row.current')") is None
 
 
+def test_a_run_in_t1_says_that_enabling_has_to_be_held_and_runs_once_it_is(
+    teacher: Teacher,
+) -> None:
+    page = teacher.page
+    page.run("document.querySelector('.run-key.go').click()")
+    page.wait("document.querySelector('.banner.note').innerText.includes('To run in T1, hold V')")
+    page.key(True, "KeyV", "v")
+    teacher.press("Run")
+    page.wait("document.querySelector('.program-row.current')")
+    page.let_all_go()
+    teacher.at_rest()
+
+
 def test_a_step_stops_before_the_next_line_and_a_step_back_before_its_own(teacher: Teacher) -> None:
     teacher.automatic()
     first = int(teacher.page.run(f"return {ROWS}[0].querySelector('.line-number').innerText"))
@@ -191,6 +203,34 @@ def test_an_edit_is_taken_back_and_done_again(teacher: Teacher) -> None:
     assert teacher.points() == ["P1", "P2", "P3"]
     teacher.press("Redo")
     teacher.page.wait(f"{ROWS}.length === 2")
+
+
+def test_a_point_is_inserted_before_the_chosen_line(teacher: Teacher) -> None:
+    teacher.choose(1)
+    teacher.press("Insert before")
+    teacher.page.wait(f"{ROWS}.length === 4")
+    assert teacher.points() == ["P1", "P4", "P2", "P3"]
+
+
+def test_a_point_that_is_touched_up_lies_where_the_robot_stands(teacher: Teacher) -> None:
+    page = teacher.page
+    numbers = "document.querySelector('.point-numbers').innerText"
+    teacher.choose(2)
+    stands_at = page.run(f"return {numbers}")
+    teacher.choose(0)
+    page.wait(f"{numbers} !== {json.dumps(stands_at)}")
+    teacher.press("Touch up here", ".line-card")
+    page.wait(f"{numbers} === {json.dumps(stands_at)}")
+
+
+def test_a_point_gets_another_name_in_all_its_lines(teacher: Teacher) -> None:
+    page = teacher.page
+    teacher.choose(1)
+    teacher.press("Rename", ".line-card")
+    page.run("document.querySelector('.line-card .rename input').value = 'above'")
+    teacher.press("Apply", ".line-card")
+    page.wait(f"{ROWS}[1].querySelector('.point').innerText === 'above'")
+    assert teacher.points() == ["P1", "above", "P3"]
 
 
 def test_a_line_moves_down_by_its_key(teacher: Teacher) -> None:
@@ -312,8 +352,7 @@ def test_a_program_table_has_room_and_a_picture_of_it_is_kept(
     try:
         teacher.press("Dry run")
         page.wait(f"{ROWS}.every(row => row.dataset.mark === 'good')")
-        PICTURES.mkdir(parents=True, exist_ok=True)
-        page.driver.save_screenshot(str(PICTURES / f"teach-{width}x{height}.png"))
+        page.picture(f"teach-{width}x{height}")
         room = page.run("return document.querySelector('.program-grid').clientHeight")
         assert room >= (320 if height >= 820 else 190)
     finally:

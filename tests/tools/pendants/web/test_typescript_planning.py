@@ -1,4 +1,4 @@
-"""The page's plans, scene and numbers: their tests in Node."""
+"""The page's plans, scene, numbers and tour: their tests in Node."""
 
 import json
 import random
@@ -13,7 +13,7 @@ from openpendant.motion.robot_report.robot_report import robot_data
 from openpendant.motion.robot_report.shapes_report import shapes_report
 
 
-@pytest.mark.parametrize("name", ["planning", "scene"])
+@pytest.mark.parametrize("name", ["planning", "scene", "tour"])
 def test_their_tests_in_node_pass(name: str) -> None:
     run_node_test(name)
 

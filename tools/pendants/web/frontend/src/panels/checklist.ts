@@ -39,7 +39,8 @@ export function checklistCard(app: App): Part {
       h("button", { type: "button", class: "quiet", onclick: () => app.choice.set({ isChecklistOpen: false }) }, texts.hide, keyCap("Esc")),
     ),
     list,
-    h("footer", {}, texts.comesBack, keyCap("?")),
+    h("footer", {}, h("span", {}, texts.comesBack, keyCap("?")),
+      h("button", { type: "button", class: "quiet take-tour", onclick: () => app.choice.set({ task: "tour" }) }, texts.tour)),
   );
   const rows = new Map<LineName, LineRow>();
   return {

@@ -32,7 +32,9 @@ export function lobby(app: App): Part {
     update(cell) {
       const isOpen = cell.stage === "lobby";
       show(element, isOpen);
-      if (!isOpen || cell.cells === told) return;
+      // What is the same as before keeps its buttons, and one that asks again goes on asking.
+      const isSame = JSON.stringify(cell.cells) === JSON.stringify(told);
+      if (!isOpen || (isSame && grid.childElementCount > 0)) return;
       told = cell.cells;
       count.textContent = texts.cellsOf(told?.length ?? 0);
       fill();

@@ -41,6 +41,7 @@ export function menu(app: App): Part {
         "div",
         { class: "acts" },
         h("button", { type: "button", onclick: () => { app.choice.set({ isMenuOpen: false }); const server = app.session.place?.server ?? ""; app.session.leave(); app.session.visit(server); } }, texts.leaveCell),
+        h("button", { type: "button", class: "take-tour", onclick: () => app.choice.set({ isMenuOpen: false, task: "tour" }) }, texts.tour),
         h("button", { type: "button", onclick: () => app.choice.set({ isMenuOpen: false }) }, texts.close),
       ),
     ),

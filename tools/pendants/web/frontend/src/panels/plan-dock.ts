@@ -13,6 +13,8 @@ import { attribute, h, mark, say, show } from "../ui/elements.ts";
 import { icon } from "../ui/icons.ts";
 
 const RATES = [0.5, 1, 2];
+/** Moments that are nearer than this part of the duration have their words on either side. */
+const TIGHT = 0.15;
 
 export function planDock(app: App, words: PlanTexts, model: PlanModel): Part {
   const play = h("button", { type: "button", "aria-label": words.play, onclick: () => model.play() }, icon("play"));
@@ -70,12 +72,15 @@ export function planDock(app: App, words: PlanTexts, model: PlanModel): Part {
 }
 
 function markButtons(words: PlanTexts, model: PlanModel, plan: PlansMakeReply): HTMLElement[] {
-  return moments(plan).map(({ kind, at }) => {
+  const told = moments(plan).sort((one, other) => one.at - other.at);
+  const isTight = told.length > 1 && (told.at(-1)?.at ?? 0) - (told[0]?.at ?? 0) < TIGHT * plan.duration;
+  return told.map(({ kind, at }, index) => {
     const button = h(
       "button",
       { type: "button", class: `moment ${kind}`, "aria-label": words.goTo(words[kind], fixed(at, 2)), onclick: () => model.seek(at) },
       words[kind],
     );
+    if (isTight) button.classList.add(index === 0 ? "before" : "after");
     button.style.left = `${(100 * at) / Math.max(plan.duration, 0.01)}%`;
     return button;
   });

@@ -1,4 +1,4 @@
-// Plots: planned and driven motion against the limits in the dock, and beside it the numbers.
+// Plots: planned and driven motion against the limits in the place of the picture, and beside them the numbers.
 import "../plots.css";
 import type { Cell } from "../pendant/cell.ts";
 import { csvTable } from "../plots/csv.ts";
@@ -36,7 +36,7 @@ export function plotsTask(app: App): TaskPart {
 
 class PlotsTask implements TaskPart {
   readonly element: HTMLElement;
-  readonly dock: HTMLElement;
+  readonly stage: HTMLElement;
   readonly #app: App;
   readonly #words: PlotTexts;
   readonly #driven = new DrivenMotion(0);
@@ -74,7 +74,7 @@ class PlotsTask implements TaskPart {
     this.#all = button(words.allJoints, () => this.#choose(null));
     this.#pause = button(words.hold, () => this.#hold(!this.#isHeld));
     const host = h("div", { class: "plots" });
-    this.dock = h(
+    this.stage = h(
       "section",
       { class: "plots-dock", "aria-label": app.texts.plots },
       h(
@@ -92,7 +92,7 @@ class PlotsTask implements TaskPart {
     this.#plots = new Plots(host, {
       words: { quantities: words, number: (value, digits) => this.#number(value, digits) },
       theme: app.settings.value.theme,
-      layout: "row",
+      layout: "stack",
       onCursor: (time) => this.#pointed(time),
     });
     new ResizeObserver(() => this.#plots.resize()).observe(host);
@@ -147,10 +147,10 @@ class PlotsTask implements TaskPart {
   #legend(): HTMLElement {
     const { planned, driven, limit } = this.#words;
     const entry = (word: string, line: string): HTMLElement =>
-      h("span", { class: `legend ${line}` }, h("i", { "aria-hidden": "true" }), word);
+      h("span", { class: `sample ${line}` }, h("i", { "aria-hidden": "true" }), word);
     return h(
       "div",
-      { class: "legends" },
+      { class: "samples" },
       entry(planned, "solid"),
       entry(driven, "dotted"),
       entry(limit, "dashed"),

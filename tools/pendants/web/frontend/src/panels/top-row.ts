@@ -63,7 +63,7 @@ export function topRow(app: App): Part {
     element,
     update(cell) {
       const isIn = cell.hello !== null || cell.snapshot !== null;
-      say(place, isIn ? `${cell.hello?.cell ?? cell.snapshot?.cell ?? ""} · ${cell.hello?.robot ?? ""}` : cell.server);
+      say(place, isIn ? `${cell.hello?.cell ?? cell.snapshot?.cell ?? ""} · ${cell.hello?.robot ?? cell.snapshot?.robot ?? ""}` : cell.server);
       const isKnown = cell.controller !== null;
       say(kind, isKnown ? (isReal(cell) ? texts.realRobot : texts.simulation) : "");
       mark(kind, "real", isReal(cell));
@@ -273,7 +273,7 @@ function mainButton(app: App): Part {
       show(key, act.key !== "");
       const isReset = act.look === "blue";
       const { isChecklistOpen, isConnectOpen, isMenuOpen } = app.choice.value;
-      const isAskedElsewhere = isConnectOpen || isMenuOpen || (isChecklistOpen && cell.hello !== null);
+      const isAskedElsewhere = isConnectOpen || isMenuOpen || (isChecklistOpen && cell.hello !== null) || cell.stage === "lobby";
       mark(element, "orange", act.look === "orange" && !isAskedElsewhere);
       mark(element, "wanted", act.look === "orange");
       mark(element, "blue", isReset);

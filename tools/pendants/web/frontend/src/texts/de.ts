@@ -66,6 +66,7 @@ export const de: Texts = {
   plots: "Kurven",
   packets: "Pakete",
   log: "Protokoll",
+  tour: "Rundgang",
   observing: (holder) => `Sie sehen zu: ${holder} hat die Hoheit.`,
   observingFree: "Sie sehen zu. Niemand hat die Hoheit.",
   wanted: (who) => `${who} bittet um die Hoheit. Geben Sie sie ab, oder machen Sie weiter.`,

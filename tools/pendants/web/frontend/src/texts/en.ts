@@ -70,6 +70,7 @@ export const en = {
   plots: "Plots",
   packets: "Packets",
   log: "Log",
+  tour: "Take a tour",
   // banner
   observing: (holder: string) => `Observing: ${holder} holds control.`,
   observingFree: "Observing. Nobody holds control.",

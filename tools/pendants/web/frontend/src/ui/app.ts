@@ -8,7 +8,7 @@ import type { Content, ViewEvents } from "../view/view.ts";
 import type { Refusal } from "../wire/errors.ts";
 import type { Session } from "../wire/session.ts";
 
-export type Task = "jog" | "teach" | "plan" | "scene" | "frames" | "plots" | "packets" | "log";
+export type Task = "jog" | "teach" | "plan" | "scene" | "frames" | "plots" | "packets" | "log" | "tour";
 
 export type AxesFrame = "joint" | "base" | "tool" | "user";
 

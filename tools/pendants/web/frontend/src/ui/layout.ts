@@ -37,9 +37,10 @@ export function layout(app: App, servers: readonly string[]): Layout {
   const rail = h(
     "nav",
     { class: "rail", "aria-label": app.texts.tasks },
-    ...TASKS.map((each) =>
-      h("button", { type: "button", "data-task": each.task, onclick: () => app.choice.set({ task: each.task }) },
-        icon(each.icon), h("span", {}, app.texts[each.task])),
+    ...TASKS.map(({ task, icon: drawn }) =>
+      drawn !== null &&
+      h("button", { type: "button", "data-task": task, onclick: () => app.choice.set({ task }) },
+        icon(drawn), h("span", {}, app.texts[task])),
     ),
   );
   const work = h("main", { class: "work" }, rail, h("div", { class: "stage" }, state.element, view.element, taskStage), panel, dock);

@@ -4,3 +4,4 @@ export { packetsTask } from "../panels/packets.ts";
 export { planTask } from "../panels/plan.ts";
 export { plotsTask } from "../panels/plots.ts";
 export { sceneTask } from "../panels/scene.ts";
+export { tourTask } from "../tour/panel.ts";

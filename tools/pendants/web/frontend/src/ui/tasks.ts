@@ -7,7 +7,8 @@ import { later } from "./later.ts";
 
 export interface TaskEntry {
   task: Task;
-  icon: IconName;
+  /** Null where the rail has no button for it. */
+  icon: IconName | null;
   make: MakeTask;
 }
 
@@ -19,6 +20,7 @@ export const TASKS: readonly TaskEntry[] = [
   { task: "plan", icon: "plan", make: later(async () => (await more()).planTask, { dock: true }) },
   { task: "scene", icon: "scene", make: later(async () => (await more()).sceneTask, {}) },
   { task: "frames", icon: "frames", make: later(async () => (await more()).numbersTask, {}) },
-  { task: "plots", icon: "plots", make: later(async () => (await more()).plotsTask, { dock: true }) },
+  { task: "plots", icon: "plots", make: later(async () => (await more()).plotsTask, { stage: true }) },
   { task: "packets", icon: "packets", make: later(async () => (await more()).packetsTask, { stage: true }) },
+  { task: "tour", icon: null, make: later(async () => (await more()).tourTask, {}) },
 ];

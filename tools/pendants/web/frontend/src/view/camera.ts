@@ -78,6 +78,11 @@ function axesOf({ azimuth, elevation }: Orbit): [Vector3, Vector3, Vector3] {
   return [right, cross(towards, right), towards];
 }
 
+/** Return by what a picture that is higher than wide is drawn smaller, so that the robot is not cut. */
+export function zoomOf(width: number, height: number): number {
+  return Math.min(1, (1.2 * width) / height);
+}
+
 /** A point of the picture, from its top left corner, and how far it is before the camera [m]. */
 export interface Projected {
   x: number;
@@ -97,7 +102,7 @@ export class Projection {
   constructor(orbit: Orbit, width: number, height: number) {
     this.#orbit = orbit;
     this.#axes = axesOf(orbit);
-    this.#focal = height / 2 / Math.tan(FIELD_OF_VIEW / 2);
+    this.#focal = (zoomOf(width, height) * height) / 2 / Math.tan(FIELD_OF_VIEW / 2);
     this.#middle = [width / 2, height / 2];
     this.near = 0.02 * orbit.distance;
   }

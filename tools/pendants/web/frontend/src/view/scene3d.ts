@@ -29,7 +29,7 @@ import { LineGeometry } from "three/addons/lines/LineGeometry.js";
 import { LineMaterial } from "three/addons/lines/LineMaterial.js";
 
 import { Chain, type RobotDescription } from "../kinematics/chain.ts";
-import { eyeOf, FIELD_OF_VIEW, lookingFrom } from "./camera.ts";
+import { eyeOf, FIELD_OF_VIEW, lookingFrom, zoomOf } from "./camera.ts";
 import { isSame } from "./changes.ts";
 import { ORANGE, PALETTES } from "./colours.ts";
 import { Pace } from "./pace.ts";
@@ -134,6 +134,7 @@ class Scene3d implements View {
     this.#renderer.setPixelRatio(ratio);
     this.#renderer.setSize(Math.max(1, width), Math.max(1, height));
     this.#camera.aspect = Math.max(1, width) / Math.max(1, height);
+    this.#camera.zoom = zoomOf(Math.max(1, width), Math.max(1, height));
     this.#camera.updateProjectionMatrix();
     this.#want();
   }

@@ -24,6 +24,7 @@ import type { FrameTap, RequestDraft, Socket } from "./link.ts";
 const STATE_RATE = 30;
 const AUTHORITY_BEAT = 1000;
 const PING = 1500;
+const LOBBY_EVERY = 3000;
 const FIRST_BACK_OFF = 1000;
 const LONGEST_BACK_OFF = 8000;
 const WHY_AFTER = 150;
@@ -243,11 +244,12 @@ export class Session {
       await this.#hello(link);
       if (link !== this.#link) return;
       this.#tries = 0;
-      await this.#learn();
+      // From now on control may be taken, and is lost without its beats.
       this.#repeat(AUTHORITY_BEAT, () => {
         if (isInControl(this.cell.value)) link.send({ type: "authority_beat" });
       });
       this.#ping(link);
+      await this.#learn();
     } catch (error) {
       if (link !== this.#link || error instanceof LinkLost) return;
       if (!(error instanceof Refused)) throw error;
@@ -266,7 +268,14 @@ export class Session {
       return true;
     }
     this.cell.set({ stage: "lobby" });
+    this.#repeat(LOBBY_EVERY, () => void this.#quietly(() => this.#lookAgain(link)));
     return false;
+  }
+
+  /** Cells come to be free, in use or known to be emulated while a person chooses. */
+  async #lookAgain(link: Link): Promise<void> {
+    const { cells } = await link.lobby();
+    if (link === this.#link && this.cell.value.stage === "lobby") this.cell.set({ cells });
   }
 
   async #hello(link: Link): Promise<void> {

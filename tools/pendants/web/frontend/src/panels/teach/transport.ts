@@ -1,5 +1,8 @@
 // The keys of a run, and how far it is.
+import { isInControl } from "../../pendant/cell.ts";
 import type { Cell } from "../../pendant/cell.ts";
+import { isManual } from "../../pendant/checklist.ts";
+import { pageState } from "../../pendant/states.ts";
 import { lineOf } from "../../teach/program.ts";
 import { controlRequest, runRequest, stepRequest } from "../../teach/transport.ts";
 import type { Off, Run, RunKey, Transport } from "../../teach/transport.ts";
@@ -58,7 +61,11 @@ export function runKeys(desk: Desk): Part {
 function explain(desk: Desk): void {
   desk.app.session.refreshWhy();
   const { off } = desk.transport(desk.app.cell.value);
-  if (off.run === "conditions") desk.app.choice.set({ isChecklistOpen: true });
+  if (off.run !== "conditions") return;
+  const { value } = desk.app.cell;
+  // Who could jog lacks the enabling device only; the list of steps speaks of jogging.
+  const isManualRun = isInControl(value) && isManual(value) && pageState(value) === "control";
+  desk.app.choice.set(isManualRun ? { note: { text: desk.texts.runInManual, kind: "remark" } } : { isChecklistOpen: true });
 }
 
 function whyOff(desk: Desk, why: Off): string {
