@@ -3,11 +3,12 @@
 import { readFileSync } from "node:fs";
 import { defineConfig } from "vite";
 import { plainImports } from "./build/plain-imports.ts";
+import { slimUplot } from "./build/slim-uplot.ts";
 import { stylesInside } from "./build/styles-inside.ts";
 
 export default defineConfig({
   base: "./",
-  plugins: [plainImports(), stylesInside()],
+  plugins: [plainImports(), slimUplot(), stylesInside()],
   define: {
     __VERSION__: JSON.stringify(
       (JSON.parse(readFileSync("package.json", "utf8")) as { version: string }).version,
