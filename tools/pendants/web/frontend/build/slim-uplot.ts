@@ -1,5 +1,5 @@
 // Leaves out of uPlot what no plot of this page has: a legend, calendars, selections, bars, bands,
-// scales that are not linear. That is about half of it. The cuts are made for one text of uPlot; with
+// scales that are not linear, lines that it draws itself. That is more than half of it. The cuts are made for one text of uPlot; with
 // any other the build ends here, and not a plot later.
 import { createHash } from "node:crypto";
 import type { Plugin } from "vite";
@@ -15,13 +15,14 @@ const UNUSED = [
   "splineInterp monotoneCubic _monotoneCubic setDefaults2 snapLogY snapAsinhY initLegendRow",
   "addSeries delSeries setSelect toggleDOM setBand addBand delBand setAlpha setFocus syncLegend",
   "setLegend setLegendValues setSelH setSelV hideSelect mouseDown mouseUp dblClick pubSync pub batch",
-  "flushHooks closestIdxFromXpos setSeries",
+  "flushHooks closestIdxFromXpos setSeries rangeNum _rangeNum snapNumX snapNumY numAxisVals numSeriesVal",
+  "clipGaps addGap findGaps linear orient _drawAcc rect accScale getMinMax makeIndexOfs hasData",
 ].flatMap((each) => each.split(" "));
 const GIVING: Readonly<Record<string, string>> = {
-  genTimeStuffs: "return [];",
+  genTimeStuffs: "return [[], [], noop];",
   bandFillClipDirs: "return [0, 0];",
   autoPadSide: "return 0;",
-  rect: "",
+  getOuterIdxs: "return [i0, i1];",
 };
 
 /** What has one value on this page, and that value. */
@@ -33,11 +34,20 @@ const SETTLED: readonly [RegExp, string][] = [
   [/(?<![.\w])\bmode == 1\b/g, "true"],
   [/(?<![.\w])\bmode == 2\b/g, "false"],
   [/\bscaleX\.ori == 0\b/g, "true"],
-  [/\b(scaleX|sx)\.ori == 1\b/g, "false"],
-  [/\bsx\.ori == 0\b/g, "true"],
+  [/\bscaleX\.ori == 1\b/g, "false"],
   [/\b(select\.show|legend\.live|legend\.show)\b/g, "false"],
   [/\bisTime = [^;]+;/g, "isTime = false;"],
   [/\b(?:w?sc\.|scale\.|xScale)?[dD]istr +(?:==|>=) +(?:2|3|4|100)\b/g, "false"],
+  [/\bcursor\.dataIdx == null/g, "false"],
+  [/\b(?:src == null|e != null)/g, "true"],
+  [/\bsrc != null/g, "false"],
+  [/\bdidDrag = [^;]+;/g, "didDrag = false;"],
+  [/\nconst months = [^]*?\nconst engNames = \{[^]*?\n\};/, ""],
+  [/\nconst (numFormatter|fmtNum|localTz|xySeriesOpts|facet|_filt|numSeriesLabel) = [^;]*;/g, ""],
+  [/\ngenIncrs\(2, [^;]*;/, ""],
+  [/\bonMouse\((mousedown|dblclick), .*/g, ""],
+  [/\(isTime \? timeSeriesLabel : numSeriesLabel\)/, '""'],
+  [/\nuPlot\.assign = assign;[^]*?(?=\nexport )/, ""],
   [/\bshouldAlpha = [^;]+;/g, "shouldAlpha = false;"],
 ];
 
@@ -51,7 +61,10 @@ function slimmed(code: string): string {
     if (!whole.test(slim)) throw new Error(`uPlot has no function ${name}`);
     slim = slim.replace(whole, `$1$2 { ${GIVING[name] ?? ""} }`);
   }
-  for (const [sought, value] of SETTLED) slim = slim.replace(sought, value);
+  for (const [sought, value] of SETTLED) {
+    if (slim.search(sought) < 0) throw new Error(`uPlot has no ${sought}`);
+    slim = slim.replace(sought, value);
+  }
   return slim;
 }
 
