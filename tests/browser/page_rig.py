@@ -26,7 +26,12 @@ FLAGS = (
     "--window-size=1366,820",
     "--disable-background-networking",
     "--host-resolver-rules=MAP * ~NOTFOUND , EXCLUDE 127.0.0.1",
-    "--disable-3d-apis",
+)
+WITHOUT_3D = ("--disable-3d-apis",)
+WITH_3D = (
+    "--use-angle=swiftshader",
+    "--enable-unsafe-swiftshader",
+    "--disable-accelerated-2d-canvas",
 )
 
 
@@ -158,13 +163,17 @@ def _wait_for(port: int) -> None:
     raise AssertionError(f"nothing listens at port {port}")
 
 
-def chromium() -> Any:
-    """Return the driver of a browser that was started for it."""
+def chromium(drawing: Sequence[str] = WITHOUT_3D) -> Any:
+    """Return the driver of a browser that was started for it.
+
+    Args:
+        drawing: flags that say how it draws.
+    """
     from selenium import webdriver
 
     options = webdriver.ChromeOptions()
     options.binary_location = shutil.which("chromium") or ""
-    for flag in FLAGS:
+    for flag in (*FLAGS, *drawing):
         options.add_argument(flag)
     options.set_capability("goog:loggingPrefs", {"browser": "ALL"})
     service = webdriver.ChromeService(shutil.which("chromedriver"))
