@@ -6,6 +6,8 @@ import { indexAt, type Gap } from "./series.ts";
 
 /** Samples of the smallest blocks; a level further up has twice as many. */
 const FINEST = 8;
+/** Length of a line, in widths of its plot, from which on it is drawn without dashes. */
+const DENSE = 12;
 
 interface Level {
   size: number;
@@ -66,8 +68,9 @@ export function seen(times: Float64Array, from: number, to: number): [number, nu
   return [Math.max(0, indexAt(times, from)), Math.min(times.length - 1, indexAt(times, to) + 1)];
 }
 
-/** Return the line of a column as it is drawn, without what lies in gaps. */
-export function linePath(plot: uPlot, column: Float32Array, gaps: readonly Gap[]): uPlot.Series.Paths {
+/** Return a line as it is drawn, without what lies in gaps, and give it its dashes. */
+export function linePath(plot: uPlot, line: number, gaps: readonly Gap[], dash: number[]): uPlot.Series.Paths {
+  const column = plot.data[line] as unknown as Float32Array;
   const { left, top, width, height } = plot.bbox;
   const [x, y] = [plot.scales["x"]!, plot.scales["y"]!];
   const across = (time: number): number => left + ((time - x.min!) / (x.max! - x.min!)) * width;
@@ -75,13 +78,21 @@ export function linePath(plot: uPlot, column: Float32Array, gaps: readonly Gap[]
   const times = plot.data[0] as unknown as Float64Array;
   const [first, last] = seen(times, x.min!, x.max!);
   const stroke = new Path2D();
-  const level = levelsOf(column).findLast(({ size }) => 2 * size * width <= last - first);
+  const level = levelsOf(column).findLast(({ size }) => size * width <= last - first);
   const { size, least, most } = level ?? { size: 1, least: column, most: column };
+  let [at, length] = [down(least[Math.floor(first / size)]!), 0];
   for (let block = Math.floor(first / size); block * size <= last; block++) {
     const place = across(times[block * size]!);
-    stroke.lineTo(place, down(least[block]!));
-    if (size > 1) stroke.lineTo(place, down(most[block]!));
+    const [low, high] = [down(least[block]!), down(most[block]!)];
+    // The nearer end first: a line has no stroke that its samples do not have.
+    const [near, far] = Math.abs(low - at) <= Math.abs(high - at) ? [low, high] : [high, low];
+    stroke.lineTo(place, near);
+    if (size > 1) stroke.lineTo(place, far);
+    length += Math.abs(near - at) + Math.abs(far - near);
+    at = far;
   }
+  // Where strokes stand so near to one another, dots between them cannot be seen, and cost the most.
+  plot.series[line]!.dash = length > DENSE * width ? [] : dash;
   return { stroke, clip: between(gaps, across, top, height), flags: 0 };
 }
 

@@ -272,8 +272,8 @@ export class Plots {
         width: content.chosen === index ? 2.2 : 1.4,
         points: { show: false },
       };
-      const planned: uPlot.Series = { ...plain, paths: this.#pathsOf("planned") };
-      const driven: uPlot.Series = { ...plain, paths: this.#pathsOf("driven"), dash: [2, 4], width: 1.8 };
+      const planned: uPlot.Series = { ...plain, paths: this.#pathsOf("planned", []) };
+      const driven: uPlot.Series = { ...plain, paths: this.#pathsOf("driven", [2, 4]), width: 1.8 };
       // The others are shown as planned; as driven only where nothing is planned.
       if (isFaint && content.planned !== null) driven.show = false;
       return [
@@ -283,8 +283,8 @@ export class Plots {
     });
   }
 
-  #pathsOf(kind: "planned" | "driven"): uPlot.Series.PathBuilder {
-    return (plot, line) => linePath(plot, plot.data[line] as unknown as Float32Array, this.#gaps[kind]);
+  #pathsOf(kind: "planned" | "driven", dash: number[]): uPlot.Series.PathBuilder {
+    return (plot, line) => linePath(plot, line, this.#gaps[kind], dash);
   }
 
   #written(value: number): string {
