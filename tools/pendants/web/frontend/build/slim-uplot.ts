@@ -51,6 +51,9 @@ const SETTLED: readonly [RegExp, string][] = [
   [/\bshouldAlpha = [^;]+;/g, "shouldAlpha = false;"],
 ];
 
+/** Rules of the legend, of selections and of titles, up to those that hide what is off. */
+const UNUSED_STYLES = /(?<=\})(?![^{}]*u-off)[^{}]*\.u-(?:legend|inline|series|select|title)[^{}]*\{[^}]*\}/g;
+
 function slimmed(code: string): string {
   if (createHash("sha256").update(code).digest("hex") !== MADE_FOR) {
     throw new Error("this is another uPlot than the one that build/slim-uplot.ts was made for");
@@ -72,7 +75,9 @@ export function slimUplot(): Plugin {
   return {
     name: "slim-uplot",
     enforce: "pre",
-    transform: (code, id) =>
-      id.includes("uPlot.esm.js") ? { code: slimmed(code), map: null } : null,
+    transform(code, id) {
+      if (id.includes("uPlot.esm.js")) return { code: slimmed(code), map: null };
+      return id.includes("uPlot.min.css") ? { code: code.replace(UNUSED_STYLES, ""), map: null } : null;
+    },
   };
 }
