@@ -2,6 +2,7 @@
 
 import subprocess
 import sys
+from urllib.request import urlopen
 
 import pytest
 
@@ -56,6 +57,15 @@ def test_a_frame_of_the_tab_is_told_as_the_command_prints_it(packets: Page) -> N
         "return [...document.querySelectorAll('.field .value')].map(each => each.innerText)"
     )
     assert told == values
+
+
+def test_the_reference_of_a_frame_is_a_section_of_the_page_beside(packets: Page) -> None:
+    _choose(packets, "declare")
+    link = str(packets.run("return document.querySelector('.packet-detail footer a').href"))
+    assert link == f"{packets.address}reference.html#declare"
+    with urlopen(link.partition("#")[0]) as answer:
+        section = answer.read().decode().partition('<section id="declare">')[2]
+    assert "enabling is let go so long after its last sign" in section.partition("</section>")[0]
 
 
 def test_pressing_a_byte_marks_its_field(packets: Page) -> None:

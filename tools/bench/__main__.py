@@ -33,6 +33,7 @@ MODULES = (
     "cells",
     "startup",
     "gateway",
+    "page",
     "rerun",
 )
 """Modules of this folder with a function `benchmarks() -> list[Benchmark]`."""

@@ -34,7 +34,7 @@ from openpendant.simplemsg.verdicts import CATALOGUE
 
 from .messages import NOTICE, filter_name, own_messages
 from .typescript_operations import operation_types
-from .typescript_words import field_words
+from .typescript_words import field_meanings, field_words
 
 FOLDER = Path("tools/pendants/web/frontend/src")
 """Of the files, below that of the repository."""
@@ -67,6 +67,12 @@ _OPERATIONS_HEAD = f"""\
 // A request or reply is the JSON body of a Management message.
 """
 
+_REMEDIES_HEAD = f"""\
+// {NOTICE}
+//
+// The remedy of every code in English; its cause comes from the server, with joints and numbers.
+"""
+
 _FUNCTIONS = """\
 /** Packs a message; throws a RangeError that names the field whose value does not fit. */
 export function encode(message: Message, littleEndian = true, realSize: RealSize = 4): ArrayBuffer {
@@ -88,6 +94,8 @@ def typescript_files() -> Mapping[str, str]:
         "operations.ts": f"{_OPERATIONS_HEAD}\n{operation_types()}",
         "simple-message.ts": _controllers(),
         "field-words.ts": field_words(),
+        "field-meanings.ts": field_meanings(),
+        "remedies.ts": _remedies(),
     }
 
 
@@ -237,6 +245,14 @@ def _codes() -> Iterator[str]:
     yield f"{rows}}} as const satisfies Record<number, CodeText>;\n"
     yield _comment("The texts of all codes in one language; without one a file does not compile.")
     yield "export type CodeTexts = Readonly<Record<keyof typeof codeTexts, CodeText>>;\n"
+
+
+def _remedies() -> str:
+    rows = "".join(
+        f"  {int(code)}: {_text(entry.remedy)},\n" for code, entry in sorted(CATALOGUE.items())
+    )
+    table = "export const remedies: Readonly<Record<number, string>>"
+    return f"{_REMEDIES_HEAD}\n{table} = {{\n{rows}}};\n"
 
 
 def _text(told: str) -> str:

@@ -1,7 +1,8 @@
-"""TypeScript of what the fields of pendant frames mean: units, names of values, secrets.
+"""TypeScript of what the fields of pendant frames mean: units, names of values, secrets, sentences.
 
 The inspector of a pendant in a browser prints a frame as `openpendant packets decode` does; the
-layouts say where a field is, and these words what stands beside its value.
+layouts say where a field is, and the words what stands beside its value. The sentences are a file
+of their own: they make the page of reference, and the program has none of them.
 """
 
 from __future__ import annotations
@@ -20,7 +21,7 @@ from .messages import NOTICE, filter_name
 _HEAD = f"""\
 // {NOTICE}
 //
-// What stands beside the fields of a frame where it is shown: meanings, units, names of values.
+// What stands beside the fields of a frame where it is shown: units, names of values.
 import * as protocol from "./protocol.ts";
 
 /** Values by their names; of single bits where `areBits`. */
@@ -30,7 +31,6 @@ export interface ValueNames {{
 }}
 
 export interface FieldWords {{
-  meaning: string;
   unit?: string;
   values?: string;
   isSecret?: true;
@@ -39,25 +39,40 @@ export interface FieldWords {{
 }}
 
 export interface MessageWords {{
-  about: string;
   /** On the wire, where two messages share it. */
   name?: string;
-  fields: Readonly<Record<string, FieldWords>>;
+  /** Those beside which something stands. */
+  fields?: Readonly<Record<string, FieldWords>>;
 }}
 """
+
+_MEANINGS_HEAD = f"""\
+// {NOTICE}
+//
+// What each message is for, and what its fields mean: the sentences of the page of reference.
+
+export interface MessageMeaning {{
+  number: number;
+  about: string;
+  fields: Readonly<Record<string, readonly [meaning: string, unit: string]>>;
+}}
+"""
+
+_MESSAGES: tuple[type[Message], ...] = (Ping, *PENDANT_MESSAGES)
 
 
 def field_words() -> str:
     """Return the file."""
-    messages: tuple[type[Message], ...] = (Ping, *PENDANT_MESSAGES)
     enumerations: dict[str, type[IntEnum] | type[IntFlag]] = {}
     rows = []
-    for cls in messages:
-        told: dict[str, object] = {"about": cls.PLACE.about}
+    for cls in _MESSAGES:
+        told: dict[str, object] = {}
         if filter_name(cls) != cls.PLACE.name:
             told["name"] = cls.PLACE.name
-        told["fields"] = dict(_words(cls.FIELDS, enumerations))
-        rows.append(f"  {filter_name(cls)}: {_literal(told)},\n")
+        if words := dict(_words(cls.FIELDS, enumerations)):
+            told["fields"] = words
+        if told:
+            rows.append(f"  {filter_name(cls)}: {_literal(told)},\n")
     named = "".join(f"  {name}: {_values(each)},\n" for name, each in enumerations.items())
     return "\n".join(
         [
@@ -73,7 +88,7 @@ def _words(
     fields: Mapping[str, Field], enumerations: dict[str, type[IntEnum] | type[IntFlag]]
 ) -> Iterator[tuple[str, dict[str, str | bool]]]:
     for name, field in fields.items():
-        told: dict[str, str | bool] = {"meaning": field.meaning}
+        told: dict[str, str | bool] = {}
         if field.unit:
             told["unit"] = field.unit
         match field:
@@ -85,7 +100,26 @@ def _words(
             case Array(of=of) if of is not None:
                 told["count"] = field.count_name
                 yield from _words(of.FIELDS, enumerations)
-        yield name, told
+        if told:
+            yield name, told
+
+
+def field_meanings() -> str:
+    """Return the file of the sentences."""
+    rows = []
+    for cls in _MESSAGES:
+        told = {"number": int(cls.PLACE.msg_type), "about": cls.PLACE.about}
+        fields = {name: [each.meaning, each.unit] for name, each in _fields(cls.FIELDS)}
+        rows.append(f"  {filter_name(cls)}: {_literal({**told, 'fields': fields})},\n")
+    table = "export const MEANINGS: Readonly<Record<string, MessageMeaning>>"
+    return f"{_MEANINGS_HEAD}\n{table} = {{\n{''.join(rows)}}};\n"
+
+
+def _fields(fields: Mapping[str, Field]) -> Iterator[tuple[str, Field]]:
+    for name, field in fields.items():
+        if isinstance(field, Array) and field.of is not None:
+            yield from _fields(field.of.FIELDS)
+        yield name, field
 
 
 def _values(values: type[IntEnum] | type[IntFlag]) -> str:

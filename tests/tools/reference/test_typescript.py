@@ -18,7 +18,10 @@ from openpendant.tools.reference.typescript import FOLDER, MOST_SOURCE, typescri
 ROOT = Path(__file__).parents[3]
 SOURCES = ROOT / FOLDER
 VECTORS = ROOT / "docs" / "generated" / "vectors"
-GENERATED = ("protocol.ts", "operations.ts", "simple-message.ts", "field-words.ts")
+GENERATED = (
+    *("protocol.ts", "operations.ts", "simple-message.ts"),
+    *("field-words.ts", "field-meanings.ts", "remedies.ts"),
+)
 SCRIPT = ROOT / "tests" / "rigs" / "processes" / "round_trips.mjs"
 FILES = sorted(VECTORS.glob("*.json"))
 

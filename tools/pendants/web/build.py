@@ -141,7 +141,7 @@ def check() -> None:
 def _sources() -> Iterator[Path]:
     for path in sorted(FRONTEND.rglob("*")):
         inside = path.relative_to(FRONTEND).parts
-        if path.is_file() and not {"node_modules", "test"} & {*inside}:
+        if path.is_file() and not {"node_modules", "test", "bench"} & {*inside}:
             yield path
 
 

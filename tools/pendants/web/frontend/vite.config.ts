@@ -1,34 +1,16 @@
-// Builds the page into ../page: one HTML file with its styles inside, one program, and the parts
-// that are asked for only when they are needed (three.js and all that draws with it).
+// Builds the page into ../page: one HTML file with its styles inside, one program, and
+// three.js with all that draws with it, which is asked for only where there is WebGL.
 import { readFileSync } from "node:fs";
 import { defineConfig } from "vite";
-import type { Plugin } from "vite";
-
-/** Puts the style sheet into the page, which saves a request before anything is seen. */
-function stylesInside(): Plugin {
-  return {
-    name: "styles-inside",
-    enforce: "post",
-    generateBundle(_options, bundle) {
-      const page = bundle["index.html"];
-      if (page?.type !== "asset") return;
-      let html = String(page.source);
-      for (const [name, part] of Object.entries(bundle)) {
-        if (part.type !== "asset" || !name.endsWith(".css")) continue;
-        html = html.replace(
-          new RegExp(`\\s*<link[^>]*href="[^"]*${name.replaceAll(".", "\\.")}"[^>]*>`),
-          () => `\n    <style>${String(part.source).trim()}</style>`,
-        );
-        delete bundle[name];
-      }
-      page.source = html;
-    },
-  };
-}
+import { plainImports } from "./build/plain-imports.ts";
+import { referencePage } from "./build/reference-page.ts";
+import { shortNames } from "./build/short-names.ts";
+import { slimUplot } from "./build/slim-uplot.ts";
+import { stylesInside } from "./build/styles-inside.ts";
 
 export default defineConfig({
   base: "./",
-  plugins: [stylesInside()],
+  plugins: [plainImports(), shortNames(), slimUplot(), stylesInside(), referencePage()],
   define: {
     __VERSION__: JSON.stringify(
       (JSON.parse(readFileSync("package.json", "utf8")) as { version: string }).version,

@@ -36,6 +36,10 @@ const MISSING: number[] = [
   VerdictCode.NOT_PREPARED,
 ];
 
+const graphics = probedGraphics();
+/** Asked for at once, beside all else; where it does not come, the robot stays one of sticks. */
+const solids = graphics === "none" ? null : import("./view/scene3d.ts").catch(() => null);
+
 function kept(): Settings {
   const usual: Settings = {
     theme: matchMedia("(prefers-color-scheme: light)").matches ? "light" : "dark",
@@ -192,11 +196,9 @@ class Page implements App {
 
   /** Draw in three dimensions where the browser can; sticks stand there until then. */
   async #better(shown: Layout): Promise<void> {
-    const graphics = probedGraphics();
-    if (graphics === "none") return;
-    const { makeScene3d } = await import("./view/scene3d.ts");
-    if (shown !== this.#layout) return;
-    const make = makeScene3d(graphics === "software" ? "low" : "full");
+    const solid = await solids;
+    if (solid === null || shown !== this.#layout) return;
+    const make = solid.makeScene3d(graphics === "software" ? "low" : "full");
     const sticks = (): void => shown.view.use((host) => makeStickView(host, this.#viewEvents()));
     shown.view.use((host) => make(host, { ...this.#viewEvents(), tooSlow: sticks }));
     this.#draw();

@@ -10,6 +10,7 @@ import type { Socket } from "../src/wire/link.ts";
 class Wire implements Socket {
   binaryType = "";
   bufferedAmount = 0;
+  readyState = 1;
   onopen: ((event: Event) => unknown) | null = null;
   onmessage: ((event: MessageEvent) => unknown) | null = null;
   onclose: ((event: CloseEvent) => unknown) | null = null;
@@ -65,6 +66,16 @@ test("messages that are sent together travel in one WebSocket message, in order"
     wire.sent[0]?.map((each) => each.type),
     ["enabling", "jog_beat"],
   );
+});
+
+test("a socket that closes is sent nothing, and what was asked fails with its end", async () => {
+  const { wire, link } = linked();
+  wire.readyState = 2;
+  const asked = link.ask(SUBSCRIBE);
+  link.send({ type: "enabling", position: 1 });
+  assert.equal(wire.sent.length, 0);
+  wire.close();
+  await assert.rejects(asked, (error: unknown) => error instanceof LinkLost);
 });
 
 test("a request resolves with the verdict of its id", async () => {

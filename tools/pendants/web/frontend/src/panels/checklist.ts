@@ -6,7 +6,7 @@ import { checklist, isManual, nextLine, waysOut } from "../pendant/checklist.ts"
 import type { Line, LineName } from "../pendant/checklist.ts";
 import { outside, pageState } from "../pendant/states.ts";
 import { JogSpace, LinkState, OperatingMode, PrepareAction, TriState, VerdictCode } from "../protocol.ts";
-import { codeText } from "../texts/texts.ts";
+import { causeAndRemedy } from "../texts/texts.ts";
 import type { App, AxesFrame, Part } from "../ui/app.ts";
 import { Refused } from "../wire/errors.ts";
 import { attribute, h, keyCap, mark, off, say, show } from "../ui/elements.ts";
@@ -200,8 +200,8 @@ function mend(app: App, name: LineName, button: HTMLButtonElement): void {
 function wordsOf(app: App, cell: Cell, line: Line): Words {
   const { texts } = app;
   const { language } = app.settings.value;
-  const told = line.report?.code === undefined ? undefined : codeText(line.report.code, language);
-  const said = line.report === null ? "" : `${line.report.name ?? ""}: ${told?.join(" ") ?? line.report.text ?? ""}`;
+  const { code = 0, name = "", text = "" } = line.report ?? {};
+  const said = line.report === null ? "" : `${name}: ${code === 0 ? text : causeAndRemedy(code, text, language).join(" ")}`;
   const isDone = line.done === true;
   switch (line.name) {
     case "connected":

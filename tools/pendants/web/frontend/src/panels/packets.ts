@@ -1,6 +1,5 @@
 // The packet inspector: the frames of this tab, and one of them taken apart.
 import "../packets.css";
-import { WORDS } from "../field-words.ts";
 import { anatomyOf } from "../packets/fields.ts";
 import type { FrameAnatomy, FrameField } from "../packets/fields.ts";
 import { frameText, hexOf, valueText } from "../packets/lines.ts";
@@ -257,15 +256,13 @@ class PacketDetail {
   readonly #bytes = h("div", { class: "bytes" });
   readonly #fields = h("div", { class: "fields" });
   readonly #json = h("pre", { class: "json", tabindex: 0 });
-  readonly #reference: HTMLButtonElement;
-  readonly #meanings = h("p", { class: "muted" });
+  readonly #reference: HTMLAnchorElement;
   readonly #after = h("p", { class: "after" });
   readonly #copied = h("span", { class: "muted", role: "status" });
   readonly #whole: HTMLElement;
   readonly #hint: HTMLElement;
   #caught: Caught | null = null;
   #marked = -1;
-  #isReferred = false;
 
   constructor(app: App, words: PacketTexts, refuse: Refuse) {
     this.#app = app;
@@ -275,7 +272,7 @@ class PacketDetail {
       const field = (event.target as HTMLElement).dataset["field"];
       if (field !== undefined) this.#mark(Number(field));
     });
-    this.#reference = h("button", { type: "button", class: "quiet", onclick: () => this.#refer() }, words.reference);
+    this.#reference = h("a", { target: "_blank", rel: "noopener" }, words.reference);
     this.#hint = h("p", { class: "muted" }, words.choose);
     this.#whole = h(
       "div",
@@ -292,7 +289,6 @@ class PacketDetail {
       this.#fields,
       this.#json,
       h("footer", {}, this.#after, this.#reference),
-      this.#meanings,
     );
     this.element = h("section", { "aria-label": words.fields }, this.#hint, this.#whole);
     show(this.#whole, false);
@@ -319,7 +315,10 @@ class PacketDetail {
     const body = anatomy.message === null ? null : bodyOf(anatomy.message);
     say(this.#json, body === null ? "" : JSON.stringify(body, null, 1));
     show(this.#json, body !== null);
-    this.#tellReference(anatomy);
+    const told = anatomy.message?.type ?? "opaque";
+    // The page of reference is built beside this one; what it does not know has no place there.
+    attribute(this.#reference, "href", `reference.html#${told}`);
+    show(this.#reference, told !== "bare" && told !== "opaque");
     this.update();
   }
 
@@ -386,30 +385,6 @@ class PacketDetail {
       attribute(each, "aria-pressed", String(isMarked));
       if (isMarked) each.scrollIntoView({ block: "nearest" });
     }
-  }
-
-  #refer(): void {
-    this.#isReferred = !this.#isReferred;
-    if (this.#caught !== null) this.#tellReference(anatomyOf(this.#caught.frame));
-  }
-
-  /** The reference is a page of the documentation; its words stand here, so that none is fetched. */
-  #tellReference({ message, header }: FrameAnatomy): void {
-    attribute(this.#reference, "aria-expanded", String(this.#isReferred));
-    const words = message === null ? undefined : WORDS[message.type];
-    show(this.#reference, words !== undefined);
-    show(this.#meanings, this.#isReferred && words !== undefined);
-    if (words === undefined || message === null) return;
-    const section = `${String(header[1]?.value ?? "")} ${message.type}`;
-    const told = Object.entries(words.fields).map(([name, { meaning }]) =>
-      h("li", {}, h("code", {}, name), ` ${meaning}`),
-    );
-    this.#meanings.replaceChildren(
-      h("span", { lang: "en" }, words.about),
-      " ",
-      this.#words.referenceAt(section),
-      h("ul", { lang: "en" }, ...told),
-    );
   }
 
   #copy(what: "hex" | "text"): void {

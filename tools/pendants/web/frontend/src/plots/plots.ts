@@ -6,6 +6,7 @@ import uPlot from "uplot";
 import "uplot/dist/uPlot.min.css";
 
 import { limitsOf, type PlotJoint } from "./findings.ts";
+import { extremes, linePath, seen } from "./lines.ts";
 import {
   joinedTimes,
   QUANTITIES,
@@ -228,10 +229,11 @@ export class Plots {
         y: false,
         drag: { x: false, y: false },
         points: { size: 8 },
+        dataIdx: (_plot, _line, index) => index,
       },
       scales: {
         x: { time: false, range: () => [...this.#shown()] },
-        y: { range: (_, least, most) => this.#heights(quantity, least, most) },
+        y: { range: (plot) => this.#heights(quantity, plot) },
       },
       axes: [
         {
@@ -264,13 +266,14 @@ export class Plots {
       const colour = jointColour(index, this.#options.theme);
       const plain: uPlot.Series = {
         show,
+        auto: false,
         label: joint.name,
         stroke: isFaint ? colour + FAINT : colour,
         width: content.chosen === index ? 2.2 : 1.4,
         points: { show: false },
       };
-      const planned: uPlot.Series = { ...plain, gaps: this.#gapsOf("planned") };
-      const driven: uPlot.Series = { ...plain, gaps: this.#gapsOf("driven"), dash: [2, 4], width: 1.8 };
+      const planned: uPlot.Series = { ...plain, paths: this.#pathsOf("planned", []) };
+      const driven: uPlot.Series = { ...plain, paths: this.#pathsOf("driven", [2, 4]), width: 1.8 };
       // The others are shown as planned; as driven only where nothing is planned.
       if (isFaint && content.planned !== null) driven.show = false;
       return [
@@ -280,16 +283,8 @@ export class Plots {
     });
   }
 
-  #gapsOf(kind: "planned" | "driven"): uPlot.Series.GapsRefiner {
-    return (plot) => {
-      const ends = [plot.scales["x"]?.min ?? 0, plot.scales["x"]?.max ?? 1] as const;
-      return this.#gaps[kind]
-        .filter(([from, to]) => to > ends[0] && from < ends[1])
-        .map(([from, to]) => [
-          plot.valToPos(Math.max(from, ends[0]), "x", true),
-          plot.valToPos(Math.min(to, ends[1]), "x", true),
-        ]);
-    };
+  #pathsOf(kind: "planned" | "driven", dash: number[]): uPlot.Series.PathBuilder {
+    return (plot, line) => linePath(plot, line, this.#gaps[kind], dash);
   }
 
   #written(value: number): string {
@@ -303,10 +298,17 @@ export class Plots {
   }
 
   /** Return the range of values that is shown: that of the lines, and the limits near them. */
-  #heights(quantity: Quantity, least: number | null, most: number | null): [number, number] {
+  #heights(quantity: Quantity, plot: uPlot): [number, number] {
     const content = this.#content;
     const joint = content === null || content.chosen === null ? null : content.joints[content.chosen];
-    let [low, high] = [least ?? -1, most ?? 1];
+    const [first, last] = seen(this.#times, ...this.#shown());
+    let [low, high] = [Infinity, -Infinity];
+    plot.series.forEach(({ show }, line) => {
+      if (line === 0 || show !== true) return;
+      const [least, most] = extremes(plot.data[line] as unknown as Float32Array, first, last);
+      [low, high] = [Math.min(low, least), Math.max(high, most)];
+    });
+    if (low > high) [low, high] = [-1, 1];
     if (joint !== null && joint !== undefined) {
       for (const limit of limitsOf(joint, quantity)) {
         if (!Number.isFinite(limit)) continue;

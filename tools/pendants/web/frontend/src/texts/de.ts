@@ -6,7 +6,6 @@ export const de: Texts = {
   teaching: teachDe,
   language: "Deutsch",
   simulation: "SIMULATION",
-  simulationShort: "SIM",
   realRobot: "ECHTER ROBOTER",
   notKnown: "unbekannt",
   link: "Verbindung",
@@ -176,7 +175,6 @@ export const de: Texts = {
   step: (size) => `Schritt ${size}`,
   stepUnits: "Schritte in mm und Grad",
   jogPanel: "Tippen. Einen Knopf oder eine Zifferntaste halten bewegt; loslassen hält an.",
-  jogRow: (name) => `${name}`,
   jogPlus: (name) => `${name} plus`,
   jogMinus: (name) => `${name} minus`,
   holdHow: "Halten Sie diesen Knopf mit Enter oder dem Zeiger: Er bewegt nur, solange er gehalten wird.",
@@ -204,7 +202,6 @@ export const de: Texts = {
   pressedThrough: "Durchgedrückt",
   keepThumb: "Übung, den linken Daumen hier lassen",
   tapToKeep: "Halten, oder antippen für 30 s",
-  enablingOfController: "Die Zustimmung ist die der Steuerung.",
   enablingNotAsked: "Automatik fragt nach keiner Zustimmung.",
   enablingAsks: (seconds) => `Die Zustimmung endet in ${seconds} s. Sind Sie noch da?`,
   enablingAsksHow:
@@ -230,7 +227,6 @@ export const de: Texts = {
   languageWord: "Sprache",
   letters: "Buchstaben und Ziffern als Tasten",
   about: "STOP auf diesem Bildschirm ist ein Software-Halt, kein Ersatz für einen verdrahteten.",
-  refusedMissing: (name, cause) => `${name}: ${cause}`,
   numbers: (value, limit) => `Wert ${value}, Grenze ${limit}.`,
 };
 

@@ -7,7 +7,6 @@ export const en = {
   teaching: teachEn,
   language: "English",
   simulation: "SIMULATION",
-  simulationShort: "SIM",
   realRobot: "REAL ROBOT",
   notKnown: "not known",
   // chips
@@ -184,7 +183,6 @@ export const en = {
   step: (size: string) => `Step ${size}`,
   stepUnits: "Steps in mm and degrees",
   jogPanel: "Jog. Hold a button, or a digit key, to move; let go to stand.",
-  jogRow: (name: string) => `${name}`,
   jogPlus: (name: string) => `${name} plus`,
   jogMinus: (name: string) => `${name} minus`,
   holdHow: "Hold this button with Enter or the pointer: it moves only as long as it is held.",
@@ -212,7 +210,6 @@ export const en = {
   pressedThrough: "Pressed through",
   keepThumb: "training, keep your left thumb here",
   tapToKeep: "Hold it, or tap to keep it for 30 s",
-  enablingOfController: "The enabling device is the controller's own.",
   enablingNotAsked: "Automatic asks for no enabling device.",
   enablingAsks: (seconds: number) => `Enabling lets go in ${seconds} s. Are you still there?`,
   enablingAsksHow:
@@ -239,7 +236,6 @@ export const en = {
   languageWord: "Language",
   letters: "Letters and digits as keys",
   about: "STOP on this screen is a software stop, no substitute for a wired one.",
-  refusedMissing: (name: string, cause: string) => `${name}: ${cause}`,
   numbers: (value: string, limit: string) => `Value ${value}, limit ${limit}.`,
 };
 

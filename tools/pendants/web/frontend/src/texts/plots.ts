@@ -19,7 +19,6 @@ const en = {
   largestDifference: "largest difference",
   where: "where",
   controllerDelay: "delay of the controller",
-  nothingDriven: "Nothing was driven yet.",
   noPlan: "No plan is known for this motion: it is shown as it was driven.",
   planOf: (plan: number, seconds: string) => `plan ${plan}, ${seconds} s`,
   howMade: (milliseconds: string) =>
@@ -50,7 +49,6 @@ const de: PlotTexts = {
   largestDifference: "größte Abweichung",
   where: "wo",
   controllerDelay: "Verzug der Steuerung",
-  nothingDriven: "Es wurde noch nichts gefahren.",
   noPlan: "Zu dieser Bewegung ist kein Plan bekannt: gezeigt wird sie, wie sie gefahren wurde.",
   planOf: (plan, seconds) => `Plan ${plan}, ${seconds} s`,
   howMade: (milliseconds) =>

@@ -1,7 +1,8 @@
 // The words of the page in the language of whoever reads it, and numbers as people write them.
 import { codeTextsDe } from "../codes.de.ts";
-import { codeTexts, VerdictCode } from "../protocol.ts";
+import { VerdictCode } from "../protocol.ts";
 import type { CodeText } from "../protocol.ts";
+import { remedies } from "../remedies.ts";
 import type { Refusal } from "../wire/errors.ts";
 import { de } from "./de.ts";
 import { en } from "./en.ts";
@@ -15,10 +16,13 @@ export function textsOf(language: Language): Texts {
   return language === "de" ? de : en;
 }
 
-/** Return cause and remedy of a code; a newer server's code has none here. */
-export function codeText(code: number, language: Language): CodeText | undefined {
-  const table: Readonly<Record<number, CodeText>> = language === "de" ? codeTextsDe : codeTexts;
-  return table[code];
+/**
+ * Return cause and remedy of a code. English has the server's own sentence, with its numbers; so has
+ * a code that only a newer server knows, and no remedy.
+ */
+export function causeAndRemedy(code: number, text: string, language: Language): CodeText {
+  const german: Readonly<Record<number, CodeText>> = codeTextsDe;
+  return (language === "de" ? german[code] : undefined) ?? [ended(text), remedies[code] ?? ""];
 }
 
 const names = new Map<number, string>(
@@ -40,25 +44,19 @@ export function refusalSentence(
   language: Language,
   jointNames: readonly string[],
 ): string {
-  const told = codeText(refusal.code, language);
-  // In English the server's sentence has the numbers; another language is made from the code.
-  if (language === "en" && refusal.text !== "") {
-    const remedy = told?.[1] ?? "";
-    return `${codeName(refusal.code)}: ${ended(refusal.text)} ${remedy}`.trim();
-  }
-  if (told === undefined) return `${codeName(refusal.code)}: ${refusal.text}`;
+  const { code, text, value, limit } = refusal;
+  const [cause, remedy] = causeAndRemedy(code, text, language);
+  if (cause === ended(text)) return `${codeName(code)}: ${cause} ${remedy}`.trim();
   const joint = jointNames[refusal.joint];
-  const cause = joint === undefined ? told[0] : `${joint}: ${told[0]}`;
-  const { value, limit } = refusal;
   const numbers =
     value === 0 && limit === 0
       ? ""
       : ` ${textsOf(language).numbers(plain(value, language), plain(limit, language))}`;
-  return `${codeName(refusal.code)}: ${cause}${numbers} ${told[1]}`;
+  return `${codeName(code)}: ${joint === undefined ? "" : `${joint}: `}${cause}${numbers} ${remedy}`;
 }
 
 function ended(sentence: string): string {
-  return /[.!?]$/.test(sentence) ? sentence : `${sentence}.`;
+  return sentence === "" || /[.!?]$/.test(sentence) ? sentence : `${sentence}.`;
 }
 
 function plain(value: number, language: Language): string {

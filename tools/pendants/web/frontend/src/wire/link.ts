@@ -15,10 +15,14 @@ const NO_REFUSAL: Refusal = { code: VerdictCode.MALFORMED, joint: -1, value: 0, 
 const utf8 = new TextEncoder();
 const text = new TextDecoder();
 
+/** State of a WebSocket that takes what is sent. */
+const OPEN = 1;
+
 /** What is needed of a WebSocket. */
 export interface Socket {
   binaryType: string;
   readonly bufferedAmount: number;
+  readonly readyState: number;
   send(data: ArrayBuffer): void;
   close(): void;
   onopen: ((event: Event) => unknown) | null;
@@ -87,9 +91,12 @@ export class Link {
     return this.#lastId;
   }
 
-  /** Send messages at once, all in one WebSocket message. */
+  /**
+   * Send messages at once, all in one WebSocket message. A socket that closes takes none: what was
+   * asked fails as soon as its end is told.
+   */
   send(...messages: Message[]): void {
-    if (this.#isOver || messages.length === 0) return;
+    if (this.#isOver || this.#socket.readyState !== OPEN || messages.length === 0) return;
     const frames = messages.map((each) => encode(each));
     if (this.tap !== null) for (const each of frames) this.tap("out", new Uint8Array(each));
     this.#socket.send(joined(frames));

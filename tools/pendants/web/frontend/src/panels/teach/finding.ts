@@ -1,5 +1,5 @@
 // The words of a finding, in the language of whoever reads it.
-import { codeText } from "../../texts/texts.ts";
+import { causeAndRemedy } from "../../texts/texts.ts";
 import { beyond, inScreenUnits } from "../../teach/findings.ts";
 import type { Finding, WayOut } from "../../teach/findings.ts";
 import { pointOf } from "../../teach/program.ts";
@@ -43,7 +43,7 @@ export function beyondWords(desk: Desk, index: number): string {
 export function sentence(desk: Desk, found: { code: number; text: string }): string {
   const { language, areRadians } = desk.app.settings.value;
   if (language === "en" && found.text !== "") return areRadians ? found.text : inScreenUnits(found.text);
-  return codeText(found.code, language)?.[0] ?? found.text;
+  return causeAndRemedy(found.code, found.text, language)[0];
 }
 
 export function wayOutWords(desk: Desk, way: WayOut): string {

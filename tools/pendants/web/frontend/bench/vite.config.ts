@@ -1,0 +1,15 @@
+// Builds the pages of the benchmarks, which are no part of the page.
+import { defineConfig } from "vite";
+import { slimUplot } from "../build/slim-uplot.ts";
+
+export default defineConfig({
+  root: "bench",
+  base: "./",
+  plugins: [slimUplot()],
+  build: {
+    target: "es2022",
+    modulePreload: false,
+    chunkSizeWarningLimit: 1000,
+    rolldownOptions: { input: ["bench/plots.html", "bench/empty.html"] },
+  },
+});
