@@ -4,13 +4,11 @@ import { readFileSync } from "node:fs";
 import { defineConfig } from "vite";
 import { plainImports } from "./build/plain-imports.ts";
 import { referencePage } from "./build/reference-page.ts";
-import { shortNames } from "./build/short-names.ts";
-import { slimUplot } from "./build/slim-uplot.ts";
 import { stylesInside } from "./build/styles-inside.ts";
 
 export default defineConfig({
   base: "./",
-  plugins: [plainImports(), shortNames(), slimUplot(), stylesInside(), referencePage()],
+  plugins: [plainImports(), stylesInside(), referencePage()],
   define: {
     __VERSION__: JSON.stringify(
       (JSON.parse(readFileSync("package.json", "utf8")) as { version: string }).version,

@@ -1,11 +1,9 @@
 // Builds the pages of the benchmarks, which are no part of the page.
 import { defineConfig } from "vite";
-import { slimUplot } from "../build/slim-uplot.ts";
 
 export default defineConfig({
   root: "bench",
   base: "./",
-  plugins: [slimUplot()],
   build: {
     target: "es2022",
     modulePreload: false,

@@ -9,7 +9,8 @@ import { Observable } from "./pendant/observable.ts";
 import { pageState } from "./pendant/states.ts";
 import { Activity, StopKind, VerdictCode } from "./protocol.ts";
 import type { Message } from "./protocol.ts";
-import { refusalSentence, textsOf } from "./texts/texts.ts";
+import { fetchWords, refusalSentence, textsOf } from "./texts/texts.ts";
+import type { Language } from "./texts/texts.ts";
 import type { App, Choice, Settings } from "./ui/app.ts";
 import { listen } from "./ui/keyboard.ts";
 import { layout } from "./ui/layout.ts";
@@ -125,13 +126,15 @@ class Page implements App {
   }
 
   async begin(): Promise<void> {
+    const words = fetchWords(this.settings.value.language);
     this.#servers = await servedServers();
+    await words;
     this.#show();
     this.cell.watch((cell) => this.#changed(cell));
     this.choice.watch(() => this.#draw());
     this.settings.watch((settings) => {
       remember(SETTINGS, JSON.stringify(settings));
-      if (settings.language !== this.#language) this.#show();
+      if (settings.language !== this.#language) void this.#speak(settings.language);
       document.documentElement.dataset["theme"] = settings.theme;
       this.#draw();
     });
@@ -178,6 +181,13 @@ class Page implements App {
 
   hearView(listener: Partial<ViewEvents> | null): void {
     this.#viewListener = listener;
+  }
+
+  /** Build the page anew in another language, unless yet another was chosen meanwhile. */
+  async #speak(language: Language): Promise<void> {
+    this.#language = language;
+    await fetchWords(language);
+    if (this.#language === language) this.#show();
   }
 
   /** Build the page anew: the first time, and in another language. What is held loses its button. */

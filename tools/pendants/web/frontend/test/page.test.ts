@@ -6,9 +6,9 @@ import type { Cell } from "../src/pendant/cell.ts";
 import { checklist, nextLine } from "../src/pendant/checklist.ts";
 import { pageState } from "../src/pendant/states.ts";
 import type { HelloReply, State } from "../src/protocol.ts";
-import { de } from "../src/texts/de.ts";
+import { de } from "../src/texts/de/de.ts";
 import { en } from "../src/texts/en.ts";
-import { fixed, readNumber, refusalSentence } from "../src/texts/texts.ts";
+import { fetchWords, fixed, readNumber, refusalSentence } from "../src/texts/texts.ts";
 
 const READY = {
   holder: 7,
@@ -93,8 +93,9 @@ test("a zero has no minus", () => {
   assert.equal(fixed(-0.001, 2), "0.00");
 });
 
-test("a refusal in German has the joint and the numbers, and no English sentence", () => {
+test("a refusal in German has the joint and the numbers, and no English sentence", async () => {
   const refusal = { code: 45, joint: 1, value: 2.5, limit: 2, text: "Lower-Arm would leave" };
+  await fetchWords("de");
   const told = refusalSentence(refusal, "de", ["Base", "Lower-Arm"]);
   assert.match(told, /^OUT_OF_RANGE: Lower-Arm: Ein Gelenk würde/);
   assert.match(told, /Wert 2,5, Grenze 2\./);

@@ -5,7 +5,6 @@ import type { Cell } from "../pendant/cell.ts";
 import { jointRows, toolRows, toolValues } from "../pendant/axes.ts";
 import { StateField } from "../protocol.ts";
 import { sceneModel } from "../scene/model.ts";
-import { meshesMissing } from "../texts/meshes.ts";
 import { fixed } from "../texts/texts.ts";
 import type { App, Part } from "../ui/app.ts";
 import { attribute, h, say, show } from "../ui/elements.ts";
@@ -48,7 +47,7 @@ export function cellView(app: App, over: HTMLElement): CellView {
   const meshes = new RobotMeshes(
     (request) => app.session.call(request),
     ({ length }) => {
-      const text = meshesMissing[app.settings.value.language](length);
+      const text = app.texts.meshesMissing(length);
       app.choice.set({ note: { text, kind: "remark" } });
     },
   );

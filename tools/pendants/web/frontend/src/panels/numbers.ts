@@ -8,7 +8,6 @@ import { NoticeKind, StateField } from "../protocol.ts";
 import type { KinematicsFkReply, KinematicsJacobianReply } from "../protocol.ts";
 import { frameMarks } from "../scene/frames.ts";
 import { sceneModel } from "../scene/model.ts";
-import { numberTexts } from "../texts/numbers.ts";
 import type { NumberTexts } from "../texts/numbers.ts";
 import { fixed } from "../texts/texts.ts";
 import type { App, TaskPart } from "../ui/app.ts";
@@ -52,7 +51,7 @@ class NumbersTask implements TaskPart {
 
   constructor(app: App) {
     this.#app = app;
-    const words = (this.#words = numberTexts[app.settings.value.language]);
+    const words = (this.#words = app.texts.numberWords);
     this.#frame = h("select", { "aria-label": words.frame });
     this.#link = h("select", { "aria-label": words.link });
     for (const each of [this.#frame, this.#link]) each.addEventListener("change", () => this.#lookAgain());

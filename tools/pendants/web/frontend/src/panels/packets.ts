@@ -9,7 +9,6 @@ import type { Caught, PacketRing } from "../packets/ring.ts";
 import { Sieve } from "../packets/sieve.ts";
 import type { Kind } from "../packets/sieve.ts";
 import { CommType } from "../codec.ts";
-import { packetTexts } from "../texts/packets.ts";
 import type { PacketTexts } from "../texts/packets.ts";
 import { refusalSentence } from "../texts/texts.ts";
 import type { App, TaskPart } from "../ui/app.ts";
@@ -25,7 +24,7 @@ const MOST_BYTES = 2048;
 const IN_A_ROW = 16;
 
 export function packetsTask(app: App): TaskPart {
-  const words = packetTexts[app.settings.value.language];
+  const words = app.texts.packetWords;
   const refuse: Refuse = (told) => refusalSentence(told, app.settings.value.language, app.jointNames());
   const detail = new PacketDetail(app, words, refuse);
   const list = new PacketList(app, words, refuse, (caught) => detail.show(caught));

@@ -5,7 +5,6 @@ import { Plots } from "../plots/plots.ts";
 import type { PlotJoint } from "../plots/findings.ts";
 import type { PlannedMotion } from "../plots/plan_samples.ts";
 import type { PlansMakeReply } from "../protocol.ts";
-import { plotTexts } from "../texts/plots.ts";
 import type { PlanTexts } from "../texts/plan.ts";
 import { fixed } from "../texts/texts.ts";
 import type { App, Part } from "../ui/app.ts";
@@ -119,7 +118,7 @@ class PlannedPlots {
     const number = (value: number, digits: number): string =>
       value.toLocaleString(language, { maximumFractionDigits: digits, useGrouping: false });
     this.#plots ??= new Plots(this.#host, {
-      words: { quantities: plotTexts[language], number },
+      words: { quantities: this.#app.texts.plotWords, number },
       theme,
       layout: "row",
       onCursor: (time) => {

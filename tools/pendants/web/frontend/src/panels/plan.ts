@@ -14,7 +14,6 @@ import type { Preview, Row } from "../planning/preview.ts";
 import { Twice } from "../planning/twice.ts";
 import { NoticeKind, PlanStage, StateField } from "../protocol.ts";
 import type { NamedPosition } from "../protocol.ts";
-import { planTexts } from "../texts/plan.ts";
 import type { PlanTexts } from "../texts/plan.ts";
 import { fixed, refusalSentence } from "../texts/texts.ts";
 import type { App, Part, TaskPart } from "../ui/app.ts";
@@ -65,7 +64,7 @@ class PlanTask implements TaskPart {
 
   constructor(app: App) {
     this.#app = app;
-    const words = (this.#words = planTexts[app.settings.value.language]);
+    const words = (this.#words = app.texts.planWords);
     this.#model = planModel(app);
     this.#dock = planDock(app, words, this.#model);
     this.dock = this.#dock.element;

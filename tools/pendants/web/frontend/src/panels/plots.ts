@@ -13,7 +13,7 @@ import { readPlan, type AskSamples, type PlannedMotion } from "../plots/plan_sam
 import { jointColour, Plots, valuesAt } from "../plots/plots.ts";
 import { QUANTITIES, type Quantity, type Samples } from "../plots/series.ts";
 import type { State } from "../protocol.ts";
-import { plotTexts, type PlotTexts } from "../texts/plots.ts";
+import type { PlotTexts } from "../texts/plots.ts";
 import type { App, TaskPart } from "../ui/app.ts";
 import { attribute, h, mark, say, show } from "../ui/elements.ts";
 
@@ -66,7 +66,7 @@ class PlotsTask implements TaskPart {
 
   constructor(app: App) {
     this.#app = app;
-    this.#words = plotTexts[app.settings.value.language];
+    this.#words = app.texts.plotWords;
     const words = this.#words;
     const button = (word: string, act: () => void): HTMLButtonElement =>
       h("button", { type: "button", onclick: act }, word);

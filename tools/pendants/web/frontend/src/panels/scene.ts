@@ -9,7 +9,6 @@ import { sceneModel } from "../scene/model.ts";
 import type { SceneModel } from "../scene/model.ts";
 import { colourOf, distanceTo, drawn, freeName, graspOf, inBase, isSame, isWall, KINDS, MEASURES, newEntry, ownPose, resized, snapped } from "../scene/objects.ts";
 import type { Entry, Grasp, Kind } from "../scene/objects.ts";
-import { sceneTexts } from "../texts/scene.ts";
 import type { SceneTexts } from "../texts/scene.ts";
 import { fixed, readNumber } from "../texts/texts.ts";
 import type { App, TaskPart } from "../ui/app.ts";
@@ -54,7 +53,7 @@ class SceneTask implements TaskPart {
 
   constructor(app: App) {
     this.#app = app;
-    const words = (this.#words = sceneTexts[app.settings.value.language]);
+    const words = (this.#words = app.texts.sceneWords);
     this.#model = sceneModel(app);
     this.#undo = h("button", { type: "button", title: words.undoHint, onclick: () => this.#act(() => this.#model.undo()) }, icon("undo"), words.undo);
     this.#none = h("p", { class: "muted" }, words.none);

@@ -1,10 +1,26 @@
-// All words of the page in English; `de.ts` has the same keys.
-
+// All words of the page in English, which is always there; `de/de.ts` has the same keys.
+import type { CodeTexts } from "../protocol.ts";
+import { numbersEn } from "./numbers.ts";
+import { packetsEn } from "./packets.ts";
+import { planEn } from "./plan.ts";
+import { plotsEn } from "./plots.ts";
+import { sceneEn } from "./scene.ts";
 import { teachEn } from "./teach.ts";
+import { tourEn } from "./tour.ts";
 
 export const en = {
   /** Words of teaching and playback. */
   teaching: teachEn,
+  planWords: planEn,
+  plotWords: plotsEn,
+  sceneWords: sceneEn,
+  packetWords: packetsEn,
+  numberWords: numbersEn,
+  tourWords: tourEn,
+  /** Cause and remedy by code; in English the server says the cause itself. */
+  codes: {} as Partial<CodeTexts>,
+  meshesMissing: (count: number) =>
+    `${count} of the robot's meshes did not come whole: its simple shapes stand there.`,
   language: "English",
   simulation: "SIMULATION",
   realRobot: "REAL ROBOT",

@@ -1,7 +1,6 @@
 // The words of the page for the curious: frames, matrices, the Jacobian, the specification.
-import type { Language } from "./texts.ts";
 
-const en = {
+export const numbersEn = {
   where: "Where the tool is",
   frame: "Frame",
   link: "Link",
@@ -31,36 +30,4 @@ const en = {
   live: "It follows the robot twice a second.",
 };
 
-export type NumberTexts = typeof en;
-
-const de: NumberTexts = {
-  where: "Wo das Werkzeug ist",
-  frame: "Koordinatensystem",
-  link: "Glied",
-  toolCentre: "Werkzeugmittelpunkt",
-  position: "Ort [mm]",
-  quaternion: "Quaternion x y z w",
-  rpy: "Roll, Nick, Gier [°]",
-  notUnique: "bei einem Nickwinkel von 90° sind Roll und Gier nicht eindeutig",
-  axisAngle: "Drehvektor [°]",
-  matrix: "Homogene Matrix [m]",
-  jacobian: "Jacobi-Matrix, Zeilen vx vy vz ωx ωy ωz",
-  condition: "Konditionszahl",
-  infinite: "unendlich",
-  manipulability: "Manipulierbarkeit",
-  singularity: "Nächste Singularität",
-  singular: (kind, distance) => `${kind}, ${distance}`,
-  kinds: { wrist: "Handgelenk", elbow: "Ellbogen", shoulder: "Schulter", unnamed: "ohne Namen" },
-  dh: "DH-Koordinatensysteme",
-  dhJoint: "Achse",
-  noDh: "Die Datei dieses Roboters hat keine DH-Tabelle.",
-  dhHint: "a, d in mm; α, θ in Grad; im Bild gezeigt.",
-  specification: "Technische Daten",
-  limits: "Grenzen der Achsen",
-  range: "Bereich",
-  greatest: "Geschwindigkeit, Beschleunigung",
-  showFrames: "Im Bild zeigen",
-  live: "Es folgt dem Roboter zweimal in der Sekunde.",
-};
-
-export const numberTexts: Readonly<Record<Language, NumberTexts>> = { en, de };
+export type NumberTexts = typeof numbersEn;

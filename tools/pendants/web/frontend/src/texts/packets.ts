@@ -1,7 +1,6 @@
-// The words of the packet inspector, in each language.
-import type { Language } from "./texts.ts";
+// The words of the packet inspector, in English.
 
-const en = {
+export const packetsEn = {
   ofTab: "of this tab's own connection",
   filter: "Filter: name, id, text",
   all: "All",
@@ -53,58 +52,4 @@ const en = {
   completed: "completed",
 };
 
-export type PacketTexts = typeof en;
-
-const de: PacketTexts = {
-  ofTab: "der Verbindung dieser Seite",
-  filter: "Filter: Name, Nummer, Text",
-  all: "Alle",
-  noState: "Ohne Zustand",
-  refused: "Abgelehnt",
-  kinds: "Welche Pakete",
-  pause: "Anhalten",
-  goOn: "Weiter",
-  time: "Zeit",
-  way: "Weg",
-  message: "Nachricht",
-  id: "Nummer",
-  bytes: "Bytes",
-  meaning: "Bedeutung",
-  out: "aus",
-  in: "ein",
-  list: "Pakete",
-  rates: (into, out) => `${into} ein, ${out} aus je Sekunde`,
-  rate: (kilobytes) => `${kilobytes} kB/s`,
-  kept: (number) => `Die letzten ${number}`,
-  none: "Nichts Passendes ist gekommen.",
-  choose: "Ein Paket wählen, um es zu zerlegen.",
-  aRequest: (type, bytes) => `${type}, eine Anfrage von ${bytes} Bytes`,
-  aReply: (type, bytes) => `${type}, eine Antwort von ${bytes} Bytes`,
-  aTopic: (type, bytes) => `${type}, eine Nachricht von ${bytes} Bytes`,
-  copyHex: "Hex kopieren",
-  copyText: "Text kopieren",
-  copied: "Kopiert.",
-  marked: "Markiert: mit Strg C kopieren.",
-  more: (bytes) => `… ${bytes} Bytes mehr`,
-  reference: "Referenz",
-  hexOf: "Bytes nach Feldern",
-  fields: "Felder",
-  accepted: "angenommen",
-  acceptedAfter: (time) => `angenommen, ${time}`,
-  answer: "Antwort",
-  answered: (time, how) => `Beantwortet nach ${time}: ${how}.`,
-  ended: (time, how) => `Zu Ende nach ${time}: ${how}.`,
-  answers: (name, time) => `Antwort auf ${name}, ${time} davor gesendet.`,
-  unanswered: "Noch keine Antwort.",
-  held: "gehalten",
-  letGo: "losgelassen",
-  panic: "durchgedrückt",
-  joints: (count) => `${count} Achsen`,
-  press: (number) => `Druck ${number}`,
-  beat: (number) => `Schlag ${number}`,
-  stateOfBefore: (time) => `Zustand von ${time} davor`,
-  malformed: (why) => `fehlerhaft: ${why}`,
-  completed: "beendet",
-};
-
-export const packetTexts: Readonly<Record<Language, PacketTexts>> = { en, de };
+export type PacketTexts = typeof packetsEn;

@@ -1,7 +1,6 @@
-// The words of the plots, in each language.
-import type { Language } from "./texts.ts";
+// The words of the plots, in English.
 
-const en = {
+export const plotsEn = {
   positions: "Position",
   velocities: "Velocity",
   accelerations: "Acceleration",
@@ -29,34 +28,4 @@ const en = {
   goOn: "Go on",
 };
 
-export type PlotTexts = typeof en;
-
-const de: PlotTexts = {
-  positions: "Stellung",
-  velocities: "Geschwindigkeit",
-  accelerations: "Beschleunigung",
-  planned: "geplant",
-  driven: "gefahren",
-  limit: "Grenze",
-  oneJoint: "Eine Achse",
-  allJoints: "Alle Achsen",
-  joint: "Achse",
-  atTime: (seconds) => `Bei ${seconds} s`,
-  pointAtPlots: "Auf eine Kurve zeigen, um sie abzulesen.",
-  howClose: "Abstand zu den Grenzen",
-  worstAt: (joint, seconds) => `${joint}, ${seconds} s`,
-  against: "Geplant gegen gefahren",
-  largestDifference: "größte Abweichung",
-  where: "wo",
-  controllerDelay: "Verzug der Steuerung",
-  noPlan: "Zu dieser Bewegung ist kein Plan bekannt: gezeigt wird sie, wie sie gefahren wurde.",
-  planOf: (plan, seconds) => `Plan ${plan}, ${seconds} s`,
-  howMade: (milliseconds) =>
-    `Alle ${milliseconds} ms ein gefahrener Wert. Die gefahrene Beschleunigung ist die Differenz zweier Geschwindigkeiten.`,
-  saveCsv: "Als CSV speichern",
-  fit: "Alles zeigen",
-  hold: "Bild anhalten",
-  goOn: "Weiter",
-};
-
-export const plotTexts: Readonly<Record<Language, PlotTexts>> = { en, de };
+export type PlotTexts = typeof plotsEn;

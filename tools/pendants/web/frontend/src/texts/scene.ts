@@ -1,7 +1,6 @@
-// The words of the scene, in each language.
-import type { Language } from "./texts.ts";
+// The words of the scene, in English.
 
-const en = {
+export const sceneEn = {
   objects: "Objects",
   ofCell: (count: number) => `${count} of this cell`,
   undo: "Undo",
@@ -41,46 +40,4 @@ const en = {
   meshFixed: "A mesh is changed in its file.",
 };
 
-export type SceneTexts = typeof en;
-
-const de: SceneTexts = {
-  objects: "Gegenstände",
-  ofCell: (count) => `${count} in dieser Zelle`,
-  undo: "Zurück",
-  undoHint: "Die Szene vor Ihrer letzten Änderung wiederholen.",
-  kinds: { box: "Quader", cylinder: "Zylinder", sphere: "Kugel", capsule: "Kapsel", mesh: "Netz" },
-  add: (kind) => `Neu: ${kind}`,
-  stands: "steht",
-  heldBy: (link) => `gehalten von ${link}`,
-  seeThrough: "steht, durchsichtig",
-  none: "Nichts steht herum. Fügen Sie hinzu, was der Roboter nicht berühren darf.",
-  inBase: "in Base",
-  name: "Name",
-  copy: "Kopie",
-  remove: "Entfernen",
-  removeSure: "Wirklich entfernen?",
-  measures: { width: "Breite", depth: "Tiefe", height: "Höhe", radius: "Radius", length: "Länge" },
-  mayTouch: "Darf berühren",
-  nothing: "nichts",
-  handles: "Was die Griffe tun",
-  move: "Schieben",
-  turn: "Drehen",
-  resize: "Größe",
-  snap: "Raster 10 mm",
-  save: "Szene speichern",
-  putBack: "Zurückstellen",
-  unsaved: "Der alte Ort bleibt als Schatten, bis gespeichert ist.",
-  wrong: "Das ist keine Zahl oder keine Größe.",
-  attach: (distance) => `Greifen: ${distance} entfernt`,
-  attachTouching: "Greifen",
-  tooFar: (distance, reach) => `${distance} vom Greifpunkt; das Werkzeug reicht ${reach}`,
-  detach: "Hier loslassen",
-  gripped: (distance) => `Gegriffen ${distance} vom Greifpunkt. Es fährt mit dem Roboter und wird mit ihm geprüft.`,
-  carried: "Es fährt mit dem Roboter und wird mit ihm geprüft.",
-  nearestTo: (other, distance) => `am nächsten: ${other}, ${distance}`,
-  nearestPair: (one, other, distance) => `das nächste Paar hier: ${one} und ${other}, ${distance}`,
-  programsStale: (names) => `Mit der alten Szene geprüft, neu zu prüfen: ${names}.`,
-  meshFixed: "Ein Netz wird in seiner Datei geändert.",
-};
-
-export const sceneTexts: Readonly<Record<Language, SceneTexts>> = { en, de };
+export type SceneTexts = typeof sceneEn;

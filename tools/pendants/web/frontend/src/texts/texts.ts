@@ -1,10 +1,8 @@
 // The words of the page in the language of whoever reads it, and numbers as people write them.
-import { codeTextsDe } from "../codes.de.ts";
 import { VerdictCode } from "../protocol.ts";
 import type { CodeText } from "../protocol.ts";
 import { remedies } from "../remedies.ts";
 import type { Refusal } from "../wire/errors.ts";
-import { de } from "./de.ts";
 import { en } from "./en.ts";
 import type { Texts } from "./en.ts";
 
@@ -12,8 +10,24 @@ export type { Texts };
 
 export type Language = "en" | "de";
 
+const fetched = new Map<Language, Texts>([["en", en]]);
+
+/**
+ * Fetch the words of a language; English comes with the program. Where they do not come, they are
+ * asked for again the next time.
+ */
+export async function fetchWords(language: Language): Promise<void> {
+  if (fetched.has(language)) return;
+  try {
+    fetched.set(language, (await import("./de/de.ts")).de);
+  } catch {
+    // The page is in English until they come.
+  }
+}
+
+/** Return the words of a language, or the English ones until they have been fetched. */
 export function textsOf(language: Language): Texts {
-  return language === "de" ? de : en;
+  return fetched.get(language) ?? en;
 }
 
 /**
@@ -21,8 +35,8 @@ export function textsOf(language: Language): Texts {
  * a code that only a newer server knows, and no remedy.
  */
 export function causeAndRemedy(code: number, text: string, language: Language): CodeText {
-  const german: Readonly<Record<number, CodeText>> = codeTextsDe;
-  return (language === "de" ? german[code] : undefined) ?? [ended(text), remedies[code] ?? ""];
+  const known: Readonly<Partial<Record<number, CodeText>>> = textsOf(language).codes;
+  return known[code] ?? [ended(text), remedies[code] ?? ""];
 }
 
 const names = new Map<number, string>(

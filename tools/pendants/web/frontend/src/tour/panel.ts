@@ -7,7 +7,6 @@ import { enablingPad } from "../panels/enabling-pad.ts";
 import { whyNoMotion } from "../panels/jog.ts";
 import { MotionControlAction, StateField } from "../protocol.ts";
 import { Twice } from "../planning/twice.ts";
-import { tourTexts } from "../texts/tour.ts";
 import type { TourTexts } from "../texts/tour.ts";
 import { fixed, refusalSentence } from "../texts/texts.ts";
 import type { App, Part, TaskPart } from "../ui/app.ts";
@@ -39,7 +38,7 @@ class TourTask implements TaskPart {
 
   constructor(app: App) {
     this.#app = app;
-    const words = (this.#words = tourTexts[app.settings.value.language]);
+    const words = (this.#words = app.texts.tourWords);
     this.#twice = new Twice();
     this.#pad = enablingPad(app);
     this.#begin = h("button", { type: "button", class: "begin", onclick: () => this.#press() }, words.begin);

@@ -1,9 +1,25 @@
 // Alle Wörter der Seite auf Deutsch; die Schlüssel sind die von en.ts.
-import type { Texts } from "./en.ts";
+import { codeTextsDe } from "../../codes.de.ts";
+import type { Texts } from "../en.ts";
+import { numbersDe } from "./numbers.ts";
+import { packetsDe } from "./packets.ts";
+import { planDe } from "./plan.ts";
+import { plotsDe } from "./plots.ts";
+import { sceneDe } from "./scene.ts";
 import { teachDe } from "./teach.ts";
+import { tourDe } from "./tour.ts";
 
 export const de: Texts = {
   teaching: teachDe,
+  planWords: planDe,
+  plotWords: plotsDe,
+  sceneWords: sceneDe,
+  packetWords: packetsDe,
+  numberWords: numbersDe,
+  tourWords: tourDe,
+  codes: codeTextsDe,
+  meshesMissing: (count) =>
+    `${count} Netze des Roboters kamen nicht vollständig: dort stehen seine einfachen Formen.`,
   language: "Deutsch",
   simulation: "SIMULATION",
   realRobot: "ECHTER ROBOTER",

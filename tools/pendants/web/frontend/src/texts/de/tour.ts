@@ -1,0 +1,35 @@
+import type { TourTexts } from "../tour.ts";
+
+export const tourDe: TourTexts = {
+  title: "Rundgang",
+  what: "Der Roboter zeigt, was er kann: jede Achse allein, eine gerade Linie des Werkzeugs und zurück, dann einen Kreis ohne Halt. Das dauert eine halbe Minute. Sehen Sie neben dieser Liste zu.",
+  begin: "Rundgang beginnen",
+  again: "Noch einmal",
+  end: "Rundgang beenden",
+  leave: "Zurück zum Handbetrieb",
+  needsControl: "Übernehmen Sie zuerst die Steuerung. Der Rundgang bewegt den Roboter wie Sie, und verlangt nichts weiter.",
+  needsEnabling: "In T1 bleibt die Zustimmung gehalten, solange er fährt: V halten, oder das Feld antippen. Loslassen beendet den Rundgang.",
+  needsPeace: "Etwas hindert den Roboter an der Bewegung. Die Liste der Schritte sagt, was.",
+  sure: "Beginnen: der echte Roboter fährt",
+  freely: "In Automatik muss nichts gehalten werden. STOP, oder Rundgang beenden, hält ihn jederzeit an.",
+  steps: {
+    joint: (name) => `Achse ${name} allein`,
+    back: () => "Zurück an den Anfang",
+    line: () => "Eine gerade Linie des Werkzeugs",
+    lineBack: () => "Dieselbe Linie zurück",
+    bend: () => "Arm beugen, um Platz für eine Linie zu haben",
+    poses: (_name, count) => `Eine Bahn durch ${count} Orte des Werkzeugs, ohne Halt`,
+    positions: (_name, count) => `Eine Bahn durch ${count} Achsstellungen, ohne Halt`,
+  },
+  now: "jetzt",
+  took: (seconds) => `${seconds} s`,
+  leftOut: {
+    joint: (name) => `Ausgelassen: Achse ${name} allein. Kein Weg ist frei.`,
+    line: () => "Ausgelassen: eine gerade Linie. Keine ist erreichbar.",
+    circle: () => "Ausgelassen: ein Kreis. Keiner ist erreichbar.",
+    path: () => "Ausgelassen: eine Bahn. Keine Achse darf fahren.",
+  },
+  done: (count) => `Das war der Rundgang, in ${count} Bewegungen. Der Roboter gehört Ihnen.`,
+  ended: "Der Rundgang wurde beendet. Der Roboter steht.",
+  endedBy: (why) => `Der Rundgang endete: ${why}`,
+};
