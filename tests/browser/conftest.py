@@ -8,6 +8,16 @@ import pytest
 
 from browser.page_rig import FRONT, Page, PageRig, chromium, why_no_browser
 
+HERE = Path(__file__).parent
+
+
+@pytest.hookimpl(tryfirst=True)
+def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
+    """Mark them all: whatever waits for a browser and a server runs against the real clock."""
+    for item in items:
+        if item.path.is_relative_to(HERE):
+            item.add_marker(pytest.mark.realtime)
+
 
 @pytest.fixture(scope="session")
 def driver() -> Iterator[Any]:

@@ -143,6 +143,10 @@ class FirefoxPage(Page):
         self._firefox = firefox
         self._shifted: set[str] = set()
 
+    def do(self, script: str) -> None:
+        """Have the page do something at once."""
+        self.run(script)
+
     def key(self, down: bool, code: str, key: str, modifiers: int = 0) -> None:
         """Press or let go a key, and Shift with the first and the last that want it."""
         (self._downs.add if down else self._downs.discard)((code, key))

@@ -277,6 +277,10 @@ class Page:
     def run(self, script: str) -> Any:
         return self.driver.execute_script(script)
 
+    def do(self, script: str) -> None:
+        """Have the page do something at once: nothing but the browser stands in between."""
+        self.cdp("Runtime.evaluate", expression=script)
+
     def text(self, selector: str) -> str:
         return str(self.run(f"return document.querySelector({json.dumps(selector)}).innerText"))
 

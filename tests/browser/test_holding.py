@@ -59,22 +59,22 @@ def _finger_off(page: Page, _: tuple[float, float]) -> None:
 
 
 def _blur(page: Page, _: tuple[float, float]) -> None:
-    page.run("dispatchEvent(new Event('blur'))")
+    page.do("dispatchEvent(new Event('blur'))")
 
 
 def _hide(page: Page, _: tuple[float, float]) -> None:
-    page.run(
+    page.do(
         "Object.defineProperty(document, 'hidden', {value: true, configurable: true});"
         "document.dispatchEvent(new Event('visibilitychange')); delete document.hidden;"
     )
 
 
 def _page_hide(page: Page, _: tuple[float, float]) -> None:
-    page.run("dispatchEvent(new Event('pagehide'))")
+    page.do("dispatchEvent(new Event('pagehide'))")
 
 
 def _context_menu(page: Page, _: tuple[float, float]) -> None:
-    page.run("document.dispatchEvent(new Event('contextmenu', {bubbles: true}))")
+    page.do("document.dispatchEvent(new Event('contextmenu', {bubbles: true}))")
 
 
 def _enabling_up(page: Page, _: tuple[float, float]) -> None:

@@ -84,6 +84,8 @@ def test_a_paused_list_stands_still_while_frames_come(packets: Page) -> None:
     packets.wait("document.querySelector('button.packet.state:not([hidden])') !== null")
     packets.run("document.querySelector('.pause').click()")
     last = f"{SHOWN}.at(-1).dataset.number"
+    # What was scrolled last is drawn once more.
+    packets.run("return new Promise(done => requestAnimationFrame(() => setTimeout(done, 50)))")
     before = packets.run(f"return {last}")
     packets.wait("Number(document.querySelector('.packets footer').innerText.split(' ')[0]) > 10")
     assert packets.run(f"return {last}") == before
