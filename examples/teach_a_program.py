@@ -10,7 +10,7 @@ from openpendant.tools.pendants.client import OperatingMode, PendantClient, Pend
 
 PORT = int(sys.argv[1]) if len(sys.argv) > 1 else 11010
 NAME = "five points"
-WAY = ({0: 0.03}, {1: -0.015, 2: 0.015}, {0: -0.06}, {1: 0.015, 2: -0.015}, {0: 0.03})
+WAY = ({0: 0.02}, {1: -0.01, 2: 0.01}, {0: -0.04}, {1: 0.01, 2: -0.01}, {0: 0.02})
 
 
 async def forget_the_last_run(pendant: PendantClient) -> None:
@@ -38,7 +38,7 @@ async def main() -> None:
                         point,
                         move={"statement": "move", "way": "PTP", "point": point},
                     )
-                await (await pendant.step({0: 0.015})).done()
+                await (await pendant.step({0: 0.01})).done()
                 saved = await programs.touch_up(NAME, saved["revision"], "p5")
             trial = await programs.dry_run(NAME)
             reachable = sum(point["reachable"] for point in trial["points"])

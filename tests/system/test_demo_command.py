@@ -96,7 +96,15 @@ def wait_for_part(mark: str, part: str) -> None:
     deadline = time.monotonic() + PATIENCE
     while not any(part in command for command in processes_marked(mark).values()):
         assert time.monotonic() < deadline, f"{part} does not start"
-        time.sleep(0.02)
+        time.sleep(0.05)
+
+
+@pytest.fixture
+def demo(part: str, tmp_path: Path, mark: str) -> subprocess.Popen[str]:
+    """A demo of which one part is the last one that was started."""
+    process = start_demo(tmp_path)
+    wait_for_part(mark, part)
+    return process
 
 
 linux_only = pytest.mark.skipif(sys.platform != "linux", reason="looks for processes in /proc")
@@ -121,10 +129,8 @@ PAIRS = [
     ],
 )
 def test_a_signal_ends_the_demo_and_all_its_processes(
-    number: signal.Signals, part: str, tmp_path: Path, mark: str
+    demo: subprocess.Popen[str], number: signal.Signals, tmp_path: Path, mark: str
 ) -> None:
-    demo = start_demo(tmp_path)
-    wait_for_part(mark, part)
     os.killpg(demo.pid, number)  # as a terminal does with Ctrl-C
     assert demo.wait(PATIENCE) == 128 + number
     assert left_over(mark, PATIENCE) == {}
@@ -144,11 +150,10 @@ def test_a_signal_that_is_ignored_stays_ignored_as_nohup_wants() -> None:
 
 @linux_only
 @pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM])
+@pytest.mark.parametrize("part", PARTS[:1])
 def test_a_signal_in_the_middle_ends_it_at_once(
-    number: signal.Signals, tmp_path: Path, mark: str
+    demo: subprocess.Popen[str], number: signal.Signals, tmp_path: Path, mark: str
 ) -> None:
-    demo = start_demo(tmp_path)
-    wait_for_part(mark, PARTS[0])
     time.sleep(1.5 * SCALE)
     for _ in range(2):  # a second Ctrl-C must not break the unwinding
         demo.send_signal(number)
@@ -168,10 +173,8 @@ def test_a_signal_in_the_middle_ends_it_at_once(
     ],
 )
 def test_a_demo_that_is_killed_leaves_no_process(
-    part: str, later: float, tmp_path: Path, mark: str
+    demo: subprocess.Popen[str], later: float, tmp_path: Path, mark: str
 ) -> None:
-    demo = start_demo(tmp_path)
-    wait_for_part(mark, part)
     time.sleep(later)
     demo.kill()
     demo.wait()

@@ -1,5 +1,6 @@
 import asyncio
 import json
+from collections.abc import AsyncIterator, Awaitable, Callable
 from itertools import count
 from typing import Any
 
@@ -290,7 +291,10 @@ PARTS = {
     ("plans",): plans,
     ("shapes",): shapes,
 }
-ACCOUNTS = {("access",): access, ("users",): users}
+ACCOUNTS: dict[tuple[str, ...], Callable[[Pendant, int], Awaitable[None]]] = {
+    ("access",): access,
+    ("users",): users,
+}
 
 
 def operations_of(*groups: str) -> set[str]:
@@ -318,12 +322,14 @@ async def test_every_operation_is_answered_as_it_is_published(
 
 
 @pytest_asyncio.fixture(scope="module", loop_scope="module")
-async def guarded_port(start_cell_of_the_file: Any) -> int:
+async def guarded_port(start_cell_of_the_file: Any) -> AsyncIterator[int]:
     """The pendant port of a cell of its own with the account of an admin."""
-    port: int = (await start_cell_of_the_file(**CELL)).ports["pendant"]
+    cell = await start_cell_of_the_file(**CELL)
+    port: int = cell.ports["pendant"]
     async with await PendantClient.connect("127.0.0.1", port) as pendant:
         await pendant.add_account("ada", AccountRole.ADMIN, SECRET)
-    return port
+    yield port
+    assert (await cell.end())["violations"] == 0
 
 
 @pytest.mark.parametrize("groups", ACCOUNTS, ids="+".join)

@@ -13,6 +13,7 @@ from pathlib import Path
 from typing import Any
 
 import pytest
+import pytest_asyncio
 from rigs.clock.busy_machine import PATIENCE, SCALE, tell_begun_anew
 
 from openpendant.simplemsg import pendant as messages
@@ -140,40 +141,51 @@ async def step_two_joints(shown: Terminal, observer: PendantClient) -> None:
     await until(observer, lambda s: s.activity == messages.Activity.IDLE and s.in_motion == 0)
 
 
-async def test_it_jogs_records_stops_and_is_left(start_cell: Any, tmp_path: Path) -> None:
+@pytest_asyncio.fixture
+async def attended(
+    start_cell: Any, tmp_path: Path
+) -> AsyncIterator[tuple[Terminal, PendantClient]]:
+    """A terminal pendant that is connected, and an observer of its cell."""
     cell = await start_cell(server=("--store", str(tmp_path / "store.db")))
     observer = await cell.ready_pendant(client="observer")
-    before = observer.joints()
     async with terminal(cell.ports["pendant"]) as shown:
         await shown.shows("pendant–server: up")
-        shown.strike("cm1")
-        await until(observer, lambda s: s.operating_mode == messages.OperatingMode.MANUAL_REDUCED)
-        assert observer.state is not None
-        assert observer.state.holder != 0
-        await step_two_joints(shown, observer)
-        first, second, *others = observer.joints()
-        assert before[0] < first <= before[0] + STEP + 1e-4
-        assert before[1] > second >= before[1] - STEP - 1e-4
-        assert others == pytest.approx(before[2:], abs=1e-4)
-
-        shown.strike("npick\r")
-        await shown.shows("Create pick?")
-        shown.strike("1")
-        await shown.shows("pick, revision 1")
-        shown.strike("1")
-        await shown.shows("pick, revision 2")
-        program = await observer.manage({"op": "programs.load", "name": "pick"})
-        assert "move PTP P1" in program["body"]
-
-        shown.strike(" ")
-        await until(observer, lambda s: s.stop == messages.StopKind.SOFTWARE)
-        await shown.shows("software stop by terminal: space bar")
-        await until(observer, lambda s: s.enabling == messages.EnablingPosition.RELEASED)
-
-        shown.strike(CTRL_Q)
-        assert await asyncio.wait_for(shown.process.wait(), PATIENCE) == 0
-    await until(observer, lambda s: s.holder == 0)
+        yield shown, observer
     assert (await cell.end())["violations"] == 0
+
+
+async def test_it_jogs_records_stops_and_is_left(
+    attended: tuple[Terminal, PendantClient],
+) -> None:
+    shown, observer = attended
+    before = observer.joints()
+    shown.strike("cm1")
+    await until(observer, lambda s: s.operating_mode == messages.OperatingMode.MANUAL_REDUCED)
+    assert observer.state is not None
+    assert observer.state.holder != 0
+    await step_two_joints(shown, observer)
+    first, second, *others = observer.joints()
+    assert before[0] < first <= before[0] + STEP + 1e-4
+    assert before[1] > second >= before[1] - STEP - 1e-4
+    assert others == pytest.approx(before[2:], abs=1e-4)
+
+    shown.strike("npick\r")
+    await shown.shows("Create pick?")
+    shown.strike("1")
+    await shown.shows("pick, revision 1")
+    shown.strike("1")
+    await shown.shows("pick, revision 2")
+    program = await observer.manage({"op": "programs.load", "name": "pick"})
+    assert "move PTP P1" in program["body"]
+
+    shown.strike(" ")
+    await until(observer, lambda s: s.stop == messages.StopKind.SOFTWARE)
+    await shown.shows("software stop by terminal: space bar")
+    await until(observer, lambda s: s.enabling == messages.EnablingPosition.RELEASED)
+
+    shown.strike(CTRL_Q)
+    assert await asyncio.wait_for(shown.process.wait(), PATIENCE) == 0
+    await until(observer, lambda s: s.holder == 0)
 
 
 DOWN, ENTER = "\x1b[B", "\r"
@@ -184,36 +196,32 @@ async def until_it_stands(observer: PendantClient) -> None:
 
 
 async def test_a_position_is_taught_left_and_gone_back_to_by_a_plan_as_it_was_shown(
-    start_cell: Any, tmp_path: Path
+    attended: tuple[Terminal, PendantClient],
 ) -> None:
-    cell = await start_cell(server=("--store", str(tmp_path / "store.db")))
-    observer = await cell.ready_pendant(client="observer")
-    async with terminal(cell.ports["pendant"]) as shown:
-        await shown.shows("pendant–server: up")
-        shown.strike("M8")
-        await shown.shows("new: type its name")
-        shown.strike(f"{ENTER}here{ENTER}")
-        await shown.shows("position here is where the robot stands")
-        taught = observer.joints()
-        shown.strike("c")
-        await until(observer, lambda s: s.holder != 0)
-        shown.strike(f"=1=5{ENTER}")
-        await until(observer, lambda s: s.positions[0] > taught[0] + math.radians(4.9))
-        await until_it_stands(observer)
+    shown, observer = attended
+    shown.strike("M8")
+    await shown.shows("new: type its name")
+    shown.strike(f"{ENTER}here{ENTER}")
+    await shown.shows("position here is where the robot stands")
+    taught = observer.joints()
+    shown.strike("c")
+    await until(observer, lambda s: s.holder != 0)
+    shown.strike(f"=1=5{ENTER}")
+    await until(observer, lambda s: s.positions[0] > taught[0] + math.radians(4.9))
+    await until_it_stands(observer)
 
-        shown.strike("M8")
-        await shown.shows("   here ")
-        rows = [each["name"] for each in (await observer.positions.list())["positions"]]
-        shown.strike(DOWN * (1 + rows.index("here")) + ENTER)
-        await shown.shows("2 plan")
-        shown.strike("2")
-        await shown.shows("plan 1 to here: ")
-        shown.strike(ENTER + ENTER)
-        await shown.shows("Execute plan 1?")
-        shown.strike("1")
-        await shown.shows("plan 1 ended")
+    shown.strike("M8")
+    await shown.shows("   here ")
+    rows = [each["name"] for each in (await observer.positions.list())["positions"]]
+    shown.strike(DOWN * (1 + rows.index("here")) + ENTER)
+    await shown.shows("2 plan")
+    shown.strike("2")
+    await shown.shows("plan 1 to here: ")
+    shown.strike(ENTER + ENTER)
+    await shown.shows("Execute plan 1?")
+    shown.strike("1")
+    await shown.shows("plan 1 ended")
     assert observer.joints() == pytest.approx(taught, abs=1e-3)
-    assert (await cell.end())["violations"] == 0
 
 
 async def test_a_held_key_moves_and_silence_ends_it_within_the_deadline(start_cell: Any) -> None:
