@@ -22,7 +22,7 @@ from browser.spoiling_relay import (
     with_answer,
 )
 from browser.test_states import picture
-from openpendant.motion.description.robot import load_robot
+from openpendant.motion.description.robot import ParallelRobot, load_robot
 from openpendant.motion.kinematics.stewart.platform import StewartKinematics
 from openpendant.motion.robot_report.robot_report import robot_data
 from openpendant.motion.robot_report.shapes_report import shapes_report
@@ -303,6 +303,7 @@ def _drawn_colours(page: Page) -> int:
 def test_a_platform_is_drawn_with_its_legs(spoiled: Spoiled) -> None:
     """None is served yet, so a robot of six axes is told to be one."""
     platform = load_robot("stewart_classroom")
+    assert isinstance(platform, ParallelRobot)
     shapes, facts = shapes_report(platform), robot_data(platform)["facts"]
     lengths = StewartKinematics(platform).inverse(
         link_poses(platform, [0.0] * 6)[platform.tool_link]
