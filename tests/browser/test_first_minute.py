@@ -7,6 +7,8 @@ import pytest
 
 from browser.page_rig import Page, PageRig, show_at
 
+pytestmark = pytest.mark.realtime
+
 AXE = Path("tools/pendants/web/frontend/node_modules/axe-core/axe.min.js")
 RULES = ["wcag2a", "wcag2aa", "wcag21a", "wcag21aa", "wcag22aa"]
 ORANGE = "[...document.querySelectorAll('button.orange')].filter(b => b.offsetParent !== null)"

@@ -100,8 +100,10 @@ def _seek(page: Page, part: float) -> None:
 
 
 def _settled(page: Page, name: str) -> None:
-    """Take a picture once what was asked for is drawn."""
+    """Take a picture once what was asked for is drawn, and no fault of a busy machine over it."""
     time.sleep(0.7)
+    if "fault" not in name:
+        page.wait("document.querySelector('.frame').dataset.state !== 'fault'")
     page.picture(name)
 
 
