@@ -147,7 +147,7 @@ class PlotsTask implements TaskPart {
   #legend(): HTMLElement {
     const { planned, driven, limit } = this.#words;
     const entry = (word: string, line: string): HTMLElement =>
-      h("span", { class: `line-kind ${line}` }, h("i", { "aria-hidden": "true" }), word);
+      h("span", { class: `legend ${line}` }, h("i", { "aria-hidden": "true" }), word);
     return h(
       "div",
       { class: "legends" },
