@@ -137,12 +137,22 @@ def deep(page_rig: PageRig, deep_driver: Any) -> Iterator[Page]:
     page.driver.get("about:blank")
 
 
+def _deep_handle(page: Page) -> tuple[float, float]:
+    """Return where the handle z is; skipped where the page found 3-D too slow for this machine."""
+    try:
+        return handle(page, "z", DEEP, half=3)
+    except AssertionError:
+        if page.run("return document.querySelector('.host canvas[data-engine]') === null"):
+            pytest.skip("the machine is too slow for 3-D just now: the page went back to sticks")
+        raise
+
+
 def test_in_three_dimensions_a_target_is_dragged_along_one_axis_and_asked_for(deep: Page) -> None:
     _goal(deep, "")
     deep.wait(f"{TOLD}.innerText.includes('reaches it')")
     before = boxes(deep, NUMBERS)
     deep.run(_COUNT)
-    drag(deep, handle(deep, "z", DEEP, half=3), (0.0, 60.0), between=lambda: time.sleep(0.05))
+    drag(deep, _deep_handle(deep), (0.0, 60.0), between=lambda: time.sleep(0.05))
     deep.wait(f"document.querySelectorAll('{NUMBERS}')[2].value < {before[2] - 30}")
     assert boxes(deep, NUMBERS)[:2] == before[:2]
     deep.wait(f"{ASKED}.length > 0 && {TOLD}.innerText.includes('reaches it')")
@@ -155,6 +165,6 @@ def test_in_three_dimensions_an_object_is_resized_by_its_handles(deep: Page) -> 
     deep.run("document.querySelector('.scene [data-drags=size]').click()")
     sizes = ".object-editor .three ~ .three input"
     before = boxes(deep, sizes)
-    drag(deep, handle(deep, "z", DEEP, half=3), (0.0, -50.0), between=lambda: time.sleep(0.05))
+    drag(deep, _deep_handle(deep), (0.0, -50.0), between=lambda: time.sleep(0.05))
     deep.wait(f"document.querySelectorAll('{sizes}')[2].value > {1.2 * before[2]}")
     assert boxes(deep, sizes)[:2] == before[:2]
