@@ -36,6 +36,16 @@ def other(page_rig: PageRig) -> Iterator[SyncPendantClient]:
         yield client
 
 
+@pytest.fixture(scope="module")
+def releases(page_rig: PageRig) -> Iterator[tuple[MessageTap, int]]:
+    """Sees what lets go as it reaches the server; and the port of the gateway before it."""
+    tap, port = MessageTap(page_rig.server, JogRelease), free_port()
+    gateway = page_rig.start_gateway(port, tap.port)
+    yield tap, port
+    page_rig.end(gateway)
+    tap.close()
+
+
 def _jogs(page: Page, side: str) -> tuple[float, float]:
     """Hold the first joint's button until the robot moves steadily; return where that is."""
     page.hold_enabling()
@@ -176,11 +186,11 @@ def _other_frame(page: Page) -> Callable[[], None]:
 )
 def test_what_the_page_takes_away_ends_it(
     page_rig: PageRig,
+    releases: tuple[MessageTap, int],
     change: Callable[[Page], Callable[[], None]],
     request: pytest.FixtureRequest,
 ) -> None:
-    tap, port = MessageTap(page_rig.server, JogRelease), free_port()
-    gateway = page_rig.start_gateway(port, tap.port)
+    tap, port = releases
     page = page_rig.page(port)
     page.ready()
     name = request.node.callspec.id
@@ -207,8 +217,6 @@ def test_what_the_page_takes_away_ends_it(
     finally:
         page.let_all_go()
         page.driver.get("about:blank")
-        page_rig.end(gateway)
-        tap.close()
 
 
 def test_a_gateway_that_is_killed_stops_the_robot(page_rig: PageRig) -> None:
