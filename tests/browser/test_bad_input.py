@@ -21,7 +21,6 @@ from browser.spoiling_relay import (
     kind_of,
     with_answer,
 )
-from browser.test_states import picture
 from openpendant.motion.description.robot import ParallelRobot, load_robot
 from openpendant.motion.kinematics.stewart.platform import StewartKinematics
 from openpendant.motion.robot_report.robot_report import robot_data
@@ -329,7 +328,6 @@ def test_a_platform_is_drawn_with_its_legs(spoiled: Spoiled) -> None:
         "document.querySelector('.checklist .quiet').click()"
     )
     time.sleep(0.5)
-    picture(page, "cell-platform")
     assert _drawn_colours(page) > 30
 
 
@@ -349,5 +347,4 @@ def test_an_imported_robot_whose_meshes_are_missing_is_drawn_from_simple_shapes(
         assert page.text(".note") == "" or not page.run(
             "return document.querySelector('.note').offsetParent !== null"
         )
-        picture(page, "cell-imported")
         page.driver.get("about:blank")
