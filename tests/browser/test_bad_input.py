@@ -328,7 +328,6 @@ def test_a_platform_is_drawn_with_its_legs(spoiled: Spoiled) -> None:
         "document.querySelector('.checklist .quiet').click()"
     )
     time.sleep(0.5)
-    page.picture("cell-platform")
     assert _drawn_colours(page) > 30
 
 
@@ -348,5 +347,4 @@ def test_an_imported_robot_whose_meshes_are_missing_is_drawn_from_simple_shapes(
         assert page.text(".note") == "" or not page.run(
             "return document.querySelector('.note').offsetParent !== null"
         )
-        page.picture("cell-imported")
         page.driver.get("about:blank")

@@ -6,6 +6,7 @@ import time
 import pytest
 
 from browser.page_rig import ROBOT, Page, PageRig
+from browser.test_tasks_for_everybody import AXE, RULES
 from openpendant.tools.pendants.sync_client import SyncPendantClient
 
 READY = "document.querySelector('.verdict').innerText.includes('can run')"
@@ -265,3 +266,17 @@ def test_a_path_without_a_stop_is_not_planned(plans: Page) -> None:
     time.sleep(0.3)
     assert plans.text(".verdicts") == before
     assert "Add named positions" in plans.text(".path-stops")
+
+
+def test_the_stops_of_a_path_break_no_rule_of_wcag_2_2_aa(plans: Page) -> None:
+    if not AXE.is_file():
+        pytest.skip("no axe-core: make browser fetches it")
+    plans.run("document.querySelector('[data-way=path]').click()")
+    _add_stop(plans, "home")
+    _add_stop(plans, "zero")
+    plans.run(AXE.read_text("utf-8"))
+    found = plans.driver.execute_async_script(
+        f"axe.run({{runOnly: {json.dumps(RULES)}}}).then(told => arguments[0]("
+        "told.violations.map(each => [each.id, each.nodes.map(node => node.target)])))"
+    )
+    assert found == []
