@@ -11,7 +11,7 @@ from typing import Any
 
 import pytest
 
-from browser.page_rig import ROBOT, Page, PageRig, free_port
+from browser.page_rig import ROBOT, Page, PageRig, chromium, free_port
 from browser.spoiling_relay import (
     MANAGEMENT,
     STATE,
@@ -203,7 +203,19 @@ def test_a_controller_that_takes_steps_only_has_step_buttons_and_a_line_that_say
     assert len(page.rig.tap.seen()) == steps, "a key that is held is one step"
 
 
-def test_a_page_that_sleeps_stops_the_robot_and_wakes_with_what_is_true_now(page: Page) -> None:
+@pytest.fixture
+def alone(page_rig: PageRig, driver: Any) -> Iterator[Page]:
+    """A page in a browser of its own: one that slept, or was hidden, may draw no more."""
+    driver.get("about:blank")
+    own = chromium()
+    page = Page(page_rig, own, page_rig.page().address)
+    page.ready()
+    yield page
+    own.quit()
+
+
+def test_a_page_that_sleeps_stops_the_robot_and_wakes_with_what_is_true_now(alone: Page) -> None:
+    page = alone
     page.hold_enabling()
     page.key(True, "Digit1", "1")
     page.jogs()
@@ -217,8 +229,8 @@ def test_a_page_that_sleeps_stops_the_robot_and_wakes_with_what_is_true_now(page
     assert page.rig.tap.seen() == [], "nothing moved while it slept, nor when it woke"
 
 
-def test_a_tab_in_the_background_knows_the_cell_when_it_is_shown_again(page: Page) -> None:
-    driver = page.driver
+def test_a_tab_in_the_background_knows_the_cell_when_it_is_shown_again(alone: Page) -> None:
+    page, driver = alone, alone.driver
     first = driver.current_window_handle
     driver.switch_to.new_window("tab")
     second = driver.current_window_handle
