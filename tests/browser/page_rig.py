@@ -267,9 +267,10 @@ class Page:
     def open(self) -> None:
         """Load the page with the usual settings, and wait until it shows the cell."""
         self.driver.get(self.address)
-        stored = json.dumps({"theme": "dark", "language": "en"})
-        self.run(f"localStorage.setItem('openpendant.settings', {json.dumps(stored)})")
-        self.driver.refresh()
+        usual, kept = json.dumps({"theme": "dark", "language": "en"}), "openpendant.settings"
+        if self.run(f"return localStorage.getItem('{kept}')") != usual:
+            self.run(f"localStorage.setItem('{kept}', {json.dumps(usual)})")
+            self.driver.refresh()
         self.wait("document.querySelector('.chips')?.innerText.includes('Connected')")
         self.wait("document.querySelectorAll('.row').length > 3")
         self.wait("document.querySelector('.host[data-shows-robot]')", within=20)
