@@ -5,7 +5,7 @@ from pathlib import Path
 
 import pytest
 
-from browser.page_rig import Page, PageRig
+from browser.page_rig import Page, PageRig, show_at
 
 AXE = Path("tools/pendants/web/frontend/node_modules/axe-core/axe.min.js")
 RULES = ["wcag2a", "wcag2aa", "wcag21a", "wcag21aa", "wcag22aa"]
@@ -14,6 +14,7 @@ SHOWN = {
     "scene": "document.querySelector('.scene .kinds') !== null",
     "frames": "document.querySelectorAll('.numbers .values td').length > 10",
     "packets": "document.querySelectorAll('button.packet').length > 3",
+    "plots": "document.querySelectorAll('.plots canvas').length >= 3",
     "tour": "document.querySelector('.tour .begin') !== null",
 }
 THEN = {
@@ -64,3 +65,15 @@ def test_a_task_scrolls_nothing_sideways_on_a_narrow_phone(control: Page, task: 
         assert control.run("return document.documentElement.scrollWidth") <= 320
     finally:
         control.cdp("Emulation.clearDeviceMetricsOverride")
+
+
+def test_plots_become_narrower_with_their_window(control: Page) -> None:
+    _show(control, "plots")
+    show_at(control.driver, 320, 700)
+    try:
+        rights = (
+            "[...document.querySelectorAll('.plots canvas')].map(c => c.getBoundingClientRect())"
+        )
+        control.wait(f"{rights}.every(({{ right }}) => right <= 320)")
+    finally:
+        show_at(control.driver, 1366, 820)

@@ -157,7 +157,8 @@ class TourTask implements TaskPart {
     const { language } = this.#app.settings.value;
     const done = tour.steps.map(({ kind, name, count, took }) => {
       const time = took === null ? (this.#isOver ? "" : words.now) : words.took(fixed(took, 1));
-      const row = h("li", {}, took === null ? icon("play") : icon("check"), h("span", {}, words.steps[kind](named(name), count)), h("span", { class: "time" }, language === "de" ? time.replace(".", ",") : time));
+      const sign = took !== null ? "check" : this.#isOver ? "cross" : "play";
+      const row = h("li", { class: sign }, icon(sign), h("span", {}, words.steps[kind](named(name), count)), h("span", { class: "time" }, language === "de" ? time.replace(".", ",") : time));
       attribute(row, "aria-current", took === null && !this.#isOver ? "step" : null);
       return row;
     });
