@@ -1,4 +1,4 @@
-"""A real browser, gateway, server and emulator, up once for all tests of the page."""
+"""A real browser, up once for all tests of the page; gateway, server and emulator, up once a file."""
 
 from collections.abc import Iterator
 from pathlib import Path
@@ -31,9 +31,9 @@ def driver() -> Iterator[Any]:
     started.quit()
 
 
-@pytest.fixture(scope="session")
+@pytest.fixture(scope="module")
 def page_rig(driver: Any, tmp_path_factory: pytest.TempPathFactory) -> Iterator[PageRig]:
-    """Emulator, server and gateway with free ports."""
+    """Emulator, server and gateway with free ports; what one file leaves there is in no other's way."""
     with PageRig(Path(tmp_path_factory.mktemp("page")), driver) as rig:
         yield rig
 
