@@ -1,4 +1,4 @@
-"""A real browser, up once for all tests of the page; gateway, server and emulator, up once a file."""
+"""A real browser, up once for all tests of the page; the processes behind it, up once a file."""
 
 from collections.abc import Iterator
 from pathlib import Path
@@ -33,7 +33,7 @@ def driver() -> Iterator[Any]:
 
 @pytest.fixture(scope="module")
 def page_rig(driver: Any, tmp_path_factory: pytest.TempPathFactory) -> Iterator[PageRig]:
-    """Emulator, server and gateway with free ports; what one file leaves there is in no other's way."""
+    """Emulator, server and gateway: what one file leaves there is in no other's way."""
     with PageRig(Path(tmp_path_factory.mktemp("page")), driver) as rig:
         yield rig
 
