@@ -168,16 +168,20 @@ class Begun:
         """End the processes, unless they have ended."""
         self._running.close()
 
-    def demonstrate(self, *runs: tuple[str, ...]) -> tuple[list[Demonstration], dict[str, Any]]:
-        """Run the example as often as asked; return the runs, and what the referee said of all."""
-        with self._running:
-            shown = [self._bench.run(*arguments) for arguments in runs]
+    def run(self, *arguments: str) -> Demonstration:
+        """Run the example; where the robot stood is not known yet."""
+        return self._bench.run(*arguments)
+
+    def judge(self, *shown: Demonstration) -> dict[str, Any]:
+        """End the processes, note where the robot stood, and return what the referee says."""
+        self.end()
         begins = [begin for run in shown for begin in run.begins]
         rests = stood(self._executed, self.rig.emulator_began, begins)
         for run in shown:
             # The last rest of a run is the first of the next.
             run.rests, rests = rests[: len(run.begins) + 1], rests[len(run.begins) :]
-        return shown, json.loads(self.rig.referee.read_text("utf-8"))
+        told: dict[str, Any] = json.loads(self.rig.referee.read_text("utf-8"))
+        return told
 
 
 @pytest.fixture(scope="module")
@@ -188,14 +192,22 @@ def begun(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Begun]:
 
 
 @pytest.fixture(scope="module")
-def told(begun: Begun) -> tuple[Demonstration, dict[str, Any]]:
-    (shown,), referee = begun.demonstrate(())
-    return shown, referee
+def ran(begun: Begun) -> Demonstration:
+    """One run of the example, before it is judged."""
+    return begun.run()
+
+
+@pytest.fixture(scope="module")
+def referee(begun: Begun, ran: Demonstration) -> dict[str, Any]:
+    """What the referee of the emulated robot says of that run."""
+    return begun.judge(ran)
 
 
 @pytest.fixture
-def shown(told: tuple[Demonstration, dict[str, Any]]) -> Demonstration:
-    return told[0]
+def shown(ran: Demonstration, referee: dict[str, Any]) -> Demonstration:
+    """That run, and where the robot stood in it."""
+    assert referee
+    return ran
 
 
 def apart_of_wall(pose: Pose) -> float:
@@ -240,15 +252,15 @@ def test_nothing_stands_there_before_it_begins(begun: Begun) -> None:
 
 
 def test_the_example_has_the_bodies_and_places_that_are_looked_at_here(
-    shown: Demonstration,
+    ran: Demonstration,
 ) -> None:
     for body, name in ((WALL, "WALL"), (WORKPIECE, "WORKPIECE")):
         assert isinstance(body.shape, Box)
-        told = shown.facts[name]
+        told = ran.facts[name]
         assert told["shape"]["size"] == list(body.shape.size)
         assert tuple(told["position"]) == body.position
-    assert shown.facts["THERE"] == PLACE
-    assert shown.facts["ASIDE"] == 0.06
+    assert ran.facts["THERE"] == PLACE
+    assert ran.facts["ASIDE"] == 0.06
 
 
 def test_the_workpiece_stands_within_1_mm_of_its_place(shown: Demonstration) -> None:
@@ -273,8 +285,7 @@ def test_nothing_touches_on_the_way(shown: Demonstration) -> None:
     assert least_clearance(shown) > 0.0
 
 
-def test_the_referee_is_silent(told: tuple[Demonstration, dict[str, Any]]) -> None:
-    shown, referee = told
+def test_the_referee_is_silent(shown: Demonstration, referee: dict[str, Any]) -> None:
     assert len(shown.sent) == TO_NOTHING + 1
     assert referee["violations"] == 0, referee["first"]
 
@@ -296,7 +307,12 @@ def test_so_it_is_in_the_dry_run(shown: Demonstration) -> None:
 @pytest.mark.soak
 @pytest.mark.timeout(3_600)
 def test_so_it_is_on_forty_ways_past_the_wall(tmp_path: Path) -> None:
-    runs, referee = Begun(tmp_path).demonstrate(*((str(seed),) for seed in range(40)))
+    begun = Begun(tmp_path)
+    try:
+        runs = [begun.run(str(seed)) for seed in range(40)]
+        referee = begun.judge(*runs)
+    finally:
+        begun.end()
     assert referee["violations"] == 0, referee["first"]
     for run in runs:
         assert np.linalg.norm(run.placed.position - PLACE) <= NEAR_ENOUGH
