@@ -15,6 +15,7 @@ from xml.etree import ElementTree
 
 from run_lanes import CAME_TO_ITS_END, Run, exit_code, outcomes, tell_figures
 
+ALL = "tests/browser/test_*.py"
 TIMED = "tests/browser/test_holding*.py"
 SHOWING_WORKERS = 2
 """Of the first lane. In the second, a browser beside the one that is timed made ramps begin up to
@@ -23,12 +24,10 @@ SHOWING_WORKERS = 2
 
 def lane_commands(arguments: Sequence[str]) -> list[tuple[str, list[str]]]:
     """Return each lane's name and what the interpreter is to be asked."""
-    showing = ["tests/browser", f"--ignore-glob={TIMED}", f"--workers={SHOWING_WORKERS}"]
     timed = sorted(glob(TIMED))
-    return [
-        (name, ["-m", "pytest", *chosen, *arguments])
-        for name, chosen in (("what it shows", showing), ("letting go", timed))
-    ]
+    showing = sorted(set(glob(ALL)) - set(timed))
+    lanes = (("what it shows", [*showing, f"--workers={SHOWING_WORKERS}"]), ("letting go", timed))
+    return [(name, ["-m", "pytest", *chosen, *arguments]) for name, chosen in lanes]
 
 
 def run_lanes(run: Run, arguments: Sequence[str]) -> None:

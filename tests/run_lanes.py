@@ -281,6 +281,8 @@ def main(arguments: Sequence[str] | None = None) -> int:
     """Run the lanes, tell what came of them and return the exit code."""
     asked = _parser().parse_args(arguments)
     _adopt_orphans()
+    # Workers fill the processors already; threads of small products of matrices only wait in them.
+    os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
     run = Run()
     run.obey(signal.SIGINT, signal.SIGTERM, signal.SIGHUP)
     for command in asked.beside:
