@@ -42,12 +42,9 @@ def test_seeds_with_some_bytes_changed_break_nothing(name: str) -> None:
 
 
 @every_target
-@pytest.mark.parametrize("seed", [1, 2])
-def test_a_thousand_inputs_of_the_fuzzer_break_nothing(
-    name: str, seed: int, tmp_path: Path
-) -> None:
+def test_two_thousand_inputs_of_the_fuzzer_break_nothing(name: str, tmp_path: Path) -> None:
     if importlib.util.find_spec("atheris") is None:
         pytest.skip("atheris is not installed")
-    outcome = run.fuzz(name, "-runs=1000", tmp_path, seed=seed)
+    outcome = run.fuzz(name, "-runs=2000", tmp_path, seed=1)
     assert (outcome.exit_code, outcome.found) == (0, ()), outcome.log
-    assert outcome.executions >= 1_000
+    assert outcome.executions >= 2_000
