@@ -322,14 +322,25 @@ async def test_every_operation_is_answered_as_it_is_published(
 
 
 @pytest_asyncio.fixture(scope="module", loop_scope="module")
-async def guarded_port(start_cell_of_the_file: Any) -> AsyncIterator[int]:
-    """The pendant port of a cell of its own with the account of an admin."""
+async def open_port(start_cell_of_the_file: Any) -> AsyncIterator[int]:
+    """The pendant port of a cell of its own."""
     cell = await start_cell_of_the_file(**CELL)
-    port: int = cell.ports["pendant"]
-    async with await PendantClient.connect("127.0.0.1", port) as pendant:
-        await pendant.add_account("ada", AccountRole.ADMIN, SECRET)
-    yield port
+    yield cell.ports["pendant"]
     assert (await cell.end())["violations"] == 0
+
+
+@pytest_asyncio.fixture(scope="module", loop_scope="module")
+async def guarded_port(open_port: int) -> int:
+    """The same, with the account of an admin."""
+    async with await PendantClient.connect("127.0.0.1", open_port) as pendant:
+        await pendant.add_account("ada", AccountRole.ADMIN, SECRET)
+    return open_port
+
+
+async def test_without_accounts_whoever_comes_is_told_what_it_may(open_port: int) -> None:
+    async with await Pendant.connect("127.0.0.1", open_port) as pendant:
+        told = await pendant.access.whoami()
+    assert (told["role"], told["basis"]) == ("admin", "single user")
 
 
 @pytest.mark.parametrize("groups", ACCOUNTS, ids="+".join)

@@ -321,7 +321,7 @@ names = st.text(min_size=1, max_size=12).filter(lambda n: n.isprintable() and n 
 @st.composite
 def trees(draw: st.DrawFn) -> FrameTree:
     tree = FrameTree()
-    for name in draw(st.lists(names, max_size=8, unique=True)):
+    for name in draw(st.lists(names, max_size=5, unique=True)):
         if name in tree.frames:
             continue
         parents = [frame for frame in tree.frames if frame != "tool"]

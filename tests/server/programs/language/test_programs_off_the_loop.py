@@ -3,10 +3,11 @@ import gc
 import pickle
 import statistics
 import time
-from collections.abc import Iterator
+from collections.abc import AsyncIterator, Iterator
 from typing import Any
 
 import pytest
+import pytest_asyncio
 from rigs.cells.expectations import expect
 from rigs.data.journal_records import read_back
 from rigs.data.large_programs import WorkCount, WorkingCell, count_work, large_body, large_text
@@ -313,42 +314,45 @@ TASKS: list[tasks.Task] = [
     tasks.UnpackBody(BODY, "main"),
 ]
 
-
-@pytest.fixture(scope="module")
-def rounds() -> list[tuple[list[object], float]]:
-    """Of each round the results, and the most CPU time between two looks at the clock [s]."""
-    return asyncio.run(_rounds())
+Rounds = list[tuple[list[object], float]]
+"""Of each round the results, and the most CPU time between two looks at the clock [s]."""
 
 
-@pytest.mark.realtime
-def test_the_largest_program_comes_back_as_it_would_here(
-    rounds: list[tuple[list[object], float]],
-) -> None:
-    expected = [tasks.perform(task) for task in TASKS]
-    assert [results for results, _ in rounds] == [expected] * ROUNDS
+@pytest_asyncio.fixture(scope="module", loop_scope="module")
+async def pool() -> AsyncIterator[PlanningPool]:
+    """One process, which has planned nothing yet."""
+    async with running_pool() as made:
+        yield made
 
 
-@pytest.mark.realtime
-def test_no_turn_of_the_loop_is_spent_on_the_largest_program(
-    rounds: list[tuple[list[object], float]],
-) -> None:
-    dearest = [longest for _, longest in rounds]
-    assert dearest[0] < MOST_CPU_AT_FIRST, dearest
-    assert statistics.median(dearest) < MOST_CPU, dearest
+@pytest_asyncio.fixture(scope="module", loop_scope="module")
+async def rounds(pool: PlanningPool) -> Rounds:
+    return [await _round(pool.planner_of("ur5")) for _ in range(ROUNDS)]
 
 
 @pytest.mark.realtime
-async def test_one_process_plans_for_several_robots() -> None:
-    async with running_pool() as pool:
-        first, second = [(await _plan(pool, robot)).result for robot in ("ur5", "abb_irb120")]
+@pytest.mark.asyncio(loop_scope="module")
+async def test_one_process_plans_for_several_robots(pool: PlanningPool) -> None:
+    first, second = [(await _plan(pool, robot)).result for robot in ("ur5", "abb_irb120")]
     assert isinstance(first, tuple)
     assert isinstance(second, tuple)
     assert first[0].duration != second[0].duration
 
 
-async def _rounds() -> list[tuple[list[object], float]]:
-    async with running_pool() as pool:
-        return [await _round(pool.planner_of("ur5")) for _ in range(ROUNDS)]
+@pytest.mark.realtime
+@pytest.mark.asyncio(loop_scope="module")
+@pytest.mark.parametrize("number", range(len(TASKS)))
+async def test_the_largest_program_comes_back_as_it_would_here(number: int, rounds: Rounds) -> None:
+    expected = tasks.perform(TASKS[number])
+    assert [results[number] for results, _ in rounds] == [expected] * ROUNDS
+
+
+@pytest.mark.realtime
+@pytest.mark.asyncio(loop_scope="module")
+async def test_no_turn_of_the_loop_is_spent_on_the_largest_program(rounds: Rounds) -> None:
+    dearest = [longest for _, longest in rounds]
+    assert dearest[0] < MOST_CPU_AT_FIRST, dearest
+    assert statistics.median(dearest) < MOST_CPU, dearest
 
 
 async def _plan(pool: PlanningPool, robot: str) -> PlanAnswer:
