@@ -14,6 +14,10 @@ PY := $(VENV)/bin/python
 RULES := $(PY) -m ruff check .
 FORMAT := $(PY) -m ruff format --check .
 TYPES := $(PY) -m mypy .
+
+# The half of the types that `make test` checks; `make lint` checks those of the tests, too.
+PRODUCT_TYPES := $(PY) -m mypy simplemsg motion server controller_emulator tools
+
 INSTALL := $(PY) -m pip --disable-pip-version-check install --no-input -c constraints.txt
 REQUIREMENTS := Makefile pyproject.toml constraints.txt hatch_build.py
 
@@ -46,7 +50,7 @@ PENDANT_ARGS ?=
 WALK ?=
 WALK_ARGS ?=
 
-.PHONY: help demo start pendant test browser wheel conformance bench lint format soak mutants walk fuzz audit reference clean stale
+.PHONY: help demo start pendant test browser wheel conformance harness bench lint format soak mutants walk fuzz audit reference clean stale
 
 ## help     this list
 help:
@@ -69,14 +73,18 @@ pendant: $(VENV)/web.stamp
 	@$(PY) $(PAGE_BUILD) --fetch-node || true
 	@$(PY) -m openpendant.tools.start_page --robot '$(ROBOT)' $(PENDANT_ARGS)
 
-## test     every test but the soak tests, in WORKERS=2 processes, and lint beside them
+## test     the tests, in WORKERS=2 processes, and beside them lint and the types of the product
 test: $(VENV)/dev.stamp
 	$(PY) tests/run_lanes.py --workers $(WORKERS) \
-		--beside '$(RULES)' --beside '$(FORMAT)' --beside '$(TYPES)' -- $(PYTEST_ARGS)
+		--beside '$(RULES)' --beside '$(FORMAT)' --beside '$(PRODUCT_TYPES)' -- $(PYTEST_ARGS)
 
 ## conformance  what the conformance tests leave out of `make test`: whole runs, faults not to be found
 conformance: $(VENV)/dev.stamp
 	$(PY) -m pytest -m conformance $(PYTEST_ARGS)
+
+## harness  try what runs the tests: lanes, workers, planted faults
+harness: $(VENV)/dev.stamp
+	$(PY) -m pytest -m harness $(PYTEST_ARGS)
 
 ## browser  build the page and run the tests in real browsers
 browser: $(VENV)/browser.stamp

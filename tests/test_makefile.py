@@ -86,6 +86,7 @@ def test_help_is_the_default_and_lists_the_targets(project: Project) -> None:
         "demo",
         "test",
         "conformance",
+        "harness",
         "bench",
         "lint",
         "soak",
@@ -101,7 +102,7 @@ RUN = "--no-build-isolation -e .[server,plot,terminal"
 LANES = (
     "tests/run_lanes.py --workers 2 --beside .venv/bin/python -m ruff check ."
     " --beside .venv/bin/python -m ruff format --check ."
-    " --beside .venv/bin/python -m mypy . --"
+    " --beside .venv/bin/python -m mypy simplemsg motion server controller_emulator tools --"
 )
 
 
@@ -184,7 +185,7 @@ def test_what_an_outer_make_was_given_does_not_reach_the_inner_one(
     monkeypatch.setenv("PYTEST_ARGS", "-k nothing")
     monkeypatch.setenv("MAKEFLAGS", " -- PYTEST_ARGS=-k\\ nothing")
     project.make("test")
-    assert project.calls[-1].endswith(" -m mypy . --")
+    assert project.calls[-1].endswith(" controller_emulator tools --")
 
 
 @pytest.mark.parametrize("target", ["demo", "test"])

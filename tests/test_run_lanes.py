@@ -17,6 +17,8 @@ from lanes import Lane, OneLane
 from run_lanes import EMPTY, FAILED, PASSED, Part, exit_code, junit_taken_out, lane_commands
 
 TESTS = Path(__file__).parent
+pytestmark = pytest.mark.harness
+
 COMMAND = [sys.executable, str(TESTS / "run_lanes.py")]
 
 CONFTEST = """

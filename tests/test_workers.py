@@ -10,6 +10,8 @@ from xml.etree import ElementTree
 
 import pytest
 
+pytestmark = pytest.mark.harness
+
 CONFTEST = """
 import os
 import pathlib

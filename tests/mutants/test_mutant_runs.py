@@ -10,6 +10,8 @@ from mutants.command_line import holds, summary
 from mutants.mutant_runs import MutantRuns, Outcome, TestRun, Verdict, judged
 from mutants.mutant_table import Mutant, NoSuchBase, changed_since, matching
 
+pytestmark = pytest.mark.harness
+
 _DIES_WITHIN = 10.0
 """So long may a killed process wait for a processor [s]."""
 
