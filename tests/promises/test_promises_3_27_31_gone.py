@@ -114,7 +114,6 @@ def come_and_go(rig: ServerRig, number: int) -> None:
 
 def growth(cycles: int) -> int:
     rig = ready(modes={"initial": "manual_high"})
-    # Sessions of the rig are numbered by those it has, so one stays.
     rig.pendant("witness")
     number = 0
     # What other tests left is not looked through with each collection: that took seconds.

@@ -7,6 +7,7 @@ planner that answers when asked. Two joints with round limits: ±2 rad, 2 rad/s,
 from abc import ABC, abstractmethod
 from collections import deque
 from collections.abc import Iterable, Mapping, Sequence
+from itertools import count
 from typing import cast
 
 from rigs.cells.memory_store import MemoryStore
@@ -146,6 +147,7 @@ class Shell(ABC):
     def __init__(self) -> None:
         self.store = MemoryStore()
         self._peers: dict[int, Peer] = {}
+        self._numbers = count(1)
 
     def _run(self, asked: effects.Ask) -> None:
         """Have the store do what the core asked for, at once."""
@@ -168,7 +170,7 @@ class Shell(ABC):
 
     def stranger(self, port: Port = Port.PENDANT, address: str = "127.0.0.1") -> Pendant:
         """Open a pendant connection that has not said hello."""
-        pendant = Pendant(self, len(self._peers) + 1)
+        pendant = Pendant(self, next(self._numbers))
         self._open(pendant, port, address)
         return pendant
 
@@ -190,7 +192,7 @@ class Shell(ABC):
         return pendant
 
     def ros(self, address: str = "127.0.0.1", port: Port = Port.ROS_MOTION) -> RosClient:
-        client = RosClient(self, len(self._peers) + 1)
+        client = RosClient(self, next(self._numbers))
         self._open(client, port, address)
         return client
 
