@@ -5,14 +5,15 @@ from __future__ import annotations
 import importlib.util
 import json
 import shutil
+import signal
 import socket
-import subprocess
-import sys
 import time
 from collections.abc import Collection, Sequence
 from pathlib import Path
 from types import TracebackType
 from typing import Any, Self
+
+from rigs.processes.warm_start import WarmProcess
 
 from browser.motion_tap import MotionTap
 from openpendant.tools.pendants.web.page_files import BUILT
@@ -78,7 +79,8 @@ class PageRig:
         self._robot = robot
         self._serve = serve
         self._emulate = emulate
-        self._processes: list[subprocess.Popen[bytes]] = []
+        self._processes: list[WarmProcess] = []
+        self._started = 0
         self._tap: MotionTap | None = None
 
     @property
@@ -129,10 +131,12 @@ class PageRig:
         self.close()
 
     def close(self) -> None:
-        """End the processes, the last one first."""
-        for each in reversed(self._processes):
-            each.terminate()
-            each.wait(20)
+        """Leave their page, which would look for its gateway, and end the processes."""
+        self._driver.get("about:blank")
+        for each in self._processes:
+            each.send_signal(signal.SIGTERM)
+        for each in self._processes:
+            each.end(20)
         if self._tap is not None:
             self._tap.close()
 
@@ -142,8 +146,7 @@ class PageRig:
 
     def end_emulator(self) -> None:
         """End the controller of the cell."""
-        self._processes[0].terminate()
-        self._processes[0].wait(20)
+        _end(self._processes[0])
 
     def serve_cells(self, robots: dict[str, str], emulated: Collection[str]) -> tuple[int, int]:
         """Serve several cells besides; return the ports of that server and its gateway.
@@ -171,7 +174,7 @@ class PageRig:
         self.start_gateway(gateway, server)
         return server, gateway
 
-    def start_gateway(self, port: int, server: int = 0) -> subprocess.Popen[bytes]:
+    def start_gateway(self, port: int, server: int = 0) -> WarmProcess:
         """Start a gateway at a port, and wait until it listens.
 
         Args:
@@ -182,18 +185,22 @@ class PageRig:
         wait_for(port)
         return started
 
-    def end(self, process: subprocess.Popen[bytes]) -> None:
+    def end(self, process: WarmProcess) -> None:
         """End one of its processes before the others."""
         self._processes.remove(process)
-        process.terminate()
-        process.wait(20)
+        _end(process)
 
-    def _start(self, *words: object) -> subprocess.Popen[bytes]:
-        with (self._folder / f"{words[0]}.log").open("ab") as log:
-            command = [sys.executable, "-m", "openpendant.tools", *map(str, words)]
-            started = subprocess.Popen(command, stdout=log, stderr=log)
+    def _start(self, *words: object) -> WarmProcess:
+        self._started += 1
+        log = self._folder / f"{self._started}-{words[0]}.log"
+        started = WarmProcess("openpendant.tools", *map(str, words), log=log)
         self._processes.append(started)
         return started
+
+
+def _end(process: WarmProcess) -> None:
+    process.send_signal(signal.SIGTERM)
+    process.end(20)
 
 
 def wait_for(port: int) -> None:

@@ -231,7 +231,7 @@ def test_a_gateway_that_is_killed_stops_the_robot(page_rig: PageRig) -> None:
         _jogs(page, side)
         began = time.monotonic()
         gateway.kill()
-        gateway.wait(10)
+        gateway.end(10)
         dead = time.monotonic()
         found = _ends(page, began)
         page.let_all_go()
