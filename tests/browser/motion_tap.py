@@ -68,6 +68,13 @@ class MotionTap(LoopbackRelay):
         """Return what went by since the last `forget`."""
         return list(self._seen)
 
+    def wait_for_motion(self, within: float = 10.0) -> None:
+        """Wait until a set-point went by since the last `forget`."""
+        until = time.monotonic() + within
+        while not self._seen:
+            assert time.monotonic() < until, f"nothing moved within {within:g} s"
+            time.sleep(0.01)
+
     def wait_for_rest(self, within: float = 5.0) -> None:
         """Wait until no set-point goes by any more."""
         until = time.monotonic() + within
