@@ -37,6 +37,17 @@ WITH_3D = (
 )
 
 
+_TO_HANDLER = 0.002
+"""From an event that a browser takes to the first handler of the page [s]; 1.5 ms were seen."""
+
+_NOTE_LIFTED = """
+if (window.fingerLifted === undefined) {
+  window.fingerLifted = null;
+  addEventListener('pointerup', () => (window.fingerLifted = performance.now()), {capture: true});
+}
+"""
+
+
 def why_no_browser() -> str:
     """Return what is missing for a browser; empty for nothing."""
     if importlib.util.find_spec("selenium") is None:
@@ -321,6 +332,12 @@ class Page:
         self.wait("document.querySelector('.enabling').classList.contains('on')")
         self.wait("document.querySelector('.jog-key:not([aria-disabled])') !== null")
 
+    def stay_enabled(self) -> None:
+        """Hold the enabling device, unless the page has it held."""
+        if not self.run("return document.querySelector('.enabling').classList.contains('on')"):
+            self.key(False, "KeyV", "v")
+            self.hold_enabling()
+
     def place(self, row: int, side: str) -> tuple[float, float]:
         """Return the middle of a jog button, `minus` or `plus`."""
         index = 2 * row + (side == "plus")
@@ -342,6 +359,21 @@ class Page:
     def touch(self, kind: str, *points: tuple[float, float]) -> None:
         told = [{"x": x, "y": y, "id": index} for index, (x, y) in enumerate(points)]
         self.cdp("Input.dispatchTouchEvent", type=kind, touchPoints=told)
+
+    def put_finger(self, at: tuple[float, float]) -> None:
+        """Put a finger on the page, which notes in front of its own handlers when that leaves."""
+        self.run(_NOTE_LIFTED)
+        self.touch("touchStart", at)
+
+    def lift_finger(self) -> float:
+        """Lift it; return when the browser took it, by the monotonic clock [s].
+
+        The devtools protocol hands a finger on only after the next picture of the page, for which
+        it asks by `VisualStateRequest`: up to two pictures later. No hand's finger waits for that.
+        """
+        self.touch("touchEnd")
+        noted = self.run("return (performance.timeOrigin + window.fingerLifted) / 1000")
+        return float(noted) - (time.time() - time.monotonic()) - _TO_HANDLER
 
     def jogs(self) -> None:
         self.wait("document.querySelector('.chips').innerText.includes('Jogging')")
