@@ -10,8 +10,9 @@ from rigs.processes.warm_start import import_besides
 from browser.page_rig import FRONT, Page, PageRig, chromium, why_no_browser
 
 HERE = Path(__file__).parent
-_LONGEST = "test_kept_enabling.py"
-"""Waits for 30 s, in which other workers have the processor."""
+_LONG = "test_kept_enabling.py"
+"""Waits for 30 s, in which other workers have the processor: it is not to come last. Nor first,
+while browsers and programs start, in a page that has never drawn."""
 
 
 def pytest_configure() -> None:
@@ -26,7 +27,9 @@ def pytest_collection_modifyitems(items: list[pytest.Item]) -> Iterator[None]:
         if item.path.is_relative_to(HERE):
             item.add_marker(pytest.mark.realtime)
     yield
-    items.sort(key=lambda item: item.path.name != _LONGEST)
+    files = list(dict.fromkeys(item.path for item in items))
+    early = files[:2]
+    items.sort(key=lambda item: 0 if item.path in early else 1 if item.path.name == _LONG else 2)
 
 
 @pytest.fixture(scope="session")
