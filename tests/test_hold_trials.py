@@ -166,10 +166,10 @@ def test_a_jog_that_nothing_ended_is_told_as_such(tap: MotionTap) -> None:
 
 def test_a_jog_is_waited_for_until_it_is_steady(tap: MotionTap) -> None:
     rising = [number * STEADY / 10 for number in range(10)]
-    _saw(tap, [*rising, *[STEADY] * 9])
+    _saw(tap, [*rising, *[STEADY] * 5])
     with pytest.raises(AssertionError, match="no steady jog"):
         tap.wait_for_steady(0, within=0.0)
-    _saw(tap, [*rising, *[STEADY] * 10])
+    _saw(tap, [*rising, *[STEADY] * 6])
     tap.wait_for_steady(0, within=0.0)
 
 

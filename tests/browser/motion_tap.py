@@ -20,7 +20,7 @@ WATCHED_FOR = 0.2
 _HEADER = 16
 _STEADY = 0.97
 """A set-point whose step is smaller than that of the steady jog belongs to the ramp."""
-_STEADY_STEPS = 10
+_STEADY_STEPS = 6
 """A jog is steady once so many steps in turn are alike."""
 
 
