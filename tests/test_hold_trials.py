@@ -164,6 +164,21 @@ def test_a_jog_that_nothing_ended_is_told_as_such(tap: MotionTap) -> None:
         tap.end_of_steady(0, 0.15)
 
 
+def test_a_jog_is_waited_for_until_it_is_steady(tap: MotionTap) -> None:
+    rising = [number * STEADY / 10 for number in range(10)]
+    _saw(tap, [*rising, *[STEADY] * 5])
+    with pytest.raises(AssertionError, match="no steady jog"):
+        tap.wait_for_steady(0, within=0.0)
+    _saw(tap, [*rising, *[STEADY] * 6])
+    tap.wait_for_steady(0, within=0.0)
+
+
+def test_a_robot_that_is_sent_where_it_stands_is_not_jogged_steadily(tap: MotionTap) -> None:
+    _saw(tap, [0.0] * 20)
+    with pytest.raises(AssertionError, match="no steady jog"):
+        tap.wait_for_steady(0, within=0.0)
+
+
 def test_a_set_point_after_rest_is_a_violation(tap: MotionTap) -> None:
     tap.forget = lambda: None  # type: ignore[method-assign]
     _saw(tap, [STEADY])

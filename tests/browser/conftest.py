@@ -5,18 +5,31 @@ from pathlib import Path
 from typing import Any
 
 import pytest
+from rigs.processes.warm_start import import_besides
 
 from browser.page_rig import FRONT, Page, PageRig, chromium, why_no_browser
 
 HERE = Path(__file__).parent
+_LONG = "test_kept_enabling.py"
+"""Waits for 30 s, in which other workers have the processor: it is not to come last. Nor first,
+while browsers and programs start, in a page that has never drawn."""
 
 
-@pytest.hookimpl(tryfirst=True)
-def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
+def pytest_configure() -> None:
+    """Have what each page needs imported once for all rigs of a worker."""
+    import_besides("openpendant.tools.cli", "openpendant.tools.pendants.web.cli")
+
+
+@pytest.hookimpl(wrapper=True)
+def pytest_collection_modifyitems(items: list[pytest.Item]) -> Iterator[None]:
     """Mark them all: whatever waits for a browser and a server runs against the real clock."""
     for item in items:
         if item.path.is_relative_to(HERE):
             item.add_marker(pytest.mark.realtime)
+    yield
+    files = list(dict.fromkeys(item.path for item in items))
+    early = files[:2]
+    items.sort(key=lambda item: 0 if item.path in early else 1 if item.path.name == _LONG else 2)
 
 
 @pytest.fixture(scope="session")

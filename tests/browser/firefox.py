@@ -177,6 +177,16 @@ class FirefoxPage(Page):
         }
         self._point("touch", kinds[kind], *points)
 
+    def put_finger(self, at: tuple[float, float]) -> None:
+        """Put a finger on the page."""
+        self.touch("touchStart", at)
+
+    def lift_finger(self) -> float:
+        """Lift it; return when, which is when the browser was told."""
+        began = time.monotonic()
+        self.touch("touchEnd")
+        return began
+
     def _point(self, pointer: str, kind: str, *points: tuple[float, float]) -> None:
         moves = [
             {"type": "pointerMove", "x": round(x), "y": round(y), "duration": 0} for x, y in points

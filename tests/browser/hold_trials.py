@@ -20,9 +20,6 @@ MOST_TRIALS = 30
 MOST_FAILED = 10
 """Where so many did not even come to their end, a busy machine explains nothing any more."""
 
-JOG_FOR = 0.2
-"""A jog is let go so long after the page shows it [s]."""
-
 TICK = 0.010
 """Between two set-points of the server [s]."""
 

@@ -5,20 +5,23 @@ from __future__ import annotations
 import statistics
 import struct
 import time
+from collections.abc import Sequence
 from dataclasses import dataclass
 from itertools import pairwise
 
 from browser.loopback_relay import LoopbackRelay
 
 POINT, FULL_POINT, STOP = 11, 14, -4
-AT_REST = 0.15
+AT_REST = 0.1
 """A robot that no set-point went to for so long stands [s]; a jog sends one each tick."""
 WATCHED_FOR = 0.2
-"""So long nothing may go by after that, the button held on [s]: with the rest, seven beats."""
+"""So long nothing may go by after that, the button held on [s]: with the rest, six beats."""
 
 _HEADER = 16
 _STEADY = 0.97
 """A set-point whose step is smaller than that of the steady jog belongs to the ramp."""
+_STEADY_STEPS = 6
+"""A jog is steady once so many steps in turn are alike."""
 
 
 @dataclass(frozen=True)
@@ -68,6 +71,20 @@ class MotionTap(LoopbackRelay):
         """Return what went by since the last `forget`."""
         return list(self._seen)
 
+    def wait_for_motion(self, within: float = 10.0) -> None:
+        """Wait until a set-point went by since the last `forget`."""
+        until = time.monotonic() + within
+        while not self._seen:
+            assert time.monotonic() < until, f"nothing moved within {within:g} s"
+            time.sleep(0.01)
+
+    def wait_for_steady(self, joint: int, within: float = 10.0) -> None:
+        """Wait until a joint is jogged steadily since the last `forget`."""
+        until = time.monotonic() + within
+        while not _is_steady(self.seen()[-_STEADY_STEPS - 1 :], joint):
+            assert time.monotonic() < until, f"no steady jog within {within:g} s"
+            time.sleep(0.005)
+
     def wait_for_rest(self, within: float = 5.0) -> None:
         """Wait until no set-point goes by any more."""
         until = time.monotonic() + within
@@ -97,7 +114,7 @@ class MotionTap(LoopbackRelay):
             (each.at, abs(each.joints[joint] - earlier.joints[joint]))
             for earlier, each in pairwise(each for each in seen if each.joints)
         ]
-        before = [step for at, step in steps if at < after][-10:]
+        before = [step for at, step in steps if at < after][-_STEADY_STEPS:]
         stopped = max((each.at for each in seen if not each.joints and each.at < after), default=0)
         assert not stopped, f"stopped {1000 * (after - stopped):.0f} ms before it was to end"
         assert len(before) >= 5, f"{len(before)} set-points before the end of the jog"
@@ -126,3 +143,11 @@ class MotionTap(LoopbackRelay):
                 self._seen.append(Seen(now, struct.unpack_from("<10f", data, _HEADER + 16)))
             data = data[size:]
         return data
+
+
+def _is_steady(seen: Sequence[Seen], joint: int) -> bool:
+    """Return whether the last set-points lie equally far apart."""
+    if len(seen) <= _STEADY_STEPS or not all(each.joints for each in seen):
+        return False
+    steps = [abs(each.joints[joint] - earlier.joints[joint]) for earlier, each in pairwise(seen)]
+    return min(steps) >= _STEADY * max(steps) > 0.0

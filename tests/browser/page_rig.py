@@ -5,14 +5,15 @@ from __future__ import annotations
 import importlib.util
 import json
 import shutil
+import signal
 import socket
-import subprocess
-import sys
 import time
 from collections.abc import Collection, Sequence
 from pathlib import Path
 from types import TracebackType
 from typing import Any, Self
+
+from rigs.processes.warm_start import WarmProcess
 
 from browser.motion_tap import MotionTap
 from openpendant.tools.pendants.web.page_files import BUILT
@@ -34,6 +35,17 @@ WITH_3D = (
     "--enable-unsafe-swiftshader",
     "--disable-accelerated-2d-canvas",
 )
+
+
+_TO_HANDLER = 0.002
+"""From an event that a browser takes to the first handler of the page [s]; 1.5 ms were seen."""
+
+_NOTE_LIFTED = """
+if (window.fingerLifted === undefined) {
+  window.fingerLifted = null;
+  addEventListener('pointerup', () => (window.fingerLifted = performance.now()), {capture: true});
+}
+"""
 
 
 def why_no_browser() -> str:
@@ -78,7 +90,8 @@ class PageRig:
         self._robot = robot
         self._serve = serve
         self._emulate = emulate
-        self._processes: list[subprocess.Popen[bytes]] = []
+        self._processes: list[WarmProcess] = []
+        self._started = 0
         self._tap: MotionTap | None = None
 
     @property
@@ -129,10 +142,12 @@ class PageRig:
         self.close()
 
     def close(self) -> None:
-        """End the processes, the last one first."""
-        for each in reversed(self._processes):
-            each.terminate()
-            each.wait(20)
+        """Leave their page, which would look for its gateway, and end the processes."""
+        self._driver.get("about:blank")
+        for each in self._processes:
+            each.send_signal(signal.SIGTERM)
+        for each in self._processes:
+            each.end(20)
         if self._tap is not None:
             self._tap.close()
 
@@ -142,8 +157,7 @@ class PageRig:
 
     def end_emulator(self) -> None:
         """End the controller of the cell."""
-        self._processes[0].terminate()
-        self._processes[0].wait(20)
+        _end(self._processes[0])
 
     def serve_cells(self, robots: dict[str, str], emulated: Collection[str]) -> tuple[int, int]:
         """Serve several cells besides; return the ports of that server and its gateway.
@@ -171,7 +185,7 @@ class PageRig:
         self.start_gateway(gateway, server)
         return server, gateway
 
-    def start_gateway(self, port: int, server: int = 0) -> subprocess.Popen[bytes]:
+    def start_gateway(self, port: int, server: int = 0) -> WarmProcess:
         """Start a gateway at a port, and wait until it listens.
 
         Args:
@@ -182,18 +196,22 @@ class PageRig:
         wait_for(port)
         return started
 
-    def end(self, process: subprocess.Popen[bytes]) -> None:
+    def end(self, process: WarmProcess) -> None:
         """End one of its processes before the others."""
         self._processes.remove(process)
-        process.terminate()
-        process.wait(20)
+        _end(process)
 
-    def _start(self, *words: object) -> subprocess.Popen[bytes]:
-        with (self._folder / f"{words[0]}.log").open("ab") as log:
-            command = [sys.executable, "-m", "openpendant.tools", *map(str, words)]
-            started = subprocess.Popen(command, stdout=log, stderr=log)
+    def _start(self, *words: object) -> WarmProcess:
+        self._started += 1
+        log = self._folder / f"{self._started}-{words[0]}.log"
+        started = WarmProcess("openpendant.tools", *map(str, words), log=log)
         self._processes.append(started)
         return started
+
+
+def _end(process: WarmProcess) -> None:
+    process.send_signal(signal.SIGTERM)
+    process.end(20)
 
 
 def wait_for(port: int) -> None:
@@ -314,6 +332,12 @@ class Page:
         self.wait("document.querySelector('.enabling').classList.contains('on')")
         self.wait("document.querySelector('.jog-key:not([aria-disabled])') !== null")
 
+    def stay_enabled(self) -> None:
+        """Hold the enabling device, unless the page has it held."""
+        if not self.run("return document.querySelector('.enabling').classList.contains('on')"):
+            self.key(False, "KeyV", "v")
+            self.hold_enabling()
+
     def place(self, row: int, side: str) -> tuple[float, float]:
         """Return the middle of a jog button, `minus` or `plus`."""
         index = 2 * row + (side == "plus")
@@ -335,6 +359,21 @@ class Page:
     def touch(self, kind: str, *points: tuple[float, float]) -> None:
         told = [{"x": x, "y": y, "id": index} for index, (x, y) in enumerate(points)]
         self.cdp("Input.dispatchTouchEvent", type=kind, touchPoints=told)
+
+    def put_finger(self, at: tuple[float, float]) -> None:
+        """Put a finger on the page, which notes in front of its own handlers when that leaves."""
+        self.run(_NOTE_LIFTED)
+        self.touch("touchStart", at)
+
+    def lift_finger(self) -> float:
+        """Lift it; return when the browser took it, by the monotonic clock [s].
+
+        The devtools protocol hands a finger on only after the next picture of the page, for which
+        it asks by `VisualStateRequest`: up to two pictures later. No hand's finger waits for that.
+        """
+        self.touch("touchEnd")
+        noted = self.run("return (performance.timeOrigin + window.fingerLifted) / 1000")
+        return float(noted) - (time.time() - time.monotonic()) - _TO_HANDLER
 
     def jogs(self) -> None:
         self.wait("document.querySelector('.chips').innerText.includes('Jogging')")

@@ -1,16 +1,18 @@
 """A robot moves only as long as a hand is on the page: how soon the ramp begins when it leaves.
 
-Times run from the test's command to the first set-point of the ramp, or the STOP, at the emulator.
+Times run from the test's command to the first set-point of the ramp, or the STOP, at the emulator;
+for a finger that is lifted, from when the browser takes that, since its driver keeps it back first.
 After each trial nothing moves while the button is held on.
 """
 
 import time
 from collections.abc import Callable
+from dataclasses import replace
 from itertools import cycle
 
 import pytest
 
-from browser.hold_trials import JOG_FOR, TICK, HoldTrials
+from browser.hold_trials import TICK, HoldTrials
 from browser.motion_tap import Ended
 from browser.page_rig import Page
 
@@ -21,7 +23,8 @@ DEADLINE = 0.25
 """What the page declares for enabling and for each press [s]."""
 RELEASED, SLID_OFF, LEFT = 0.020, 0.150, 0.050
 """From a hand that lets go, slides off or leaves the page to the ramp [s]."""
-Act = Callable[[Page, tuple[float, float]], None]
+Act = Callable[[Page, tuple[float, float]], float | None]
+"""What a hand does at a place; returns when it was taken where that is not when it was told."""
 
 
 def _mouse_down(page: Page, at: tuple[float, float]) -> None:
@@ -34,11 +37,11 @@ def _mouse_up(page: Page, at: tuple[float, float]) -> None:
 
 
 def _touch_down(page: Page, at: tuple[float, float]) -> None:
-    page.touch("touchStart", at)
+    page.put_finger(at)
 
 
-def _touch_up(page: Page, _: tuple[float, float]) -> None:
-    page.touch("touchEnd")
+def _touch_up(page: Page, _: tuple[float, float]) -> float:
+    return page.lift_finger()
 
 
 def _digit_down(page: Page, at: tuple[float, float]) -> None:
@@ -82,22 +85,21 @@ def _enabling_up(page: Page, _: tuple[float, float]) -> None:
 
 
 def _trial(page: Page, side: str, down: Act, go: Act, up: Act) -> Ended:
-    page.hold_enabling()
+    page.stay_enabled()
     at = page.place(0, side)
     page.rig.tap.forget()
     down(page, at)
-    page.jogs()
-    time.sleep(JOG_FOR)
+    page.rig.tap.wait_for_steady(0)
     began = time.monotonic()
-    go(page, at)
+    taken = go(page, at)
     page.rig.tap.wait_for_rest()
     found = page.rig.tap.end_of_steady(0, began)
     page.rig.tap.stays_at_rest()
     page.stands()
+    if taken is not None:
+        found = replace(found, began=taken)
     if go is not up:
         up(page, at)
-    page.key(False, "KeyV", "v")
-    page.wait("!document.querySelector('.enabling').classList.contains('on')")
     return found
 
 
@@ -132,25 +134,24 @@ def the_other_key_goes_on(page: Page) -> None:
     """Hold two keys in a browser, and let one go."""
 
     def trial(side: str) -> Ended:
-        page.hold_enabling()
+        page.stay_enabled()
         modifiers = 8 if side == "minus" else 0
         page.rig.tap.forget()
         page.key(True, "Digit1", "1", modifiers)
         page.key(True, "Digit6", "6", modifiers)
-        page.jogs()
-        time.sleep(JOG_FOR)
+        page.rig.tap.wait_for_steady(0)
         began = time.monotonic()
         page.key(False, "Digit1", "1", modifiers)
-        time.sleep(0.4)
+        time.sleep(0.3)
         found = page.rig.tap.end_of_steady(0, began)
-        other = [each.joints[5] for each in page.rig.tap.seen() if each.at > began + 0.2]
+        later = [each for each in page.rig.tap.seen() if each.at > began + 0.2]
+        other = [each.joints[5] for each in later if each.joints]
         assert len(other) > 5, "the other joint went on"
         assert abs(other[-1] - other[0]) > 1e-3
         page.key(False, "Digit6", "6", modifiers)
         page.rig.tap.wait_for_rest()
         page.rig.tap.stays_at_rest()
         page.stands()
-        page.key(False, "KeyV", "v")
         return found
 
     trials = HoldTrials(f"{page.browser}: one of two keys", RELEASED)
@@ -164,11 +165,10 @@ def test_of_two_keys_that_are_held_the_other_goes_on(page: Page) -> None:
 
 def test_a_page_whose_thread_is_frozen_ends_as_silent_and_never_moves_again(page: Page) -> None:
     def trial(side: str) -> Ended:
-        page.hold_enabling()
+        page.stay_enabled()
         page.rig.tap.forget()
         _mouse_down(page, page.place(0, side))
-        page.jogs()
-        time.sleep(JOG_FOR)
+        page.rig.tap.wait_for_steady(0)
         began = time.monotonic()
         page.run("const until = performance.now() + 700; while (performance.now() < until);")
         page.rig.tap.wait_for_rest()
@@ -176,7 +176,6 @@ def test_a_page_whose_thread_is_frozen_ends_as_silent_and_never_moves_again(page
         page.rig.tap.stays_at_rest()
         page.stands()
         _mouse_up(page, AWAY)
-        page.key(False, "KeyV", "v")
         return found
 
     trials = HoldTrials("frozen", DEADLINE + TICK)

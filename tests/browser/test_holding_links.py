@@ -12,7 +12,7 @@ from dataclasses import replace
 import pytest
 from promises.promise_figures import tell
 
-from browser.hold_trials import JOG_FOR, TICK, HoldTrials
+from browser.hold_trials import TICK, HoldTrials
 from browser.loopback_relay import LoopbackRelay, MessageTap
 from browser.motion_tap import Ended
 from browser.page_rig import Page, PageRig, free_port
@@ -48,13 +48,12 @@ def releases(page_rig: PageRig) -> Iterator[tuple[MessageTap, int]]:
 
 def _jogs(page: Page, side: str) -> tuple[float, float]:
     """Hold the first joint's button until the robot moves steadily; return where that is."""
-    page.hold_enabling()
+    page.stay_enabled()
     at = page.place(0, side)
     page.rig.tap.forget()
     page.mouse("mouseMoved", at)
     page.mouse("mousePressed", at)
-    page.jogs()
-    time.sleep(JOG_FOR)
+    page.rig.tap.wait_for_steady(0)
     return at
 
 
@@ -68,7 +67,6 @@ def _ends(page: Page, began: float) -> Ended:
 
 def _let_go(page: Page, at: tuple[float, float]) -> None:
     page.mouse("mouseReleased", at)
-    page.key(False, "KeyV", "v")
 
 
 def test_a_tab_that_is_reloaded_or_closed_stops_the_robot(page_rig: PageRig) -> None:
@@ -117,6 +115,7 @@ def test_a_network_that_stalls_ends_it_as_silent_and_its_old_messages_move_nothi
         page.rig.tap.stays_at_rest(WATCHED_FOR)
         page.stands()
         _let_go(page, at)
+        page.key(False, "KeyV", "v")
         return found
 
     try:
@@ -205,7 +204,6 @@ def test_what_the_page_takes_away_ends_it(
         at_server[found.at] = replace(found, began=tap.first())
         back()
         _let_go(page, at)
-        page.wait("!document.querySelector('.enabling').classList.contains('on')")
         return found
 
     try:
@@ -231,7 +229,7 @@ def test_a_gateway_that_is_killed_stops_the_robot(page_rig: PageRig) -> None:
         _jogs(page, side)
         began = time.monotonic()
         gateway.kill()
-        gateway.wait(10)
+        gateway.end(10)
         dead = time.monotonic()
         found = _ends(page, began)
         page.let_all_go()

@@ -93,6 +93,26 @@ def test_a_paused_list_stands_still_while_frames_come(packets: Page) -> None:
     packets.wait(f"{last} > {before} + 10")
 
 
+def test_the_newest_frame_is_in_sight_and_a_chosen_one_stays_there_among_all(packets: Page) -> None:
+    in_sight = (
+        "(each => { const list = document.querySelector('.packets .list').getBoundingClientRect();"
+        "const row = each.getBoundingClientRect();"
+        "return row.top >= list.top && row.bottom <= list.bottom + 1; })"
+    )
+    packets.run("document.querySelector('[data-kind=all]').click()")
+    # More than the list has room for.
+    packets.wait("document.querySelector('.packets .sheet').clientHeight > 2400")
+    newest = f"{SHOWN}.reduce((a, b) => +a.dataset.number > +b.dataset.number ? a : b)"
+    packets.wait(f"{in_sight}({newest}) && +{newest}.dataset.number > 60")
+    packets.run("document.querySelector('[data-kind=\"no state\"]').click()")
+    packets.wait(f"{SHOWN}.every(each => !each.classList.contains('state'))")
+    packets.run(f"{newest}.click()")
+    packets.run("document.querySelector('[data-kind=all]').click()")
+    packets.wait(f"{SHOWN}.some(each => each.classList.contains('selected') && {in_sight}(each))")
+    packets.wait(f"{SHOWN}.some(each => each.classList.contains('state'))")
+    assert packets.run(f"return {SHOWN}.some(each => each.classList.contains('selected'))")
+
+
 def test_a_refusal_is_found_among_all_frames(packets: Page) -> None:
     packets.run("document.querySelector('[data-task=plan]').click()")
     packets.wait("document.querySelector('.plan select')?.options.length > 1")
@@ -106,8 +126,8 @@ def test_a_refusal_is_found_among_all_frames(packets: Page) -> None:
     packets.run("document.querySelector('[data-task=packets]').click()")
     packets.wait("document.querySelector('[data-kind=refused]') !== null")
     packets.run("document.querySelector('[data-kind=refused]').click()")
+    packets.wait(f"{SHOWN}.every(each => each.classList.contains('refused'))")
     packets.wait(f"{SHOWN}.some(each => each.innerText.includes('UNREACHABLE'))")
-    assert packets.run(f"return {SHOWN}.every(each => each.classList.contains('refused'))")
 
 
 def test_a_secret_is_in_no_frame_that_is_kept(packets: Page) -> None:

@@ -97,7 +97,7 @@ def test_a_stop_that_is_pressed_without_a_link_is_sent_as_soon_as_there_is_one(
     page.ready()
     page.wait("document.querySelector('.brand .place').innerText.includes('kawasaki')")
     gateway.kill()
-    gateway.wait(10)
+    gateway.end(10)
     waits_for(page, "disconnected")
     page.wait("document.querySelector('.stop').innerText.includes('no link')")
     page.wait("document.querySelector('.banner').innerText.includes('No link')")

@@ -104,6 +104,11 @@ class WarmProcess:
         self._process.join()
 
 
+def import_besides(*modules: str) -> None:
+    """Have the one interpreter import more than the programs, unless it has begun."""
+    _CONTEXT.set_forkserver_preload([*_IMPORTED, *modules])
+
+
 def import_programs() -> None:
     """Have the one interpreter import the programs, unless it has, and wait until it has."""
     with _environment(_BEFORE_IMPORTS):

@@ -69,6 +69,8 @@ class PacketList {
   readonly #kept = h("span", {});
   #isPaused = false;
   #selected = 0;
+  /** Whether the chosen packet is to come into sight among those of another filter. */
+  #isSought = false;
   #ratesAt = 0;
 
   constructor(app: App, words: PacketTexts, refuse: Refuse, chosen: (caught: Caught) => void) {
@@ -112,22 +114,31 @@ class PacketList {
 
   update(): void {
     if (!this.#isPaused) this.#sieve.takeNew();
-    this.#sieve.goOn();
+    const isDone = this.#sieve.goOn();
     const { length } = this.#sieve.matches;
     this.#sheet.style.height = `${length * ROW}px`;
     show(this.#none, length === 0);
     if (!this.#isPaused) this.#box.scrollTop = this.#box.scrollHeight;
+    else if (this.#isSought) this.#seek(isDone);
     this.#draw();
     this.#tellRates();
   }
 
   #sift(change: { text?: string; kind?: Kind }): void {
     this.#sieve.sift(change);
+    this.#isSought = this.#isPaused;
     for (const each of this.#kinds) {
       const isChosen = each.dataset["kind"] === this.#sieve.kind;
       mark(each, "chosen", isChosen);
       attribute(each, "aria-pressed", String(isChosen));
     }
+  }
+
+  /** Bring the chosen packet into the middle, once it is among those that fit. */
+  #seek(isDone: boolean): void {
+    const at = this.#sieve.matches.findIndex(({ number }) => number === this.#selected);
+    if (at >= 0) this.#box.scrollTop = at * ROW - this.#box.clientHeight / 2;
+    this.#isSought = at < 0 && !isDone;
   }
 
   #hold(isPaused: boolean): void {

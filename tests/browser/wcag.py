@@ -1,0 +1,30 @@
+"""Which rules of WCAG 2.2 AA a page breaks, as it stands, by axe-core."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+from browser.page_rig import Page
+
+AXE = Path("tools/pendants/web/frontend/node_modules/axe-core/axe.min.js")
+THEMES = ("dark", "light")
+_RULES = ["wcag2a", "wcag2aa", "wcag21a", "wcag21aa", "wcag22aa"]
+_ASK = f"""
+const finish = arguments[1];
+document.documentElement.dataset.theme = arguments[0];
+axe.run({{runOnly: {json.dumps(_RULES)}}}).then(told => finish(
+  told.violations.map(each => [each.id, each.nodes.map(node => node.target)])));
+"""
+
+
+def broken_rules(page: Page) -> dict[str, list[Any]]:
+    """Return each theme's broken rules and what breaks them; skipped aloud without axe-core."""
+    if not AXE.is_file():
+        pytest.skip("no axe-core: make browser fetches it")
+    page.driver.execute_script(AXE.read_text("utf-8"))
+    found = {theme: page.driver.execute_async_script(_ASK, theme) for theme in reversed(THEMES)}
+    return {theme: rules for theme, rules in found.items() if rules}
