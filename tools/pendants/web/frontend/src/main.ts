@@ -128,8 +128,6 @@ class Page implements App {
   async begin(): Promise<void> {
     const words = fetchWords(this.settings.value.language);
     this.#servers = await servedServers();
-    await words;
-    this.#show();
     this.cell.watch((cell) => this.#changed(cell));
     this.choice.watch(() => this.#draw());
     this.settings.watch((settings) => {
@@ -138,9 +136,12 @@ class Page implements App {
       document.documentElement.dataset["theme"] = settings.theme;
       this.#draw();
     });
+    // The cell is asked while the page is built: what is seen first is true already.
+    this.session.visit(this.#servers[0] ?? "");
+    await words;
+    this.#show();
     listen(this);
     setInterval(() => this.#draw(), TICK);
-    this.session.visit(this.#servers[0] ?? "");
   }
 
   refused(refusal: Refusal): void {
