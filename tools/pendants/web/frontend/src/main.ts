@@ -198,6 +198,7 @@ class Page implements App {
     this.holding.forget();
     document.documentElement.dataset["theme"] = theme;
     document.documentElement.lang = language;
+    this.#layout?.view.close();
     this.#layout = layout(this, this.#servers);
     this.#root.replaceChildren(this.#layout.element);
     this.#layout.view.use((host) => makeStickView(host, this.#viewEvents()));

@@ -24,6 +24,8 @@ export interface CellView extends Part {
   /** Give it a view, once that was loaded. */
   use(make: (host: HTMLElement) => View): void;
   overlay(part: Partial<Content> | null): void;
+  /** Give back what the view holds: this part is shown no more. */
+  close(): void;
 }
 
 export function cellView(app: App, over: HTMLElement): CellView {
@@ -76,6 +78,10 @@ export function cellView(app: App, over: HTMLElement): CellView {
     },
     overlay(part) {
       added = part ?? {};
+    },
+    close() {
+      view?.dispose();
+      view = null;
     },
     update(cell) {
       const stale = isStale(cell, app.now(), OVERDUE);
