@@ -36,6 +36,7 @@ import { Pace } from "./pace.ts";
 import { Gizmo3d } from "./gizmo3d.ts";
 import { pathDots } from "./path_dots.ts";
 import { FrameMarks, SceneSolids } from "./scene_solids.ts";
+import { RobotMeshes } from "./robot_meshes.ts";
 import { RobotSolids, emptied } from "./robot_solids.ts";
 import { EMPTY, type Content, type MakeView, type Side, type View, type ViewEvents } from "./view.ts";
 
@@ -67,7 +68,6 @@ function newRenderer(quality: Quality, context: WebGL2RenderingContext | null): 
 }
 
 class Scene3d implements View {
-  readonly drawsMeshes = true;
   readonly #host: HTMLElement;
   readonly #events: ViewEvents;
   readonly #quality: Quality;
@@ -117,6 +117,10 @@ class Scene3d implements View {
     this.#listen(canvas);
     this.look("iso");
     this.resize();
+  }
+
+  newMeshes(...around: ConstructorParameters<typeof RobotMeshes>): RobotMeshes {
+    return new RobotMeshes(...around);
   }
 
   show(content: Content): void {
