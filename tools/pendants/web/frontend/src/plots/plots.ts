@@ -178,10 +178,12 @@ export class Plots {
     return unit === "mm" ? 1000 : unit === "rad" ? 1 : DEGREES;
   }
 
-  /** Return the lines of a plot: of each joint that is shown what is planned, and what was driven. */
+  /** Return the lines of a plot: of each joint what is planned, and what was driven; the chosen one above all. */
   #lines({ joints, planned, driven, chosen }: PlotContent, quantity: Quantity): Line[] {
     const unit = joints[chosen ?? 0]?.unit;
-    return joints.flatMap((joint, index) => {
+    const order = [...joints.keys()].sort((one, other) => Number(one === chosen) - Number(other === chosen));
+    return order.flatMap((index) => {
+      const joint = joints[index]!;
       // One plot has one unit: lines of another are left out.
       if (joint.unit !== unit) return [];
       const isFaint = chosen !== null && chosen !== index;
