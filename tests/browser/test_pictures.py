@@ -204,7 +204,7 @@ def test_numbers_of_a_plan_in_the_light(automatic: Page) -> None:
     _press(automatic, "Light")
     automatic.run("[...document.querySelectorAll('.card .acts button')].at(-1).click()")
     automatic.run("document.querySelector('[data-task=plots]').click()")
-    automatic.wait("document.querySelectorAll('.uplot canvas').length >= 3")
+    automatic.wait("document.querySelectorAll('.plots-dock canvas').length >= 3")
     _settled(automatic, "v2-plots-light")
     _task(automatic, "jog")
     _settled(automatic, "best-light-theme")

@@ -40,7 +40,7 @@ def test_a_driven_joint_is_a_line_in_its_colour(plots: Page) -> None:
 
 def test_a_line_does_not_end_a_plot_that_is_dragged_and_shown_whole_again(plots: Page) -> None:
     plots.wait(f"{DRAWN} > 20")
-    box = "document.querySelector('.plots-dock .u-over').getBoundingClientRect()"
+    box = "document.querySelector('.plots-dock .plot-over').getBoundingClientRect()"
     x, y = plots.run(f"const b = {box}; return [b.x + b.width / 2, b.y + b.height / 2]")
     plots.mouse("mousePressed", (x, y))
     plots.mouse("mouseMoved", (x + 40, y))
@@ -50,12 +50,12 @@ def test_a_line_does_not_end_a_plot_that_is_dragged_and_shown_whole_again(plots:
 
 
 def test_the_cursor_stands_at_one_time_in_all_three_plots(plots: Page) -> None:
-    box = "document.querySelector('.plots-dock .u-over').getBoundingClientRect()"
+    box = "document.querySelector('.plots-dock .plot-over').getBoundingClientRect()"
     x, y = plots.run(f"const b = {box}; return [b.x + b.width / 3, b.y + b.height / 2]")
     plots.run("document.querySelectorAll('.plots-dock header > button')[0].click()")
     plots.mouse("mouseMoved", (x, y))
     places = (
-        "[...document.querySelectorAll('.plots-dock .u-cursor-x')].map("
+        "[...document.querySelectorAll('.plots-dock .plot-cursor')].map("
         "each => new DOMMatrix(each.style.transform).e)"
     )
     plots.wait(f"{places}.every(place => place > 20 && Math.abs(place - {places}[0]) < 2)")

@@ -50,8 +50,10 @@ const look = () => {
   for (const [name, selector] of Object.entries(wanted)) {
     if (seen[name] === undefined && document.querySelector(selector)?.getClientRects().length) {
       seen[name] = null;
-      // The picture in which it is shown is out when the next but one is begun.
-      requestAnimationFrame(() => requestAnimationFrame(() => seen[name] = performance.now()));
+      // The page marks its picture in three dimensions when that is done; any other is out when the
+      // next but one is begun.
+      const told = () => seen[name] = performance.now();
+      if (name === 'solid') told(); else requestAnimationFrame(() => requestAnimationFrame(told));
     }
   }
   requestAnimationFrame(look);
@@ -61,7 +63,7 @@ requestAnimationFrame(look);
 _SHOWN = {
     "connect": ".chips",
     "robot": ".host[data-shows-robot]",
-    "solid": ".host[data-shows-robot] canvas[data-engine]",
+    "solid": "canvas[data-shows-robot]",
     "empty": "canvas[data-engine]",
 }
 

@@ -17,7 +17,7 @@ import { layout } from "./ui/layout.ts";
 import type { Layout } from "./ui/layout.ts";
 import { probedGraphics } from "./view/probe.ts";
 import { makeStickView } from "./view/stick.ts";
-import type { ViewEvents } from "./view/view.ts";
+import type { MakeView, ViewEvents } from "./view/view.ts";
 import { LinkLost, Refused } from "./wire/errors.ts";
 import type { Refusal } from "./wire/errors.ts";
 import { openSocket, servedServers } from "./wire/gateway.ts";
@@ -37,9 +37,18 @@ const MISSING: number[] = [
   VerdictCode.NOT_PREPARED,
 ];
 
-const graphics = probedGraphics();
+const { graphics, context } = probedGraphics();
 /** Asked for at once, beside all else; where it does not come, the robot stays one of sticks. */
-const solids = graphics === "none" ? null : import("./view/scene3d.ts").catch(() => null);
+const solids = graphics === "none" ? null : madeSolids();
+
+async function madeSolids(): Promise<MakeView | null> {
+  try {
+    const { makeScene3d } = await import("./view/scene3d.ts");
+    return makeScene3d(graphics === "software" ? "low" : "full", context);
+  } catch {
+    return null;
+  }
+}
 
 function kept(): Settings {
   const usual: Settings = {
@@ -128,8 +137,6 @@ class Page implements App {
   async begin(): Promise<void> {
     const words = fetchWords(this.settings.value.language);
     this.#servers = await servedServers();
-    await words;
-    this.#show();
     this.cell.watch((cell) => this.#changed(cell));
     this.choice.watch(() => this.#draw());
     this.settings.watch((settings) => {
@@ -138,9 +145,12 @@ class Page implements App {
       document.documentElement.dataset["theme"] = settings.theme;
       this.#draw();
     });
+    // The cell is asked while the page is built: what is seen first is true already.
+    this.session.visit(this.#servers[0] ?? "");
+    await words;
+    this.#show();
     listen(this);
     setInterval(() => this.#draw(), TICK);
-    this.session.visit(this.#servers[0] ?? "");
   }
 
   refused(refusal: Refusal): void {
@@ -197,6 +207,7 @@ class Page implements App {
     this.holding.forget();
     document.documentElement.dataset["theme"] = theme;
     document.documentElement.lang = language;
+    this.#layout?.view.close();
     this.#layout = layout(this, this.#servers);
     this.#root.replaceChildren(this.#layout.element);
     this.#layout.view.use((host) => makeStickView(host, this.#viewEvents()));
@@ -204,14 +215,24 @@ class Page implements App {
     this.#draw();
   }
 
-  /** Draw in three dimensions where the browser can; sticks stand there until then. */
+  /** Draw in three dimensions where the browser can, once there is a robot; sticks stand there until then. */
   async #better(shown: Layout): Promise<void> {
-    const solid = await solids;
-    if (solid === null || shown !== this.#layout) return;
-    const make = solid.makeScene3d(graphics === "software" ? "low" : "full");
+    const [make] = await Promise.all([solids, this.#robotKnown()]);
+    if (make === null || shown !== this.#layout) return;
     const sticks = (): void => shown.view.use((host) => makeStickView(host, this.#viewEvents()));
     shown.view.use((host) => make(host, { ...this.#viewEvents(), tooSlow: sticks }));
     this.#draw();
+  }
+
+  #robotKnown(): Promise<void> {
+    return new Promise((known) => {
+      if (this.cell.value.robot !== null) known();
+      const end = this.cell.watch(({ robot }) => {
+        if (robot === null) return;
+        end();
+        known();
+      });
+    });
   }
 
   #viewEvents(): ViewEvents {

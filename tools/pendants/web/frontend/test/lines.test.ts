@@ -1,7 +1,8 @@
 import assert from "node:assert/strict";
 import { test } from "node:test";
 
-import { extremes, seen } from "../src/plots/lines.ts";
+import { extremes, linePath, seen, type Line } from "../src/plots/lines.ts";
+import type { Gap } from "../src/plots/series.ts";
 
 const COUNT = 100_003;
 const column = Float32Array.from({ length: COUNT }, (_, index) => Math.sin(index * 0.37) * (index % 101));
@@ -24,4 +25,47 @@ test("a view has one sample more at each end, so that lines go to its edge", () 
   const times = Float64Array.from([0, 1, 2, 3, 4]);
   assert.deepEqual(seen(times, 1.5, 2.5), [1, 3]);
   assert.deepEqual(seen(times, -1, 9), [0, 4]);
+});
+
+/** What is drawn, as the browser's own path would take it. */
+class DrawnPath {
+  readonly corners: [number, number][] = [];
+  readonly rects: [number, number][] = [];
+
+  lineTo(x: number, y: number): void {
+    this.corners.push([x, y]);
+  }
+
+  rect(x: number, _y: number, width: number): void {
+    this.rects.push([x, x + width]);
+  }
+}
+
+const AREA = { left: 100, top: 10, width: 400, height: 100 };
+
+function drawn(times: number[], values: number[], gaps: Gap[] = []) {
+  Object.assign(globalThis, { Path2D: DrawnPath });
+  const samples = { times: Float64Array.from(times), positions: [], velocities: [], accelerations: [], gaps };
+  const line: Line = { samples, column: Float32Array.from(values), colour: "", width: 1, dash: [2, 4] };
+  const { path, known, dash } = linePath(line, AREA, [0, 4], [-1, 1]);
+  return { path: path as unknown as DrawnPath, known: known as unknown as DrawnPath | null, dash };
+}
+
+test("a line goes through its samples, times to the right and values up", () => {
+  const { path, known, dash } = drawn([0, 1, 4], [-1, 0, 1]);
+  assert.deepEqual(path.corners, [[100, 110], [200, 60], [500, 10]]);
+  assert.equal(known, null);
+  assert.deepEqual(dash, [2, 4]);
+});
+
+test("a line is left out from the beginning of a gap to its end", () => {
+  const { rects } = drawn([0, 1, 3, 4], [0, 0, 0, 0], [[1, 3]]).known!;
+  assert.deepEqual(rects.map(([, end]) => end)[0], 200);
+  assert.deepEqual(rects.map(([begin]) => begin)[1], 400);
+  assert.equal(rects.length, 2);
+});
+
+test("a line that goes up and down all over its plot has no dashes", () => {
+  const times = Array.from({ length: 200 }, (_, index) => index / 50);
+  assert.deepEqual(drawn(times, times.map((_, index) => (index % 2 === 0 ? 1 : -1))).dash, []);
 });

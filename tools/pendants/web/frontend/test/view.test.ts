@@ -102,19 +102,22 @@ function canvas(plain: string, unmasked?: string): Parameters<typeof probedGraph
 }
 
 test("a browser without WebGL is told, whether it says null or throws", () => {
-  assert.equal(probedGraphics({ getContext: () => null }), "none");
+  assert.deepEqual(probedGraphics({ getContext: () => null }), { graphics: "none", context: null });
   const throws = { getContext: (): never => { throw new Error("no"); } };
-  assert.equal(probedGraphics(throws), "none");
+  assert.deepEqual(probedGraphics(throws), { graphics: "none", context: null });
 });
 
 test("software is told by the name of the renderer", () => {
-  assert.equal(probedGraphics(canvas("WebKit WebGL", "ANGLE (Google, Vulkan (SwiftShader))")), "software");
-  assert.equal(probedGraphics(canvas("llvmpipe")), "software");
-  assert.equal(probedGraphics(canvas("WebKit WebGL", "ANGLE (Intel, Mesa UHD)")), "hardware");
+  assert.equal(probedGraphics(canvas("WebKit WebGL", "ANGLE (Google, Vulkan (SwiftShader))")).graphics, "software");
+  assert.equal(probedGraphics(canvas("llvmpipe")).graphics, "software");
+  assert.equal(probedGraphics(canvas("WebKit WebGL", "ANGLE (Intel, Mesa UHD)")).graphics, "hardware");
 });
 
-test("the context that was tried is given back", () => {
-  const tried = canvas("llvmpipe");
-  probedGraphics(tried);
-  assert.equal(tried.lost, 1);
+test("a context of software is kept, one of hardware given back", () => {
+  const software = canvas("llvmpipe");
+  assert.notEqual(probedGraphics(software).context, null);
+  assert.equal(software.lost, 0);
+  const hardware = canvas("Mesa Intel(R) UHD");
+  assert.equal(probedGraphics(hardware).context, null);
+  assert.equal(hardware.lost, 1);
 });

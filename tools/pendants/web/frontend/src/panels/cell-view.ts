@@ -9,7 +9,7 @@ import { fixed } from "../texts/texts.ts";
 import type { App, Part } from "../ui/app.ts";
 import { attribute, h, say, show } from "../ui/elements.ts";
 import type { LinkMesh } from "../view/meshes.ts";
-import { RobotMeshes } from "../view/robot_meshes.ts";
+import type { RobotMeshes } from "../view/robot_meshes.ts";
 import { EMPTY } from "../view/view.ts";
 import type { Content, Side, View } from "../view/view.ts";
 import { shown } from "./jog.ts";
@@ -24,6 +24,8 @@ export interface CellView extends Part {
   /** Give it a view, once that was loaded. */
   use(make: (host: HTMLElement) => View): void;
   overlay(part: Partial<Content> | null): void;
+  /** Give back what the view holds: this part is shown no more. */
+  close(): void;
 }
 
 export function cellView(app: App, over: HTMLElement): CellView {
@@ -44,13 +46,10 @@ export function cellView(app: App, over: HTMLElement): CellView {
   let standing: { robot: Cell["robot"]; joints: number[] } | null = null;
   const trace = new Trace();
   const scene = sceneModel(app);
-  const meshes = new RobotMeshes(
-    (request) => app.session.call(request),
-    ({ length }) => {
-      const text = app.texts.meshesMissing(length);
-      app.choice.set({ note: { text, kind: "remark" } });
-    },
-  );
+  let meshes: RobotMeshes | null = null;
+  const missing = ({ length }: readonly unknown[]): void => {
+    app.choice.set({ note: { text: texts.meshesMissing(length), kind: "remark" } });
+  };
   let greeted: Cell["hello"] = null;
   const sides: [Side, string][] = [["iso", texts.iso], ["top", texts.top], ["front", texts.front]];
   const traceButton = h("button", { type: "button", class: "chosen", "aria-pressed": "true" }, texts.trace);
@@ -73,9 +72,14 @@ export function cellView(app: App, over: HTMLElement): CellView {
     use(make) {
       view?.dispose();
       view = make(host);
+      meshes = view.newMeshes?.((request) => app.session.call(request), missing) ?? null;
     },
     overlay(part) {
       added = part ?? {};
+    },
+    close() {
+      view?.dispose();
+      view = null;
     },
     update(cell) {
       const stale = isStale(cell, app.now(), OVERDUE);
@@ -92,7 +96,7 @@ export function cellView(app: App, over: HTMLElement): CellView {
       if (told !== null) trace.add(told);
       if (cell.hello !== greeted) {
         greeted = cell.hello;
-        meshes.linked();
+        meshes?.linked();
       }
       const joints = jointsOf(cell);
       if (joints !== null) standing = { robot: cell.robot, joints };
@@ -101,7 +105,7 @@ export function cellView(app: App, over: HTMLElement): CellView {
       view?.show({
         ...EMPTY,
         robot: cell.robot,
-        meshes: view.drawsMeshes ? meshes.of(cell.robot) : NO_MESHES,
+        meshes: meshes?.of(cell.robot) ?? NO_MESHES,
         joints: joints ?? last,
         stale: stale || joints === null,
         driven: drivenJoints(app, cell),

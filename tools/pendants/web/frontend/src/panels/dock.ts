@@ -44,7 +44,9 @@ export function stopDock(app: App): Part {
   return {
     element,
     update(cell) {
-      show(element, pageState(cell) === "stopped");
+      const isShown = pageState(cell) === "stopped";
+      show(element, isShown);
+      if (!isShown) return;
       const isPressed = (cell.state?.stop ?? 0) !== StopKind.NONE;
       own.tell(isPressed ? texts.pressed : texts.clear, isPressed ? "bad" : "good", stopper(app, cell));
       const emergency = cell.state?.e_stopped;

@@ -1,13 +1,40 @@
 // Draws long lines quickly. Where a point of the picture has many samples, a line is drawn by blocks
 // of them, each from its least to its greatest value: no peak is lost, and a hundred thousand samples
 // cost as much as a few thousand.
-import type uPlot from "uplot";
-import { indexAt, type Gap } from "./series.ts";
+import { indexAt, type Gap, type Samples } from "./series.ts";
+
+export type Range = readonly [from: number, to: number];
+
+/** Where the lines of a plot are [points of the page]. */
+export interface Area {
+  left: number;
+  top: number;
+  width: number;
+  height: number;
+}
+
+/** A column of samples as it is drawn. */
+export interface Line {
+  samples: Samples;
+  column: Float32Array;
+  colour: string;
+  width: number;
+  dash: readonly number[];
+}
+
+/** A line in its area; `known` leaves out its gaps, and is null where it has none. */
+export interface LinePath {
+  path: Path2D;
+  dash: readonly number[];
+  known: Path2D | null;
+}
 
 /** Samples of the smallest blocks; a level further up has twice as many. */
 const FINEST = 8;
 /** Length of a line, in widths of its plot, from which on it is drawn without dashes. */
 const DENSE = 12;
+/** Farther to the side than any plot reaches [points]; what is farther cannot be clipped by. */
+const FAR = 1e5;
 
 interface Level {
   size: number;
@@ -68,40 +95,40 @@ export function seen(times: Float64Array, from: number, to: number): [number, nu
   return [Math.max(0, indexAt(times, from)), Math.min(times.length - 1, indexAt(times, to) + 1)];
 }
 
-/** Return a line as it is drawn, without what lies in gaps, and give it its dashes. */
-export function linePath(plot: uPlot, line: number, gaps: readonly Gap[], dash: number[]): uPlot.Series.Paths {
-  const column = plot.data[line] as unknown as Float32Array;
-  const { left, top, width, height } = plot.bbox;
-  const [x, y] = [plot.scales["x"]!, plot.scales["y"]!];
-  const across = (time: number): number => left + ((time - x.min!) / (x.max! - x.min!)) * width;
-  const down = (value: number): number => top + height - ((value - y.min!) / (y.max! - y.min!)) * height;
-  const times = plot.data[0] as unknown as Float64Array;
-  const [first, last] = seen(times, x.min!, x.max!);
-  const stroke = new Path2D();
-  const level = levelsOf(column).findLast(({ size }) => size * width <= last - first);
+/** Return a line as it is drawn. */
+export function linePath({ samples, column, dash }: Line, area: Area, [from, to]: Range, [low, high]: Range): LinePath {
+  const { left, top, width, height } = area;
+  const across = (time: number): number => left + ((time - from) / (to - from)) * width;
+  const down = (value: number): number => top + ((high - value) / (high - low)) * height;
+  const { times, gaps } = samples;
+  const [first, last] = seen(times, from, to);
+  const path = new Path2D();
+  const dots = width * (globalThis.devicePixelRatio || 1);
+  const level = levelsOf(column).findLast((each) => each.size * dots <= last - first);
   const { size, least, most } = level ?? { size: 1, least: column, most: column };
   let [at, length] = [down(least[Math.floor(first / size)]!), 0];
   for (let block = Math.floor(first / size); block * size <= last; block++) {
     const place = across(times[block * size]!);
-    const [low, high] = [down(least[block]!), down(most[block]!)];
+    const [bottom, peak] = [down(least[block]!), down(most[block]!)];
     // The nearer end first: a line has no stroke that its samples do not have.
-    const [near, far] = Math.abs(low - at) <= Math.abs(high - at) ? [low, high] : [high, low];
-    stroke.lineTo(place, near);
-    if (size > 1) stroke.lineTo(place, far);
+    const [near, far] = Math.abs(bottom - at) <= Math.abs(peak - at) ? [bottom, peak] : [peak, bottom];
+    path.lineTo(place, near);
+    if (size > 1) path.lineTo(place, far);
     length += Math.abs(near - at) + Math.abs(far - near);
     at = far;
   }
   // Where strokes stand so near to one another, dots between them cannot be seen, and cost the most.
-  plot.series[line]!.dash = length > DENSE * width ? [] : dash;
-  return { stroke, clip: between(gaps, across, top, height), flags: 0 };
+  const known = gaps.length > 0 ? between(gaps, across, top, height) : null;
+  return { path, dash: length > DENSE * width ? [] : dash, known };
 }
 
-/** Return what lies between gaps, the first and last of which have no outer end. */
+/** Return what lies outside of all gaps. */
 function between(gaps: readonly Gap[], across: (time: number) => number, top: number, height: number): Path2D {
-  const clip = new Path2D();
-  gaps.slice(1).forEach(([from], index) => {
-    const begin = across(gaps[index]![1]);
-    clip.rect(begin, top, across(from) - begin, height);
+  const known = new Path2D();
+  const [begins, ends] = [[-Infinity, ...gaps.map(([, to]) => to)], [...gaps.map(([from]) => from), Infinity]];
+  begins.forEach((begin, index) => {
+    const [from, to] = [begin, ends[index]!].map((time) => Math.min(FAR, Math.max(-FAR, across(time))));
+    known.rect(from!, top, to! - from!, height);
   });
-  return clip;
+  return known;
 }

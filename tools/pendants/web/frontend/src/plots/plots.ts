@@ -2,21 +2,10 @@
 // the limits of the chosen joint dashed and named. One cursor goes over all three.
 //
 // All is kept in SI units; only what is written at the axes is in degrees.
-import uPlot from "uplot";
-import "uplot/dist/uPlot.min.css";
-
+import { Chart, FONT, type Drawing, type Limit } from "./chart.ts";
 import { limitsOf, type PlotJoint } from "./findings.ts";
-import { extremes, linePath, seen } from "./lines.ts";
-import {
-  joinedTimes,
-  QUANTITIES,
-  spread,
-  valueAt,
-  type Gap,
-  type Quantity,
-  type Samples,
-} from "./series.ts";
-import { evenSteps } from "./steps.ts";
+import { extremes, seen, type Line, type Range } from "./lines.ts";
+import { QUANTITIES, valueAt, type Quantity, type Samples } from "./series.ts";
 
 /** What is written on plots, from the table of texts. */
 export interface PlotWords {
@@ -53,9 +42,10 @@ const INKS = {
   light: { ink: "#566473", grid: "rgba(86, 100, 115, 0.2)", limit: "#b3151a", cursor: "#17202a" },
 } as const;
 
-const FONT = "12px system-ui, sans-serif";
 const NEAREST_VIEW = 0.02; // s
 const DEGREES = 180 / Math.PI;
+const DOTS = [2, 4];
+const PER = { positions: "", velocities: "/s", accelerations: "/s²" } as const;
 /** A joint that is not the chosen one. */
 const FAINT = "55";
 
@@ -68,15 +58,12 @@ export function jointColour(joint: number, theme: "dark" | "light"): string {
 export class Plots {
   readonly #host: HTMLElement;
   readonly #options: PlotOptions;
-  readonly #boxes: HTMLElement[];
+  readonly #charts: Chart[];
   readonly #titles: HTMLElement[];
-  #plots: uPlot[] = [];
   #content: PlotContent | null = null;
-  #gaps: { planned: Gap[]; driven: Gap[] } = { planned: [], driven: [] };
-  #range: readonly [number, number] | null = null;
-  #times: Float64Array = new Float64Array();
+  #range: Range | null = null;
   #cursor: number | null = null;
-  #isTelling = false;
+  #frame = 0;
 
   constructor(host: HTMLElement, options: PlotOptions) {
     this.#host = host;
@@ -87,43 +74,30 @@ export class Plots {
     host.style[options.layout === "row" ? "gridTemplateColumns" : "gridTemplateRows"] =
       "repeat(3, minmax(0, 1fr))";
     this.#titles = QUANTITIES.map(() => document.createElement("h4"));
-    this.#boxes = QUANTITIES.map((_, index) => {
+    this.#charts = this.#titles.map((title) => {
       const figure = document.createElement("div");
       Object.assign(figure.style, { display: "flex", flexDirection: "column", minHeight: "0" });
       const box = document.createElement("div");
       Object.assign(box.style, { flex: "1", minHeight: "0", overflow: "hidden" });
-      const title = this.#titles[index]!;
       Object.assign(title.style, { margin: "0 0 2px 52px", font: `600 ${FONT}` });
       figure.append(title, box);
       host.append(figure);
-      return box;
+      const chart = new Chart(box);
+      this.#listen(chart);
+      return chart;
     });
   }
 
-  /** Show this; only what changed in kind makes the plots anew. */
   show(content: PlotContent): void {
-    const before = this.#content;
     this.#content = content;
-    const isAlike =
-      before !== null &&
-      before.joints === content.joints &&
-      before.chosen === content.chosen &&
-      before.unit === content.unit &&
-      (before.planned === null) === (content.planned === null) &&
-      (before.driven === null) === (content.driven === null);
-    const data = this.#data(content);
-    if (isAlike && this.#plots.length > 0) {
-      this.#plots.forEach((plot, index) => plot.setData(data[index]!, false));
-      this.#rescale();
-    } else {
-      this.#make(data);
-    }
+    this.#writeTitles();
+    this.#want();
   }
 
   /** Show a part of the time [s]; null for all. */
-  setRange(range: readonly [number, number] | null): void {
+  setRange(range: Range | null): void {
     this.#range = range;
-    this.#rescale();
+    this.#want();
   }
 
   /** Move by a share of what is seen, as a drag does. */
@@ -136,66 +110,57 @@ export class Plots {
   /** Put the cursor at a time [s]; null takes it away. It is not told to `onCursor`. */
   setCursor(time: number | null): void {
     this.#cursor = time;
-    this.#isTelling = true;
-    for (const plot of this.#plots) placeCursor(plot, time);
-    this.#isTelling = false;
+    for (const chart of this.#charts) chart.point(time);
   }
 
   setTheme(theme: "dark" | "light"): void {
     if (theme === this.#options.theme) return;
     this.#options.theme = theme;
-    if (this.#content !== null) this.#make(this.#data(this.#content));
+    this.#want();
   }
 
   resize(): void {
-    this.#plots.forEach((plot, index) => plot.setSize(sizeOf(this.#boxes[index]!)));
+    for (const chart of this.#charts) chart.resize();
+    this.setCursor(this.#cursor);
   }
 
   dispose(): void {
-    for (const plot of this.#plots) plot.destroy();
-    this.#plots = [];
+    cancelAnimationFrame(this.#frame);
     this.#host.replaceChildren();
   }
 
-  /** Return the columns of each plot: the times, then of each joint the planned and the driven. */
-  #data({ joints, planned, driven }: PlotContent): uPlot.AlignedData[] {
-    const none = new Float64Array();
-    const [one, other] = [planned?.times ?? none, driven?.times ?? none];
-    this.#times = sameTimes(one, other) ? one : joinedTimes(one, other);
-    this.#gaps = {
-      planned: planned === null ? [] : unknown(planned),
-      driven: driven === null ? [] : unknown(driven),
-    };
-    return QUANTITIES.map((quantity) => [
-      this.#times,
-      ...joints.flatMap((_, joint) =>
-        [planned, driven].flatMap((samples) => {
-          const column = samples?.[quantity][joint];
-          if (samples === null || column === undefined || column.length === 0) return [];
-          return [spread(this.#times, samples.times, column)];
-        }),
-      ),
-    ]);
+  /** Draw with the next picture. */
+  #want(): void {
+    if (this.#frame === 0) this.#frame = requestAnimationFrame(() => this.#draw());
   }
 
-  #make(data: uPlot.AlignedData[]): void {
-    for (const plot of this.#plots) plot.destroy();
-    this.#writeTitles();
-    this.#plots = QUANTITIES.map((quantity, index) => {
-      const box = this.#boxes[index]!;
-      const plot = new uPlot(this.#uplotOptions(quantity, box), data[index]!, box);
-      this.#listen(plot);
-      return plot;
-    });
-    this.#rescale();
+  #draw(): void {
+    this.#frame = 0;
+    const content = this.#content;
+    if (content === null) return;
+    this.#charts.forEach((chart, index) => chart.draw(this.#drawing(content, QUANTITIES[index]!)));
+    this.setCursor(this.#cursor);
+  }
+
+  #drawing(content: PlotContent, quantity: Quantity): Drawing {
+    const lines = this.#lines(content, quantity);
+    const limits = this.#limits(content, quantity);
+    return {
+      times: this.#shown(),
+      heights: this.#heights(lines, limits),
+      lines,
+      limits,
+      inks: INKS[this.#options.theme],
+      factor: this.#factor(),
+      written: (value) => this.#options.words.number(value, 3),
+    };
   }
 
   #writeTitles(): void {
     const unit = this.#shownUnit();
     this.#titles.forEach((title, index) => {
       const quantity = QUANTITIES[index]!;
-      const per = { positions: "", velocities: "/s", accelerations: "/s²" }[quantity];
-      title.textContent = `${this.#options.words.quantities[quantity]} ${unit}${per}`;
+      title.textContent = `${this.#options.words.quantities[quantity]} ${unit}${PER[quantity]}`;
     });
   }
 
@@ -213,177 +178,72 @@ export class Plots {
     return unit === "mm" ? 1000 : unit === "rad" ? 1 : DEGREES;
   }
 
-  #uplotOptions(quantity: Quantity, box: HTMLElement): uPlot.Options {
-    const inks = INKS[this.#options.theme];
-    const axis: uPlot.Axis = {
-      stroke: inks.ink,
-      font: FONT,
-      grid: { stroke: inks.grid, width: 1 },
-      ticks: { show: false },
-    };
-    return {
-      ...sizeOf(box),
-      legend: { show: false },
-      padding: [6, 18, 0, 0],
-      cursor: {
-        y: false,
-        drag: { x: false, y: false },
-        points: { size: 8 },
-        dataIdx: (_plot, _line, index) => index,
-      },
-      scales: {
-        x: { time: false, range: () => [...this.#shown()] },
-        y: { range: (plot) => this.#heights(quantity, plot) },
-      },
-      axes: [
-        {
-          ...axis,
-          size: 24,
-          values: (_, splits) => splits.map((each) => `${this.#written(each)} s`),
-        },
-        {
-          ...axis,
-          size: 52,
-          splits: (_plot, _axis, least, most) => evenSteps(least, most, this.#factor()),
-          values: (_, splits) => splits.map((each) => this.#written(each * this.#factor())),
-        },
-      ],
-      series: [{}, ...this.#series()],
-      hooks: {
-        draw: [(plot) => this.#drawLimits(plot, quantity)],
-        setCursor: [(plot) => this.#cursorWent(plot)],
-      },
-    };
-  }
-
-  #series(): uPlot.Series[] {
-    const content = this.#content;
-    if (content === null) return [];
-    return content.joints.flatMap((joint, index) => {
-      const isFaint = content.chosen !== null && content.chosen !== index;
+  /** Return the lines of a plot: of each joint what is planned, and what was driven; the chosen one above all. */
+  #lines({ joints, planned, driven, chosen }: PlotContent, quantity: Quantity): Line[] {
+    const unit = joints[chosen ?? 0]?.unit;
+    const order = [...joints.keys()].sort((one, other) => Number(one === chosen) - Number(other === chosen));
+    return order.flatMap((index) => {
+      const joint = joints[index]!;
       // One plot has one unit: lines of another are left out.
-      const show = joint.unit === (content.joints[content.chosen ?? 0]?.unit ?? joint.unit);
-      const colour = jointColour(index, this.#options.theme);
-      const plain: uPlot.Series = {
-        show,
-        auto: false,
-        label: joint.name,
-        stroke: isFaint ? colour + FAINT : colour,
-        width: content.chosen === index ? 2.2 : 1.4,
-        points: { show: false },
+      if (joint.unit !== unit) return [];
+      const isFaint = chosen !== null && chosen !== index;
+      const colour = jointColour(index, this.#options.theme) + (isFaint ? FAINT : "");
+      const line = (samples: Samples | null, width: number, dash: readonly number[]): Line[] => {
+        const column = samples?.[quantity][index];
+        return samples === null || column === undefined || column.length === 0
+          ? []
+          : [{ samples, column, colour, width, dash }];
       };
-      const planned: uPlot.Series = { ...plain, paths: this.#pathsOf("planned", []) };
-      const driven: uPlot.Series = { ...plain, paths: this.#pathsOf("driven", [2, 4]), width: 1.8 };
       // The others are shown as planned; as driven only where nothing is planned.
-      if (isFaint && content.planned !== null) driven.show = false;
-      return [
-        ...(content.planned === null ? [] : [planned]),
-        ...(content.driven === null ? [] : [driven]),
-      ];
+      const isDrivenToo = !isFaint || planned === null;
+      return [...line(planned, chosen === index ? 2.2 : 1.4, []), ...(isDrivenToo ? line(driven, 1.8, DOTS) : [])];
     });
   }
 
-  #pathsOf(kind: "planned" | "driven", dash: number[]): uPlot.Series.PathBuilder {
-    return (plot, line) => linePath(plot, line, this.#gaps[kind], dash);
+  #limits({ joints, chosen }: PlotContent, quantity: Quantity): Limit[] {
+    const joint = chosen === null ? undefined : joints[chosen];
+    if (joint === undefined) return [];
+    const unit = `${this.#shownUnit()}${PER[quantity]}`;
+    return limitsOf(joint, quantity).map((value) => {
+      const number = this.#options.words.number(value * this.#factor(), 1);
+      return { value, text: `${joint.name} ${number}${unit.startsWith("°") ? "" : " "}${unit}` };
+    });
   }
 
-  #written(value: number): string {
-    return this.#options.words.number(value, 3);
-  }
-
-  #shown(): readonly [number, number] {
+  #shown(): Range {
     if (this.#range !== null) return this.#range;
-    const [first, last] = [this.#times[0] ?? 0, this.#times.at(-1) ?? 1];
+    const all = [this.#content?.planned, this.#content?.driven].map((samples) => samples?.times ?? []);
+    const known = all.filter(({ length }) => length > 0);
+    const [first, last] = [
+      Math.min(...known.map((times) => times[0]!)),
+      Math.max(...known.map((times) => times.at(-1)!)),
+    ];
+    if (known.length === 0) return [0, 1];
     return last > first ? [first, last] : [first, first + 1];
   }
 
-  /** Return the range of values that is shown: that of the lines, and the limits near them. */
-  #heights(quantity: Quantity, plot: uPlot): [number, number] {
-    const content = this.#content;
-    const joint = content === null || content.chosen === null ? null : content.joints[content.chosen];
-    const [first, last] = seen(this.#times, ...this.#shown());
-    let [low, high] = [Infinity, -Infinity];
-    plot.series.forEach(({ show }, line) => {
-      if (line === 0 || show !== true) return;
-      const [least, most] = extremes(plot.data[line] as unknown as Float32Array, first, last);
-      [low, high] = [Math.min(low, least), Math.max(high, most)];
-    });
-    if (low > high) [low, high] = [-1, 1];
-    if (joint !== null && joint !== undefined) {
-      for (const limit of limitsOf(joint, quantity)) {
-        if (!Number.isFinite(limit)) continue;
-        [low, high] = [Math.min(low, limit), Math.max(high, limit)];
-      }
-    }
+  /** Return the range of values that is shown: that of the lines, and their limits. */
+  #heights(lines: readonly Line[], limits: readonly Limit[]): Range {
+    const bounds = lines.flatMap(({ samples, column }) => extremes(column, ...seen(samples.times, ...this.#shown())));
+    const finite = bounds.filter(Number.isFinite);
+    const values = finite.length > 0 ? finite : [-1, 1];
+    values.push(...limits.map(({ value }) => value).filter(Number.isFinite));
+    const [low, high] = [Math.min(...values), Math.max(...values)];
     const edge = Math.max(0.05 * (high - low), 1e-4);
     return [low - edge, high + edge];
   }
 
-  #drawLimits(plot: uPlot, quantity: Quantity): void {
-    const content = this.#content;
-    const joint = content === null || content.chosen === null ? undefined : content.joints[content.chosen];
-    if (joint === undefined) return;
-    const { ctx, bbox } = plot;
-    const ratio = globalThis.devicePixelRatio || 1;
-    const { limit: colour } = INKS[this.#options.theme];
-    const per = { positions: "", velocities: "/s", accelerations: "/s²" }[quantity];
-    ctx.save();
-    Object.assign(ctx, { strokeStyle: colour, fillStyle: colour, lineWidth: 1.2 * ratio });
-    Object.assign(ctx, { textAlign: "right", font: `${12 * ratio}px system-ui, sans-serif` });
-    const limits = limitsOf(joint, quantity);
-    const [lowest, highest] = limits.map((each) => plot.valToPos(each, "y", true));
-    // Within the range where there is room for both names, else outside of it.
-    const isRoomy = Math.abs((lowest ?? 0) - (highest ?? 0)) > 40 * ratio;
-    for (const [index, limit] of limits.entries()) {
-      if (!Number.isFinite(limit)) continue;
-      const y = plot.valToPos(limit, "y", true);
-      ctx.setLineDash([6 * ratio, 4 * ratio]);
-      ctx.beginPath();
-      ctx.moveTo(bbox.left, y);
-      ctx.lineTo(bbox.left + bbox.width, y);
-      ctx.stroke();
-      const isBelow = (index === 1) === isRoomy;
-      ctx.textBaseline = isBelow ? "top" : "bottom";
-      const unit = `${this.#shownUnit()}${per}`;
-      const value = this.#options.words.number(limit * this.#factor(), 1);
-      const text = `${joint.name} ${value}${unit.startsWith("°") ? "" : " "}${unit}`;
-      ctx.fillText(text, bbox.left + bbox.width - 4 * ratio, y + (isBelow ? 4 : -4) * ratio);
-    }
-    ctx.restore();
-  }
-
-  #rescale(): void {
-    const [min, max] = this.#shown();
-    for (const plot of this.#plots) plot.setScale("x", { min, max });
-    // uPlot takes the scale with the next microtask; only then is the time at its place.
-    queueMicrotask(() => this.setCursor(this.#cursor));
-  }
-
-  #cursorWent(plot: uPlot): void {
-    // uPlot tells of its own first drawing, too; only a pointer leads the cursor.
-    if (this.#isTelling || (plot.cursor.event ?? null) === null) return;
-    const { left } = plot.cursor;
-    const time = left === undefined || left < 0 ? null : plot.posToVal(left, "x");
-    this.#cursor = time;
-    this.#isTelling = true;
-    for (const other of this.#plots) if (other !== plot) placeCursor(other, time);
-    this.#isTelling = false;
-    this.#options.onCursor?.(time);
-  }
-
-  /** A drag pans, the wheel zooms about the pointer, a double click shows all. */
-  #listen(plot: uPlot): void {
-    const { over } = plot;
-    over.style.touchAction = "none";
-    for (const line of over.querySelectorAll<HTMLElement>(".u-cursor-x")) {
-      line.style.borderRight = `1.5px solid ${INKS[this.#options.theme].cursor}`;
-    }
-    let from: { x: number; range: readonly [number, number] } | null = null;
+  /** The pointer leads the cursor, a drag pans, the wheel zooms about it, a double click shows all. */
+  #listen(chart: Chart): void {
+    const { over } = chart;
+    const timeAt = ({ clientX }: MouseEvent): number => chart.timeAt(clientX - over.getBoundingClientRect().left);
+    let from: { x: number; range: Range } | null = null;
     over.addEventListener("pointerdown", (event) => {
       over.setPointerCapture(event.pointerId);
       from = { x: event.clientX, range: this.#shown() };
     });
     over.addEventListener("pointermove", (event) => {
+      this.#cursorWent(timeAt(event));
       if (from === null) return;
       const [low, high] = from.range;
       const by = ((from.x - event.clientX) / Math.max(1, over.clientWidth)) * (high - low);
@@ -392,35 +252,22 @@ export class Plots {
     for (const kind of ["pointerup", "pointercancel"] as const) {
       over.addEventListener(kind, () => (from = null));
     }
+    over.addEventListener("pointerleave", () => this.#cursorWent(null));
     over.addEventListener("dblclick", () => this.setRange(null));
     over.addEventListener("wheel", (event) => {
       event.preventDefault();
-      const time = plot.posToVal(event.clientX - over.getBoundingClientRect().left, "x");
+      const time = timeAt(event);
       const factor = Math.exp(Math.max(-100, Math.min(100, event.deltaY)) * 0.002);
       const [low, high] = this.#shown();
       if ((high - low) * factor < NEAREST_VIEW) return;
       this.setRange([time - (time - low) * factor, time + (high - time) * factor]);
     }, { passive: false });
   }
-}
 
-function sizeOf(box: HTMLElement): { width: number; height: number } {
-  return { width: Math.max(80, box.clientWidth), height: Math.max(60, box.clientHeight) };
-}
-
-function placeCursor(plot: uPlot, time: number | null): void {
-  const left = time === null ? -10 : plot.valToPos(time, "x");
-  plot.setCursor({ left, top: 1 }, false);
-}
-
-function sameTimes(one: Float64Array, other: Float64Array): boolean {
-  return one.length === other.length && one.every((time, index) => time === other[index]);
-}
-
-/** Return the times of which a motion knows nothing: its gaps, and all before and behind. */
-function unknown({ times, gaps }: Samples): Gap[] {
-  const [first, last] = [times[0] ?? 0, times.at(-1) ?? 0];
-  return [[Number.NEGATIVE_INFINITY, first], ...gaps, [last, Number.POSITIVE_INFINITY]];
+  #cursorWent(time: number | null): void {
+    this.setCursor(time);
+    this.#options.onCursor?.(time);
+  }
 }
 
 /** What each joint has at a time, for the table beside the plots; null where nothing is known. */

@@ -226,18 +226,3 @@ export function joinedTimes(one: Float64Array, other: Float64Array): Float64Arra
   }
   return all.subarray(0, count);
 }
-
-/** Return a column on other times that have all of its own: straight between, held outside. */
-export function spread(times: Float64Array, own: Float64Array, column: Float32Array): Float32Array {
-  if (times.length === own.length) return column;
-  const values = new Float32Array(times.length);
-  let at = 0;
-  for (let i = 0; i < times.length; i++) {
-    const time = times[i]!;
-    while (at + 1 < own.length && own[at + 1]! <= time) at++;
-    const [from, to] = [own[at]!, own[at + 1] ?? own[at]!];
-    const share = to > from ? Math.min(1, Math.max(0, (time - from) / (to - from))) : 0;
-    values[i] = column[at]! + share * ((column[at + 1] ?? column[at]!) - column[at]!);
-  }
-  return values;
-}

@@ -1,28 +1,36 @@
-// Whether this browser has WebGL, found out on a throwaway canvas: three.js itself would write to
+// Whether this browser has WebGL, found out on a canvas of its own: three.js itself would write to
 // the console where there is none.
+//
+// To begin with WebGL is most of the time until something is seen where software draws, and what was
+// tried is what the view in a low quality asks for: it is kept for that view. Hardware is quick, and
+// its view asks for more.
 
 export type Graphics = "none" | "software" | "hardware";
+
+/** What draws WebGL here, and the context that was found where software does. */
+export interface Probe {
+  graphics: Graphics;
+  context: WebGL2RenderingContext | null;
+}
 
 const SOFTWARE = /swiftshader|llvmpipe|softpipe|software|basic render/i;
 
 interface Probed {
-  getContext(kind: "webgl2"): WebGL2RenderingContext | null;
+  getContext(kind: "webgl2", asked: WebGLContextAttributes): WebGL2RenderingContext | null;
 }
 
 /** Return what draws WebGL here. */
-export function probedGraphics(
-  canvas: Probed = document.createElement("canvas"),
-): Graphics {
+export function probedGraphics(canvas: Probed = document.createElement("canvas")): Probe {
   let gl: WebGL2RenderingContext | null = null;
   try {
-    gl = canvas.getContext("webgl2");
+    gl = canvas.getContext("webgl2", { antialias: false, powerPreference: "low-power" });
   } catch {
-    return "none"; // a browser that is told to have none may throw
+    // a browser that is told to have none may throw
   }
-  if (gl === null) return "none";
-  const name = rendererName(gl);
+  if (gl === null) return { graphics: "none", context: null };
+  if (SOFTWARE.test(rendererName(gl))) return { graphics: "software", context: gl };
   gl.getExtension("WEBGL_lose_context")?.loseContext();
-  return SOFTWARE.test(name) ? "software" : "hardware";
+  return { graphics: "hardware", context: null };
 }
 
 function rendererName(gl: WebGL2RenderingContext): string {

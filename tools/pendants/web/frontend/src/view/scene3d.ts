@@ -36,6 +36,7 @@ import { Pace } from "./pace.ts";
 import { Gizmo3d } from "./gizmo3d.ts";
 import { pathDots } from "./path_dots.ts";
 import { FrameMarks, SceneSolids } from "./scene_solids.ts";
+import { RobotMeshes } from "./robot_meshes.ts";
 import { RobotSolids, emptied } from "./robot_solids.ts";
 import { EMPTY, type Content, type MakeView, type Side, type View, type ViewEvents } from "./view.ts";
 
@@ -46,13 +47,27 @@ const CLICK = 4; // points that a press may move and still picks
 const SHADOW_MAP = 2048;
 const MOST_RATIO = { full: 2, low: 1 } as const;
 
-/** Return what makes a 3-D view of a quality; it throws where the browser gives it no WebGL. */
-export function makeScene3d(quality: Quality): MakeView {
-  return (host, events) => new Scene3d(host, events, quality);
+/**
+ * Return what makes a 3-D view of a quality; throws where the browser gives no WebGL.
+ *
+ * Its WebGL is begun here, not when the first view is made: by then it would wait until software has
+ * drawn all of the page. The context is that which was found already, if there is one.
+ */
+export function makeScene3d(quality: Quality, context: WebGL2RenderingContext | null): MakeView {
+  let begun: WebGLRenderer | null = newRenderer(quality, context);
+  return (host, events) => {
+    const renderer = begun ?? newRenderer(quality, null);
+    begun = null;
+    return new Scene3d(host, events, quality, renderer);
+  };
+}
+
+function newRenderer(quality: Quality, context: WebGL2RenderingContext | null): WebGLRenderer {
+  const found = context === null ? {} : { context, canvas: context.canvas };
+  return new WebGLRenderer({ antialias: quality === "full", powerPreference: "low-power", ...found });
 }
 
 class Scene3d implements View {
-  readonly drawsMeshes = true;
   readonly #host: HTMLElement;
   readonly #events: ViewEvents;
   readonly #quality: Quality;
@@ -80,12 +95,12 @@ class Scene3d implements View {
   #fence: WebGLSync | null = null;
   #pressed: Vector2 | null = null;
 
-  constructor(host: HTMLElement, events: ViewEvents, quality: Quality) {
+  constructor(host: HTMLElement, events: ViewEvents, quality: Quality, renderer: WebGLRenderer) {
     this.#host = host;
     this.#events = events;
     this.#quality = quality;
     const isFull = quality === "full";
-    this.#renderer = new WebGLRenderer({ antialias: isFull, powerPreference: "low-power" });
+    this.#renderer = renderer;
     this.#renderer.shadowMap.enabled = isFull;
     const canvas = this.#renderer.domElement;
     Object.assign(canvas.style, { display: "block", touchAction: "none" });
@@ -102,6 +117,10 @@ class Scene3d implements View {
     this.#listen(canvas);
     this.look("iso");
     this.resize();
+  }
+
+  newMeshes(...around: ConstructorParameters<typeof RobotMeshes>): RobotMeshes {
+    return new RobotMeshes(...around);
   }
 
   show(content: Content): void {
@@ -158,6 +177,7 @@ class Scene3d implements View {
     this.#sun.shadow.bias = -0.0005;
     this.#scene.add(this.#floor, this.#robot.group, this.#ghost.group, this.#objects.group);
     this.#scene.add(this.#frames.group, this.#trace, this.#path, this.#dots, this.#gizmo.helper);
+    this.#dots.visible = false;
     this.#paintGround();
   }
 
@@ -184,6 +204,7 @@ class Scene3d implements View {
     setWay(this.#path, path);
     this.#dots.geometry.dispose();
     this.#dots.geometry = new BufferGeometry().setAttribute("position", new BufferAttribute(pathDots(path), 3));
+    this.#dots.visible = path.length > 0;
     this.#dots.frustumCulled = false;
   }
 
@@ -250,6 +271,7 @@ class Scene3d implements View {
 
   #ended(now: number): void {
     this.#pace.ended(now);
+    if (this.#chain !== null) this.#renderer.domElement.dataset["showsRobot"] = "";
     if (!this.#pace.isTooSlow || this.#isTold) return;
     this.#isTold = true;
     this.#events.tooSlow?.();

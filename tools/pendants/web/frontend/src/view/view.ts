@@ -4,6 +4,7 @@ import type { RobotDescription } from "../kinematics/chain.ts";
 import type { Pose, Quaternion, Vector3 } from "../kinematics/pose.ts";
 import type { DrawnShape } from "../operations.ts";
 import type { LinkMesh } from "./meshes.ts";
+import type { RobotMeshes } from "./robot_meshes.ts";
 
 export type { Pose, Quaternion, RobotDescription, Vector3 };
 
@@ -80,8 +81,8 @@ export const EMPTY: Content = {
 export type Side = "iso" | "top" | "front";
 
 export interface View {
-  /** Whether it shows the meshes of an imported robot, so that they are worth fetching. */
-  readonly drawsMeshes?: boolean;
+  /** Return what fetches the meshes of an imported robot, for a view that shows them. */
+  newMeshes?(...around: ConstructorParameters<typeof RobotMeshes>): RobotMeshes;
   /** Show this content; what is the same as before costs nothing. */
   show(content: Content): void;
   /** Look from there, at all of the robot. */

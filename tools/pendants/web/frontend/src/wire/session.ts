@@ -312,28 +312,32 @@ export class Session {
     }
   }
 
-  /** Ask for all that a page shows of a cell. */
+  /** Ask at once for all that a page shows of a cell; who this is, is told to everybody. */
   async #learn(): Promise<void> {
-    await this.#quietly(async () => {
-      this.cell.set({ who: await this.call<"access.whoami">({ op: "access.whoami" }) });
-      const [controller, snapshot] = await Promise.all([
-        this.call<"controller.describe">({ op: "controller.describe" }),
-        this.call<"snapshot">({ op: "snapshot" }),
-      ]);
-      const { owner, stop } = snapshot;
-      this.cell.set({
-        controller,
-        snapshot,
-        holderName: owner?.client ?? "",
-        stopped: stop === null ? null : { client: stop.client, reason: stop.reason, since: null },
-      });
-      this.refreshWhy();
-      const [shapes, description] = await Promise.all([
-        this.call<"shapes.show">({ op: "shapes.show" }),
-        this.call<"robots.describe">({ op: "robots.describe" }),
-      ]);
-      this.cell.set({ robot: describedRobot(shapes, description.facts) });
+    await Promise.all([
+      this.#quietly(async () => {
+        this.cell.set({ who: await this.call<"access.whoami">({ op: "access.whoami" }) });
+      }),
+      this.#quietly(() => this.#learnCell()),
+    ]);
+  }
+
+  async #learnCell(): Promise<void> {
+    const [controller, snapshot, shapes, description] = await Promise.all([
+      this.call<"controller.describe">({ op: "controller.describe" }),
+      this.call<"snapshot">({ op: "snapshot" }),
+      this.call<"shapes.show">({ op: "shapes.show" }),
+      this.call<"robots.describe">({ op: "robots.describe" }),
+    ]);
+    const { owner, stop } = snapshot;
+    this.cell.set({
+      controller,
+      snapshot,
+      holderName: owner?.client ?? "",
+      stopped: stop === null ? null : { client: stop.client, reason: stop.reason, since: null },
+      robot: describedRobot(shapes, description.facts),
     });
+    this.refreshWhy();
   }
 
   /** What only informs may be refused or cut off: the page says so, and goes on. */
