@@ -8,7 +8,7 @@ from browser.hold_trials import TICK
 from browser.page_rig import Page
 from browser.test_holding import RELEASED
 
-pytestmark = pytest.mark.realtime
+pytestmark = [pytest.mark.realtime, pytest.mark.soak]
 
 KEPT_FOR = 30.0
 """Enabling that is kept ends so long after the last key or touch [s]."""

@@ -34,9 +34,7 @@ def _begins(page: Page) -> None:
 
 def _stays_at_rest(page: Page) -> None:
     page.rig.tap.wait_for_rest()
-    page.rig.tap.forget()
-    page.run("return new Promise(done => setTimeout(done, 1500))")
-    assert page.rig.tap.seen() == [], "it moved again"
+    page.rig.tap.stays_at_rest(1.5)
 
 
 def _told(page: Page, words: str, within: float = 10) -> None:
