@@ -11,15 +11,16 @@ SHOWN = {
     "plan": "document.querySelector('.plan select')?.options.length > 1",
     "scene": "document.querySelector('.scene .kinds') !== null",
     "frames": "document.querySelectorAll('.numbers .values td').length > 10",
-    "packets": "document.querySelectorAll('button.packet').length > 3",
+    "packets": "document.querySelector('button.packet:not(.out, .state, [hidden])') !== null",
     "plots": "document.querySelectorAll('.plots canvas').length >= 3",
     "tour": "document.querySelector('.tour .begin') !== null",
 }
 THEN = {
     "plan": "const goal = document.querySelector('.plan select'); goal.value = '';"
     "goal.dispatchEvent(new Event('change'))",
+    # One that came in: its way is blue, on the paper of what is chosen.
     "packets": "document.querySelector('.pause').click();"
-    "document.querySelector('button.packet').click()",
+    "document.querySelector('button.packet:not(.out, .state, [hidden])').click()",
 }
 
 
@@ -35,6 +36,9 @@ def _show(page: Page, task: str) -> None:
     """Choose a task of the rail, or the tour, which stands below the checklist."""
     button = ".checklist .take-tour" if task == "tour" else f"[data-task={task}]"
     page.run(f"document.querySelector({json.dumps(button)}).click()")
+    if task == "packets":
+        page.wait("document.querySelector('[data-kind=\"no state\"]') !== null")
+        page.run("document.querySelector('[data-kind=\"no state\"]').click()")
     page.wait(SHOWN[task])
 
 

@@ -146,7 +146,7 @@ def _keep_three_points(server: int, name: str, side: int) -> None:
     with SyncPendantClient.connect(port=server, client="teacher") as other:
         next(other.states())
         here = other.joints()
-        asides = ((side * 0.6, 0.0), (side * 0.3, 0.2), (0.0, 0.0))
+        asides = ((side * 1.0, 0.0), (side * 0.5, 0.2), (0.0, 0.0))
         points = [
             (here[0] + base, *here[1:4], here[4] + wrist, *here[5:]) for base, wrist in asides
         ]
@@ -216,11 +216,13 @@ def test_a_step_stops_before_the_next_line_and_a_step_back_before_its_own(teache
 def test_a_paused_run_stands_until_it_is_resumed(teacher: Teacher) -> None:
     teacher.automatic()
     teacher.speed(25)
+    place = "return document.querySelector('.tool-place').textContent"
+    begun = teacher.page.run(place)
     teacher.press("Run")
-    teacher.page.wait("document.querySelector('.program-row.current')")
+    moved = f"document.querySelector('.tool-place').textContent !== {json.dumps(begun)}"
+    teacher.page.wait(moved)
     teacher.press("Pause")
     teacher.page.wait(f"{WHERE}.startsWith('Before')")
-    place = "return document.querySelector('.tool-place').textContent"
     at = teacher.page.run(place)
     teacher.page.run("return new Promise(done => setTimeout(done, 500))")
     assert teacher.page.run(place) == at
