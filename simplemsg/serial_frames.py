@@ -36,14 +36,14 @@ _HEAD = struct.Struct("<BBH")
 _CRC = struct.Struct("<H")
 
 
-class Way(Enum):
+class LineWay(Enum):
     """Direction of a frame."""
 
     TO_HOST = "from the keypad"
     TO_DEVICE = "to the keypad"
 
 
-class Kind(IntEnum):
+class FrameKind(IntEnum):
     """Kinds of frames."""
 
     HELLO = 0x01
@@ -110,7 +110,7 @@ class KeypadHello:
         time: clock of the keypad [ms], modulo 65,536.
     """
 
-    KIND: ClassVar[Kind] = Kind.HELLO
+    KIND: ClassVar[FrameKind] = FrameKind.HELLO
     LAYOUT: ClassVar[str] = "7BxHH"
     protocol: int
     major: int
@@ -145,21 +145,21 @@ class _KeyFrame:
 class KeyDown(_KeyFrame):
     """A key went down."""
 
-    KIND: ClassVar[Kind] = Kind.KEY_DOWN
+    KIND: ClassVar[FrameKind] = FrameKind.KEY_DOWN
 
 
 @dataclass(frozen=True, slots=True)
 class KeyUp(_KeyFrame):
     """A key came up; with `NO_KEY` and no key down: all keys are up after a start or a welcome."""
 
-    KIND: ClassVar[Kind] = Kind.KEY_UP
+    KIND: ClassVar[FrameKind] = FrameKind.KEY_UP
 
 
 @dataclass(frozen=True, slots=True)
 class KeypadBeat(_KeyFrame):
     """The keypad lives; sent all the time, with and without keys."""
 
-    KIND: ClassVar[Kind] = Kind.BEAT
+    KIND: ClassVar[FrameKind] = FrameKind.BEAT
 
 
 @dataclass(frozen=True, slots=True)
@@ -171,7 +171,7 @@ class Ack:
         result: of `AckResult`.
     """
 
-    KIND: ClassVar[Kind] = Kind.ACK
+    KIND: ClassVar[FrameKind] = FrameKind.ACK
     LAYOUT: ClassVar[str] = "BB"
     sequence: int
     result: int
@@ -181,7 +181,7 @@ class Ack:
 class CarriedMessage:
     """Exactly one frame of simple message: one that is lost shifts no stream."""
 
-    KIND: ClassVar[Kind] = Kind.MESSAGE
+    KIND: ClassVar[FrameKind] = FrameKind.MESSAGE
     LAYOUT: ClassVar[str] = "1027s"
     LEAST: ClassVar[int] = 16
     frame: bytes
@@ -197,7 +197,7 @@ class KeypadWelcome:
         flags: of `WelcomeFlag`.
     """
 
-    KIND: ClassVar[Kind] = Kind.WELCOME
+    KIND: ClassVar[FrameKind] = FrameKind.WELCOME
     LAYOUT: ClassVar[str] = "4B"
     protocol: int
     beat: int
@@ -209,7 +209,7 @@ class KeypadWelcome:
 class LcdRow:
     """One row of the display: twenty characters of printable ASCII."""
 
-    KIND: ClassVar[Kind] = Kind.LCD_ROW
+    KIND: ClassVar[FrameKind] = FrameKind.LCD_ROW
     LAYOUT: ClassVar[str] = f"Bx{COLUMNS}s"
     row: int
     text: bytes
@@ -219,7 +219,7 @@ class LcdRow:
 class LcdPage:
     """All of the display, row by row."""
 
-    KIND: ClassVar[Kind] = Kind.LCD_PAGE
+    KIND: ClassVar[FrameKind] = FrameKind.LCD_PAGE
     LAYOUT: ClassVar[str] = f"{COLUMNS * ROWS}s"
     text: bytes
 
@@ -228,7 +228,7 @@ class LcdPage:
 class HostBeat:
     """The bridge lives; `flags` of `HostFlag`."""
 
-    KIND: ClassVar[Kind] = Kind.HOST_BEAT
+    KIND: ClassVar[FrameKind] = FrameKind.HOST_BEAT
     LAYOUT: ClassVar[str] = "Bx"
     flags: int
 
@@ -237,7 +237,7 @@ class HostBeat:
 class AskHello:
     """The bridge wants a hello."""
 
-    KIND: ClassVar[Kind] = Kind.ASK_HELLO
+    KIND: ClassVar[FrameKind] = FrameKind.ASK_HELLO
     LAYOUT: ClassVar[str] = ""
 
 
@@ -246,20 +246,20 @@ FromKeypad: TypeAlias = KeypadHello | KeyFrame | Ack
 ToKeypad: TypeAlias = KeypadWelcome | LcdRow | LcdPage | HostBeat | AskHello
 SerialFrame: TypeAlias = FromKeypad | ToKeypad | CarriedMessage
 
-FRAMES: Mapping[int, tuple[type[SerialFrame], frozenset[Way]]] = {
+FRAMES: Mapping[int, tuple[type[SerialFrame], frozenset[LineWay]]] = {
     **{
-        each.KIND: (each, frozenset({Way.TO_HOST}))
+        each.KIND: (each, frozenset({LineWay.TO_HOST}))
         for each in (KeypadHello, KeyDown, KeyUp, KeypadBeat, Ack)
     },
-    CarriedMessage.KIND: (CarriedMessage, frozenset(Way)),
+    CarriedMessage.KIND: (CarriedMessage, frozenset(LineWay)),
     **{
-        each.KIND: (each, frozenset({Way.TO_DEVICE}))
+        each.KIND: (each, frozenset({LineWay.TO_DEVICE}))
         for each in (KeypadWelcome, LcdRow, LcdPage, HostBeat, AskHello)
     },
 }
 """The declaration of each kind, and the directions that it goes."""
 
-ACKNOWLEDGED = frozenset({Kind.WELCOME, Kind.LCD_ROW, Kind.LCD_PAGE})
+ACKNOWLEDGED = frozenset({FrameKind.WELCOME, FrameKind.LCD_ROW, FrameKind.LCD_PAGE})
 """Kinds that a keypad answers."""
 
 
@@ -276,7 +276,7 @@ def payload_of(frame: SerialFrame) -> bytes:
         ValueError: a text or a message has another length than its field.
     """
     if isinstance(frame, CarriedMessage):
-        if not frame.LEAST <= len(frame.frame) <= _LAYOUTS[Kind.MESSAGE].size:
+        if not frame.LEAST <= len(frame.frame) <= _LAYOUTS[FrameKind.MESSAGE].size:
             raise ValueError(f"a message of {len(frame.frame)} bytes; accepted: 16 to 1,027")
         return frame.frame
     if isinstance(frame, LcdRow | LcdPage):
@@ -368,7 +368,7 @@ class FrameReader:
         longest: bytes of the longest piece that can be a frame.
     """
 
-    way: Way
+    way: LineWay
     longest: int = LONGEST_PIECE
     counts: LineCounts = field(default_factory=LineCounts)
     _piece: bytearray = field(default_factory=bytearray)
@@ -417,7 +417,7 @@ class FrameReader:
         return read
 
 
-def frame_of(piece: bytes, way: Way) -> tuple[int, SerialFrame] | None:
+def frame_of(piece: bytes, way: LineWay) -> tuple[int, SerialFrame] | None:
     """Return the sequence and the frame of a piece between zero bytes; None where it is none.
 
     Args:
@@ -435,7 +435,7 @@ def frame_of(piece: bytes, way: Way) -> tuple[int, SerialFrame] | None:
         return None
     payload = data[_HEAD.size : end]
     if frame is CarriedMessage:
-        fits = CarriedMessage.LEAST <= length <= _LAYOUTS[Kind.MESSAGE].size
+        fits = CarriedMessage.LEAST <= length <= _LAYOUTS[FrameKind.MESSAGE].size
         return (sequence, CarriedMessage(payload)) if fits else None
     layout = _LAYOUTS[kind]
     return (sequence, frame(*layout.unpack(payload))) if length == layout.size else None

@@ -9,14 +9,14 @@ from openpendant.simplemsg.serial_frames import (
     LONGEST_UPLINK_PIECE,
     FrameReader,
     LcdPage,
-    Way,
+    LineWay,
     bytes_of,
     frame_of,
 )
 
 from .choices import Choices, portions
 
-_WAYS = tuple(Way)
+_WAYS = tuple(LineWay)
 
 
 def TestOneInput(data: bytes) -> None:
@@ -35,7 +35,7 @@ def TestOneInput(data: bytes) -> None:
         # What was read is written to bytes that are read alike.
         assert frame_of(bytes_of(frame, sequence)[1:-1], way) == (sequence, frame)
     # The reader is back in step at the next zero byte.
-    after = G3 if way is Way.TO_DEVICE else G1
+    after = G3 if way is LineWay.TO_DEVICE else G1
     last = found[-1][0] if found else None
     read = parts.receive(b"\0" + after.line)
     closing = frame_of(after.line[1:-1], way)
@@ -45,6 +45,14 @@ def TestOneInput(data: bytes) -> None:
 def seeds() -> Iterator[bytes]:
     for golden in GOLDEN_FRAMES:
         yield bytes((_WAYS.index(golden.way), 0, 1, 7, 0, 3)) + golden.line
-    yield bytes((_WAYS.index(Way.TO_HOST), 0, 5, 1, 9, 2)) + G1.line + b"noise" + G2.line + G2.line
+    yield (
+        bytes((_WAYS.index(LineWay.TO_HOST), 0, 5, 1, 9, 2))
+        + G1.line
+        + b"noise"
+        + G2.line
+        + G2.line
+    )
     page = bytes_of(LcdPage(b"T1 JOINT" * 10), 200)
-    yield bytes((_WAYS.index(Way.TO_DEVICE), 1, 40, 40, 1, 1)) + page[:50] + page + b"\x01" * 120
+    yield (
+        bytes((_WAYS.index(LineWay.TO_DEVICE), 1, 40, 40, 1, 1)) + page[:50] + page + b"\x01" * 120
+    )

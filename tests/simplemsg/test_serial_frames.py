@@ -23,8 +23,8 @@ from openpendant.simplemsg.serial_frames import (
     KeyUp,
     LcdPage,
     LcdRow,
+    LineWay,
     SerialFrame,
-    Way,
     bytes_of,
     checksum,
     stuffed,
@@ -35,7 +35,7 @@ GOOD = [golden for golden in GOLDEN_FRAMES if golden.fields is not None]
 good = pytest.mark.parametrize("golden", GOOD, ids=lambda golden: golden.name)
 
 
-def read(data: bytes, way: Way = Way.TO_HOST) -> list[tuple[int, SerialFrame]]:
+def read(data: bytes, way: LineWay = LineWay.TO_HOST) -> list[tuple[int, SerialFrame]]:
     return FrameReader(way).receive(data)
 
 
@@ -74,10 +74,10 @@ def test_the_checksum_is_the_one_that_is_not_reflected() -> None:
 
 
 def test_a_frame_that_was_cut_costs_only_itself() -> None:
-    reader = FrameReader(Way.TO_DEVICE)
+    reader = FrameReader(LineWay.TO_DEVICE)
     assert reader.receive(G3.line[:12] + G3.line) == [(G3.sequence, made(G3))]
     assert reader.counts.bad == 1
-    host = FrameReader(Way.TO_HOST)
+    host = FrameReader(LineWay.TO_HOST)
     assert host.receive(G3.line[:12] + G1.line) == [(G1.sequence, made(G1))]
     assert host.counts.bad == 1
 
@@ -86,7 +86,7 @@ def test_a_frame_that_was_cut_costs_only_itself() -> None:
 def test_no_part_of_a_golden_frame_is_a_frame_and_the_next_one_is_read(
     golden: GoldenFrame,
 ) -> None:
-    after = G3 if golden.way is Way.TO_DEVICE else G2
+    after = G3 if golden.way is LineWay.TO_DEVICE else G2
     whole = golden.line.rstrip(b"\0")
     for end in range(len(whole)):
         reader = FrameReader(golden.way)
@@ -115,14 +115,14 @@ def test_each_flipped_bit_of_a_frame_is_noticed(golden: GoldenFrame) -> None:
 
 @good
 def test_a_frame_in_the_wrong_direction_is_rubbish(golden: GoldenFrame) -> None:
-    other = Way.TO_HOST if golden.way is Way.TO_DEVICE else Way.TO_DEVICE
+    other = LineWay.TO_HOST if golden.way is LineWay.TO_DEVICE else LineWay.TO_DEVICE
     reader = FrameReader(other)
     assert reader.receive(golden.line) == []
     assert reader.counts.bad == 1
 
 
 def test_the_bytes_between_two_frames_cost_none_of_them() -> None:
-    reader = FrameReader(Way.TO_HOST)
+    reader = FrameReader(LineWay.TO_HOST)
     found = reader.receive(b"\x41\x42" + G1.line + b"boot" + G2.line + b"\0\0\0")
     assert [sequence for sequence, _ in found] == [G1.sequence, G2.sequence]
     assert (reader.counts.frames, reader.counts.bad) == (2, 2)
@@ -148,13 +148,13 @@ def test_a_right_checksum_alone_makes_no_frame(data: bytes) -> None:
 
 
 def test_a_frame_that_comes_twice_counts_once() -> None:
-    reader = FrameReader(Way.TO_HOST)
+    reader = FrameReader(LineWay.TO_HOST)
     assert len(reader.receive(G1.line + G1.line + G2.line)) == 2
     assert (reader.counts.repeated, reader.counts.missing) == (1, 0)
 
 
 def test_frames_that_never_came_are_counted_also_where_the_sequence_begins_anew() -> None:
-    reader = FrameReader(Way.TO_HOST)
+    reader = FrameReader(LineWay.TO_HOST)
     for sequence in (254, 255, 0, 3):
         assert len(reader.receive(bytes_of(KeyDown(0, 0, 1, 0), sequence))) == 1
     assert reader.counts.missing == 2
@@ -167,7 +167,7 @@ def test_a_writer_numbers_its_frames_modulo_256() -> None:
 
 
 def test_a_piece_that_is_too_long_is_dropped_whole_and_held_nowhere() -> None:
-    reader = FrameReader(Way.TO_HOST)
+    reader = FrameReader(LineWay.TO_HOST)
     tracemalloc.start()
     try:
         for _ in range(20_000):
@@ -185,14 +185,14 @@ def test_the_longest_frame_of_a_keypad_fits_the_longest_piece() -> None:
     page = bytes_of(LcdPage(b"\x7e" * 80), 1)
     assert len(page) == 89
     assert len(page) - 2 <= LONGEST_PIECE
-    assert read(page, Way.TO_DEVICE) == [(1, LcdPage(b"\x7e" * 80))]
+    assert read(page, LineWay.TO_DEVICE) == [(1, LcdPage(b"\x7e" * 80))]
 
 
 @pytest.mark.parametrize("size", [16, 254, 255, 1_027])
 def test_a_line_of_messages_carries_the_longest_one(size: int) -> None:
     message = CarriedMessage(b"\x55" * size)
     line = bytes_of(message, 9)
-    assert FrameReader(Way.TO_HOST, LONGEST_UPLINK_PIECE).receive(line) == [(9, message)]
+    assert FrameReader(LineWay.TO_HOST, LONGEST_UPLINK_PIECE).receive(line) == [(9, message)]
 
 
 @pytest.mark.parametrize("size", [15, 1_028])
@@ -240,7 +240,7 @@ def test_a_count_beyond_the_end_is_no_stuffing(piece: str) -> None:
 
 
 def test_a_million_random_bytes_hold_no_frame() -> None:
-    for way in Way:
+    for way in LineWay:
         reader = FrameReader(way)
         noise = random.Random(20).randbytes(1_000_000)
         assert [reader.receive(noise[at : at + 4096]) for at in range(0, len(noise), 4096)] == (
@@ -248,14 +248,14 @@ def test_a_million_random_bytes_hold_no_frame() -> None:
         )
         assert reader.counts.bad > 3_000
         reader.receive(b"\0")
-        golden = G3 if way is Way.TO_DEVICE else G1
+        golden = G3 if way is LineWay.TO_DEVICE else G1
         assert reader.receive(golden.line) == [(golden.sequence, made(golden))]
 
 
 def test_frames_between_random_bytes_are_all_read() -> None:
     """Each stands between its own zero bytes, so that noise before it costs no frame."""
     chance = random.Random(4)
-    reader = FrameReader(Way.TO_HOST)
+    reader = FrameReader(LineWay.TO_HOST)
     for turn in range(2_000):
         noise = chance.randbytes(chance.randrange(60))
         line = noise + bytes_of(KeyDown(3, 0, 8, turn), turn)
@@ -277,7 +277,7 @@ def test_the_same_bytes_mean_the_same_however_they_are_portioned(
     data: bytes, sizes: list[int]
 ) -> None:
     data = G1.line + data + G2.line
-    whole, parts = FrameReader(Way.TO_HOST), FrameReader(Way.TO_HOST)
+    whole, parts = FrameReader(LineWay.TO_HOST), FrameReader(LineWay.TO_HOST)
     expected, found, at = whole.receive(data), [], 0
     for size in [*sizes, len(data)]:
         found += parts.receive(data[at : at + size])
@@ -291,4 +291,4 @@ def test_every_kind_has_one_declaration_and_a_way() -> None:
         kind: kind for kind in FRAMES
     }
     assert all(ways for _, ways in FRAMES.values())
-    assert read(bytes_of(HostBeat(6), 1), Way.TO_DEVICE) == [(1, HostBeat(6))]
+    assert read(bytes_of(HostBeat(6), 1), LineWay.TO_DEVICE) == [(1, HostBeat(6))]

@@ -4,7 +4,7 @@ import json
 from dataclasses import dataclass
 from typing import Any
 
-from openpendant.simplemsg.serial_frames import Way
+from openpendant.simplemsg.serial_frames import LineWay
 
 from .golden_vectors import FOLDER
 
@@ -19,7 +19,7 @@ class GoldenFrame:
     """
 
     name: str
-    way: Way
+    way: LineWay
     line: bytes
     kind: int
     sequence: int
@@ -33,7 +33,7 @@ def _frame(entry: dict[str, Any]) -> GoldenFrame:
         fields = {**fields, "text": fields["text"].encode()}
     return GoldenFrame(
         entry["name"],
-        Way(entry["way"]),
+        LineWay(entry["way"]),
         bytes.fromhex(entry["hex"]),
         entry["kind"],
         entry["sequence"],
