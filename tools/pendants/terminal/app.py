@@ -21,11 +21,12 @@ from textual.screen import Screen
 from textual.widgets import Static
 
 from ..client import PendantError
-from . import lcd, screen_text
-from .connection import Connect, LogIn, TerminalConnection, as_nobody
-from .keyboard import legend
+from ..panel import lcd
+from ..panel.connection import Connect, LogIn, TerminalConnection, as_nobody
+from ..panel.keyboard import legend
+from ..panel.panel import Panel
+from . import screen_text
 from .missing_steps import steps_line
-from .panel import Panel
 
 TICK = 0.04
 """Time between two looks at the clock and two pictures [s]."""

@@ -9,10 +9,10 @@ from rigs.peers.scripted_pendant_server import ScriptedPendantServer
 
 from openpendant.simplemsg import pendant as messages
 from openpendant.tools.pendants.client import PendantClient
-from openpendant.tools.pendants.terminal import commands as do
-from openpendant.tools.pendants.terminal.commands import Command
-from openpendant.tools.pendants.terminal.panel import Panel
-from openpendant.tools.pendants.terminal.performer import Performer
+from openpendant.tools.pendants.panel import commands as do
+from openpendant.tools.pendants.panel.commands import Command
+from openpendant.tools.pendants.panel.panel import Panel
+from openpendant.tools.pendants.panel.performer import Performer
 
 ENTER = "enter"
 LATER = 100 * MS

@@ -29,17 +29,18 @@ from openpendant.tools.pendants.client import (
     Refused,
     WrongArgument,
 )
-from openpendant.tools.pendants.terminal import commands as do
-from openpendant.tools.pendants.terminal import lcd, screen_text
-from openpendant.tools.pendants.terminal.connection import (
+from openpendant.tools.pendants.panel import commands as do
+from openpendant.tools.pendants.panel import lcd
+from openpendant.tools.pendants.panel.connection import (
     LONGEST_PAUSE,
     RETRY,
     LogIn,
     TerminalConnection,
     as_nobody,
 )
-from openpendant.tools.pendants.terminal.keyboard import STOP_KEY, Page
-from openpendant.tools.pendants.terminal.panel import Panel
+from openpendant.tools.pendants.panel.keyboard import STOP_KEY, Page
+from openpendant.tools.pendants.panel.panel import Panel
+from openpendant.tools.pendants.terminal import screen_text
 
 pytestmark = pytest.mark.virtual_clock
 
