@@ -22,7 +22,7 @@ from textual.widgets import Static
 
 from ..client import PendantError
 from ..panel import lcd
-from ..panel.connection import Connect, LogIn, TerminalConnection, as_nobody
+from ..panel.connection import Connect, LogIn, PanelConnection, as_nobody
 from ..panel.keyboard import legend
 from ..panel.panel import Panel
 from . import screen_text
@@ -48,7 +48,7 @@ _TEXTS = (
 class PendantScreen(Screen[None]):
     """The only screen; it has no widget that could consume a key."""
 
-    def __init__(self, panel: Panel, connection: TerminalConnection) -> None:
+    def __init__(self, panel: Panel, connection: PanelConnection) -> None:
         super().__init__()
         self._panel = panel
         self._connection = connection
@@ -147,7 +147,7 @@ class PendantApp(App[PendantError | None]):
         """Make a pendant."""
         super().__init__()
         self.panel = Panel() if panel is None else panel
-        self._connection = TerminalConnection(self.panel, connect, log_in)
+        self._connection = PanelConnection(self.panel, connect, log_in)
 
     def get_default_screen(self) -> PendantScreen:
         """Return the only screen."""
