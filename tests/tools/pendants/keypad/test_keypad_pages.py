@@ -8,7 +8,7 @@ from rigs.cells.panel_rig import PROGRAM
 
 from openpendant.simplemsg.pendant import Activity, OperatingMode, RunKind, StopChanged, StopKind
 from openpendant.simplemsg.verdicts import VerdictCode
-from openpendant.tools.pendants.client import Refused
+from openpendant.tools.pendants.client import Hold, Refused, WayOut
 from openpendant.tools.pendants.panel import commands as do
 
 RECORDINGS: dict[str, Any] = {
@@ -307,8 +307,8 @@ def test_a_refusal_is_named_with_its_numbers_and_the_key_that_leads_out(rig: Key
     rig.press("3")
     asked = rig.keypad.refused(Refused(VerdictCode.OUT_OF_RANGE, "", 2, 2.790780, 2.792527))
     assert asked == [do.AskRetreat()]
-    way = {"press": "", "space": 1, "frame": "", "values": [0.0, 0.0, -1.0, 0.0, 0.0, 0.0]}
-    rig.keypad.ways_out([{"reason": "joint-limit", "text": "", "ways": [way]}])  # type: ignore[typeddict-item]
+    way = WayOut(press="", space=1, frame="", values=[0.0, 0.0, -1.0, 0.0, 0.0, 0.0])
+    rig.keypad.ways_out([Hold(reason="joint-limit", text="", ways=[way])])
     assert rig.rows == page(
         """
         |! OUT_OF_RANGE     3|
