@@ -50,6 +50,10 @@ COMMANDS: Mapping[str, Command] = {
     "keypad": Command(
         "openpendant.tools.pendants.keypad.cli", "the keypad pendant with its LCD on a serial line"
     ),
+    "emulate-keypad": Command(
+        "openpendant.tools.pendants.keypad.emulator_cli",
+        "an emulated keypad on screen, for `keypad` to serve",
+    ),
     "web": Command("openpendant.tools.pendants.web.cli", "the pendant as a page for browsers"),
     "stop": Command("openpendant.tools.pendants.commands.stop", "stop the robot; anybody may"),
     "reset": Command("openpendant.tools.pendants.commands.reset", "reset the latched stop"),
