@@ -233,5 +233,4 @@ async def test_a_refusal_stands_on_the_display_in_its_words(bench: Bench) -> Non
         "! HELD_BY_OTHER     ", "Wait until it is    ", "given back.         ", " " * 20
     )
     await bench.observer.release_control()
-    await keypad.shows("T1 JOINT      o en--")
     await bench.take_control()
