@@ -186,7 +186,9 @@ async def test_a_played_motion_ends_where_its_key_is_let_go(bench: Bench) -> Non
     assert state.stop == messages.StopKind.NONE
 
 
-async def test_a_pulled_cable_lets_go_and_after_it_a_key_must_have_been_up(bench: Bench) -> None:
+async def test_promise_25_a_pulled_cable_lets_go_and_after_it_a_key_must_have_been_up(
+    bench: Bench,
+) -> None:
     keypad = bench.keypad
     await bench.take_control()
     start = (await bench.stands()).positions

@@ -25,7 +25,7 @@ from .line import (
     LineState,
 )
 from .pages import page
-from .serial_port import PortUnusable
+from .serial_port import KeypadPortUnusable
 
 TICK = 0.02
 """Time between two looks at the clock, and two pages [s]."""
@@ -43,7 +43,7 @@ _MOST_WAITING = 4_096
 """A port that takes no more bytes than that is sent none [bytes]."""
 
 OpenPort = Callable[[Callable[[], asyncio.Protocol]], Awaitable[asyncio.Transport]]
-"""Opens the port; raises `PortUnusable`."""
+"""Opens the port; raises `KeypadPortUnusable`."""
 
 
 class _Port(asyncio.Protocol):
@@ -146,7 +146,7 @@ class KeypadBridge:
         """Serve the port until cancelled.
 
         Raises:
-            PortMisnamed: it is no port.
+            KeypadPortMisnamed: it is no port.
         """
         ticking = asyncio.ensure_future(self._tick_for_ever())
         try:
@@ -162,8 +162,8 @@ class KeypadBridge:
         port = _Port(self._received)
         try:
             self._transport = await self._open_port(lambda: port)
-        except PortUnusable as error:
-            if type(error) is not PortUnusable:
+        except KeypadPortUnusable as error:
+            if type(error) is not KeypadPortUnusable:
                 raise
             self._words.say(str(error))
             return

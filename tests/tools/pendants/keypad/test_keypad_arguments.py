@@ -6,7 +6,7 @@ import pytest
 
 from openpendant.tools.pendants.keypad import cli, emulator_cli
 from openpendant.tools.pendants.keypad.keypad import EnablingSource
-from openpendant.tools.pendants.keypad.settings import SettingsRefused, settings_of
+from openpendant.tools.pendants.keypad.settings import KeypadSettingsRefused, settings_of
 
 EXAMPLE = """
 [keypad]
@@ -52,7 +52,7 @@ def test_without_a_file_the_usual_values_hold() -> None:
 )
 def test_what_cannot_be_used_is_named_with_what_would_be(file: Path, text: str, told: str) -> None:
     file.write_text(text)
-    with pytest.raises(SettingsRefused, match=r"keypad\.toml") as refused:
+    with pytest.raises(KeypadSettingsRefused, match=r"keypad\.toml") as refused:
         settings_of(file, {})
     assert told in str(refused.value)
 

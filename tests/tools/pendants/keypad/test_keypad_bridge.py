@@ -20,7 +20,7 @@ from openpendant.tools.pendants.keypad.keypad import Keypad
 from openpendant.tools.pendants.keypad.keys import LABELS
 from openpendant.tools.pendants.keypad.line import KeypadLine
 from openpendant.tools.pendants.keypad.performer import KeypadPerformer
-from openpendant.tools.pendants.keypad.serial_port import PortUnusable
+from openpendant.tools.pendants.keypad.serial_port import KeypadPortUnusable
 from openpendant.tools.pendants.panel.connection import PanelConnection
 
 pytestmark = pytest.mark.virtual_clock
@@ -83,7 +83,7 @@ class Desk:
     async def open(self, protocol: Callable[[], asyncio.Protocol]) -> asyncio.Transport:
         self.attempts.append(self.time)
         if self.is_absent:
-            raise PortUnusable("no such port")
+            raise KeypadPortUnusable("no such port")
         self.keypad.start(self.clock(), 2)
         self.cable = Cable(protocol(), self.keypad.receive)
         return self.cable
@@ -259,7 +259,7 @@ async def test_a_line_that_was_unplugged_is_opened_again_and_needs_a_key_up(
         ]
 
 
-async def test_the_port_is_opened_ever_more_rarely_and_one_line_says_why(
+async def test_promise_25_the_port_is_opened_ever_more_rarely_and_one_line_says_why(
     server: ScriptedPendantServer,
 ) -> None:
     async with desk(server, is_absent=True) as made:

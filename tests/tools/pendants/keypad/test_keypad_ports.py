@@ -13,8 +13,8 @@ import pytest_asyncio
 
 from openpendant.tools.pendants.keypad import serial_port
 from openpendant.tools.pendants.keypad.serial_port import (
-    PortMisnamed,
-    PortUnusable,
+    KeypadPortMisnamed,
+    KeypadPortUnusable,
     check_port,
     open_port,
 )
@@ -38,7 +38,7 @@ class Noted(asyncio.Protocol):
 
 
 async def why(port: str) -> str:
-    with pytest.raises(PortUnusable) as refused:
+    with pytest.raises(KeypadPortUnusable) as refused:
         await open_port(port, 115_200, Noted)
     return str(refused.value)
 
@@ -164,7 +164,7 @@ def unused() -> Callable[[], int]:
     "port", ["", "rfc2217://a:1", "socket://", "socket://a", "socket://a:99999", "socket://a:1/x"]
 )
 def test_what_names_no_port_is_refused_before_it_is_opened(port: str) -> None:
-    with pytest.raises(PortMisnamed, match="is no port; accepted: "):
+    with pytest.raises(KeypadPortMisnamed, match="is no port; accepted: "):
         check_port(port)
 
 
