@@ -72,6 +72,7 @@ class ScriptedPendantServer:
         answers: body of the management answer by `op`; what is not here is refused.
         mode: shown in the states.
         holder: session that the states show in control.
+        activity: shown in the states.
         mutes: nothing is answered any more.
         mutes_all_but: what is answered even then; None for nothing.
         completes: motions other than jogs are completed at once.
@@ -85,6 +86,7 @@ class ScriptedPendantServer:
         self.answers: dict[str, dict[str, Any]] = {}
         self.mode = messages.OperatingMode.MANUAL_REDUCED
         self.holder = 0
+        self.activity = messages.Activity.IDLE
         self.mutes = False
         self.mutes_all_but: type[wire.Message] | None = None
         self.completes = True
@@ -118,7 +120,8 @@ class ScriptedPendantServer:
         self.send(self._state())
 
     def _state(self) -> messages.State:
-        return replace(state(self.sequence, mode=self.mode), holder=self.holder)
+        shown = state(self.sequence, mode=self.mode)
+        return replace(shown, holder=self.holder, activity=self.activity)
 
     # What it answers.
 

@@ -69,15 +69,19 @@ class LineWords:
     tell: Callable[[str], None]
     _last: str = ""
 
-    def say(self, text: str) -> None:
-        """Say something unless it was said last."""
-        if text != self._last:
-            self._last = text
+    def say(self, text: str, about: str = "") -> None:
+        """Say something unless the same was said last.
+
+        Args:
+            about: what two texts with other numbers have in common.
+        """
+        if (about or text) != self._last:
+            self._last = about or text
             self.tell(text)
 
     def lost(self, lost: LineLost) -> None:
         """Say why the line is given up."""
-        self.say(self._why(lost))
+        self.say(self._why(lost), lost.why.value)
 
     def _why(self, lost: LineLost) -> str:
         match lost.why:
@@ -227,6 +231,8 @@ class KeypadBridge:
                 self._words.lost(event)
                 _abort(self._transport)
             case KeypadLinked():
+                line = self._keypad.line
+                self._bad, self._missing, self._bad_since = line.bad, line.missing, self._clock()
                 self._words.linked(event)
             case DisplaySilent():
                 self._words.say("the display takes no pages (3 unanswered); its keys go on")

@@ -421,6 +421,7 @@ class Keypad(Panel):
         if self._is_pressing:
             self._is_pressing = False
             self._jogging.clear()
+            self._speed_key = None
             self.line.let_go_first()
 
     def motion_over(self) -> None:

@@ -10,12 +10,12 @@ from __future__ import annotations
 import asyncio
 import contextlib
 from collections.abc import AsyncIterator, Iterable
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 
 from openpendant.simplemsg.pendant import Activity, OperatingMode
 from openpendant.simplemsg.verdicts import VerdictCode
 
-from ..client import Aborted, FedEnabling, FedJog, PendantClient, Refused
+from ..client import Aborted, ConnectionLost, FedEnabling, FedJog, PendantClient, Refused
 from ..jog import DEFAULT_DEADLINE
 from ..motions import MotionHandle
 from ..panel import commands as do
@@ -55,7 +55,6 @@ class _HeldMotion:
 
     has_begun: bool = False
     is_let_go: bool = False
-    let_go: asyncio.Event = field(default_factory=asyncio.Event)
 
 
 class KeypadPerformer(Performer):
@@ -153,10 +152,11 @@ class KeypadPerformer(Performer):
     def _feed(self) -> None:
         """Hand on a sign of the keypad: a beat, and the enabling device in front of it."""
         held = self._held_jog
-        if held is not None and not held.is_let_go:
-            held.jog.beat()
-        elif self._device is not None:
-            self._device.beat()
+        with contextlib.suppress(ConnectionLost):  # told by whoever waits for the motion
+            if held is not None and not held.is_let_go:
+                held.jog.beat()
+            elif self._device is not None:
+                self._device.beat()
 
     def _release(self) -> None:
         if self._held_jog is not None:
@@ -202,7 +202,7 @@ class KeypadPerformer(Performer):
         if isinstance(command.motion, do.ResumeRobot):
             await self._client.resume()
             held.has_begun = True
-            await self._let_go_or_ended(held)
+            await self._stands_again()
             return
         motion, name = await self._motion(command.motion)
         held.has_begun = True
@@ -212,28 +212,22 @@ class KeypadPerformer(Performer):
         await motion.done()
         self._keypad.messages.add(f"{name} ended")
 
-    async def _let_go_or_ended(self, held: _HeldMotion) -> None:
-        """Wait until the key of a resumed motion was let go, or the motion has ended."""
-        letting_go = asyncio.ensure_future(held.let_go.wait())
-        ended = asyncio.ensure_future(
-            self._client.wait_until(lambda s: s.activity == Activity.IDLE, within=_LONGEST)
-        )
-        try:
-            await asyncio.wait({letting_go, ended}, return_when=asyncio.FIRST_COMPLETED)
-        finally:
-            letting_go.cancel()
-            ended.cancel()
-            await asyncio.gather(letting_go, ended, return_exceptions=True)
+    async def _stands_again(self) -> None:
+        """Wait until a resumed motion has ended: by itself, or since its key was let go.
+
+        Enabling is held until then: without it what still moves is stopped, and the stop latched.
+        """
+        await self._client.wait_until(lambda s: s.activity == Activity.IDLE, within=_LONGEST)
 
     def _let_go_motion(self) -> None:
         held = self._held_motion
         if held is None or held.is_let_go:
             return
         held.is_let_go = True
-        held.let_go.set()
         if self._device is not None and not held.has_begun:
             # What is still planned must not begin when its plan comes.
-            self._device.let_go()
+            with contextlib.suppress(ConnectionLost):
+                self._device.let_go()
         self._begin(self._stop_program())
 
     async def _stop_program(self) -> None:

@@ -200,7 +200,8 @@ def test_a_bridge_that_starts_anew_moves_nothing_before_a_key_up(rig: KeypadRig)
 def test_a_lost_server_needs_control_and_a_key_up_again(rig: KeypadRig) -> None:
     rig.press("1")
     rig.keypad.lost("gone")
-    rig.keypad.cell.is_connected = False
+    assert not rig.keypad.is_jogging
+    assert rig.keypad.line.state is LineState.LET_GO
     rig.wait(200)
     rig.keypad.cell.is_connected = True
     rig.asked.clear()
@@ -218,6 +219,12 @@ def test_the_end_of_the_press_at_the_server_needs_a_key_up(rig: KeypadRig) -> No
     assert rig.press("2") == []
     rig.let_go()
     assert rig.press("1") == [do.PressJog(JOINTS, AXIS_1_PLUS)]
+
+
+def test_a_speed_key_that_is_held_as_the_jog_ends_repeats_no_more(rig: KeypadRig) -> None:
+    rig.press("1A")
+    rig.keypad.jog_over()
+    assert rig.wait(2_000) == []
 
 
 @pytest.mark.parametrize("key_down", ["", "1"])

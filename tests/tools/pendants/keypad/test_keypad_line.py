@@ -116,6 +116,13 @@ def test_a_beat_without_keys_does_not_say_that_all_were_let_go(wire: Wire) -> No
     assert wire.state() is LineState.LET_GO
 
 
+def test_a_key_that_goes_down_before_all_were_seen_to_be_up_does_nothing(wire: Wire) -> None:
+    wire.welcomed()
+    assert KeyPressed not in kinds(wire.key(KeyDown, 0, 1))
+    wire.key(KeyUp, 0, 0)
+    assert KeyPressed in kinds(wire.key(KeyDown, 0, 1))
+
+
 def test_where_the_word_that_all_are_up_was_lost_the_keypad_is_welcomed_again(wire: Wire) -> None:
     wire.welcomed()
     for _ in range(12):
