@@ -33,6 +33,7 @@ MODULES = (
     "cells",
     "startup",
     "gateway",
+    "keypad",
     "page",
     "rerun",
 )
