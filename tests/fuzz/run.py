@@ -27,6 +27,7 @@ TARGETS = (
     "fuzz_json_bodies",
     "fuzz_capture_loader",
     "fuzz_program_text",
+    "fuzz_serial_line",
 )
 REGRESSIONS = FOLDER / "regressions"
 UNGUIDED = ("motion", "server/access", "server/cell", "server/programs/[!l]*", "server/recording")
