@@ -54,7 +54,7 @@ static void write_byte(uint8_t byte, uint8_t rs) {
 void lcd_start(uint16_t now) {
     lcd_pins_start();
     TCCR1B = 1 << CS11;
-    memset(shown, ' ', sizeof shown); /* as the display is once it was cleared */
+    memset(shown, 0, sizeof shown); /* as no cell is, so that each is written */
     step = 0;
     step_began = now;
     display_at = NOWHERE;
