@@ -12,7 +12,7 @@
  *   send HEX   sent                                            the line, without a terminal
  *   plug   pull   line 0|1                                     its terminal; which USART it is at
  *   lcd   faults   resets                                      what is there to see
- *   reset   off   on                                           reset button; power
+ *   reset   off   on   dim                                     reset button; power; the display's
  *   peek ADDRESS COUNT   poke ADDRESS HEX   hang ADDRESS       memory; the program stands still there
  *   paint ADDRESS   painted ADDRESS                            how deep the stack went
  *   quit */
@@ -236,11 +236,12 @@ static void obey(char *line) {
         obey_memory(word, strtoul(first, NULL, 0), second);
     } else if (is_among(word, " lcd faults resets ")) {
         obey_view(word);
-    } else if (is_among(word, " run live still reset off on ")) {
+    } else if (is_among(word, " run live still reset off on dim ")) {
         if (is(word, "run")) run_until(simulated_us() + atof(first) * 1000);
         if (is(word, "live")) live_offset_us = simulated_us() - clock_us(CLOCK_MONOTONIC);
         if (is(word, "live") || is(word, "still")) is_live = is(word, "live");
         if (is(word, "reset")) reset_by(avr->reset_flags.extrf);
+        if (is(word, "dim")) glass_power_off();
         if (is(word, "off") || is(word, "on")) switch_power(is(word, "on"));
         say_time();
     } else {

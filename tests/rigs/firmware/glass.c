@@ -10,8 +10,9 @@
 
 enum { RS = 2, E = 3, D4 = 4, WIDTH = 20, HEIGHT = 4 };
 
-/* By the data sheet of the slowest usual controller, 190 kHz [us]; nibbles of one byte are near. */
-static const double CHARACTER = 53, CLEAR = 1520, E_CYCLE = 1, SAME_BYTE = 10;
+/* By the data sheet of the slowest usual controller, 190 kHz [us]. The nibbles of a byte are near each
+ * other, an interrupt between them included; those of the start are single and far apart. */
+static const double CHARACTER = 53, CLEAR = 1520, E_CYCLE = 1, SAME_BYTE = 500;
 static const int ROW_BEGINS[HEIGHT] = {0x00, 0x40, 0x14, 0x54};
 
 static avr_t *avr;

@@ -11,8 +11,9 @@
 #include "line.h"
 #include "own_pages.h"
 
-enum { FIRST_HELLO = 25, HELLO_PERIOD = 1000, SILENCE = 1000 };  /* [ms] */
-enum { LET_GO = 20, LEAST_BEAT = 20, MOST_BEAT = 250, LEAST_DEBOUNCE = 5, MOST_DEBOUNCE = 20 };
+/* All in ms. The first hello comes once a key that is held is known. */
+enum { FIRST_HELLO = 15, HELLO_PERIOD = 1000, SILENCE = 1000, LET_GO = 20 };
+enum { LEAST_BEAT = 20, MOST_BEAT = 250, LEAST_DEBOUNCE = 5, MOST_DEBOUNCE = 20 };
 enum { WHOLE_PAGE = (1 << LCD_ROWS) - 1, FROM_BRIDGE = 0x80, NO_SUCH_KIND = 0xFF };
 
 static uint8_t reset_cause, beat_period;

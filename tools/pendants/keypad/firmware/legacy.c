@@ -14,7 +14,7 @@
 #include "line.h"
 #include "own_pages.h"
 
-enum { GAP = 20, LET_GO = 20 }; /* [ms] */
+enum { GAP = 21, LET_GO = 20 }; /* [ms]; the clock may have counted a moment as one */
 enum { PAIR = 2, ANSWER_ROW = 2, ANSWER = 2 * LCD_COLUMNS };
 
 static const char LABELS[KEYS + 1] PROGMEM = "123A456B789C*0#D";
