@@ -111,16 +111,20 @@ static uint8_t flags_of(uint8_t key_flags) {
 }
 
 static void send_key(uint8_t kind, uint8_t key, KeyState state) {
-    uint8_t payload[KEY_SIZE] = {
-        key,        flags_of(state.flags), state.mask & 0xFF, state.mask >> 8, state.time & 0xFF,
+    uint8_t payload[KEY_DOWN_SIZE] = {
+        key,
+        flags_of(state.flags),
+        state.mask & 0xFF,
+        state.mask >> 8,
+        state.time & 0xFF,
         state.time >> 8,
     };
-    line_send_frame(kind, payload, KEY_SIZE);
+    line_send_frame(kind, payload, KEY_DOWN_SIZE);
 }
 
 static void send_keys(void) {
     KeyEvent event;
-    while (line_has_room(KEY_SIZE) && keys_take(&event)) {
+    while (line_has_room(KEY_DOWN_SIZE) && keys_take(&event)) {
         KeyState state = {event.flags, event.mask, event.time};
         send_key(event.is_down ? KEY_DOWN : KEY_UP, event.key, state);
     }
@@ -140,12 +144,21 @@ static bool send_beat(uint16_t now) {
 
 static void send_hello(void) {
     KeyState state = keys_now();
-    uint8_t features = (ENABLING_BUTTON ? ENABLING_FITTED : 0);
-    if (wants_plain_characters()) features |= PLAIN_CHARACTERS;
+    uint8_t features = ENABLING_BUTTON ? HAS_ENABLING_BUTTON : 0;
+    if (wants_plain_characters()) features |= HAS_CHARACTERS_JUMPER;
     uint8_t payload[HELLO_SIZE] = {
-        PROTOCOL,   FIRMWARE_MAJOR, FIRMWARE_MINOR, reset_cause,       LCD_COLUMNS,
-        LCD_ROWS,   features,       0,              state.mask & 0xFF, state.mask >> 8,
-        state.time & 0xFF, state.time >> 8,
+        PROTOCOL,
+        FIRMWARE_MAJOR,
+        FIRMWARE_MINOR,
+        reset_cause,
+        LCD_COLUMNS,
+        LCD_ROWS,
+        features,
+        0,
+        state.mask & 0xFF,
+        state.mask >> 8,
+        state.time & 0xFF,
+        state.time >> 8,
     };
     line_send_frame(HELLO, payload, HELLO_SIZE);
     owes_hello = false;
