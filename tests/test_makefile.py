@@ -86,6 +86,8 @@ def test_help_is_the_default_and_lists_the_targets(project: Project) -> None:
         "demo",
         "test",
         "conformance",
+        "firmware",
+        "firmware-test",
         "bench",
         "lint",
         "soak",
@@ -119,6 +121,23 @@ def test_a_target_installs_what_it_needs_and_runs_its_command(
     assert project.make(*arguments).returncode == 0
     assert project.installed == ["hatchling", f"{RUN}{extras}"]
     assert project.calls[-1] == call
+
+
+def test_firmware_tests_run_the_marked_tests_of_their_folder(project: Project) -> None:
+    assert project.make("firmware-test").returncode == 0
+    folder = "tests/tools/pendants/keypad/firmware"
+    assert project.calls[-1].split() == ["-m", "pytest", "-m", "firmware", folder]
+    assert (ROOT / folder).is_dir()
+
+
+def test_firmware_without_its_compiler_is_skipped_with_a_line(project: Project) -> None:
+    tools = project.folder / "tools-here"
+    tools.mkdir()
+    for name in ("make", "sh", "cat", "sed"):
+        (tools / name).symlink_to(shutil.which(name) or "")
+    done = project.make("firmware", PATH=str(tools))
+    assert (done.returncode, done.stdout) == (0, "")
+    assert done.stderr.startswith("openpendant: no avr-gcc here, no firmware.")
 
 
 def test_audit_installs_what_runs_and_nothing_of_the_tests(project: Project) -> None:

@@ -155,10 +155,14 @@ def test_a_row_below_the_display_is_refused(ready: Board) -> None:
     assert ready.lcd() == before
 
 
-def framed(kind: int, sequence: int, payload: bytes) -> bytes:
-    """Return a frame of any kind and size, with a check sum that is right."""
-    data = bytes([kind, sequence]) + len(payload).to_bytes(2, "little") + payload
+def ended(data: bytes) -> bytes:
+    """Return head and payload as a frame whose check sum is right."""
     return b"\0" + stuffed(data + binascii.crc_hqx(data, 0xFFFF).to_bytes(2, "little")) + b"\0"
+
+
+def framed(kind: int, sequence: int, payload: bytes) -> bytes:
+    """Return a frame of any kind and size."""
+    return ended(bytes([kind, sequence]) + len(payload).to_bytes(2, "little") + payload)
 
 
 @pytest.mark.parametrize(
@@ -204,6 +208,25 @@ def test_a_piece_that_is_too_long_costs_no_other(ready: Board) -> None:
     ready.send_bytes(b"\x01" * 97 + bytes_of(LcdRow(1, b"whole".ljust(20)), 78))
     ready.run(40)
     assert ready.lcd()[1] == "whole".ljust(20)
+
+
+def test_a_frame_whose_length_is_a_lie_is_rubbish(ready: Board) -> None:
+    text = b"lie".ljust(20)
+    data = bytes([0x82, 90, 23, 0, 1, 0]) + text
+    ready.send_bytes(ended(data))
+    came = ready.run(110)
+    assert ready.lcd()[1] != text.decode()
+    assert frames_of(came, Ack) == []
+    assert told_rubbish(came) == 1
+
+
+def test_a_frame_with_more_behind_it_than_a_piece_holds_is_rubbish(ready: Board) -> None:
+    fills_a_piece = ended(bytes([0x83, 91, 89, 0]) + b"z" * 89)
+    assert len(fills_a_piece) == 1 + 96 + 1
+    ready.send_bytes(fills_a_piece[:-1] + b"\x01\0")
+    came = ready.run(110)
+    assert frames_of(came, Ack) == []
+    assert told_rubbish(came) == 1
 
 
 def test_the_longest_frame_without_a_zero_is_read(ready: Board) -> None:
