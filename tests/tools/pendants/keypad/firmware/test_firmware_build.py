@@ -10,12 +10,15 @@ from rigs.firmware.simulated_board import SOURCES, Board, Firmware
 
 from openpendant.simplemsg.serial_frames import FrameWriter, HostBeat, LcdPage
 
+from .conftest import StartBoard
+
 pytestmark = pytest.mark.firmware
 
 Record = Callable[[str, object], None]
 
 FLASH, MEMORY = 8 * 1024, 1024
 MEMORY_BEGINS = 0x200
+UART_0, DOUBLE_SPEED = 0xC0, 2
 TOO_DEAR = ("malloc", "printf", "__mulsf3", "__divsf3", "__addsf3")
 
 
@@ -56,11 +59,19 @@ def test_compiler_and_linker_have_nothing_to_say(firmware: Firmware) -> None:
     assert firmware.said == ""
 
 
-@pytest.mark.parametrize(
-    "options", [{"LINE_BAUD": 9600}, {"LINE_BAUD": 57600}, {"ENABLING_BUTTON": 1}]
-)
-def test_other_builds_have_no_warnings_either(tmp_path: Path, options: dict[str, int]) -> None:
-    assert Firmware.compiled(tmp_path, **options).said == ""
+def test_with_the_button_fitted_they_have_nothing_to_say_either(tmp_path: Path) -> None:
+    assert Firmware.compiled(tmp_path, ENABLING_BUTTON=1).said == ""
+
+
+@pytest.mark.parametrize("baud", [9_600, 19_200, 38_400, 57_600, 115_200])
+def test_the_speed_of_the_line_is_within_2_5_percent(
+    start_board: StartBoard, tmp_path: Path, baud: int
+) -> None:
+    board = start_board(Firmware.compiled(tmp_path, LINE_BAUD=baud), baud)
+    board.run(5)
+    registers = bytes.fromhex(board.order("peek", UART_0, 6)["memory"])
+    assert registers[0] & DOUBLE_SPEED
+    assert abs(16e6 / 8 / (int.from_bytes(registers[4:6], "little") + 1) / baud - 1) <= 0.025
 
 
 def test_the_firmware_has_no_heap_no_printf_and_no_floating_point(firmware: Firmware) -> None:

@@ -45,7 +45,9 @@ def test_two_characters_never_leave_within_20_ms(plain: Board) -> None:
 def test_stop_takes_the_place_of_what_waits(plain: Board) -> None:
     plain.down(0)
     plain.run(7)
+    plain.up(0)
     plain.down(1)
+    plain.run(7)
     plain.down(STOP)
     plain.run(100)
     assert bytes(plain.raw) == b"1D"

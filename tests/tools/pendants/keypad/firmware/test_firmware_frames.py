@@ -76,6 +76,18 @@ def test_a_frame_with_a_flipped_bit_is_rubbish(ready: Board) -> None:
     assert told_rubbish(ready.run(110)) == 1
 
 
+def test_a_row_with_a_flipped_bit_changes_nothing(ready: Board) -> None:
+    before = ready.lcd()
+    for at in range(3, len(G3.line) - 1):
+        for bit in (0, 3):
+            flipped = bytearray(G3.line)
+            flipped[at] ^= 1 << bit
+            ready.send_bytes(flipped)
+            assert frames_of(ready.run(5), Ack) == []
+    ready.run(50)
+    assert ready.lcd() == before
+
+
 def test_each_frame_is_what_our_writer_makes_of_its_fields(ready: Board) -> None:
     ready.send(AskHello())
     ready.down(3)
