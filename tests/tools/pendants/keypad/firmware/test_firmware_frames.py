@@ -82,7 +82,7 @@ def test_a_row_with_a_flipped_bit_changes_nothing(ready: Board) -> None:
         for bit in (0, 3):
             flipped = bytearray(G3.line)
             flipped[at] ^= 1 << bit
-            ready.send_bytes(flipped)
+            ready.send_bytes(bytes(flipped))
             assert frames_of(ready.run(5), Ack) == []
     ready.run(50)
     assert ready.lcd() == before
@@ -258,6 +258,23 @@ def test_random_bytes_change_nothing_and_the_next_frame_is_read(ready: Board) ->
     ready.send(LcdRow(0, b"clean".ljust(20)))
     ready.run(30)
     assert ready.lcd()[0] == "clean".ljust(20)
+
+
+@pytest.mark.soak
+@pytest.mark.timeout(600)
+def test_a_megabyte_of_random_bytes_changes_nothing(ready: Board) -> None:
+    before, source = ready.lcd(), random.Random(1)
+    for _ in range(1_000):
+        ready.send_bytes(source.randbytes(1_000))
+        came = ready.run(100)
+        assert frames_of(came, Ack) == []
+        assert frames_of(came, KeypadBeat)
+    assert ready.lcd() == before
+    ready.run(100)
+    ready.send(LcdRow(0, b"clean".ljust(20)))
+    ready.run(30)
+    assert ready.lcd()[0] == "clean".ljust(20)
+    assert ready.order("resets")["resets"] == 0
 
 
 def test_rubbish_is_told_by_one_beat(ready: Board) -> None:
