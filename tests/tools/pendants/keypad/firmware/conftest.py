@@ -16,6 +16,12 @@ from rigs.firmware.simulated_board import (
 StartBoard = Callable[..., Board]
 
 
+@pytest.fixture(autouse=True)
+def _has_tools(request: pytest.FixtureRequest) -> None:
+    if request.node.get_closest_marker("firmware"):
+        skip_without_tools()
+
+
 @pytest.fixture(scope="session")
 def firmware(tmp_path_factory: pytest.TempPathFactory) -> Firmware:
     skip_without_tools()
