@@ -11,7 +11,7 @@
  *   run MS   live   still                                      time
  *   send HEX   sent                                            the line, without a terminal
  *   plug   pull   line 0|1                                     its terminal; which USART it is at
- *   lcd   faults   resets                                      what is there to see
+ *   lcd   faults   resets   longest                            what is there to see; an interrupt
  *   reset   off   on   dim                                     reset button; power; the display's
  *   peek ADDRESS COUNT   poke ADDRESS HEX   hang ADDRESS       memory; the program stands still there
  *   paint ADDRESS   painted ADDRESS                            how deep the stack went
@@ -44,6 +44,8 @@ static uint32_t hangs_at;
 static uint16_t hung_word;
 static double live_offset_us;
 
+static avr_cycle_count_t interrupt_began, longest_interrupt;
+
 static double simulated_us(void) {
     return (double)avr->cycle * 1e6 / avr->frequency;
 }
@@ -57,6 +59,16 @@ static double clock_us(clockid_t which) {
 static void on_reset(avr_t *board) {
     if (reset_core) reset_core(board);
     was_reset = 1;
+}
+
+/* Called with the number of an interrupt that begins, and with 0 where one ends. */
+static void on_interrupt(struct avr_irq_t *irq, uint32_t value, void *param) {
+    (void)irq, (void)param;
+    if (value) {
+        interrupt_began = avr->cycle;
+    } else if (interrupt_began && avr->cycle - interrupt_began > longest_interrupt) {
+        longest_interrupt = avr->cycle - interrupt_began;
+    }
 }
 
 static void set_word(uint32_t address, uint16_t word) {
@@ -211,6 +223,8 @@ static void obey_view(const char *word) {
     } else if (is(word, "faults")) {
         fprintf(answers, "{\"shorts\": %u, \"floating\": %u, \"lcd_too_fast\": %u}\n",
                 contacts_shorts(), contacts_floating(), glass_too_fast());
+    } else if (is(word, "longest")) {
+        fprintf(answers, "{\"interrupt_us\": %.1f}\n", longest_interrupt * 1e6 / CLOCK);
     } else {
         fprintf(answers, "{\"resets\": %d}\n", resets);
     }
@@ -234,7 +248,7 @@ static void obey(char *line) {
         obey_line(word, first);
     } else if (is_among(word, " peek poke hang paint painted ")) {
         obey_memory(word, strtoul(first, NULL, 0), second);
-    } else if (is_among(word, " lcd faults resets ")) {
+    } else if (is_among(word, " lcd faults resets longest ")) {
         obey_view(word);
     } else if (is_among(word, " run live still reset off on dim ")) {
         if (is(word, "run")) run_until(simulated_us() + atof(first) * 1000);
@@ -302,6 +316,8 @@ int main(int count, char **arguments) {
     avr->sleep = no_sleep;
     reset_core = avr->reset;
     avr->reset = on_reset;
+    avr_irq_register_notify(avr_get_interrupt_irq(avr, AVR_INT_ANY) + AVR_INT_IRQ_RUNNING,
+                            on_interrupt, NULL);
     contacts_wire(avr);
     glass_wire(avr);
     wire_attach(avr, count > 2 ? atoi(arguments[2]) : 115200);

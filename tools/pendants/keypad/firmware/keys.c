@@ -43,8 +43,7 @@ static bool more_than_two(uint16_t keys) {
 
 /* A full queue drops events, since beats tell what is down; only a pressed STOP takes another's
  * place, so none is lost. */
-static void note(uint8_t key, uint16_t mask) {
-    bool is_down = (mask >> key) & 1;
+static void note(uint8_t key, bool is_down) {
     if (waiting == EVENTS) {
         if (key != STOP_KEY || !is_down) return;
         waiting--;
@@ -53,7 +52,7 @@ static void note(uint8_t key, uint16_t mask) {
     event->key = key;
     event->is_down = is_down;
     event->flags = flags;
-    event->mask = mask;
+    event->mask = down;
     event->time = now;
     waiting++;
 }
@@ -74,18 +73,21 @@ static uint16_t debounced(uint16_t closed) {
     return changed;
 }
 
+static void note_each(uint16_t changed, bool is_down) {
+    uint16_t bit = 1;
+    for (uint8_t key = 0; changed; key++, bit <<= 1, changed >>= 1) {
+        if (!(changed & 1)) continue;
+        down ^= bit;
+        note(key, is_down);
+    }
+}
+
 /* Notes the changes of one scan: STOP first, then what was let go, then what was pressed. */
 static void note_all(uint16_t changed) {
-    uint16_t ups = changed & down & ~STOP_BIT, downs = changed & ~down & ~STOP_BIT;
-    uint16_t orders[] = {changed & STOP_BIT, ups, downs};
-    for (uint8_t order = 0; order < 3; order++) {
-        for (uint8_t key = 0; key < KEYS; key++) {
-            uint16_t bit = (uint16_t)1 << key;
-            if (!(orders[order] & bit)) continue;
-            down ^= bit;
-            note(key, down);
-        }
-    }
+    uint16_t ups = changed & down, downs = changed & ~down;
+    if (changed & STOP_BIT) note_each(STOP_BIT, !(down & STOP_BIT));
+    note_each(ups & ~STOP_BIT, false);
+    note_each(downs & ~STOP_BIT, true);
 }
 
 /* Too many counts cells before they are debounced, so that the first of three keys does not count

@@ -1,5 +1,6 @@
 """Beats and watchdog of the compiled firmware: it tells that it lives, and starts anew if not."""
 
+from collections.abc import Callable
 from itertools import pairwise
 
 import pytest
@@ -18,6 +19,8 @@ pytestmark = pytest.mark.firmware
 BY_WATCHDOG = 8
 INTERRUPTS_OF_TIMER_0 = 0x6E
 LOOP = "bridge_pass"
+TWO_BYTES = 2 * 10 / 115_200 * 1e6
+"""What the chip's receiver keeps besides the byte that it is reading [us]."""
 
 
 def beat_gaps(received: list[Received]) -> list[float]:
@@ -106,6 +109,18 @@ def test_a_timer_that_stands_still_is_no_life(ready: Board) -> None:
 def test_hard_work_wakes_no_watchdog(ready: Board) -> None:
     work_hard(ready, 200)
     assert ready.order("resets")["resets"] == 0
+
+
+def test_no_interrupt_is_so_long_that_the_receiver_loses_a_byte(
+    ready: Board, record_property: Callable[[str, object], None]
+) -> None:
+    work_hard(ready, 20)
+    for key in range(16):
+        ready.down(key)
+    ready.run(30)
+    longest = ready.order("longest")["interrupt_us"]
+    record_property("longest interrupt, sixteen keys at once [us]", longest)
+    assert longest <= TWO_BYTES
 
 
 def test_a_key_held_through_a_reset_by_the_watchdog_is_not_called_let_go(ready: Board) -> None:
