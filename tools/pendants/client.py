@@ -44,10 +44,10 @@ from .connection_errors import (
     Unreachable,
     WrongArgument,
 )
-from .jog import Jog, Jogging
+from .jog import FedJog, Jog, Jogging
 from .managing import Managing, PlaybackHandle
 from .motions import JogAccount, MotionHandle, MotionResult, Pose
-from .operating import EnablingDevice, Operating
+from .operating import EnablingDevice, FedEnabling, Operating
 from .session import PendantSession
 
 __all__ = [
@@ -56,6 +56,8 @@ __all__ = [
     "AccountRole",
     "ConnectionLost",
     "EnablingDevice",
+    "FedEnabling",
+    "FedJog",
     "Hold",
     "Jog",
     "JogAccount",

@@ -12,7 +12,7 @@ from __future__ import annotations
 
 import asyncio
 import contextlib
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from types import TracebackType
 from typing import Self
 
@@ -58,7 +58,7 @@ class Jog:
 
     async def __aenter__(self) -> Self:
         self._touch()
-        self._beating = asyncio.get_running_loop().create_task(self._beat())
+        self._beating = self._begin_beats()
         try:
             await self._press(self._first_aim)
         except BaseException:
@@ -224,6 +224,8 @@ class Jog:
         """Raise where a press would not take over from one that is held, but begin a motion."""
         motion = self._motion
         if motion is None:
+            if self._is_released:
+                raise _dead(JOG_ENDS[JogEnd.RELEASED])
             return
         self._line.check_link()
         if self._is_released:
@@ -261,6 +263,9 @@ class Jog:
         with contextlib.suppress(PendantError):
             await motion.rested()
 
+    def _begin_beats(self) -> asyncio.Task[None] | None:
+        return asyncio.get_running_loop().create_task(self._beat())
+
     async def _beat(self) -> None:
         loop = asyncio.get_running_loop()
         due = loop.time()
@@ -271,6 +276,57 @@ class Jog:
                 if self._why_unbeaten():
                     return  # the server ends the press at its deadline
                 self._held.beat(loop.time())
+
+
+class FedJog(Jog):
+    """A jog whose beats come from a device that beats by itself; no timer beats here.
+
+    Whoever hears the device hands on each sign of it: `beat` while its key is down, `let_go` when
+    it is not. A device that is unplugged, or a program that hears it no more, falls silent, and the
+    server ends the press at its deadline.
+    """
+
+    def beat(self) -> None:
+        """Send a beat of each held press, with the sign of the enabling device in front of it.
+
+        Nothing leaves once the jog is over, or must be by now: no beat revives it.
+
+        Raises:
+            ConnectionLost: the connection ended.
+        """
+        if not self._is_released and not self._why_unbeaten():
+            self._held.beat(asyncio.get_running_loop().time())
+
+    def let_go(self) -> None:
+        """Release at once, whether the server has answered the press or not.
+
+        `release`, or the end of the context, waits until the robot stands.
+        """
+        self._is_released = True
+        self._held.let_go()
+
+    async def aim_at(self, values: Sequence[float], frame: str = "") -> None:
+        """Go on along other axes, smoothly; the key stays pressed.
+
+        Args:
+            values: part of the jog speed, -1 to 1: (n,) by joint, or (6,) along x, y, z and about
+                x, y, z of the frame.
+            frame: base, tool or a named frame; empty for joints.
+
+        Raises:
+            Refused: as by `aim_tool`.
+            Unanswered: no verdict came within 5 s; the jog was let go.
+            ConnectionLost: the connection ended.
+        """
+        await self._press(_aim_of(values, frame))
+
+    def _begin_beats(self) -> None:
+        return None
+
+
+def _aim_of(values: Sequence[float], frame: str) -> JogValues:
+    space = JogSpace.TOOL if frame else JogSpace.JOINTS
+    return JogValues(space, frame, tuple(values))
 
 
 def _dead(why: str) -> Refused:
@@ -364,6 +420,20 @@ class Jogging(Observing):
         else:
             aim = JogValues.of_joints(dict(enumerate(values)), self.hello.dof)
         return self._jog(aim, deadline, longest)
+
+    def fed_jog(
+        self, values: Sequence[float], *, frame: str = "", deadline: float = DEFAULT_DEADLINE
+    ) -> FedJog:
+        """Return a jog of a device that beats by itself: each sign of it is handed on by `beat`.
+
+        Args:
+            values: part of the jog speed, -1 to 1: (n,) by joint, or (6,) along x, y, z and about
+                x, y, z of the frame.
+            frame: base, tool or a named frame; empty for joints.
+            deadline: the robot ramps to rest so long after the last beat, 0.05 to 0.25 s, and in
+                the manual modes no longer than the `enabling_deadline` that was declared.
+        """
+        return FedJog(self._line, _aim_of(values, frame), deadline, None)
 
     def _jog(self, aim: JogValues, deadline: float, longest: float | None) -> Jog:
         return Jog(self._line, aim, deadline, longest)

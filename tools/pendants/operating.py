@@ -78,7 +78,7 @@ class EnablingDevice:
         self.let_go()
         self.hold()
         self._in_use(self)
-        self._repeating = asyncio.get_running_loop().create_task(self._repeat())
+        self._repeating = self._begin_repeating()
         return self
 
     async def __aexit__(
@@ -116,6 +116,9 @@ class EnablingDevice:
         self._write(Enabling(position=position))
         self._due = asyncio.get_running_loop().time() + BEAT_PERIOD
 
+    def _begin_repeating(self) -> asyncio.Task[None] | None:
+        return asyncio.get_running_loop().create_task(self._repeat())
+
     async def _repeat(self) -> None:
         loop = asyncio.get_running_loop()
         with contextlib.suppress(ConnectionLost):
@@ -123,6 +126,25 @@ class EnablingDevice:
                 await asyncio.sleep(self._due - loop.time())
                 if loop.time() >= self._due:
                     self._put(self.position)
+
+
+class FedEnabling(EnablingDevice):
+    """An enabling device (training) whose signs come from a device that beats by itself.
+
+    No timer repeats them: `beat` sends one, and each beat of a `FedJog` carries one along.
+    """
+
+    def beat(self) -> None:
+        """Send its sign, where it is held.
+
+        Raises:
+            ConnectionLost: the connection ended.
+        """
+        if self.position is EnablingPosition.HELD:
+            self.hold()
+
+    def _begin_repeating(self) -> None:
+        return None
 
 
 class Operating(PendantSession):
@@ -218,6 +240,10 @@ class Operating(PendantSession):
     def enabling(self) -> EnablingDevice:
         """Return the enabling device (training): `async with pendant.enabling():`."""
         return EnablingDevice(self._conversation.write, self._use)
+
+    def fed_enabling(self) -> FedEnabling:
+        """Return the enabling device (training) of a device that beats by itself."""
+        return FedEnabling(self._conversation.write, self._use)
 
     def _use(self, device: EnablingDevice | None) -> None:
         self._device = device

@@ -7,9 +7,9 @@ from rigs.peers.scripted_pendant_server import SESSION, state
 
 from openpendant.simplemsg.pendant import HelloReply, ProgramReport, ProgramState
 from openpendant.simplemsg.pendant.management.cell import JointFacts, Snapshot
-from openpendant.tools.pendants.terminal.commands import Command
-from openpendant.tools.pendants.terminal.panel import Panel
-from openpendant.tools.pendants.terminal.taught_program import DryRunFindings, TaughtProgram
+from openpendant.tools.pendants.panel.commands import Command
+from openpendant.tools.pendants.panel.panel import Panel
+from openpendant.tools.pendants.panel.taught_program import DryRunFindings, TaughtProgram
 
 MS = 1_000_000
 S = 1_000 * MS

@@ -11,11 +11,11 @@ from openpendant.tools.pendants import attaching
 from openpendant.tools.pendants.attaching import attach_command
 from openpendant.tools.pendants.client import PendantClient
 from openpendant.tools.pendants.connection_errors import DEFAULT_PORT, server_address
+from openpendant.tools.pendants.panel import commands as do
+from openpendant.tools.pendants.panel.panel import Panel
+from openpendant.tools.pendants.panel.performer import Performer
 from openpendant.tools.pendants.terminal import cli
-from openpendant.tools.pendants.terminal import commands as do
 from openpendant.tools.pendants.terminal.app import PendantApp
-from openpendant.tools.pendants.terminal.panel import Panel
-from openpendant.tools.pendants.terminal.performer import Performer
 
 
 @pytest.fixture(autouse=True)

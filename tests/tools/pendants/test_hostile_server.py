@@ -24,8 +24,9 @@ from openpendant.tools import why
 from openpendant.tools.pendants.client import NotUnderstood, PendantClient, Refused
 from openpendant.tools.pendants.commands import home, reset, run, stop
 from openpendant.tools.pendants.demo_pendant import live_table
+from openpendant.tools.pendants.panel import lcd
 from openpendant.tools.pendants.terminal import cli as pendant
-from openpendant.tools.pendants.terminal import lcd, screen_text
+from openpendant.tools.pendants.terminal import screen_text
 from openpendant.tools.pendants.terminal.app import PendantApp
 
 pytestmark = pytest.mark.realtime

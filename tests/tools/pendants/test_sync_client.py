@@ -23,7 +23,7 @@ from openpendant.tools.pendants.sync_client import SyncPendantClient
 
 pytestmark = pytest.mark.realtime
 
-ASYNC_ONLY = {"abort"}
+ASYNC_ONLY = {"abort", "fed_enabling", "fed_jog"}
 SYNC_ONLY: set[str] = set()
 DIFFERENT_DEFAULTS = {(name, "longest") for name in ("jog", "jog_tool", "jog_out")}
 

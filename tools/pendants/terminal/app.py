@@ -21,11 +21,12 @@ from textual.screen import Screen
 from textual.widgets import Static
 
 from ..client import PendantError
-from . import lcd, screen_text
-from .connection import Connect, LogIn, TerminalConnection, as_nobody
-from .keyboard import legend
+from ..panel import lcd
+from ..panel.connection import Connect, LogIn, PanelConnection, as_nobody
+from ..panel.keyboard import legend
+from ..panel.panel import Panel
+from . import screen_text
 from .missing_steps import steps_line
-from .panel import Panel
 
 TICK = 0.04
 """Time between two looks at the clock and two pictures [s]."""
@@ -47,7 +48,7 @@ _TEXTS = (
 class PendantScreen(Screen[None]):
     """The only screen; it has no widget that could consume a key."""
 
-    def __init__(self, panel: Panel, connection: TerminalConnection) -> None:
+    def __init__(self, panel: Panel, connection: PanelConnection) -> None:
         super().__init__()
         self._panel = panel
         self._connection = connection
@@ -146,7 +147,7 @@ class PendantApp(App[PendantError | None]):
         """Make a pendant."""
         super().__init__()
         self.panel = Panel() if panel is None else panel
-        self._connection = TerminalConnection(self.panel, connect, log_in)
+        self._connection = PanelConnection(self.panel, connect, log_in)
 
     def get_default_screen(self) -> PendantScreen:
         """Return the only screen."""

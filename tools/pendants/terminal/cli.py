@@ -44,10 +44,10 @@ from ..credentials import (
     tls_context,
     told_of_unprotected_secrets,
 )
-from .connection import Connect, LogIn
+from ..panel.connection import Connect, LogIn
+from ..panel.stop_key import REMEDY
+from ..panel.wording import connection_refused
 from .screen_text import status_once
-from .stop_key import REMEDY
-from .wording import connection_refused
 
 _STATE_RATE = 25.0
 _NAME = "terminal"

@@ -9,9 +9,9 @@ from __future__ import annotations
 
 from openpendant.simplemsg.pendant import OperatingMode
 
-from . import wording
-from .keyboard import axis_keys
-from .panel import Panel
+from ..panel import wording
+from ..panel.keyboard import axis_keys
+from ..panel.panel import Panel
 
 
 def missing_steps(panel: Panel, now: int) -> tuple[str, ...]:

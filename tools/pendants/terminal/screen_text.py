@@ -16,15 +16,15 @@ from openpendant.simplemsg.pendant.management.cell import JointFacts
 
 from ...console import one_line
 from ..motions import roll_pitch_yaw
-from . import wording
-from .cell_lists import Listing
-from .commands import JOINTS
-from .connection import Connect, LogIn
-from .jog_pad import PULSE_NS, JogKind
-from .panel import Panel, open_state, other_line, running_statement
-from .prompts import ProgramChoice
-from .taught_program import REACHABLE
-from .teaching import Teaching
+from ..panel import wording
+from ..panel.cell_lists import Listing
+from ..panel.commands import JOINTS
+from ..panel.connection import Connect, LogIn
+from ..panel.jog_pad import PULSE_NS, JogKind
+from ..panel.panel import Panel, open_state, other_line, running_statement
+from ..panel.prompts import ProgramChoice
+from ..panel.taught_program import REACHABLE
+from ..panel.teaching import Teaching
 
 _LONGEST_ROW = 400
 _LONGEST_NAME = 40

@@ -11,11 +11,11 @@ from openpendant.tools.cli import main as openpendant
 from openpendant.tools.console import ExitCode
 from openpendant.tools.pendants.client import PendantClient, PendantError, Refused, WrongArgument
 from openpendant.tools.pendants.connection_errors import server_address
+from openpendant.tools.pendants.panel.keyboard import STOP_KEY
+from openpendant.tools.pendants.panel.panel import Panel
+from openpendant.tools.pendants.panel.stop_key import REMEDY
 from openpendant.tools.pendants.terminal import cli
 from openpendant.tools.pendants.terminal.cli import main
-from openpendant.tools.pendants.terminal.keyboard import STOP_KEY
-from openpendant.tools.pendants.terminal.panel import Panel
-from openpendant.tools.pendants.terminal.stop_key import REMEDY
 
 
 @pytest.mark.parametrize(

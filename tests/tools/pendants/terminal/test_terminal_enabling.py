@@ -15,10 +15,10 @@ from rigs.peers.server_clients import Pendant
 
 from openpendant.simplemsg import pendant as messages
 from openpendant.simplemsg.verdicts import VerdictCode as V
-from openpendant.tools.pendants.terminal import commands as do
+from openpendant.tools.pendants.panel import commands as do
+from openpendant.tools.pendants.panel.panel import Panel
+from openpendant.tools.pendants.panel.stop_key import EMULATED_TIMEOUT_NS, TIMEOUT_NS, WARNING_NS
 from openpendant.tools.pendants.terminal import screen_text
-from openpendant.tools.pendants.terminal.panel import Panel
-from openpendant.tools.pendants.terminal.stop_key import EMULATED_TIMEOUT_NS, TIMEOUT_NS, WARNING_NS
 
 LOSE = ["escape", "v", "no key"]
 

@@ -22,11 +22,12 @@ from openpendant.simplemsg.pendant import (
 )
 from openpendant.simplemsg.pendant.management.cell import Hold, WayOut
 from openpendant.simplemsg.verdicts import VerdictCode
-from openpendant.tools.pendants.terminal import lcd, screen_text, wording
-from openpendant.tools.pendants.terminal.jog_pad import JogKind
-from openpendant.tools.pendants.terminal.keyboard import Page
-from openpendant.tools.pendants.terminal.taught_program import TaughtProgram
-from openpendant.tools.pendants.terminal.wording import why_lines, why_request
+from openpendant.tools.pendants.panel import lcd, wording
+from openpendant.tools.pendants.panel.jog_pad import JogKind
+from openpendant.tools.pendants.panel.keyboard import Page
+from openpendant.tools.pendants.panel.taught_program import TaughtProgram
+from openpendant.tools.pendants.panel.wording import why_lines, why_request
+from openpendant.tools.pendants.terminal import screen_text
 
 
 def shown(rig: PanelRig, page: Page) -> list[str]:

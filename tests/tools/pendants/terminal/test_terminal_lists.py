@@ -6,12 +6,13 @@ import pytest
 from rigs.cells.panel_rig import PanelRig
 
 from openpendant.simplemsg.pendant import OperatingMode, StopKind
-from openpendant.tools.pendants.terminal import commands as do
-from openpendant.tools.pendants.terminal import lcd, screen_text
-from openpendant.tools.pendants.terminal.commands import CellList
-from openpendant.tools.pendants.terminal.keyboard import KEYBOARD, legend
+from openpendant.tools.pendants.panel import commands as do
+from openpendant.tools.pendants.panel import lcd
+from openpendant.tools.pendants.panel.commands import CellList
+from openpendant.tools.pendants.panel.keyboard import KEYBOARD, legend
+from openpendant.tools.pendants.panel.wording import plan_line
+from openpendant.tools.pendants.terminal import screen_text
 from openpendant.tools.pendants.terminal.missing_steps import missing_steps, steps_line
-from openpendant.tools.pendants.terminal.wording import plan_line
 
 
 def position(name: str, kind: str, *, legal: bool = True, why: str = "") -> dict[str, Any]:

@@ -11,7 +11,8 @@ from openpendant.motion.paths.mechanism import mechanism
 from openpendant.simplemsg import joint_array
 from openpendant.simplemsg.pendant import EnablingPosition
 from openpendant.simplemsg.pendant.management.cell import JointFacts
-from openpendant.tools.pendants.terminal import lcd, screen_text
+from openpendant.tools.pendants.panel import lcd
+from openpendant.tools.pendants.terminal import screen_text
 from openpendant.tools.pendants.terminal.missing_steps import steps_line
 
 PAGE = Path(__file__).parents[4] / "docs" / "terminal-pendant.md"

@@ -19,10 +19,10 @@ from openpendant.simplemsg.pendant import (
     StopKind,
 )
 from openpendant.tools.pendants.motions import quaternion_of, roll_pitch_yaw
-from openpendant.tools.pendants.terminal import commands as do
-from openpendant.tools.pendants.terminal import lcd
-from openpendant.tools.pendants.terminal.commands import Command
-from openpendant.tools.pendants.terminal.keyboard import (
+from openpendant.tools.pendants.panel import commands as do
+from openpendant.tools.pendants.panel import lcd
+from openpendant.tools.pendants.panel.commands import Command
+from openpendant.tools.pendants.panel.keyboard import (
     KEYBOARD,
     STOP_KEY,
     STOP_KEYS,
@@ -30,9 +30,9 @@ from openpendant.tools.pendants.terminal.keyboard import (
     Page,
     legend,
 )
-from openpendant.tools.pendants.terminal.prompts import Choice, TextEntry, TextPurpose
-from openpendant.tools.pendants.terminal.stop_key import TIMEOUT_NS
-from openpendant.tools.pendants.terminal.taught_program import (
+from openpendant.tools.pendants.panel.prompts import Choice, TextEntry, TextPurpose
+from openpendant.tools.pendants.panel.stop_key import TIMEOUT_NS
+from openpendant.tools.pendants.panel.taught_program import (
     DeleteStatement,
     HistoryStep,
     RecordHere,

@@ -10,17 +10,18 @@ from openpendant.simplemsg.pendant import ProgramReport, ProgramState, RunKind
 from openpendant.simplemsg.pendant.management.cell import ProgramUnderWay
 from openpendant.simplemsg.verdicts import VerdictCode
 from openpendant.tools.pendants.client import PendantClient, Refused
-from openpendant.tools.pendants.terminal import commands as do
-from openpendant.tools.pendants.terminal import lcd, screen_text
-from openpendant.tools.pendants.terminal.keyboard import Page
-from openpendant.tools.pendants.terminal.performer import OpenPrograms
-from openpendant.tools.pendants.terminal.prompts import Choice, ProgramChoice
-from openpendant.tools.pendants.terminal.taught_program import (
+from openpendant.tools.pendants.panel import commands as do
+from openpendant.tools.pendants.panel import lcd
+from openpendant.tools.pendants.panel.keyboard import Page
+from openpendant.tools.pendants.panel.performer import OpenPrograms
+from openpendant.tools.pendants.panel.prompts import Choice, ProgramChoice
+from openpendant.tools.pendants.panel.taught_program import (
     REACHABLE,
     DryRunFindings,
     RecordHere,
     TaughtProgram,
 )
+from openpendant.tools.pendants.terminal import screen_text
 
 NAMES = ("five points", "Pick", "pick2", "unpick")
 

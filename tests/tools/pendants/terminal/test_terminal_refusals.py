@@ -8,8 +8,8 @@ from rigs.cells.panel_rig import joint
 
 from openpendant.simplemsg.verdicts import VerdictCode
 from openpendant.tools.pendants.client import Refused
-from openpendant.tools.pendants.terminal.keyboard import KEYBOARD
-from openpendant.tools.pendants.terminal.wording import (
+from openpendant.tools.pendants.panel.keyboard import KEYBOARD
+from openpendant.tools.pendants.panel.wording import (
     in_screen_units,
     is_hopeless,
     refusal_line,

@@ -20,8 +20,8 @@ from textual.widgets import Static
 from openpendant.simplemsg import pendant as messages
 from openpendant.simplemsg.verdicts import VerdictCode
 from openpendant.tools.pendants.client import PendantClient, PendantError, Refused, WrongArgument
+from openpendant.tools.pendants.panel.panel import Panel
 from openpendant.tools.pendants.terminal.app import PendantApp
-from openpendant.tools.pendants.terminal.panel import Panel
 
 pytestmark = pytest.mark.realtime
 
@@ -484,7 +484,7 @@ async def test_pasted_text_moves_nothing(shown: Screen) -> None:
 async def test_a_lost_link_is_shown_and_comes_back_as_an_onlooker(
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
-    monkeypatch.setattr("openpendant.tools.pendants.terminal.connection.RETRY", 0.1)
+    monkeypatch.setattr("openpendant.tools.pendants.panel.connection.RETRY", 0.1)
     async with screen() as shown:
         await shown.keys("v")
         shown.server.hang_up()

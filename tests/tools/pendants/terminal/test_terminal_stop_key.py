@@ -29,17 +29,18 @@ from openpendant.tools.pendants.client import (
     Refused,
     WrongArgument,
 )
-from openpendant.tools.pendants.terminal import commands as do
-from openpendant.tools.pendants.terminal import lcd, screen_text
-from openpendant.tools.pendants.terminal.connection import (
+from openpendant.tools.pendants.panel import commands as do
+from openpendant.tools.pendants.panel import lcd
+from openpendant.tools.pendants.panel.connection import (
     LONGEST_PAUSE,
     RETRY,
     LogIn,
-    TerminalConnection,
+    PanelConnection,
     as_nobody,
 )
-from openpendant.tools.pendants.terminal.keyboard import STOP_KEY, Page
-from openpendant.tools.pendants.terminal.panel import Panel
+from openpendant.tools.pendants.panel.keyboard import STOP_KEY, Page
+from openpendant.tools.pendants.panel.panel import Panel
+from openpendant.tools.pendants.terminal import screen_text
 
 pytestmark = pytest.mark.virtual_clock
 
@@ -56,7 +57,7 @@ class Driven:
     def __init__(self, server: ScriptedPendantServer, log_in: LogIn = as_nobody) -> None:
         self.server = server
         self.panel = Panel()
-        self.connection = TerminalConnection(self.panel, self.connect, log_in, loop_ns)
+        self.connection = PanelConnection(self.panel, self.connect, log_in, loop_ns)
 
     async def connect(self) -> PendantClient:
         return await PendantClient.connect("127.0.0.1", self.server.port, state_rate=25)
@@ -292,7 +293,7 @@ async def test_an_attempt_to_connect_that_hangs_is_made_anew() -> None:
     panel = Panel()
     with pytest.raises(TimeoutError):
         async with asyncio.timeout(13.0):
-            await TerminalConnection(panel, connect).run()
+            await PanelConnection(panel, connect).run()
     assert came[1] - came[0] == pytest.approx(12.0)
     assert panel.cell.absence == "no connection within 10 s; trying again in 2 s"
 
@@ -379,7 +380,7 @@ async def test_a_stop_that_is_refused_does_not_keep_a_hopeless_login_waiting() -
 async def test_a_hopeless_login_without_a_stop_ends_the_pendant_at_once() -> None:
     log_in = failing(refused(V.PAIRING_WRONG), [])
     async with driven() as pendant:
-        another = TerminalConnection(Panel(), pendant.connect, log_in)
+        another = PanelConnection(Panel(), pendant.connect, log_in)
         with pytest.raises(Refused):
             await asyncio.wait_for(another.run(), 0.1)
 
@@ -472,7 +473,7 @@ async def test_it_comes_again_when_the_server_says_and_else_after_a_while(
     panel = Panel()
     with suppress(TimeoutError):
         async with asyncio.timeout(2.5 * pause):
-            await TerminalConnection(panel, connect).run()
+            await PanelConnection(panel, connect).run()
     assert [later - first for first, later in pairwise(came)] == [
         pytest.approx(pause),
         pytest.approx(pause),

@@ -1,4 +1,4 @@
-"""Connection loop of the terminal pendant: connect, log in, pass events on, reconnect after a loss.
+"""Connection loop of a pendant: connect, log in, pass events on, reconnect after a loss.
 
 Owns the passing of the client library's events to the core, and that a stop needs no login: it is
 sent before a login is tried, and while one is pending. A new connection starts as an observer; no
@@ -50,8 +50,8 @@ async def as_nobody(client: PendantClient) -> None:
     """Log in as nobody, which a server without accounts accepts."""
 
 
-class TerminalConnection:
-    """The connection of one terminal pendant, made again after each loss."""
+class PanelConnection:
+    """The connection of one pendant, made again after each loss."""
 
     def __init__(
         self,
@@ -59,14 +59,17 @@ class TerminalConnection:
         connect: Connect,
         log_in: LogIn = as_nobody,
         clock: Callable[[], int] = time.monotonic_ns,
+        performer: Callable[[PendantClient, Panel], Performer] = Performer,
     ) -> None:
         """Make a connection that is not started.
 
         Args:
             connect: makes a connection; raises `OSError` or `PendantError`.
             clock: returns monotonic time [ns].
+            performer: makes what carries out the commands on a connection.
         """
         self._clock = clock
+        self._make_performer = performer
         self._panel = panel
         self._connect = connect
         self._log_in = log_in
@@ -107,7 +110,7 @@ class TerminalConnection:
 
     async def _once(self) -> None:
         async with await self._connected() as client:
-            performer = self._performer = Performer(client, self._panel)
+            performer = self._performer = self._make_performer(client, self._panel)
             try:
                 self._listen(client)
                 performer.perform(self._panel.greeted())
@@ -174,7 +177,7 @@ class TerminalConnection:
         client.on_state = lambda state: panel.cell.take_state(state, self._clock())
         client.on_authority = panel.cell.authority_changed
         client.on_wanted = lambda wanted: panel.messages.add(
-            f"{wanted.client} asks for control; c gives it up"
+            f"{wanted.client} asks for control; {panel.gives_control}"
         )
         client.on_stop = lambda change: self.perform(panel.stop_changed(change))
         client.on_mode = lambda change: self.perform(panel.mode_changed(change))

@@ -36,36 +36,38 @@ def page(panel: Panel, now: int) -> tuple[str, str, str, str]:
     While a stop is not confirmed, the first row of every page says so.
     """
     first, *others = _page(panel, now)
-    return _screen(["STOP NOT CONFIRMED" if panel.stop_key.doubt(now) else first, *others])
+    return screen(["STOP NOT CONFIRMED" if panel.stop_key.doubt(now) else first, *others])
 
 
 def _page(panel: Panel, now: int) -> tuple[str, str, str, str]:
     question = panel.question
     if isinstance(question, Choice):
-        return _screen(_choice(question))
+        return screen(_choice(question))
     if isinstance(question, TextEntry):
-        return _screen(_entry(question))
+        return screen(_entry(question))
     if isinstance(question, ProgramChoice):
-        return _screen(_program_choice(question))
+        return screen(_program_choice(question))
     if isinstance(question, Listing):
-        return _screen(_listing(question))
-    return _screen(_PAGES[panel.page](panel, now))
+        return screen(_listing(question))
+    return screen(_PAGES[panel.page](panel, now))
 
 
-def _screen(lines: Iterable[str]) -> tuple[str, str, str, str]:
-    rows = [_row(line) for line in lines][:ROWS]
+def screen(lines: Iterable[str]) -> tuple[str, str, str, str]:
+    """Return lines cut or filled to the four rows of the display."""
+    rows = [row(line) for line in lines][:ROWS]
     first, second, third, fourth = [*rows, *[" " * COLUMNS] * (ROWS - len(rows))]
     return first, second, third, fourth
 
 
-def _row(text: str) -> str:
+def row(text: str) -> str:
     """Return a text cut or filled to one row of printable ASCII."""
     plain = text.translate(_ASCII).encode("ascii", "replace").decode()
     printable = "".join(each if each.isprintable() else "?" for each in plain)
     return printable[:COLUMNS].ljust(COLUMNS)
 
 
-def _spread(left: str, right: str) -> str:
+def spread(left: str, right: str) -> str:
+    """Return a row of two texts, one at each end; the left one is cut."""
     room = max(0, COLUMNS - len(right))
     return f"{left[:room]:<{room}}{right}"
 
@@ -78,13 +80,14 @@ def _head(panel: Panel, now: int) -> str:
     if cell.is_stopped:
         return f"STOP {cell.stopped_by}"
     if cell.is_stale(now):
-        return _stale(cell, now)
+        return stale(cell, now)
     held = f"EN{panel.enabling.seconds_left(now)}s" if panel.enabling.is_on else "en--"
     control = "*" if cell.in_control else "o"
-    return _spread(f"{wording.mode_name(cell)} {_frame(panel)}", f"{control} {held}")
+    return spread(f"{wording.mode_name(cell)} {frame_name(panel)}", f"{control} {held}")
 
 
-def _stale(cell: CellView, now: int) -> str:
+def stale(cell: CellView, now: int) -> str:
+    """Return a row that says why the values may be old."""
     age = cell.age(now)
     if age is None:
         return "STALE"
@@ -93,7 +96,8 @@ def _stale(cell: CellView, now: int) -> str:
     return f"STALE {age:.1f} s"
 
 
-def _frame(panel: Panel) -> str:
+def frame_name(panel: Panel) -> str:
+    """Return the frame of the jog keys as it stands on the display."""
     return "JOINT" if panel.jog.frame == JOINTS else panel.jog.frame.upper()
 
 
@@ -109,23 +113,24 @@ def _mode(panel: Panel, now: int) -> list[str]:
     left = panel.enabling.seconds_left(now)
     return [
         _head(panel, now),
-        f"Jog {_frame(panel)} {_jog(panel)}",
+        f"Jog {frame_name(panel)} {_jog(panel)}",
         f"Control: {wording.owner(cell)}",
         f"Enabling: {f'{left} s left' if left else 'let go'}",
     ]
 
 
-def _joints(panel: Panel, now: int) -> list[str]:
+def joint_rows(panel: Panel) -> list[str]:
+    """Return the rows of the joints' values, two in each."""
     positions = panel.cell.positions
     if positions is None:
-        return [_head(panel, now), "no joint values"]
+        return ["no joint values"]
     cells = [
         _joint(index, value, panel.cell.joints[index]["unit"] == "m")
         for index, value in enumerate(positions)
     ]
     first = min(2 * panel.scroll, max(0, len(cells) - _JOINTS_SHOWN + len(cells) % 2))
     shown = cells[first : first + _JOINTS_SHOWN]
-    return [_head(panel, now), *("".join(shown[i : i + 2]) for i in range(0, len(shown), 2))]
+    return ["".join(shown[i : i + 2]) for i in range(0, len(shown), 2)]
 
 
 def _joint(index: int, value: float, linear: bool) -> str:
@@ -135,36 +140,35 @@ def _joint(index: int, value: float, linear: bool) -> str:
     return f"{(index + 1) % 10}:{text[:7]:>7} "
 
 
-def _pose(panel: Panel, now: int) -> list[str]:
+def pose_rows(panel: Panel) -> list[str]:
+    """Return the rows of the tool's pose in base."""
     state = panel.cell.state
     if state is None or not panel.cell.knows_tool:
-        return [_head(panel, now), "no tool pose"]
+        return ["no tool pose"]
     angles = map(math.degrees, roll_pitch_yaw(state.tool_orientation))
     rows = zip("XYZ", state.tool_position, "ABC", angles, strict=True)
-    return [
-        _head(panel, now),
-        *(f"{x}{1000 * mm:z8.1f} {a}{degrees:z8.1f} " for x, mm, a, degrees in rows),
-    ]
+    return [f"{x}{1000 * mm:z8.1f} {a}{degrees:z8.1f} " for x, mm, a, degrees in rows]
 
 
-def _speed(panel: Panel, now: int) -> list[str]:
+def speed_rows(panel: Panel) -> list[str]:
+    """Return the rows of the speeds."""
     state = panel.cell.state
     if state is None:
-        return [_head(panel, now), "no values"]
+        return ["no values"]
     cap = f"{1000 * state.tool_speed_cap:.0f} mm/s" if state.tool_speed_cap else "none"
     return [
-        _head(panel, now),
-        _spread("Override", f"{100 * state.override:.0f} %"),
-        _spread("Tool cap", cap),
-        _spread("Tool now", f"{1000 * state.tool_speed:.0f} mm/s"),
+        spread("Override", f"{100 * state.override:.0f} %"),
+        spread("Tool cap", cap),
+        spread("Tool now", f"{1000 * state.tool_speed:.0f} mm/s"),
     ]
 
 
-def _program(panel: Panel, now: int) -> list[str]:
+def program_rows(panel: Panel, head: str) -> list[str]:
+    """Return the rows of the open program; without one the head that other pages have."""
     program, other = panel.teaching.program, _other_program(panel)
     if program is None:
-        return [_head(panel, now), "No program is open", *other]
-    head = _spread(program.name, open_state(panel) or f"r{program.revision}")
+        return [head, "No program is open", *other]
+    head = spread(program.name, open_state(panel) or f"r{program.revision}")
     if not program.lines:
         return [head, *other, "empty"]
     running = running_statement(panel)
@@ -177,7 +181,7 @@ def _program(panel: Panel, now: int) -> list[str]:
 def _other_program(panel: Panel) -> list[str]:
     """Return the row of a program that runs and is not the open one; none without one."""
     name = other_program(panel)
-    return [_spread(f"={name}", f" {wording.program_state(panel.cell)}")] if name else []
+    return [spread(f"={name}", f" {wording.program_state(panel.cell)}")] if name else []
 
 
 def _statement(panel: Panel, index: int, running: int | None) -> str:
@@ -195,28 +199,30 @@ def _reach(refusal: str | None) -> str:
     return "+" if refusal == REACHABLE else "!"
 
 
-def _wrapped(lines: Iterable[str], scroll: int) -> list[str]:
+def wrapped(lines: Iterable[str], scroll: int) -> list[str]:
+    """Return four rows of long lines, from a row on; the last four at most."""
     rows = [row for line in lines for row in textwrap.wrap(line, COLUMNS) or [""]]
     first = max(0, min(scroll, len(rows) - ROWS))
     return rows[first : first + ROWS]
 
 
-def _messages(panel: Panel, now: int) -> list[str]:
+def message_rows(panel: Panel) -> list[str]:
+    """Return the rows of the messages, the newest first."""
     lines = tuple(reversed(panel.messages.lines))
-    return _wrapped(lines, panel.scroll) or ["No messages"]
+    return wrapped(lines, panel.scroll) or ["No messages"]
 
 
 def _why(panel: Panel, now: int) -> list[str]:
-    return _wrapped(panel.why, panel.scroll) or ["Why not moving?", "? asks the server"]
+    return wrapped(panel.why, panel.scroll) or ["Why not moving?", "? asks the server"]
 
 
 _PAGES: dict[Page, Callable[[Panel, int], list[str]]] = {
     Page.MODE: _mode,
-    Page.JOINTS: _joints,
-    Page.POSE: _pose,
-    Page.SPEED: _speed,
-    Page.PROGRAM: _program,
-    Page.MESSAGES: _messages,
+    Page.JOINTS: lambda panel, now: [_head(panel, now), *joint_rows(panel)],
+    Page.POSE: lambda panel, now: [_head(panel, now), *pose_rows(panel)],
+    Page.SPEED: lambda panel, now: [_head(panel, now), *speed_rows(panel)],
+    Page.PROGRAM: lambda panel, now: program_rows(panel, _head(panel, now)),
+    Page.MESSAGES: lambda panel, now: message_rows(panel),
     Page.WHY: _why,
 }
 

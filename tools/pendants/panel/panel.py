@@ -9,7 +9,7 @@ terminal, socket or clock: `now` is monotonic time in ns.
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable, Mapping, Sequence
 from typing import Any, TypeAlias
 
 from openpendant.simplemsg.pendant import (
@@ -21,6 +21,7 @@ from openpendant.simplemsg.pendant import (
 )
 
 from ...console import one_line
+from ..client import Hold, Refused
 from . import commands as do
 from . import wording
 from .cell_lists import ChosenFrame, Listing, listing_of, lists_choice
@@ -42,7 +43,7 @@ from .prompts import (
 from .stop_key import EMULATED_TIMEOUT_NS, TIMEOUT_NS, EnablingToggle, StopKey
 from .taught_program import TaughtProgram
 from .teaching import Teaching
-from .wording import MODES, in_screen_units
+from .wording import MODES, Remedies, in_screen_units
 
 Question: TypeAlias = Choice | TextEntry | ProgramChoice | Listing
 
@@ -59,7 +60,12 @@ class Panel:
         scroll: first shown line of a long text.
         attach_command: what starts another pendant of this server.
         shows_keys: all keys stand on the screen, in the place of all that can wait.
+        remedies: what to do about a refusal, by the keys of this pendant.
+        gives_control: how control is given up here.
     """
+
+    remedies: Remedies = wording.KEYBOARD_REMEDIES
+    gives_control = "c gives it up"
 
     def __init__(self, keyboard: Mapping[str, Meaning] = KEYBOARD) -> None:
         """Make a pendant without a connection.
@@ -133,6 +139,14 @@ class Panel:
         name = MODES[OperatingMode(change.mode)][1] if known else f"{change.mode}"
         self.messages.add(f"mode {name} by {change.client or 'the controller'}")
         return self._let_go("another mode")
+
+    def refused(self, refused: Refused) -> list[Command]:
+        """Take a refused request, or an aborted motion, that was told as a message."""
+        return []
+
+    def why_told(self, answer: dict[str, Any], holds: Sequence[Hold]) -> None:
+        """Take the server's answer why the robot does not move, and what it stands at."""
+        self.explained(wording.why_lines(answer, holds, self.remedies))
 
     def not_enabled(self) -> list[Command]:
         """Take the refusal of the enabling device; show it as released."""

@@ -31,7 +31,7 @@ from .cell_view import CellView
 from .commands import JOINTS, CellList, Command
 from .panel import Panel
 from .taught_program import DryRunFindings, ProgramEdit, TaughtProgram
-from .wording import plan_line, refusal_line, why_lines, why_request
+from .wording import plan_line, refusal_line, why_request
 
 _MOST_PARTS = 1_000
 """A list or a text that comes in more parts than that is taken for endless."""
@@ -172,11 +172,13 @@ class Performer:
         try:
             await work
         except Refused as refused:
-            line, why = refusal_line(refused, self._cell.joints), self._panel.enabling.why_off
+            line = refusal_line(refused, self._cell.joints, self._panel.remedies)
+            why = self._panel.enabling.why_off
             is_lost = refused.code == VerdictCode.ENABLING_LOST and why
             self._panel.messages.add(f"enabling let go ({why}): {line}" if is_lost else line)
             if refused.code in (VerdictCode.NOT_ENABLED, VerdictCode.ENABLING_LOST):
                 self.perform(self._panel.not_enabled())
+            self.perform(self._panel.refused(refused))
         except PendantError as error:
             self._panel.messages.add(str(error))
         except (AttributeError, KeyError, TypeError, ValueError) as error:
@@ -261,7 +263,7 @@ class Performer:
             case do.AskWhy():
                 request = why_request(self._cell.mode)
                 answer = await client.manage(dict(request))
-                self._panel.explained(why_lines(answer, await self._holds()))
+                self._panel.why_told(answer, await self._holds())
             case do.AskPrograms():
                 self._panel.listed(await self._programs.names())
             case do.MakeProgram(name=name):
@@ -334,7 +336,9 @@ class Performer:
         try:
             await self._client.stop(stop.reason)
         except Refused as refused:
-            self._panel.stop_key.refused(stop.press, refusal_line(refused))
+            self._panel.stop_key.refused(
+                stop.press, refusal_line(refused, (), self._panel.remedies)
+            )
             raise
         self._panel.stop_key.confirmed(stop.press)
 

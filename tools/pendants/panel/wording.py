@@ -10,10 +10,10 @@ from __future__ import annotations
 
 import math
 import re
-from collections.abc import Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from enum import Enum
-from typing import Any, Literal
+from typing import Any, Literal, TypeAlias
 
 from openpendant.simplemsg.pendant import (
     Activity,
@@ -242,7 +242,7 @@ def banner(cell: CellView, now: int) -> str:
     return slowed(cell)
 
 
-_HERE = {
+KEYBOARD_REMEDIES: Mapping[VerdictCode, str] = {
     VerdictCode.NOT_ENABLED: "Press v, which holds it for some seconds; then try again.",
     VerdictCode.ENABLING_LOST: "Press v, which holds it anew; then ask for the motion again.",
     VerdictCode.MODE_CHANGED: "Press v in a manual mode, then ask for the motion again.",
@@ -264,9 +264,13 @@ _HERE = {
 }
 
 
-def remedy(code: VerdictCode | int, otherwise: str) -> str:
+Remedies: TypeAlias = Mapping[VerdictCode, str]
+"""Remedies that name the keys of a pendant, in the place of the catalogue's."""
+
+
+def remedy(code: VerdictCode | int, otherwise: str, remedies: Remedies = KEYBOARD_REMEDIES) -> str:
     """Return the remedy of a refusal."""
-    return _HERE.get(VerdictCode(code), otherwise) if code in set(VerdictCode) else otherwise
+    return remedies.get(VerdictCode(code), otherwise) if code in set(VerdictCode) else otherwise
 
 
 _HOPELESS = frozenset(
@@ -292,9 +296,13 @@ def is_hopeless(refused: Refused) -> bool:
     return refused.code in _HOPELESS
 
 
-def refusal_line(refused: Refused, joints: Sequence[JointFacts] = ()) -> str:
+def refusal_line(
+    refused: Refused,
+    joints: Sequence[JointFacts] = (),
+    remedies: Remedies = KEYBOARD_REMEDIES,
+) -> str:
     """Return a refusal in one line."""
-    helps = remedy(refused.code, refused.remedy)  # nothing for a code of a newer server
+    helps = remedy(refused.code, refused.remedy, remedies)  # nothing for a code of a newer server
     return f"{_name(refused)}: {_sentence(refused, joints)}{f' -> {helps}' if helps else ''}"
 
 
@@ -353,7 +361,20 @@ def why_request(mode: OperatingMode | None) -> dict[str, str]:
     return {"op": "why", "kind": kind, "whose": "mine"}
 
 
-def why_lines(answer: dict[str, Any], holds: Sequence[Hold] = ()) -> tuple[str, ...]:
+KeysOf: TypeAlias = Callable[[Sequence[float], str], tuple[str, ...]]
+"""Names the keys of a pendant that jog along some axes of a frame, which is empty for joints."""
+
+
+def _typed_keys(values: Sequence[float], frame: str) -> tuple[str, ...]:
+    return axis_keys(values)
+
+
+def why_lines(
+    answer: dict[str, Any],
+    holds: Sequence[Hold] = (),
+    remedies: Remedies = KEYBOARD_REMEDIES,
+    keys_of: KeysOf = _typed_keys,
+) -> tuple[str, ...]:
     """Return the answer line by line."""
     conditions: list[dict[str, Any]] = answer["conditions"]
     broken = next((each for each in conditions if not each["holds"]), None)
@@ -362,35 +383,37 @@ def why_lines(answer: dict[str, Any], holds: Sequence[Hold] = ()) -> tuple[str, 
     kind = answer["kind"]
     if broken is None:
         ready = f"A {kind} may start: all conditions hold."
-        return (ready, *_end(answer.get("ended")), *_way_out(holds), *chain)
-    told = (in_screen_units(broken["text"]), broken["cause"], f"-> {_remedy(broken)}")
-    return (f"No {kind}:", *dict.fromkeys(told), *_way_out(holds), *chain)
+        out = _way_out(holds, keys_of)
+        return (ready, *_end(answer.get("ended"), remedies), *out, *chain)
+    told = _told(broken, remedies)
+    return (f"No {kind}:", *told, *_way_out(holds, keys_of), *chain)
 
 
-def _end(ended: dict[str, Any] | None) -> list[str]:
+def _end(ended: dict[str, Any] | None, remedies: Remedies) -> list[str]:
     if ended is None:
         return []
-    told = (in_screen_units(ended["text"]), ended["cause"], f"-> {_remedy(ended)}")
-    return ["The last motion ended before its goal:", *dict.fromkeys(told)]
+    return ["The last motion ended before its goal:", *_told(ended, remedies)]
 
 
-def _remedy(broken: dict[str, Any]) -> str:
-    return remedy(int(broken.get("code", 0)), str(broken["remedy"]))
+def _told(broken: dict[str, Any], remedies: Remedies) -> list[str]:
+    """Return what is broken, why, and what helps, each once."""
+    helps = remedy(int(broken.get("code", 0)), str(broken["remedy"]), remedies)
+    return list(dict.fromkeys((in_screen_units(broken["text"]), broken["cause"], f"-> {helps}")))
 
 
-def _keys(way: WayOut) -> str:
+def _keys(way: WayOut, keys_of: KeysOf) -> str:
     """Return the keys of an escape direction on this pendant."""
-    keys = axis_keys(way["values"])
+    keys = keys_of(way["values"], way["frame"])
     key = f"keys {' '.join(keys)} together" if len(keys) > 1 else f"key {' '.join(keys)}"
     return f"{key}, frame {way['frame']}" if way["frame"] else key
 
 
-def _way_out(holds: Sequence[Hold]) -> list[str]:
+def _way_out(holds: Sequence[Hold], keys_of: KeysOf) -> list[str]:
     lines: list[str] = []
     for hold in holds:
         lines.append(f"{in_screen_units(hold['text'])}:")
         if not hold["ways"]:
             lines.append("-> no key leads out")
         for index, way in enumerate(hold["ways"]):
-            lines.append(f"{'or' if index else '->'} {way['press']}: {_keys(way)}")
+            lines.append(f"{'or' if index else '->'} {way['press']}: {_keys(way, keys_of)}")
     return lines

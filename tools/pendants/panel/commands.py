@@ -84,6 +84,37 @@ class PulseJog:
 
 
 @dataclass(frozen=True, slots=True)
+class PressJog:
+    """Jog while a key is held, as a device without an end of its keys cannot.
+
+    Attributes:
+        frame: of the axes; `JOINTS` for joints.
+        axes: each axis from 0 with its direction, 1 or -1.
+    """
+
+    frame: str
+    axes: tuple[tuple[int, int], ...]
+
+
+@dataclass(frozen=True, slots=True)
+class AimJog:
+    """Go on with the held jog along other axes of its frame; begins nothing where it has ended."""
+
+    frame: str
+    axes: tuple[tuple[int, int], ...]
+
+
+@dataclass(frozen=True, slots=True)
+class FeedBeat:
+    """Hand on a sign of the device: its keys are held as before."""
+
+
+@dataclass(frozen=True, slots=True)
+class ReleaseJog:
+    """End the held jog."""
+
+
+@dataclass(frozen=True, slots=True)
 class StepJog:
     """Jog by one increment of some axes.
 
@@ -310,6 +341,23 @@ class EndPairing:
 
 
 @dataclass(frozen=True, slots=True)
+class HoldMotion:
+    """Begin a motion that goes on while a key is held, which holds the enabling device, too."""
+
+    motion: UndoJog | GoHome | RunProgram | PlayBack | ResumeRobot
+
+
+@dataclass(frozen=True, slots=True)
+class LetGoMotion:
+    """End the motion of a held key."""
+
+
+@dataclass(frozen=True, slots=True)
+class AskRetreat:
+    """Ask the server which keys lead out of what the robot stands at."""
+
+
+@dataclass(frozen=True, slots=True)
 class PauseRobot:
     """Pause on the path."""
 
@@ -326,6 +374,8 @@ class StopProgram:
 
 BeginsMotion: TypeAlias = (
     PulseJog
+    | PressJog
+    | HoldMotion
     | StepJog
     | UndoJog
     | GoHome
@@ -358,6 +408,11 @@ Command: TypeAlias = (
     | Enable
     | ChangeMode
     | ChangeSpeed
+    | AimJog
+    | FeedBeat
+    | ReleaseJog
+    | LetGoMotion
+    | AskRetreat
     | AskWhy
     | AskPrograms
     | MakeProgram
