@@ -63,7 +63,7 @@ def test_no_three_keys_at_once_move_anything(rig: FirmwareRig) -> None:
         for label in triple:
             rig.emulated.press(key(label))
         rig.wait(10)
-        rig.let_go(wait=15)
+        rig.let_go(wait=25)
     assert states == {LineState.READY}
     assert rig.moves == []
     assert rig.press("1", 40) == [do.PressJog(do.JOINTS, ((0, 1),))]
