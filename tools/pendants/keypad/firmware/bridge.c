@@ -131,8 +131,7 @@ static void send_keys(void) {
 }
 
 /* A beat leaves when it is due, and at once when too many keys or the button's state are news. */
-static bool send_beat(uint16_t now) {
-    KeyState state = keys_now();
+static bool send_beat(KeyState state, uint16_t now) {
     bool is_due = (uint16_t)(now - beat_at) >= beat_period;
     if (!is_due && state.flags == flags_told) return false;
     beat_at = is_due && (uint16_t)(now - beat_at) < 2 * beat_period ? beat_at + beat_period : now;
@@ -142,8 +141,7 @@ static bool send_beat(uint16_t now) {
     return true;
 }
 
-static void send_hello(void) {
-    KeyState state = keys_now();
+static void send_hello(KeyState state) {
     uint8_t features = ENABLING_BUTTON ? HAS_ENABLING_BUTTON : 0;
     if (wants_plain_characters()) features |= HAS_CHARACTERS_JUMPER;
     uint8_t payload[HELLO_SIZE] = {
@@ -164,13 +162,16 @@ static void send_hello(void) {
     owes_hello = false;
 }
 
+/* The state is read before it is asked whether events wait: so it shows no key whose own frame is
+ * still to come. */
 static void send_one_of_the_rest(uint16_t now) {
-    if (!line_is_idle() || keys_wait() || send_beat(now)) return;
+    KeyState state = keys_now();
+    if (!line_is_idle() || keys_wait() || send_beat(state, now)) return;
     if (owes_let_go && keys_open_for() >= LET_GO) {
         owes_let_go = false;
-        send_key(KEY_UP, NO_KEY, keys_now());
+        send_key(KEY_UP, NO_KEY, state);
     } else if (owes_hello && now >= FIRST_HELLO) {
-        send_hello();
+        send_hello(state);
     } else if (owes_ack) {
         owes_ack = false;
         line_send_frame(ACK, ack, ACK_SIZE);
