@@ -47,6 +47,13 @@ COMMANDS: Mapping[str, Command] = {
         "openpendant.controller_emulator.shell.cli", "run an emulated robot controller"
     ),
     "pendant": Command("openpendant.tools.pendants.terminal.cli", "a teach pendant in a terminal"),
+    "keypad": Command(
+        "openpendant.tools.pendants.keypad.cli", "the keypad pendant with its LCD on a serial line"
+    ),
+    "emulate-keypad": Command(
+        "openpendant.tools.pendants.keypad.emulator_cli",
+        "an emulated keypad on screen, for `keypad` to serve",
+    ),
     "web": Command("openpendant.tools.pendants.web.cli", "the pendant as a page for browsers"),
     "stop": Command("openpendant.tools.pendants.commands.stop", "stop the robot; anybody may"),
     "reset": Command("openpendant.tools.pendants.commands.reset", "reset the latched stop"),
@@ -87,6 +94,8 @@ EXTRA_OF_LIBRARY: Mapping[str, str] = {
     "ruckig": "motion",
     "textual": "terminal",
     "aiohttp": "web",
+    "serial": "serial",
+    "serial_asyncio": "serial",
     "uvloop": "fast",
 }
 """The extra of the distribution that installs a library which not every sub-command needs."""

@@ -24,7 +24,7 @@ MOVES = (do.PressJog, do.AimJog, do.StepJog, do.HoldMotion, do.PulseJog, do.Play
 
 
 def as_it_is(data: bytes) -> bytes:
-    """Return the bytes of the keypad as they are."""
+    """Return bytes as they are."""
     return data
 
 
@@ -39,6 +39,7 @@ class KeypadRig:
     Attributes:
         asked: what the core asked for, each with its time [ms].
         up: what becomes of the keypad's bytes on their way; nothing unless a test changes it.
+        down: likewise of the bridge's.
         is_cut: the cable is pulled.
     """
 
@@ -56,6 +57,7 @@ class KeypadRig:
         self.emulated = EmulatedKeypad(baud)
         self.asked: list[tuple[int, Command]] = []
         self.up: Callable[[bytes], bytes] = as_it_is
+        self.down: Callable[[bytes], bytes] = as_it_is
         self.is_cut = False
         self._sequence = 0
         self.changes: dict[str, Any] = {}
@@ -106,7 +108,7 @@ class KeypadRig:
         if self.time % TICK == 0:
             self._note(self.keypad.tick(self.now))
             self.keypad.line.show(page(self.keypad, self.now))
-        answered = self.keypad.line.output()
+        answered = self.down(self.keypad.line.output())
         if answered and not self.is_cut:
             self.emulated.receive(answered)
 

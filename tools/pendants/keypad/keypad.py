@@ -18,6 +18,7 @@ from openpendant.simplemsg.serial_frames import HostFlag
 from openpendant.simplemsg.verdicts import VerdictCode
 
 from ..client import Hold, Refused
+from ..motions import quaternion_of, roll_pitch_yaw
 from ..panel import commands as do
 from ..panel import wording
 from ..panel.commands import JOINTS, CellList, Command
@@ -25,6 +26,7 @@ from ..panel.jog_pad import TOOL_AXES, JogKind, speed_asked
 from ..panel.keyboard import AxisKey, Intent, Page
 from ..panel.panel import Panel
 from ..panel.taught_program import TaughtProgram
+from .characters import CharacterReader
 from .keys import (
     JOG_AXES,
     JOG_KEYS,
@@ -132,6 +134,7 @@ class Keypad(Panel):
     Attributes:
         enabling_source: what was set.
         is_emulated: the controller is known to be emulated.
+        is_described: the server has said whether it is.
         button: the enabling button is held, by the last frame.
         alarm: the refusal that is shown.
         control_key: jog key that asked for control, while it is down; None for none.
@@ -143,12 +146,22 @@ class Keypad(Panel):
     gives_control = "CTRL in the menu gives it up"
 
     def __init__(
-        self, line: KeypadLine, enabling_source: EnablingSource = EnablingSource.KEY
+        self,
+        line: KeypadLine,
+        enabling_source: EnablingSource = EnablingSource.KEY,
+        *,
+        characters: bool = False,
     ) -> None:
+        """Make a keypad that is not plugged in.
+
+        Args:
+            characters: it sends plain characters in place of frames: increments only.
+        """
         super().__init__({})
         self.line = line
+        self._characters = CharacterReader() if characters else None
         self.enabling_source = enabling_source
-        self.is_emulated = False
+        self.is_emulated = self.is_described = False
         self.button = False
         self.menu = Menu(self.cell, self.jog, self.teaching, self.messages)
         self.alarm: Alarm | None = None
@@ -156,7 +169,7 @@ class Keypad(Panel):
         self.shows_stop = False
         self.speed_shown_until = 0
         self.first_axis = 0
-        self.jog.kind = JogKind.STEP if line.is_slow else JogKind.HOLD
+        self.jog.kind = JogKind.STEP if line.is_slow or characters else JogKind.HOLD
         self._jogging: set[int] = set()
         self._is_pressing = False
         self._speed_key: tuple[int, int] | None = None
@@ -181,6 +194,16 @@ class Keypad(Panel):
         news, self._news = self._news, []
         return news
 
+    @property
+    def sends_characters(self) -> bool:
+        """True where the keypad sends plain characters."""
+        return self._characters is not None
+
+    def line_opened(self, now: int) -> None:
+        """Take that the port is open [ns]."""
+        if self._characters is None:
+            self.line.opened(now)
+
     def line_closed(self) -> list[Command]:
         """Take that the port is closed; return what ends what was held."""
         asked = self._take_events(self.line.closed(), 0)
@@ -188,12 +211,16 @@ class Keypad(Panel):
 
     def receive(self, data: bytes, now: int) -> list[Command]:
         """Take bytes of the port [ns]."""
+        if self._characters is not None:
+            return self._take_characters(self._characters.receive(data, now), now)
         return self._gated(self._take_events(self.line.receive(data, now), now), now)
 
     def tick(self, now: int) -> list[Command]:
         """Advance the time [ns]: deadlines of the line, held keys, pages."""
         asked = self._take_events(self.line.tick(now), now)
-        asked += super().tick(now)
+        if self._characters is not None:
+            asked += self._take_characters(self._characters.tick(now), now)
+        asked += self._with_turned_angles(super().tick(now))
         asked += self.menu.tick(now, self.line.mask)
         asked += self._repeat_speed(now)
         asked += self._look_at_mode(now)
@@ -239,6 +266,46 @@ class Keypad(Panel):
                     self._news.append(event)
         return [*asked, *self._aim()] if has_fewer else asked
 
+    def _take_characters(self, keys: Iterable[int], now: int) -> list[Command]:
+        """Take plain characters: increments, their size, the frame, and STOP."""
+        asked: list[Command] = []
+        for key in keys:
+            if key == STOP:
+                asked += self._stop("STOP key", now)
+            elif key == MODE:
+                self._next_frame()
+            elif key in (SPEED_UP, SPEED_DOWN):
+                asked += self._change_speed(key, now)
+            elif self._may_step(now):
+                asked += self._jog_pressed(key, now)
+        return asked
+
+    def _may_step(self, now: int) -> bool:
+        """Return True if a character may move the robot; one that comes while it moves is lost."""
+        state = self.cell.state
+        if not self.jog.is_fresh(now) or state is None:
+            return False
+        if not self.cell.in_control:
+            self.messages.add("no control: a character does not ask for it, --take-control does")
+            return False
+        return state.activity in (Activity.IDLE, Activity.PAUSED)
+
+    def _with_turned_angles(self, asked: list[Command]) -> list[Command]:
+        """Return commands in which A, B, C of base change roll, pitch, yaw, as characters do."""
+        return [
+            self._turned(each) if self.sends_characters and isinstance(each, do.StepJog) else each
+            for each in asked
+        ]
+
+    def _turned(self, step: do.StepJog) -> Command:
+        state, by = self.cell.state, dict(step.increments)
+        if step.frame != "base" or state is None or not any(axis > 2 for axis in by):
+            return step
+        x, y, z = (here + by.get(axis, 0.0) for axis, here in enumerate(state.tool_position))
+        angles = roll_pitch_yaw(state.tool_orientation)
+        a, b, c = (here + by.get(axis, 0.0) for axis, here in enumerate(angles, 3))
+        return do.MoveToPose((x, y, z), quaternion_of(a, b, c), "increment")
+
     def _lives(self, enabling: bool) -> list[Command]:
         """Take a sign of the keypad: what is held goes on."""
         was_held, self.button = self.button, enabling
@@ -257,13 +324,14 @@ class Keypad(Panel):
     def lost(self, reason: str) -> None:
         """Take the end of the connection: no key counts before it was up."""
         super().lost(reason)
+        self.is_described = False
         self.menu.close()
         self._drop("no link")
 
     def controller_described(self, *, is_emulated: bool) -> None:
         """Take whether the controller is known to be emulated."""
         super().controller_described(is_emulated=is_emulated)
-        self.is_emulated = is_emulated
+        self.is_emulated, self.is_described = is_emulated, True
 
     def stop_changed(self, change: StopChanged) -> list[Command]:
         """Take the event of a stop; show its page."""
@@ -306,6 +374,7 @@ class Keypad(Panel):
 
     def refused(self, refused: Refused) -> list[Command]:
         """Take a refusal, or an abort: show it, and ask for the keys that lead out."""
+        self.step_over()
         if refused.code in _NO_ALARM or (self.cell.is_stopped and self.shows_stop):
             return []
         code = refused.code
@@ -469,6 +538,7 @@ class Keypad(Panel):
         """Return True if the enabling device may count as held; else say what is missing."""
         if self.cell.mode is OperatingMode.AUTOMATIC or not self.needs_button or self.button:
             return True
+        self.messages.add("the controller may be a real one: hold the enabling button as well")
         self.raise_alarm("ENABLING BUTTON", "hold the button as well, then press again")
         return False
 
