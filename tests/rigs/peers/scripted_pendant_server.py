@@ -8,6 +8,7 @@ import json
 import ssl
 from collections.abc import AsyncIterator
 from contextlib import asynccontextmanager
+from dataclasses import replace
 from typing import Any, TypeVar
 
 from openpendant import simplemsg as wire
@@ -70,6 +71,7 @@ class ScriptedPendantServer:
         refusals: verdict for the next request of a type, with its text.
         answers: body of the management answer by `op`; what is not here is refused.
         mode: shown in the states.
+        holder: session that the states show in control.
         mutes: nothing is answered any more.
         mutes_all_but: what is answered even then; None for nothing.
         completes: motions other than jogs are completed at once.
@@ -82,6 +84,7 @@ class ScriptedPendantServer:
         self.refusals: dict[type[wire.Message], tuple[VerdictCode, str]] = {}
         self.answers: dict[str, dict[str, Any]] = {}
         self.mode = messages.OperatingMode.MANUAL_REDUCED
+        self.holder = 0
         self.mutes = False
         self.mutes_all_but: type[wire.Message] | None = None
         self.completes = True
@@ -112,7 +115,10 @@ class ScriptedPendantServer:
 
     def tell_state(self) -> None:
         self.sequence += 1
-        self.send(state(self.sequence, mode=self.mode))
+        self.send(self._state())
+
+    def _state(self) -> messages.State:
+        return replace(state(self.sequence, mode=self.mode), holder=self.holder)
 
     # What it answers.
 
@@ -144,7 +150,7 @@ class ScriptedPendantServer:
             await asyncio.sleep(period)
             if not self.mutes:
                 self.sequence += 1
-                line.send(state(self.sequence, mode=self.mode))
+                line.send(self._state())
 
     def _welcome(self, hello: messages.Hello) -> messages.HelloReply:
         return messages.HelloReply(

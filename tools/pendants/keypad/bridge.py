@@ -185,8 +185,7 @@ class KeypadBridge:
         transport, self._transport = self._transport, None
         if self._keypad.line.is_open or self._keypad.sends_characters:
             self._perform(self._keypad.line_closed())
-        if transport is not None:
-            transport.abort()
+        _abort(transport)
 
     def _received(self, data: bytes) -> None:
         self._perform(self._keypad.receive(data, self._clock()))
@@ -226,8 +225,7 @@ class KeypadBridge:
         match event:
             case LineLost():
                 self._words.lost(event)
-                if self._transport is not None:
-                    self._transport.abort()
+                _abort(self._transport)
             case KeypadLinked():
                 self._words.linked(event)
             case DisplaySilent():
@@ -262,3 +260,9 @@ class KeypadBridge:
                 "the controller is not known to be emulated: hold the enabling button (D2) as well"
                 ' as a key; enabling = "button" says so in the settings'
             )
+
+
+def _abort(transport: asyncio.Transport | None) -> None:
+    """Close a port at once; one of pyserial that is closed already cannot be closed again."""
+    if transport is not None and not transport.is_closing():
+        transport.abort()
