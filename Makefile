@@ -41,7 +41,7 @@ MUTANTS ?=
 MUTANTS_ARGS ?=
 
 FIRMWARE := tools/pendants/keypad/firmware
-FIRMWARE_TESTS := tests/tools/pendants/keypad/firmware
+FIRMWARE_TESTS := tests/tools/pendants/keypad/firmware tests/system/test_keypad_pendant.py
 PAGE_BUILD := tools/pendants/web/build.py
 PENDANT_ARGS ?=
 

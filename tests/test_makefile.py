@@ -123,11 +123,11 @@ def test_a_target_installs_what_it_needs_and_runs_its_command(
     assert project.calls[-1] == call
 
 
-def test_firmware_tests_run_the_marked_tests_of_their_folder(project: Project) -> None:
+def test_firmware_tests_run_the_marked_tests_of_their_places(project: Project) -> None:
     assert project.make("firmware-test").returncode == 0
-    folder = "tests/tools/pendants/keypad/firmware"
-    assert project.calls[-1] == f"-m pytest -m firmware and not soak {folder}"
-    assert (ROOT / folder).is_dir()
+    places = ["tests/tools/pendants/keypad/firmware", "tests/system/test_keypad_pendant.py"]
+    assert project.calls[-1] == f"-m pytest -m firmware and not soak {' '.join(places)}"
+    assert all((ROOT / place).exists() for place in places)
 
 
 def test_firmware_without_its_compiler_is_skipped_with_a_line(project: Project) -> None:
