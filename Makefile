@@ -44,6 +44,8 @@ BENCH_ARGS ?=
 MUTANTS ?=
 MUTANTS_ARGS ?=
 
+FIRMWARE := tools/pendants/keypad/firmware
+FIRMWARE_TESTS := tests/tools/pendants/keypad/firmware tests/system/test_keypad_pendant.py
 PAGE_BUILD := tools/pendants/web/build.py
 PENDANT_ARGS ?=
 KEYPAD_ARGS ?=
@@ -51,7 +53,7 @@ KEYPAD_ARGS ?=
 WALK ?=
 WALK_ARGS ?=
 
-.PHONY: help demo start pendant keypad test browser wheel conformance harness bench lint format soak mutants walk fuzz audit reference clean stale
+.PHONY: help demo start pendant keypad test browser wheel conformance harness firmware firmware-test bench lint format soak mutants walk fuzz audit reference clean stale
 
 ## help     this list
 help:
@@ -90,6 +92,15 @@ conformance: $(VENV)/dev.stamp
 ## harness  try what runs the tests: lanes, workers, planted faults
 harness: $(VENV)/dev.stamp
 	$(PY) -m pytest -m harness $(PYTEST_ARGS)
+
+## firmware  compile the keypad's firmware, if avr-gcc is here; how to flash it: docs/keypad-hardware.md
+firmware:
+	@if command -v avr-gcc >/dev/null; then $(MAKE) --no-print-directory -C $(FIRMWARE); \
+	else $(call say,no avr-gcc here$(comma) no firmware. On Debian and Ubuntu: apt install gcc-avr avr-libc); fi
+
+## firmware-test  compile the keypad's firmware and try it in simavr, if both are here
+firmware-test: $(VENV)/dev.stamp
+	$(PY) -m pytest -m 'firmware and not soak' $(FIRMWARE_TESTS) $(PYTEST_ARGS)
 
 ## browser  build the page and run the tests in real browsers
 browser: $(VENV)/browser.stamp
@@ -136,7 +147,7 @@ fuzz: $(VENV)/fuzz.stamp
 audit: $(VENV)/demo.stamp
 	$(PY) tests/known_vulnerabilities.py
 
-## reference  write docs/protocol.md, docs/generated, docs/command-to-motion.md and the tables of promises.md
+## reference  write docs/protocol.md, docs/generated, docs/command-to-motion.md, the tables of promises.md, TypeScript and C
 reference: $(VENV)/dev.stamp
 	$(PY) -m openpendant.tools.reference
 	$(PY) tests/promises/promise_page.py
@@ -144,7 +155,7 @@ reference: $(VENV)/dev.stamp
 
 ## clean    remove the environment and everything generated
 clean:
-	rm -rf tools/pendants/web/page tools/pendants/web/frontend/node_modules
+	rm -rf tools/pendants/web/page tools/pendants/web/frontend/node_modules $(FIRMWARE)/build
 	rm -rf $(VENV) .dev build dist demo-output .mypy_cache .pytest_cache .ruff_cache .hypothesis .coverage
 	find . -name __pycache__ -type d -prune -exec rm -rf {} +
 

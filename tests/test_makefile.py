@@ -87,6 +87,8 @@ def test_help_is_the_default_and_lists_the_targets(project: Project) -> None:
         "test",
         "conformance",
         "harness",
+        "firmware",
+        "firmware-test",
         "bench",
         "lint",
         "soak",
@@ -120,6 +122,23 @@ def test_a_target_installs_what_it_needs_and_runs_its_command(
     assert project.make(*arguments).returncode == 0
     assert project.installed == ["hatchling", f"{RUN}{extras}"]
     assert project.calls[-1] == call
+
+
+def test_firmware_tests_run_the_marked_tests_of_their_places(project: Project) -> None:
+    assert project.make("firmware-test").returncode == 0
+    places = ["tests/tools/pendants/keypad/firmware", "tests/system/test_keypad_pendant.py"]
+    assert project.calls[-1] == f"-m pytest -m firmware and not soak {' '.join(places)}"
+    assert all((ROOT / place).exists() for place in places)
+
+
+def test_firmware_without_its_compiler_is_skipped_with_a_line(project: Project) -> None:
+    tools = project.folder / "tools-here"
+    tools.mkdir()
+    for name in ("make", "sh", "cat", "sed"):
+        (tools / name).symlink_to(shutil.which(name) or "")
+    done = project.make("firmware", PATH=str(tools))
+    assert (done.returncode, done.stdout) == (0, "")
+    assert done.stderr.startswith("openpendant: no avr-gcc here, no firmware.")
 
 
 def test_audit_installs_what_runs_and_nothing_of_the_tests(project: Project) -> None:

@@ -3,6 +3,7 @@
 import asyncio
 import math
 from collections.abc import AsyncIterator, Callable
+from contextlib import AbstractAsyncContextManager
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -10,6 +11,8 @@ from typing import Any
 import pytest
 import pytest_asyncio
 from rigs.clock.busy_machine import PATIENCE
+from rigs.firmware.firmware_process import firmware_keypad
+from rigs.firmware.simulated_board import Firmware, compiled_board, skip_without_tools
 from rigs.processes.keypad_processes import (
     BridgeProcess,
     KeypadProcess,
@@ -59,12 +62,26 @@ class Bench:
         return await self.stands()
 
 
+@pytest.fixture(params=["emulated", pytest.param("firmware", marks=pytest.mark.firmware)])
+def some_keypad(
+    request: pytest.FixtureRequest, tmp_path: Path
+) -> AbstractAsyncContextManager[KeypadProcess]:
+    """An emulated keypad, or the compiled firmware on a simulated board."""
+    if request.param == "emulated":
+        return emulated_keypad(link=tmp_path / "keypad")
+    skip_without_tools()
+    board, firmware = compiled_board(tmp_path), Firmware.compiled(tmp_path / "firmware")
+    return firmware_keypad(board, firmware, tmp_path / "keypad")
+
+
 @pytest_asyncio.fixture
-async def bench(start_cell: Any, tmp_path: Path) -> AsyncIterator[Bench]:
+async def bench(
+    start_cell: Any, some_keypad: AbstractAsyncContextManager[KeypadProcess]
+) -> AsyncIterator[Bench]:
     cell = await start_cell(settings=SETTINGS, server=EMULATED, has_store=True)
     observer = await cell.ready_pendant(client="observer")
     async with (
-        emulated_keypad(link=tmp_path / "keypad") as keypad,
+        some_keypad as keypad,
         bridge(keypad.port, cell.ports["pendant"]) as serving,
     ):
         await serving.says("keypad: ready (firmware 1.0)")

@@ -6,8 +6,14 @@ import argparse
 import sys
 from pathlib import Path
 
-from .files import generated_files, stale_files, stale_sources, write_files, write_sources
-from .typescript import FOLDER, typescript_files
+from .files import (
+    generated_files,
+    generated_sources,
+    stale_files,
+    stale_sources,
+    write_files,
+    write_sources,
+)
 
 _ROOT = Path(__file__).resolve().parents[2]
 _DOCS = _ROOT / "docs"
@@ -17,19 +23,22 @@ def main(argv: list[str] | None = None) -> int:
     """Run the command; return 1 where a checked file is stale, 2 where one cannot be written."""
     parser = argparse.ArgumentParser(
         prog="python -m openpendant.tools.reference",
-        description="Write the reference pages, dissector, vectors, schemas and TypeScript.",
+        description="Write the reference pages, dissector, vectors, schemas, TypeScript and C.",
     )
     parser.add_argument("--check", action="store_true", help="write nothing, say what is stale")
     parser.add_argument(
         "--out", type=Path, default=_DOCS, metavar="DIR", help="where (default: docs/)"
     )
     parser.add_argument(
-        "--sources", type=Path, metavar="DIR", help="where TypeScript goes (default: its place)"
+        "--sources",
+        type=Path,
+        metavar="DIR",
+        help="root of TypeScript and C (default: the project)",
     )
     arguments = parser.parse_args(argv)
     sources = arguments.sources
     if sources is None and arguments.out == _DOCS:
-        sources = _ROOT / FOLDER
+        sources = _ROOT
     if arguments.check:
         return _check(arguments.out, sources)
     try:
@@ -41,7 +50,7 @@ def main(argv: list[str] | None = None) -> int:
         return 2
     print(f"{len(generated_files())} files written to {arguments.out}")
     if sources is not None:
-        print(f"{len(typescript_files())} files written to {sources}")
+        print(f"{len(generated_sources())} files written to {sources}")
     return 0
 
 

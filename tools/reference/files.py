@@ -7,11 +7,12 @@ from pathlib import Path
 
 from .catalogue import catalogue_file
 from .dissector import lua_dissector
+from .firmware_header import HEADER, firmware_header
 from .operations_page import operations_page
 from .page import error_page, protocol_page
 from .python_page import python_page
 from .schemas import schema_files
-from .typescript import typescript_files
+from .typescript import FOLDER, typescript_files
 from .vectors import vector_files
 
 GENERATED = "generated"
@@ -56,19 +57,29 @@ def stale_files(folder: Path) -> list[str]:
     return found + [f"{path} is generated no longer" for path in _left_over(folder, files)]
 
 
-def write_sources(folder: Path) -> None:
-    """Write every generated source of the pendant in a browser into their folder."""
-    for name, text in typescript_files().items():
-        (folder / name).write_text(text, encoding="utf-8", newline="\n")
+def generated_sources() -> dict[str, str]:
+    """Return every generated source: its path below the project's folder, and its text."""
+    return {
+        **{(FOLDER / name).as_posix(): text for name, text in typescript_files().items()},
+        HEADER.as_posix(): firmware_header(),
+    }
 
 
-def stale_sources(folder: Path) -> list[str]:
+def write_sources(root: Path) -> None:
+    """Write every generated source, of the page and of the keypad's firmware, into its folder."""
+    for path, text in generated_sources().items():
+        target = root / path
+        target.parent.mkdir(parents=True, exist_ok=True)
+        target.write_text(text, encoding="utf-8", newline="\n")
+
+
+def stale_sources(root: Path) -> list[str]:
     """Return one sentence for each generated source that is missing or differs."""
     found = []
-    for name, text in typescript_files().items():
-        source = folder / name
+    for path, text in generated_sources().items():
+        source = root / path
         if not source.is_file() or source.read_bytes() != text.encode():
-            found.append(f"{name} is stale" if source.is_file() else f"{name} is missing")
+            found.append(f"{path} is stale" if source.is_file() else f"{path} is missing")
     return found
 
 

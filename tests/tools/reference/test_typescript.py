@@ -181,9 +181,12 @@ def test_the_committed_files_are_what_the_declarations_say(name: str) -> None:
 def test_a_source_that_differs_or_is_missing_is_told(tmp_path: Path) -> None:
     write_sources(tmp_path)
     assert stale_sources(tmp_path) == []
-    (tmp_path / "protocol.ts").write_text("// mine\n", "utf-8")
-    (tmp_path / "operations.ts").unlink()
-    assert stale_sources(tmp_path) == ["protocol.ts is stale", "operations.ts is missing"]
+    (tmp_path / FOLDER / "protocol.ts").write_text("// mine\n", "utf-8")
+    (tmp_path / FOLDER / "operations.ts").unlink()
+    assert stale_sources(tmp_path) == [
+        f"{FOLDER}/protocol.ts is stale",
+        f"{FOLDER}/operations.ts is missing",
+    ]
 
 
 @pytest.mark.parametrize("name", GENERATED)
