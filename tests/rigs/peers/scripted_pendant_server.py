@@ -23,7 +23,10 @@ _M = TypeVar("_M", bound=wire.Message)
 
 
 def state(
-    sequence: int, *, mode: messages.OperatingMode = messages.OperatingMode.MANUAL_REDUCED
+    sequence: int,
+    *,
+    mode: messages.OperatingMode = messages.OperatingMode.MANUAL_REDUCED,
+    holder: int = 0,
 ) -> messages.State:
     """Return a state of a robot that stands at (0.1, 0.2, …, 0.6)."""
     return messages.State(
@@ -34,7 +37,7 @@ def state(
         dropped=0,
         activity=messages.Activity.IDLE,
         request_id=0,
-        holder=0,
+        holder=holder,
         stop=messages.StopKind.NONE,
         operating_mode=mode,
         enabling=messages.EnablingPosition.RELEASED,
@@ -70,6 +73,7 @@ class ScriptedPendantServer:
         refusals: verdict for the next request of a type, with its text.
         answers: body of the management answer by `op`; what is not here is refused.
         mode: shown in the states.
+        holder: session in control, shown in the states; 0 for nobody.
         mutes: nothing is answered any more.
         mutes_all_but: what is answered even then; None for nothing.
         completes: motions other than jogs are completed at once.
@@ -82,6 +86,7 @@ class ScriptedPendantServer:
         self.refusals: dict[type[wire.Message], tuple[VerdictCode, str]] = {}
         self.answers: dict[str, dict[str, Any]] = {}
         self.mode = messages.OperatingMode.MANUAL_REDUCED
+        self.holder = 0
         self.mutes = False
         self.mutes_all_but: type[wire.Message] | None = None
         self.completes = True
@@ -112,7 +117,7 @@ class ScriptedPendantServer:
 
     def tell_state(self) -> None:
         self.sequence += 1
-        self.send(state(self.sequence, mode=self.mode))
+        self.send(state(self.sequence, mode=self.mode, holder=self.holder))
 
     # What it answers.
 
@@ -144,7 +149,7 @@ class ScriptedPendantServer:
             await asyncio.sleep(period)
             if not self.mutes:
                 self.sequence += 1
-                line.send(state(self.sequence, mode=self.mode))
+                line.send(state(self.sequence, mode=self.mode, holder=self.holder))
 
     def _welcome(self, hello: messages.Hello) -> messages.HelloReply:
         return messages.HelloReply(
