@@ -47,6 +47,9 @@ COMMANDS: Mapping[str, Command] = {
         "openpendant.controller_emulator.shell.cli", "run an emulated robot controller"
     ),
     "pendant": Command("openpendant.tools.pendants.terminal.cli", "a teach pendant in a terminal"),
+    "gamepad": Command(
+        "openpendant.tools.pendants.gamepad.cli", "a gamepad or a SpaceMouse as a pendant"
+    ),
     "web": Command("openpendant.tools.pendants.web.cli", "the pendant as a page for browsers"),
     "stop": Command("openpendant.tools.pendants.commands.stop", "stop the robot; anybody may"),
     "reset": Command("openpendant.tools.pendants.commands.reset", "reset the latched stop"),
