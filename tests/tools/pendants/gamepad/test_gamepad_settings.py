@@ -1,5 +1,8 @@
 """The gamepad's map: dead zone, directions, and a file that cannot be used."""
 
+import re
+import tomllib
+from pathlib import Path
 from typing import Any
 
 import pytest
@@ -141,3 +144,9 @@ def test_a_key_that_cannot_be_used_is_named(table: Any, named: str) -> None:
     with pytest.raises(SettingsRefused) as refused:
         settings_of({"gamepad": table}, {}, "pad.toml")
     assert str(refused.value).startswith(f"pad.toml: {named}")
+
+
+def test_the_map_on_the_page_for_users_is_the_one_without_a_file() -> None:
+    page = Path(__file__).parents[4] / "docs" / "gamepad.md"
+    (shown,) = re.findall(r"```toml\n(.*?)```", page.read_text(), re.DOTALL)
+    assert settings_of(tomllib.loads(shown), {}, "page") == GamepadSettings()
