@@ -147,7 +147,7 @@ class EvdevReader:
             return [EventsLost()]
         if code != _SYN_REPORT:
             return []
-        whole: list[DeviceEvent] = [] if self._is_dropping else [*self._set]
+        whole: list[DeviceEvent] = [*self._set]
         self._is_dropping = False
         self._set.clear()
         return whole

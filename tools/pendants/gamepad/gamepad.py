@@ -66,13 +66,12 @@ class Gamepad(Panel):
     # The device.
 
     def plugged(self) -> None:
-        """Take that the device is open; how it stands is not known yet."""
+        """Take that a device is open; how it stands is not known yet."""
         self._forget()
         self._must_let_go = False
 
     def unplugged(self, why: str) -> list[Command]:
         """Take that the device is gone; release everything that is held."""
-        self._forget()
         self.messages.add(why)
         return self._let_go(why)
 

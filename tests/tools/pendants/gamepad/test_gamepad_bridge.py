@@ -172,7 +172,7 @@ async def test_a_refused_aim_lets_go_as_the_robot_would_go_on_the_old_way(tmp_pa
         await made.press()
         made.server.refusals[messages.JogStart] = (V.BAD_ARGUMENT, "no such way")
         made.plug.write(axis(LEFT_Y, 1.0))
-        await made.until(lambda: made.all(messages.JogRelease))
+        await made.until(lambda: made.all(messages.JogRelease), within=0.1)
         await asyncio.sleep(0.01)
         beats = len(made.all(messages.JogBeat))
         await made.shake(0.5)

@@ -336,6 +336,13 @@ def test_the_right_button_of_a_cap_stops(mouse: GamepadRig) -> None:
     assert mouse.cap((KEYS, RIGHT_KEY, 1)) == [do.StopRobot("gamepad")]
 
 
+def test_a_device_that_is_gone_leaves_no_stick_behind(mouse: GamepadRig) -> None:
+    mouse.cap(push(along=1))
+    mouse.pad.unplugged("unplugged")
+    mouse.plug()
+    assert mouse.cap(left(down=True)) == [do.Enable(True)]
+
+
 def test_lost_events_of_a_cap_let_go_until_its_button_is_pressed_anew(mouse: GamepadRig) -> None:
     mouse.cap(push(along=1), left(down=True))
     assert mouse.read(DROPPED) == [do.Enable(False)]
