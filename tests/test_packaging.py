@@ -97,6 +97,7 @@ def test_the_wheel_carries_the_licence_the_command_and_the_extras(wheel: zipfile
         "oracle",
         "plan",
         "plot",
+        "serial",
         "server",
         "terminal",
         "web",

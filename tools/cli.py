@@ -50,6 +50,13 @@ COMMANDS: Mapping[str, Command] = {
     "gamepad": Command(
         "openpendant.tools.pendants.gamepad.cli", "a gamepad or a SpaceMouse as a pendant"
     ),
+    "keypad": Command(
+        "openpendant.tools.pendants.keypad.cli", "the keypad pendant with its LCD on a serial line"
+    ),
+    "emulate-keypad": Command(
+        "openpendant.tools.pendants.keypad.emulator_cli",
+        "an emulated keypad on screen, for `keypad` to serve",
+    ),
     "web": Command("openpendant.tools.pendants.web.cli", "the pendant as a page for browsers"),
     "stop": Command("openpendant.tools.pendants.commands.stop", "stop the robot; anybody may"),
     "reset": Command("openpendant.tools.pendants.commands.reset", "reset the latched stop"),
@@ -90,6 +97,8 @@ EXTRA_OF_LIBRARY: Mapping[str, str] = {
     "ruckig": "motion",
     "textual": "terminal",
     "aiohttp": "web",
+    "serial": "serial",
+    "serial_asyncio": "serial",
     "uvloop": "fast",
 }
 """The extra of the distribution that installs a library which not every sub-command needs."""

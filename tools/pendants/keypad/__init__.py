@@ -1,0 +1,1 @@
+"""The keypad pendant: 16 keys and a display on a serial line, and the bridge that serves them."""
