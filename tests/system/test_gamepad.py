@@ -191,7 +191,7 @@ async def test_a_gamepad_jogs_in_a_line_until_it_is_unplugged_and_not_again_by_i
         assert await pad.end() == 0
 
 
-async def test_two_sticks_move_together_and_the_stop_button_stops(
+async def test_two_sticks_move_until_the_program_stands_still_or_the_stop_button_is_pressed(
     shared_cell: Any, tmp_path: Path
 ) -> None:
     observer = await ready(shared_cell)
@@ -205,6 +205,15 @@ async def test_two_sticks_move_together_and_the_stop_button_stops(
             return state.tool_position[0] > before.position[0] + 0.01 and turned > 0.01
 
         await pad.push_until(observer, is_moved_and_turned)
+        pad.process.send_signal(signal.SIGSTOP)
+        try:
+            await observer.wait_until(lambda state: state.in_motion == 0)
+        finally:
+            pad.process.send_signal(signal.SIGCONT)
+        pad.plug.write(pad.hand.push(0))
+        await stands(observer, 0.3)
+
+        await pad.push_until(observer, moves)
         pad.plug.write(button(STOP, down=True))
         await observer.wait_until(lambda state: state.stop == StopKind.SOFTWARE)
         await observer.wait_until(lambda state: state.in_motion == 0)
