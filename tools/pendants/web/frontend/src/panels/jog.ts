@@ -228,6 +228,20 @@ export function pressKey(app: App, source: string, key: JogKey): void {
   else app.holding.press(source, key);
 }
 
+/** Sticks ask for a motion, which they hold: they make no steps. */
+export function steer(app: App, values: readonly number[]): void {
+  const cell = app.cell.value;
+  const isStep = app.choice.value.step > 0 || cell.controller?.jog === "increments";
+  if (isInControl(cell) && pageState(cell) === "running") {
+    app.choice.set({ note: { text: app.texts.movesStill, kind: "remark" } });
+  } else if (whyNoJog(app, cell) !== "") {
+    app.session.refreshWhy();
+    app.choice.set({ isChecklistOpen: true });
+  } else if (isStep) {
+    app.choice.set({ note: { text: app.texts.holdHow, kind: "remark" } });
+  } else app.holding.steer(values);
+}
+
 function takeStep(app: App, { axis, direction }: JogKey, step: number): void {
   const { aim } = app.holding;
   const rows = aim.space === "joints" ? jointRows(app.cell.value) : toolRows(app.cell.value);

@@ -173,10 +173,20 @@ export function nextFrame(app: App): void {
   app.choice.set({ axes: order[(at + 1) % order.length] ?? "joint" });
 }
 
-function nextSpeed(app: App): void {
-  const steps = [0.1, 0.25, 0.5, 1];
+const SPEEDS = [0.1, 0.25, 0.5, 1];
+
+/** Set the override a step up or down; at the ends it stays. */
+export function changeSpeed(app: App, by: 1 | -1): void {
   const now = app.cell.value.state?.override ?? 1;
-  const next = steps.find((each) => each > now + 1e-6) ?? 0.1;
+  const further = SPEEDS.filter((each) => (each - now) * by > 1e-6);
+  const next = by > 0 ? further[0] : further.at(-1);
+  if (next === undefined) return;
+  app.attempt(() => app.session.askNow({ type: "set_speed", override: next, tool_speed: 0 }));
+}
+
+function nextSpeed(app: App): void {
+  const now = app.cell.value.state?.override ?? 1;
+  const next = SPEEDS.find((each) => each > now + 1e-6) ?? 0.1;
   app.attempt(() => app.session.askNow({ type: "set_speed", override: next, tool_speed: 0 }));
 }
 
