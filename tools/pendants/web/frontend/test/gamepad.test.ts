@@ -1,7 +1,11 @@
 import assert from "node:assert/strict";
 import { test } from "node:test";
 import { aimOfSticks, GamepadHand } from "../src/pendant/gamepad.ts";
-import type { PadAct } from "../src/pendant/gamepad.ts";
+
+type PadAct =
+  | { act: "stop" | "hold" | "letGo" | "centre" | "frame" }
+  | { act: "aim"; values: number[] }
+  | { act: "speed"; by: 1 | -1 };
 
 const LEFT_X = 0;
 const LEFT_Y = 1;
@@ -11,7 +15,15 @@ const [FRAME, STOP, SLOWER, FASTER, ENABLING, SHIFT] = [0, 1, 2, 3, 4, 5] as con
 
 /** A gamepad and a hand on it, a frame each 16 ms. */
 class Pad {
-  readonly hand = new GamepadHand();
+  #acts: PadAct[] = [];
+  readonly hand = new GamepadHand({
+    stop: () => this.#acts.push({ act: "stop" }),
+    hold: () => this.#acts.push({ act: "hold" }),
+    letGo: () => this.#acts.push({ act: "letGo" }),
+    aim: (values) => this.#acts.push(values === null ? { act: "centre" } : { act: "aim", values }),
+    nextFrame: () => this.#acts.push({ act: "frame" }),
+    changeSpeed: (by) => this.#acts.push({ act: "speed", by }),
+  });
   axes = [0, 0, 0, 0];
   buttons = new Array<boolean>(17).fill(false);
   now = 1_000;
@@ -19,13 +31,17 @@ class Pad {
 
   /** Show so much time in frames; with no news unless it trembles. */
   show(time = 16, trembles = true): PadAct[] {
-    const acts: PadAct[] = [];
     for (let passed = 0; passed < time; passed += 16) {
       this.now += 16;
       if (trembles) this.#news += 1;
-      acts.push(...this.hand.poll({ axes: this.axes, buttons: this.buttons, timestamp: this.#news }, this.now));
+      this.hand.poll({ axes: this.axes, buttons: this.buttons, timestamp: this.#news }, this.now);
     }
-    return acts;
+    return this.done();
+  }
+
+  /** What it did since this was asked last. */
+  done(): PadAct[] {
+    return this.#acts.splice(0);
   }
 
   stick(number: number, value: number): PadAct[] {
@@ -131,14 +147,17 @@ for (const what of ["stick", "button"] as const) {
 
 test("a gamepad that is gone lets go, and its next frame begins anew", () => {
   const pad = pressed();
-  assert.deepEqual(pad.hand.poll(null, pad.now), [{ act: "letGo" }]);
+  pad.hand.poll(null, pad.now);
+  assert.deepEqual(pad.done(), [{ act: "letGo" }]);
   assert.deepEqual(pad.show(200), []);
 });
 
 test("no frame for 100 ms lets go, and the frames after it move nothing", () => {
   const pad = pressed();
-  assert.deepEqual(pad.hand.watch(pad.now + 100), []);
-  assert.deepEqual(pad.hand.watch(pad.now + 101), [{ act: "letGo" }]);
+  pad.hand.watch(pad.now + 100);
+  assert.deepEqual(pad.done(), []);
+  pad.hand.watch(pad.now + 101);
+  assert.deepEqual(pad.done(), [{ act: "letGo" }]);
   assert.deepEqual(pad.show(200), []);
 });
 
@@ -157,7 +176,8 @@ test("a gamepad without news for two seconds lets go", () => {
 
 test("what else let go has to be pressed anew", () => {
   const pad = pressed();
-  assert.deepEqual(pad.hand.letGo(), [{ act: "letGo" }]);
+  pad.hand.letGo();
+  assert.deepEqual(pad.done(), [{ act: "letGo" }]);
   assert.deepEqual(pad.stick(LEFT_Y, -0.5), []);
 });
 

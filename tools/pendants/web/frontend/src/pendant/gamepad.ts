@@ -48,14 +48,18 @@ export interface PadState {
   timestamp: number;
 }
 
-export type PadAct =
-  | { act: "stop" }
-  | { act: "hold" }
-  | { act: "letGo" }
-  | { act: "aim"; values: number[] }
-  | { act: "centre" }
-  | { act: "frame" }
-  | { act: "speed"; by: 1 | -1 };
+/** What a gamepad does to the page. */
+export interface PadActs {
+  stop(): void;
+  /** The enabling button went down. */
+  hold(): void;
+  /** All is let go. */
+  letGo(): void;
+  /** Sticks ask for parts of the speed along each axis; null where they are centred. */
+  aim(values: number[] | null): void;
+  nextFrame(): void;
+  changeSpeed(by: 1 | -1): void;
+}
 
 /** Return what sticks ask for along each axis, -1 to 1. */
 export function aimOfSticks(axes: readonly number[], isShifted: boolean): number[] {
@@ -73,6 +77,7 @@ function outsideDeadZone(value: number): number {
 }
 
 export class GamepadHand {
+  #acts: PadActs;
   #down = new Set<number>();
   #isHeld = false;
   #mustLetGo = true;
@@ -83,97 +88,95 @@ export class GamepadHand {
   /** When the last frame was; null without a gamepad. */
   #frameAt: number | null = null;
 
+  constructor(acts: PadActs) {
+    this.#acts = acts;
+  }
+
+  /** Whether the enabling button is held, and counts. */
+  get isHeld(): boolean {
+    return this.#isHeld;
+  }
+
   /** Whether sticks move something, or would. */
   get isAiming(): boolean {
     return this.#aimed !== null;
   }
 
   /** What a frame shows; null where there is no gamepad. */
-  poll(pad: PadState | null, now: number): PadAct[] {
+  poll(pad: PadState | null, now: number): void {
     if (pad === null) {
       this.#frameAt = null;
       this.#down.clear();
-      return this.letGo();
+      this.letGo();
+      return;
     }
     const isFirst = this.#frameAt === null;
-    const acts = isFirst ? [] : this.watch(now);
+    this.watch(now);
     this.#frameAt = now;
     if (isFirst || pad.timestamp !== this.#news) this.#heard = now;
     this.#news = pad.timestamp;
-    acts.push(...this.#buttons(pad, isFirst));
-    const isEnabling = this.#down.has(ENABLING);
-    if (!isEnabling && isCentred(pad.axes)) this.#mustLetGo = false;
-    if (this.#isHeld && now - this.#heard >= LONGEST_STILL) acts.push(...this.letGo());
-    if (this.#isHeld) acts.push(...this.#follow(pad, now));
-    return acts;
+    this.#look(pad, isFirst);
+    if (!this.#down.has(ENABLING) && isCentred(pad.axes)) this.#mustLetGo = false;
+    if (this.#isHeld && now - this.#heard >= LONGEST_STILL) this.letGo();
+    if (this.#isHeld) this.#follow(pad, now);
   }
 
   /** Let go where no frame came for too long; to be asked between frames, too. */
-  watch(now: number): PadAct[] {
-    const isLate = this.#frameAt !== null && now - this.#frameAt > LONGEST_GAP;
-    return isLate ? this.letGo() : [];
+  watch(now: number): void {
+    if (this.#frameAt !== null && now - this.#frameAt > LONGEST_GAP) this.letGo();
   }
 
   /** Let go of all; what is still pressed counts once it was let go. */
-  letGo(): PadAct[] {
+  letGo(): void {
     this.#mustLetGo = true;
-    return this.#release();
+    this.#release();
   }
 
-  #release(): PadAct[] {
-    const wasHeld = this.#isHeld;
-    this.#isHeld = false;
+  #release(): void {
     this.#aimed = null;
-    return wasHeld ? [{ act: "letGo" }] : [];
+    if (this.#isHeld) this.#acts.letGo();
+    this.#isHeld = false;
   }
 
-  #buttons(pad: PadState, isFirst: boolean): PadAct[] {
-    const acts: PadAct[] = [];
+  #look(pad: PadState, isFirst: boolean): void {
     pad.buttons.forEach((isDown, number) => {
       if (isDown === this.#down.has(number)) return;
       if (isDown) this.#down.add(number);
       else this.#down.delete(number);
       // What is down already does nothing when a gamepad is first seen, but for the stop.
-      if (!isFirst || number === STOP) acts.push(...this.#turned(number, isDown));
+      if (!isFirst || number === STOP) this.#turned(number, isDown);
     });
-    return acts;
   }
 
-  #turned(number: number, isDown: boolean): PadAct[] {
-    if (number === ENABLING) return isDown ? this.#hold() : this.#release();
-    if (!isDown) return [];
-    switch (number) {
-      case STOP:
-        return [{ act: "stop" }, ...this.letGo()];
-      case FRAME:
-        return this.#isHeld ? [] : [{ act: "frame" }];
-      case SLOWER:
-        return [{ act: "speed", by: -1 }];
-      case FASTER:
-        return [{ act: "speed", by: 1 }];
-      default:
-        return [];
+  #turned(number: number, isDown: boolean): void {
+    if (number === ENABLING) {
+      if (!isDown) this.#release();
+      else if (!this.#mustLetGo) {
+        this.#isHeld = true;
+        this.#acts.hold();
+      }
+    } else if (isDown) {
+      if (number === STOP) {
+        this.#acts.stop();
+        this.letGo();
+      }
+      if (number === FRAME && !this.#isHeld) this.#acts.nextFrame();
+      if (number === SLOWER) this.#acts.changeSpeed(-1);
+      if (number === FASTER) this.#acts.changeSpeed(1);
     }
   }
 
-  #hold(): PadAct[] {
-    if (this.#mustLetGo) return [];
-    this.#isHeld = true;
-    return [{ act: "hold" }];
-  }
-
-  #follow(pad: PadState, now: number): PadAct[] {
+  #follow(pad: PadState, now: number): void {
     const values = aimOfSticks(pad.axes, this.#down.has(SHIFT));
     const before = this.#aimed;
     if (values.every((each) => each === 0)) {
       this.#aimed = null;
-      return before === null ? [] : [{ act: "centre" }];
+      if (before !== null) this.#acts.aim(null);
+    } else if (before === null || (now - this.#aimedAt >= AIM_EVERY && differ(values, before))) {
+      this.#aimed = values;
+      this.#aimedAt = now;
+      this.#acts.aim(values);
     }
-    const isSame = before !== null && !differ(values, before);
-    if (isSame || (before !== null && now - this.#aimedAt < AIM_EVERY)) return [];
-    this.#aimed = values;
-    this.#aimedAt = now;
-    return [{ act: "aim", values }];
   }
 }
 
