@@ -47,6 +47,9 @@ COMMANDS: Mapping[str, Command] = {
         "openpendant.controller_emulator.shell.cli", "run an emulated robot controller"
     ),
     "pendant": Command("openpendant.tools.pendants.terminal.cli", "a teach pendant in a terminal"),
+    "gamepad": Command(
+        "openpendant.tools.pendants.gamepad.cli", "a gamepad or a SpaceMouse as a pendant"
+    ),
     "keypad": Command(
         "openpendant.tools.pendants.keypad.cli", "the keypad pendant with its LCD on a serial line"
     ),

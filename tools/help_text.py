@@ -18,6 +18,7 @@ EXAMPLES: Mapping[str, str] = {
     "serve": "serve --robot ur5 --controller 127.0.0.1:12000:12002",
     "emulate": "emulate --robot ur5",
     "pendant": "pendant 192.168.1.20 --cell left",
+    "gamepad": "gamepad --device /dev/input/js0",
     "keypad": "keypad --port /dev/ttyACM0",
     "emulate-keypad": "emulate-keypad --link /tmp/keypad",
     "web": "web --server 127.0.0.1:11010 --port 8080",

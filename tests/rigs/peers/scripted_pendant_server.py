@@ -24,7 +24,10 @@ _M = TypeVar("_M", bound=wire.Message)
 
 
 def state(
-    sequence: int, *, mode: messages.OperatingMode = messages.OperatingMode.MANUAL_REDUCED
+    sequence: int,
+    *,
+    mode: messages.OperatingMode = messages.OperatingMode.MANUAL_REDUCED,
+    holder: int = 0,
 ) -> messages.State:
     """Return a state of a robot that stands at (0.1, 0.2, …, 0.6)."""
     return messages.State(
@@ -35,7 +38,7 @@ def state(
         dropped=0,
         activity=messages.Activity.IDLE,
         request_id=0,
-        holder=0,
+        holder=holder,
         stop=messages.StopKind.NONE,
         operating_mode=mode,
         enabling=messages.EnablingPosition.RELEASED,
@@ -71,7 +74,7 @@ class ScriptedPendantServer:
         refusals: verdict for the next request of a type, with its text.
         answers: body of the management answer by `op`; what is not here is refused.
         mode: shown in the states.
-        holder: session that the states show in control.
+        holder: session in control, shown in the states; 0 for nobody.
         activity: shown in the states.
         mutes: nothing is answered any more.
         mutes_all_but: what is answered even then; None for nothing.
@@ -120,8 +123,8 @@ class ScriptedPendantServer:
         self.send(self._state())
 
     def _state(self) -> messages.State:
-        shown = state(self.sequence, mode=self.mode)
-        return replace(shown, holder=self.holder, activity=self.activity)
+        shown = state(self.sequence, mode=self.mode, holder=self.holder)
+        return replace(shown, activity=self.activity)
 
     # What it answers.
 

@@ -7,6 +7,7 @@ is refused thirty times a second leaves one line. A message is one line, whateve
 from __future__ import annotations
 
 from collections import deque
+from collections.abc import Callable
 from dataclasses import dataclass, field
 
 from ...console import one_line
@@ -17,8 +18,13 @@ _LONGEST = 1_000
 
 @dataclass(slots=True)
 class Messages:
-    """The messages of this run, the newest last."""
+    """The messages of this run, the newest last.
 
+    Attributes:
+        on_new: called with each message that does not repeat the last one.
+    """
+
+    on_new: Callable[[str], None] | None = None
     _texts: deque[tuple[str, int]] = field(default_factory=lambda: deque(maxlen=_KEPT))
 
     def add(self, text: str) -> None:
@@ -28,6 +34,8 @@ class Messages:
             self._texts[-1] = (text, self._texts[-1][1] + 1)
         else:
             self._texts.append((text, 1))
+            if self.on_new is not None:
+                self.on_new(text)
 
     @property
     def lines(self) -> tuple[str, ...]:

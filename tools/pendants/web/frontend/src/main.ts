@@ -12,6 +12,7 @@ import type { Message } from "./protocol.ts";
 import { fetchWords, refusalSentence, textsOf } from "./texts/texts.ts";
 import type { Language } from "./texts/texts.ts";
 import type { App, Choice, Settings } from "./ui/app.ts";
+import { listenToGamepads } from "./ui/gamepads.ts";
 import { listen } from "./ui/keyboard.ts";
 import { layout } from "./ui/layout.ts";
 import type { Layout } from "./ui/layout.ts";
@@ -150,6 +151,7 @@ class Page implements App {
     await words;
     this.#show();
     listen(this);
+    listenToGamepads(this);
     setInterval(() => this.#draw(), TICK);
   }
 

@@ -158,3 +158,36 @@ test("a key that is down while the link is lost holds nothing on the next one", 
   assert.deepEqual(held.tick(50), []);
   assert.deepEqual(held.down("k", BASE, 1, 60), []);
 });
+
+test("sticks ask for parts of the speed, beside keys", () => {
+  const held = holds();
+  const [start] = held.steer([1, 0, -0.5, 0, 0, 0], 0.5, 0);
+  assert.deepEqual(start?.order === "start" && start.values, [0.5, 0, -0.25, 0, 0, 0]);
+  const [both] = held.down("k", { axis: 1, direction: 1 }, 0.5, 10);
+  assert.deepEqual(both?.order === "start" && both.values, [0.5, 0.5, -0.25, 0, 0, 0]);
+});
+
+test("sticks that ask for more axes than there are move those", () => {
+  const held = new Holds();
+  held.setAim({ space: "joints", frame: "", count: 4 });
+  const [start] = held.steer([1, 0, 0, 0, 1, 1], 1, 0);
+  assert.deepEqual(start?.order === "start" && start.values, [1, 0, 0, 0]);
+});
+
+test("centred sticks release, and ask for nothing twice", () => {
+  const held = holds();
+  held.steer([1, 0, 0, 0, 0, 0], 1, 0);
+  assert.deepEqual(kinds(held.steer(null, 1, 40)), ["release 1"]);
+  assert.deepEqual(held.steer(null, 1, 60), []);
+  assert.equal(held.isSteered, false);
+});
+
+test("sticks whose press was ended are dead until they were centred", () => {
+  const held = holds();
+  held.steer([1, 0, 0, 0, 0, 0], 1, 0);
+  held.ended(1);
+  assert.equal(held.isSteered, false);
+  assert.deepEqual(held.steer([0.5, 0, 0, 0, 0, 0], 1, 40), []);
+  held.steer(null, 1, 60);
+  assert.deepEqual(kinds(held.steer([1, 0, 0, 0, 0, 0], 1, 80)), ["start 2"]);
+});

@@ -211,21 +211,32 @@ class JogRow {
 
 /** A jog key went down, on the screen or on the keyboard: it holds, or it steps. */
 export function pressKey(app: App, source: string, key: JogKey): void {
-  const cell = app.cell.value;
+  if (!mayJog(app)) return;
   const { step } = app.choice.value;
-  const isStep = step > 0 || cell.controller?.jog === "increments";
+  if (isStepping(app)) takeStep(app, key, step > 0 ? step : 1);
+  else app.holding.press(source, key);
+}
+
+function isStepping(app: App): boolean {
+  return app.choice.value.step > 0 || app.cell.value.controller?.jog === "increments";
+}
+
+/** Whether a jog may begin; where not, it is said. */
+function mayJog(app: App): boolean {
+  const cell = app.cell.value;
   if (isInControl(cell) && pageState(cell) === "running") {
     app.choice.set({ note: { text: app.texts.movesStill, kind: "remark" } });
-    return;
+    return false;
   }
-  const why = whyNoJog(app, cell);
-  if (why !== "") {
-    app.session.refreshWhy();
-    app.choice.set({ isChecklistOpen: true });
-    return;
-  }
-  if (isStep) takeStep(app, key, step > 0 ? step : 1);
-  else app.holding.press(source, key);
+  if (whyNoJog(app, cell) === "") return true;
+  app.session.refreshWhy();
+  app.choice.set({ isChecklistOpen: true });
+  return false;
+}
+
+/** Sticks ask for a motion, which they hold: they make no steps. */
+export function steer(app: App, values: readonly number[]): void {
+  if (mayJog(app) && !isStepping(app)) app.holding.steer(values);
 }
 
 function takeStep(app: App, { axis, direction }: JogKey, step: number): void {

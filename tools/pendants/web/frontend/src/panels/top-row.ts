@@ -45,7 +45,7 @@ export function topRow(app: App): Part {
     mode: chip(texts.mode, () => nextMode(app), (cell) => [modeWord(texts, cell), isAutomatic(cell) ? "plain" : "remark"]),
     enabling: chip(texts.enabling, openChecklist, () => enablingWord(app)),
     frame: chip(texts.frame, () => nextFrame(app), () => [frameWord(app), "plain"]),
-    speed: chip(texts.speed, () => nextSpeed(app), (cell) => [`${Math.round((cell.state?.override ?? 0) * 100)} %`, "plain"]),
+    speed: chip(texts.speed, () => changeSpeed(app, 1, SPEEDS[0]), (cell) => [`${Math.round((cell.state?.override ?? 0) * 100)} %`, "plain"]),
     delay: chip(texts.delay, () => app.choice.set({ isMenuOpen: true }), (cell) => delayWord(cell)),
   };
   const main = mainButton(app);
@@ -173,11 +173,15 @@ export function nextFrame(app: App): void {
   app.choice.set({ axes: order[(at + 1) % order.length] ?? "joint" });
 }
 
-function nextSpeed(app: App): void {
-  const steps = [0.1, 0.25, 0.5, 1];
+const SPEEDS = [0.1, 0.25, 0.5, 1];
+
+/** Set the override a step up or down; at the ends it stays, or begins anew where it is to. */
+export function changeSpeed(app: App, by: 1 | -1, anew?: number): void {
   const now = app.cell.value.state?.override ?? 1;
-  const next = steps.find((each) => each > now + 1e-6) ?? 0.1;
-  app.attempt(() => app.session.askNow({ type: "set_speed", override: next, tool_speed: 0 }));
+  const further = SPEEDS.filter((each) => (each - now) * by > 1e-6);
+  const override = further.at(by > 0 ? 0 : -1) ?? anew;
+  if (override === undefined) return;
+  app.attempt(() => app.session.askNow({ type: "set_speed", override, tool_speed: 0 }));
 }
 
 function delayWord(cell: Cell): [string, Tone] {

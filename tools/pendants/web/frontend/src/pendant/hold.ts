@@ -42,6 +42,9 @@ export class Holds {
   #lastPress = 0;
   #keys = new Map<string, JogKey>();
   #dead = new Set<string>();
+  /** What sticks ask for along each axis; null where they ask for nothing, or may not. */
+  #sticks: readonly number[] | null = null;
+  #areSticksDead = false;
   /** Those that the server may take as held, the newest last. */
   #presses: Press[] = [];
 
@@ -52,6 +55,11 @@ export class Holds {
 
   get aim(): Aim {
     return this.#aim;
+  }
+
+  /** Whether sticks move something, or would. */
+  get isSteered(): boolean {
+    return this.#sticks !== null;
   }
 
   get isHolding(): boolean {
@@ -96,9 +104,19 @@ export class Holds {
     return this.#pressed(speed, now);
   }
 
-  /** All is let go at once; the keys that are down are dead until they come up. */
+  /** Sticks ask for parts of the speed along each axis; null where they are centred. */
+  steer(values: readonly number[] | null, speed: number, now: number): Order[] {
+    if (values === null) this.#areSticksDead = false;
+    if (this.#areSticksDead || (values === null && this.#sticks === null)) return [];
+    this.#sticks = values;
+    return this.#pressed(speed, now);
+  }
+
+  /** All is let go at once; keys that are down are dead until they come up, sticks until centred. */
   letGo(): Order[] {
     for (const source of [...this.#keys.keys()]) this.#kill(source);
+    if (this.#sticks !== null) this.#areSticksDead = true;
+    this.#sticks = null;
     return this.#released();
   }
 
@@ -152,7 +170,8 @@ export class Holds {
   }
 
   #pressed(speed: number, now: number): Order[] {
-    const values = new Array<number>(this.#aim.count).fill(0);
+    const steered = this.#sticks ?? [];
+    const values = Array.from({ length: this.#aim.count }, (_, axis) => speed * (steered[axis] ?? 0));
     for (const { axis, direction } of this.#keys.values()) {
       if (axis < values.length) values[axis] = direction * speed;
     }

@@ -57,6 +57,11 @@ export class Holding {
     return this.#holds.aim;
   }
 
+  /** Whether sticks move the robot, or would. */
+  get isSteered(): boolean {
+    return this.#holds.isSteered;
+  }
+
   /** Whether a button is held that moves the robot. */
   get isMoving(): boolean {
     return this.#holds.isHolding || this.#motion !== null;
@@ -76,6 +81,12 @@ export class Holding {
   release(source: string): void {
     this.#carryOut(this.#holds.up(source, this.speed, this.#now()));
     if (this.#motion?.source === source) this.#endMotion();
+  }
+
+  /** Sticks ask for parts of the speed along each axis; null where they are centred. */
+  steer(values: readonly number[] | null): void {
+    if (values !== null && !this.#mayBegin()) return;
+    this.#carryOut(this.#holds.steer(values, this.speed, this.#now()));
   }
 
   /** A button went down that moves for as long as it is held. */
