@@ -5,6 +5,8 @@ the STOP, at the emulator. What the page itself takes away (control, mode, frame
 key, as where a key is let go; and from what the page says, as it reaches the server: a tick.
 """
 
+import os
+import select
 import time
 from collections.abc import Callable, Iterator
 from dataclasses import replace
@@ -227,10 +229,14 @@ def test_a_gateway_that_is_killed_stops_the_robot(page_rig: PageRig) -> None:
         page = page_rig.page(port)
         page.ready()
         _jogs(page, side)
+        # Its exit code comes later, by way of the process that forked it.
+        end = os.pidfd_open(gateway.pid)
         began = time.monotonic()
         gateway.kill()
-        gateway.end(10)
+        select.select([end], [], [], 10)
         dead = time.monotonic()
+        os.close(end)
+        gateway.end(10)
         found = _ends(page, began)
         page.let_all_go()
         told.append(f"{1000 * (found.at - began):.1f}")
