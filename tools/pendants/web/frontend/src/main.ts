@@ -138,6 +138,7 @@ class Page implements App {
   async begin(): Promise<void> {
     const words = fetchWords(this.settings.value.language);
     this.#servers = await servedServers();
+    await words;
     this.cell.watch((cell) => this.#changed(cell));
     this.choice.watch(() => this.#draw());
     this.settings.watch((settings) => {
@@ -148,7 +149,6 @@ class Page implements App {
     });
     // The cell is asked while the page is built: what is seen first is true already.
     this.session.visit(this.#servers[0] ?? "");
-    await words;
     this.#show();
     listen(this);
     listenToGamepads(this);

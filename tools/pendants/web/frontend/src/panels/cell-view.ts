@@ -70,7 +70,7 @@ export function cellView(app: App, over: HTMLElement): CellView {
   return {
     element,
     use(make) {
-      view?.dispose();
+      this.close();
       view = make(host);
       meshes = view.newMeshes?.((request) => app.session.call(request), missing) ?? null;
     },
@@ -78,6 +78,8 @@ export function cellView(app: App, over: HTMLElement): CellView {
       added = part ?? {};
     },
     close() {
+      meshes?.of(null); // none are fetched any more
+      meshes = null;
       view?.dispose();
       view = null;
     },
