@@ -37,6 +37,9 @@ MOST_TO_POINT, MOST_TO_RAMP = 60.0, 90.0
 """One period of the beats' reading, a tick, and the lead of a jog on top [ms]."""
 
 _HELD, _BETWEEN = 0.4, 0.5
+_SLOWER = 0.95
+"""A point whose way is so much shorter than those before belongs to the ramp."""
+
 _PATIENCE = 20.0
 _PLUS, _MINUS = 0, 4
 _READY = "T1 JOINT      * en--"
@@ -75,12 +78,13 @@ class _Tap:
     """The way from the server to the controller, on which each point is noted.
 
     Attributes:
-        points: when each came [s], with the speed of joint 1.
+        points: when each came [s], with the way of joint 1 since the one before [rad].
     """
 
     def __init__(self, port: int) -> None:
         self.points: list[tuple[float, float]] = []
         self._port = port
+        self._last = 0.0
         self._tasks: set[asyncio.Task[None]] = set()
 
     async def listen(self) -> int:
@@ -102,7 +106,8 @@ class _Tap:
             if cut.is_frame:
                 message = codec_for().decode(cut.data)
                 if isinstance(message, JointTrajPtFull):
-                    self.points.append((now, abs(message.velocities[0])))
+                    way, self._last = message.positions[0] - self._last, message.positions[0]
+                    self.points.append((now, abs(way)))
 
 
 async def _passed(
@@ -121,7 +126,7 @@ def _bench(figure: int, of: Callable[[list[float]], float]) -> Iterator[Sides]:
         raise MissingRequirement("pyserial-asyncio is not installed (extra serial)")
     loop = asyncio.new_event_loop()
     with ExitStack() as stack:
-        stack.callback(loop.close)
+        stack.callback(_close, loop)
         emulator = stack.enter_context(process(*EMULATOR))
         tap = _Tap(emulator["motion"])
         motion = loop.run_until_complete(tap.listen())
@@ -146,6 +151,15 @@ def _bench(figure: int, of: Callable[[list[float]], float]) -> Iterator[Sides]:
             return of([each[figure] for each in loop.run_until_complete(stand.presses())])
 
         yield Sides(subject)
+
+
+def _close(loop: asyncio.AbstractEventLoop) -> None:
+    """End what still runs on a loop, and the loop."""
+    tasks = asyncio.all_tasks(loop)
+    for task in tasks:
+        task.cancel()
+    loop.run_until_complete(asyncio.gather(*tasks, return_exceptions=True))
+    loop.close()
 
 
 @contextmanager
@@ -201,9 +215,12 @@ class _Stand:
         points.clear()
         keypad.press(key)
         await self._live(_HELD)
-        fastest, count = max(speed for _, speed in points), len(points)
+        # The way to the first point is that from the last press, and tells no speed.
+        fastest, count = statistics.median(way for _, way in points[1:]), len(points)
         first = points[0][0] - self._line.written[FrameKind.KEY_DOWN]
         keypad.let_go(key)
         await self._live(_BETWEEN)
-        slower = next(at for at, speed in points[count - 1 :] if speed < 0.999 * fastest)
+        slower = next((at for at, way in points[count - 1 :] if way < _SLOWER * fastest), None)
+        if slower is None:
+            raise RuntimeError("the robot did not slow down where the key came up")
         return 1e3 * first, 1e3 * (slower - self._line.written[FrameKind.KEY_UP])

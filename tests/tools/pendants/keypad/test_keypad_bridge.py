@@ -21,6 +21,7 @@ from openpendant.tools.pendants.keypad.keys import LABELS
 from openpendant.tools.pendants.keypad.line import KeypadLine
 from openpendant.tools.pendants.keypad.performer import KeypadPerformer
 from openpendant.tools.pendants.keypad.serial_port import KeypadPortUnusable
+from openpendant.tools.pendants.panel import commands as do
 from openpendant.tools.pendants.panel.connection import PanelConnection
 
 pytestmark = pytest.mark.virtual_clock
@@ -331,6 +332,19 @@ async def test_a_server_that_is_lost_under_a_held_key_ends_neither_line_nor_brid
         assert len(server.all(messages.Hello)) == 2
         assert made.said == ["ready (firmware 1.0)"]
         assert len(server.all(messages.JogStart)) == 1
+
+
+async def test_a_sign_that_comes_as_the_connection_ends_breaks_nothing(
+    server: ScriptedPendantServer, pendant: PendantClient
+) -> None:
+    """Its waiters have not been told yet, and the port must not hear of it."""
+    performer = KeypadPerformer(pendant, Keypad(KeypadLine()))
+    performer.perform([do.PressJog(do.JOINTS, ((0, 1),))])
+    await asyncio.sleep(0.1)
+    assert server.all(messages.JogStart)
+    pendant._conversation._end(None)
+    performer.perform([do.FeedBeat(), do.ReleaseJog(), do.FeedBeat()])
+    await performer.close()
 
 
 async def test_a_resumed_motion_goes_on_while_its_key_is_held(
