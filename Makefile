@@ -42,11 +42,12 @@ MUTANTS_ARGS ?=
 
 PAGE_BUILD := tools/pendants/web/build.py
 PENDANT_ARGS ?=
+KEYPAD_ARGS ?=
 
 WALK ?=
 WALK_ARGS ?=
 
-.PHONY: help demo start pendant test browser wheel conformance bench lint format soak mutants walk fuzz audit reference clean stale
+.PHONY: help demo start pendant keypad test browser wheel conformance bench lint format soak mutants walk fuzz audit reference clean stale
 
 ## help     this list
 help:
@@ -68,6 +69,10 @@ start: $(VENV)/demo.stamp
 pendant: $(VENV)/web.stamp
 	@$(PY) $(PAGE_BUILD) --fetch-node || true
 	@$(PY) -m openpendant.tools.start_page --robot '$(ROBOT)' $(PENDANT_ARGS)
+
+## keypad   the keypad pendant on screen, without a board: its bridge, an emulated robot and the server
+keypad: $(VENV)/keypad.stamp
+	@$(PY) -m openpendant.tools.start_keypad --robot '$(ROBOT)' $(KEYPAD_ARGS)
 
 ## test     every test but the soak tests, in WORKERS=2 processes, and lint beside them
 test: $(VENV)/dev.stamp
@@ -149,6 +154,11 @@ $(VENV)/dev.stamp: $(REQUIREMENTS) $(STALE)
 # The gateway on top of what the demo needs.
 $(VENV)/web.stamp: $(VENV)/demo.stamp
 	$(call install,server$(comma)plot$(comma)terminal$(comma)web)
+	@touch $@
+
+# The serial line on top of what the demo needs.
+$(VENV)/keypad.stamp: $(VENV)/demo.stamp
+	$(call install,server$(comma)plot$(comma)terminal$(comma)serial)
 	@touch $@
 
 # An extra of its own: atheris has wheels for Linux on x86-64 only, and nothing else needs it.

@@ -129,7 +129,7 @@ def run(cell: EmulatedCell, interruptions: Interruptions) -> None:
         server = start("the server", cell.server_command(controller["motion"], controller["state"]))
         port = ready(server, interruptions)["pendant"]
         print(f"{cell.robot} in T1; another pendant: {attach_command(_HOST, port)}", flush=True)
-        stack.enter_context(_kept_terminal())
+        stack.enter_context(kept_terminal())
         pendant = stack.enter_context(
             process("the pendant", cell.pendant_command(port), streams=Streams.TERMINAL)
         )
@@ -149,7 +149,7 @@ def wait_for_an_end(pendant: Part, others: tuple[Part, ...], interruptions: Inte
 
 
 @contextmanager
-def _kept_terminal() -> Iterator[None]:
+def kept_terminal() -> Iterator[None]:
     """Leave the terminal as it was, even where the pendant was killed and could not."""
     import termios  # not on Windows, where no server runs
 

@@ -8,6 +8,7 @@ import json
 import ssl
 from collections.abc import AsyncIterator
 from contextlib import asynccontextmanager
+from dataclasses import replace
 from typing import Any, TypeVar
 
 from openpendant import simplemsg as wire
@@ -23,10 +24,7 @@ _M = TypeVar("_M", bound=wire.Message)
 
 
 def state(
-    sequence: int,
-    *,
-    mode: messages.OperatingMode = messages.OperatingMode.MANUAL_REDUCED,
-    holder: int = 0,
+    sequence: int, *, mode: messages.OperatingMode = messages.OperatingMode.MANUAL_REDUCED
 ) -> messages.State:
     """Return a state of a robot that stands at (0.1, 0.2, …, 0.6)."""
     return messages.State(
@@ -37,7 +35,7 @@ def state(
         dropped=0,
         activity=messages.Activity.IDLE,
         request_id=0,
-        holder=holder,
+        holder=0,
         stop=messages.StopKind.NONE,
         operating_mode=mode,
         enabling=messages.EnablingPosition.RELEASED,
@@ -73,7 +71,7 @@ class ScriptedPendantServer:
         refusals: verdict for the next request of a type, with its text.
         answers: body of the management answer by `op`; what is not here is refused.
         mode: shown in the states.
-        holder: session in control, shown in the states; 0 for nobody.
+        holder: session that the states show in control.
         mutes: nothing is answered any more.
         mutes_all_but: what is answered even then; None for nothing.
         completes: motions other than jogs are completed at once.
@@ -117,7 +115,10 @@ class ScriptedPendantServer:
 
     def tell_state(self) -> None:
         self.sequence += 1
-        self.send(state(self.sequence, mode=self.mode, holder=self.holder))
+        self.send(self._state())
+
+    def _state(self) -> messages.State:
+        return replace(state(self.sequence, mode=self.mode), holder=self.holder)
 
     # What it answers.
 
@@ -149,7 +150,7 @@ class ScriptedPendantServer:
             await asyncio.sleep(period)
             if not self.mutes:
                 self.sequence += 1
-                line.send(state(self.sequence, mode=self.mode, holder=self.holder))
+                line.send(self._state())
 
     def _welcome(self, hello: messages.Hello) -> messages.HelloReply:
         return messages.HelloReply(

@@ -25,7 +25,7 @@ from .line import (
     LineState,
 )
 from .pages import page
-from .serial_port import PortUnusable
+from .serial_port import KeypadPortUnusable
 
 TICK = 0.02
 """Time between two looks at the clock, and two pages [s]."""
@@ -43,7 +43,7 @@ _MOST_WAITING = 4_096
 """A port that takes no more bytes than that is sent none [bytes]."""
 
 OpenPort = Callable[[Callable[[], asyncio.Protocol]], Awaitable[asyncio.Transport]]
-"""Opens the port; raises `PortUnusable`."""
+"""Opens the port; raises `KeypadPortUnusable`."""
 
 
 class _Port(asyncio.Protocol):
@@ -146,7 +146,7 @@ class KeypadBridge:
         """Serve the port until cancelled.
 
         Raises:
-            PortMisnamed: it is no port.
+            KeypadPortMisnamed: it is no port.
         """
         ticking = asyncio.ensure_future(self._tick_for_ever())
         try:
@@ -162,8 +162,8 @@ class KeypadBridge:
         port = _Port(self._received)
         try:
             self._transport = await self._open_port(lambda: port)
-        except PortUnusable as error:
-            if type(error) is not PortUnusable:
+        except KeypadPortUnusable as error:
+            if type(error) is not KeypadPortUnusable:
                 raise
             self._words.say(str(error))
             return
@@ -185,8 +185,7 @@ class KeypadBridge:
         transport, self._transport = self._transport, None
         if self._keypad.line.is_open or self._keypad.sends_characters:
             self._perform(self._keypad.line_closed())
-        if transport is not None:
-            transport.abort()
+        _abort(transport)
 
     def _received(self, data: bytes) -> None:
         self._perform(self._keypad.receive(data, self._clock()))
@@ -226,8 +225,7 @@ class KeypadBridge:
         match event:
             case LineLost():
                 self._words.lost(event)
-                if self._transport is not None:
-                    self._transport.abort()
+                _abort(self._transport)
             case KeypadLinked():
                 self._words.linked(event)
             case DisplaySilent():
@@ -262,3 +260,9 @@ class KeypadBridge:
                 "the controller is not known to be emulated: hold the enabling button (D2) as well"
                 ' as a key; enabling = "button" says so in the settings'
             )
+
+
+def _abort(transport: asyncio.Transport | None) -> None:
+    """Close a port at once; one of pyserial that is closed already cannot be closed again."""
+    if transport is not None and not transport.is_closing():
+        transport.abort()

@@ -40,8 +40,8 @@ from .bridge import KeypadBridge, LineWords
 from .keypad import Keypad
 from .line import HOLDING_BAUD, KeypadLine
 from .performer import KeypadPerformer
-from .serial_port import PortMisnamed, check_port, open_port, seen_ports
-from .settings import KeypadSettings, SettingsRefused, settings_of
+from .serial_port import KeypadPortMisnamed, check_port, open_port, seen_ports
+from .settings import KeypadSettings, KeypadSettingsRefused, settings_of
 
 _STATE_RATE = 25.0
 _NAME = "keypad"
@@ -63,8 +63,8 @@ def main(argv: Sequence[str]) -> int:
     """Run `openpendant keypad` and return its exit code."""
     faults = {
         _Unusable: ExitCode.USAGE,
-        SettingsRefused: ExitCode.USAGE,
-        PortMisnamed: ExitCode.USAGE,
+        KeypadSettingsRefused: ExitCode.USAGE,
+        KeypadPortMisnamed: ExitCode.USAGE,
         WrongArgument: ExitCode.USAGE,
         _Failed: ExitCode.FAILED,
     }

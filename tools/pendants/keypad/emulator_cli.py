@@ -131,7 +131,7 @@ async def _by_commands(keypad: EmulatedKeypad, link: Path | None, listen: int | 
         going_on.cancel()
         with contextlib.suppress(asyncio.CancelledError):
             await going_on
-        running.line.pull()
+        running.line.close()
 
 
 def carried_out(running: RunningKeypad, words: Sequence[str]) -> dict[str, Any]:

@@ -43,6 +43,9 @@ class EmulatedLine(Protocol):
     def plug(self) -> None:
         """Plug the cable in again."""
 
+    def close(self) -> None:
+        """End the line for good."""
+
 
 class PtyLine:
     """A pseudo-terminal; a link to it keeps its name over a pulled cable.
@@ -85,6 +88,10 @@ class PtyLine:
             self._ours = None
             if self.link is not None:
                 self.link.unlink(missing_ok=True)
+
+    def close(self) -> None:
+        """End the line for good."""
+        self.pull()
 
     def read(self) -> bytes | None:
         """Return what came; None while nobody has the device open."""
@@ -171,6 +178,12 @@ class SocketLine(asyncio.Protocol):
     def plug(self) -> None:
         """Take connections again."""
         self._is_plugged = True
+
+    def close(self) -> None:
+        """Listen no more."""
+        self.pull()
+        if self._server is not None:
+            self._server.close()
 
 
 class RunningKeypad:

@@ -105,11 +105,7 @@ class KeypadScreen(Screen[None]):
     def on_unmount(self) -> None:
         """Close the line: a keypad that is gone is a pulled cable."""
         if self._board is not None:
-            self._board.line.pull()
-
-    def on_app_blur(self, event: events.AppBlur) -> None:
-        """Let go of all keys where the terminal is not looked at any more."""
-        self._let_go_of_all()
+            self._board.line.close()
 
     def on_key(self, event: events.Key) -> None:
         """Latch a key, or let it go; nothing else may act on it."""
@@ -120,7 +116,7 @@ class KeypadScreen(Screen[None]):
             self._keypad.press(STOP)
             self.set_timer(STRUCK, lambda: self._keypad.let_go(STOP))
         elif event.key == "escape":
-            self._let_go_of_all()
+            self.let_go_of_all()
         elif event.key == "enter" and self._latched_last is not None:
             self._toggle(self._latched_last)
         elif character == "e":
@@ -141,7 +137,8 @@ class KeypadScreen(Screen[None]):
         else:
             self._keypad.let_go(key)
 
-    def _let_go_of_all(self) -> None:
+    def let_go_of_all(self) -> None:
+        """Take all fingers off, and let the enabling button go."""
         self._keypad.pressed.clear()
         self._keypad.button = False
 
@@ -193,3 +190,8 @@ class KeypadApp(App[None]):
     def get_default_screen(self) -> KeypadScreen:
         """Return the only screen."""
         return KeypadScreen(self._keypad, self._open_line)
+
+    def on_app_blur(self, event: events.AppBlur) -> None:
+        """Let go of all keys where the terminal is not looked at any more."""
+        if isinstance(self.screen, KeypadScreen):
+            self.screen.let_go_of_all()

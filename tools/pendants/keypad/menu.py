@@ -74,7 +74,7 @@ class HeldMotion:
 
 
 @dataclass(frozen=True, slots=True)
-class RecordingUnderWay:
+class RecordingShown:
     """The recording that is being made, as it was told last."""
 
     name: str
@@ -105,7 +105,7 @@ class Menu:
     recordings: tuple[tuple[str, float | None], ...] | None = None
     programs: tuple[str, ...] | None = None
     selected: int = 0
-    under_way: RecordingUnderWay | None = None
+    under_way: RecordingShown | None = None
     question: KeyQuestion | None = None
     motion: HeldMotion | None = None
     turns_page: int = 0
@@ -139,7 +139,7 @@ class Menu:
         self.under_way = (
             None
             if told is None
-            else RecordingUnderWay(str(told["name"]), float(told["duration"]), int(told["samples"]))
+            else RecordingShown(str(told["name"]), float(told["duration"]), int(told["samples"]))
         )
         found = [_entry(each) for each in answer["recordings"]]
         self.recordings = tuple(sorted(found, key=lambda each: _rank(each[0])))

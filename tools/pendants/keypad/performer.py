@@ -78,9 +78,15 @@ class KeypadPerformer(Performer):
         self._holders = 0
 
     def perform(self, commands: Iterable[Command]) -> None:
-        """Start to carry out commands; returns at once."""
-        for command in commands:
+        """Start to carry out commands; returns at once. Nothing overtakes a stop."""
+        left = list(commands)
+        for place, command in enumerate(left):
             match command:
+                case do.StopRobot():
+                    super().perform([command])
+                    # It leaves in the next turn of the loop, and the rest in the same one behind.
+                    asyncio.get_running_loop().call_soon(self.perform, left[place + 1 :])
+                    return
                 case do.PressJog():
                     self._press(command)
                 case do.AimJog():

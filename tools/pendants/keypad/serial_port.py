@@ -22,11 +22,11 @@ _CONNECT_WITHIN = 5.0
 _LOCKED = frozenset({errno.EAGAIN, errno.EWOULDBLOCK, errno.EACCES, errno.EBUSY})
 
 
-class PortUnusable(Exception):
+class KeypadPortUnusable(Exception):
     """A port that cannot be opened; the text is one line for the user."""
 
 
-class PortMisnamed(PortUnusable):
+class KeypadPortMisnamed(KeypadPortUnusable):
     """A port that can never be opened, whatever is plugged in."""
 
 
@@ -36,8 +36,8 @@ async def open_port(
     """Open a port and hand what comes to a protocol.
 
     Raises:
-        PortUnusable: it cannot be opened now.
-        PortMisnamed: it is no port.
+        KeypadPortUnusable: it cannot be opened now.
+        KeypadPortMisnamed: it is no port.
     """
     if port.startswith(SOCKET):
         return await _open_socket(port, protocol)
@@ -48,14 +48,14 @@ def check_port(port: str) -> None:
     """Look at the name of a port, and that what opens it is installed.
 
     Raises:
-        PortMisnamed: it names nothing.
+        KeypadPortMisnamed: it names nothing.
         ModuleNotFoundError: pyserial-asyncio is not installed.
     """
     if port.startswith(SOCKET):
         _address(port)
     elif "://" in port or not port:
         text = f"{port!r} is no port; accepted: a device such as /dev/ttyACM0, or {SOCKET}HOST:PORT"
-        raise PortMisnamed(text)
+        raise KeypadPortMisnamed(text)
     else:
         _library()
 
@@ -80,7 +80,9 @@ def _address(port: str) -> tuple[str, int]:
     except ValueError:
         host = number = None
     if not host or not number or parts.path.strip("/"):
-        raise PortMisnamed(f"{port!r} is no port; accepted: {SOCKET}HOST:PORT, PORT 1 to 65535")
+        raise KeypadPortMisnamed(
+            f"{port!r} is no port; accepted: {SOCKET}HOST:PORT, PORT 1 to 65535"
+        )
     return host, number
 
 
@@ -92,9 +94,9 @@ async def _open_socket(port: str, protocol: Callable[[], asyncio.Protocol]) -> a
                 protocol, host, number
             )
     except TimeoutError:
-        raise PortUnusable(f"nobody answers at {port} within {_CONNECT_WITHIN:g} s") from None
+        raise KeypadPortUnusable(f"nobody answers at {port} within {_CONNECT_WITHIN:g} s") from None
     except OSError as error:
-        raise PortUnusable(f"nobody listens at {port} ({_reason(error)})") from None
+        raise KeypadPortUnusable(f"nobody listens at {port} ({_reason(error)})") from None
     return transport
 
 
@@ -112,21 +114,21 @@ async def _open_device(
     return cast(asyncio.Transport, transport)
 
 
-def _unusable(port: str, error: Exception) -> PortUnusable:
+def _unusable(port: str, error: Exception) -> KeypadPortUnusable:
     text = str(error)
     number = getattr(error, "errno", None)
     if "exclusively lock" in text and number in _LOCKED:
-        return PortUnusable(f"{port} is held by another program; only one bridge may have it")
+        return KeypadPortUnusable(f"{port} is held by another program; only one bridge may have it")
     if number == errno.ENOENT:
         seen = ", ".join(seen_ports()) or "none"
         plug = f"no such port {port}; plug it in, or name another with --port (seen: {seen})"
-        return PortUnusable(f"{plug}. Trying every 0.5 to 5 s")
+        return KeypadPortUnusable(f"{plug}. Trying every 0.5 to 5 s")
     if number in (errno.EACCES, errno.EPERM):
         group = f"add this user to the group that owns it ({_group(port)}) and log in again"
-        return PortUnusable(f"not allowed to open {port}; {group}")
+        return KeypadPortUnusable(f"not allowed to open {port}; {group}")
     if isinstance(error, ValueError) or "configure port" in text or number == errno.ENOTTY:
-        return PortUnusable(f"{port} is no serial port ({_configuring(text)})")
-    return PortUnusable(f"{port} cannot be opened ({_reason(error)})")
+        return KeypadPortUnusable(f"{port} is no serial port ({_configuring(text)})")
+    return KeypadPortUnusable(f"{port} cannot be opened ({_reason(error)})")
 
 
 def _configuring(text: str) -> str:

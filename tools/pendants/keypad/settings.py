@@ -21,7 +21,7 @@ BAUDS = (9_600, 19_200, 38_400, 57_600, 115_200)
 """Speeds of the line; below 57,600 there are increments only."""
 
 
-class SettingsRefused(Exception):
+class KeypadSettingsRefused(Exception):
     """A file or a key that cannot be used; the text names it and what would be accepted."""
 
 
@@ -65,7 +65,7 @@ def settings_of(file: Path | None, given: dict[str, Any]) -> KeypadSettings:
         given: by key; None where the command line says nothing.
 
     Raises:
-        SettingsRefused: the file, or a value, cannot be used.
+        KeypadSettingsRefused: the file, or a value, cannot be used.
     """
     table = {} if file is None else _table(file)
     values = {**table, **{key: value for key, value in given.items() if value is not None}}
@@ -75,7 +75,7 @@ def settings_of(file: Path | None, given: dict[str, Any]) -> KeypadSettings:
         first = error.errors()[0]
         key = ".".join(str(each) for each in first["loc"])
         where = f"{file}: " if file is not None and key not in given else ""
-        raise SettingsRefused(f"{where}{key}: {first['msg']}") from None
+        raise KeypadSettingsRefused(f"{where}{key}: {first['msg']}") from None
 
 
 def _table(file: Path) -> dict[str, Any]:
@@ -83,15 +83,15 @@ def _table(file: Path) -> dict[str, Any]:
         with file.open("rb") as opened:
             text = opened.read(_MOST_FILE + 1)
     except OSError as error:
-        raise SettingsRefused(f"{file}: {error.strerror or error}") from None
+        raise KeypadSettingsRefused(f"{file}: {error.strerror or error}") from None
     if len(text) > _MOST_FILE:
-        raise SettingsRefused(f"{file}: larger than {_MOST_FILE:,} bytes")
+        raise KeypadSettingsRefused(f"{file}: larger than {_MOST_FILE:,} bytes")
     try:
         document = tomllib.loads(text.decode())
     except (UnicodeDecodeError, tomllib.TOMLDecodeError) as error:
-        raise SettingsRefused(f"{file}: {error}") from None
+        raise KeypadSettingsRefused(f"{file}: {error}") from None
     table = document.pop("keypad", {})
     if document or not isinstance(table, dict):
         names = ", ".join(document) or "keypad"
-        raise SettingsRefused(f"{file}: {names}; accepted: one table [keypad]")
+        raise KeypadSettingsRefused(f"{file}: {names}; accepted: one table [keypad]")
     return table

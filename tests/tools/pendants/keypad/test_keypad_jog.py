@@ -171,33 +171,6 @@ def test_a_pulled_cable_feeds_no_beat_and_is_let_go_within_the_deadline_of_the_l
         assert released[0] - pulled <= 145
 
 
-def test_a_line_is_lost_within_half_a_second(rig: KeypadRig) -> None:
-    rig.wait(77)
-    rig.is_cut, pulled = True, rig.time
-    while rig.keypad.line.is_open:
-        rig.wait(1)
-    assert 350 <= rig.time - pulled <= 420
-
-
-@pytest.mark.parametrize("labels", ["1", "15"])
-def test_after_a_replug_nothing_moves_before_all_keys_were_let_go(
-    rig: KeypadRig, labels: str
-) -> None:
-    rig.press(labels)
-    rig.is_cut = True
-    rig.wait(1_000)
-    rig.asked.clear()
-    rig.is_cut = False
-    rig.plug_in()
-    rig.wait(3_000)
-    assert rig.rows[0] == "LET GO OF ALL KEYS  "
-    rig.press("2")
-    rig.let_go("2")
-    assert rig.moves == []
-    rig.let_go()
-    assert rig.press("1") == [do.PressJog(JOINTS, AXIS_1_PLUS)]
-
-
 def test_a_keypad_that_starts_anew_with_a_key_down_lets_go_and_waits_for_a_key_up(
     rig: KeypadRig,
 ) -> None:

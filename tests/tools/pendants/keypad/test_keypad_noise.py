@@ -64,21 +64,6 @@ def test_a_spoiled_recording_moves_nothing_that_it_would_not_have_moved(count: i
         assert moves(one.feed(spoiled(clean, chance))) <= wanted
 
 
-@pytest.mark.parametrize("count", counts(200_000, 1_000_000))
-def test_random_bytes_move_nothing_and_clean_ones_count_again_within_a_tenth_of_a_second(
-    count: int,
-) -> None:
-    rig = KeypadRig()
-    chance = random.Random(6)
-    for _ in range(0, count, 2_000):
-        rig.feed(chance.randbytes(2_000))
-        rig.wait(1)
-    assert rig.moves == []
-    assert rig.keypad.line.bad > count / 400
-    rig.wait(100)
-    assert rig.press("1") == [do.PressJog(JOINTS, ((0, 1),))]
-
-
 def test_noise_between_the_frames_of_a_held_key_ends_nothing() -> None:
     rig = KeypadRig()
     chance = random.Random(8)
