@@ -179,6 +179,8 @@ test("what else let go has to be pressed anew", () => {
   pad.hand.letGo();
   assert.deepEqual(pad.done(), [{ act: "letGo" }]);
   assert.deepEqual(pad.stick(LEFT_Y, -0.5), []);
+  pad.button(ENABLING, false);
+  assert.deepEqual(pad.button(ENABLING, true), [], "the stick was not centred yet");
 });
 
 test("the stop button stops, held or not, and when it is down at the first frame", () => {
