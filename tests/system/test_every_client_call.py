@@ -293,6 +293,20 @@ async def test_each_way_to_jog_moves_the_robot_so_and_no_other(port: int, jogs: 
             assert moved(*ways), (name, ways)
 
 
+async def test_a_jog_that_a_device_feeds_moves_as_long_as_it_is_fed(port: int) -> None:
+    async with in_control(port) as pendant:
+        await pendant.set_mode(messages.OperatingMode.MANUAL_REDUCED)
+        before = pendant.joints()
+        async with pendant.fed_enabling(), pendant.fed_jog((0.5,) + (0.0,) * 5) as jog:
+            for _ in range(5):
+                jog.beat()
+                await pendant.next_state()
+        await pendant.next_state()
+        assert jog.account.reason == messages.JogEnd.RELEASED
+        assert pendant.joints()[0] > before[0]
+        assert pendant.joints()[1:] == pytest.approx(before[1:], abs=1e-3)
+
+
 async def test_a_jog_is_undone_and_a_step_is_as_long_as_it_is_asked_for(port: int) -> None:
     """Feature J32."""
     async with in_control(port) as pendant:

@@ -104,13 +104,9 @@ def pose_rows(state: messages.State) -> list[str]:
     ]
 
 
-async def test_it_jogs_changes_speed_and_frame_records_and_plays_by_what_its_display_says(
-    bench: Bench,
-) -> None:
+async def test_a_held_key_jogs_its_joint_and_two_keys_jog_both(bench: Bench) -> None:
     keypad = bench.keypad
     await bench.take_control()
-
-    # One joint, then two at once.
     start = (await bench.stands()).positions
     state = await bench.held_until("1", lambda s: s.positions[0] > start[0] + 0.05)
     assert state.positions[1:6] == pytest.approx(start[1:6], abs=1e-4)
@@ -121,7 +117,10 @@ async def test_it_jogs_changes_speed_and_frame_records_and_plays_by_what_its_dis
     )
     assert state.positions[1:5] == pytest.approx(first[1:5], abs=1e-4)
 
-    # Speed.
+
+async def test_the_speed_keys_change_the_override_and_show_it(bench: Bench) -> None:
+    keypad = bench.keypad
+    await bench.take_control()
     before = (await bench.stands()).override
     await keypad.strike("B")
     state = await bench.until(lambda s: s.override < before)
@@ -134,7 +133,10 @@ async def test_it_jogs_changes_speed_and_frame_records_and_plays_by_what_its_dis
     await keypad.strike("A")
     await bench.until(lambda s: s.override == pytest.approx(before))
 
-    # Cartesian: straight up, and nothing else.
+
+async def test_in_the_base_frame_a_key_moves_the_tool_straight_up(bench: Bench) -> None:
+    keypad = bench.keypad
+    await bench.take_control()
     await keypad.strike("C")
     await keypad.shows("T1 BASE       * en--")
     low = await bench.stands()
@@ -142,7 +144,14 @@ async def test_it_jogs_changes_speed_and_frame_records_and_plays_by_what_its_dis
     assert state.tool_position[:2] == pytest.approx(low.tool_position[:2], abs=5e-4)
     await keypad.shows("T1 BASE       * en--", *pose_rows(state))
 
-    # A recording.
+
+@pytest_asyncio.fixture
+async def recorded(bench: Bench) -> tuple[messages.State, messages.State]:
+    """A motion that was recorded by the keys: where it began and where it ended."""
+    keypad = bench.keypad
+    await bench.take_control()
+    await keypad.strike("C")
+    await keypad.shows("T1 BASE       * en--")
     await keypad.strike("C", held=1.0)
     await keypad.shows(
         "REC    PLAY   UP    ",
@@ -162,17 +171,23 @@ async def test_it_jogs_changes_speed_and_frame_records_and_plays_by_what_its_dis
     )
     await keypad.strike("C")
     await keypad.shows("T1 BASE     R * en--")
-    recorded = await bench.stands()
-    moved = await bench.held_until(
-        "3", lambda s: s.tool_position[2] > recorded.tool_position[2] + 0.01
+    began = await bench.stands()
+    ended = await bench.held_until(
+        "3", lambda s: s.tool_position[2] > began.tool_position[2] + 0.01
     )
+    return began, ended
+
+
+@pytest.mark.firmware
+async def test_what_was_recorded_is_listed_and_played_while_its_key_is_held(
+    bench: Bench, recorded: tuple[messages.State, messages.State]
+) -> None:
+    keypad, (began, ended) = bench.keypad, recorded
     await keypad.strike("C", held=1.0)
     await keypad.meets(lambda lcd: lcd[0].startswith("REC 00:"))
     await keypad.strike("1")
     lcd = await keypad.meets(lambda lcd: lcd[0].startswith(">keypad-1    00:"))
     assert lcd[1:] == [" " * 20, " " * 20, "hold PLAY; REC: new "]
-
-    # It is played while its key is held, from where it began to where it ended.
     await keypad.down("2")
     await keypad.meets(
         lambda lcd: (
@@ -181,11 +196,11 @@ async def test_it_jogs_changes_speed_and_frame_records_and_plays_by_what_its_dis
             and lcd[2] == "let go: stops       "
         )
     )
-    await bench.until(lambda s: s.tool_position[2] < recorded.tool_position[2] + 0.004)
+    await bench.until(lambda s: s.tool_position[2] < began.tool_position[2] + 0.004)
     await keypad.meets(lambda lcd: lcd[2] == "ended               ")
     await keypad.up()
     state = await bench.stands()
-    assert state.positions[:6] == pytest.approx(moved.positions[:6], abs=2e-3)
+    assert state.positions[:6] == pytest.approx(ended.positions[:6], abs=2e-3)
 
 
 async def test_a_played_motion_ends_where_its_key_is_let_go(bench: Bench) -> None:
@@ -218,7 +233,7 @@ async def test_promise_25_a_pulled_cable_lets_go_and_after_it_a_key_must_have_be
     await bench.bridge.says("no such port")
     await keypad.order("plug")
     await keypad.shows("LET GO OF ALL KEYS  ", "then press again    ")
-    await asyncio.sleep(0.5)
+    await asyncio.sleep(0.3)
     state = await bench.stands()
     assert state.positions[:6] == pytest.approx(stood.positions[:6], abs=1e-4)
     await keypad.up()
@@ -239,7 +254,7 @@ async def test_stop_latches_and_mode_resets_it(bench: Bench) -> None:
         "STOP keypad         ", "STOP key            ", " " * 20, "MODE 2 s: reset     "
     )
     await bench.stands()
-    await keypad.strike("C", held=2.3)
+    await keypad.strike("C", held=2.1)
     await bench.until(lambda s: s.stop == messages.StopKind.NONE)
     await keypad.shows("T1 JOINT      * en--")
 

@@ -13,10 +13,11 @@ from rigs.processes.terminal_window import TerminalWindow
 
 pytestmark = [
     pytest.mark.realtime,
+    pytest.mark.firmware,
     pytest.mark.skipif(sys.platform != "linux", reason="looks for processes in /proc"),
 ]
 
-CTRL_Q = "\x11"
+CTRL_Q, ESCAPE = "\x11", "\x1b"
 
 
 def test_a_newcomer_takes_control_jogs_stops_and_leaves(tmp_path: Path) -> None:
@@ -44,6 +45,8 @@ def test_a_newcomer_takes_control_jogs_stops_and_leaves(tmp_path: Path) -> None:
             )
         )
         window.strike(" ")
+        window.until(lambda shown: "LET GO OF ALL KEYS" in shown)
+        window.strike(ESCAPE)
         window.until(lambda shown: "STOP keypad" in shown and "MODE 2 s: reset" in shown)
         window.strike(CTRL_Q)
         assert window.ended() == 0
