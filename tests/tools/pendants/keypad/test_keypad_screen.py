@@ -40,7 +40,7 @@ async def a_socket() -> EmulatedLine:
 @asynccontextmanager
 async def shown() -> AsyncIterator[tuple[Pilot[None], NotedKeypad]]:
     keypad = NotedKeypad()
-    async with KeypadApp(keypad, a_socket).run_test(size=(80, 34)) as pilot:
+    async with KeypadApp(keypad, a_socket).run_test(size=(80, 24)) as pilot:
         await pilot.pause(0.05)
         yield pilot, keypad
 
