@@ -7,7 +7,7 @@ import sys
 from pathlib import Path
 
 import pytest
-from rigs.clock.busy_machine import PATIENCE
+from rigs.clock.busy_machine import PATIENCE, tell_begun_anew
 from rigs.processes.marked_processes import left_over, processes_marked
 from rigs.processes.terminal_window import TerminalWindow
 
@@ -17,7 +17,14 @@ pytestmark = [
     pytest.mark.skipif(sys.platform != "linux", reason="looks for processes in /proc"),
 ]
 
-CTRL_Q, ESCAPE = "\x11", "\x1b"
+CTRL_Q = "\x11"
+MOST_PRESSES = 8
+
+
+def joint_1(shown: str) -> float:
+    """Return the value of joint 1 on the display [deg]; far below where it is not there."""
+    found = re.search(r"1: *(-?[\d.]+) 2:", shown)
+    return float(found[1]) if found else -1e9
 
 
 def test_a_newcomer_takes_control_jogs_stops_and_leaves(tmp_path: Path) -> None:
@@ -34,19 +41,20 @@ def test_a_newcomer_takes_control_jogs_stops_and_leaves(tmp_path: Path) -> None:
         window.until(lambda shown: "CONTROL: YOURS" in shown)
         window.strike("1")
         shown = window.until(lambda shown: "T1 JOINT      * en--" in shown)
-        before = re.search(r"1: *(-?[\d.]+) 2:", shown)
-        assert before is not None
-        window.strike("1")
-        window.until(lambda shown: "T1 JOINT      * EN" in shown)
-        window.until(
-            lambda shown: (
-                (now := re.search(r"1: *(-?[\d.]+) 2:", shown)) is not None
-                and float(now[1]) > float(before[1]) + 0.5
+        before = joint_1(shown)
+        for _ in range(MOST_PRESSES):
+            window.strike("1")
+            shown = window.until(
+                lambda shown: "LET GO OF ALL KEYS" in shown or joint_1(shown) > before + 0.5
             )
-        )
+            if "LET GO OF ALL KEYS" not in shown:
+                break
+            # A machine that stands still for an eighth of a second ends the jog, as it must.
+            tell_begun_anew("the jog of a latched key had broken off")
+            window.strike("1")
+            window.until(lambda shown: "T1 JOINT      * en--" in shown)
+        assert joint_1(shown) > before + 0.5
         window.strike(" ")
-        window.until(lambda shown: "LET GO OF ALL KEYS" in shown)
-        window.strike(ESCAPE)
         window.until(lambda shown: "STOP keypad" in shown and "MODE 2 s: reset" in shown)
         window.strike(CTRL_Q)
         assert window.ended() == 0

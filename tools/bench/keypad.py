@@ -15,7 +15,7 @@ import sys
 import tempfile
 import time
 from collections.abc import Callable, Iterator
-from contextlib import ExitStack, contextmanager
+from contextlib import ExitStack, contextmanager, suppress
 from functools import partial
 from importlib.util import find_spec
 from pathlib import Path
@@ -29,6 +29,9 @@ from ..pendants.keypad.emulator_line import PtyLine, RunningKeypad
 from ..start import ARGUMENTS_OF_AN_EMULATED_CELL
 from .peers import EMULATOR, SERVER, process
 from .table import Benchmark, Bound, Judged, MissingRequirement, Sides
+
+_SETTINGS = 'modes.initial = "manual_reduced"\njog.lead = 0.1\ncontroller.lead = 0.25\n'
+"""A longer lead than usual, so that a machine that is busy for a moment ends no jog."""
 
 PRESSES = 10
 """Of one sample."""
@@ -113,9 +116,10 @@ class _Tap:
 async def _passed(
     reader: asyncio.StreamReader, writer: asyncio.StreamWriter, note: Callable[[bytes], None]
 ) -> None:
-    while data := await reader.read(65_536):
-        writer.write(data)
-        note(data)
+    with suppress(asyncio.CancelledError, ConnectionError):
+        while data := await reader.read(65_536):
+            writer.write(data)
+            note(data)
     writer.close()
 
 
@@ -132,7 +136,7 @@ def _bench(figure: int, of: Callable[[list[float]], float]) -> Iterator[Sides]:
         motion = loop.run_until_complete(tap.listen())
         folder = stack.enter_context(tempfile.TemporaryDirectory())
         config = Path(folder) / "cell.toml"
-        config.write_text('modes.initial = "manual_reduced"\n', "utf-8")
+        config.write_text(_SETTINGS, "utf-8")
         server = stack.enter_context(
             process(
                 *SERVER,

@@ -13,7 +13,7 @@ from typing import ClassVar
 from textual import events
 from textual.app import App, ComposeResult
 from textual.binding import Binding, BindingType
-from textual.containers import Grid
+from textual.containers import Grid, Horizontal, Vertical
 from textual.screen import Screen
 from textual.widgets import Static
 
@@ -27,10 +27,18 @@ STRUCK = 0.15
 """STOP by a key of the terminal is down for so long [s]."""
 
 _NAMES = {SPEED_UP: "SPEED +", SPEED_DOWN: "SPEED -", MODE: "MODE", STOP: "STOP"}
-_HELP = (
-    "mouse: hold a key   {labels}: latch, and let go   Enter: latch again   e: button",
-    "SPACE, F8: STOP   Esc: let go of all   ctrl+q: quit   port: {port}   {state}",
-)
+_HELP = """\
+SPACE, F8: STOP
+Esc: let go of all
+mouse: hold a key
+{labels}:
+ latch it, and let it go
+Enter: the last one again
+e: enabling button
+ctrl+q: quit
+
+{state}
+--port {port}"""
 
 
 def words_of(key: int) -> str:
@@ -92,10 +100,11 @@ class KeypadScreen(Screen[None]):
 
     def compose(self) -> ComposeResult:
         """Yield the glass, the keys and the help."""
-        yield self._glass
-        with Grid(id="keys"):
-            yield from self._caps
-        yield self._help
+        with Horizontal():
+            with Vertical(id="left"):
+                yield from (self._glass, self._help)
+            with Grid(id="keys"):
+                yield from self._caps
 
     async def on_mount(self) -> None:
         """Open the line, and start the timer that lets the keypad's time pass."""
@@ -155,12 +164,10 @@ class KeypadScreen(Screen[None]):
         self._glass.update("\n".join(keypad.lcd))
         for key, cap in enumerate(self._caps):
             cap.set_class(key in keypad.pressed, "down")
-        state = "bridge" if running.is_open else "no bridge has it open"
-        button = "enabling button HELD   " if keypad.button else ""
-        rows = "\n".join(_HELP)
-        self._help.update(
-            f"{button}{rows.format(labels=LABELS, port=running.line.name, state=state)}"
-        )
+        state = "a bridge is there" if running.is_open else "no bridge yet"
+        button = "enabling button HELD\n" if keypad.button else ""
+        told = _HELP.format(labels=LABELS, port=running.line.name, state=state)
+        self._help.update(f"{button}{told}")
 
 
 class KeypadApp(App[None]):
@@ -171,12 +178,13 @@ class KeypadApp(App[None]):
         Binding("ctrl+q,ctrl+c", "quit", "Quit", priority=True, show=False)
     ]
     CSS = """
+    #left { width: 27; height: auto; }
     #glass { border: heavy $success; width: 24; height: 6; padding: 0 1; margin: 0 1; }
-    #keys { grid-size: 4 4; grid-gutter: 0 1; width: 60; height: 20; margin: 0 1; }
+    #keys { grid-size: 4 4; grid-gutter: 0 1; width: 52; height: 20; }
     KeyCap { border: round $secondary; height: 5; text-align: center; }
     KeyCap.down { background: $warning; color: $text; }
     #key15 { border: heavy $error; }
-    #help { color: $text-muted; height: auto; }
+    #help { color: $text-muted; width: 26; height: auto; margin: 0 1; }
     """
 
     def __init__(

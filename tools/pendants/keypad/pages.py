@@ -33,7 +33,9 @@ def page(keypad: Keypad, now: int) -> tuple[str, str, str, str]:
 def _page(keypad: Keypad, now: int) -> list[str]:
     if keypad.line.too_many:
         return ["TOO MANY KEYS", "two at most", "let go of all"]
-    if keypad.line.state is LineState.LET_GO and keypad.line.mask:
+    if keypad.is_stop_page and keypad.control_key is None:
+        return _stop_page(keypad)
+    if _must_let_go(keypad):
         return ["LET GO OF ALL KEYS", "then press again"]
     if keypad.control_key is not None:
         asked = "YOURS" if keypad.cell.in_control else "ASKED"
@@ -41,8 +43,6 @@ def _page(keypad: Keypad, now: int) -> list[str]:
     if keypad.alarm is not None:
         first, *others = keypad.alarm.rows
         return [first, *lcd.wrapped(others, 0)]
-    if keypad.is_stop_page:
-        return _stop_page(keypad)
     if now < keypad.speed_shown_until and not keypad.is_jogging:
         return [head(keypad, now), *lcd.speed_rows(keypad)]
     if keypad.menu.view not in (None, MenuView.PAGE):
@@ -109,8 +109,13 @@ def _mode_rows(keypad: Keypad) -> list[str]:
 
 def _stop_page(keypad: Keypad) -> list[str]:
     cell = keypad.cell
+    first = "let go of all keys" if _must_let_go(keypad) else ""
     control = "" if cell.in_control else "a jog key: control"
-    return [f"STOP {cell.stopped_by}", cell.stop_reason, control, "MODE 2 s: reset"]
+    return [f"STOP {cell.stopped_by}", cell.stop_reason, first or control, "MODE 2 s: reset"]
+
+
+def _must_let_go(keypad: Keypad) -> bool:
+    return keypad.line.state is LineState.LET_GO and keypad.line.mask != 0
 
 
 def _menu_page(keypad: Keypad) -> list[str]:

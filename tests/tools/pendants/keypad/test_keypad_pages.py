@@ -368,6 +368,21 @@ def test_a_latched_stop_is_reset_by_mode_held_for_two_seconds_and_not_before(
     assert rig.let_go() == []
 
 
+def test_a_stop_stands_before_the_word_that_keys_are_to_be_let_go(rig: KeypadRig) -> None:
+    rig.press("1")
+    stopped(rig)
+    assert rig.rows == page(
+        """
+        |STOP kim            |
+        |button in browser   |
+        |let go of all keys  |
+        |MODE 2 s: reset     |
+        """
+    )
+    rig.let_go()
+    assert rig.rows[2] == " " * 20
+
+
 def test_on_the_page_of_a_stop_a_short_mode_looks_at_the_others_and_a_jog_key_goes_back(
     rig: KeypadRig,
 ) -> None:

@@ -40,7 +40,7 @@ async def a_socket() -> EmulatedLine:
 @asynccontextmanager
 async def shown() -> AsyncIterator[tuple[Pilot[None], NotedKeypad]]:
     keypad = NotedKeypad()
-    async with KeypadApp(keypad, a_socket).run_test(size=(80, 34)) as pilot:
+    async with KeypadApp(keypad, a_socket).run_test(size=(80, 24)) as pilot:
         await pilot.pause(0.05)
         yield pilot, keypad
 
@@ -75,7 +75,6 @@ async def test_a_mouse_button_holds_a_key_until_it_comes_up() -> None:
 async def test_a_mouse_that_slid_off_lets_go_where_it_comes_up() -> None:
     async with shown() as (pilot, keypad):
         await pilot.mouse_down("#key0")
-        await pilot.hover("#key5")
         assert labels(keypad) == "1"
         await pilot.mouse_up("#key5")
         assert labels(keypad) == ""
