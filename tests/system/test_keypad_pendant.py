@@ -31,6 +31,9 @@ MOST_PRESSES = 8
 EMULATED = ("--signals", "openpendant", "--emulated")
 
 
+emulated_only = pytest.mark.parametrize("some_keypad", ["emulated"], indirect=True)
+
+
 @dataclass
 class Bench:
     """A keypad that is ready, in front of a cell, and somebody who looks on."""
@@ -87,6 +90,14 @@ class Bench:
         return await self.stands()
 
 
+@pytest.fixture(scope="module")
+def compiled(tmp_path_factory: pytest.TempPathFactory) -> tuple[Path, Firmware]:
+    """The simulated board and the firmware."""
+    skip_without_tools()
+    folder = tmp_path_factory.mktemp("firmware")
+    return compiled_board(folder), Firmware.compiled(folder / "build")
+
+
 @pytest.fixture(params=["emulated", pytest.param("firmware", marks=pytest.mark.firmware)])
 def some_keypad(
     request: pytest.FixtureRequest, tmp_path: Path
@@ -94,8 +105,7 @@ def some_keypad(
     """An emulated keypad, or the compiled firmware on a simulated board."""
     if request.param == "emulated":
         return emulated_keypad(link=tmp_path / "keypad")
-    skip_without_tools()
-    board, firmware = compiled_board(tmp_path), Firmware.compiled(tmp_path / "firmware")
+    board, firmware = request.getfixturevalue("compiled")
     return firmware_keypad(board, firmware, tmp_path / "keypad")
 
 
@@ -228,6 +238,7 @@ async def test_what_was_recorded_is_listed_and_played_while_its_key_is_held(
     assert state.positions[:6] == pytest.approx(ended.positions[:6], abs=2e-3)
 
 
+@emulated_only
 async def test_a_played_motion_ends_where_its_key_is_let_go(bench: Bench) -> None:
     keypad = bench.keypad
     await bench.take_control()
@@ -282,6 +293,7 @@ async def test_stop_latches_and_mode_resets_it(bench: Bench) -> None:
     await keypad.shows("T1 JOINT      * en--")
 
 
+@emulated_only
 async def test_a_refusal_stands_on_the_display_in_its_words(bench: Bench) -> None:
     keypad = bench.keypad
     await bench.observer.take_control()
