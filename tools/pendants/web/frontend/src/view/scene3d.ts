@@ -148,12 +148,14 @@ class Scene3d implements View {
   }
 
   resize(): void {
-    const { width, height } = this.#host.getBoundingClientRect();
+    const size = this.#host.getBoundingClientRect();
+    const [width, height] = [Math.max(1, size.width), Math.max(1, size.height)];
+    // In one: each change of a canvas waits until software has drawn all before it.
     const ratio = Math.min(MOST_RATIO[this.#quality], globalThis.devicePixelRatio || 1);
-    this.#renderer.setPixelRatio(ratio);
-    this.#renderer.setSize(Math.max(1, width), Math.max(1, height));
-    this.#camera.aspect = Math.max(1, width) / Math.max(1, height);
-    this.#camera.zoom = zoomOf(Math.max(1, width), Math.max(1, height));
+    this.#renderer.setDrawingBufferSize(width, height, ratio);
+    Object.assign(this.#renderer.domElement.style, { width: `${width}px`, height: `${height}px` });
+    this.#camera.aspect = width / height;
+    this.#camera.zoom = zoomOf(width, height);
     this.#camera.updateProjectionMatrix();
     this.#want();
   }
