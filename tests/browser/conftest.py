@@ -49,6 +49,8 @@ def page_rig(driver: Any, tmp_path_factory: pytest.TempPathFactory) -> Iterator[
     """Emulator, server and gateway: what one file leaves there is in no other's way."""
     with PageRig(Path(tmp_path_factory.mktemp("page")), driver) as rig:
         yield rig
+        # A page that outlived them would write to the console that it finds them no more.
+        driver.get("about:blank")
 
 
 @pytest.fixture

@@ -38,7 +38,7 @@ import { pathDots } from "./path_dots.ts";
 import { FrameMarks, SceneSolids } from "./scene_solids.ts";
 import { RobotMeshes } from "./robot_meshes.ts";
 import { RobotSolids, emptied } from "./robot_solids.ts";
-import { EMPTY, type Content, type MakeView, type Side, type View, type ViewEvents } from "./view.ts";
+import { EMPTY, type Content, type Gizmo, type MakeView, type Side, type View, type ViewEvents } from "./view.ts";
 
 export type Quality = "full" | "low";
 
@@ -79,7 +79,6 @@ class Scene3d implements View {
   readonly #ghost: RobotSolids;
   readonly #objects = new SceneSolids();
   readonly #frames = new FrameMarks();
-  readonly #gizmo: Gizmo3d;
   readonly #floor = new Group();
   readonly #trace = way(0.75, 2);
   readonly #path = way(1, 3);
@@ -94,6 +93,8 @@ class Scene3d implements View {
   #frame = 0;
   #fence: WebGLSync | null = null;
   #pressed: Vector2 | null = null;
+  /** Made when handles are wanted first: they have many parts. */
+  #gizmo: Gizmo3d | null = null;
 
   constructor(host: HTMLElement, events: ViewEvents, quality: Quality, renderer: WebGLRenderer) {
     this.#host = host;
@@ -112,7 +113,6 @@ class Scene3d implements View {
     const asks = (): void => this.#want();
     this.#robot = new RobotSolids(isFull, asks);
     this.#ghost = new RobotSolids(isFull, asks);
-    this.#gizmo = new Gizmo3d(this.#camera, canvas, this.#controls, events, asks);
     this.#build();
     this.#listen(canvas);
     this.look("iso");
@@ -134,7 +134,7 @@ class Scene3d implements View {
     if (content.meshes !== before.meshes) this.#robot.takeMeshes(content.meshes ?? []);
     this.#objects.show(content.objects, this.#quality === "full");
     this.#frames.show(content.frames, 0.12 * (this.#chain?.size ?? 1), content.theme);
-    this.#gizmo.show(content.gizmo ?? null);
+    this.#showGizmo(content.gizmo ?? null);
     this.#placeRobots();
     this.#want();
   }
@@ -148,12 +148,14 @@ class Scene3d implements View {
   }
 
   resize(): void {
-    const { width, height } = this.#host.getBoundingClientRect();
+    const size = this.#host.getBoundingClientRect();
+    const [width, height] = [Math.max(1, size.width), Math.max(1, size.height)];
+    // In one: each change of a canvas waits until software has drawn all before it.
     const ratio = Math.min(MOST_RATIO[this.#quality], globalThis.devicePixelRatio || 1);
-    this.#renderer.setPixelRatio(ratio);
-    this.#renderer.setSize(Math.max(1, width), Math.max(1, height));
-    this.#camera.aspect = Math.max(1, width) / Math.max(1, height);
-    this.#camera.zoom = zoomOf(Math.max(1, width), Math.max(1, height));
+    this.#renderer.setDrawingBufferSize(width, height, ratio);
+    Object.assign(this.#renderer.domElement.style, { width: `${width}px`, height: `${height}px` });
+    this.#camera.aspect = width / height;
+    this.#camera.zoom = zoomOf(width, height);
     this.#camera.updateProjectionMatrix();
     this.#want();
   }
@@ -161,7 +163,7 @@ class Scene3d implements View {
   dispose(): void {
     cancelAnimationFrame(this.#frame);
     this.#listening.abort();
-    this.#gizmo.dispose();
+    this.#gizmo?.dispose();
     this.#controls.dispose();
     emptied(this.#scene);
     this.#renderer.dispose();
@@ -176,7 +178,7 @@ class Scene3d implements View {
     this.#sun.shadow.mapSize.set(SHADOW_MAP, SHADOW_MAP);
     this.#sun.shadow.bias = -0.0005;
     this.#scene.add(this.#floor, this.#robot.group, this.#ghost.group, this.#objects.group);
-    this.#scene.add(this.#frames.group, this.#trace, this.#path, this.#dots, this.#gizmo.helper);
+    this.#scene.add(this.#frames.group, this.#trace, this.#path, this.#dots);
     this.#dots.visible = false;
     this.#paintGround();
   }
@@ -206,6 +208,15 @@ class Scene3d implements View {
     this.#dots.geometry = new BufferGeometry().setAttribute("position", new BufferAttribute(pathDots(path), 3));
     this.#dots.visible = path.length > 0;
     this.#dots.frustumCulled = false;
+  }
+
+  #showGizmo(gizmo: Gizmo | null): void {
+    if (gizmo !== null && this.#gizmo === null) {
+      const canvas = this.#renderer.domElement;
+      this.#gizmo = new Gizmo3d(this.#camera, canvas, this.#controls, this.#events, () => this.#want());
+      this.#scene.add(this.#gizmo.helper);
+    }
+    this.#gizmo?.show(gizmo);
   }
 
   #placeRobots(): void {
@@ -289,7 +300,7 @@ class Scene3d implements View {
     canvas.addEventListener("pointerup", (event) => {
       const from = this.#pressed;
       this.#pressed = null;
-      if (from === null || this.#gizmo.isDragging) return;
+      if (from === null || this.#gizmo?.isDragging === true) return;
       if (from.distanceTo(new Vector2(event.clientX, event.clientY)) > CLICK) return;
       this.#events.picked(this.#objectAt(event));
     }, { signal });

@@ -80,7 +80,8 @@ class StickView implements View {
     });
     host.append(this.#canvas);
     this.#listen();
-    this.resize();
+    this.#fit();
+    this.#wantFrame();
   }
 
   show(content: Content): void {
@@ -96,13 +97,7 @@ class StickView implements View {
   }
 
   resize(): void {
-    const { width, height } = this.#host.getBoundingClientRect();
-    const ratio = Math.min(3, globalThis.devicePixelRatio || 1);
-    this.#size = { width: Math.max(1, width), height: Math.max(1, height), ratio };
-    for (const canvas of [this.#canvas, this.#layer]) {
-      canvas.width = Math.round(this.#size.width * ratio);
-      canvas.height = Math.round(this.#size.height * ratio);
-    }
+    this.#fit();
     // A canvas of another size is empty: drawn at once, so that it never flashes.
     this.#draw();
   }
@@ -111,6 +106,16 @@ class StickView implements View {
     cancelAnimationFrame(this.#frame);
     this.#listening.abort();
     this.#canvas.remove();
+  }
+
+  #fit(): void {
+    const { width, height } = this.#host.getBoundingClientRect();
+    const ratio = Math.min(3, globalThis.devicePixelRatio || 1);
+    this.#size = { width: Math.max(1, width), height: Math.max(1, height), ratio };
+    for (const canvas of [this.#canvas, this.#layer]) {
+      canvas.width = Math.round(this.#size.width * ratio);
+      canvas.height = Math.round(this.#size.height * ratio);
+    }
   }
 
   #takeRobot(robot: RobotDescription | null): void {
