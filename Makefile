@@ -45,8 +45,7 @@ MUTANTS ?=
 MUTANTS_ARGS ?=
 
 FIRMWARE := tools/pendants/keypad/firmware
-FIRMWARE_TESTS := tests/tools/pendants/keypad/firmware tests/system/test_keypad_pendant.py \
-	tests/system/test_keypad_start.py
+FIRMWARE_TESTS := tests/tools/pendants/keypad/firmware tests/system/test_keypad_pendant.py
 PAGE_BUILD := tools/pendants/web/build.py
 PENDANT_ARGS ?=
 KEYPAD_ARGS ?=
@@ -99,7 +98,7 @@ firmware:
 	@if command -v avr-gcc >/dev/null; then $(MAKE) --no-print-directory -C $(FIRMWARE); \
 	else $(call say,no avr-gcc here$(comma) no firmware. On Debian and Ubuntu: apt install gcc-avr avr-libc); fi
 
-## firmware-test  compile the keypad's firmware and try it in simavr, if both are here; the long tests of its processes
+## firmware-test  compile the keypad's firmware and try it in simavr, if both are here; the longest of its processes
 firmware-test: $(VENV)/dev.stamp
 	$(PY) -m pytest -m 'firmware and not soak' $(FIRMWARE_TESTS) $(PYTEST_ARGS)
 

@@ -302,6 +302,7 @@ async def test_a_jog_that_a_device_feeds_moves_as_long_as_it_is_fed(port: int) -
                 jog.beat()
                 await pendant.next_state()
         await pendant.next_state()
+        assert jog.account is not None
         assert jog.account.reason == messages.JogEnd.RELEASED
         assert pendant.joints()[0] > before[0]
         assert pendant.joints()[1:] == pytest.approx(before[1:], abs=1e-3)

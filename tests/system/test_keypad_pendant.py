@@ -268,7 +268,7 @@ async def test_promise_25_a_pulled_cable_lets_go_and_after_it_a_key_must_have_be
     await bench.bridge.says("no such port")
     await keypad.order("plug")
     await keypad.shows("LET GO OF ALL KEYS  ", "then press again    ")
-    await asyncio.sleep(0.3)
+    await asyncio.sleep(0.2)
     state = await bench.stands()
     assert state.positions[:6] == pytest.approx(stood.positions[:6], abs=1e-4)
     await keypad.up()

@@ -13,7 +13,7 @@ from rigs.processes.terminal_window import TerminalWindow
 
 pytestmark = [
     pytest.mark.realtime,
-    pytest.mark.firmware,
+    pytest.mark.conformance,
     pytest.mark.skipif(sys.platform != "linux", reason="looks for processes in /proc"),
 ]
 
