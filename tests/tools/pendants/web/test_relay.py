@@ -1,6 +1,7 @@
 """The gateway between tabs and a server that does as it is told."""
 
 import asyncio
+import socket
 import ssl
 from collections.abc import AsyncIterator
 from pathlib import Path
@@ -240,12 +241,15 @@ async def test_a_server_that_sends_no_frames_is_left(server: Server) -> None:
         assert await is_over(stream)
 
 
-async def test_a_tab_is_told_that_nobody_listens(server: Server) -> None:
-    await server.close()
-    async with running_gateway(server.port) as rig:
-        code, reason = await (await rig.tab()).closed()
+async def test_a_tab_is_told_that_nobody_listens() -> None:
+    # Held, so that the gateway itself does not happen to get this port.
+    with socket.socket() as held:
+        held.bind(("127.0.0.1", 0))
+        port = held.getsockname()[1]
+        async with running_gateway(port) as rig:
+            code, reason = await (await rig.tab()).closed()
         assert code == Ending.SERVER_UNREACHABLE
-        assert f"127.0.0.1:{server.port}" in reason
+        assert f"127.0.0.1:{port}" in reason
 
 
 async def test_a_tab_that_leaves_while_its_server_is_dialled_is_noticed_at_once(
