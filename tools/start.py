@@ -16,9 +16,10 @@ import socket
 import subprocess
 import sys
 import tempfile
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from contextlib import ExitStack, contextmanager
 from dataclasses import dataclass
+from functools import partial
 from pathlib import Path
 
 from openpendant.motion.description.robot import serial_robot
@@ -178,17 +179,24 @@ def main(argv: list[str]) -> int:
         cell = _cell(arguments, robot.name)
     except OSError as error:
         return _complain(f"{arguments.logs}: {error.strerror}", ExitCode.USAGE)
-    return run_to_its_end(cell)
+    return run_to_its_end(cell, partial(run, cell), "all three")
 
 
-def run_to_its_end(cell: EmulatedCell) -> int:
-    """Run a cell; say in a line each why it ended and where its logs are; return the exit code."""
+def run_to_its_end(
+    cell: EmulatedCell, run_parts: Callable[[Interruptions], None], all_parts: str
+) -> int:
+    """Run a cell; say in a line each why it ended and where its logs are; return the exit code.
+
+    Args:
+        run_parts: runs the parts until one of them ends.
+        all_parts: what they are called together, such as "all three".
+    """
     code: int = ExitCode.OK
     why = ""
     interruptions = Interruptions()
     with interruptions.installed():
         try:
-            run(cell, interruptions)
+            run_parts(interruptions)
         except (PartFailed, OSError) as error:
             code, why = ExitCode.FAILED, str(error)
         except Interrupted as interruption:
@@ -196,7 +204,7 @@ def run_to_its_end(cell: EmulatedCell) -> int:
         with contextlib.suppress(OSError):  # of a terminal that is gone
             if why:
                 _complain(why, code)
-            print(f"all three have ended; cell file and logs: {cell.logs}", flush=True)
+            print(f"{all_parts} have ended; cell file and logs: {cell.logs}", flush=True)
     return code
 
 

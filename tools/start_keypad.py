@@ -8,22 +8,20 @@ robot or no terminal, 69 a library is not installed, 128 + the signal that ended
 from __future__ import annotations
 
 import argparse
-import contextlib
 import importlib
 import sys
 import tempfile
 from contextlib import ExitStack
 from dataclasses import dataclass
+from functools import partial
 from pathlib import Path
 
 from openpendant.motion.description.robot import serial_robot
 from openpendant.motion.errors import MotionError
 
 from .child_processes import (
-    Interrupted,
     Interruptions,
     Part,
-    PartFailed,
     Streams,
     process,
     ready,
@@ -31,7 +29,14 @@ from .child_processes import (
 from .console import ExitCode, complain
 from .pendants.attaching import attach_command
 from .pendants.connection_errors import DEFAULT_PORT
-from .start import EmulatedCell, kept_terminal, our_command, port_or_free, wait_for_an_end
+from .start import (
+    EmulatedCell,
+    kept_terminal,
+    our_command,
+    port_or_free,
+    run_to_its_end,
+    wait_for_an_end,
+)
 
 _HOST = "127.0.0.1"
 
@@ -99,7 +104,8 @@ def main(argv: list[str]) -> int:
         except ModuleNotFoundError:
             text = f"this needs {name}, which is not installed: make keypad installs it"
             return _complain(text, ExitCode.UNAVAILABLE)
-    return run_to_its_end(_cell(arguments, robot.name))
+    cell = _cell(arguments, robot.name)
+    return run_to_its_end(cell, partial(run, cell), "all four")
 
 
 def _cell(arguments: argparse.Namespace, robot: str) -> KeypadCell:
@@ -113,25 +119,6 @@ def _cell(arguments: argparse.Namespace, robot: str) -> KeypadCell:
         store=arguments.store or str(default_path().with_name(f"start-{robot}.db")),
         logs=Path(tempfile.mkdtemp(prefix="openpendant-keypad-")),
     )
-
-
-def run_to_its_end(cell: KeypadCell) -> int:
-    """Run it; say in a line each why it ended and where its logs are; return the exit code."""
-    code: int = ExitCode.OK
-    why = ""
-    interruptions = Interruptions()
-    with interruptions.installed():
-        try:
-            run(cell, interruptions)
-        except (PartFailed, OSError) as error:
-            code, why = ExitCode.FAILED, str(error)
-        except Interrupted as interruption:
-            code = 128 + interruption.number
-    with contextlib.suppress(OSError):  # of a terminal that is gone
-        if why:
-            _complain(why, code)
-        print(f"all four have ended; cell file and logs: {cell.logs}", flush=True)
-    return code
 
 
 def parser() -> argparse.ArgumentParser:

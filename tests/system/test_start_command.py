@@ -60,10 +60,10 @@ def windows(folder: Path) -> Iterator[Open]:
 
 
 FAKE = """
-import signal, sys, pathlib
+import functools, pathlib, signal, sys
 # Whoever runs the tests may ignore it, as `nohup` does, and would hand that down.
 signal.signal(signal.SIGHUP, signal.SIG_DFL)
-from openpendant.tools.start import EmulatedCell, run_to_its_end
+from openpendant.tools.start import EmulatedCell, run, run_to_its_end
 
 def part(name, says, ends="time.sleep(60)"):
     return [sys.executable, "-c", f"import os, sys, time, tty; print({says!r}, flush=True); {ends}"]
@@ -77,7 +77,8 @@ class Fake(EmulatedCell):
     def pendant_command(self, port):
         return part("pendant", "the pendant is here", "tty.setraw(0); " + PENDANT)
 
-sys.exit(run_to_its_end(Fake("ur5", 0, 0, 0, "off", pathlib.Path("."))))
+cell = Fake("ur5", 0, 0, 0, "off", pathlib.Path("."))
+sys.exit(run_to_its_end(cell, functools.partial(run, cell), "all three"))
 """
 """A cell whose parts only stand there: as quick as processes are, and ended in any way."""
 
