@@ -34,7 +34,7 @@ from ..credentials import (
 from ..panel.connection import Connect, LogIn
 from ..panel.stop_key import REMEDY
 from ..panel.wording import connection_refused
-from ..web.settings import SettingsRefused, read_file
+from ..settings_file import SettingsRefused, read_file
 from .bridge import GamepadBridge
 from .settings import GamepadSettings, settings_of
 

@@ -13,8 +13,8 @@ from typing import Annotated, Any
 
 from pydantic import AfterValidator, BaseModel, ConfigDict, Field, ValidationError
 
-from ..connection_errors import DEFAULT_PORT, server_address
-from ..web.settings import SettingsRefused
+from ..connection_errors import DEFAULT_PORT
+from ..settings_file import ServerAddress, SettingsRefused
 
 AXES = "xyzabc"
 """Axes of a frame: along x, y, z and about them; in joint space the joints 1 to 6."""
@@ -36,12 +36,6 @@ def kind_of(path: str) -> DeviceKind:
     """Return the kind of a device by its name: `eventN` are those of evdev."""
     is_evdev = PurePath(path).name.startswith("event")
     return DeviceKind.SPACEMOUSE if is_evdev else DeviceKind.GAMEPAD
-
-
-def _check_address(text: str) -> str:
-    if server_address(text) is None:
-        raise ValueError("accepted: HOST or HOST:PORT, PORT 1 to 65535")
-    return text
 
 
 Number = Annotated[int, Field(ge=0, le=767)]
@@ -83,7 +77,7 @@ class GamepadSettings(_Table):
     device: Annotated[str, Field(min_length=1)] = "/dev/input/js0"
     """Path of the device."""
     kind: DeviceKind = DeviceKind.GAMEPAD
-    server: Annotated[str, AfterValidator(_check_address)] = f"127.0.0.1:{DEFAULT_PORT}"
+    server: ServerAddress = f"127.0.0.1:{DEFAULT_PORT}"
     """HOST or HOST:PORT."""
     deadline: Annotated[float, Field(ge=0.05, le=0.25)] = 0.15
     """The robot ramps to rest so long after the last sign of this pendant [s]."""

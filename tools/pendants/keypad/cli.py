@@ -36,12 +36,13 @@ from ..panel.panel import Panel
 from ..panel.stop_key import REMEDY
 from ..panel.wording import connection_refused
 from ..session import LONGEST_SILENCE
+from ..settings_file import SettingsRefused
 from .bridge import KeypadBridge, LineWords
 from .keypad import Keypad
 from .line import HOLDING_BAUD, KeypadLine
 from .performer import KeypadPerformer
 from .serial_port import KeypadPortMisnamed, check_port, open_port, seen_ports
-from .settings import KeypadSettings, KeypadSettingsRefused, settings_of
+from .settings import KeypadSettings, settings_of
 
 _STATE_RATE = 25.0
 _NAME = "keypad"
@@ -63,7 +64,7 @@ def main(argv: Sequence[str]) -> int:
     """Run `openpendant keypad` and return its exit code."""
     faults = {
         _Unusable: ExitCode.USAGE,
-        KeypadSettingsRefused: ExitCode.USAGE,
+        SettingsRefused: ExitCode.USAGE,
         KeypadPortMisnamed: ExitCode.USAGE,
         WrongArgument: ExitCode.USAGE,
         _Failed: ExitCode.FAILED,

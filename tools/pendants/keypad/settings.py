@@ -5,36 +5,24 @@ Owns the keys, their bounds and the words for what cannot be used.
 
 from __future__ import annotations
 
-import tomllib
 from pathlib import Path
 from typing import Annotated, Any
 
 from pydantic import AfterValidator, BaseModel, ConfigDict, Field, ValidationError
 
-from ..connection_errors import DEFAULT_PORT, server_address
+from ..connection_errors import DEFAULT_PORT
 from ..session import LONGEST_SILENCE, SHORTEST_SILENCE
+from ..settings_file import ServerAddress, SettingsRefused, read_file
 from .keypad import EnablingSource
-
-_MOST_FILE = 65_536
 
 BAUDS = (9_600, 19_200, 38_400, 57_600, 115_200)
 """Speeds of the line; below 57,600 there are increments only."""
-
-
-class KeypadSettingsRefused(Exception):
-    """A file or a key that cannot be used; the text names it and what would be accepted."""
 
 
 def _check_baud(baud: int) -> int:
     if baud not in BAUDS:
         raise ValueError(f"accepted: {', '.join(map(str, BAUDS))}")
     return baud
-
-
-def _check_server(text: str) -> str:
-    if server_address(text) is None:
-        raise ValueError("accepted: HOST or HOST:PORT, PORT 1 to 65535")
-    return text
 
 
 class KeypadSettings(BaseModel):
@@ -46,7 +34,7 @@ class KeypadSettings(BaseModel):
     """A device such as /dev/ttyACM0, a pty, or socket://HOST:PORT."""
     baud: Annotated[int, AfterValidator(_check_baud)] = 115_200
     """Speed of the line."""
-    server: Annotated[str, AfterValidator(_check_server)] = f"127.0.0.1:{DEFAULT_PORT}"
+    server: ServerAddress = f"127.0.0.1:{DEFAULT_PORT}"
     """HOST or HOST:PORT of the pendant server."""
     deadline: Annotated[float, Field(ge=SHORTEST_SILENCE, le=LONGEST_SILENCE)] = 0.15
     """The robot ramps to rest so long after the last sign of a held key [s]."""
@@ -65,7 +53,7 @@ def settings_of(file: Path | None, given: dict[str, Any]) -> KeypadSettings:
         given: by key; None where the command line says nothing.
 
     Raises:
-        KeypadSettingsRefused: the file, or a value, cannot be used.
+        SettingsRefused: the file, or a value, cannot be used.
     """
     table = {} if file is None else _table(file)
     values = {**table, **{key: value for key, value in given.items() if value is not None}}
@@ -75,23 +63,13 @@ def settings_of(file: Path | None, given: dict[str, Any]) -> KeypadSettings:
         first = error.errors()[0]
         key = ".".join(str(each) for each in first["loc"])
         where = f"{file}: " if file is not None and key not in given else ""
-        raise KeypadSettingsRefused(f"{where}{key}: {first['msg']}") from None
+        raise SettingsRefused(f"{where}{key}: {first['msg']}") from None
 
 
 def _table(file: Path) -> dict[str, Any]:
-    try:
-        with file.open("rb") as opened:
-            text = opened.read(_MOST_FILE + 1)
-    except OSError as error:
-        raise KeypadSettingsRefused(f"{file}: {error.strerror or error}") from None
-    if len(text) > _MOST_FILE:
-        raise KeypadSettingsRefused(f"{file}: larger than {_MOST_FILE:,} bytes")
-    try:
-        document = tomllib.loads(text.decode())
-    except (UnicodeDecodeError, tomllib.TOMLDecodeError) as error:
-        raise KeypadSettingsRefused(f"{file}: {error}") from None
+    document = read_file(file)
     table = document.pop("keypad", {})
     if document or not isinstance(table, dict):
         names = ", ".join(document) or "keypad"
-        raise KeypadSettingsRefused(f"{file}: {names}; accepted: one table [keypad]")
+        raise SettingsRefused(f"{file}: {names}; accepted: one table [keypad]")
     return table

@@ -22,6 +22,7 @@ from aiohttp import web
 from ...console import ExitCode, command, complain, emit_json, run
 from ..connection_errors import DEFAULT_PORT as SERVER_PORT
 from ..connection_errors import WrongArgument
+from ..settings_file import SettingsRefused, read_file
 from .admission import PageAdmission
 from .page_files import BUILT, PageFiles
 from .relay import BrowserRelay
@@ -29,9 +30,7 @@ from .server_exposure import NotAsked, NotGuarded, check_logins_are_demanded
 from .server_link import GatewayIdentity, Server
 from .settings import (
     OwnCertificate,
-    SettingsRefused,
     WebSettings,
-    read_file,
     read_secret,
     settings_of,
 )

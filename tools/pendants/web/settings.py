@@ -8,7 +8,6 @@ from __future__ import annotations
 import os
 import re
 import stat
-import tomllib
 from ipaddress import IPv4Address, IPv6Address, ip_address
 from pathlib import Path
 from typing import Annotated, Any
@@ -17,19 +16,15 @@ from urllib.parse import urlsplit
 from pydantic import AfterValidator, BaseModel, ConfigDict, Field, ValidationError
 
 from ..connection_errors import server_address
+from ..settings_file import ServerAddress, SettingsRefused, beginning_of
 
 LOOPBACK = "127.0.0.1"
 DEFAULT_PORT = 8080
 
-_MOST_FILE = 65_536
 _MOST_SECRET = 128
 _SECRET = re.compile(rb"\s*[0-9a-fA-F]{64}\s*")
 
 IP = IPv4Address | IPv6Address
-
-
-class SettingsRefused(Exception):
-    """A file or a key that cannot be used; the text names it and what would be accepted."""
 
 
 def ip_of(text: str) -> IP | None:
@@ -57,12 +52,6 @@ def _check_name(name: str) -> str:
     if not (name.isprintable() and 1 <= len(name.encode("utf-8", "replace")) <= 32):
         raise ValueError("a name is 1 to 32 bytes of printable characters")
     return name
-
-
-def _check_address(text: str) -> str:
-    if server_address(text) is None:
-        raise ValueError("accepted: HOST or HOST:PORT, PORT 1 to 65535")
-    return text
 
 
 def _check_own_address(text: str) -> str:
@@ -93,7 +82,7 @@ class KnownServer(_Table):
 
     name: Annotated[str, AfterValidator(_check_name)]
     """What pages call it."""
-    address: Annotated[str, AfterValidator(_check_address)]
+    address: ServerAddress
     """HOST or HOST:PORT."""
     ca: str = ""
     """Certificate of the server; the connection to it is encrypted. Empty for clear text."""
@@ -158,40 +147,6 @@ class WebSettings(_Table):
         return is_loopback(self.host) and not self.proxies
 
 
-def read_file(path: Path) -> dict[str, Any]:
-    """Return the plain data of a file.
-
-    Raises:
-        SettingsRefused: it cannot be read, is too large or is no TOML.
-    """
-    content = _beginning_of(path, _MOST_FILE + 1)
-    if len(content) > _MOST_FILE:
-        raise SettingsRefused(f"{path}: is larger than {_MOST_FILE} bytes")
-    try:
-        return tomllib.loads(content.decode())
-    except (ValueError, RecursionError) as error:
-        raise SettingsRefused(f"{path}: is no TOML: {error}") from None
-
-
-def _beginning_of(path: Path, most: int) -> bytes:
-    """Return the first bytes of a regular file, without waiting for anybody.
-
-    Raises:
-        SettingsRefused: it cannot be read, or is no regular file.
-    """
-    try:
-        # Without waiting: opening a pipe that nobody writes to would block for ever.
-        file = os.open(path, os.O_RDONLY | getattr(os, "O_NONBLOCK", 0))
-        with os.fdopen(file, "rb") as stream:
-            if not stat.S_ISREG(os.fstat(file).st_mode):
-                raise SettingsRefused(f"{path}: is not a regular file")
-            return stream.read(most)
-    except OSError as error:
-        raise SettingsRefused(f"{path}: cannot be read: {error.strerror}") from None
-    except ValueError:
-        raise SettingsRefused(f"{str(path)!r}: is not a legal file name") from None
-
-
 def settings_of(data: dict[str, Any], source: str) -> WebSettings:
     """Check plain data.
 
@@ -244,7 +199,7 @@ def read_secret(identity: IdentitySettings) -> str:
         SettingsRefused: its file cannot be used, or others may read it.
     """
     path = Path(identity.secret_file)
-    content = _beginning_of(path, _MOST_SECRET)
+    content = beginning_of(path, _MOST_SECRET)
     if os.name == "posix" and (mode := stat.S_IMODE(path.stat().st_mode)) & 0o077:
         problem = f"is open to other users of this machine (mode {mode:03o}); chmod 600"
         raise SettingsRefused(f"{path}: {problem}")

@@ -49,7 +49,7 @@ def pressed(rig: GamepadRig) -> None:
 
 
 def along_x(share: float) -> tuple[float, ...]:
-    return (pytest.approx(share), 0.0, 0.0, 0.0, 0.0, 0.0)  # type: ignore[return-value]
+    return (pytest.approx(share), 0.0, 0.0, 0.0, 0.0, 0.0)  # type: ignore[return-value]  # equal to a number nearby
 
 
 def moving(asked: list[GamepadCommand]) -> list[GamepadCommand]:

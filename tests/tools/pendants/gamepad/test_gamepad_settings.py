@@ -15,7 +15,7 @@ from openpendant.tools.pendants.gamepad.settings import (
     kind_of,
     settings_of,
 )
-from openpendant.tools.pendants.web.settings import SettingsRefused
+from openpendant.tools.pendants.settings_file import SettingsRefused
 
 
 def spacemouse(**table: Any) -> GamepadSettings:

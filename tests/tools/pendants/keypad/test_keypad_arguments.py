@@ -1,12 +1,14 @@
 """Arguments and settings of the keypad's commands: what is taken, and the words for the rest."""
 
+import os
 from pathlib import Path
 
 import pytest
 
 from openpendant.tools.pendants.keypad import cli, emulator_cli
 from openpendant.tools.pendants.keypad.keypad import EnablingSource
-from openpendant.tools.pendants.keypad.settings import KeypadSettingsRefused, settings_of
+from openpendant.tools.pendants.keypad.settings import settings_of
+from openpendant.tools.pendants.settings_file import SettingsRefused
 
 EXAMPLE = """
 [keypad]
@@ -52,9 +54,16 @@ def test_without_a_file_the_usual_values_hold() -> None:
 )
 def test_what_cannot_be_used_is_named_with_what_would_be(file: Path, text: str, told: str) -> None:
     file.write_text(text)
-    with pytest.raises(KeypadSettingsRefused, match=r"keypad\.toml") as refused:
+    with pytest.raises(SettingsRefused, match=r"keypad\.toml") as refused:
         settings_of(file, {})
     assert told in str(refused.value)
+
+
+def test_a_pipe_in_the_place_of_the_file_is_refused_and_not_waited_for(tmp_path: Path) -> None:
+    pipe = tmp_path / "keypad.toml"
+    os.mkfifo(pipe)
+    with pytest.raises(SettingsRefused, match="is not a regular file"):
+        settings_of(pipe, {})
 
 
 @pytest.mark.parametrize(
@@ -65,7 +74,7 @@ def test_what_cannot_be_used_is_named_with_what_would_be(file: Path, text: str, 
         (["--port", "socket://a:1", "--take-control"], "--take-control goes with --characters"),
         (["--port", "socket://a:1", "--baud", "1"], "baud: "),
         (["--port", "socket://a:1", "--server", "a:b"], "server: "),
-        (["--config", "absent.toml"], "absent.toml: No such file"),
+        (["--config", "absent.toml"], "absent.toml: cannot be read: No such file"),
     ],
 )
 def test_wrong_usage_of_the_bridge_is_one_line(

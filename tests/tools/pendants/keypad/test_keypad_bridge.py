@@ -55,7 +55,7 @@ class Cable(asyncio.Transport):
 
 
 @dataclass
-class Desk:
+class KeypadBench:
     """A keypad on a desk, with its cable, a bridge, and a server that agrees to everything.
 
     Attributes:
@@ -125,13 +125,13 @@ class Desk:
 
 
 @asynccontextmanager
-async def desk(server: ScriptedPendantServer, **options: Any) -> AsyncIterator[Desk]:
+async def desk(server: ScriptedPendantServer, **options: Any) -> AsyncIterator[KeypadBench]:
     server.answers |= {
         "snapshot": dict(snapshot()),
         "controller.describe": {"emulated": True},
         "recordings.list": {"recordings": [], "recording": None, "total": 0, "problem": ""},
     }
-    made = Desk(server, **options)
+    made = KeypadBench(server, **options)
 
     async def connect() -> PendantClient:
         return await PendantClient.connect("127.0.0.1", server.port, enabling_deadline=0.15)
@@ -159,7 +159,7 @@ async def desk(server: ScriptedPendantServer, **options: Any) -> AsyncIterator[D
 
 
 @asynccontextmanager
-async def ready(server: ScriptedPendantServer) -> AsyncIterator[Desk]:
+async def ready(server: ScriptedPendantServer) -> AsyncIterator[KeypadBench]:
     """A desk whose keypad is in control."""
     server.holder = SESSION
     async with desk(server) as made:

@@ -77,7 +77,7 @@ class CharacterRig:
 
     def state(self) -> State:
         shown = replace(state(1), holder=SESSION, operating_mode=OperatingMode.MANUAL_REDUCED)
-        return replace(shown, **self.values)  # type: ignore[arg-type]
+        return replace(shown, **self.values)  # type: ignore[arg-type]  # fields by name
 
     def send(self, data: bytes, wait: int = 300) -> list[Command]:
         asked: list[Command] = []

@@ -6,10 +6,9 @@ from typing import Any
 
 import pytest
 
+from openpendant.tools.pendants.settings_file import SettingsRefused, read_file
 from openpendant.tools.pendants.web.settings import (
     IdentitySettings,
-    SettingsRefused,
-    read_file,
     read_secret,
     settings_of,
 )
