@@ -41,7 +41,7 @@ FIRMWARE = (1, 0)
 """The version that an emulated keypad says it has, and shows."""
 
 _UP_SCANS, _STOP_SCANS, _BUTTON_DOWN, _BUTTON_UP = 10, 2, 5, 2
-_FIRST_HELLO, _HELLO_PERIOD, _SILENCE = 25, 1_000, 1_000
+_FIRST_HELLO, _HELLO_PERIOD, _SILENCE = 15, 1_000, 1_000
 _LET_GO = 20
 _GAP = 20
 _PAIR = 2

@@ -19,14 +19,13 @@ from textual.widgets import Static
 
 from .emulated_keypad import EmulatedKeypad
 from .emulator_line import PERIOD, EmulatedLine, RunningKeypad
-from .keys import JOG_KEYS, KEYS, LABELS, MENU_KEYS, MODE, SPEED_DOWN, SPEED_UP, STOP
+from .keys import KEYS, LABELS, STOP, printed_on
 
 STOP_KEYS = (" ", "space", "f8")
 
 STRUCK = 0.15
 """STOP by a key of the terminal is down for so long [s]."""
 
-_NAMES = {SPEED_UP: "SPEED +", SPEED_DOWN: "SPEED -", MODE: "MODE", STOP: "STOP"}
 _HELP = """\
 SPACE, F8: STOP
 Esc: let go of all
@@ -41,22 +40,11 @@ ctrl+q: quit
 --port {port}"""
 
 
-def words_of(key: int) -> str:
-    """Return the three rows that are printed on a key."""
-    if key in _NAMES:
-        hint = {MODE: "long: menu"}.get(key, "")
-        return f"{LABELS[key]}\n{_NAMES[key]}\n{hint}"
-    axis = JOG_KEYS[key]
-    sign = "+" if axis.sign > 0 else "-"
-    jog = f"{axis.axis + 1}{sign}  {'XYZABC'[axis.axis]}{sign}"
-    return f"{LABELS[key]}\n{jog}\n{MENU_KEYS[key].value}"
-
-
 class KeyCap(Static):
     """One key: a mouse button holds it while it is over it."""
 
     def __init__(self, key: int, touched: Callable[[int, bool], None]) -> None:
-        super().__init__(words_of(key), id=f"key{key}", markup=False)
+        super().__init__("\n".join(printed_on(key)), id=f"key{key}", markup=False)
         self._key = key
         self._touched = touched
         self._is_held = False

@@ -20,6 +20,8 @@ SPEED_UP, SPEED_DOWN, MODE, STOP = 3, 7, 11, 15
 
 STOP_BIT = 1 << STOP
 
+_TOOL_AXES = "XYZABC"
+
 _PAIRS = ((0, 4), (1, 5), (2, 6), (8, 12), (9, 13), (10, 14))
 """Of each axis the key of its plus and of its minus."""
 
@@ -66,6 +68,19 @@ MENU_KEYS: Mapping[int, MenuKey] = {
 }
 
 
+_NAMES = {SPEED_UP: "SPEED +", SPEED_DOWN: "SPEED -", MODE: "MODE", STOP: "STOP"}
+
+
+def printed_on(key: int) -> tuple[str, str, str]:
+    """Return what is printed on a key: its label, what it does, and what in the menu."""
+    if key in _NAMES:
+        return LABELS[key], _NAMES[key], "long: menu" if key == MODE else ""
+    axis = JOG_KEYS[key]
+    sign = "+" if axis.sign > 0 else "-"
+    jog = f"{axis.axis + 1}{sign}  {_TOOL_AXES[axis.axis]}{sign}"
+    return LABELS[key], jog, MENU_KEYS[key].value
+
+
 def more_than_two(mask: int) -> bool:
     """Return True if more than two keys of a mask are down."""
     return mask.bit_count() > 2
@@ -74,9 +89,6 @@ def more_than_two(mask: int) -> bool:
 def keys_of(mask: int) -> tuple[int, ...]:
     """Return the keys that are down."""
     return tuple(key for key in range(KEYS) if mask >> key & 1)
-
-
-_TOOL_AXES = "XYZABC"
 
 
 def jog_keys_of(values: Sequence[float], frame: str) -> tuple[str, ...]:

@@ -13,8 +13,8 @@ from textual.widgets import Static
 
 from openpendant.tools.pendants.keypad.emulated_keypad import EmulatedKeypad
 from openpendant.tools.pendants.keypad.emulator_line import EmulatedLine, SocketLine
-from openpendant.tools.pendants.keypad.keypad_screen import KeypadApp, words_of
-from openpendant.tools.pendants.keypad.keys import KEYS, LABELS, STOP
+from openpendant.tools.pendants.keypad.keypad_screen import KeypadApp
+from openpendant.tools.pendants.keypad.keys import KEYS, LABELS, STOP, printed_on
 
 pytestmark = pytest.mark.realtime
 
@@ -118,9 +118,9 @@ async def test_a_terminal_that_loses_the_focus_lets_go_of_all() -> None:
 
 
 def test_each_key_has_its_words_on_it() -> None:
-    words = [words_of(key).split("\n") for key in range(KEYS)]
+    words = [printed_on(key) for key in range(KEYS)]
     assert [each[0] for each in words] == list(LABELS)
-    assert words[0] == ["1", "1+  X+", "REC"]
-    assert words[14] == ["#", "6-  C-", "T1/T2"]
-    assert words[11] == ["C", "MODE", "long: menu"]
+    assert words[0] == ("1", "1+  X+", "REC")
+    assert words[14] == ("#", "6-  C-", "T1/T2")
+    assert words[11] == ("C", "MODE", "long: menu")
     assert words[15][1] == "STOP"
