@@ -12,9 +12,9 @@ import os
 import signal
 import socket
 import ssl
-from collections.abc import Sequence
+from collections.abc import Awaitable, Sequence
 from pathlib import Path
-from typing import Annotated, Any
+from typing import Annotated, Any, TypeVar
 
 import typer
 from aiohttp import web
@@ -24,6 +24,8 @@ from ..connection_errors import DEFAULT_PORT as SERVER_PORT
 from ..connection_errors import WrongArgument
 from ..settings_file import SettingsRefused, read_file
 from .admission import PageAdmission
+from .keypad_relay import HOST as KEYPAD_HOST
+from .keypad_relay import KeypadRelay
 from .page_files import BUILT, PageFiles
 from .relay import BrowserRelay
 from .server_exposure import NotAsked, NotGuarded, check_logins_are_demanded
@@ -39,6 +41,8 @@ _SHUTDOWN_WITHIN = 3.0
 """Time for what still runs when the gateway ends [s]."""
 
 app = command()
+
+_T = TypeVar("_T")
 
 
 class PortUnusable(Exception):
@@ -73,6 +77,14 @@ def web_(
     host: Annotated[
         str | None, typer.Option(help="Address to listen at; loopback unless told otherwise.")
     ] = None,
+    keypad: Annotated[
+        int | None,
+        typer.Option(
+            metavar="PORT",
+            help="The keypad in the page: `openpendant keypad --port socket://127.0.0.1:PORT`"
+            " comes here; 0: any free port.",
+        ),
+    ] = None,
     config: Annotated[Path | None, typer.Option(help="TOML file; arguments go before it.")] = None,
     ca: Annotated[
         Path | None, typer.Option(help="Certificate of the servers; encrypts the connections.")
@@ -93,7 +105,7 @@ def web_(
     Each page has a connection of its own to a server, where it is a pendant like any other.
     """
     data = read_file(config) if config else {}
-    given = _given(server, ca, host=host, port=port)
+    given = _given(server, ca, host=host, port=port, keypad=keypad)
     if gateway is not None or secret_file is not None:
         table = data.get("gateway")
         known = dict(table) if isinstance(table, dict) else {}
@@ -145,7 +157,11 @@ def _tls(settings: OwnCertificate | None) -> ssl.SSLContext | None:
 
 
 class WebGateway:
-    """A gateway that is ready to listen."""
+    """A gateway that is ready to listen.
+
+    Attributes:
+        keypad_port: what the bridge of a keypad in a page takes as `--port`; empty for none.
+    """
 
     def __init__(
         self,
@@ -156,12 +172,14 @@ class WebGateway:
         page: Path,
     ) -> None:
         """Know all that it needs."""
+        self.keypad_port = ""
         self._settings = settings
         self._servers = servers
         self._identity = identity
         self._tls = tls
         admission = PageAdmission(settings, () if settings.is_local else _own_names())
-        application = BrowserRelay(servers, admission, identity).application()
+        self._keypad = None if settings.keypad is None else KeypadRelay()
+        application = BrowserRelay(servers, admission, identity, self._keypad).application()
         files = PageFiles(page)
         application.router.add_get("/", files.serve)
         application.router.add_get("/{file:.+}", files.serve)
@@ -180,13 +198,11 @@ class WebGateway:
         if not self._settings.is_local and self._identity is not None:
             await check_logins_are_demanded(self._servers, self._identity)
         await self._runner.setup()
-        host = self._settings.host
-        try:
-            site = web.TCPSite(self._runner, host, self._settings.port, ssl_context=self._tls)
-            await site.start()
-        except OSError as error:
-            why = os.strerror(error.errno) if error.errno else str(error)
-            raise PortUnusable(f"{host}:{self._settings.port}: {why}") from None
+        host, port = self._settings.host, self._settings.port
+        site = web.TCPSite(self._runner, host, port, ssl_context=self._tls)
+        await _listening(host, port, site.start())
+        if self._keypad is not None and (at := self._settings.keypad) is not None:
+            self.keypad_port = await _listening(KEYPAD_HOST, at, self._keypad.listen(at))
         shown = f"[{host}]" if ":" in host else host
         scheme = "http" if self._tls is None else "https"
         return f"{scheme}://{shown}:{self._runner.addresses[0][1]}/"
@@ -194,6 +210,19 @@ class WebGateway:
     async def close(self) -> None:
         """End all pages in order and listen no more."""
         await self._runner.cleanup()
+
+
+async def _listening(host: str, port: int, begun: Awaitable[_T]) -> _T:
+    """Begin to listen.
+
+    Raises:
+        PortUnusable: it cannot be listened at.
+    """
+    try:
+        return await begun
+    except OSError as error:
+        why = os.strerror(error.errno) if error.errno else str(error)
+        raise PortUnusable(f"{host}:{port}: {why}") from None
 
 
 def _own_names() -> list[str]:
@@ -211,10 +240,14 @@ async def _serve(gateway: WebGateway, *, as_json: bool) -> None:
             signal.signal(number, lambda *_: loop.call_soon_threadsafe(interrupted.set))
     try:
         address = await gateway.start()
+        keypad = gateway.keypad_port
         if as_json:
-            emit_json({"event": "ready", "page": address, "pid": os.getpid()}, flush=True)
+            told = {"event": "ready", "page": address, "pid": os.getpid()}
+            emit_json(told | ({"keypad": keypad} if keypad else {}), flush=True)
         else:
             print(f"web ready {address} pid={os.getpid()}", flush=True)
+            if keypad:
+                print(f"keypad in the page: openpendant keypad --port {keypad}", flush=True)
         await interrupted.wait()
     finally:
         await gateway.close()

@@ -19,7 +19,10 @@ from openpendant.simplemsg.framing import MAX_FRAME
 from ..connection_errors import Unreachable
 from .admission import Asked, Browser, NotAdmitted, PageAdmission
 from .backlog import Backlog, TooSlow
+from .keypad_relay import PATH as KEYPAD_PATH
+from .keypad_relay import KeypadRelay
 from .server_link import GatewayIdentity, NotForwarded, Server, ServerLink, dial
+from .settings import is_loopback
 
 PATH = "/servers/{server:.*}"
 """Where a page opens its WebSocket, by the name of a server; `/servers` lists the names.
@@ -221,16 +224,22 @@ class BrowserRelay:
     """All pairs of a gateway."""
 
     def __init__(
-        self, servers: Sequence[Server], admission: PageAdmission, identity: GatewayIdentity | None
+        self,
+        servers: Sequence[Server],
+        admission: PageAdmission,
+        identity: GatewayIdentity | None,
+        keypad: KeypadRelay | None = None,
     ) -> None:
         """Make a gateway without pairs.
 
         Args:
             identity: what the servers believe it by; None for one of this machine's browsers alone.
+            keypad: for the bridge of a keypad in a page; None for none.
         """
         self._servers = {each.name: each for each in servers}
         self._admission = admission
         self._identity = identity
+        self._keypad = keypad
         self._pairs: dict[BrowserPair, asyncio.Task[None] | None] = {}
 
     def application(self) -> web.Application:
@@ -238,6 +247,8 @@ class BrowserRelay:
         application = web.Application(middlewares=[self._admitted])
         application.router.add_get("/servers", self._list)
         application.router.add_get(PATH, self._open)
+        if self._keypad is not None:
+            application.router.add_get(KEYPAD_PATH, self._open_keypad)
         application.on_shutdown.append(self._shut_down)
         return application
 
@@ -257,9 +268,19 @@ class BrowserRelay:
         self._admission.check_page(asked)
         return self._admission.browser(asked)
 
-    async def _list(self, _: web.Request) -> web.Response:
+    async def _list(self, request: web.Request) -> web.Response:
         names = [{"name": each.name, "address": str(each)} for each in self._servers.values()]
-        return web.json_response({"servers": names}, headers={"Cache-Control": "no-store"})
+        told: dict[str, object] = {"servers": names}
+        if self._keypad is not None and is_loopback(self._browser(request).address):
+            told["keypad"] = True
+        return web.json_response(told, headers={"Cache-Control": "no-store"})
+
+    async def _open_keypad(self, request: web.Request) -> web.StreamResponse:
+        """Be the line of the keypad in a page; its bridge has rights that the browser has not."""
+        assert self._keypad is not None
+        if not is_loopback(self._browser(request).address):
+            raise web.HTTPForbidden(text="the keypad is for browsers of this machine only\n")
+        return await self._keypad.serve(request)
 
     async def _open(self, request: web.Request) -> web.StreamResponse:
         """Pair a page's WebSocket with the server that it names, until one of the two is over."""
@@ -288,5 +309,7 @@ class BrowserRelay:
         running = [each for each in self._pairs.values() if each is not None]
         for pair in self._pairs:
             pair.end(Ending.GOING_AWAY, "the gateway ends")
+        if self._keypad is not None:
+            self._keypad.close()
         if running:
             await asyncio.wait(running, timeout=2 * _CLOSE_WITHIN)

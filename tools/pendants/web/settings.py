@@ -121,6 +121,8 @@ class WebSettings(_Table):
     """Address to listen at; others than this machine's only where the servers demand logins."""
     port: Annotated[int, Field(ge=0, le=65_535)] = DEFAULT_PORT
     """Port to listen at, 0 for a free one."""
+    keypad: Annotated[int, Field(ge=0, le=65_535)] | None = None
+    """Port of this machine where the bridge of a keypad in a page comes, 0 for a free one."""
     servers: Annotated[
         tuple[KnownServer, ...],
         Field(min_length=1, max_length=64),
