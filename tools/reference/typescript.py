@@ -34,6 +34,7 @@ from openpendant.simplemsg.verdicts import CATALOGUE
 
 from .messages import NOTICE, filter_name, own_messages
 from .typescript_operations import operation_types
+from .typescript_serial import serial_frames_file
 from .typescript_words import field_meanings, field_words
 
 FOLDER = Path("tools/pendants/web/frontend/src")
@@ -96,6 +97,7 @@ def typescript_files() -> Mapping[str, str]:
         "field-words.ts": field_words(),
         "field-meanings.ts": field_meanings(),
         "remedies.ts": _remedies(),
+        "keypad/serial-frames.ts": serial_frames_file(),
     }
 
 

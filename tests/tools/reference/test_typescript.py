@@ -20,7 +20,7 @@ SOURCES = ROOT / FOLDER
 VECTORS = ROOT / "docs" / "generated" / "vectors"
 GENERATED = (
     *("protocol.ts", "operations.ts", "simple-message.ts"),
-    *("field-words.ts", "field-meanings.ts", "remedies.ts"),
+    *("field-words.ts", "field-meanings.ts", "remedies.ts", "keypad/serial-frames.ts"),
 )
 SCRIPT = ROOT / "tests" / "rigs" / "processes" / "round_trips.mjs"
 FILES = sorted(VECTORS.glob("*.json"))

@@ -1,5 +1,6 @@
 """Faults planted in the page's TypeScript, each of which its tests in Node must find."""
 
+import os
 import shutil
 import subprocess
 import tomllib
@@ -7,6 +8,7 @@ from pathlib import Path
 from typing import Any
 
 import pytest
+from rigs.data.keypad_runs import write_keypad_cases
 from rigs.processes.node import LEAST, node
 
 FRONTEND = Path(__file__).parents[4] / "tools" / "pendants" / "web" / "frontend"
@@ -21,6 +23,7 @@ def _frontend(tmp_path_factory: pytest.TempPathFactory) -> Path:
     for name in ("src", "test"):
         shutil.copytree(FRONTEND / name, folder / name)
     shutil.copy(FRONTEND / "package.json", folder)
+    write_keypad_cases(folder / "keypad.json")
     return folder
 
 
@@ -48,6 +51,7 @@ def _passes(path: str, test: Path) -> bool:
         text=True,
         check=False,
         timeout=60,
+        env=os.environ | {"KEYPAD_CASES": str(test.parents[1] / "keypad.json")},
     )
     # A fault that the file does not even load with is no fault of a rule.
     assert "SyntaxError" not in ran.stdout, ran.stdout

@@ -21,7 +21,8 @@ import { makeStickView } from "./view/stick.ts";
 import type { MakeView, ViewEvents } from "./view/view.ts";
 import { LinkLost, Refused } from "./wire/errors.ts";
 import type { Refusal } from "./wire/errors.ts";
-import { openSocket, servedServers } from "./wire/gateway.ts";
+import { openSocket, served } from "./wire/gateway.ts";
+import type { Served } from "./wire/gateway.ts";
 import { Session } from "./wire/session.ts";
 
 const SETTINGS = "openpendant.settings";
@@ -99,7 +100,8 @@ class Page implements App {
   #root: HTMLElement;
   #layout: Layout | null = null;
   #viewListener: Partial<ViewEvents> | null = null;
-  #servers: readonly string[] = [""];
+  #stopListener: (() => void) | null = null;
+  #served: Served = { servers: [""], hasKeypad: false };
   /** That in which the page stands. */
   #language = "";
   #isDue = false;
@@ -137,7 +139,7 @@ class Page implements App {
 
   async begin(): Promise<void> {
     const words = fetchWords(this.settings.value.language);
-    this.#servers = await servedServers();
+    this.#served = await served();
     await words;
     this.cell.watch((cell) => this.#changed(cell));
     this.choice.watch(() => this.#draw());
@@ -148,7 +150,7 @@ class Page implements App {
       this.#draw();
     });
     // The cell is asked while the page is built: what is seen first is true already.
-    this.session.visit(this.#servers[0] ?? "");
+    this.session.visit(this.#served.servers[0] ?? "");
     this.#show();
     listen(this);
     listenToGamepads(this);
@@ -180,10 +182,15 @@ class Page implements App {
   }
 
   stop(): void {
+    this.#stopListener?.();
     this.holding.forget();
     this.choice.set({ isStopReleased: false });
     this.#isStopDue = this.cell.value.stage !== "up";
     if (!this.#isStopDue) this.attempt(() => this.session.stop(this.texts.stopReason));
+  }
+
+  hearStop(listener: (() => void) | null): void {
+    this.#stopListener = listener;
   }
 
   overlay(part: Parameters<App["overlay"]>[0]): void {
@@ -210,7 +217,7 @@ class Page implements App {
     document.documentElement.dataset["theme"] = theme;
     document.documentElement.lang = language;
     this.#layout?.view.close();
-    this.#layout = layout(this, this.#servers);
+    this.#layout = layout(this, this.#served);
     this.#root.replaceChildren(this.#layout.element);
     this.#layout.view.use((host) => makeStickView(host, this.#viewEvents()));
     void this.#better(this.#layout);

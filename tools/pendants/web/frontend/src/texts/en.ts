@@ -1,5 +1,6 @@
 // All words of the page in English, which is always there; `de/de.ts` has the same keys.
 import type { CodeTexts } from "../protocol.ts";
+import { keypadEn } from "./keypad.ts";
 import { numbersEn } from "./numbers.ts";
 import { packetsEn } from "./packets.ts";
 import { planEn } from "./plan.ts";
@@ -17,6 +18,7 @@ export const en = {
   packetWords: packetsEn,
   numberWords: numbersEn,
   tourWords: tourEn,
+  keypadWords: keypadEn,
   /** Cause and remedy by code; in English the server says the cause itself. */
   codes: {} as Partial<CodeTexts>,
   meshesMissing: (count: number) =>
@@ -85,6 +87,7 @@ export const en = {
   plots: "Plots",
   packets: "Packets",
   log: "Log",
+  keypad: "Keypad",
   tour: "Take a tour",
   // banner
   observing: (holder: string) => `Observing: ${holder} holds control.`,

@@ -8,7 +8,7 @@ import type { Content, ViewEvents } from "../view/view.ts";
 import type { Refusal } from "../wire/errors.ts";
 import type { Session } from "../wire/session.ts";
 
-export type Task = "jog" | "teach" | "plan" | "scene" | "frames" | "plots" | "packets" | "log" | "tour";
+export type Task = "jog" | "teach" | "plan" | "scene" | "frames" | "plots" | "packets" | "log" | "keypad" | "tour";
 
 export type AxesFrame = "joint" | "base" | "tool" | "user";
 
@@ -51,6 +51,8 @@ export interface App {
   /** Do something whose refusal is told in the banner. */
   attempt(act: () => Promise<unknown>): void;
   stop(): void;
+  /** Hear STOP as it is pressed on this page; null for nobody. */
+  hearStop(listener: (() => void) | null): void;
   /** Add to what the view shows, over the measured robot; null takes it away. */
   overlay(part: Partial<Content> | null): void;
   /** Hear what is dragged and pressed in the picture; null for nobody. */

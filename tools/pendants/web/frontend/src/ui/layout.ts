@@ -14,12 +14,13 @@ import type { App, Part, Task, TaskPart } from "./app.ts";
 import { attribute, h, mark, show } from "./elements.ts";
 import { icon } from "./icons.ts";
 import { TASKS } from "./tasks.ts";
+import type { Served } from "../wire/gateway.ts";
 
 export interface Layout extends Part {
   readonly view: CellView;
 }
 
-export function layout(app: App, servers: readonly string[]): Layout {
+export function layout(app: App, { servers, hasKeypad }: Served): Layout {
   const checklist = checklistCard(app);
   const view = cellView(app, checklist.element);
   const top = topRow(app);
@@ -38,7 +39,7 @@ export function layout(app: App, servers: readonly string[]): Layout {
     "nav",
     { class: "rail", "aria-label": app.texts.tasks },
     ...TASKS.map(({ task, icon: drawn }) =>
-      drawn !== null &&
+      drawn !== null && (hasKeypad || task !== "keypad") &&
       h("button", { type: "button", "data-task": task, onclick: () => app.choice.set({ task }) },
         icon(drawn), h("span", {}, app.texts[task])),
     ),

@@ -1,5 +1,6 @@
 // The tasks of the rail, in its order; a task is made when it is first shown.
 import { jogTask } from "../panels/jog.ts";
+import { keypadTask } from "../panels/keypad.ts";
 import { numbersTask } from "../panels/numbers.ts";
 import { packetsTask } from "../panels/packets.ts";
 import { planTask } from "../panels/plan.ts";
@@ -25,5 +26,6 @@ export const TASKS: readonly TaskEntry[] = [
   { task: "frames", icon: "frames", make: numbersTask },
   { task: "plots", icon: "plots", make: plotsTask },
   { task: "packets", icon: "packets", make: packetsTask },
+  { task: "keypad", icon: "keypad", make: keypadTask },
   { task: "tour", icon: null, make: tourTask },
 ];

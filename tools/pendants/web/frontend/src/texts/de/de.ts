@@ -1,6 +1,7 @@
 // Alle Wörter der Seite auf Deutsch; die Schlüssel sind die von en.ts.
 import { codeTextsDe } from "../../codes.de.ts";
 import type { Texts } from "../en.ts";
+import { keypadDe } from "./keypad.ts";
 import { numbersDe } from "./numbers.ts";
 import { packetsDe } from "./packets.ts";
 import { planDe } from "./plan.ts";
@@ -17,6 +18,7 @@ export const de: Texts = {
   packetWords: packetsDe,
   numberWords: numbersDe,
   tourWords: tourDe,
+  keypadWords: keypadDe,
   codes: codeTextsDe,
   meshesMissing: (count) =>
     `${count} Netze des Roboters kamen nicht vollständig: dort stehen seine einfachen Formen.`,
@@ -81,6 +83,7 @@ export const de: Texts = {
   plots: "Kurven",
   packets: "Pakete",
   log: "Protokoll",
+  keypad: "Tasten",
   tour: "Rundgang",
   observing: (holder) => `Sie sehen zu: ${holder} hat die Hoheit.`,
   observingFree: "Sie sehen zu. Niemand hat die Hoheit.",
