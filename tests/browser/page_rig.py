@@ -185,16 +185,23 @@ class PageRig:
         self.start_gateway(gateway, server)
         return server, gateway
 
-    def start_gateway(self, port: int, server: int = 0) -> WarmProcess:
+    def start_gateway(self, port: int, server: int = 0, keypad: int = 0) -> WarmProcess:
         """Start a gateway at a port, and wait until it listens.
 
         Args:
             server: the port that it dials; the server's own unless given.
+            keypad: the port for the bridge of the keypad in its page; no keypad unless given.
         """
         at = f"127.0.0.1:{server or self.server}"
-        started = self._start("web", "--server", at, "--port", port)
+        more = ("--keypad", keypad) if keypad else ()
+        started = self._start("web", "--server", at, "--port", port, *more)
         wait_for(port)
         return started
+
+    def start_bridge(self, keypad: int) -> WarmProcess:
+        """Start the bridge of the keypad in the page of a gateway."""
+        line = f"socket://127.0.0.1:{keypad}"
+        return self._start("keypad", "--port", line, "--server", f"127.0.0.1:{self.server}")
 
     def end(self, process: WarmProcess) -> None:
         """End one of its processes before the others."""
