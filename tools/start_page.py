@@ -39,9 +39,11 @@ class PageCell(EmulatedCell):
 
     Attributes:
         page_port: of the gateway; 0 for a free one.
+        has_keypad: the page has a keypad, and a bridge serves it.
     """
 
     page_port: int = _PAGE_PORT
+    has_keypad: bool = False
 
     @property
     def secret_file(self) -> Path:
@@ -58,7 +60,17 @@ class PageCell(EmulatedCell):
         return our_command(
             *("web", "--server", f"emulated={_HOST}:{port}", "--port", str(self.page_port)),
             *("--gateway", _GATEWAY, "--secret-file", str(self.secret_file), "--json"),
+            *(("--keypad", "0") if self.has_keypad else ()),
         )
+
+    def bridge_command(self, line: str, port: int) -> list[str]:
+        """Return the command of the keypad's bridge.
+
+        Args:
+            line: where the gateway says that it comes.
+            port: the server's.
+        """
+        return our_command("keypad", "--port", line, "--server", f"{_HOST}:{port}")
 
 
 def run(cell: PageCell, interruptions: Interruptions, *, opens: bool) -> None:
@@ -82,14 +94,18 @@ def run(cell: PageCell, interruptions: Interruptions, *, opens: bool) -> None:
         emulator = start("the emulator", cell.emulator_command())
         controller = ready(emulator, interruptions)
         server = start("the server", cell.server_command(controller["motion"], controller["state"]))
-        gateway = start(
-            "the gateway", cell.gateway_command(ready(server, interruptions)["pendant"])
-        )
-        page = ready(gateway, interruptions)["page"]
+        port = ready(server, interruptions)["pendant"]
+        gateway = start("the gateway", cell.gateway_command(port))
+        served = ready(gateway, interruptions)
+        page = served["page"]
+        others: tuple[Part, ...] = (emulator, server)
+        if cell.has_keypad:
+            bridge = start("the bridge", cell.bridge_command(served["keypad"], port))
+            others = (*others, bridge)
         print(f"{cell.robot}, emulated. The pendant is at {page} (Ctrl-C ends all)", flush=True)
         if opens:
             webbrowser.open(page)
-        wait_for_an_end(gateway, (emulator, server), interruptions)
+        wait_for_an_end(gateway, others, interruptions)
 
 
 def has_desktop() -> bool:
@@ -123,6 +139,7 @@ def main(argv: list[str]) -> int:
         store=arguments.store or str(default_path().with_name(f"start-{robot.name}.db")),
         logs=logs,
         page_port=port_or_free(_PAGE_PORT) if arguments.port is None else arguments.port,
+        has_keypad=arguments.keypad,
     )
     code: int = ExitCode.OK
     interruptions = Interruptions()
@@ -134,7 +151,8 @@ def main(argv: list[str]) -> int:
         except Interrupted as interruption:
             code = 128 + interruption.number
     with contextlib.suppress(OSError):  # of a terminal that is gone
-        print(f"all three have ended; cell file and logs: {logs}", flush=True)
+        count = "four" if cell.has_keypad else "three"
+        print(f"all {count} have ended; cell file and logs: {logs}", flush=True)
     return code
 
 
@@ -146,6 +164,7 @@ def parser() -> argparse.ArgumentParser:
     reader.add_argument("--robot", default="ur5", help="robot name or file (default: %(default)s)")
     reader.add_argument("--port", type=int, help=f"of the page (default: {_PAGE_PORT}, or free)")
     reader.add_argument("--store", metavar="FILE", help="file of programs (default: one a robot)")
+    reader.add_argument("--keypad", action="store_true", help="with a keypad and its bridge")
     reader.add_argument("--no-open", action="store_true", help="open no browser")
     return reader
 

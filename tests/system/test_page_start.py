@@ -1,4 +1,4 @@
-"""`make pendant` without make: an emulator, a server and a gateway that come and go together."""
+"""`make pendant` without make: emulator, server, gateway and bridge come and go together."""
 
 import json
 import os
@@ -27,6 +27,8 @@ from openpendant.simplemsg.pendant import (
     LobbyReply,
     Management,
 )
+from openpendant.simplemsg.serial_frames import FrameKind, FrameReader, LineWay
+from openpendant.tools.pendants.keypad.emulated_keypad import MS, EmulatedKeypad
 
 pytestmark = [
     pytest.mark.realtime,
@@ -82,7 +84,7 @@ def page(tmp_path_factory: pytest.TempPathFactory) -> Iterator[StartedPage]:
     with subprocess.Popen(
         [
             *(sys.executable, "-m", "openpendant.tools.start_page"),
-            *("--no-open", "--port", "0", "--store", "off"),
+            *("--no-open", "--port", "0", "--store", "off", "--keypad"),
         ],
         stdout=subprocess.PIPE,
         text=True,
@@ -123,10 +125,27 @@ async def test_a_page_of_this_machine_is_the_single_user_of_an_emulated_cell(
     assert page.modes_of_secrets() == [0o600]
 
 
-def test_an_interrupted_command_ends_all_three(page: StartedPage) -> None:
+async def test_the_keypad_of_the_page_is_welcomed_by_its_bridge(page: StartedPage) -> None:
+    keypad, reader = EmulatedKeypad(), FrameReader(LineWay.TO_DEVICE)
+    keypad.start(0)
+    keypad.tick(20 * MS)
+    async with ClientSession() as session:
+        line = await session.ws_connect(f"{page.address}keypad")
+        hello, kinds = keypad.output(), list[FrameKind]()
+        while FrameKind.WELCOME not in kinds:
+            await line.send_bytes(hello)  # the bridge comes by and by, and hears what is said then
+            try:
+                data = await line.receive_bytes(timeout=0.3)
+            except TimeoutError:
+                continue
+            kinds += [frame.KIND for _, frame in reader.receive(data)]
+        await line.close()
+
+
+def test_an_interrupted_command_ends_all_four(page: StartedPage) -> None:
     assert page.address
     page.process.send_signal(signal.SIGINT)
     rest, _ = page.process.communicate(timeout=PATIENCE)
     assert page.process.returncode == 128 + signal.SIGINT
-    assert "all three have ended" in rest
+    assert "all four have ended" in rest
     assert left_over(page.mark, PATIENCE) == {}
