@@ -298,6 +298,43 @@ def test_of_each_pair_of_keys_in_either_order_both_move_and_nothing_else() -> No
         assert rig.keypad.line.state is LineState.READY
 
 
+OTHER_KEYS = sorted(set(range(16)) - set(JOG_KEYS))
+
+
+@pytest.mark.parametrize("other", OTHER_KEYS, ids=lambda number: LABELS[number])
+@pytest.mark.parametrize("jog_is_first", [True, False])
+def test_of_a_jog_key_and_another_the_jog_key_moves_unless_mode_or_stop_was_first(
+    other: int, jog_is_first: bool
+) -> None:
+    rig = KeypadRig()
+    for jog in sorted(JOG_KEYS):
+        rig.asked.clear()
+        pair = (jog, other) if jog_is_first else (other, jog)
+        rig.press(LABELS[pair[0]] + LABELS[pair[1]])
+        axis = JOG_KEYS[jog]
+        may_move = jog_is_first or other not in (key("C"), key("D"))
+        moves = [do.PressJog(JOINTS, ((axis.axis, axis.sign),))] if may_move else []
+        assert rig.moves == moves, pair
+        assert bool(rig.times(do.StopRobot)) == (other == key("D"))
+        assert not rig.keypad.is_jogging or other != key("D")
+        rig.let_go(LABELS[jog])
+        rig.let_go()
+        assert rig.moves == moves, pair
+        rig.keypad.stop_key.latched()
+        rig.keypad.jog.frame = JOINTS
+
+
+def test_of_two_keys_that_jog_nothing_none_moves() -> None:
+    rig = KeypadRig()
+    for pair in itertools.permutations(OTHER_KEYS, 2):
+        rig.asked.clear()
+        rig.press(LABELS[pair[0]] + LABELS[pair[1]])
+        rig.let_go()
+        assert rig.moves == [], pair
+        assert bool(rig.times(do.StopRobot)) == (key("D") in pair)
+        rig.keypad.stop_key.latched()
+
+
 def test_of_all_triples_of_keys_pressed_at_once_none_moves_and_one_with_stop_stops() -> None:
     rig = KeypadRig()
     for triple in itertools.combinations(range(16), 3):
