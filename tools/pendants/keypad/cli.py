@@ -13,28 +13,30 @@ import sys
 from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Annotated, NoReturn
+from typing import Annotated
 
 import typer
 
-from openpendant.simplemsg.verdicts import VerdictCode
-
 from ...console import ExitCode, command, complain, run
-from ..client import PendantClient, PendantError, Refused, SecretUnprotected, WrongArgument
+from ..client import PendantClient, Refused, SecretUnprotected, WrongArgument
 from ..connection_errors import server_address
-from ..credentials import (
-    PASSWORD_VARIABLE,
-    STRICT,
-    guest_name,
-    pairing_code,
-    password_of,
-    tls_context,
-    told_of_unprotected_secrets,
+from ..credentials import told_of_unprotected_secrets
+from ..panel.command_line import (
+    ByPairing,
+    CellName,
+    Certificate,
+    ConnectionFailed,
+    Connector,
+    PanelLogin,
+    PendantName,
+    Strict,
+    Unusable,
+    UserName,
+    give_up,
 )
 from ..panel.connection import PanelConnection
 from ..panel.panel import Panel
 from ..panel.stop_key import REMEDY
-from ..panel.wording import connection_refused
 from ..session import LONGEST_SILENCE
 from ..settings_file import SettingsRefused
 from .bridge import KeypadBridge, LineWords
@@ -44,7 +46,6 @@ from .performer import KeypadPerformer
 from .serial_port import KeypadPortMisnamed, check_port, open_port, seen_ports
 from .settings import KeypadSettings, settings_of
 
-_STATE_RATE = 25.0
 _NAME = "keypad"
 _LOOK = 0.1
 """Time between two looks at whether anything is to be said, or the end was asked for [s]."""
@@ -52,22 +53,14 @@ _LOOK = 0.1
 app = command()
 
 
-class _Failed(Exception):
-    """No server that takes us; the text is for the user."""
-
-
-class _Unusable(Exception):
-    """Arguments that the bridge cannot run with; the text is for the user."""
-
-
 def main(argv: Sequence[str]) -> int:
     """Run `openpendant keypad` and return its exit code."""
     faults = {
-        _Unusable: ExitCode.USAGE,
+        Unusable: ExitCode.USAGE,
         SettingsRefused: ExitCode.USAGE,
         KeypadPortMisnamed: ExitCode.USAGE,
         WrongArgument: ExitCode.USAGE,
-        _Failed: ExitCode.FAILED,
+        ConnectionFailed: ExitCode.FAILED,
     }
     return run(app, "keypad", argv, faults, lambda text: complain(f"openpendant keypad: {text}"))
 
@@ -88,24 +81,12 @@ def keypad(
         str | None, typer.Option(metavar="HOST[:PORT]", help="The pendant server.")
     ] = None,
     config: Annotated[Path | None, typer.Option(help="TOML file with a table [keypad].")] = None,
-    cell: Annotated[str, typer.Option(help="Name of the cell; not needed for the only one.")] = "",
-    name: Annotated[str, typer.Option(help="Name of this pendant, shown to others.")] = _NAME,
-    user: Annotated[
-        str,
-        typer.Option(
-            help=f"Account; its password is asked for, or in {PASSWORD_VARIABLE}."
-            " With --pairing: your name in the class."
-        ),
-    ] = "",
-    pairing: Annotated[
-        bool, typer.Option("--pairing", help="Ask for the code of a class, and for your name.")
-    ] = False,
-    ca: Annotated[
-        Path | None, typer.Option(help="Certificate of the server; encrypts the connection.")
-    ] = None,
-    strict: Annotated[
-        bool, typer.Option("--strict", help=f"{STRICT[0].upper()}{STRICT[1:]}.")
-    ] = False,
+    cell: CellName = "",
+    name: PendantName = _NAME,
+    user: UserName = "",
+    pairing: ByPairing = False,
+    ca: Certificate = None,
+    strict: Strict = False,
     characters: Annotated[
         bool | None,
         typer.Option("--characters", help="The keypad sends plain characters: increments only."),
@@ -127,38 +108,22 @@ def keypad(
     given = {"port": port, "baud": baud, "server": server, "characters": characters}
     settings = settings_of(config, given)
     if not settings.port:
-        raise _Unusable(f"which port? Name it with --port (seen: {_seen()})")
+        raise Unusable(f"which port? Name it with --port (seen: {_seen()})")
     if take_control and not settings.characters:
-        raise _Unusable(
+        raise Unusable(
             "--take-control goes with --characters; the keys ask for control by themselves"
         )
     check_port(settings.port)
-    tls = tls_context(ca)
-    secret = pairing_code() if pairing else password_of(user)
-    if pairing and not user:
-        user = guest_name(name) if name == _NAME else name
     address = server_address(settings.server)
     assert address is not None
-    host, number = address
     silence = LONGEST_SILENCE if _is_slow(settings) else settings.deadline
-
-    async def connect() -> PendantClient:
-        return await PendantClient.connect(
-            host,
-            number,
-            client=name,
-            cell=cell,
-            state_rate=_STATE_RATE,
-            tls=tls,
-            strict=strict,
-            enabling_deadline=silence,
-        )
+    connector = Connector(
+        address, name=name, cell=cell, ca=ca, strict=strict, enabling_deadline=silence
+    )
+    login = PanelLogin.asked(user, by_pairing=pairing, name=name, usual_name=_NAME)
 
     async def log_in(client: PendantClient) -> None:
-        if pairing:
-            await client.login(user, pairing=secret)
-        elif secret is not None:
-            await client.login(user, password=secret)
+        await login.enter(client)
         if take_control:
             await client.take_control()
 
@@ -171,7 +136,7 @@ def keypad(
     def performer(client: PendantClient, panel: Panel) -> KeypadPerformer:
         return KeypadPerformer(client, core, settings.deadline)
 
-    connection = PanelConnection(core, connect, log_in, performer=performer)
+    connection = PanelConnection(core, connector.connect, log_in, performer=performer)
     bridge = KeypadBridge(
         core,
         connection.perform,
@@ -184,7 +149,7 @@ def keypad(
     with told_of_unprotected_secrets(_tell):
         asyncio.run(_serve(bridge, connection, Messenger(core)))
     if core.stop_key.is_owed:
-        raise _Failed(f"it ended before its stop was confirmed: {REMEDY}")
+        raise ConnectionFailed(f"it ended before its stop was confirmed: {REMEDY}")
 
 
 def _is_slow(settings: KeypadSettings) -> bool:
@@ -231,16 +196,8 @@ async def _serve(bridge: KeypadBridge, connection: PanelConnection, messenger: M
                 if side.done():
                     side.result()
     except (SecretUnprotected, WrongArgument, Refused) as error:
-        _give_up(error)
+        give_up(error)
     finally:
         for side in sides:
             side.cancel()
         await asyncio.gather(*sides, return_exceptions=True)
-
-
-def _give_up(error: PendantError) -> NoReturn:
-    """Raise `_Unusable` where an argument must change, else `_Failed`."""
-    if isinstance(error, Refused):
-        wrong = error.code == VerdictCode.UNKNOWN_CELL
-        raise (_Unusable if wrong else _Failed)(connection_refused(error))
-    raise _Unusable(str(error))

@@ -17,6 +17,7 @@ from openpendant.tools.console import ExitCode
 from openpendant.tools.pendants.client import PendantClient
 from openpendant.tools.pendants.gamepad import cli
 from openpendant.tools.pendants.gamepad.settings import GamepadSettings
+from openpendant.tools.pendants.panel.command_line import ConnectionFailed, Unusable
 from openpendant.tools.pendants.panel.connection import Connect, LogIn, as_nobody
 
 
@@ -127,7 +128,7 @@ def serving(port: int, device: Path) -> "asyncio.Task[None]":
 async def test_a_cell_that_is_not_there_ends_it_as_wrong_usage(tmp_path: Path) -> None:
     async with scripted_server() as server:
         server.cells = ("left", "right")
-        with pytest.raises(cli._Unusable, match="here: left, right"):
+        with pytest.raises(Unusable, match="here: left, right"):
             await serving(server.port, tmp_path / "js0")
 
 
@@ -144,6 +145,6 @@ async def test_a_stop_that_was_not_confirmed_is_told_at_the_end(tmp_path: Path) 
         await asyncio.sleep(0.2)
         assert server.all(messages.SoftwareStop)
         signal.raise_signal(signal.SIGTERM)
-        with pytest.raises(cli._Failed, match="ended before its stop was confirmed"):
+        with pytest.raises(ConnectionFailed, match="ended before its stop was confirmed"):
             await running
     plug.pull()
