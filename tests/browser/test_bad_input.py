@@ -229,6 +229,25 @@ def test_a_page_that_sleeps_stops_the_robot_and_wakes_with_what_is_true_now(alon
     assert page.rig.tap.seen() == [], "nothing moved while it slept, nor when it woke"
 
 
+def _await_holder(client: SyncPendantClient, *, is_there: bool) -> None:
+    until = time.monotonic() + 2.0
+    while client.state is None or (client.state.holder != 0) != is_there:
+        assert time.monotonic() < until, f"holder {client.state and client.state.holder}"
+        time.sleep(0.02)
+
+
+def test_a_page_that_is_left_gives_its_control_up_at_once_and_comes_back(alone: Page) -> None:
+    """A browser keeps it as it is, with its socket, for who goes back."""
+    page = alone
+    with SyncPendantClient.connect(port=page.rig.server, client="Anna") as other:
+        _await_holder(other, is_there=True)
+        page.driver.get("about:blank")
+        _await_holder(other, is_there=False)
+        page.driver.back()
+        page.wait("document.querySelector('.chips')?.innerText.includes('Connected')")
+        page.wait("document.querySelector('.chips').innerText.includes('Nobody')")
+
+
 def test_a_tab_in_the_background_knows_the_cell_when_it_is_shown_again(alone: Page) -> None:
     page, driver = alone, alone.driver
     first = driver.current_window_handle

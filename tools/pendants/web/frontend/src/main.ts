@@ -154,6 +154,8 @@ class Page implements App {
     this.#show();
     listen(this);
     listenToGamepads(this);
+    // A browser may keep a page that was left, as it is, with its socket open: no beat comes from it.
+    window.addEventListener("pagehide", ({ persisted }) => persisted && this.session.interrupt());
     setInterval(() => this.#draw(), TICK);
   }
 

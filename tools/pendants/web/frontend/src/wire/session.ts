@@ -111,6 +111,11 @@ export class Session {
     if (this.#place !== null) this.#connect(this.#place.cell !== "");
   }
 
+  /** Close the link of a page that nobody sees any more; it is tried again once the page goes on. */
+  interrupt(): void {
+    this.#link?.close();
+  }
+
   /** Leave the cell; nothing is tried again. */
   leave(): void {
     this.#stopTimers();
