@@ -100,7 +100,7 @@ firmware:
 
 ## firmware-test  compile the keypad's firmware and try it in simavr, if both are here; the longest of its processes
 firmware-test: $(VENV)/dev.stamp
-	$(PY) -m pytest -m 'firmware and not soak' $(FIRMWARE_TESTS) $(PYTEST_ARGS)
+	$(PY) -m pytest -m 'firmware and not soak' --workers=$(WORKERS) $(FIRMWARE_TESTS) $(PYTEST_ARGS)
 
 ## browser  build the page and run the tests in real browsers
 browser: $(VENV)/browser.stamp
