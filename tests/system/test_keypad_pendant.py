@@ -3,7 +3,7 @@
 import asyncio
 import math
 from collections.abc import AsyncIterator, Callable
-from contextlib import AbstractAsyncContextManager
+from contextlib import AbstractAsyncContextManager, AsyncExitStack
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -113,12 +113,15 @@ def some_keypad(
 async def bench(
     start_cell: Any, some_keypad: AbstractAsyncContextManager[KeypadProcess]
 ) -> AsyncIterator[Bench]:
-    cell = await start_cell(settings=SETTINGS, server=EMULATED, has_store=True)
-    observer = await cell.ready_pendant(client="observer")
-    async with (
-        some_keypad as keypad,
-        bridge(keypad.port, cell.ports["pendant"]) as serving,
-    ):
+    async with AsyncExitStack() as stack:
+        cell, keypad = await asyncio.gather(
+            start_cell(settings=SETTINGS, server=EMULATED, has_store=True),
+            stack.enter_async_context(some_keypad),
+        )
+        serving, observer = await asyncio.gather(
+            stack.enter_async_context(bridge(keypad.port, cell.ports["pendant"])),
+            cell.ready_pendant(client="observer"),
+        )
         await serving.says("keypad: ready (firmware 1.0)")
         await keypad.shows("T1 JOINT      o en--")
         yield Bench(keypad, serving, observer, cell)
@@ -153,6 +156,7 @@ async def test_a_held_key_jogs_its_joint_and_two_keys_jog_both(bench: Bench) -> 
     assert state.positions[1:5] == pytest.approx(first[1:5], abs=1e-4)
 
 
+@pytest.mark.firmware
 async def test_the_speed_keys_change_the_override_and_show_it(bench: Bench) -> None:
     keypad = bench.keypad
     await bench.take_control()
@@ -238,6 +242,7 @@ async def test_what_was_recorded_is_listed_and_played_while_its_key_is_held(
     assert state.positions[:6] == pytest.approx(ended.positions[:6], abs=2e-3)
 
 
+@pytest.mark.firmware
 @emulated_only
 async def test_a_played_motion_ends_where_its_key_is_let_go(bench: Bench) -> None:
     keypad = bench.keypad
@@ -292,6 +297,7 @@ async def test_stop_latches_and_mode_resets_it(bench: Bench) -> None:
     await keypad.shows("T1 JOINT      * en--")
 
 
+@pytest.mark.firmware
 @emulated_only
 async def test_a_refusal_stands_on_the_display_in_its_words(bench: Bench) -> None:
     keypad = bench.keypad
