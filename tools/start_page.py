@@ -74,7 +74,7 @@ class PageCell(EmulatedCell):
 
 
 def run(cell: PageCell, interruptions: Interruptions, *, opens: bool) -> None:
-    """Run the cell and its page until one of the three ends.
+    """Run the cell and its page until one of their parts ends.
 
     Raises:
         PartFailed: a part did not start, or ended.

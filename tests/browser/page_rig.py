@@ -198,10 +198,11 @@ class PageRig:
         wait_for(port)
         return started
 
-    def start_bridge(self, keypad: int) -> WarmProcess:
-        """Start the bridge of the keypad in the page of a gateway."""
+    def start_bridge(self, keypad: int) -> Path:
+        """Start the bridge of the keypad in the page of a gateway; return where it says what."""
         line = f"socket://127.0.0.1:{keypad}"
-        return self._start("keypad", "--port", line, "--server", f"127.0.0.1:{self.server}")
+        self._start("keypad", "--port", line, "--server", f"127.0.0.1:{self.server}")
+        return self._folder / f"{self._started}-keypad.log"
 
     def end(self, process: WarmProcess) -> None:
         """End one of its processes before the others."""

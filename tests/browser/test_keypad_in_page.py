@@ -11,6 +11,7 @@ from rigs.processes.warm_start import WarmProcess
 
 from browser.page_rig import Page, PageRig, free_port, show_at
 from browser.wcag import broken_rules
+from openpendant.simplemsg.serial_frames import FrameReader, KeyDown, LineWay
 from openpendant.tools.pendants.keypad.keys import LABELS
 
 pytestmark = pytest.mark.realtime
@@ -20,9 +21,14 @@ READY = "T1 JOINT      * en--"
 
 
 class KeypadPage(Page):
-    """A page that shows its keypad; it looks on itself, so that the keypad is in control."""
+    """A page that shows its keypad; it looks on itself, so that the keypad is in control.
+
+    Attributes:
+        bridge_log: what the bridge said.
+    """
 
     gateway: WarmProcess
+    bridge_log: Path
 
     def shows(self, *rows: str, within: float = 10.0) -> None:
         """Wait until the display begins with these rows, character by character."""
@@ -85,7 +91,7 @@ def _page(rig: PageRig) -> KeypadPage:
     page.open()
     page.show_keypad()
     page.shows("NO BRIDGE           ", "USE THE ROBOT'S OWN ")
-    rig.start_bridge(line)
+    page.bridge_log = rig.start_bridge(line)
     page.shows("AUTO JOINT    o en--", within=20)
     page.strike(MODE, held=1.0)
     page.shows("REC    PLAY   UP    ", "TEACH  UNDO   DOWN  ")
@@ -133,11 +139,13 @@ def test_two_fingers_jog_two_joints(keypad: KeypadPage) -> None:
     keypad.rig.tap.stays_at_rest()
 
 
-_NOTE_STOP_KEY = """
-  const key = document.querySelector('.stop-key');
-  new MutationObserver(() => {
-    window.stopKeyWasDown ||= key.classList.contains('held');
-  }).observe(key, {attributes: true});
+_NOTE_LINE = """
+  window.saidOnLine = [];
+  const send = window.sendOfSocket ??= WebSocket.prototype.send;
+  WebSocket.prototype.send = function (data) {
+    if (this.url.endsWith('/keypad')) window.saidOnLine.push(...data);
+    return send.call(this, data);
+  };
 """
 AWAY = (300.0, 400.0)
 
@@ -154,6 +162,10 @@ def _escape(page: KeypadPage) -> None:
     page.tap_key("Escape", "Escape")
 
 
+def _modifier(page: KeypadPage) -> None:
+    page.tap_key("MetaLeft", "Meta")
+
+
 def _frozen(page: KeypadPage) -> None:
     page.run("const until = performance.now() + 700; while (performance.now() < until);")
 
@@ -162,6 +174,7 @@ LETS_GO = {
     "the pointer leaves the key": _off_the_key,
     "the window loses the focus": _blur,
     "Esc": _escape,
+    "a modifier goes down": _modifier,
     "the page is frozen": _frozen,
 }
 
@@ -188,18 +201,77 @@ def test_a_hidden_page_is_a_pulled_cable(keypad: KeypadPage) -> None:
     keypad.up()
     keypad.run("delete document.hidden; document.dispatchEvent(new Event('visibilitychange'));")
     keypad.rig.tap.stays_at_rest()
+    assert "unplugged; what it held was released" in keypad.bridge_log.read_text("utf-8")
 
 
 def test_space_stops_by_the_page_and_by_the_keypad_and_mode_resets_it(keypad: KeypadPage) -> None:
-    keypad.run(_NOTE_STOP_KEY)
+    keypad.run(_NOTE_LINE)
     keypad.down("1")
     keypad.rig.tap.wait_for_steady(0)
     keypad.tap_key("Space", " ")
     keypad.rig.tap.wait_for_rest()
     keypad.up()
     keypad.shows("STOP browser        ", "STOP in the browser ")
-    keypad.wait("window.stopKeyWasDown")
+    assert _stops_on_line(keypad) == 1
     keypad.strike(MODE, held=2.2)
+
+
+def _stops_on_line(page: KeypadPage) -> int:
+    """Return how often the keypad has told that its STOP went down."""
+    said = FrameReader(LineWay.TO_HOST).receive(bytes(page.run("return window.saidOnLine")))
+    return sum(isinstance(frame, KeyDown) and frame.key == LABELS.index(STOP) for _, frame in said)
+
+
+def test_a_stop_that_is_pressed_and_let_go_while_the_page_hangs_stops(keypad: KeypadPage) -> None:
+    keypad.run(
+        "const stop = document.querySelector('.stop-key');"
+        "const told = {bubbles: true, pointerId: 1, button: 0};"
+        "stop.dispatchEvent(new PointerEvent('pointerdown', told));"
+        "window.dispatchEvent(new PointerEvent('pointerup', told));"
+        "const until = performance.now() + 300; while (performance.now() < until);"
+    )
+    keypad.shows("STOP keypad         ", "STOP key            ")
+    keypad.strike(MODE, held=2.2)
+
+
+def test_enter_holds_the_key_that_has_the_focus(keypad: KeypadPage) -> None:
+    keypad.run("document.querySelectorAll('.keys button')[0].focus()")
+    keypad.key(True, "Enter", "Enter")
+    keypad.rig.tap.wait_for_steady(0)
+    keypad.key(False, "Enter", "Enter")
+    keypad.rig.tap.wait_for_rest()
+    keypad.rig.tap.stays_at_rest()
+
+
+def test_a_click_without_a_pointer_stops_or_explains_and_moves_nothing(keypad: KeypadPage) -> None:
+    keypad.run("document.querySelectorAll('.keys button')[0].click()")
+    keypad.wait("document.querySelector('.banners').innerText.includes('Hold this key')")
+    keypad.rig.tap.stays_at_rest()
+    keypad.run("document.querySelector('.stop-key').click()")
+    keypad.shows("STOP keypad         ")
+    keypad.strike(MODE, held=2.2)
+
+
+def test_in_another_language_and_theme_space_is_still_the_keypads_stop(
+    keypad: KeypadPage,
+) -> None:
+    def choose(word: str) -> None:
+        buttons = "[...document.querySelectorAll('.setting button')]"
+        keypad.run(f"{buttons}.find(e => e.textContent === '{word}').click()")
+
+    choose("Deutsch")
+    keypad.wait("document.documentElement.lang === 'de'")
+    keypad.shows("T1 JOINT      * en--")
+    choose("Hell")
+    keypad.run(_NOTE_LINE)
+    keypad.tap_key("Space", " ")
+    keypad.shows("STOP browser        ")
+    keypad.wait("document.querySelector('.keys .held') === null")
+    assert _stops_on_line(keypad) == 1
+    keypad.strike(MODE, held=2.2)
+    choose("English")
+    keypad.wait("document.documentElement.lang === 'en'")
+    choose("Dark")
 
 
 def test_the_stop_key_stops_a_robot_that_stands(keypad: KeypadPage) -> None:

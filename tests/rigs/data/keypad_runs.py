@@ -23,6 +23,9 @@ from .golden_vectors import FOLDER
 
 _RUNS, _STEPS = 12, 150
 _STARTED = 5_000
+_PAUSES = [1, 3, 4, 9, 30, 60, 400, 1_100, 3_000]
+_WELCOMES = ([1, 1, 1, 2], [19, 20, 50, 100, 250, 251], [4, 5, 12, 20, 21])
+"""Versions, beats and debounces, those that may be and those that may not."""
 
 
 class _Bridge:
@@ -42,8 +45,9 @@ class _Bridge:
     def _frame(self) -> ToKeypad:
         choose = self._choose
         text = bytes(choose.choice(b" 0A~\x7f\xff\x01") for _ in range(COLUMNS * ROWS))
+        version, beat, debounce = (choose.choice(each) for each in _WELCOMES)
         frames: list[ToKeypad] = [
-            KeypadWelcome(choose.choice([1, 1, 2]), choose.choice([20, 50, 100, 251]), 5, 1),
+            KeypadWelcome(version, beat, debounce, 1),
             LcdRow(choose.randrange(6), text[:COLUMNS]),
             LcdPage(text),
             HostBeat(choose.randrange(8)),
@@ -77,7 +81,7 @@ def _run(seed: int) -> list[dict[str, Any]]:
             data = bridge.says()
             keypad.receive(data)
             step["bytes"] = data.hex()
-        now += choose.choices([1, 3, 4, 9, 30, 60, 400, 1_100], [2, 2, 8, 2, 2, 2, 1, 1])[0]
+        now += choose.choices(_PAUSES, [4, 4, 16, 4, 4, 4, 2, 2, 1])[0]
         keypad.tick(now * MS)
         steps.append(step | {"now": now, "said": keypad.output().hex(), "lcd": list(keypad.lcd)})
     return steps

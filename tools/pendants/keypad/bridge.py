@@ -25,7 +25,7 @@ from .line import (
     LineState,
 )
 from .pages import page
-from .serial_port import KeypadPortUnusable
+from .serial_port import SOCKET, KeypadPortUnusable
 
 TICK = 0.02
 """Time between two looks at the clock, and two pages [s]."""
@@ -78,6 +78,14 @@ class LineWords:
         if (about or text) != self._last:
             self._last = about or text
             self.tell(text)
+
+    def closed_early(self) -> None:
+        """Say that the port was closed before a keypad said hello."""
+        if self.port.startswith(SOCKET):
+            why = "no page shows its keypad, or another bridge has it. Trying every 0.5 to 5 s"
+            self.say(f"{self.port} was closed at once: {why}")
+        else:
+            self.say(f"{self.port} was closed before a keypad said hello")
 
     def lost(self, lost: LineLost) -> None:
         """Say why the line is given up."""
@@ -180,7 +188,7 @@ class KeypadBridge:
             if self._keypad.line.is_linked or self._keypad.sends_characters:
                 self._words.say("unplugged; what it held was released. Trying again")
             elif self._keypad.line.is_open:
-                self._words.say(f"{self._words.port} was closed before a keypad said hello")
+                self._words.closed_early()
         finally:
             self._close()
 

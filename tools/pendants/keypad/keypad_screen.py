@@ -131,6 +131,9 @@ class KeypadScreen(Screen[None]):
     def _touched(self, key: int, is_down: bool) -> None:
         if is_down:
             self._keypad.press(key)
+        elif key == STOP:
+            # However short it was, it is scanned.
+            self.set_timer(STRUCK, lambda: self._keypad.let_go(STOP))
         else:
             self._keypad.let_go(key)
 

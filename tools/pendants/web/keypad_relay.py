@@ -1,7 +1,9 @@
 """The keypad in a page: bytes between its WebSocket and a port of this machine for the bridge.
 
 Owns that there is one page and one bridge at a time, and that a page which is gone is a pulled
-cable: the bridge's connection is broken off with it. It looks at no byte and keeps none.
+cable: the bridge's connection is broken off with it. It keeps no byte, and looks at none but the
+first one of a bridge: a stranger's page can have a browser speak HTTP to this port, which never
+begins with the zero byte of a frame.
 """
 
 from __future__ import annotations
@@ -83,24 +85,32 @@ class _Page:
 
 
 class _Bridge(asyncio.Protocol):
-    """One connection at the port; the relay says whether it is the bridge."""
+    """One connection at the port; the relay says whether it is the bridge.
+
+    Attributes:
+        has_spoken: its first byte was that of a frame.
+    """
+
+    transport: asyncio.Transport
 
     def __init__(self, relay: KeypadRelay) -> None:
+        self.has_spoken = False
         self._relay = relay
-        self._transport: asyncio.Transport | None = None
 
     def connection_made(self, transport: asyncio.BaseTransport) -> None:
         assert isinstance(transport, asyncio.Transport)
-        self._transport = transport
-        self._relay.bridge_came(transport)
+        self.transport = transport
+        self._relay.bridge_came(self)
 
     def data_received(self, data: bytes) -> None:
-        if self._transport is not None:
-            self._relay.bridge_said(self._transport, data)
+        if not self.has_spoken and data[0] != 0:
+            self.transport.abort()
+            return
+        self.has_spoken = True
+        self._relay.bridge_said(self, data)
 
     def connection_lost(self, exc: Exception | None) -> None:
-        if self._transport is not None:
-            self._relay.bridge_left(self._transport)
+        self._relay.bridge_left(self)
 
 
 class KeypadRelay:
@@ -110,7 +120,7 @@ class KeypadRelay:
         """Make a relay that does not listen yet."""
         self._server: asyncio.Server | None = None
         self._page: _Page | None = None
-        self._bridge: asyncio.Transport | None = None
+        self._bridge: _Bridge | None = None
 
     async def listen(self, port: int) -> str:
         """Listen for the bridge, and return what it takes as `--port`.
@@ -158,33 +168,34 @@ class KeypadRelay:
         """Hand on bytes, which are lost without a bridge, as on a line that leads nowhere."""
         if self._bridge is None:
             return
-        self._bridge.write(data)
-        if self._bridge.get_write_buffer_size() > MOST_WAITING:
+        self._bridge.transport.write(data)
+        if self._bridge.transport.get_write_buffer_size() > MOST_WAITING:
             self._end_bridge()
 
     # The bridge.
 
-    def bridge_came(self, transport: asyncio.Transport) -> None:
-        """Take a bridge, unless there is no keypad for it, or another bridge has it."""
-        if self._page is None or self._bridge is not None:
-            transport.abort()
+    def bridge_came(self, bridge: _Bridge) -> None:
+        """Take a bridge, unless there is no keypad for it, or one that has spoken is there."""
+        if self._page is None or (self._bridge is not None and self._bridge.has_spoken):
+            bridge.transport.abort()
         else:
-            self._bridge = transport
+            self._end_bridge()
+            self._bridge = bridge
 
-    def bridge_said(self, transport: asyncio.Transport, data: bytes) -> None:
+    def bridge_said(self, bridge: _Bridge, data: bytes) -> None:
         """Hand bytes of the bridge on to the page."""
         page = self._page
-        if transport is not self._bridge or page is None or page.send(data):
+        if bridge is not self._bridge or page is None or page.send(data):
             return
         self._end_bridge()
         page.end(SLOW)
 
-    def bridge_left(self, transport: asyncio.Transport) -> None:
+    def bridge_left(self, bridge: _Bridge) -> None:
         """Take that a bridge has gone; the keypad notices it by the silence."""
-        if transport is self._bridge:
+        if bridge is self._bridge:
             self._bridge = None
 
     def _end_bridge(self) -> None:
         bridge, self._bridge = self._bridge, None
         if bridge is not None:
-            bridge.abort()
+            bridge.transport.abort()

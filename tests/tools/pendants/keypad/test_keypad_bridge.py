@@ -401,3 +401,22 @@ async def test_bad_frames_are_told_with_their_number(server: ScriptedPendantServ
             made.cable.comes(b"\x01\x02\x03\0")
         await asyncio.sleep(11)
         assert made.said[-1] == "3 bad frames in the last 10 s: cable, ground or baud"
+
+
+@pytest.mark.parametrize(
+    ("port", "said"),
+    [
+        ("/dev/ttyACM0", "/dev/ttyACM0 was closed before a keypad said hello"),
+        (
+            "socket://127.0.0.1:4001",
+            "socket://127.0.0.1:4001 was closed at once: no page shows its keypad, or another"
+            " bridge has it. Trying every 0.5 to 5 s",
+        ),
+    ],
+)
+def test_a_line_that_is_closed_before_a_hello_is_told_once(port: str, said: str) -> None:
+    told: list[str] = []
+    words = LineWords(port, 115_200, told.append)
+    words.closed_early()
+    words.closed_early()
+    assert told == [said]

@@ -16,6 +16,7 @@ from openpendant.tools.pendants.web.settings import settings_of
 
 PATIENCE = 5.0
 ELSEWHERE = "192.0.2.7"
+HELLO = b"\0hello\0"
 
 
 @pytest.fixture(name="gateway")
@@ -71,8 +72,8 @@ def at_port(gateway: GatewayRig) -> Iterator[Bridge]:
 
 async def hears(page: ClientWebSocketResponse, bridge: Bridge) -> None:
     """Have page and bridge hear each other."""
-    await bridge.send(b"hello")
-    assert await page.receive_bytes(timeout=PATIENCE) == b"hello"
+    await bridge.send(HELLO)
+    assert await page.receive_bytes(timeout=PATIENCE) == HELLO
     await page.send_bytes(b"ok")
     assert await bridge.read(2) == b"ok"
 
@@ -113,9 +114,9 @@ async def test_a_bridge_comes_again_and_gets_nothing_of_before(gateway: GatewayR
     await page.send_bytes(b"to nobody")
     while True:
         with at_port(gateway) as bridge:
-            await bridge.send(b"hello")
+            await bridge.send(HELLO)
             try:
-                assert await page.receive_bytes(timeout=0.5) == b"hello"
+                assert await page.receive_bytes(timeout=0.5) == HELLO
             except TimeoutError:
                 continue  # the end of the first one was not noticed yet
             await page.send_bytes(b"now")
@@ -125,9 +126,29 @@ async def test_a_bridge_comes_again_and_gets_nothing_of_before(gateway: GatewayR
 
 async def test_a_second_bridge_is_sent_away_and_the_first_stays(gateway: GatewayRig) -> None:
     page = await page_of(gateway)
-    with at_port(gateway) as bridge, at_port(gateway) as other:
-        assert await other.is_over()
+    with at_port(gateway) as bridge:
         await hears(page, bridge)
+        with at_port(gateway) as other:
+            assert await other.is_over()
+        await hears(page, bridge)
+
+
+async def test_who_says_nothing_keeps_no_bridge_away(gateway: GatewayRig) -> None:
+    page = await page_of(gateway)
+    with at_port(gateway) as silent, at_port(gateway) as bridge:
+        assert await silent.is_over()
+        await hears(page, bridge)
+
+
+async def test_a_page_of_a_stranger_that_speaks_http_to_the_port_is_no_bridge(
+    gateway: GatewayRig,
+) -> None:
+    page = await page_of(gateway)
+    with at_port(gateway) as stranger:
+        await stranger.send(b"POST / HTTP/1.1\r\nContent-Length: 7\r\n\r\n" + HELLO)
+        assert await stranger.is_over()
+        with at_port(gateway) as bridge:
+            await hears(page, bridge)
 
 
 async def test_a_second_page_waits_until_the_first_is_gone(gateway: GatewayRig) -> None:

@@ -150,8 +150,12 @@ function plugged(context: TestContext) {
       context.mock.timers.tick(1);
     }
   };
+  /** Time passes in which no timer runs. */
+  const hang = (time: number): void => {
+    now += time;
+  };
   line.plug();
-  return { line, sockets, pass, newest: () => sockets.at(-1) as Socket };
+  return { line, sockets, pass, hang, newest: () => sockets.at(-1) as Socket };
 }
 
 test("nothing is sent before the line is open, and a hello as soon as it is", (context) => {
@@ -167,9 +171,9 @@ test("a pressed key and a STOP leave as frames, beats in between", (context) => 
   const { line, pass, newest } = plugged(context);
   newest().onopen?.();
   pass(45);
-  line.keypad.pressed.add(0);
+  line.down(0, "finger");
   pass(60);
-  line.keypad.pressed.add(STOP);
+  line.down(STOP, "finger");
   pass(8);
   assert.deepEqual(newest().kinds().slice(2), [FrameKind.KEY_DOWN, FrameKind.BEAT, FrameKind.BEAT, FrameKind.KEY_DOWN]);
 });
@@ -177,8 +181,8 @@ test("a pressed key and a STOP leave as frames, beats in between", (context) => 
 test("a pulled cable lets go of all keys, closes the socket and says nothing more", (context) => {
   const { line, pass, newest } = plugged(context);
   newest().onopen?.();
-  line.keypad.pressed.add(0);
-  line.keypad.button = true;
+  line.down(0, "finger");
+  line.hold(true);
   pass(45);
   const { length } = newest().sent;
   line.pull();
@@ -192,7 +196,7 @@ test("a pulled cable lets go of all keys, closes the socket and says nothing mor
 test("a line that ended is tried again after a second, and a key that was down meanwhile is no press", (context) => {
   const { line, sockets, pass, newest } = plugged(context);
   newest().onopen?.();
-  line.keypad.pressed.add(0);
+  line.down(0, "finger");
   pass(45);
   newest().onclose?.({ code: 4010 });
   assert.equal(line.stage, "taken");
@@ -224,9 +228,72 @@ test("the enabling button is a flag of the next beat", (context) => {
   const { line, pass, newest } = plugged(context);
   newest().onopen?.();
   pass(45);
-  line.keypad.button = true;
+  line.hold(true);
   pass(8);
   const frames = new FrameReader(false).receive(Uint8Array.from(newest().sent));
   const beat = frames.at(-1)?.frame;
   assert.ok(beat?.kind === FrameKind.BEAT && (beat.flags & KeyFlag.ENABLING_HELD) !== 0);
+});
+
+test("a close of a line that was given up takes nothing from the one that is open", (context) => {
+  const { line, sockets, pass, newest } = plugged(context);
+  const first = newest();
+  first.onopen?.();
+  line.pull();
+  line.plug();
+  newest().onopen?.();
+  first.onclose?.({ code: 1000 });
+  pass(1_100);
+  assert.equal(line.stage, "open");
+  assert.equal(sockets.length, 2);
+});
+
+test("a keypad that was pulled starts anew where it is plugged in", (context) => {
+  const { line, pass, newest } = plugged(context);
+  newest().onopen?.();
+  const page = bytesOf({ kind: FrameKind.LCD_PAGE, text: "X".repeat(80) }, 1);
+  newest().onmessage?.({ data: page.buffer as ArrayBuffer });
+  assert.ok(line.keypad.lcd[0]?.startsWith("X"));
+  line.pull();
+  pass(10);
+  line.plug();
+  assert.ok(line.keypad.lcd[0]?.startsWith("NO BRIDGE"));
+});
+
+test("a struck key is scanned, however long the page hangs and whatever lets go meanwhile", (context) => {
+  const { line, hang, pass, newest } = plugged(context);
+  newest().onopen?.();
+  pass(45);
+  line.down(STOP, "finger");
+  line.strike(STOP);
+  line.up(STOP, "finger");
+  line.letGo();
+  hang(700);
+  pass(20);
+  const downs = new FrameReader(false)
+    .receive(Uint8Array.from(newest().sent))
+    .filter(({ frame }) => frame.kind === FrameKind.KEY_DOWN)
+    .map(({ frame }) => "key" in frame && frame.key);
+  assert.deepEqual(downs, [STOP]);
+  assert.equal(line.keypad.pressed.size, 0);
+});
+
+test("a key is down as long as something holds it", (context) => {
+  const { line } = plugged(context);
+  line.down(0, "finger");
+  line.down(0, "Enter");
+  line.up(0, "finger");
+  assert.ok(line.keypad.pressed.has(0));
+  line.up(0, "Enter");
+  assert.equal(line.keypad.pressed.size, 0);
+});
+
+test("what held a key before the cable was pulled holds it no more", (context) => {
+  const { line } = plugged(context);
+  line.down(0, "finger");
+  line.pull();
+  line.plug();
+  line.down(0, "Enter");
+  line.up(0, "Enter");
+  assert.equal(line.keypad.pressed.size, 0);
 });

@@ -11,6 +11,8 @@ const AGAIN = 1_000;
 const TAKEN = 4010;
 /** Reset cause of a board whose port was opened. */
 const OPENED = 2;
+/** A struck key is down for so long, and until it was scanned [ms]. */
+const STRUCK = 150;
 
 export type LineStage = "pulled" | "opening" | "open" | "taken" | "lost";
 
@@ -40,6 +42,9 @@ export class KeypadLine {
   #timer: ReturnType<typeof setInterval> | null = null;
   #next = 0;
   #shown = "";
+  /** What holds each key: it is down as long as something does. */
+  readonly #sources = new Map<number, Set<string>>();
+  readonly #struckUntil = new Map<number, number>();
 
   constructor(around: LineAround) {
     this.#around = around;
@@ -58,6 +63,7 @@ export class KeypadLine {
   pull(): void {
     if (this.#timer !== null) clearInterval(this.#timer);
     this.#timer = null;
+    this.#struckUntil.clear();
     this.letGo();
     const socket = this.#socket;
     this.#socket = null;
@@ -65,10 +71,40 @@ export class KeypadLine {
     this.#tell("pulled");
   }
 
-  /** Take all fingers off. */
+  down(key: number, source: string): void {
+    const sources = this.#sources.get(key) ?? new Set();
+    this.#sources.set(key, sources.add(source));
+    this.#press(key);
+  }
+
+  up(key: number, source: string): void {
+    this.#sources.get(key)?.delete(source);
+    this.#press(key);
+  }
+
+  /** Press a key shortly, as by a click: even where the page hangs meanwhile it is scanned. */
+  strike(key: number): void {
+    this.#struckUntil.set(key, this.#around.now() + STRUCK);
+    this.#press(key);
+  }
+
+  hold(isHeld: boolean): void {
+    this.keypad.button = isHeld;
+    this.#around.changed();
+  }
+
+  /** Take all fingers off; what was struck is still scanned. */
   letGo(): void {
-    this.keypad.pressed.clear();
-    this.keypad.button = false;
+    this.#sources.clear();
+    for (const key of this.keypad.pressed) this.#press(key);
+    this.hold(false);
+  }
+
+  #press(key: number): void {
+    const isHeld = (this.#sources.get(key)?.size ?? 0) > 0;
+    if (isHeld || this.#struckUntil.has(key)) this.keypad.pressed.add(key);
+    else this.keypad.pressed.delete(key);
+    this.#around.changed();
   }
 
   #open(): void {
@@ -95,6 +131,11 @@ export class KeypadLine {
     const now = this.#around.now();
     if (this.#socket === null && now >= this.#next) this.#open();
     this.keypad.tick(now);
+    for (const [key, until] of this.#struckUntil) {
+      if (now < until) continue;
+      this.#struckUntil.delete(key);
+      this.#press(key);
+    }
     const said = this.keypad.output();
     if (said.length > 0 && this.stage === "open") this.#socket?.send(said);
     const shown = this.keypad.lcd.join();

@@ -6,16 +6,11 @@ import "../keypad.css";
 import { KeypadLine } from "../keypad/line.ts";
 import type { LineStage } from "../keypad/line.ts";
 import { COLUMNS, KEY_CAPS, MODE, STOP } from "../keypad/serial-frames.ts";
+import { letsGo } from "../pendant/keys.ts";
 import type { App, TaskPart } from "../ui/app.ts";
 import { attribute, h, mark, say } from "../ui/elements.ts";
 import { holdButton } from "../ui/hold-button.ts";
 import { openKeypadSocket } from "../wire/gateway.ts";
-
-/** STOP of the page presses the keypad's for so long [ms]. */
-const STRUCK = 150;
-
-/** The bridge waits for a debounced press and a page of the display: for a click without a press [ms]. */
-const CLICKED = 60;
 
 export function keypadTask(app: App): TaskPart {
   return new KeypadTask(app);
@@ -29,7 +24,7 @@ class KeypadTask implements TaskPart {
   readonly #state = h("p", { class: "muted", role: "status" });
   readonly #keys: HTMLButtonElement[];
   readonly #button: HTMLButtonElement;
-  readonly #sources = new Map<number, Set<string>>();
+  readonly #end = new AbortController();
   #isShown = false;
 
   constructor(app: App) {
@@ -41,8 +36,8 @@ class KeypadTask implements TaskPart {
       "keypad-enabling",
       null,
       {
-        down: () => this.#hold(true),
-        up: () => this.#hold(false),
+        down: () => this.#line.hold(true),
+        up: () => this.#line.hold(false),
         explain: () => this.#remark(words.holdHow),
       },
       words.button,
@@ -62,7 +57,7 @@ class KeypadTask implements TaskPart {
 
   shown(isShown: boolean): void {
     this.#isShown = isShown;
-    this.#app.hearStop(isShown ? () => this.#strikeStop() : null);
+    this.#app.hearStop(isShown ? () => this.#line.strike(STOP) : null);
     this.#plug();
   }
 
@@ -73,8 +68,12 @@ class KeypadTask implements TaskPart {
   #key(key: number): HTMLButtonElement {
     const [label, does, menu] = KEY_CAPS[key] ?? ["", "", ""];
     const held = {
-      down: (source: string) => this.#touch(key, source, true),
-      up: (source: string) => this.#touch(key, source, false),
+      down: (source: string) => {
+        // However short it is, and whatever the page does meanwhile.
+        if (key === STOP) this.#line.strike(STOP);
+        this.#line.down(key, source);
+      },
+      up: (source: string) => this.#line.up(key, source),
       explain: () => this.#click(key),
     };
     const told = `${does} ${menu}`.replace(/ +/g, " ").trim();
@@ -93,52 +92,29 @@ class KeypadTask implements TaskPart {
     );
   }
 
-  /** A finger more or less on a key; it is down as long as one is. */
-  #touch(key: number, source: string, isDown: boolean): void {
-    const sources = this.#sources.get(key) ?? new Set();
-    this.#sources.set(key, sources);
-    if (isDown) sources.add(source);
-    else sources.delete(source);
-    if (sources.size > 0) this.#line.keypad.pressed.add(key);
-    else this.#line.keypad.pressed.delete(key);
-    this.#draw();
-  }
-
   /** A click without pointer or key, as of a screen reader: STOP is pressed, all else is held. */
   #click(key: number): void {
-    if (key === STOP) this.#strikeStop();
-    else if (key === MODE) this.#strike(key, CLICKED);
+    if (key === STOP || key === MODE) this.#line.strike(key);
     else this.#remark(this.#app.texts.keypadWords.holdHow);
-  }
-
-  #strikeStop(): void {
-    this.#strike(STOP, STRUCK);
-  }
-
-  #strike(key: number, time: number): void {
-    this.#touch(key, "struck", true);
-    setTimeout(() => this.#touch(key, "struck", false), time);
-  }
-
-  #hold(isHeld: boolean): void {
-    this.#line.keypad.button = isHeld;
-    this.#draw();
   }
 
   /** Whatever lets go of a button of the page lets go of all keys here. */
   #letGoWhere(): void {
-    const letGo = (): void => {
-      for (const sources of this.#sources.values()) sources.clear();
-      this.#line.letGo();
-      this.#draw();
+    const { signal } = this.#end;
+    const letGo = (): void => this.#line.letGo();
+    for (const name of ["blur", "pagehide", "contextmenu"]) window.addEventListener(name, letGo, { signal });
+    const keyed = (event: KeyboardEvent): void => {
+      if (event.key === "Escape" || letsGo(event)) letGo();
     };
-    for (const name of ["blur", "pagehide", "contextmenu"]) window.addEventListener(name, letGo);
-    window.addEventListener("keydown", (event) => event.key === "Escape" && letGo(), { capture: true });
-    document.addEventListener("visibilitychange", () => this.#plug());
+    window.addEventListener("keydown", keyed, { capture: true, signal });
+    document.addEventListener("visibilitychange", () => this.#plug(), { signal });
     // In another language the page is built anew, with another keypad.
     const { language } = this.#app.settings.value;
-    this.#app.settings.watch((settings) => {
-      if (settings.language !== language) this.shown(false);
+    const endWatch = this.#app.settings.watch((settings) => {
+      if (settings.language === language) return;
+      endWatch();
+      this.#end.abort();
+      this.shown(false);
     });
   }
 
@@ -162,7 +138,7 @@ class KeypadTask implements TaskPart {
   }
 
   #stageWord(stage: LineStage): string {
-    const { open, opening, taken, lost } = this.#app.texts.keypadWords;
-    return { open, opening, taken, lost, pulled: lost }[stage];
+    const { open, opening, taken, lost, pulled } = this.#app.texts.keypadWords;
+    return { open, opening, taken, lost, pulled }[stage];
   }
 }

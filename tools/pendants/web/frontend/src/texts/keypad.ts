@@ -10,6 +10,7 @@ export const keypadEn = {
   open: "The line is open. Without a bridge the display says so.",
   opening: "The line is being opened.",
   taken: "Another page has the keypad. Trying again.",
+  pulled: "The cable is pulled while this keypad is not shown.",
   lost: "No line to the gateway. Trying again.",
 };
 

@@ -10,5 +10,6 @@ export const keypadDe: KeypadTexts = {
   open: "Die Leitung steht. Fehlt die Brücke, sagt es die Anzeige.",
   opening: "Die Leitung wird geöffnet.",
   taken: "Eine andere Seite hat das Tastenfeld. Neuer Versuch folgt.",
+  pulled: "Das Kabel ist gezogen, solange dieses Tastenfeld nicht zu sehen ist.",
   lost: "Keine Leitung zum Gateway. Neuer Versuch folgt.",
 };
