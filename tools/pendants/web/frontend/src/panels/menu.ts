@@ -37,6 +37,8 @@ export function menu(app: App): Part {
       ]),
       h("label", { class: "setting" }, h("span", {}, texts.letters), letters),
       h("p", {}, texts.about),
+      // A browser gives gamepads to such a page alone.
+      !isSecureContext && h("p", {}, texts.gamepadsByHttps),
       h(
         "div",
         { class: "acts" },

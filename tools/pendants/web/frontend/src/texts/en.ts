@@ -254,6 +254,7 @@ export const en = {
   light: "Light",
   languageWord: "Language",
   letters: "Letters and digits as keys",
+  gamepadsByHttps: "A gamepad works only in a page that came by https, or on the gateway's own machine.",
   about: "STOP on this screen is a software stop, no substitute for a wired one.",
   numbers: (value: string, limit: string) => `Value ${value}, limit ${limit}.`,
 };

@@ -245,6 +245,7 @@ export const de: Texts = {
   light: "Hell",
   languageWord: "Sprache",
   letters: "Buchstaben und Ziffern als Tasten",
+  gamepadsByHttps: "Ein Gamepad geht nur auf einer Seite, die mit https kam, oder am Rechner des Gateways selbst.",
   about: "STOP auf diesem Bildschirm ist ein Software-Halt, kein Ersatz für einen verdrahteten.",
   numbers: (value, limit) => `Wert ${value}, Grenze ${limit}.`,
 };
