@@ -127,7 +127,7 @@ def test_a_target_installs_what_it_needs_and_runs_its_command(
 def test_firmware_tests_run_the_marked_tests_of_their_places(project: Project) -> None:
     assert project.make("firmware-test").returncode == 0
     places = ["tests/tools/pendants/keypad/firmware", "tests/system/test_keypad_pendant.py"]
-    assert project.calls[-1] == f"-m pytest -m firmware and not soak {' '.join(places)}"
+    assert project.calls[-1] == f"-m pytest -m firmware and not soak --workers=2 {' '.join(places)}"
     assert all((ROOT / place).exists() for place in places)
 
 
