@@ -11,12 +11,19 @@ from textual import events
 from textual.pilot import Pilot
 from textual.widgets import Static
 
+from openpendant.tools.pendants.keypad import keypad_screen
 from openpendant.tools.pendants.keypad.emulated_keypad import EmulatedKeypad
 from openpendant.tools.pendants.keypad.emulator_line import EmulatedLine, SocketLine
 from openpendant.tools.pendants.keypad.keypad_screen import KeypadApp
 from openpendant.tools.pendants.keypad.keys import KEYS, LABELS, STOP, printed_on
 
 pytestmark = pytest.mark.realtime
+
+
+@pytest.fixture(autouse=True)
+def rare_looks(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Look at the line less often: the pilot waits until an app has nothing to do."""
+    monkeypatch.setattr(keypad_screen, "PERIOD", 0.05)
 
 
 class NotedKeypad(EmulatedKeypad):
