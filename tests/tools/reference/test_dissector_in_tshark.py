@@ -29,6 +29,8 @@ from openpendant.tools.reference.messages import ALL_MESSAGES
 from openpendant.tools.reference.samples import sample
 from openpendant.tools.reference.vectors import vector_files
 
+pytestmark = pytest.mark.conformance
+
 EVERYTHING = wire.Dialect("everything", ALL_MESSAGES)
 LITTLE = wire.codec_for(wire.STANDARD)
 PENDANT_LITTLE = wire.codec_for(wire.PENDANT)
@@ -170,7 +172,7 @@ def _dissected(
 @pytest.mark.parametrize(
     ("name", "run"),
     [
-        pytest.param("golden", "recorded", marks=pytest.mark.conformance),
+        ("golden", "recorded"),
         ("captures", "recorded"),
         ("exported", "dissected"),
     ],
