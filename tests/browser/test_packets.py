@@ -105,7 +105,8 @@ def test_the_newest_frame_is_in_sight_and_a_chosen_one_stays_there_among_all(pac
     newest = f"{SHOWN}.reduce((a, b) => +a.dataset.number > +b.dataset.number ? a : b)"
     packets.wait(f"{in_sight}({newest}) && +{newest}.dataset.number > 60")
     packets.run("document.querySelector('[data-kind=\"no state\"]').click()")
-    packets.wait(f"{SHOWN}.every(each => !each.classList.contains('state'))")
+    no_state = "each => !each.classList.contains('state')"
+    packets.wait(f"{SHOWN}.length > 0 && {SHOWN}.every({no_state})")
     packets.run(f"{newest}.click()")
     packets.run("document.querySelector('[data-kind=all]').click()")
     packets.wait(f"{SHOWN}.some(each => each.classList.contains('selected') && {in_sight}(each))")
