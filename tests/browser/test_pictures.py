@@ -154,6 +154,10 @@ def test_a_phone_jogs_with_two_thumbs(stands: Page) -> None:
     show_at(stands.driver, 412, 892)
     try:
         stands.wait("document.querySelector('.enabling').offsetParent")
+        # The pad lies where it stays only once the narrow page is drawn.
+        stands.run(
+            "return new Promise(drawn => requestAnimationFrame(() => setTimeout(drawn, 100)))"
+        )
         pad = stands.run(
             "const b = document.querySelector('.enabling').getBoundingClientRect();"
             "return [b.x + b.width / 4, b.y + b.height / 3]"
