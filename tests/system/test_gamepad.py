@@ -191,6 +191,7 @@ async def test_a_gamepad_jogs_in_a_line_until_it_is_unplugged_and_not_again_by_i
         assert await pad.end() == 0
 
 
+@pytest.mark.conformance
 async def test_two_sticks_move_until_the_program_stands_still_or_the_stop_button_is_pressed(
     shared_cell: Any, tmp_path: Path
 ) -> None:
@@ -222,6 +223,7 @@ async def test_two_sticks_move_until_the_program_stands_still_or_the_stop_button
         assert await pad.end() == 0
 
 
+@pytest.mark.conformance
 async def test_a_spacemouse_jogs_while_its_cap_is_pushed(shared_cell: Any, tmp_path: Path) -> None:
     observer = await ready(shared_cell)
     async with gamepad(shared_cell, tmp_path / "event7", HandAtCap()) as pad:
