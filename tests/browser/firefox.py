@@ -143,6 +143,13 @@ class FirefoxPage(Page):
         self._firefox = firefox
         self._shifted: set[str] = set()
 
+    def looks(self, condition: str) -> bool:
+        """Return whether the page shows something now, and let it go on for a moment if not."""
+        if self.run(f"return Boolean({condition})"):
+            return True
+        time.sleep(0.02)
+        return False
+
     def do(self, script: str) -> None:
         """Have the page do something at once."""
         self.run(script)

@@ -9,7 +9,7 @@ from typing import Any
 import pytest
 from rigs.processes.warm_start import WarmProcess
 
-from browser.page_rig import Page, PageRig, free_port, show_at
+from browser.page_rig import Page, PageRig, free_port, own_tab, show_at
 from browser.wcag import broken_rules
 from openpendant.simplemsg.serial_frames import FrameReader, KeyDown, LineWay
 from openpendant.tools.pendants.keypad.keys import LABELS
@@ -77,9 +77,9 @@ class KeypadPage(Page):
 
 @pytest.fixture(name="rig", scope="module")
 def _rig(driver: Any, tmp_path_factory: pytest.TempPathFactory) -> Iterator[PageRig]:
-    with PageRig(Path(tmp_path_factory.mktemp("keypad")), driver) as rig:
+    folder = Path(tmp_path_factory.mktemp("keypad"))
+    with own_tab(driver), PageRig(folder, driver) as rig:
         yield rig
-        driver.get("about:blank")
 
 
 @pytest.fixture(name="page", scope="module")

@@ -19,6 +19,10 @@ export interface Aim {
   count: number;
 }
 
+export function isSameAim(one: Aim, other: Aim): boolean {
+  return one.space === other.space && one.frame === other.frame && one.count === other.count;
+}
+
 /** An axis and a direction, as a jog button has them. */
 export interface JogKey {
   axis: number;
@@ -73,11 +77,7 @@ export class Holds {
 
   /** Choose what keys mean; what is held ends. */
   setAim(aim: Aim): Order[] {
-    const isSame =
-      aim.space === this.#aim.space &&
-      aim.frame === this.#aim.frame &&
-      aim.count === this.#aim.count;
-    if (isSame) return [];
+    if (isSameAim(aim, this.#aim)) return [];
     const orders = this.letGo();
     this.#aim = aim;
     return orders;

@@ -12,7 +12,7 @@ import { isInControl, OVERDUE } from "./cell.ts";
 import { isManual } from "./checklist.ts";
 import { Enabling } from "./enabling.ts";
 import type { Sign } from "./enabling.ts";
-import { BEAT, DEADLINE, Holds } from "./hold.ts";
+import { BEAT, DEADLINE, Holds, isSameAim } from "./hold.ts";
 import type { Aim, JogKey, Order } from "./hold.ts";
 
 const SLOTS = 10;
@@ -67,7 +67,9 @@ export class Holding {
     return this.#holds.isHolding || this.#motion !== null;
   }
 
+  /** Told with each picture: one that stays the same must not ask for the next. */
   setAim(aim: Aim): void {
+    if (isSameAim(aim, this.aim)) return;
     this.#carryOut(this.#holds.setAim(aim));
   }
 
@@ -241,7 +243,9 @@ export class Holding {
         ? this.#holds.letGo()
         : this.#holds.tick(now);
     this.#session.send(...signs, ...this.#messages(orders));
-    this.#settle();
+    // A beat alone changes nothing that the page shows.
+    const isBeat = wasOn === this.enabling.isOn && orders.every(({ order }) => order === "beat");
+    if (!isBeat || !this.#isHeld) this.#settle();
   }
 
   #messages(orders: Order[]): Message[] {
@@ -262,9 +266,13 @@ export class Holding {
       .map((position) => ({ type: "enabling", position }));
   }
 
+  get #isHeld(): boolean {
+    return this.#holds.isHolding || this.enabling.isOn;
+  }
+
   /** Beat while something is held, and only then. */
   #settle(): void {
-    const isHeld = this.#holds.isHolding || this.enabling.isOn;
+    const isHeld = this.#isHeld;
     if (isHeld && this.#timer === null) this.#timer = setInterval(() => this.#tick(), BEAT);
     if (!isHeld && this.#timer !== null) {
       clearInterval(this.#timer);

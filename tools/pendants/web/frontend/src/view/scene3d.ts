@@ -136,7 +136,8 @@ class Scene3d implements View {
     this.#frames.show(content.frames, 0.12 * (this.#chain?.size ?? 1), content.theme);
     this.#showGizmo(content.gizmo ?? null);
     this.#placeRobots();
-    this.#want();
+    this.#isWanted = true;
+    this.#turn();
   }
 
   look(side: Side): void {
@@ -251,6 +252,7 @@ class Scene3d implements View {
 
   /** Draw if it is wanted and the last picture is done; else look again with the next frame. */
   #turn(): void {
+    cancelAnimationFrame(this.#frame);
     this.#frame = 0;
     const now = performance.now();
     if (this.#isDone()) this.#ended(now);

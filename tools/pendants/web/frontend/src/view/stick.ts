@@ -88,7 +88,7 @@ class StickView implements View {
     if (isSame(this.#content, content)) return;
     if (content.robot !== this.#content.robot) this.#takeRobot(content.robot);
     this.#content = content;
-    this.#wantFrame();
+    this.#draw();
   }
 
   look(side: Side): void {
@@ -204,6 +204,7 @@ class StickView implements View {
   }
 
   #drawFrames(paper: CanvasRenderingContext2D, by: Projection, palette: Palette): void {
+    if (this.#content.frames.length === 0) return; // A font has the page's styles worked out.
     const length = 0.12 * (this.#chain?.size ?? 1);
     paper.font = "12px system-ui, sans-serif";
     paper.textBaseline = "middle";

@@ -83,7 +83,10 @@ export type Side = "iso" | "top" | "front";
 export interface View {
   /** Return what fetches the meshes of an imported robot, for a view that shows them. */
   newMeshes?(...around: ConstructorParameters<typeof RobotMeshes>): RobotMeshes;
-  /** Show this content; what is the same as before costs nothing. */
+  /**
+   * Show this content; what is the same as before costs nothing. Called in a frame of the page, in
+   * which it draws: asked for the next one, each state would cost two.
+   */
   show(content: Content): void;
   /** Look from there, at all of the robot. */
   look(side: Side): void;
