@@ -80,7 +80,7 @@ class CellEnvironment:
             *(cell, self.world, view, self.grasps, self.signals, self.trace, robot_name)
         )
         self.kinematics = KinematicsService(cell, view, pending, rates)
-        self.shapes = ShapesService(pending, cell.motions.new_job_id)
+        self.shapes = ShapesService(pending, cell.motions.new_job_id, view.shapes)
         self._traced = 0
         self._reported = -1  # when the last report came that was taken
         cell.motions.scene = view.scene

@@ -106,6 +106,10 @@ class RobotEnvironment(SceneModel, Protocol):
         """Limits, Denavit-Hartenberg table and home of the robot, as JSON can hold them."""
 
     @property
+    def shapes(self) -> Mapping[str, Any]:
+        """What the robot looks like, as JSON can hold it."""
+
+    @property
     def tool_in_flange(self) -> PoseGoal | None:
         """The centre point of the selected tool in the flange; None for the flange itself."""
 

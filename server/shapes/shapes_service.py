@@ -1,12 +1,15 @@
 """Shapes service: what robots look like, and the bytes of the meshes of this cell's robot.
 
 Owns what is kept of the answers, which depend on files that no cell changes, and what is withdrawn
-with a connection. Anybody who may look on may ask. No robot file and no mesh is read on the event
-loop: that is the business of the process for questions, and an answer that is kept is its text.
+with a connection. Anybody who may look on may ask. What the cell's own robot looks like is known
+when the cell is made: each page asks for that first, and waited for the process for questions to
+start. No robot file and no mesh is read on the event loop: that is the business of that process,
+and an answer that is kept is its text.
 """
 
 from __future__ import annotations
 
+import json
 from collections.abc import Callable, Mapping
 from itertools import count
 from typing import Any
@@ -29,15 +32,25 @@ LONGEST_NAME = 64
 class ShapesService:
     """The questions of one cell's pendants."""
 
-    def __init__(self, pending: Pending, new_job_id: Callable[[], int]) -> None:
-        """Keep no answer yet."""
+    def __init__(
+        self, pending: Pending, new_job_id: Callable[[], int], own: Mapping[str, Any]
+    ) -> None:
+        """Keep the first answer.
+
+        Args:
+            own: what the cell's robot looks like.
+        """
         self._pending = pending
         self._new_job_id = new_job_id
         self._rates = ChunkRates()
         # Above those of the questions of admins on connections.
         self._numbers = count(1 << 32)
         # Texts by what they answer, at most one of each robot and one of the meshes.
-        self._kept: dict[tuple[str, str | None], str] = {}
+        self._kept: dict[tuple[str, str | None], str] = {
+            (op.ShowShapes(None).op, None): json.dumps(
+                own, ensure_ascii=False, separators=(",", ":")
+            )
+        }
         # Numbers of the questions of each connection that are not answered yet.
         self._waiting: dict[int, set[int]] = {}
 

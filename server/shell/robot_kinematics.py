@@ -30,6 +30,7 @@ from openpendant.motion.kinematics.ik.singularity import condition
 from openpendant.motion.kinematics.serial import Kinematics
 from openpendant.motion.pose import Pose
 from openpendant.motion.robot_report.robot_report import robot_data
+from openpendant.motion.robot_report.shapes_report import shapes_report
 from openpendant.motion.scene.clearance import ClearPath
 from openpendant.motion.scene.collision import BuildStep, CollisionModel, Proximity
 from openpendant.motion.scene.grasping import Grip, gripped, held_steps
@@ -150,6 +151,11 @@ class RobotKinematics:
     def specification(self) -> dict[str, Any]:
         """Limits, Denavit-Hartenberg table and home of the robot, as JSON can hold them."""
         return robot_data(self._robot)
+
+    @property
+    def shapes(self) -> dict[str, Any]:
+        """What the robot looks like, as JSON can hold it."""
+        return shapes_report(self._robot)
 
     @property
     def jog_model(self) -> JogModel:

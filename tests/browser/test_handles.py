@@ -9,7 +9,7 @@ from typing import Any
 
 import pytest
 
-from browser.page_rig import WITH_3D, Page, PageRig, chromium
+from browser.page_rig import WITH_3D, Page, PageRig, chromium, show_at
 from browser.picture_handles import DEEP, boxes, drag, handle
 from browser.test_plan import _goal, _task, plans
 
@@ -121,6 +121,7 @@ def deep_driver(driver: Any) -> Iterator[Any]:
     """A browser that draws in three dimensions, by software."""
     del driver
     started = chromium(WITH_3D)
+    show_at(started, 1024, 600)  # software draws each point
     yield started
     started.quit()
 

@@ -265,7 +265,7 @@ def test_the_same_cell_in_three_dimensions(bench: PageRig) -> None:
         page.open()
         page.run("document.querySelector('.checklist .quiet').click()")
         page.wait("document.querySelector('.host canvas[data-engine^=three]')", within=30)
-        time.sleep(3)
+        page.wait("document.querySelector('.host canvas').dataset.showsRobot === ''", within=30)
         page.picture("v2-checklist-3d")
     finally:
         drawing.quit()

@@ -49,8 +49,6 @@ def answer_shapes(robot: str, asked: ShapeQuestion) -> ShapesFound | Refusal:
 
 def _told(robot: str, asked: ShapeQuestion) -> dict[str, Any] | Refusal:
     match asked:
-        case ShowShapes(robot=None):
-            return shapes_report(_own(robot))
         case ShowShapes(robot=str(name)):
             # Not `load_robot` alone: that would take a path, too.
             if name not in robot_names():

@@ -146,6 +146,13 @@ def test_show_takes_no_path_of_a_robot_file(meshed: tuple[Path, bytes]) -> None:
     assert found.code is V.BAD_ARGUMENT
 
 
+def test_what_the_cells_own_robot_looks_like_is_answered_at_once(asked: AskedCell) -> None:
+    core, session = asked.cell.core, asked.pendant.session
+    received = Received(session, Management(9, b'{"op":"shapes.show"}'))
+    out = core.handle(received, asked.cell.now)
+    assert not [each for each in out if isinstance(each, Ask)]
+
+
 def test_an_answer_is_worked_out_once(asked: AskedCell) -> None:
     first = asked.ask("show", robot="puma560")
     core, session = asked.cell.core, asked.pendant.session

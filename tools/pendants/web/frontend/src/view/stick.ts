@@ -62,6 +62,8 @@ class StickView implements View {
   readonly #events: ViewEvents;
   readonly #canvas = document.createElement("canvas");
   readonly #layer = document.createElement("canvas");
+  readonly #ground = document.createElement("canvas");
+  #groundSeen: readonly unknown[] = [];
   readonly #pointers = new Map<number, Pointer>();
   readonly #listening = new AbortController();
   #content: Content = EMPTY;
@@ -112,7 +114,7 @@ class StickView implements View {
     const { width, height } = this.#host.getBoundingClientRect();
     const ratio = Math.min(3, globalThis.devicePixelRatio || 1);
     this.#size = { width: Math.max(1, width), height: Math.max(1, height), ratio };
-    for (const canvas of [this.#canvas, this.#layer]) {
+    for (const canvas of [this.#canvas, this.#layer, this.#ground]) {
       canvas.width = Math.round(this.#size.width * ratio);
       canvas.height = Math.round(this.#size.height * ratio);
     }
@@ -136,8 +138,10 @@ class StickView implements View {
     if (paper === null) return;
     const palette = PALETTES[this.#content.theme];
     const by = new Projection(this.#orbit, width, height);
+    this.#layGround(by, palette);
+    paper.setTransform(1, 0, 0, 1, 0, 0);
+    paper.drawImage(this.#ground, 0, 0);
     paper.setTransform(ratio, 0, 0, ratio, 0, 0);
-    this.#drawGround(paper, by, palette);
     const painted = [...this.#robotSolids(palette), ...this.#content.objects.map(objectSolid)];
     this.#shown = drawSolids(paper, painted, eyeOf(this.#orbit), by, palette);
     this.#drawGhost(paper, by, palette);
@@ -148,8 +152,14 @@ class StickView implements View {
     this.#drawGizmo(paper, by);
   }
 
-  #drawGround(paper: CanvasRenderingContext2D, by: Projection, palette: Palette): void {
-    const { width, height } = this.#size;
+  /** Draw the ground if it is seen otherwise than before: its gradient costs as much as the rest. */
+  #layGround(by: Projection, palette: Palette): void {
+    const { width, height, ratio } = this.#size;
+    const seen = [this.#size, this.#orbit, this.#chain, palette];
+    const paper = this.#ground.getContext("2d");
+    if (paper === null || seen.every((each, index) => each === this.#groundSeen[index])) return;
+    this.#groundSeen = seen;
+    paper.setTransform(ratio, 0, 0, ratio, 0, 0);
     const far = Math.hypot(width, height) * 0.6;
     const ground = paper.createRadialGradient(
       width / 2, height * 0.4, 0, width / 2, height * 0.4, far,
