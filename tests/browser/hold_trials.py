@@ -7,6 +7,7 @@ import statistics
 from collections.abc import Callable, Collection
 from dataclasses import dataclass, field
 from functools import cache
+from multiprocessing import get_context
 
 from promises.promise_figures import tell
 from rigs.clock.busy_machine import SCALE
@@ -29,6 +30,12 @@ LATE = 0.020
 A trial is void by no more than what the machine alone can add to it. Where the bound is shorter, as
 much as the bound does: a whole tick late breaks a bound of a tick. It is no more where the bound is
 longer: those of 250 ms leave a tick to spare, too.
+"""
+
+ALONE = get_context("fork").RLock()
+"""Held while a robot is jogged and let go, and by what would disturb that: a page that is loaded, a
+browser that is started. The workers of a run are forked with it: beside a trial of one of them the
+others only see to it that nothing moves again.
 """
 
 _NOTED = 0.005
@@ -86,7 +93,8 @@ class HoldTrials:
                     left_to_fail -= 1
                     if not left_to_fail:
                         raise AssertionError(f"{self.name}: not judged") from failed
-                    recover()
+                    with ALONE:
+                        recover()
                 continue
             if failed is not None:
                 raise failed

@@ -6,15 +6,15 @@ After each trial nothing moves while the button is held on.
 """
 
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from dataclasses import replace
 from itertools import cycle
 
 import pytest
 
-from browser.hold_trials import TICK, HoldTrials
+from browser.hold_trials import ALONE, TICK, HoldTrials
 from browser.motion_tap import Ended
-from browser.page_rig import Page
+from browser.page_rig import Page, PageRig
 
 pytestmark = pytest.mark.realtime
 
@@ -25,6 +25,16 @@ RELEASED, SLID_OFF, LEFT = 0.020, 0.150, 0.050
 """From a hand that lets go, slides off or leaves the page to the ramp [s]."""
 Act = Callable[[Page, tuple[float, float]], float | None]
 """What a hand does at a place; returns when it was taken where that is not when it was told."""
+
+
+@pytest.fixture
+def page(page_rig: PageRig) -> Iterator[Page]:
+    """A page that holds control in T1, with nothing held, made ready while nobody measures."""
+    page = page_rig.page()
+    with ALONE:
+        page.ready()
+    yield page
+    page.let_all_go()
 
 
 def _mouse_down(page: Page, at: tuple[float, float]) -> None:
@@ -87,12 +97,13 @@ def _enabling_up(page: Page, _: tuple[float, float]) -> None:
 def _trial(page: Page, side: str, down: Act, go: Act, up: Act) -> Ended:
     page.stay_enabled()
     at = page.place(0, side)
-    page.rig.tap.forget()
-    down(page, at)
-    page.rig.tap.wait_for_steady(0)
-    began = time.monotonic()
-    taken = go(page, at)
-    page.rig.tap.wait_for_rest()
+    with ALONE:
+        page.rig.tap.forget()
+        down(page, at)
+        page.rig.tap.wait_for_steady(0)
+        began = time.monotonic()
+        taken = go(page, at)
+        page.rig.tap.wait_for_rest()
     found = page.rig.tap.end_of_steady(0, began)
     page.rig.tap.stays_at_rest()
     page.stands()
@@ -136,13 +147,14 @@ def the_other_key_goes_on(page: Page) -> None:
     def trial(side: str) -> Ended:
         page.stay_enabled()
         modifiers = 8 if side == "minus" else 0
-        page.rig.tap.forget()
-        page.key(True, "Digit1", "1", modifiers)
-        page.key(True, "Digit6", "6", modifiers)
-        page.rig.tap.wait_for_steady(0)
-        began = time.monotonic()
-        page.key(False, "Digit1", "1", modifiers)
-        time.sleep(0.3)
+        with ALONE:
+            page.rig.tap.forget()
+            page.key(True, "Digit1", "1", modifiers)
+            page.key(True, "Digit6", "6", modifiers)
+            page.rig.tap.wait_for_steady(0)
+            began = time.monotonic()
+            page.key(False, "Digit1", "1", modifiers)
+            time.sleep(0.3)
         found = page.rig.tap.end_of_steady(0, began)
         later = [each for each in page.rig.tap.seen() if each.at > began + 0.2]
         other = [each.joints[5] for each in later if each.joints]
@@ -166,12 +178,13 @@ def test_of_two_keys_that_are_held_the_other_goes_on(page: Page) -> None:
 def test_a_page_whose_thread_is_frozen_ends_as_silent_and_never_moves_again(page: Page) -> None:
     def trial(side: str) -> Ended:
         page.stay_enabled()
-        page.rig.tap.forget()
-        _mouse_down(page, page.place(0, side))
-        page.rig.tap.wait_for_steady(0)
-        began = time.monotonic()
-        page.run("const until = performance.now() + 700; while (performance.now() < until);")
-        page.rig.tap.wait_for_rest()
+        with ALONE:
+            page.rig.tap.forget()
+            _mouse_down(page, page.place(0, side))
+            page.rig.tap.wait_for_steady(0)
+            began = time.monotonic()
+            page.run("const until = performance.now() + 700; while (performance.now() < until);")
+            page.rig.tap.wait_for_rest()
         found = page.rig.tap.end_of_steady(0, began)
         page.rig.tap.stays_at_rest()
         page.stands()

@@ -1,11 +1,13 @@
 """Letting go of a jog button in Firefox, by the ways that a hand has."""
 
 from collections.abc import Iterator
+from contextlib import ExitStack
 from pathlib import Path
 
 import pytest
 
 from browser.firefox import NAMES, Firefox, FirefoxPage, firefox_program
+from browser.hold_trials import ALONE
 from browser.page_rig import FRONT, PageRig
 from browser.test_holding import ramp_begins_in_time, the_other_key_goes_on
 
@@ -19,7 +21,8 @@ def firefox(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Firefox]:
         pytest.skip(f"no {' and no '.join(NAMES)} on this machine")
     if not (FRONT / "index.html").is_file():
         pytest.skip("the page is not built: make browser builds it")
-    started = Firefox(program, Path(tmp_path_factory.mktemp("firefox")))
+    with ALONE:
+        started = Firefox(program, Path(tmp_path_factory.mktemp("firefox")))
     yield started
     started.quit()
 
@@ -27,7 +30,9 @@ def firefox(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Firefox]:
 @pytest.fixture(scope="module")
 def cell(firefox: Firefox, tmp_path_factory: pytest.TempPathFactory) -> Iterator[PageRig]:
     """A cell of its own, so that no other browser is needed."""
-    with PageRig(Path(tmp_path_factory.mktemp("cell")), firefox) as rig:
+    with ExitStack() as ends:
+        with ALONE:
+            rig = ends.enter_context(PageRig(Path(tmp_path_factory.mktemp("cell")), firefox))
         yield rig
 
 
@@ -35,7 +40,8 @@ def cell(firefox: Firefox, tmp_path_factory: pytest.TempPathFactory) -> Iterator
 def page(firefox: Firefox, cell: PageRig) -> Iterator[FirefoxPage]:
     """A page that holds control in T1, with nothing held."""
     page = FirefoxPage(cell, firefox, f"http://127.0.0.1:{cell.gateway}/")
-    page.ready()
+    with ALONE:
+        page.ready()
     yield page
     page.let_all_go()
 

@@ -14,15 +14,17 @@ from dataclasses import replace
 import pytest
 from promises.promise_figures import tell
 
-from browser.hold_trials import TICK, HoldTrials
+from browser.hold_trials import ALONE, TICK, HoldTrials
 from browser.loopback_relay import LoopbackRelay, MessageTap
 from browser.motion_tap import Ended
 from browser.page_rig import Page, PageRig, free_port
-from browser.test_holding import DEADLINE, RELEASED
+from browser.test_holding import DEADLINE, RELEASED, page
 from openpendant.simplemsg.pendant import JogRelease
 from openpendant.tools.pendants.sync_client import SyncPendantClient
 
 pytestmark = pytest.mark.realtime
+
+__all__ = ["page"]
 
 LINK_ENDED = 0.100
 """From a page that ends to the STOP [s]."""
@@ -77,15 +79,18 @@ def test_a_tab_that_is_reloaded_or_closed_stops_the_robot(page_rig: PageRig) -> 
     page.driver.get("about:blank")
 
     def trial(side: str) -> Ended:
-        page.driver.switch_to.new_window("tab")
+        with ALONE:
+            page.driver.switch_to.new_window("tab")
         try:
-            page.ready()
-            _jogs(page, side)
-            began = time.monotonic()
-            if side == "plus":
-                page.cdp("Page.reload")
-            else:
-                page.driver.close()
+            with ALONE:
+                page.ready()
+                _jogs(page, side)
+                began = time.monotonic()
+                if side == "plus":
+                    page.cdp("Page.reload")
+                else:
+                    page.driver.close()
+                page.rig.tap.wait_for_rest()
             return _ends(page, began)
         finally:
             for each in set(page.driver.window_handles) - {first}:
@@ -104,13 +109,15 @@ def test_a_network_that_stalls_ends_it_as_silent_and_its_old_messages_move_nothi
 ) -> None:
     relay = LoopbackRelay(page_rig.gateway)
     page = page_rig.page(relay.port)
-    page.ready()
+    with ALONE:
+        page.ready()
 
     def trial(side: str) -> Ended:
-        at = _jogs(page, side)
-        began = time.monotonic()
-        relay.stand_still()
-        time.sleep(STALLED_FOR)
+        with ALONE:
+            at = _jogs(page, side)
+            began = time.monotonic()
+            relay.stand_still()
+            time.sleep(STALLED_FOR)
         found = page.rig.tap.end_of_steady(0, began)
         page.rig.tap.forget()
         relay.go_on()
@@ -131,9 +138,11 @@ def test_a_network_that_stalls_ends_it_as_silent_and_its_old_messages_move_nothi
 
 def test_a_stop_of_another_client_ends_it(page: Page, other: SyncPendantClient) -> None:
     def trial(side: str) -> Ended:
-        at = _jogs(page, side)
-        began = time.monotonic()
-        other.stop("a test")
+        with ALONE:
+            at = _jogs(page, side)
+            began = time.monotonic()
+            other.stop("a test")
+            page.rig.tap.wait_for_rest()
         found = _ends(page, began)
         _let_go(page, at)
         page.reset_stop()
@@ -193,15 +202,18 @@ def test_what_the_page_takes_away_ends_it(
 ) -> None:
     tap, port = releases
     page = page_rig.page(port)
-    page.ready()
+    with ALONE:
+        page.ready()
     name = request.node.callspec.id
     at_server: dict[float, Ended] = {}
 
     def trial(side: str) -> Ended:
-        at = _jogs(page, side)
-        tap.forget()
-        began = time.monotonic()
-        back = change(page)
+        with ALONE:
+            at = _jogs(page, side)
+            tap.forget()
+            began = time.monotonic()
+            back = change(page)
+            page.rig.tap.wait_for_rest()
         found = _ends(page, began)
         at_server[found.at] = replace(found, began=tap.first())
         back()
@@ -225,16 +237,18 @@ def test_a_gateway_that_is_killed_stops_the_robot(page_rig: PageRig) -> None:
 
     def trial(side: str) -> Ended:
         port = free_port()
-        gateway = page_rig.start_gateway(port)
-        page = page_rig.page(port)
-        page.ready()
-        _jogs(page, side)
-        # Its exit code comes later, by way of the process that forked it.
-        end = os.pidfd_open(gateway.pid)
-        began = time.monotonic()
-        gateway.kill()
-        select.select([end], [], [], 10)
-        dead = time.monotonic()
+        with ALONE:
+            gateway = page_rig.start_gateway(port)
+            page = page_rig.page(port)
+            page.ready()
+            _jogs(page, side)
+            # Its exit code comes later, by way of the process that forked it.
+            end = os.pidfd_open(gateway.pid)
+            began = time.monotonic()
+            gateway.kill()
+            select.select([end], [], [], 10)
+            dead = time.monotonic()
+            page.rig.tap.wait_for_rest()
         os.close(end)
         gateway.end(10)
         found = _ends(page, began)

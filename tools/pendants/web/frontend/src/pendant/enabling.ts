@@ -2,7 +2,7 @@
 //
 // Pure: it is told what happened and when [ms]. `signs` are the positions to send, in order.
 import { EnablingPosition } from "../protocol.ts";
-import { BEAT, DEADLINE } from "./hold.ts";
+import { DEADLINE } from "./hold.ts";
 
 /** Kept so long after the last key or touch [ms]. */
 export const KEPT_FOR = 30_000;
@@ -103,12 +103,15 @@ export class Enabling {
     return signs;
   }
 
-  /** Say that it is held, each 50 ms. What was not said in time has ended at the server. */
+  /**
+   * Say that it is held, each 50 ms and with every beat of a press: a device that were older than
+   * its key would end by a STOP where both fall silent. What was not said in time has ended at the
+   * server.
+   */
   tick(now: number): Sign[] {
     if (!this.isOn) return [];
     if (now - this.#signed >= DEADLINE) return this.#end("silent");
     if (this.#state === "kept" && now >= this.#keptUntil) return this.#end("unanswered");
-    if (now - this.#signed < BEAT / 2) return [];
     this.#signed = now;
     return [EnablingPosition.HELD];
   }
