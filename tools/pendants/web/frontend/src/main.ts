@@ -1,7 +1,7 @@
 // Puts the page together: one session, one model of the cell, what is held, and the parts that
 // show it. Nothing here moves anything by itself.
 import "./style.css";
-import { cellModel, isInControl } from "./pendant/cell.ts";
+import { cellModel, isInControl, showsTheSame } from "./pendant/cell.ts";
 import type { Cell } from "./pendant/cell.ts";
 import { Holding } from "./pendant/holding.ts";
 import { PacketRing } from "./packets/ring.ts";
@@ -16,6 +16,7 @@ import { listenToGamepads } from "./ui/gamepads.ts";
 import { listen } from "./ui/keyboard.ts";
 import { layout } from "./ui/layout.ts";
 import type { Layout } from "./ui/layout.ts";
+import { TASKS } from "./ui/tasks.ts";
 import { probedGraphics } from "./view/probe.ts";
 import { makeStickView } from "./view/stick.ts";
 import type { MakeView, ViewEvents } from "./view/view.ts";
@@ -29,6 +30,8 @@ const SETTINGS = "openpendant.settings";
 const STOOD = "openpendant.stood";
 /** What counts down or ages is shown anew so often [ms]. */
 const TICK = 250;
+/** What a hand does that a panel may show: it need not wait for the next state that is another. */
+const HANDLED = ["click", "input", "change", "pointerdown", "pointerup", "keydown", "keyup"] as const;
 
 /** Refusals for something that is missing: the checklist says what. */
 const MISSING: number[] = [
@@ -156,6 +159,9 @@ class Page implements App {
     listenToGamepads(this);
     // A browser may keep a page that was left, as it is, with its socket open: no beat comes from it.
     window.addEventListener("pagehide", ({ persisted }) => persisted && this.session.interrupt());
+    for (const kind of HANDLED) {
+      window.addEventListener(kind, () => this.#draw(), { capture: true, passive: true });
+    }
     setInterval(() => this.#draw(), TICK);
   }
 
@@ -280,7 +286,8 @@ class Page implements App {
     if (before.stage !== "up" && cell.stage === "up" && pageState(cell) === "observer") {
       this.session.refreshWhy();
     }
-    this.#draw();
+    const entry = TASKS.find(({ task }) => task === this.choice.value.task);
+    if (entry?.isLive === true || !showsTheSame(before, cell)) this.#draw();
   }
 
   #told(message: Message): void {

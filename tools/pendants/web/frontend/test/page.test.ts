@@ -1,7 +1,7 @@
 import assert from "node:assert/strict";
 import { test } from "node:test";
 import { fraction, isAtEnd } from "../src/pendant/axes.ts";
-import { NO_CELL } from "../src/pendant/cell.ts";
+import { NO_CELL, OVERDUE, showsTheSame } from "../src/pendant/cell.ts";
 import type { Cell } from "../src/pendant/cell.ts";
 import { checklist, nextLine } from "../src/pendant/checklist.ts";
 import { pageState } from "../src/pendant/states.ts";
@@ -112,4 +112,24 @@ test("a joint at the end of its range can only go back", () => {
   assert.equal(isAtEnd(row, 1), true);
   assert.equal(isAtEnd(row, -1), false);
   assert.equal(fraction(row), 1);
+});
+
+const STOOD = { ...cell({ sequence: 4, time_s: 1, age: 0.01, positions: [0.5, 1] }), stateAt: 100, heardAt: 100 };
+
+function next(state: Partial<State>, around: Partial<Cell> = {}): Cell {
+  const later = { sequence: 5, time_s: 2, age: 0.02, positions: [0.5, 1], ...state };
+  return { ...STOOD, stateAt: 133, heardAt: 133, state: { ...STOOD.state, ...later } as State, ...around };
+}
+
+test("a state of a robot that stands shows nothing new", () => {
+  assert.equal(showsTheSame(STOOD, next({})), true);
+});
+
+test("what moved, changed or came after a silence is shown", () => {
+  assert.equal(showsTheSame(STOOD, next({ positions: [0.5, 1.001] })), false);
+  assert.equal(showsTheSame(STOOD, next({ holder: 3 })), false);
+  assert.equal(showsTheSame(STOOD, next({}, { answers: 1 })), false);
+  assert.equal(showsTheSame(STOOD, next({}, { stateAt: 100 + OVERDUE })), false);
+  assert.equal(showsTheSame(STOOD, next({}, { heardAt: 100 + OVERDUE })), false);
+  assert.equal(showsTheSame({ ...STOOD, state: null }, next({})), false);
 });

@@ -46,6 +46,8 @@ export interface Cell {
   stateAt: number;
   /** When anything came last. */
   heardAt: number;
+  /** Counts all that came but states: what asked for it may show more now. */
+  answers: number;
   /** Way there and back [ms]; null before it was measured. */
   delay: number | null;
   holderName: string;
@@ -75,6 +77,7 @@ export const NO_CELL: Cell = {
   state: null,
   stateAt: 0,
   heardAt: 0,
+  answers: 0,
   delay: null,
   holderName: "",
   wantedBy: "",
@@ -92,6 +95,29 @@ export type CellModel = Observable<Cell>;
 
 export function cellModel(): CellModel {
   return new Observable(NO_CELL);
+}
+
+const CLOCKS: ReadonlySet<string> = new Set(["sequence", "time_s", "time_ns", "age", "dropped"]);
+
+/** Whether a page shows the same of both: of a robot that stands a state comes each 33 ms. */
+export function showsTheSame(before: Cell, after: Cell): boolean {
+  const { state: old, stateAt, heardAt, ...rest } = before;
+  const { state } = after;
+  const isFresh = after.stateAt - stateAt < OVERDUE && after.heardAt - heardAt < OVERDUE;
+  if (!isFresh || old === null || state === null) return false;
+  return areSame(rest, after) && areSame(old, state, CLOCKS);
+}
+
+function areSame<Of extends object>(one: Of, other: Of, but: ReadonlySet<string> = new Set()): boolean {
+  for (const name of Object.keys(one) as (keyof Of & string)[]) {
+    if (!but.has(name) && !isSameValue(one[name], other[name])) return false;
+  }
+  return true;
+}
+
+function isSameValue(one: unknown, other: unknown): boolean {
+  if (!Array.isArray(one) || !Array.isArray(other)) return Object.is(one, other);
+  return one.length === other.length && one.every((each, index) => Object.is(each, other[index]));
 }
 
 /** Whether this page has the motion authority. */

@@ -16,6 +16,8 @@ export interface TaskEntry {
   /** Null where the rail has no button for it. */
   icon: IconName | null;
   make: MakeTask;
+  /** Whether it shows each message that comes, also of a robot that stands. */
+  isLive?: true;
 }
 
 export const TASKS: readonly TaskEntry[] = [
@@ -24,8 +26,8 @@ export const TASKS: readonly TaskEntry[] = [
   { task: "plan", icon: "plan", make: planTask },
   { task: "scene", icon: "scene", make: sceneTask },
   { task: "frames", icon: "frames", make: numbersTask },
-  { task: "plots", icon: "plots", make: plotsTask },
-  { task: "packets", icon: "packets", make: packetsTask },
+  { task: "plots", icon: "plots", make: plotsTask, isLive: true },
+  { task: "packets", icon: "packets", make: packetsTask, isLive: true },
   { task: "keypad", icon: "keypad", make: keypadTask },
   { task: "tour", icon: null, make: tourTask },
 ];

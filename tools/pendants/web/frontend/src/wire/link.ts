@@ -34,8 +34,8 @@ export interface LinkEvents {
   opened(): void;
   /** Everything that is no answer to an open request. */
   told(message: Message): void;
-  /** Anything came at all. */
-  heard(): void;
+  /** Each message that came, before it is told or is an answer. */
+  heard(message: Message): void;
   closed(why: string): void;
 }
 
@@ -200,11 +200,12 @@ export class Link {
   }
 
   #take(data: ArrayBuffer): void {
-    this.#events.heard();
     try {
       for (const frame of framesOf(data)) {
         this.tap?.("in", frame);
-        this.#sort(decode(new DataView(frame.buffer, frame.byteOffset, frame.byteLength)));
+        const message = decode(new DataView(frame.buffer, frame.byteOffset, frame.byteLength));
+        this.#events.heard(message);
+        this.#sort(message);
       }
     } catch (error) {
       if (!(error instanceof RangeError)) throw error;

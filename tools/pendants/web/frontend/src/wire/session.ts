@@ -236,11 +236,16 @@ export class Session {
     const link: Link = new Link(this.#around.open(place.server), {
       opened: () => void this.#begin(link, isIn),
       told: (message) => this.#told(link, message),
-      heard: () => this.cell.set({ heardAt: this.#around.now() }),
+      heard: (message) => this.#heard(message),
       closed: (why) => this.#closed(link, why),
     });
     link.tap = (way, frame) => this.tap?.(way, frame);
     this.#link = link;
+  }
+
+  #heard({ type }: Message): void {
+    const { answers } = this.cell.value;
+    this.cell.set({ heardAt: this.#around.now(), answers: answers + Number(type !== "state") });
   }
 
   async #begin(link: Link, isIn: boolean): Promise<void> {
