@@ -1,8 +1,8 @@
 """The command behind `make browser`: what the page shows, then how soon it lets go.
 
-The tests of what a page shows run in two workers, each with a browser of its own: they wait for
-what they are to see. Those whose times are bounded run with nothing else beside them. Standard
-library only.
+The tests of what a page shows run in three workers, each with a browser of its own: they wait for
+what they are to see. Those whose times are bounded come after them in two, which take turns: one
+jogs and lets go, the other only sees to it that nothing moves again. Standard library only.
 """
 
 import signal
@@ -17,17 +17,20 @@ from run_lanes import CAME_TO_ITS_END, Run, exit_code, outcomes, tell_figures
 
 ALL = "tests/browser/test_*.py"
 TIMED = "tests/browser/test_holding*.py"
-SHOWING_WORKERS = 2
-"""Of the first lane. In the second, a browser beside the one that is timed made ramps begin up to
-100 ms later: two of them, each with its server, take two cores whole."""
+SHOWING_WORKERS, TIMED_WORKERS = 3, 2
+"""Of the two lanes. A browser that jogs beside the one that is timed made ramps begin up to 100 ms
+later, so those of the second lane have a lock, see `hold_trials`."""
 
 
 def lane_commands(arguments: Sequence[str]) -> list[tuple[str, list[str]]]:
     """Return each lane's name and what the interpreter is to be asked."""
     timed = sorted(glob(TIMED))
     showing = sorted(set(glob(ALL)) - set(timed))
-    lanes = (("what it shows", [*showing, f"--workers={SHOWING_WORKERS}"]), ("letting go", timed))
-    return [(name, ["-m", "pytest", *chosen, *arguments]) for name, chosen in lanes]
+    lanes = (("what it shows", showing, SHOWING_WORKERS), ("letting go", timed, TIMED_WORKERS))
+    return [
+        (name, ["-m", "pytest", *chosen, f"--workers={workers}", *arguments])
+        for name, chosen, workers in lanes
+    ]
 
 
 def run_lanes(run: Run, arguments: Sequence[str]) -> None:

@@ -14,6 +14,8 @@ from browser.loopback_relay import LoopbackRelay
 POINT, FULL_POINT, STOP = 11, 14, -4
 AT_REST = 0.1
 """A robot that no set-point went to for so long stands [s]; a jog sends one each tick."""
+RAMP_IS_OVER = 0.03
+"""Three ticks without a set-point: how the jog ended is seen, the rest is only to be watched [s]."""
 WATCHED_FOR = 0.2
 """So long nothing may go by after that, the button held on [s]: with the rest, six beats."""
 
@@ -85,10 +87,14 @@ class MotionTap(LoopbackRelay):
             assert time.monotonic() < until, f"no steady jog within {within:g} s"
             time.sleep(0.005)
 
-    def wait_for_rest(self, within: float = 5.0) -> None:
-        """Wait until no set-point goes by any more."""
+    def wait_for_rest(self, within: float = 5.0, at_rest: float = AT_REST) -> None:
+        """Wait until no set-point goes by any more.
+
+        Args:
+            at_rest: and none has gone by for so long [s].
+        """
         until = time.monotonic() + within
-        while (seen := self._seen) and time.monotonic() - seen[-1].at < AT_REST:
+        while (seen := self._seen) and time.monotonic() - seen[-1].at < at_rest:
             if time.monotonic() >= until:
                 raise MovedOn("the robot never came to rest")
             time.sleep(0.01)

@@ -16,10 +16,12 @@ ORANGE = "[...document.querySelectorAll('button.orange')].filter(b => b.offsetPa
 def fresh(page_rig: PageRig) -> Page:
     """A page as it opens, of a cell that nobody controls, in Automatic."""
     page = page_rig.page()
-    page.ready()
-    page.tap_key("KeyM", "m")
-    page.wait("document.querySelector('.chips').innerText.includes('Automatic')")
     page.open()
+    if "Automatic" not in page.text(".chips"):
+        page.ready()
+        page.tap_key("KeyM", "m")
+        page.wait("document.querySelector('.chips').innerText.includes('Automatic')")
+        page.open()
     page.wait("document.querySelector('.chips').innerText.includes('Nobody')")
     return page
 

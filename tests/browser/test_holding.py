@@ -13,7 +13,7 @@ from itertools import cycle
 import pytest
 
 from browser.hold_trials import ALONE, TICK, HoldTrials
-from browser.motion_tap import Ended
+from browser.motion_tap import RAMP_IS_OVER, Ended
 from browser.page_rig import Page, PageRig
 
 pytestmark = pytest.mark.realtime
@@ -103,7 +103,8 @@ def _trial(page: Page, side: str, down: Act, go: Act, up: Act) -> Ended:
         page.rig.tap.wait_for_steady(0)
         began = time.monotonic()
         taken = go(page, at)
-        page.rig.tap.wait_for_rest()
+        page.rig.tap.wait_for_rest(at_rest=RAMP_IS_OVER)
+    page.rig.tap.wait_for_rest()
     found = page.rig.tap.end_of_steady(0, began)
     page.rig.tap.stays_at_rest()
     page.stands()

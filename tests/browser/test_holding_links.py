@@ -16,7 +16,7 @@ from promises.promise_figures import tell
 
 from browser.hold_trials import ALONE, TICK, HoldTrials
 from browser.loopback_relay import LoopbackRelay, MessageTap
-from browser.motion_tap import Ended
+from browser.motion_tap import RAMP_IS_OVER, Ended
 from browser.page_rig import Page, PageRig, free_port
 from browser.test_holding import DEADLINE, RELEASED, page
 from openpendant.simplemsg.pendant import JogRelease
@@ -90,7 +90,7 @@ def test_a_tab_that_is_reloaded_or_closed_stops_the_robot(page_rig: PageRig) -> 
                     page.cdp("Page.reload")
                 else:
                     page.driver.close()
-                page.rig.tap.wait_for_rest()
+                page.rig.tap.wait_for_rest(at_rest=RAMP_IS_OVER)
             return _ends(page, began)
         finally:
             for each in set(page.driver.window_handles) - {first}:
@@ -142,7 +142,7 @@ def test_a_stop_of_another_client_ends_it(page: Page, other: SyncPendantClient) 
             at = _jogs(page, side)
             began = time.monotonic()
             other.stop("a test")
-            page.rig.tap.wait_for_rest()
+            page.rig.tap.wait_for_rest(at_rest=RAMP_IS_OVER)
         found = _ends(page, began)
         _let_go(page, at)
         page.reset_stop()
@@ -213,7 +213,7 @@ def test_what_the_page_takes_away_ends_it(
             tap.forget()
             began = time.monotonic()
             back = change(page)
-            page.rig.tap.wait_for_rest()
+            page.rig.tap.wait_for_rest(at_rest=RAMP_IS_OVER)
         found = _ends(page, began)
         at_server[found.at] = replace(found, began=tap.first())
         back()
@@ -248,7 +248,7 @@ def test_a_gateway_that_is_killed_stops_the_robot(page_rig: PageRig) -> None:
             gateway.kill()
             select.select([end], [], [], 10)
             dead = time.monotonic()
-            page.rig.tap.wait_for_rest()
+            page.rig.tap.wait_for_rest(at_rest=RAMP_IS_OVER)
         os.close(end)
         gateway.end(10)
         found = _ends(page, began)

@@ -161,3 +161,23 @@ def test_another_theme_keeps_what_is_typed_and_another_language_lets_go(page: Pa
 def _settles_in_german(page: Page) -> None:
     page.wait("document.documentElement.lang === 'de'")
     page.rig.tap.wait_for_rest()
+
+
+MOST_PICTURES = 10
+"""In a second of a robot that stands: clocks are looked at four times, states come thirty times."""
+
+
+def test_a_page_draws_what_moves_and_little_of_a_robot_that_stands(page: Page) -> None:
+    page.run(
+        "window.pictures = 0; const ask = window.requestAnimationFrame.bind(window);"
+        "window.requestAnimationFrame = (draw) => { window.pictures += 1; return ask(draw); }"
+    )
+    asleep = "return new Promise(over => setTimeout(() => over(window.pictures), 1000))"
+    page.run("return new Promise(over => setTimeout(over, 500))")
+    page.run("window.pictures = 0")
+    assert page.run(asleep) <= MOST_PICTURES
+    page.hold_enabling()
+    page.key(True, "Digit1", "1")
+    page.jogs()
+    page.run("window.pictures = 0")
+    assert page.run(asleep) > MOST_PICTURES
