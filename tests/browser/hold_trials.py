@@ -14,6 +14,7 @@ from rigs.clock.busy_machine import SCALE
 from rigs.clock.stall_watch import StallWatch
 
 from browser.motion_tap import Ended, MovedOn
+from browser.page_rig import Page
 
 TRIALS = 10
 MOST_TRIALS = 30
@@ -39,6 +40,20 @@ others only see to it that nothing moves again.
 """
 
 _NOTED = 0.005
+
+SPEED = 20
+"""Of a jog of these tests [% of the most in T1]: soon steady, and at rest after four steps."""
+
+
+def ready_to_hold(page: Page) -> None:
+    """Make a page ready while no other worker measures."""
+    with ALONE:
+        page.ready()
+        page.run(
+            f"const speed = document.querySelector('.speed input'); speed.value = {SPEED};"
+            "speed.dispatchEvent(new Event('input'))"
+        )
+
 
 Trial = Callable[[str], Ended]
 """Jogs towards `plus` or `minus`, lets go, and returns what came of it."""
@@ -93,8 +108,7 @@ class HoldTrials:
                     left_to_fail -= 1
                     if not left_to_fail:
                         raise AssertionError(f"{self.name}: not judged") from failed
-                    with ALONE:
-                        recover()
+                    recover()
                 continue
             if failed is not None:
                 raise failed

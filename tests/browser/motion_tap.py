@@ -15,7 +15,7 @@ POINT, FULL_POINT, STOP = 11, 14, -4
 AT_REST = 0.1
 """A robot that no set-point went to for so long stands [s]; a jog sends one each tick."""
 RAMP_IS_OVER = 0.03
-"""Three ticks without a set-point: how the jog ended is seen, the rest is only to be watched [s]."""
+"""Three ticks without a set-point: how the jog ended is seen, that it rests is to be watched."""
 WATCHED_FOR = 0.2
 """So long nothing may go by after that, the button held on [s]: with the rest, six beats."""
 

@@ -8,11 +8,12 @@ After each trial nothing moves while the button is held on.
 import time
 from collections.abc import Callable, Iterator
 from dataclasses import replace
+from functools import partial
 from itertools import cycle
 
 import pytest
 
-from browser.hold_trials import ALONE, TICK, HoldTrials
+from browser.hold_trials import ALONE, TICK, HoldTrials, ready_to_hold
 from browser.motion_tap import RAMP_IS_OVER, Ended
 from browser.page_rig import Page, PageRig
 
@@ -31,8 +32,7 @@ Act = Callable[[Page, tuple[float, float]], float | None]
 def page(page_rig: PageRig) -> Iterator[Page]:
     """A page that holds control in T1, with nothing held, made ready while nobody measures."""
     page = page_rig.page()
-    with ALONE:
-        page.ready()
+    ready_to_hold(page)
     yield page
     page.let_all_go()
 
@@ -133,7 +133,7 @@ def ramp_begins_in_time(page: Page, *names: str) -> None:
     """Try ways of letting go in a browser, in turns; they have the bound of the first."""
     turns = cycle([WAYS[name][:3] for name in names])
     trials = HoldTrials(f"{page.browser}: {', '.join(names)}", WAYS[names[0]][3])
-    trials.run(lambda side: _trial(page, side, *next(turns)), page.ready)
+    trials.run(lambda side: _trial(page, side, *next(turns)), partial(ready_to_hold, page))
     trials.judge()
 
 
@@ -168,7 +168,7 @@ def the_other_key_goes_on(page: Page) -> None:
         return found
 
     trials = HoldTrials(f"{page.browser}: one of two keys", RELEASED)
-    trials.run(trial, page.ready)
+    trials.run(trial, partial(ready_to_hold, page))
     trials.judge()
 
 
@@ -193,5 +193,5 @@ def test_a_page_whose_thread_is_frozen_ends_as_silent_and_never_moves_again(page
         return found
 
     trials = HoldTrials("frozen", DEADLINE + TICK)
-    trials.run(trial, page.ready)
+    trials.run(trial, partial(ready_to_hold, page))
     trials.judge()

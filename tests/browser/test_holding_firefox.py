@@ -7,7 +7,7 @@ from pathlib import Path
 import pytest
 
 from browser.firefox import NAMES, Firefox, FirefoxPage, firefox_program
-from browser.hold_trials import ALONE
+from browser.hold_trials import ALONE, ready_to_hold
 from browser.page_rig import FRONT, PageRig
 from browser.test_holding import ramp_begins_in_time, the_other_key_goes_on
 
@@ -40,8 +40,7 @@ def cell(firefox: Firefox, tmp_path_factory: pytest.TempPathFactory) -> Iterator
 def page(firefox: Firefox, cell: PageRig) -> Iterator[FirefoxPage]:
     """A page that holds control in T1, with nothing held."""
     page = FirefoxPage(cell, firefox, f"http://127.0.0.1:{cell.gateway}/")
-    with ALONE:
-        page.ready()
+    ready_to_hold(page)
     yield page
     page.let_all_go()
 

@@ -10,11 +10,12 @@ import select
 import time
 from collections.abc import Callable, Iterator
 from dataclasses import replace
+from functools import partial
 
 import pytest
 from promises.promise_figures import tell
 
-from browser.hold_trials import ALONE, TICK, HoldTrials
+from browser.hold_trials import ALONE, TICK, HoldTrials, ready_to_hold
 from browser.loopback_relay import LoopbackRelay, MessageTap
 from browser.motion_tap import RAMP_IS_OVER, Ended
 from browser.page_rig import Page, PageRig, free_port
@@ -83,7 +84,7 @@ def test_a_tab_that_is_reloaded_or_closed_stops_the_robot(page_rig: PageRig) -> 
             page.driver.switch_to.new_window("tab")
         try:
             with ALONE:
-                page.ready()
+                ready_to_hold(page)
                 _jogs(page, side)
                 began = time.monotonic()
                 if side == "plus":
@@ -109,15 +110,16 @@ def test_a_network_that_stalls_ends_it_as_silent_and_its_old_messages_move_nothi
 ) -> None:
     relay = LoopbackRelay(page_rig.gateway)
     page = page_rig.page(relay.port)
-    with ALONE:
-        page.ready()
+    ready_to_hold(page)
 
     def trial(side: str) -> Ended:
         with ALONE:
             at = _jogs(page, side)
             began = time.monotonic()
             relay.stand_still()
-            time.sleep(STALLED_FOR)
+            time.sleep(DEADLINE)
+            page.rig.tap.wait_for_rest(at_rest=RAMP_IS_OVER)
+        time.sleep(began + STALLED_FOR - time.monotonic())
         found = page.rig.tap.end_of_steady(0, began)
         page.rig.tap.forget()
         relay.go_on()
@@ -129,7 +131,7 @@ def test_a_network_that_stalls_ends_it_as_silent_and_its_old_messages_move_nothi
 
     try:
         trials = HoldTrials("the network stalls", DEADLINE + TICK)
-        trials.run(trial, page.ready)
+        trials.run(trial, partial(ready_to_hold, page))
         trials.judge()
     finally:
         page.let_all_go()
@@ -149,7 +151,7 @@ def test_a_stop_of_another_client_ends_it(page: Page, other: SyncPendantClient) 
         return found
 
     trials = HoldTrials("STOP of another client", TICK)
-    trials.run(trial, page.ready)
+    trials.run(trial, partial(ready_to_hold, page))
     trials.judge({"stop"})
 
 
@@ -202,8 +204,7 @@ def test_what_the_page_takes_away_ends_it(
 ) -> None:
     tap, port = releases
     page = page_rig.page(port)
-    with ALONE:
-        page.ready()
+    ready_to_hold(page)
     name = request.node.callspec.id
     at_server: dict[float, Ended] = {}
 
@@ -222,7 +223,7 @@ def test_what_the_page_takes_away_ends_it(
 
     try:
         trials = HoldTrials(name, RELEASED)
-        trials.run(trial, page.ready)
+        trials.run(trial, partial(ready_to_hold, page))
         trials.judge({"stop", "ramp"})
         counted = [at_server[each.at] for each in trials.found]
         HoldTrials(f"{name}, from the server on", TICK, counted).judge({"stop", "ramp"})
@@ -240,7 +241,7 @@ def test_a_gateway_that_is_killed_stops_the_robot(page_rig: PageRig) -> None:
         with ALONE:
             gateway = page_rig.start_gateway(port)
             page = page_rig.page(port)
-            page.ready()
+            ready_to_hold(page)
             _jogs(page, side)
             # Its exit code comes later, by way of the process that forked it.
             end = os.pidfd_open(gateway.pid)
