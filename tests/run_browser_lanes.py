@@ -1,7 +1,7 @@
 """The command behind `make browser`: what the page shows, then how soon it lets go.
 
-The tests of what a page shows run in three workers, each with a browser of its own: they wait for
-what they are to see. Those whose times are bounded come after them in two, which take turns: one
+The tests of what a page shows run in two workers, each with a browser of its own: they wait for
+what they are to see. Those whose times are bounded come after them in two that take turns: one
 jogs and lets go, the other only sees to it that nothing moves again. Standard library only.
 """
 
@@ -17,7 +17,7 @@ from run_lanes import CAME_TO_ITS_END, Run, exit_code, outcomes, tell_figures
 
 ALL = "tests/browser/test_*.py"
 TIMED = "tests/browser/test_holding*.py"
-SHOWING_WORKERS, TIMED_WORKERS = 3, 2
+SHOWING_WORKERS = TIMED_WORKERS = 2
 """Of the two lanes. A browser that jogs beside the one that is timed made ramps begin up to 100 ms
 later, so those of the second lane have a lock, see `hold_trials`."""
 

@@ -11,7 +11,7 @@ from typing import Any
 
 import pytest
 
-from browser.page_rig import ROBOT, Page, PageRig, chromium, free_port
+from browser.page_rig import ROBOT, Page, PageRig, free_port, own_tab
 from browser.spoiling_relay import (
     MANAGEMENT,
     STATE,
@@ -205,13 +205,12 @@ def test_a_controller_that_takes_steps_only_has_step_buttons_and_a_line_that_say
 
 @pytest.fixture
 def alone(page_rig: PageRig, driver: Any) -> Iterator[Page]:
-    """A page in a browser of its own: one that slept, or was hidden, may draw no more."""
+    """A page in a tab of its own: one that slept, or was hidden, may draw no more."""
     driver.get("about:blank")
-    own = chromium()
-    page = Page(page_rig, own, page_rig.page().address)
-    page.ready()
-    yield page
-    own.quit()
+    with own_tab(driver):
+        page = page_rig.page()
+        page.ready()
+        yield page
 
 
 def test_a_page_that_sleeps_stops_the_robot_and_wakes_with_what_is_true_now(alone: Page) -> None:
