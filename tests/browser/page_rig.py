@@ -360,6 +360,11 @@ class Page:
         """Return what the chips and the banner say, for whoever reads why a test failed."""
         return " / ".join(self.text(part) for part in (".chips", ".banners")).replace("\n", " ")
 
+    def console(self) -> list[str]:
+        """Return what this page has written to the console; another one may be told of later."""
+        told = [str(entry["message"]) for entry in self.driver.get_log("browser")]
+        return [each for each in told if self.address in each]
+
     def key(self, down: bool, code: str, key: str, modifiers: int = 0) -> None:
         kind = "keyDown" if down else "keyUp"
         known = (code, key)

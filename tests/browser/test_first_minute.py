@@ -65,7 +65,7 @@ def test_five_actions_do_where_a_cell_has_to_be_chosen(page_rig: PageRig) -> Non
 
 
 def test_the_page_writes_nothing_to_the_console_and_asks_nobody_else(fresh: Page) -> None:
-    assert fresh.driver.get_log("browser") == []
+    assert fresh.console() == []
     asked = fresh.run("return performance.getEntriesByType('resource').map(each => each.name)")
     assert [each for each in asked if not each.startswith(fresh.address)] == []
 

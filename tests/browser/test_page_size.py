@@ -78,7 +78,7 @@ def test_a_page_without_webgl_asks_for_three_files_and_not_for_three_js(page: Pa
     assert len(_files(page, asked)) <= MOST_FILES - 1
     assert not [each for each in asked if "scene3d" in each]
     assert [each for each in asked if not each.startswith(page.address)] == []
-    assert page.driver.get_log("browser") == []
+    assert page.console() == []
 
 
 @pytest.fixture(scope="module")
@@ -99,7 +99,7 @@ def test_a_page_with_webgl_asks_for_four_files_and_writes_nothing_to_the_console
     asked = _asked_so_far(page)
     assert len(_files(page, asked)) <= MOST_FILES
     assert [each for each in asked if not each.startswith(page.address)] == []
-    assert page.driver.get_log("browser") == []
+    assert page.console() == []
 
 
 _TAPPED = """

@@ -63,4 +63,4 @@ def test_the_cursor_stands_at_one_time_in_all_three_plots(plots: Page) -> None:
 
 
 def test_plots_write_nothing_to_the_console(page_rig: PageRig, plots: Page) -> None:
-    assert plots.driver.get_log("browser") == []
+    assert plots.console() == []
