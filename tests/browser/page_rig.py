@@ -31,11 +31,11 @@ FLAGS = (
     "--host-resolver-rules=MAP * ~NOTFOUND , EXCLUDE 127.0.0.1",
 )
 WITHOUT_3D = ("--disable-3d-apis",)
-WITH_3D = (
-    "--use-angle=swiftshader",
-    "--enable-unsafe-swiftshader",
-    "--disable-accelerated-2d-canvas",
-)
+WITH_3D = ("--enable-unsafe-swiftshader", "--disable-accelerated-2d-canvas")
+"""Software draws WebGL; the page is composed without, as where there is no graphics hardware."""
+COMPOSED_IN_3D = (*WITH_3D, "--use-angle=swiftshader")
+"""As where there is hardware. Without it Chromium reads pixels back to compose the page, and writes
+to the page's console that this is slow."""
 
 
 _TO_HANDLER = 0.002

@@ -6,7 +6,7 @@ from typing import Any
 
 import pytest
 
-from browser.page_rig import FRONT, WITH_3D, Page, PageRig, chromium, show_at
+from browser.page_rig import COMPOSED_IN_3D, FRONT, Page, PageRig, chromium, show_at
 
 MOST = 1_100_000
 MOST_PACKED = 300_000
@@ -84,7 +84,7 @@ def test_a_page_without_webgl_asks_for_three_files_and_not_for_three_js(page: Pa
 @pytest.fixture(scope="module")
 def webgl(driver: Any) -> Iterator[Any]:
     """A browser that draws in three dimensions, by software."""
-    started = chromium(WITH_3D)
+    started = chromium(COMPOSED_IN_3D)
     show_at(started, 1024, 600)  # software draws each point
     yield started
     started.quit()

@@ -41,7 +41,9 @@ _FLAGS = (
     "--host-resolver-rules=MAP * ~NOTFOUND , EXCLUDE 127.0.0.1",
 )
 _WITHOUT_3D = ("--disable-3d-apis",)
-_WITH_3D = ("--use-angle=swiftshader", "--enable-unsafe-swiftshader")
+_WITH_3D = ("--enable-unsafe-swiftshader",)
+"""As where there is no graphics hardware: software draws WebGL, and the page is composed without it.
+Made to compose by it too (`--use-angle=swiftshader`), a browser takes twice as long for any page."""
 
 _FIRST_SEEN = """
 globalThis.seen = {};

@@ -2,8 +2,9 @@
 // the console where there is none.
 //
 // To begin with WebGL is most of the time until something is seen where software draws, and what was
-// tried is what the view in a low quality asks for: it is kept for that view. Hardware is quick, and
-// its view asks for more.
+// tried is what the view in a low quality asks for: it is kept for that view. Its size is a guess
+// for the first picture: another one would wait, twice, until software has drawn all before it.
+// Hardware is quick, and its view asks for more.
 
 export type Graphics = "none" | "software" | "hardware";
 
@@ -20,7 +21,7 @@ interface Probed {
 }
 
 /** Return what draws WebGL here. */
-export function probedGraphics(canvas: Probed = document.createElement("canvas")): Probe {
+export function probedGraphics(canvas: Probed = halfOfTheWindow()): Probe {
   let gl: WebGL2RenderingContext | null = null;
   try {
     gl = canvas.getContext("webgl2", { antialias: false, powerPreference: "low-power" });
@@ -31,6 +32,11 @@ export function probedGraphics(canvas: Probed = document.createElement("canvas")
   if (SOFTWARE.test(rendererName(gl))) return { graphics: "software", context: gl };
   gl.getExtension("WEBGL_lose_context")?.loseContext();
   return { graphics: "hardware", context: null };
+}
+
+function halfOfTheWindow(): HTMLCanvasElement {
+  const canvas = document.createElement("canvas");
+  return Object.assign(canvas, { width: innerWidth >> 1, height: innerHeight >> 1 });
 }
 
 function rendererName(gl: WebGL2RenderingContext): string {

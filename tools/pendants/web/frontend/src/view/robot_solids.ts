@@ -8,8 +8,10 @@ import {
   CylinderGeometry,
   Group,
   Mesh,
+  MeshLambertMaterial,
   MeshStandardMaterial,
   SphereGeometry,
+  type MeshStandardMaterialParameters,
   type Object3D,
 } from "three";
 import { OBJLoader } from "three/addons/loaders/OBJLoader.js";
@@ -42,7 +44,7 @@ export interface Paint {
 }
 
 interface Part {
-  mesh: Mesh<BufferGeometry, MeshStandardMaterial>;
+  mesh: Mesh<BufferGeometry, SolidMaterial>;
   colour: string;
   /** number of the driven joint that it shows; -1 for none */
   joint: number;
@@ -132,7 +134,7 @@ export class RobotSolids {
   }
 
   #part(geometry: BufferGeometry, colour: string, joint: number): Part {
-    const material = new MeshStandardMaterial({ color: new Color(colour), roughness: 0.55 });
+    const material = solidMaterial({ color: new Color(colour), roughness: 0.55 }, this.#isFine);
     const mesh = new Mesh(geometry, material);
     mesh.castShadow = mesh.receiveShadow = this.#isFine;
     const part = { mesh, colour, joint };
@@ -163,6 +165,16 @@ export class RobotSolids {
     mesh.quaternion.fromArray([...zTowards(scaled(along, 1 / length))]);
     mesh.scale.set(1, 1, length);
   }
+}
+
+export type SolidMaterial = MeshStandardMaterial | MeshLambertMaterial;
+
+/** Return what a solid is painted with; without gloss where software draws, which has less to do. */
+export function solidMaterial(
+  { roughness, ...plain }: MeshStandardMaterialParameters & { roughness: number },
+  isFine: boolean,
+): SolidMaterial {
+  return isFine ? new MeshStandardMaterial({ roughness, ...plain }) : new MeshLambertMaterial(plain);
 }
 
 /** Return the surface of a simple solid about its middle, round ones along z. */

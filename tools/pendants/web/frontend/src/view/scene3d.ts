@@ -45,6 +45,8 @@ export type Quality = "full" | "low";
 const DOT = 7; // points
 const CLICK = 4; // points that a press may move and still picks
 const SHADOW_MAP = 2048;
+/** From a first picture of a size that was guessed to one of its own [ms]. */
+const SHARP_AFTER = 150;
 const MOST_RATIO = { full: 2, low: 1 } as const;
 
 /**
@@ -56,9 +58,10 @@ const MOST_RATIO = { full: 2, low: 1 } as const;
 export function makeScene3d(quality: Quality, context: WebGL2RenderingContext | null): MakeView {
   let begun: WebGLRenderer | null = newRenderer(quality, context);
   return (host, events) => {
+    const isRough = begun !== null && context !== null;
     const renderer = begun ?? newRenderer(quality, null);
     begun = null;
-    return new Scene3d(host, events, quality, renderer);
+    return new Scene3d(host, events, quality, renderer, isRough);
   };
 }
 
@@ -88,6 +91,9 @@ class Scene3d implements View {
   readonly #listening = new AbortController();
   #chain: Chain | null = null;
   #content: Content = EMPTY;
+  /** Whether the first picture is to come, of the size that its canvas has: then it gets its own. */
+  #isRough: boolean;
+  #sharpening: ReturnType<typeof setTimeout> | null = null;
   #isWanted = false;
   #isTold = false;
   #frame = 0;
@@ -96,8 +102,11 @@ class Scene3d implements View {
   /** Made when handles are wanted first: they have many parts. */
   #gizmo: Gizmo3d | null = null;
 
-  constructor(host: HTMLElement, events: ViewEvents, quality: Quality, renderer: WebGLRenderer) {
+  constructor(
+    host: HTMLElement, events: ViewEvents, quality: Quality, renderer: WebGLRenderer, isRough: boolean,
+  ) {
     this.#host = host;
+    this.#isRough = isRough;
     this.#events = events;
     this.#quality = quality;
     const isFull = quality === "full";
@@ -151,9 +160,8 @@ class Scene3d implements View {
   resize(): void {
     const size = this.#host.getBoundingClientRect();
     const [width, height] = [Math.max(1, size.width), Math.max(1, size.height)];
-    // In one: each change of a canvas waits until software has drawn all before it.
     const ratio = Math.min(MOST_RATIO[this.#quality], globalThis.devicePixelRatio || 1);
-    this.#renderer.setDrawingBufferSize(width, height, ratio);
+    if (!this.#isRough) this.#renderer.setDrawingBufferSize(width, height, ratio);
     Object.assign(this.#renderer.domElement.style, { width: `${width}px`, height: `${height}px` });
     this.#camera.aspect = width / height;
     this.#camera.zoom = zoomOf(width, height);
@@ -163,6 +171,7 @@ class Scene3d implements View {
 
   dispose(): void {
     cancelAnimationFrame(this.#frame);
+    if (this.#sharpening !== null) clearTimeout(this.#sharpening);
     this.#listening.abort();
     this.#gizmo?.dispose();
     this.#controls.dispose();
@@ -282,9 +291,15 @@ class Scene3d implements View {
     return true;
   }
 
+  #sharpen(): void {
+    this.#isRough = false;
+    this.resize();
+  }
+
   #ended(now: number): void {
     this.#pace.ended(now);
     if (this.#chain !== null) this.#renderer.domElement.dataset["showsRobot"] = "";
+    if (this.#isRough) this.#sharpening ??= setTimeout(() => this.#sharpen(), SHARP_AFTER);
     if (!this.#pace.isTooSlow || this.#isTold) return;
     this.#isTold = true;
     this.#events.tooSlow?.();

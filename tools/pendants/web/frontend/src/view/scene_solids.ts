@@ -8,7 +8,6 @@ import {
   LineDashedMaterial,
   LineSegments,
   Mesh,
-  MeshStandardMaterial,
   Sprite,
   SpriteMaterial,
   type BufferGeometry,
@@ -19,7 +18,8 @@ import { LineSegments2 } from "three/addons/lines/LineSegments2.js";
 import { LineSegmentsGeometry } from "three/addons/lines/LineSegmentsGeometry.js";
 
 import { AXES, GREEN, ORANGE, PALETTES, type Theme } from "./colours.ts";
-import { emptied, put, solidGeometry } from "./robot_solids.ts";
+import { emptied, put, solidGeometry, solidMaterial } from "./robot_solids.ts";
+import type { SolidMaterial } from "./robot_solids.ts";
 import type { FrameMark, SceneObject } from "./view.ts";
 
 const UNITS = [[1, 0, 0], [0, 1, 0], [0, 0, 1]] as const;
@@ -42,7 +42,7 @@ export class SceneSolids {
     this.#pickable = [];
     for (const object of objects) {
       const geometry = solidGeometry(object.shape, castsShadows);
-      const body = new Mesh(geometry, bodyMaterial(object));
+      const body = new Mesh(geometry, bodyMaterial(object, castsShadows));
       body.castShadow = castsShadows && !isSeeThrough(object);
       body.receiveShadow = body.castShadow;
       body.name = object.name;
@@ -58,15 +58,11 @@ function isSeeThrough(object: SceneObject): boolean {
   return object.keepOut || object.shadow === true;
 }
 
-function bodyMaterial(object: SceneObject): MeshStandardMaterial {
+function bodyMaterial(object: SceneObject, isFine: boolean): SolidMaterial {
   const clear = isSeeThrough(object);
-  return new MeshStandardMaterial({
-    color: new Color(object.shape.colour),
-    roughness: 0.8,
-    transparent: clear,
-    opacity: object.shadow === true ? 0.12 : object.keepOut ? 0.18 : 1,
-    depthWrite: !clear,
-  });
+  const opacity = object.shadow === true ? 0.12 : object.keepOut ? 0.18 : 1;
+  const paint = { color: new Color(object.shape.colour), roughness: 0.8, opacity };
+  return solidMaterial({ ...paint, transparent: clear, depthWrite: !clear }, isFine);
 }
 
 function edges(object: SceneObject, geometry: BufferGeometry): LineSegments {
