@@ -42,8 +42,8 @@ _FLAGS = (
 )
 _WITHOUT_3D = ("--disable-3d-apis",)
 _WITH_3D = ("--enable-unsafe-swiftshader",)
-"""As where there is no graphics hardware: software draws WebGL, and the page is composed without it.
-Made to compose by it too (`--use-angle=swiftshader`), a browser takes twice as long for any page."""
+"""As where there is no graphics hardware: software draws WebGL, and the page is composed without.
+Made to compose by it too (`--use-angle=swiftshader`), a browser takes twice as long for a page."""
 
 _FIRST_SEEN = """
 globalThis.seen = {};
