@@ -1,12 +1,14 @@
 """A real browser, up once for all tests of the page; the processes behind it, up once a file."""
 
 from collections.abc import Iterator
+from contextlib import ExitStack
 from pathlib import Path
 from typing import Any
 
 import pytest
 from rigs.processes.warm_start import import_besides
 
+from browser.hold_trials import ALONE
 from browser.page_rig import FRONT, Page, PageRig, chromium, why_no_browser
 
 HERE = Path(__file__).parent
@@ -39,7 +41,8 @@ def driver() -> Iterator[Any]:
         pytest.skip(why)
     if not (FRONT / "index.html").is_file():
         pytest.skip("the page is not built: make browser builds it")
-    started = chromium()
+    with ALONE:
+        started = chromium()
     yield started
     started.quit()
 
@@ -47,7 +50,9 @@ def driver() -> Iterator[Any]:
 @pytest.fixture(scope="module")
 def page_rig(driver: Any, tmp_path_factory: pytest.TempPathFactory) -> Iterator[PageRig]:
     """Emulator, server and gateway: what one file leaves there is in no other's way."""
-    with PageRig(Path(tmp_path_factory.mktemp("page")), driver) as rig:
+    with ExitStack() as ends:
+        with ALONE:
+            rig = ends.enter_context(PageRig(Path(tmp_path_factory.mktemp("page")), driver))
         yield rig
         # A page that outlived them would write to the console that it finds them no more.
         driver.get("about:blank")

@@ -38,6 +38,7 @@ COMPOSED_IN_3D = (*WITH_3D, "--use-angle=swiftshader")
 to the page's console that this is slow."""
 
 
+_LOOPBACK = "http://127.0.0.1:"
 _TO_HANDLER = 0.002
 """From an event that a browser takes to the first handler of the page [s]; 1.5 ms were seen."""
 
@@ -282,10 +283,12 @@ def own_tab(driver: Any) -> Iterator[None]:
     """
     first = driver.current_window_handle
     driver.switch_to.new_window("tab")
-    show_at(driver, 1366, 820)
-    yield
-    driver.close()
-    driver.switch_to.window(first)
+    try:
+        show_at(driver, 1366, 820)
+        yield
+    finally:
+        driver.close()
+        driver.switch_to.window(first)
 
 
 class Page:
@@ -353,7 +356,8 @@ class Page:
         It looks by itself: asked from here each 20 ms, it costs a sixth of a processor more.
         """
         found = self.driver.execute_async_script(_LOOK.replace("CONDITION", condition))
-        assert isinstance(found, bool), f"{condition}: {found}"
+        if not isinstance(found, bool):
+            raise TypeError(f"{condition}: {found}")
         return found
 
     def told(self) -> str:
@@ -363,7 +367,7 @@ class Page:
     def console(self) -> list[str]:
         """Return what this page has written to the console; another one may be told of later."""
         told = [str(entry["message"]) for entry in self.driver.get_log("browser")]
-        return [each for each in told if self.address in each]
+        return [each for each in told if self.address in each or _LOOPBACK not in each]
 
     def key(self, down: bool, code: str, key: str, modifiers: int = 0) -> None:
         kind = "keyDown" if down else "keyUp"

@@ -45,7 +45,8 @@ def other(page_rig: PageRig) -> Iterator[SyncPendantClient]:
 def releases(page_rig: PageRig) -> Iterator[tuple[MessageTap, int]]:
     """Sees what lets go as it reaches the server; and the port of the gateway before it."""
     tap, port = MessageTap(page_rig.server, JogRelease), free_port()
-    gateway = page_rig.start_gateway(port, tap.port)
+    with ALONE:
+        gateway = page_rig.start_gateway(port, tap.port)
     yield tap, port
     page_rig.end(gateway)
     tap.close()
@@ -119,7 +120,7 @@ def test_a_network_that_stalls_ends_it_as_silent_and_its_old_messages_move_nothi
             relay.stand_still()
             time.sleep(DEADLINE)
             page.rig.tap.wait_for_rest(at_rest=RAMP_IS_OVER)
-        time.sleep(began + STALLED_FOR - time.monotonic())
+        time.sleep(max(0.0, began + STALLED_FOR - time.monotonic()))
         found = page.rig.tap.end_of_steady(0, began)
         page.rig.tap.forget()
         relay.go_on()

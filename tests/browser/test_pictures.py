@@ -266,6 +266,10 @@ def test_the_same_cell_in_three_dimensions(bench: PageRig) -> None:
         page.run("document.querySelector('.checklist .quiet').click()")
         page.wait("document.querySelector('.host canvas[data-engine^=three]')", within=30)
         page.wait("document.querySelector('.host canvas').dataset.showsRobot === ''", within=30)
+        # The first one is rough.
+        host = "document.querySelector('.host')"
+        page.wait(f"{host}.querySelector('canvas').width === {host}.clientWidth")
+        time.sleep(0.5)
         page.picture("v2-checklist-3d")
     finally:
         drawing.quit()

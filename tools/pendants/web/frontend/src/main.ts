@@ -1,7 +1,7 @@
 // Puts the page together: one session, one model of the cell, what is held, and the parts that
 // show it. Nothing here moves anything by itself.
 import "./style.css";
-import { cellModel, isInControl, showsTheSame } from "./pendant/cell.ts";
+import { cellModel, isInControl, OVERDUE, showsTheSame } from "./pendant/cell.ts";
 import type { Cell } from "./pendant/cell.ts";
 import { Holding } from "./pendant/holding.ts";
 import { PacketRing } from "./packets/ring.ts";
@@ -108,6 +108,8 @@ class Page implements App {
   /** That in which the page stands. */
   #language = "";
   #isDue = false;
+  /** Has what is stale by then drawn so. */
+  #overdue: ReturnType<typeof setTimeout> | undefined;
   /** STOP was pressed without a link: it is sent as soon as there is one. */
   #isStopDue = false;
   #before: Cell = this.cell.value;
@@ -236,7 +238,10 @@ class Page implements App {
   async #better(shown: Layout): Promise<void> {
     const [make] = await Promise.all([solids, this.#robotKnown()]);
     if (make === null || shown !== this.#layout) return;
-    const sticks = (): void => shown.view.use((host) => makeStickView(host, this.#viewEvents()));
+    const sticks = (): void => {
+      shown.view.use((host) => makeStickView(host, this.#viewEvents()));
+      this.#draw();
+    };
     shown.view.use((host) => make(host, { ...this.#viewEvents(), tooSlow: sticks }));
     this.#draw();
   }
@@ -285,6 +290,10 @@ class Page implements App {
     }
     if (before.stage !== "up" && cell.stage === "up" && pageState(cell) === "observer") {
       this.session.refreshWhy();
+    }
+    if (cell.stateAt !== before.stateAt) {
+      clearTimeout(this.#overdue);
+      this.#overdue = setTimeout(() => this.#draw(), OVERDUE + 1);
     }
     const entry = TASKS.find(({ task }) => task === this.choice.value.task);
     if (entry?.isLive === true || !showsTheSame(before, cell)) this.#draw();

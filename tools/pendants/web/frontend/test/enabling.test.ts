@@ -112,3 +112,10 @@ test("pressed through it is a panic until it is let go", () => {
   assert.equal(device.isOn, false);
   assert.deepEqual(device.up("pad", 100, true), [0]);
 });
+
+test("a sign in front of a press is one, too", () => {
+  const device = new Enabling();
+  device.down("v", 0);
+  assert.deepEqual(device.ahead(200), [1]);
+  assert.deepEqual(device.tick(300), [1]);
+});

@@ -94,6 +94,7 @@ class Scene3d implements View {
   /** Whether the first picture is to come, of the size that its canvas has: then it gets its own. */
   #isRough: boolean;
   #sharpening: ReturnType<typeof setTimeout> | null = null;
+  #isSharpDue = false;
   #isWanted = false;
   #isTold = false;
   #frame = 0;
@@ -158,6 +159,11 @@ class Scene3d implements View {
   }
 
   resize(): void {
+    this.#fit();
+    this.#want();
+  }
+
+  #fit(): void {
     const size = this.#host.getBoundingClientRect();
     const [width, height] = [Math.max(1, size.width), Math.max(1, size.height)];
     const ratio = Math.min(MOST_RATIO[this.#quality], globalThis.devicePixelRatio || 1);
@@ -166,7 +172,6 @@ class Scene3d implements View {
     this.#camera.aspect = width / height;
     this.#camera.zoom = zoomOf(width, height);
     this.#camera.updateProjectionMatrix();
-    this.#want();
   }
 
   dispose(): void {
@@ -255,6 +260,7 @@ class Scene3d implements View {
   }
 
   #want(): void {
+    if (this.#content === EMPTY) return; // a picture of nothing would hold up the first one
     this.#isWanted = true;
     if (this.#frame === 0) this.#frame = requestAnimationFrame(() => this.#turn());
   }
@@ -265,6 +271,7 @@ class Scene3d implements View {
     this.#frame = 0;
     const now = performance.now();
     if (this.#isDone()) this.#ended(now);
+    if (this.#listening.signal.aborted) return; // it was too slow, and is another view's turn
     if (this.#isWanted && this.#pace.mayDraw(now)) this.#draw(now);
     if (this.#isWanted || this.#pace.isDrawing) {
       this.#frame = requestAnimationFrame(() => this.#turn());
@@ -273,6 +280,11 @@ class Scene3d implements View {
 
   #draw(now: number): void {
     this.#isWanted = false;
+    if (this.#isSharpDue) {
+      // Here no picture is under way, for which another size would wait, and one follows at once.
+      this.#isSharpDue = this.#isRough = false;
+      this.#fit();
+    }
     this.#pace.began(now);
     this.#frames.face(this.#camera);
     this.#renderer.render(this.#scene, this.#camera);
@@ -292,8 +304,8 @@ class Scene3d implements View {
   }
 
   #sharpen(): void {
-    this.#isRough = false;
-    this.resize();
+    this.#isSharpDue = true;
+    this.#want();
   }
 
   #ended(now: number): void {

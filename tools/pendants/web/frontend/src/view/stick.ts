@@ -115,8 +115,8 @@ class StickView implements View {
     const ratio = Math.min(3, globalThis.devicePixelRatio || 1);
     this.#size = { width: Math.max(1, width), height: Math.max(1, height), ratio };
     for (const canvas of [this.#canvas, this.#layer, this.#ground]) {
-      canvas.width = Math.round(this.#size.width * ratio);
-      canvas.height = Math.round(this.#size.height * ratio);
+      canvas.width = Math.max(1, Math.round(this.#size.width * ratio));
+      canvas.height = Math.max(1, Math.round(this.#size.height * ratio));
     }
   }
 
@@ -269,6 +269,10 @@ class StickView implements View {
     on("pointerup", (event) => this.#let(event, true));
     on("pointercancel", (event) => this.#let(event, false));
     on("contextmenu", (event) => event.preventDefault());
+    this.#ground.addEventListener("contextrestored", () => {
+      this.#groundSeen = [];
+      this.#wantFrame();
+    }, { signal });
     on("wheel", (event) => {
       event.preventDefault();
       this.#zoom(Math.exp(Math.max(-100, Math.min(100, event.deltaY)) * 0.002));

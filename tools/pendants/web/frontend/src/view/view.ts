@@ -85,7 +85,7 @@ export interface View {
   newMeshes?(...around: ConstructorParameters<typeof RobotMeshes>): RobotMeshes;
   /**
    * Show this content; what is the same as before costs nothing. Called in a frame of the page, in
-   * which it draws: asked for the next one, each state would cost two.
+   * which it draws where it can: with the next one, each state would cost two.
    */
   show(content: Content): void;
   /** Look from there, at all of the robot. */
