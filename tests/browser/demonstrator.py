@@ -104,6 +104,8 @@ class Demonstrator:
                 f"document.querySelector('[aria-label^=Seed]').value = '{seed}'"
             )
         page.run("document.querySelector('.plan .acts button').click()")
+        # Until the next picture the verdict is that of the plan before.
+        page.run("return new Promise(drawn => requestAnimationFrame(() => setTimeout(drawn)))")
         told = f"/can(not)? run/.test({_VERDICT}) && !{_VERDICT}.includes('Planning')"
         page.wait(told, within=30)
         return page.text(".verdict")

@@ -176,6 +176,11 @@ def test_a_page_draws_what_moves_and_little_of_a_robot_that_stands(page: Page) -
     page.run("return new Promise(over => setTimeout(over, 500))")
     page.run("window.pictures = 0")
     assert page.run(asleep) <= MOST_PICTURES
+    for task in ("plan", "scene", "frames", "teach", "jog"):
+        page.run(f"document.querySelector('[data-task={task}]').click()")
+        page.run("return new Promise(over => setTimeout(over, 500))")
+        page.run("window.pictures = 0")
+        assert page.run(asleep) <= MOST_PICTURES, task
     page.hold_enabling()
     page.key(True, "Digit1", "1")
     page.jogs()

@@ -204,8 +204,8 @@ class Page implements App {
   }
 
   overlay(part: Parameters<App["overlay"]>[0]): void {
-    this.#layout?.view.overlay(part);
-    this.#draw();
+    // Told with each picture: one that stays the same must not ask for the next.
+    if (this.#layout?.view.overlay(part) === true) this.#draw();
   }
 
   hearView(listener: Partial<ViewEvents> | null): void {
@@ -259,11 +259,17 @@ class Page implements App {
 
   #viewEvents(): ViewEvents {
     return {
-      gizmoMoved: (pose, isDone) => this.#viewListener?.gizmoMoved?.(pose, isDone),
-      objectMoved: (name, pose, isDone) => this.#viewListener?.objectMoved?.(name, pose, isDone),
-      objectScaled: (name, by, isDone) => this.#viewListener?.objectScaled?.(name, by, isDone),
-      picked: (name) => this.#viewListener?.picked?.(name),
+      gizmoMoved: (pose, isDone) => this.#heard((view) => view.gizmoMoved?.(pose, isDone)),
+      objectMoved: (name, pose, isDone) => this.#heard((view) => view.objectMoved?.(name, pose, isDone)),
+      objectScaled: (name, by, isDone) => this.#heard((view) => view.objectScaled?.(name, by, isDone)),
+      picked: (name) => this.#heard((view) => view.picked?.(name)),
     };
+  }
+
+  #heard(tell: (view: Partial<ViewEvents>) => void): void {
+    if (this.#viewListener === null) return;
+    tell(this.#viewListener);
+    this.#draw();
   }
 
   /** Whatever takes the control, the mode or the peace away lets go of all that is held. */

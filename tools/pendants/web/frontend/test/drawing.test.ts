@@ -4,7 +4,7 @@ import { test } from "node:test";
 
 import { IDENTITY, ofRpy, pose, rollPitchYaw, rotated } from "../src/kinematics/pose.ts";
 import { eyeOf, Projection, type Orbit } from "../src/view/camera.ts";
-import { isSame, linksInPlace } from "../src/view/changes.ts";
+import { isSame, isSameOverlay, linksInPlace } from "../src/view/changes.ts";
 import { shaded } from "../src/view/colours.ts";
 import { gizmoLines, grabbed } from "../src/view/flat_gizmo.ts";
 import { pathDots } from "../src/view/path_dots.ts";
@@ -156,4 +156,16 @@ test("a colour that is none is grey, and no light leaves the range", () => {
   assert.equal(shaded("blue", 1), "rgb(144 152 160)");
   assert.equal(shaded("#ffffff", 2), "rgb(255 255 255)");
   assert.equal(shaded("#102030", 0.5, 0.25), "rgb(8 16 24 / 0.25)");
+});
+
+test("what a task adds to the picture is the same where each part of it is", () => {
+  const pose = { position: [0, 0, 1], quaternion: [0, 0, 0, 1] } as const;
+  const gizmo = { object: null, pose, drags: "place", snap: 0 } as const;
+  const path = new Float32Array(3);
+  const added = { gizmo, path, ghost: { joints: [1], verdict: "good" } } as const;
+  assert.ok(isSameOverlay(added, { path, gizmo: { ...gizmo }, ghost: { ...added.ghost, joints: [1] } }));
+  assert.ok(isSameOverlay({}, { gizmo: null }));
+  const others = [{ path: new Float32Array(3) }, { gizmo: null }, { gizmo: { ...gizmo, snap: 1 } }, { frames: [] }];
+  for (const change of others) assert.ok(!isSameOverlay(added, { ...added, ...change }));
+  assert.ok(!isSameOverlay(added, {}));
 });

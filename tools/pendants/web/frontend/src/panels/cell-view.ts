@@ -8,6 +8,7 @@ import { sceneModel } from "../scene/model.ts";
 import { fixed } from "../texts/texts.ts";
 import type { App, Part } from "../ui/app.ts";
 import { attribute, h, say, show } from "../ui/elements.ts";
+import { isSameOverlay } from "../view/changes.ts";
 import type { LinkMesh } from "../view/meshes.ts";
 import type { RobotMeshes } from "../view/robot_meshes.ts";
 import { EMPTY } from "../view/view.ts";
@@ -23,7 +24,8 @@ const POINT_EVERY = 0.005;
 export interface CellView extends Part {
   /** Give it a view, once that was loaded. */
   use(make: (host: HTMLElement) => View): void;
-  overlay(part: Partial<Content> | null): void;
+  /** Returns whether that is another one than before. */
+  overlay(part: Partial<Content> | null): boolean;
   /** Give back what the view holds: this part is shown no more. */
   close(): void;
 }
@@ -75,7 +77,9 @@ export function cellView(app: App, over: HTMLElement): CellView {
       meshes = view.newMeshes?.((request) => app.session.call(request), missing) ?? null;
     },
     overlay(part) {
-      added = part ?? {};
+      const isSame = isSameOverlay(added, part ?? {});
+      if (!isSame) added = part ?? {};
+      return !isSame;
     },
     close() {
       meshes?.of(null); // none are fetched any more

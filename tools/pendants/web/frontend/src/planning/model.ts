@@ -46,6 +46,7 @@ export class PlanModel extends Observable<Shown> {
   constructor(app: App) {
     super({ preview: NO_PREVIEW, motion: null, time: 0, isPlaying: false, rate: 1, isWatched: false });
     this.#app = app;
+    this.watch(() => app.choice.set({})); // has it drawn, also what is played from one picture to the next
     app.session.listen((message) => this.#told(message));
     app.cell.watch((cell) => {
       const { preview } = this.value;

@@ -46,6 +46,7 @@ export class SceneModel extends Observable<SceneState> {
   constructor(app: App) {
     super({ scene: NO_SCENE, nearest: null, past: [] });
     this.#app = app;
+    this.watch(() => app.choice.set({})); // has it drawn
     app.cell.watch((cell) => this.#learn(cell));
     this.#learn(app.cell.value);
   }

@@ -1,7 +1,7 @@
 // What is the same in two contents, so that nothing is drawn for nothing; and whose joint a link is.
 import type { Chain } from "../kinematics/chain.ts";
 import { distance, type Pose } from "../kinematics/pose.ts";
-import type { Content, Ghost } from "./view.ts";
+import type { Content, Ghost, Gizmo } from "./view.ts";
 
 /** Whether a picture of the two would be the same. */
 export function isSame(one: Content, other: Content): boolean {
@@ -18,6 +18,26 @@ export function isSame(one: Content, other: Content): boolean {
     one.objects === other.objects &&
     one.gizmo === other.gizmo &&
     one.theme === other.theme
+  );
+}
+
+/** Whether what a task adds to a view is the same as before. */
+export function isSameOverlay(one: Partial<Content>, other: Partial<Content>): boolean {
+  const { ghost: oldGhost = null, gizmo: oldGizmo = null, ...old } = one;
+  const { ghost = null, gizmo = null, ...rest } = other;
+  if (!isSameGhost(oldGhost, ghost) || !isSameGizmo(oldGizmo, gizmo)) return false;
+  const names = [...Object.keys(old), ...Object.keys(rest)] as (keyof typeof rest)[];
+  return names.every((name) => old[name] === rest[name]);
+}
+
+function isSameGizmo(one: Gizmo | null, other: Gizmo | null): boolean {
+  if (one === null || other === null) return one === other;
+  return (
+    one.object === other.object &&
+    one.drags === other.drags &&
+    one.snap === other.snap &&
+    areSameNumbers(one.pose.position, other.pose.position) &&
+    areSameNumbers(one.pose.quaternion, other.pose.quaternion)
   );
 }
 
