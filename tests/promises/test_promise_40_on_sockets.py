@@ -15,6 +15,7 @@ from rigs.clock.busy_machine import SCALE
 from rigs.data.mesh_files import prism, stl, ur5_with_meshes
 from rigs.processes.warm_start import begun
 
+from openpendant.simplemsg.pendant import LinkState
 from openpendant.simplemsg.pendant.management.declaration import PlacedPose
 from openpendant.tools.bench import questions
 from openpendant.tools.bench.questions import ASKINGS, Asking, observed, p99, served
@@ -56,6 +57,8 @@ def port(asking: Asking, monkeypatch: pytest.MonkeyPatch) -> Iterator[int]:
     monkeypatch.setattr(questions, "process", begun)
     with served(asking.robot) as port:
         with SyncPendantClient.connect("127.0.0.1", port) as pendant:
+            # A controller that has just been started reports when it comes to it.
+            next(state for state in pendant.states() if state.link == LinkState.UP)
             at = pendant.kinematics.fk()
             pose: PlacedPose = {"position": at["position"], "orientation": at["orientation"]}
             pendant.kinematics.ik(pose)
