@@ -2,9 +2,9 @@
 
 Owns what is kept of the answers, which depend on files that no cell changes, and what is withdrawn
 with a connection. Anybody who may look on may ask. What the cell's own robot looks like is known
-when the cell is made: each page asks for that first, and waited for the process for questions to
-start. No robot file and no mesh is read on the event loop: that is the business of that process,
-and an answer that is kept is its text.
+when the cell is made: each page asks for that first, and does not wait until the process for
+questions has started. No robot file and no mesh is read on the event loop: that is the business of
+that process, and an answer that is kept is its text.
 """
 
 from __future__ import annotations

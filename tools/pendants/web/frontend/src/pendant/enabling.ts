@@ -104,9 +104,9 @@ export class Enabling {
   }
 
   /**
-   * Say that it is held, each 50 ms and with every beat of a press: a device that were older than
-   * its key would end by a STOP where both fall silent. What was not said in time has ended at the
-   * server.
+   * Say that it is held, each 50 ms and with every beat of a press: where both fall silent, a
+   * device that is older than its key is stopped, and does not ramp. What was not said in time has
+   * ended at the server.
    */
   tick(now: number): Sign[] {
     if (!this.isOn) return [];
