@@ -1,4 +1,4 @@
-"""Plan, scene, numbers and packets for everybody: no rule of WCAG 2.2 AA broken, no line cut."""
+"""Plan, scene, numbers, packets and log for everybody: no rule of WCAG 2.2 AA broken, no line cut."""
 
 import json
 
@@ -12,6 +12,7 @@ SHOWN = {
     "scene": "document.querySelector('.scene .kinds') !== null",
     "frames": "document.querySelectorAll('.numbers .values td').length > 10",
     "packets": "document.querySelector('button.packet:not(.out, .state, [hidden])') !== null",
+    "log": "document.querySelector('.log-lines li') !== null",
     "plots": "document.querySelectorAll('.plots canvas').length >= 3",
     "tour": "document.querySelector('.tour .begin') !== null",
 }

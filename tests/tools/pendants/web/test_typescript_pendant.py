@@ -8,7 +8,7 @@ import pytest
 from rigs.processes.node import LEAST, node
 
 FRONTEND = Path(__file__).parents[4] / "tools" / "pendants" / "web" / "frontend"
-FILES = ("enabling", "gamepad", "hold", "keys", "link", "page", "teach")
+FILES = ("enabling", "event-log", "gamepad", "hold", "keys", "link", "page", "teach")
 
 
 def _ran(frontend: Path, name: str) -> subprocess.CompletedProcess[str]:

@@ -3,6 +3,7 @@
 import "./style.css";
 import { cellModel, isInControl, OVERDUE, showsTheSame } from "./pendant/cell.ts";
 import type { Cell } from "./pendant/cell.ts";
+import { EventLog } from "./pendant/event-log.ts";
 import { Holding } from "./pendant/holding.ts";
 import { PacketRing } from "./packets/ring.ts";
 import { Observable } from "./pendant/observable.ts";
@@ -97,6 +98,7 @@ class Page implements App {
     note: { text: "", kind: "remark" },
     isStopReleased: false,
   });
+  readonly log = new EventLog(() => Date.now());
   readonly packets = new PacketRing();
   readonly session: Session;
   readonly holding: Holding;
@@ -113,6 +115,7 @@ class Page implements App {
   /** STOP was pressed without a link: it is sent as soon as there is one. */
   #isStopDue = false;
   #before: Cell = this.cell.value;
+  #keptNote = this.choice.value.note;
 
   constructor(root: HTMLElement) {
     this.#root = root;
@@ -147,7 +150,10 @@ class Page implements App {
     this.#served = await served();
     await words;
     this.cell.watch((cell) => this.#changed(cell));
-    this.choice.watch(() => this.#draw());
+    this.choice.watch(({ note }) => {
+      this.#keep(note);
+      this.#draw();
+    });
     this.settings.watch((settings) => {
       remember(SETTINGS, JSON.stringify(settings));
       if (settings.language !== this.#language) void this.#speak(settings.language);
@@ -276,6 +282,7 @@ class Page implements App {
   #changed(cell: Cell): void {
     const before = this.#before;
     this.#before = cell;
+    this.log.hearLink(before, cell, this.texts);
     this.holding.enabling.mayBeKept = cell.controller?.emulated === true;
     if (this.#isStopDue && cell.stage === "up") this.stop();
     const hadControl = isInControl(before);
@@ -306,7 +313,15 @@ class Page implements App {
   }
 
   #told(message: Message): void {
+    this.log.hear(message, this.cell.value, this.texts);
     if (message.type === "jog_ended") this.holding.ended(message.press);
+  }
+
+  /** A sentence of the banner stands in the log too, also when it is told again. */
+  #keep(note: Choice["note"]): void {
+    if (note === this.#keptNote) return;
+    this.#keptNote = note;
+    if (note.text !== "") this.log.add(note.kind, note.text);
   }
 
   #stood(): void {

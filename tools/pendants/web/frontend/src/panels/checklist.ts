@@ -6,14 +6,14 @@ import { checklist, isManual, nextLine, waysOut } from "../pendant/checklist.ts"
 import type { Line, LineName } from "../pendant/checklist.ts";
 import { outside, pageState } from "../pendant/states.ts";
 import { JogSpace, LinkState, OperatingMode, PrepareAction, TriState, VerdictCode } from "../protocol.ts";
-import { causeAndRemedy } from "../texts/texts.ts";
+import { causeAndRemedy, modeWord } from "../texts/texts.ts";
 import type { App, AxesFrame, Part } from "../ui/app.ts";
 import { Refused } from "../wire/errors.ts";
 import { attribute, h, keyCap, mark, off, say, show } from "../ui/elements.ts";
 import { bindHold } from "../ui/hold-button.ts";
 import { icon } from "../ui/icons.ts";
 import { pressKey } from "./jog.ts";
-import { modeWord, resetStop, setMode, takeControl } from "./top-row.ts";
+import { resetStop, setMode, takeControl } from "./top-row.ts";
 
 const MOST_AXES = 10;
 
@@ -225,8 +225,8 @@ function wordsOf(app: App, cell: Cell, line: Line): Words {
     case "mode":
       return {
         title: texts.lineMode,
-        done: `${texts.lineModeDone}: ${modeWord(texts, cell)}`,
-        how: isDone ? "" : isReal(cell) && said.startsWith("MODE_NOT_OURS") ? texts.lineModeReal : texts.lineModeIs(modeWord(texts, cell)),
+        done: `${texts.lineModeDone}: ${modeWord(texts, cell.state?.operating_mode)}`,
+        how: isDone ? "" : isReal(cell) && said.startsWith("MODE_NOT_OURS") ? texts.lineModeReal : texts.lineModeIs(modeWord(texts, cell.state?.operating_mode)),
         button: texts.setT1,
         key: "M",
       };

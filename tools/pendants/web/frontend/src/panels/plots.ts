@@ -15,7 +15,7 @@ import { QUANTITIES, type Quantity, type Samples } from "../plots/series.ts";
 import type { State } from "../protocol.ts";
 import type { PlotTexts } from "../texts/plots.ts";
 import type { App, TaskPart } from "../ui/app.ts";
-import { attribute, h, mark, say, show } from "../ui/elements.ts";
+import { attribute, download, h, mark, say, show } from "../ui/elements.ts";
 
 /** States a second while the plots are seen, and else [Hz]. */
 const RATE_SHOWN = 100;
@@ -351,9 +351,6 @@ class PlotsTask implements TaskPart {
 
   #save(): void {
     const table = csvTable(this.#joints, this.#planned?.samples ?? null, this.#shownDriven);
-    const address = URL.createObjectURL(new Blob([table], { type: "text/csv" }));
-    const link = h("a", { href: address, download: `${this.#app.cell.value.robot?.robot ?? "motion"}.csv` });
-    link.click();
-    URL.revokeObjectURL(address);
+    download(`${this.#app.cell.value.robot?.robot ?? "motion"}.csv`, table, "text/csv");
   }
 }

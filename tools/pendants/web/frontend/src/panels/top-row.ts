@@ -9,7 +9,7 @@ import {
   ProgramState,
   StopKind,
 } from "../protocol.ts";
-import { fixed } from "../texts/texts.ts";
+import { fixed, modeWord } from "../texts/texts.ts";
 import type { Texts } from "../texts/texts.ts";
 import type { App, Part } from "../ui/app.ts";
 import { attribute, h, keyCap, mark, say, show } from "../ui/elements.ts";
@@ -42,7 +42,7 @@ export function topRow(app: App): Part {
     link: chip(texts.link, () => app.choice.set({ isConnectOpen: true }), (cell) => linkWord(app, cell)),
     control: chip(texts.control, openChecklist, (cell) => controlWord(texts, cell)),
     robot: chip(texts.robot, openChecklist, (cell) => robotWord(texts, cell)),
-    mode: chip(texts.mode, () => nextMode(app), (cell) => [modeWord(texts, cell), isAutomatic(cell) ? "plain" : "remark"]),
+    mode: chip(texts.mode, () => nextMode(app), (cell) => [modeWord(texts, cell.state?.operating_mode), isAutomatic(cell) ? "plain" : "remark"]),
     enabling: chip(texts.enabling, openChecklist, () => enablingWord(app)),
     frame: chip(texts.frame, () => nextFrame(app), () => [frameWord(app), "plain"]),
     speed: chip(texts.speed, () => changeSpeed(app, 1, SPEEDS[0]), (cell) => [`${Math.round((cell.state?.override ?? 0) * 100)} %`, "plain"]),
@@ -120,21 +120,6 @@ function robotWord(texts: Texts, cell: Cell): [string, Tone] {
 
 function isAutomatic(cell: Cell): boolean {
   return cell.state?.operating_mode === OperatingMode.AUTOMATIC;
-}
-
-export function modeWord(texts: Texts, cell: Cell): string {
-  switch (cell.state?.operating_mode) {
-    case OperatingMode.MANUAL_REDUCED:
-      return texts.modeT1;
-    case OperatingMode.MANUAL_HIGH:
-      return texts.modeT2;
-    case OperatingMode.AUTOMATIC:
-      return texts.modeAutomatic;
-    case OperatingMode.RECOVERY:
-      return texts.modeRecovery;
-    default:
-      return texts.notKnown;
-  }
 }
 
 /** Set the mode that one wants next: from T1 to Automatic, from all others to T1. */

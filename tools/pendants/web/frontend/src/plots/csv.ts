@@ -34,7 +34,7 @@ export function csvTable(
       })),
     ),
   );
-  const lines = [["t [s]", ...columns.map(({ head }) => head)].map(field).join(",")];
+  const lines = [csvRow(["t [s]", ...columns.map(({ head }) => head)])];
   for (const time of times) {
     const row = columns.map(({ samples, values }) => {
       const value = valueAt(samples, values, time);
@@ -43,6 +43,11 @@ export function csvTable(
     lines.push([String(Number(time.toFixed(6))), ...row].join(","));
   }
   return `${lines.join("\r\n")}\r\n`;
+}
+
+/** Return one line of such a table, without its end. */
+export function csvRow(fields: readonly string[]): string {
+  return fields.map(field).join(",");
 }
 
 function field(text: string): string {

@@ -1,6 +1,7 @@
 // All words of the page in English, which is always there; `de/de.ts` has the same keys.
 import type { CodeTexts } from "../protocol.ts";
 import { keypadEn } from "./keypad.ts";
+import { logEn } from "./log.ts";
 import { numbersEn } from "./numbers.ts";
 import { packetsEn } from "./packets.ts";
 import { planEn } from "./plan.ts";
@@ -17,6 +18,7 @@ export const en = {
   sceneWords: sceneEn,
   packetWords: packetsEn,
   numberWords: numbersEn,
+  logWords: logEn,
   tourWords: tourEn,
   keypadWords: keypadEn,
   /** Cause and remedy by code; in English the server says the cause itself. */

@@ -1,5 +1,5 @@
 // The words of the page in the language of whoever reads it, and numbers as people write them.
-import { VerdictCode } from "../protocol.ts";
+import { OperatingMode, VerdictCode } from "../protocol.ts";
 import type { CodeText } from "../protocol.ts";
 import { remedies } from "../remedies.ts";
 import type { Refusal } from "../wire/errors.ts";
@@ -45,6 +45,21 @@ const names = new Map<number, string>(
 
 export function codeName(code: number): string {
   return names.get(code) ?? String(code);
+}
+
+export function modeWord(texts: Texts, mode: number | undefined): string {
+  switch (mode) {
+    case OperatingMode.MANUAL_REDUCED:
+      return texts.modeT1;
+    case OperatingMode.MANUAL_HIGH:
+      return texts.modeT2;
+    case OperatingMode.AUTOMATIC:
+      return texts.modeAutomatic;
+    case OperatingMode.RECOVERY:
+      return texts.modeRecovery;
+    default:
+      return texts.notKnown;
+  }
 }
 
 /** How a value of a joint or of space is told: degrees and mm, or SI. */

@@ -1,5 +1,6 @@
 // What every panel gets: the cell, the session, what is held, words and settings.
 import type { Cell, CellModel } from "../pendant/cell.ts";
+import type { EventLog } from "../pendant/event-log.ts";
 import type { Holding } from "../pendant/holding.ts";
 import type { Observable } from "../pendant/observable.ts";
 import type { Language, Texts } from "../texts/texts.ts";
@@ -42,6 +43,8 @@ export interface App {
   readonly settings: Observable<Settings>;
   readonly choice: Observable<Choice>;
   readonly texts: Texts;
+  /** What happened while this page looked on. */
+  readonly log: EventLog;
   /** The newest frames of this tab. */
   readonly packets: PacketRing;
   now(): number;

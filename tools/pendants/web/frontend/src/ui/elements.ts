@@ -75,3 +75,10 @@ export function off(button: HTMLButtonElement, why: string): void {
 export function isOff(button: HTMLElement): boolean {
   return button.getAttribute("aria-disabled") === "true";
 }
+
+/** Hand a file to the browser, which keeps it where it keeps what people download. */
+export function download(name: string, content: string, type: string): void {
+  const address = URL.createObjectURL(new Blob([content], { type }));
+  h("a", { href: address, download: name }).click();
+  URL.revokeObjectURL(address);
+}

@@ -1,6 +1,7 @@
 // The tasks of the rail, in its order; a task is made when it is first shown.
 import { jogTask } from "../panels/jog.ts";
 import { keypadTask } from "../panels/keypad.ts";
+import { logTask } from "../panels/log.ts";
 import { numbersTask } from "../panels/numbers.ts";
 import { packetsTask } from "../panels/packets.ts";
 import { planTask } from "../panels/plan.ts";
@@ -28,6 +29,7 @@ export const TASKS: readonly TaskEntry[] = [
   { task: "frames", icon: "frames", make: numbersTask },
   { task: "plots", icon: "plots", make: plotsTask, isLive: true },
   { task: "packets", icon: "packets", make: packetsTask, isLive: true },
+  { task: "log", icon: "log", make: logTask },
   { task: "keypad", icon: "keypad", make: keypadTask },
   { task: "tour", icon: null, make: tourTask },
 ];

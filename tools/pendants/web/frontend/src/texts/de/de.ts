@@ -2,6 +2,7 @@
 import { codeTextsDe } from "../../codes.de.ts";
 import type { Texts } from "../en.ts";
 import { keypadDe } from "./keypad.ts";
+import { logDe } from "./log.ts";
 import { numbersDe } from "./numbers.ts";
 import { packetsDe } from "./packets.ts";
 import { planDe } from "./plan.ts";
@@ -17,6 +18,7 @@ export const de: Texts = {
   sceneWords: sceneDe,
   packetWords: packetsDe,
   numberWords: numbersDe,
+  logWords: logDe,
   tourWords: tourDe,
   keypadWords: keypadDe,
   codes: codeTextsDe,
