@@ -6,8 +6,12 @@ import { Chain, describedRobot } from "../src/kinematics/chain.ts";
 import { dhFrames, dhTable } from "../src/kinematics/dh.ts";
 import { aboutAxis, composed, distance, pose } from "../src/kinematics/pose.ts";
 import type { Pose } from "../src/kinematics/pose.ts";
-import type { ShapesShowReply } from "../src/protocol.ts";
-import { frameMarks } from "../src/scene/frames.ts";
+import { NO_CELL } from "../src/pendant/cell.ts";
+import type { Cell } from "../src/pendant/cell.ts";
+import { NoticeKind, StateField } from "../src/protocol.ts";
+import type { HelloReply, ShapesShowReply, State } from "../src/protocol.ts";
+import { CellFrames, frameMarks } from "../src/scene/frames.ts";
+import type { App } from "../src/ui/app.ts";
 
 interface Case {
   name: string;
@@ -47,4 +51,32 @@ test("a user frame stands in its parent, and one of an unknown parent is left ou
   assert.deepEqual(marks.map(({ name }) => name), ["table", "corner", "tip"]);
   assert.ok(distance(marks[1]?.position ?? [0, 0, 0], [1, 0.5, 0]) < 1e-12);
   assert.ok(distance(marks[2]?.position ?? [0, 0, 0], [0, 0, 1.1]) < 1e-12);
+});
+
+/** A cell whose tool stands in a place along x [m]. */
+function toolAt(x: number, changes: Record<number, number> = {}): Cell {
+  const state = { valid_fields: StateField.TOOL, tool_position: [x, 0, 1], tool_orientation: [0, 0, 0, 1] } as unknown as State;
+  return { ...NO_CELL, stage: "up", hello: { session: 7 } as HelloReply, state, changes };
+}
+
+test("frames are asked for once, and again when they change; the list is another one only where they moved", async () => {
+  const asked: string[] = [];
+  const session = {
+    call: ({ op }: { op: string }) => {
+      asked.push(op);
+      return Promise.resolve({ content: { frames: [{ name: "table", parent: "base", xyz: [1, 0, 0], quat: [0, 0, 0, 1] }] } });
+    },
+  };
+  const frames = new CellFrames({ session, attempt: (act: () => Promise<unknown>) => void act() } as unknown as App);
+  const chain = { root: pose([0, 0, 0], [0, 0, 0, 1]), flange: () => pose([0, 0, 0], [0, 0, 0, 1]) } as unknown as Chain;
+  assert.deepEqual(frames.all(toolAt(0.5), chain).map(({ name }) => name), ["base", "tool"]);
+  await Promise.resolve();
+  await Promise.resolve();
+  const marks = frames.all(toolAt(0.5), chain);
+  assert.deepEqual(marks.map(({ name }) => name), ["base", "tool", "table"]);
+  assert.equal(frames.all(toolAt(0.50001), chain), marks);
+  assert.notEqual(frames.all(toolAt(0.6), chain), marks);
+  assert.equal(asked.length, 1);
+  frames.all(toolAt(0.6, { [NoticeKind.FRAMES]: 1 }), chain);
+  assert.deepEqual(asked, ["frames.show", "frames.show"]);
 });

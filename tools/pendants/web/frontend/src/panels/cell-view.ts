@@ -1,18 +1,18 @@
 // The picture of the cell, with what stands over it: the tool's place, what is held, the checklist.
 import { isStale } from "../wire/session.ts";
-import { isInControl, OVERDUE } from "../pendant/cell.ts";
+import { isInControl, measuredJoints, OVERDUE } from "../pendant/cell.ts";
 import type { Cell } from "../pendant/cell.ts";
 import { jointRows, toolRows, toolValues } from "../pendant/axes.ts";
-import { StateField } from "../protocol.ts";
+import { CellFrames } from "../scene/frames.ts";
 import { sceneModel } from "../scene/model.ts";
 import { fixed } from "../texts/texts.ts";
 import type { App, Part } from "../ui/app.ts";
-import { attribute, h, say, show } from "../ui/elements.ts";
+import { attribute, choose, h, say, show } from "../ui/elements.ts";
 import { isSameOverlay } from "../view/changes.ts";
 import type { LinkMesh } from "../view/meshes.ts";
 import type { RobotMeshes } from "../view/robot_meshes.ts";
 import { EMPTY } from "../view/view.ts";
-import type { Content, Side, View } from "../view/view.ts";
+import type { Content, FrameMark, Side, View } from "../view/view.ts";
 import { shown } from "./jog.ts";
 
 const NO_MESHES: readonly LinkMesh[] = [];
@@ -43,7 +43,7 @@ export function cellView(app: App, over: HTMLElement): CellView {
   const age = h("div", { class: "age" });
   let view: View | null = null;
   let added: Partial<Content> = {};
-  let isTraced = true;
+  const seen = { trace: true, frames: false };
   /** Where the robot was known to stand last; greyed from then on. */
   let standing: { robot: Cell["robot"]; joints: number[] } | null = null;
   const trace = new Trace();
@@ -54,17 +54,21 @@ export function cellView(app: App, over: HTMLElement): CellView {
   };
   let greeted: Cell["hello"] = null;
   const sides: [Side, string][] = [["iso", texts.iso], ["top", texts.top], ["front", texts.front]];
-  const traceButton = h("button", { type: "button", class: "chosen", "aria-pressed": "true" }, texts.trace);
-  traceButton.addEventListener("click", () => {
-    isTraced = !isTraced;
-    traceButton.classList.toggle("chosen", isTraced);
-    traceButton.setAttribute("aria-pressed", String(isTraced));
+  const toggles = (["trace", "frames"] as const).map((what) => {
+    const button = h("button", { type: "button", "data-shows": what }, texts[what]);
+    button.addEventListener("click", () => {
+      seen[what] = !seen[what];
+      choose(button, seen[what]);
+    });
+    choose(button, seen[what]);
+    return button;
   });
+  const frames = new ShownFrames(app);
   const looks = h(
     "div",
     { class: "looks" },
     ...sides.map(([side, word]) => h("button", { type: "button", onclick: () => view?.look(side) }, word)),
-    traceButton,
+    ...toggles,
   );
   const place = h("div", { class: "tool-place" }, h("strong", {}, texts.tcpInBase), tool);
   const element = h("div", { class: "view" }, host, held, place, age, looks, over);
@@ -104,7 +108,7 @@ export function cellView(app: App, over: HTMLElement): CellView {
         greeted = cell.hello;
         meshes?.linked();
       }
-      const joints = jointsOf(cell);
+      const joints = measuredJoints(cell);
       if (joints !== null) standing = { robot: cell.robot, joints };
       const last = standing?.robot === cell.robot ? standing.joints : null;
       attribute(host, "data-shows-robot", cell.robot !== null && last !== null);
@@ -116,19 +120,15 @@ export function cellView(app: App, over: HTMLElement): CellView {
         stale: stale || joints === null,
         driven: drivenJoints(app, cell),
         objects: scene.objects(cell),
-        trace: isTraced ? trace.points() : EMPTY.trace,
+        trace: seen.trace ? trace.points() : EMPTY.trace,
         theme: app.settings.value.theme,
         ...added,
+        frames: seen.frames ? frames.beside(added.frames ?? EMPTY.frames, cell) : added.frames ?? EMPTY.frames,
       });
     },
   };
 }
 
-function jointsOf(cell: Cell): number[] | null {
-  const { state } = cell;
-  if (state === null || (state.valid_fields & StateField.POSITION) === 0) return null;
-  return state.positions.slice(0, cell.hello?.dof ?? cell.snapshot?.joints.length ?? 0);
-}
 
 function drivenJoints(app: App, cell: Cell): number[] {
   if (app.holding.aim.space === "joints" && app.holding.held.length > 0) {
@@ -147,6 +147,29 @@ function heldText(app: App, cell: Cell): string {
   const cap = cell.state?.tool_speed_cap ?? 0;
   const speed = `${fixed((cell.state?.tool_speed ?? 0) * 1000, 0)}${cap > 0 ? ` / ${fixed(cap * 1000, 0)}` : ""} mm/s`;
   return [texts.heldBy(keys.join(", ")), speed, texts.stopsWithin("0.25")].join("  ·  ");
+}
+
+/** The cell's own frames, beside those that a task shows. */
+class ShownFrames {
+  readonly #app: App;
+  readonly #own: CellFrames;
+  #joined: Record<"own" | "others" | "marks", readonly FrameMark[]> = { own: [], others: [], marks: [] };
+
+  constructor(app: App) {
+    this.#app = app;
+    this.#own = new CellFrames(app);
+  }
+
+  beside(others: readonly FrameMark[], cell: Cell): readonly FrameMark[] {
+    const chain = sceneModel(this.#app).chain(cell.robot);
+    if (chain === null) return others;
+    const own = this.#own.all(cell, chain);
+    if (own !== this.#joined.own || others !== this.#joined.others) {
+      const names = new Set(others.map(({ name }) => name));
+      this.#joined = { own, others, marks: [...own.filter(({ name }) => !names.has(name)), ...others] };
+    }
+    return this.#joined.marks;
+  }
 }
 
 /** The way of the tool, in points that are apart. */

@@ -3,10 +3,11 @@ import "../numbers.css";
 import type { Chain } from "../kinematics/chain.ts";
 import { dhFrames, dhTable } from "../kinematics/dh.ts";
 import type { DhTable } from "../kinematics/dh.ts";
+import { measuredJoints } from "../pendant/cell.ts";
 import type { Cell } from "../pendant/cell.ts";
-import { NoticeKind, StateField } from "../protocol.ts";
+import { NoticeKind } from "../protocol.ts";
 import type { KinematicsFkReply, KinematicsJacobianReply } from "../protocol.ts";
-import { frameMarks } from "../scene/frames.ts";
+import { CellFrames } from "../scene/frames.ts";
 import { sceneModel } from "../scene/model.ts";
 import type { NumberTexts } from "../texts/numbers.ts";
 import { fixed } from "../texts/texts.ts";
@@ -14,7 +15,7 @@ import type { App, TaskPart } from "../ui/app.ts";
 import { attribute, h, say, show } from "../ui/elements.ts";
 import type { FrameMark } from "../view/view.ts";
 import { LinkLost, Refused } from "../wire/errors.ts";
-import { displayName, toolPose } from "./plan.ts";
+import { displayName } from "./plan.ts";
 
 /** Between two looks at where the robot is [ms]. */
 const EVERY = 500;
@@ -40,8 +41,8 @@ class NumbersTask implements TaskPart {
   readonly #dhBody = h("tbody", {});
   readonly #specs = h("dl", {});
   readonly #limits = h("tbody", {});
+  readonly #frames: CellFrames;
   #table: DhTable | null = null;
-  #content: Record<string, unknown> = {};
   #askedFor = "";
   #isShown = false;
   #isAsking = false;
@@ -51,6 +52,7 @@ class NumbersTask implements TaskPart {
 
   constructor(app: App) {
     this.#app = app;
+    this.#frames = new CellFrames(app);
     const words = (this.#words = app.texts.numberWords);
     this.#frame = h("select", { "aria-label": words.frame });
     this.#link = h("select", { "aria-label": words.link });
@@ -108,11 +110,7 @@ class NumbersTask implements TaskPart {
     fill(this.#link, ["", ...(cell.robot?.links ?? []).map(({ link }) => link)], "", this.#words.toolCentre);
     this.#app.attempt(async () => {
       const { session } = this.#app;
-      const [{ facts }, { content }] = await Promise.all([
-        session.call<"robots.describe">({ op: "robots.describe" }),
-        session.call<"frames.show">({ op: "frames.show" }),
-      ]);
-      this.#content = content;
+      const { facts } = await session.call<"robots.describe">({ op: "robots.describe" });
       this.#table = dhTable(facts);
       this.#tellDh();
       this.#tellSpecification(cell, facts);
@@ -122,7 +120,7 @@ class NumbersTask implements TaskPart {
   /** Ask where the tool is, at most twice a second, and only where it is elsewhere. */
   #look(cell: Cell): void {
     const now = this.#app.now();
-    const at = cell.state?.positions.slice(0, cell.hello?.dof ?? 0).map((each) => each.toFixed(4)).join() ?? "";
+    const at = measuredJoints(cell)?.map((each) => each.toFixed(4)).join() ?? "";
     const wanted = `${at} ${this.#frame.value} ${this.#link.value}`;
     if (this.#isAsking || now < this.#dueAt || wanted === this.#seen) return;
     this.#isAsking = true;
@@ -204,18 +202,14 @@ class NumbersTask implements TaskPart {
 
   #picture(cell: Cell): void {
     const chain = sceneModel(this.#app).chain(cell.robot);
-    const { state, hello } = cell;
-    const isKnown = state !== null && (state.valid_fields & StateField.POSITION) !== 0;
-    const joints = isKnown ? state.positions.slice(0, hello?.dof ?? 0) : null;
-    const key = `${String(this.#shows.checked)} ${this.#askedFor} ${this.#table?.rows.length ?? 0} ${joints?.map((each) => each.toFixed(4)).join() ?? ""}`;
+    const joints = measuredJoints(cell);
+    const key = `${String(this.#shows.checked)} ${this.#frames.version} ${this.#table?.rows.length ?? 0} ${joints?.map((each) => each.toFixed(4)).join() ?? ""}`;
     if (key !== this.#marks.key) this.#marks = { key, marks: this.#shows.checked && chain !== null ? this.#marksAt(cell, chain, joints) : [] };
     this.#app.overlay({ frames: this.#marks.marks });
   }
 
   #marksAt(cell: Cell, chain: Chain, joints: readonly number[] | null): FrameMark[] {
-    const tool = toolPose(cell);
-    const known = { root: chain.root, ...(tool === null ? {} : { tool }), flange: chain.flange(joints) };
-    const own = frameMarks(this.#content, known);
+    const own = this.#frames.ofUser(cell, chain);
     if (this.#table === null || joints === null) return own;
     return [...dhFrames(this.#table, chain, joints).map((place, index) => ({ name: String(index), ...place })), ...own];
   }

@@ -1,8 +1,6 @@
 // Plan: a goal, the way there, its preview with a slider, and Execute.
 import "../plan.css";
-import { pose as poseOf, unitQuaternion, vector3 } from "../kinematics/pose.ts";
-import type { Pose } from "../kinematics/pose.ts";
-import { isInControl, isReal } from "../pendant/cell.ts";
+import { isInControl, isReal, measuredJoints } from "../pendant/cell.ts";
 import type { Cell } from "../pendant/cell.ts";
 import { isManual } from "../pendant/checklist.ts";
 import { goalOf, firstGoal, readSeed } from "../planning/goals.ts";
@@ -12,7 +10,7 @@ import type { PlanModel } from "../planning/model.ts";
 import { clock, left, rowsOf } from "../planning/preview.ts";
 import type { Preview, Row } from "../planning/preview.ts";
 import { Twice } from "../planning/twice.ts";
-import { NoticeKind, PlanStage, StateField } from "../protocol.ts";
+import { NoticeKind, PlanStage } from "../protocol.ts";
 import type { NamedPosition } from "../protocol.ts";
 import type { PlanTexts } from "../texts/plan.ts";
 import { fixed, refusalSentence } from "../texts/texts.ts";
@@ -178,7 +176,7 @@ class PlanTask implements TaskPart {
       h("option", { value: name, disabled: !legal, title: why === "" ? null : why }, legal ? name : this.#words.notLegal(name)),
     );
     this.#goal.replaceChildren(...named, h("option", { value: HANDLES }, this.#words.handles));
-    const first = firstGoal(positions, jointsOf(this.#app.cell.value))?.name ?? HANDLES;
+    const first = firstGoal(positions, measuredJoints(this.#app.cell.value))?.name ?? HANDLES;
     this.#goal.value = isFirst ? first : before;
     this.#goalChosen();
   }
@@ -252,17 +250,7 @@ class PlanTask implements TaskPart {
   }
 }
 
-function jointsOf(cell: Cell): number[] | null {
-  const { state, hello } = cell;
-  if (state === null || (state.valid_fields & StateField.POSITION) === 0) return null;
-  return state.positions.slice(0, hello?.dof ?? 0);
-}
 
-/** Return the tool's place in base; null where it is not known. */
-export function toolPose({ state }: Cell): Pose | null {
-  if (state === null || (state.valid_fields & StateField.TOOL) === 0) return null;
-  return poseOf(vector3(state.tool_position), unitQuaternion(state.tool_orientation));
-}
 
 /** The verdict in one line, then what it is made of. */
 function verdict(app: App, words: PlanTexts, model: PlanModel): Part {

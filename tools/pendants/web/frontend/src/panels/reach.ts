@@ -1,6 +1,7 @@
 // A place for the tool by handles or by numbers, and whether the robot reaches it.
 import { ofRpy, pose as poseOf, rollPitchYaw, vector3 } from "../kinematics/pose.ts";
 import type { Pose } from "../kinematics/pose.ts";
+import { toolPose } from "../pendant/cell.ts";
 import type { Cell } from "../pendant/cell.ts";
 import type { Way } from "../planning/goals.ts";
 import { Newest } from "../planning/newest.ts";
@@ -15,7 +16,6 @@ import type { Ghost, Gizmo } from "../view/view.ts";
 import { LinkLost, Refused } from "../wire/errors.ts";
 import type { RequestDraft } from "../wire/link.ts";
 import { whyNoMotion } from "./jog.ts";
-import { toolPose } from "./plan.ts";
 
 /** Between two questions [ms]: the server answers ten a second. */
 const EVERY = 120;

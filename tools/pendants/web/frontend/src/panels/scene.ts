@@ -2,9 +2,8 @@
 import "../scene.css";
 import { ofRpy, pose as poseOf, rollPitchYaw, vector3 } from "../kinematics/pose.ts";
 import type { Pose, Vector3 } from "../kinematics/pose.ts";
-import { isInControl } from "../pendant/cell.ts";
+import { isInControl, measuredJoints, toolPose } from "../pendant/cell.ts";
 import type { Cell } from "../pendant/cell.ts";
-import { StateField } from "../protocol.ts";
 import { sceneModel } from "../scene/model.ts";
 import type { SceneModel } from "../scene/model.ts";
 import { colourOf, distanceTo, drawn, freeName, graspOf, inBase, isSame, isWall, KINDS, MEASURES, newEntry, ownPose, resized, snapped } from "../scene/objects.ts";
@@ -15,7 +14,6 @@ import type { App, TaskPart } from "../ui/app.ts";
 import { attribute, h, mark, off, isOff, say, show } from "../ui/elements.ts";
 import { icon } from "../ui/icons.ts";
 import type { Gizmo } from "../view/view.ts";
-import { toolPose } from "./plan.ts";
 
 const AXES = ["X", "Y", "Z", "R", "P", "Y"];
 const DEGREES = 180 / Math.PI;
@@ -263,7 +261,7 @@ class SceneTask implements TaskPart {
     const key = [all, this.#draft, this.#selected];
     if (key.some((each, index) => each !== this.#pictured.key[index])) {
       const others = all.filter(({ name }) => name !== this.#selected);
-      const joints = cell.state?.positions.slice(0, cell.hello?.dof ?? 0) ?? null;
+      const joints = measuredJoints(cell);
       const chosen = entry === null ? [] : [drawn(entry, inBase(entry, chain, joints), { chosen: true })];
       const shadow = saved === null || this.#draft === null ? [] : [drawn(saved, inBase(saved, chain, joints), { shadow: true })];
       this.#pictured = { key, objects: [...others, ...shadow, ...chosen] };
@@ -478,7 +476,7 @@ class ObjectEditor {
   }
 
   #grasp(cell: Cell): Grasp | null {
-    const at = (cell.state?.valid_fields ?? 0) & StateField.TOOL ? toolPose(cell) : null;
+    const at = toolPose(cell);
     return at === null ? null : graspOf(this.#frames, cell.snapshot?.tool ?? null, at);
   }
 

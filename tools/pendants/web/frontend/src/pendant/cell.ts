@@ -1,5 +1,8 @@
 // What the server said of the cell, as one value that everything on the page reads.
 import type { RobotDescription } from "../kinematics/chain.ts";
+import { pose, unitQuaternion, vector3 } from "../kinematics/pose.ts";
+import type { Pose } from "../kinematics/pose.ts";
+import { StateField } from "../protocol.ts";
 import type {
   AccessWhoamiReply,
   ControllerDescribeReply,
@@ -133,6 +136,18 @@ export function isInControl(cell: Cell): boolean {
 /** Whether the robot is real, or not known to be emulated: what is dear asks twice. */
 export function isReal(cell: Cell): boolean {
   return cell.controller !== null && !cell.controller.emulated;
+}
+
+/** Where the joints were measured [rad, m for a linear axis]; null where that is not known. */
+export function measuredJoints({ state, hello, snapshot }: Cell): number[] | null {
+  if (state === null || (state.valid_fields & StateField.POSITION) === 0) return null;
+  return state.positions.slice(0, hello?.dof ?? snapshot?.joints.length ?? 0);
+}
+
+/** The tool's place in base; null where it is not known. */
+export function toolPose({ state }: Cell): Pose | null {
+  if (state === null || (state.valid_fields & StateField.TOOL) === 0) return null;
+  return pose(vector3(state.tool_position), unitQuaternion(state.tool_orientation));
 }
 
 /** Frames are overdue after so long [ms]. */

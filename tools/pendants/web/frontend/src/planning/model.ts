@@ -3,8 +3,8 @@
 // There is one for the whole page, so that a plan outlives a change of panel, theme or language.
 import { jointsAt, readPlan } from "../plots/plan_samples.ts";
 import type { PlannedMotion } from "../plots/plan_samples.ts";
+import { measuredJoints } from "../pendant/cell.ts";
 import { Observable } from "../pendant/observable.ts";
-import { StateField } from "../protocol.ts";
 import type { Message, PlanChanged, PlansMakeRequest } from "../protocol.ts";
 import type { App } from "../ui/app.ts";
 import { LinkLost, Refused } from "../wire/errors.ts";
@@ -144,11 +144,11 @@ export class PlanModel extends Observable<Shown> {
   }
 
   #around() {
-    const { state, changes, hello } = this.#app.cell.value;
-    const isKnown = state !== null && (state.valid_fields & StateField.POSITION) !== 0;
+    const cell = this.#app.cell.value;
+    const { changes } = cell;
     const kinds = Object.keys(changes).map(Number);
     return {
-      joints: isKnown ? state.positions.slice(0, hello?.dof ?? 0) : null,
+      joints: measuredJoints(cell),
       changed: kinds.filter((each) => changes[each] !== this.#changesBefore[each]),
     };
   }

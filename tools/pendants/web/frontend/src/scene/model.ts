@@ -4,9 +4,10 @@
 // it is saved; a saved change can be undone until somebody else changes the scene.
 import { Chain } from "../kinematics/chain.ts";
 import type { RobotDescription } from "../kinematics/chain.ts";
+import { measuredJoints } from "../pendant/cell.ts";
 import type { Cell } from "../pendant/cell.ts";
 import { Observable } from "../pendant/observable.ts";
-import { NoticeKind, StateField } from "../protocol.ts";
+import { NoticeKind } from "../protocol.ts";
 import type { SceneNearestReply } from "../protocol.ts";
 import type { App } from "../ui/app.ts";
 import { LinkLost, Refused } from "../wire/errors.ts";
@@ -62,7 +63,7 @@ export class SceneModel extends Observable<SceneState> {
   objects(cell: Cell): readonly SceneObject[] {
     const { scene } = this.value;
     const isCarried = scene.entries.some(({ link }) => link !== null);
-    const joints = jointsOf(cell);
+    const joints = measuredJoints(cell);
     const key = isCarried ? String(joints) : String(cell.robot !== null);
     if (this.#drawn?.scene !== scene || this.#drawn.joints !== key) {
       const chain = this.chain(cell.robot);
@@ -173,8 +174,3 @@ export class SceneModel extends Observable<SceneState> {
   }
 }
 
-function jointsOf(cell: Cell): number[] | null {
-  const { state, hello } = cell;
-  if (state === null || (state.valid_fields & StateField.POSITION) === 0) return null;
-  return state.positions.slice(0, hello?.dof ?? 0);
-}
