@@ -36,7 +36,8 @@ def plans(page_rig: PageRig) -> Page:
 def _task(page: Page, name: str) -> None:
     page.run(f"document.querySelector('[data-task={name}]').click()")
     page.wait(f"document.querySelector('[data-task={name}].chosen') !== null")
-    page.wait(f"document.querySelector('.panel .{name}') !== null")
+    panel = "plots-panel" if name == "plots" else name
+    page.wait(f"document.querySelector('.panel .{panel}') !== null")
 
 
 def _goal(page: Page, name: str, way: str = "ptp") -> None:
@@ -240,6 +241,20 @@ def _path_program(page: Page, joints: list[list[float]]) -> None:
         kept = (p for p in other.programs.list()["programs"] if p["name"] == "way")
         revision = next((each["revision"] for each in kept), 0)
         other.programs.save("way", "\n".join(text), revision)
+
+
+def test_plots_show_a_plan_alone_until_it_is_driven_and_then_both(plans: Page) -> None:
+    _goal(plans, _other_goal(plans))
+    _make(plans)
+    _task(plans, "plots")
+    plans.wait("document.querySelector('.plan-name').innerText.startsWith('plan ')")
+    panel = "document.querySelector('.plots-panel').innerText"
+    plans.wait(f"{panel}.includes('Execute the plan to compare it')")
+    assert "At 0 s" in plans.text(".plots-panel")
+    _task(plans, "plan")
+    _execute(plans)
+    _task(plans, "plots")
+    plans.wait(f"{panel}.includes('largest difference')")
 
 
 def test_a_path_goes_through_the_points_of_a_program_and_named_positions(plans: Page) -> None:

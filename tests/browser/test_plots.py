@@ -62,5 +62,23 @@ def test_the_cursor_stands_at_one_time_in_all_three_plots(plots: Page) -> None:
     plots.run("document.querySelectorAll('.plots-dock header > button')[0].click()")
 
 
+def test_a_saved_picture_has_the_lines_on_the_ground_of_the_page(plots: Page) -> None:
+    plots.wait(f"{DRAWN} > 20")
+    plots.run("URL.createObjectURL = blob => (window.saved = blob, 'data:,')")
+    plots.run("document.querySelectorAll('.plots-panel .acts button')[1].click()")
+    plots.wait("window.saved?.type === 'image/png'")
+    found = plots.run(
+        "const picture = await createImageBitmap(window.saved);"
+        "const copy = new OffscreenCanvas(picture.width, picture.height);"
+        "const paper = copy.getContext('2d'); paper.drawImage(picture, 0, 0);"
+        "const {data} = paper.getImageData(0, 0, picture.width, picture.height);"
+        "let lines = 0;"
+        f"for (let at = 0; at < data.length; at += 4) if ({COLOUR}.every("
+        "(part, index) => Math.abs(data[at + index] - part) < 24)) lines += 1;"
+        "return [...data.slice(0, 4), lines > 20]"
+    )
+    assert found == [0x1A, 0x20, 0x26, 0xFF, True]
+
+
 def test_plots_write_nothing_to_the_console(page_rig: PageRig, plots: Page) -> None:
     assert plots.console() == []

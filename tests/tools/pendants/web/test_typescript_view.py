@@ -21,7 +21,7 @@ from openpendant.motion.robot_report.shapes_report import shapes_report
 from openpendant.motion.visuals.drawing import link_poses
 
 FRONTEND = Path(__file__).parents[4] / "tools" / "pendants" / "web" / "frontend"
-FILES = ("kinematics", "drawing", "lines", "meshes", "plots", "view")
+FILES = ("kinematics", "drawing", "lines", "meshes", "motion-record", "plots", "view")
 SEED = 19
 
 

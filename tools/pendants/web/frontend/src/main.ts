@@ -5,6 +5,7 @@ import { cellModel, isInControl, OVERDUE, showsTheSame } from "./pendant/cell.ts
 import type { Cell } from "./pendant/cell.ts";
 import { EventLog } from "./pendant/event-log.ts";
 import { Holding } from "./pendant/holding.ts";
+import { motionRecord } from "./plots/motion_record.ts";
 import { PacketRing } from "./packets/ring.ts";
 import { Observable } from "./pendant/observable.ts";
 import { pageState } from "./pendant/states.ts";
@@ -160,6 +161,7 @@ class Page implements App {
       document.documentElement.dataset["theme"] = settings.theme;
       this.#draw();
     });
+    motionRecord(this);
     // The cell is asked while the page is built: what is seen first is true already.
     this.session.visit(this.#served.servers[0] ?? "");
     this.#show();

@@ -240,6 +240,12 @@ test("a motion begins at 0, where it first moved", () => {
   close(times[0], -0.02);
 });
 
+test("a jog is a motion, and its ramp is the end of it", () => {
+  const motion = new DrivenMotion(1);
+  const began = [0, 4, 4, 3, 4, 0, 4].map((each, i) => motion.take(told(i + 1, each), 1, PERIOD));
+  assert.deepEqual(began.map(Number), [0, 1, 0, 0, 0, 0, 1]);
+});
+
 test("a value is put where it was reported, and one report is one value", () => {
   const motion = new DrivenMotion(1);
   for (const [sequence, age] of [[1, 0], [2, 0.004], [3, 0.014], [4, 0]] as const) {

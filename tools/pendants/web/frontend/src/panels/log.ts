@@ -90,7 +90,7 @@ class LogTask implements TaskPart {
     const { cell, log, texts } = this.#app;
     const rows = log.lines.map(({ at, kind, text }) => csvRow([new Date(at).toISOString(), kind, text]));
     const table = [csvRow(texts.logWords.columns), ...rows].join("\r\n");
-    download(`${cell.value.hello?.cell ?? "openpendant"}-log.csv`, `${table}\r\n`, "text/csv");
+    download(`${cell.value.hello?.cell ?? "openpendant"}-log.csv`, new Blob([`${table}\r\n`], { type: "text/csv" }));
   }
 }
 

@@ -2,17 +2,18 @@
 import "../plots.css";
 import type { Cell } from "../pendant/cell.ts";
 import { csvTable } from "../plots/csv.ts";
-import { DrivenMotion } from "../plots/driven_motion.ts";
 import {
   controllerDelay,
   largestDifference,
   worstShares,
   type PlotJoint,
 } from "../plots/findings.ts";
-import { readPlan, type AskSamples, type PlannedMotion } from "../plots/plan_samples.ts";
+import type { PlannedMotion } from "../plots/plan_samples.ts";
+import { motionRecord } from "../plots/motion_record.ts";
+import type { MotionRecord } from "../plots/motion_record.ts";
+import { planModel } from "../planning/model.ts";
 import { jointColour, Plots, valuesAt } from "../plots/plots.ts";
 import { QUANTITIES, type Quantity, type Samples } from "../plots/series.ts";
-import type { State } from "../protocol.ts";
 import type { PlotTexts } from "../texts/plots.ts";
 import type { App, TaskPart } from "../ui/app.ts";
 import { attribute, download, h, mark, say, show } from "../ui/elements.ts";
@@ -39,7 +40,7 @@ class PlotsTask implements TaskPart {
   readonly stage: HTMLElement;
   readonly #app: App;
   readonly #words: PlotTexts;
-  readonly #driven = new DrivenMotion(0);
+  readonly #record: MotionRecord;
   readonly #plots: Plots;
   readonly #one: HTMLButtonElement;
   readonly #all: HTMLButtonElement;
@@ -50,22 +51,22 @@ class PlotsTask implements TaskPart {
   readonly #body = h("tbody", {});
   readonly #shares = h("div", { class: "shares" });
   readonly #against = h("dl", {});
+  readonly #notDriven: HTMLElement;
   readonly #how = h("p", { class: "remark" });
   #joints: PlotJoint[] = [];
   #told: Cell["snapshot"] = null;
   #greeted: Cell["hello"] = null;
-  #planned: PlannedMotion | null = null;
-  #shownDriven: Samples | null = null;
+  /** What is drawn: what the record has, or had when the picture was held. */
+  #seen: { planned: PlannedMotion | null; driven: Samples | null } = { planned: null, driven: null };
   #chosen: number | null = 0;
   #cursor: number | null = null;
   #isShown = false;
   #isHeld = false;
   #dueAt = 0;
-  #reading: AbortController | null = null;
-  #problem = "";
 
   constructor(app: App) {
     this.#app = app;
+    this.#record = motionRecord(app);
     this.#words = app.texts.plotWords;
     const words = this.#words;
     const button = (word: string, act: () => void): HTMLButtonElement =>
@@ -88,7 +89,8 @@ class PlotsTask implements TaskPart {
       ),
       host,
     );
-    this.element = this.#panel(button(words.saveCsv, () => this.#save()));
+    this.#notDriven = h("p", { class: "muted" }, words.notDriven);
+    this.element = this.#panel(button(words.saveCsv, () => this.#save()), button(words.savePicture, () => this.#savePicture()));
     this.#plots = new Plots(host, {
       words: { quantities: words, number: (value, digits) => this.#number(value, digits) },
       theme: app.settings.value.theme,
@@ -97,8 +99,6 @@ class PlotsTask implements TaskPart {
     });
     new ResizeObserver(() => this.#plots.resize()).observe(host);
     app.cell.watch((cell) => this.#learn(cell));
-    // Not from the model of the cell, which tells the last of several that came together.
-    app.session.watchStates((state) => this.#record(state));
     app.settings.watch(({ theme }) => {
       this.#plots.setTheme(theme);
       this.#draw();
@@ -118,7 +118,7 @@ class PlotsTask implements TaskPart {
     this.#subscribe();
     if (!isShown) return;
     this.#learn(this.#app.cell.value);
-    this.#learnPlan();
+    void this.#record.lookAtWaiting();
     this.#draw();
   }
 
@@ -131,16 +131,17 @@ class PlotsTask implements TaskPart {
     const { hello } = this.#app.cell.value;
     this.#greeted = hello;
     if (hello === null) return;
+    this.#record.rate = this.#rate;
     this.#app.attempt(() => this.#app.session.ask({ type: "subscribe", state_rate: this.#rate }));
   }
 
-  #panel(save: HTMLElement): HTMLElement {
+  #panel(...acts: HTMLElement[]): HTMLElement {
     const words = this.#words;
     const row = h("tr", {}, h("th", { scope: "col" }, words.joint), ...this.#heads);
     const table = h("table", { class: "values" }, h("thead", {}, row), this.#body);
     const close = h("section", {}, h("h3", {}, words.howClose), this.#shares);
-    const against = h("section", {}, h("h3", {}, words.against), this.#against);
-    const parts = [this.#title, table, close, against, this.#how, h("div", { class: "acts" }, save)];
+    const against = h("section", {}, h("h3", {}, words.against), this.#notDriven, this.#against);
+    const parts = [this.#title, table, close, against, this.#how, h("div", { class: "acts" }, ...acts)];
     return h("section", { class: "plots-panel", "aria-label": this.#app.texts.plots }, ...parts);
   }
 
@@ -170,35 +171,6 @@ class PlotsTask implements TaskPart {
     if (JSON.stringify(joints) !== JSON.stringify(this.#joints)) this.#joints = joints;
   }
 
-  #record(state: State): void {
-    if (this.#joints.length === 0) return;
-    if (this.#driven.take(state, this.#joints.length, 1 / this.#rate)) this.#learnPlan();
-  }
-
-  /** Fetch the samples of the plan that is driven, or else of the newest that is ready. */
-  #learnPlan(): void {
-    this.#reading?.abort();
-    this.#reading = new AbortController();
-    const { signal } = this.#reading;
-    void this.#readPlan(signal).catch((error: unknown) => {
-      // Another motion began meanwhile, or the plan is gone: the driven one is shown alone.
-      if (!signal.aborted) this.#problem = String(error instanceof Error ? error.message : error);
-    });
-  }
-
-  async #readPlan(signal: AbortSignal): Promise<void> {
-    const { session } = this.#app;
-    const { plans } = await session.call<"plans.show">({ op: "plans.show" });
-    const head =
-      plans.find(({ state }) => state === "running") ??
-      plans.findLast(({ state }) => state === "ready");
-    if (head === undefined || head.plan === this.#planned?.plan || signal.aborted) return;
-    const ask: AskSamples = (request) => session.call<"plans.samples">(request);
-    this.#planned = await readPlan(ask, head.plan, undefined, signal);
-    this.#problem = "";
-    this.#draw();
-  }
-
   #choose(joint: number | null): void {
     this.#chosen = joint;
     this.#draw();
@@ -212,17 +184,26 @@ class PlotsTask implements TaskPart {
 
   #pointed(time: number | null): void {
     this.#cursor = time ?? this.#cursor;
+    // Where the pointer left it, it can still be read.
+    if (time === null) this.#plots.setCursor(this.#readAt);
     this.#tellValues();
+  }
+
+  /** The time that is read: what was pointed at, else where the preview's slider stands. */
+  get #readAt(): number | null {
+    if (this.#cursor !== null) return this.#cursor;
+    const { motion, time } = planModel(this.#app).value;
+    return motion !== null && motion === this.#seen.planned ? time : null;
   }
 
   #draw(): void {
     if (!this.#isShown || this.#joints.length === 0) return;
-    if (!this.#isHeld) this.#shownDriven = this.#driven.samples();
-    const driven = this.#shownDriven;
+    if (!this.#isHeld) this.#see();
+    const { planned, driven } = this.#seen;
     this.#plots.show({
       joints: this.#joints,
-      planned: this.#planned?.samples ?? null,
-      driven: driven !== null && driven.times.length > 1 ? driven : null,
+      planned: planned?.samples ?? null,
+      driven,
       chosen: this.#chosen,
       unit: this.#app.settings.value.areRadians ? "rad" : "deg",
     });
@@ -239,27 +220,36 @@ class PlotsTask implements TaskPart {
     this.#tellAgainst();
   }
 
+  #see(): void {
+    const { planned } = this.#record;
+    if (planned !== this.#seen.planned) this.#cursor = null;
+    this.#seen = { planned, driven: this.#record.driven() };
+    this.#plots.setCursor(this.#readAt);
+  }
+
   #tellPlan(): void {
-    const { samples, plan } = this.#planned ?? { samples: null, plan: 0 };
-    const seconds = this.#number(samples?.times.at(-1) ?? 0, 2);
-    say(this.#about, samples === null ? this.#problem || this.#words.noPlan : this.#words.planOf(plan, seconds));
+    const { planned } = this.#seen;
+    const { problem } = this.#record;
+    const seconds = this.#number(planned?.samples.times.at(-1) ?? 0, 2);
+    say(this.#about, planned === null ? problem || this.#words.noPlan : this.#words.planOf(planned.plan, seconds));
     say(this.#how, this.#words.howMade(this.#number(1000 / this.#rate, 0)));
   }
 
   /** What the table and the bars are about: the plan, else what was driven. */
   get #read(): Samples | null {
-    return this.#planned?.samples ?? this.#shownDriven;
+    return this.#seen.planned?.samples ?? this.#seen.driven;
   }
 
   #tellValues(): void {
     const words = this.#words;
-    say(this.#title, this.#cursor === null ? words.pointAtPlots : words.atTime(this.#number(this.#cursor, 2)));
+    const at = this.#readAt;
+    say(this.#title, at === null ? words.pointAtPlots : words.atTime(this.#number(at, 2)));
     const unit = this.#unit(this.#joints[this.#chosen ?? 0]);
     this.#heads.forEach((head, index) =>
       say(head, `${"qva"[index] ?? ""} ${unit}${PER[QUANTITIES[index]!]}`),
     );
-    const [planned, driven] = [this.#planned?.samples ?? null, this.#shownDriven].map((samples) =>
-      samples === null || this.#cursor === null ? null : valuesAt(samples, this.#cursor),
+    const [planned, driven] = [this.#seen.planned?.samples ?? null, this.#seen.driven].map((samples) =>
+      samples === null || at === null ? null : valuesAt(samples, at),
     );
     this.#fitRows();
     this.#joints.forEach((joint, index) => {
@@ -315,9 +305,11 @@ class PlotsTask implements TaskPart {
   }
 
   #tellAgainst(): void {
-    const [planned, driven] = [this.#planned?.samples ?? null, this.#shownDriven];
+    const { driven } = this.#seen;
+    const planned = this.#seen.planned?.samples ?? null;
     const both = planned !== null && driven !== null;
     const largest = both ? largestDifference(planned, driven) : null;
+    show(this.#notDriven, planned !== null && driven === null);
     show(this.#against, largest !== null);
     if (!both || largest === null) return;
     const joint = this.#joints[largest.joint];
@@ -350,7 +342,16 @@ class PlotsTask implements TaskPart {
   }
 
   #save(): void {
-    const table = csvTable(this.#joints, this.#planned?.samples ?? null, this.#shownDriven);
-    download(`${this.#app.cell.value.robot?.robot ?? "motion"}.csv`, table, "text/csv");
+    const table = csvTable(this.#joints, this.#seen.planned?.samples ?? null, this.#seen.driven);
+    download(`${this.#fileName}.csv`, new Blob([table], { type: "text/csv" }));
+  }
+
+  #savePicture(): void {
+    const ground = getComputedStyle(this.stage).backgroundColor;
+    this.#plots.picture(ground).toBlob((png) => png !== null && download(`${this.#fileName}.png`, png));
+  }
+
+  get #fileName(): string {
+    return this.#app.cell.value.robot?.robot ?? "motion";
   }
 }

@@ -87,6 +87,12 @@ export class Chart {
     this.#drawLimits(paper, drawing);
   }
 
+  /** Copy what is drawn to a paper whose left upper corner is there. */
+  copyTo(paper: CanvasRenderingContext2D, origin: DOMRect): void {
+    const { left, top, width, height } = this.#canvas.getBoundingClientRect();
+    paper.drawImage(this.#canvas, left - origin.left, top - origin.top, width, height);
+  }
+
   /** Put the cursor at a time, with a dot on each line; null takes it away. */
   point(time: number | null): void {
     const { left, width } = this.#area;

@@ -29,7 +29,7 @@ export class DrivenMotion {
     this.#series = new DrivenSeries(joints);
   }
 
-  /** Take a state; true where a planned motion began with it. */
+  /** Take a state; true where a motion or a jog began with it. */
   take(state: Told, joints: number, period: number): boolean {
     if (joints !== this.#joints) {
       this.#joints = joints;
@@ -45,10 +45,10 @@ export class DrivenMotion {
       this.#time = time;
       this.#series.add(state.sequence, time, period, state.positions, state.velocities);
     }
-    const isMoving = state.activity === Activity.MOVING;
+    const isMoving = state.activity === Activity.MOVING || state.activity === Activity.JOGGING;
     const began = isMoving && !this.#wasMoving;
-    // A motion goes on after a pause; whatever else comes between ends it.
-    const isUnderWay = isMoving || (this.#wasMoving && isPause(state.activity));
+    // A motion goes on through a pause and to its end in a ramp.
+    const isUnderWay = isMoving || (this.#wasMoving && isUndecided(state.activity));
     if (began) [this.#start, this.#end] = [time, Number.POSITIVE_INFINITY];
     else if (this.#wasMoving && !isUnderWay) this.#end = time;
     this.#wasMoving = isUnderWay;
@@ -73,8 +73,8 @@ export class DrivenMotion {
   }
 }
 
-function isPause(activity: number): boolean {
-  return activity === Activity.PAUSED || activity === Activity.PAUSING;
+function isUndecided(activity: number): boolean {
+  return activity === Activity.PAUSED || activity === Activity.PAUSING || activity === Activity.STOPPING;
 }
 
 /** Return the samples from a time to another. */

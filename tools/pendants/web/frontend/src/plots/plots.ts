@@ -124,6 +124,26 @@ export class Plots {
     this.setCursor(this.#cursor);
   }
 
+  /** Return what is drawn on a ground, with the titles, to be saved. */
+  picture(ground: string): HTMLCanvasElement {
+    const whole = document.createElement("canvas");
+    const origin = this.#host.getBoundingClientRect();
+    const ratio = globalThis.devicePixelRatio || 1;
+    Object.assign(whole, { width: Math.round(origin.width * ratio), height: Math.round(origin.height * ratio) });
+    const paper = whole.getContext("2d");
+    if (paper === null) return whole;
+    paper.scale(ratio, ratio);
+    paper.fillStyle = ground;
+    paper.fillRect(0, 0, origin.width, origin.height);
+    Object.assign(paper, { font: `600 ${FONT}`, textBaseline: "top", fillStyle: INKS[this.#options.theme].cursor });
+    for (const title of this.#titles) {
+      const { left, top } = title.getBoundingClientRect();
+      paper.fillText(title.textContent, left - origin.left, top - origin.top);
+    }
+    for (const chart of this.#charts) chart.copyTo(paper, origin);
+    return whole;
+  }
+
   dispose(): void {
     cancelAnimationFrame(this.#frame);
     this.#host.replaceChildren();

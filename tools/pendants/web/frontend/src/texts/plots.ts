@@ -18,11 +18,13 @@ export const plotsEn = {
   largestDifference: "largest difference",
   where: "where",
   controllerDelay: "delay of the controller",
+  notDriven: "Execute the plan to compare it with what the robot drives.",
   noPlan: "No plan is known for this motion: it is shown as it was driven.",
   planOf: (plan: number, seconds: string) => `plan ${plan}, ${seconds} s`,
   howMade: (milliseconds: string) =>
     `A driven sample every ${milliseconds} ms. Acceleration of the driven motion is a difference of two speeds.`,
   saveCsv: "Save as CSV",
+  savePicture: "Save picture",
   fit: "Show all",
   hold: "Hold the picture",
   goOn: "Go on",

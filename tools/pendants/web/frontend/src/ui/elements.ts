@@ -77,8 +77,8 @@ export function isOff(button: HTMLElement): boolean {
 }
 
 /** Hand a file to the browser, which keeps it where it keeps what people download. */
-export function download(name: string, content: string, type: string): void {
-  const address = URL.createObjectURL(new Blob([content], { type }));
+export function download(name: string, content: Blob): void {
+  const address = URL.createObjectURL(content);
   h("a", { href: address, download: name }).click();
   URL.revokeObjectURL(address);
 }

@@ -18,11 +18,13 @@ export const plotsDe: PlotTexts = {
   largestDifference: "größte Abweichung",
   where: "wo",
   controllerDelay: "Verzug der Steuerung",
+  notDriven: "Den Plan ausführen, um ihn mit dem Gefahrenen zu vergleichen.",
   noPlan: "Zu dieser Bewegung ist kein Plan bekannt: gezeigt wird sie, wie sie gefahren wurde.",
   planOf: (plan, seconds) => `Plan ${plan}, ${seconds} s`,
   howMade: (milliseconds) =>
     `Alle ${milliseconds} ms ein gefahrener Wert. Die gefahrene Beschleunigung ist die Differenz zweier Geschwindigkeiten.`,
   saveCsv: "Als CSV speichern",
+  savePicture: "Bild speichern",
   fit: "Alles zeigen",
   hold: "Bild anhalten",
   goOn: "Weiter",
