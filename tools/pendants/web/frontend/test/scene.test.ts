@@ -2,7 +2,7 @@
 import assert from "node:assert/strict";
 import { test } from "node:test";
 import { IDENTITY, aboutAxis, pose } from "../src/kinematics/pose.ts";
-import { colourOf, contentOf, distanceTo, drawn, freeName, graspOf, isSame, isWall, newEntry, readScene, resized, shapeOf, snapped } from "../src/scene/objects.ts";
+import { contentOf, distanceTo, drawn, freeName, graspOf, isSame, isWall, newEntry, readScene, resized, shapeOf, snapped } from "../src/scene/objects.ts";
 
 const content = {
   schema: "openpendant-scene/1",
@@ -70,9 +70,18 @@ test("a tool grasps at its own point, the bare flange at its centre with 10 mm",
   assert.deepEqual(graspOf(tools, null, pose([1, 0, 0], [0, 0, 0, 1])), { point: [1, 0, 0], reach: 0.01 });
 });
 
-test("a place snaps to the raster, and a name has one colour", () => {
+test("objects of a scene differ in colour while colours last, and keep theirs as others are added", () => {
+  const named = (...names: string[]) =>
+    readScene({ objects: names.map((name) => ({ name, shape: { type: "sphere", radius: 0.1 } })) }, 1).entries.map(({ colour }) => colour);
+  const names = ["bin", "table", "pillar", "part", "fence", "camera", "lamp", "door", "shelf"];
+  const colours = named(...names);
+  assert.equal(new Set(colours.slice(0, 8)).size, 8);
+  assert.equal(colours.length, 9);
+  assert.deepEqual(named(...names.slice(0, 5)), colours.slice(0, 5));
+});
+
+test("a place snaps to the raster", () => {
   assert.deepEqual(snapped(pose([0.0149, -0.0151, 0.2], [0, 0, 0, 1]), 0.01).position, [0.01, -0.02, 0.2]);
-  assert.equal(colourOf("pillar"), colourOf("pillar"));
 });
 
 test("an object that is pulled grows along the axes that it has sizes for", () => {

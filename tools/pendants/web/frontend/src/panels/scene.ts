@@ -6,7 +6,7 @@ import { isInControl, measuredJoints, toolPose } from "../pendant/cell.ts";
 import type { Cell } from "../pendant/cell.ts";
 import { sceneModel } from "../scene/model.ts";
 import type { SceneModel } from "../scene/model.ts";
-import { colourOf, distanceTo, drawn, freeName, graspOf, inBase, isSame, isWall, KINDS, MEASURES, newEntry, ownPose, resized, snapped } from "../scene/objects.ts";
+import { distanceTo, drawn, freeName, graspOf, inBase, isSame, isWall, KINDS, MEASURES, newEntry, ownPose, resized, snapped } from "../scene/objects.ts";
 import type { Entry, Grasp, Kind } from "../scene/objects.ts";
 import type { SceneTexts } from "../texts/scene.ts";
 import { fixed, readNumber } from "../texts/texts.ts";
@@ -240,7 +240,7 @@ class SceneTask implements TaskPart {
   #listRow(entry: Entry): HTMLElement {
     const words = this.#words;
     const dot = h("i", { class: "dot", "aria-hidden": "true" });
-    dot.style.background = colourOf(entry.name);
+    dot.style.background = entry.colour;
     const where = entry.link !== null ? words.heldBy(entry.link) : isWall(entry) ? words.seeThrough : words.stands;
     const isChosen = entry.name === this.#selected;
     return h(

@@ -28,6 +28,8 @@ export interface Entry {
   frame: "base" | "root";
   /** The link that holds it; null where it stands. */
   link: string | null;
+  /** That in which pages draw it; no file has it. */
+  colour: string;
   /** As it came, for what is not changed here. */
   raw: Readonly<Record<string, unknown>>;
 }
@@ -45,10 +47,15 @@ export const NO_SCENE: Scene = { revision: 0, entries: [], allowed: [] };
 export function readScene(content: Readonly<Record<string, unknown>>, revision: number): Scene {
   const objects = Array.isArray(content["objects"]) ? (content["objects"] as unknown[]) : [];
   const allowed = Array.isArray(content["allowed"]) ? (content["allowed"] as [string, string][]) : [];
-  return { revision, entries: objects.flatMap((each) => readEntry(each) ?? []), allowed };
+  const entries: Entry[] = [];
+  for (const each of objects) {
+    const entry = readEntry(each);
+    if (entry !== null) entries.push({ ...entry, colour: freeColour(entry.name, entries) });
+  }
+  return { revision, entries, allowed };
 }
 
-function readEntry(told: unknown): Entry | null {
+function readEntry(told: unknown): Omit<Entry, "colour"> | null {
   if (typeof told !== "object" || told === null) return null;
   const raw = told as Record<string, unknown>;
   const shape = (raw["shape"] ?? {}) as Record<string, unknown>;
@@ -115,11 +122,13 @@ export function ownPose(entry: Entry, inBaseFrame: Pose, chain: Chain | null): P
 
 const COLOURS = ["#6d7a86", "#4c6a86", "#c0443c", "#d8a51f", "#4c8dff", "#8f6bb8", "#3f9a78", "#b9784a"];
 
-/** Return the colour of an object, the same on every page. */
-export function colourOf(name: string): string {
+/** Return a colour that no other object has, as long as there is one; the same on every page. */
+function freeColour(name: string, others: readonly Entry[]): string {
   let sum = 0;
   for (const each of name) sum = (sum * 31 + (each.codePointAt(0) ?? 0)) % 9973;
-  return COLOURS[sum % COLOURS.length] ?? "#6d7a86";
+  const used = new Set(others.slice(-(COLOURS.length - 1)).map(({ colour }) => colour));
+  const from = sum % COLOURS.length;
+  return [...COLOURS.slice(from), ...COLOURS.slice(0, from)].find((each) => !used.has(each)) ?? "#6d7a86";
 }
 
 /** Thinner than that, and a box that is large else is a wall: seen through, or it hides the robot. */
@@ -133,9 +142,8 @@ export function isWall({ kind, sizes, link }: Entry): boolean {
 }
 
 /** Return the solid that a view draws. */
-export function shapeOf({ kind, sizes, name }: Entry): Shape {
+export function shapeOf({ kind, sizes, colour }: Entry): Shape {
   const [first = 0, second = 0, third = 0] = sizes;
-  const colour = colourOf(name);
   switch (kind) {
     case "box":
       return { form: "box", size: [first, second, third], colour };
@@ -214,7 +222,8 @@ const FIRST_SIZES: Readonly<Record<Exclude<Kind, "mesh">, readonly number[]>> = 
 /** Return a new object of a kind, at a place. */
 export function newEntry(kind: Exclude<Kind, "mesh">, position: Vector3, entries: readonly Entry[]): Entry {
   const name = freeName(kind, entries);
-  return { name, kind, sizes: FIRST_SIZES[kind], pose: poseOf(position, [0, 0, 0, 1]), frame: "base", link: null, raw: {} };
+  const colour = freeColour(name, entries);
+  return { name, kind, sizes: FIRST_SIZES[kind], pose: poseOf(position, [0, 0, 0, 1]), frame: "base", link: null, colour, raw: {} };
 }
 
 /** Nothing is made smaller than that [m]. */
