@@ -184,8 +184,11 @@ export function solidGeometry(solid: Solid, isFine: boolean): BufferGeometry {
   switch (solid.form) {
     case "sphere":
       return new SphereGeometry(x / 2, segments, segments / 2);
-    case "cylinder":
-      return new CylinderGeometry(x / 2, x / 2, z, segments).rotateX(Math.PI / 2);
+    case "cylinder": {
+      // Round what it stands round: with its corners on the circle a link as thick pokes out of its joint.
+      const radius = x / 2 / Math.cos(Math.PI / segments);
+      return new CylinderGeometry(radius, radius, z, segments).rotateX(Math.PI / 2);
+    }
     case "capsule":
       return new CapsuleGeometry(x / 2, Math.max(0, z - x), segments / 4, segments).rotateX(
         Math.PI / 2,
