@@ -116,7 +116,6 @@ class Page implements App {
   /** STOP was pressed without a link: it is sent as soon as there is one. */
   #isStopDue = false;
   #before: Cell = this.cell.value;
-  #keptNote = this.choice.value.note;
 
   constructor(root: HTMLElement) {
     this.#root = root;
@@ -151,10 +150,7 @@ class Page implements App {
     this.#served = await served();
     await words;
     this.cell.watch((cell) => this.#changed(cell));
-    this.choice.watch(({ note }) => {
-      this.#keep(note);
-      this.#draw();
-    });
+    this.choice.watch(() => this.#draw());
     this.settings.watch((settings) => {
       remember(SETTINGS, JSON.stringify(settings));
       if (settings.language !== this.#language) void this.#speak(settings.language);
@@ -177,6 +173,7 @@ class Page implements App {
 
   refused(refusal: Refusal): void {
     const text = refusalSentence(refusal, this.settings.value.language, this.jointNames());
+    this.log.add("refusal", text);
     const isMissing = MISSING.includes(refusal.code);
     this.choice.set({
       note: { text, kind: "refusal" },
@@ -234,7 +231,7 @@ class Page implements App {
     this.holding.forget();
     document.documentElement.dataset["theme"] = theme;
     document.documentElement.lang = language;
-    this.#layout?.view.close();
+    this.#layout?.close();
     this.#layout = layout(this, this.#served);
     this.#root.replaceChildren(this.#layout.element);
     this.#layout.view.use((host) => makeStickView(host, this.#viewEvents()));
@@ -319,13 +316,6 @@ class Page implements App {
     if (message.type === "jog_ended") this.holding.ended(message.press);
   }
 
-  /** A sentence of the banner stands in the log too, also when it is told again. */
-  #keep(note: Choice["note"]): void {
-    if (note === this.#keptNote) return;
-    this.#keptNote = note;
-    if (note.text !== "") this.log.add(note.kind, note.text);
-  }
-
   #stood(): void {
     if (remembered(STOOD) !== null) return;
     remember(STOOD, "1");
@@ -345,7 +335,9 @@ class Page implements App {
       if (ended !== "") {
         this.holding.enabling.endedBy = "";
         const { enablingUnanswered, enablingSilent } = this.texts;
-        this.#note(ended === "unanswered" ? enablingUnanswered : enablingSilent, "remark");
+        const sentence = ended === "unanswered" ? enablingUnanswered : enablingSilent;
+        this.log.add("remark", sentence);
+        this.#note(sentence, "remark");
       }
       this.#layout?.update(this.cell.value);
     });

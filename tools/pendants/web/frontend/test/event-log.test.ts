@@ -49,12 +49,13 @@ const CHANGES: [string, object, string[]][] = [
   ["speed", { override: 0.3 }, ["event: Speed: 30 %."]],
   ["controller", { link: 0 }, ["fault: The controller does not answer. Look whether it runs."]],
   ["feedback", { link: 2 }, ["fault: The controller sends no positions."]],
+  ["what the controller knows of itself no more", { e_stopped: -1, in_error: -1, drives_powered: -1 }, []],
   ["emergency stop", { e_stopped: 1 }, ["stop: The controller reports its own emergency stop. Release it there."]],
   ["error", { in_error: 1, error_code: 42 }, ["fault: The controller reports error 42. Clear it there."]],
   ["drives", { drives_powered: 0 }, ["event: Drives off."]],
   ["enabling", { enabling: 2 }, ["stop: The enabling device was pressed through."]],
   ["enabling that is held", { enabling: 1 }, []],
-  ["program", { program_state: 1, program_line: 1 }, ["motion: A program began."]],
+  ["program, which reports by itself", { program_state: 1, program_line: 1 }, []],
 ];
 for (const [name, change, told] of CHANGES) {
   test(`a change of state is told once: ${name}`, () => {
@@ -64,17 +65,42 @@ for (const [name, change, told] of CHANGES) {
   });
 }
 
-test("a program is told where it stands, and its motions are not told one by one", () => {
+test("a stop that the controller does not know for a while is clear once it says so", () => {
   const { state } = looking();
-  state({ program_state: 1, program_line: 1 });
-  assert.deepEqual(state({ activity: 2 }), []);
-  assert.deepEqual(state({ activity: 0, program_line: 2 }), []);
-  assert.deepEqual(state({ program_state: 2 }), ["motion: The program pauses in line 2."]);
-  assert.deepEqual(state({ program_state: 4, program_line: 3 }), ["motion: One step was run; the program stands at line 3."]);
-  assert.deepEqual(state({ program_line: 4 }), ["motion: One step was run; the program stands at line 4."]);
-  assert.deepEqual(state({ program_state: 1 }), ["motion: The program goes on in line 4."]);
-  assert.deepEqual(state({ program_state: 3, program_line: 6 }), ["motion: The program stands at a breakpoint, line 6."]);
-  assert.deepEqual(state({ program_state: 0, program_line: 0 }), ["motion: The program ended."]);
+  state({ e_stopped: 1 });
+  assert.deepEqual(state({ e_stopped: -1 }), []);
+  assert.deepEqual(state({ e_stopped: 1 }), []);
+  assert.deepEqual(state({ e_stopped: -1 }), []);
+  assert.deepEqual(state({ e_stopped: 0 }), ["event: The controller reports that its emergency stop is clear."]);
+});
+
+test("a program is told where it began, stands and ended, and not line by line", () => {
+  const { hear } = looking();
+  const report = (state: number, line: number, text = ""): string[] => hear({ type: "program_report", program: "pick", state, line, text });
+  assert.deepEqual(report(1, 0), ["motion: Program “pick” began."]);
+  assert.deepEqual(report(1, 1), []);
+  assert.deepEqual(report(1, 2), []);
+  assert.deepEqual(report(2, 2), ["motion: Program “pick” pauses in line 2."]);
+  assert.deepEqual(report(2, 2), []);
+  assert.deepEqual(report(4, 3), ["motion: One step was run; program “pick” stands at line 3."]);
+  assert.deepEqual(report(4, 4), ["motion: One step was run; program “pick” stands at line 4."]);
+  assert.deepEqual(report(1, 4), ["motion: Program “pick” goes on in line 4."]);
+  assert.deepEqual(report(3, 6), ["motion: Program “pick” stands at a breakpoint, line 6."]);
+  assert.deepEqual(report(0, 0, "Nothing was gripped."), ["motion: Program “pick” ended. Nothing was gripped."]);
+});
+
+test("the motions of a program are not told one by one, nor is the ramp in which a stop ends them", () => {
+  const { state } = looking();
+  state({ program_state: 1, activity: 2 });
+  assert.deepEqual(state({ program_state: 0, activity: 3 }), []);
+  assert.deepEqual(state({ activity: 0 }), []);
+});
+
+test("a motion with a pause is one line, at its end", () => {
+  const { state } = looking();
+  state({ activity: 2, time_s: 100 });
+  for (const activity of [6, 3, 5, 2]) assert.deepEqual(state({ activity, time_s: 101 }), []);
+  assert.deepEqual(state({ activity: 0, time_s: 103 }), ["motion: Moved for 3.0 s."]);
 });
 
 test("a jog is one line, with its ramp, once the robot stands", () => {
@@ -90,13 +116,20 @@ const CONTROL: [object, string][] = [
   [{ holder: 7, reason: 1, client: "me" }, "event: You hold control."],
   [{ holder: 3, reason: 1, client: "Anna" }, "event: Anna holds control."],
   [{ holder: 3, reason: 5, client: "Anna" }, "event: Anna holds control: taken over."],
-  [{ holder: 0, reason: 3, client: "" }, "event: Nobody holds control: its pendant fell silent."],
+  [{ holder: 0, reason: 3, client: "" }, "event: Nobody holds control: pendant fell silent."],
 ];
 for (const [message, told] of CONTROL) {
   test(`control is told with who and why: ${told}`, () => {
     assert.deepEqual(looking().hear({ type: "authority_changed", ...message }), [told]);
   });
 }
+
+test("control that is lost is told with whose it was", () => {
+  const { hear } = looking();
+  hear({ type: "authority_changed", holder: 3, reason: 1, client: "Anna" });
+  const lost = { type: "authority_changed", holder: 0, reason: 4, client: "" };
+  assert.deepEqual(hear(lost), ["event: Nobody holds control: Anna, link ended."]);
+});
 
 test("a stop is told with who and why, and so is its end", () => {
   const { hear } = looking();
@@ -109,12 +142,20 @@ test("a press that was let go is not told beside its jog, one that fell silent i
   const { hear } = looking();
   const ended = { type: "jog_ended", stop_time: 0.123, tool_distance: 0.0042 };
   assert.deepEqual(hear({ ...ended, reason: 1 }), []);
-  assert.deepEqual(hear({ ...ended, reason: 2 }), ["remark: A held button fell silent: the robot stood after 0.12 s and 4.2 mm."]);
+  assert.deepEqual(hear({ ...ended, reason: 2 }), ["remark: The jog ended because its page fell silent: the robot stood 0.12 s and 4.2 mm later."]);
 });
 
 test("a changed document is told with its name and whose change it was", () => {
   const changed = { type: "document_changed", kind: 1, what: 3, name: "pick", from_name: "take", client: "Anna" };
-  assert.deepEqual(looking().hear(changed), ["event: Program “pick” renamed (before: “take”) · Anna"]);
+  assert.deepEqual(looking().hear(changed), ["event: Program “pick”: renamed (formerly “take”) · Anna"]);
+});
+
+test("what changes many times a second is not told, and the scene has no name", () => {
+  const { hear } = looking();
+  const changed = { type: "document_changed", what: 2, name: "cell", from_name: "", client: "" };
+  assert.deepEqual(hear({ ...changed, kind: 7 }), []);
+  assert.deepEqual(hear({ ...changed, kind: 0 }), []);
+  assert.deepEqual(hear({ ...changed, kind: 5 }), ["event: Scene: changed"]);
 });
 
 test("the link is told as it comes and goes, and what changed without it is no event", () => {

@@ -2,86 +2,134 @@
 import assert from "node:assert/strict";
 import { test } from "node:test";
 import { NO_CELL } from "../src/pendant/cell.ts";
+import type { Cell } from "../src/pendant/cell.ts";
 import { Observable } from "../src/pendant/observable.ts";
+import { planModel } from "../src/planning/model.ts";
+import { NO_PREVIEW } from "../src/planning/preview.ts";
+import type { Stage } from "../src/planning/preview.ts";
 import { motionRecord } from "../src/plots/motion_record.ts";
 import type { MotionRecord } from "../src/plots/motion_record.ts";
-import type { HelloReply, State } from "../src/protocol.ts";
+import { plannedSamples } from "../src/plots/series.ts";
+import type { HelloReply, PlansMakeReply, State } from "../src/protocol.ts";
 import type { App } from "../src/ui/app.ts";
 
 const [IDLE, MOVING, JOGGING] = [0, 2, 4];
+const HELLO = { session: 7, dof: 1 } as HelloReply;
+const COLUMNS = ["t", "q0", "v0", "a0"];
+const ROWS = [[0, 0, 0, 0], [0.01, 0, 0, 0]];
 
 interface Rig {
   record: MotionRecord;
-  /** Have a state come with this activity, and let what it asks be answered. */
-  state(activity: number, session?: number): Promise<void>;
+  cell: Observable<Cell>;
+  asked: string[];
+  /** Have this page's own plan be in a stage. */
+  own(stage: Stage): void;
+  /** Have states come with these activities. */
+  states(...activities: number[]): void;
 }
 
-/** A record of a cell that has these plans. */
-function rig(plans: { plan: number; state: string }[]): Rig {
+/** A record of a cell in which somebody else's plan runs, or none. */
+function rig(others: number | null = null): Rig {
   let told: (state: State) => void = () => undefined;
   let sequence = 0;
-  const cell = new Observable({ ...NO_CELL, hello: { session: 7, dof: 1 } as HelloReply });
+  const asked: string[] = [];
+  const cell = new Observable<Cell>({ ...NO_CELL, stage: "up", hello: HELLO });
   const session = {
     listen: () => undefined,
     watchStates: (listener: typeof told) => (told = listener),
-    call: ({ op, plan }: { op: string; plan: number }) =>
-      Promise.resolve(
-        op === "plans.show"
-          ? { plans }
-          : { columns: ["t", "q0", "v0", "a0"], rows: [[0, plan, 0, 0], [0.01, plan, 0, 0]], more: false },
-      ),
+    call: ({ op }: { op: string }) => {
+      asked.push(op);
+      const plans = others === null ? [] : [{ plan: others, state: "running" }];
+      return Promise.resolve(op === "plans.show" ? { plans } : { columns: COLUMNS, rows: ROWS, more: false });
+    },
   };
-  const record = motionRecord({ cell, session, choice: new Observable({}), now: () => 0 } as unknown as App);
+  const app = { cell, session, choice: new Observable({}), now: () => 0 } as unknown as App;
+  const record = motionRecord(app);
   return {
     record,
-    async state(activity, number = 7) {
-      cell.set({ hello: { session: number, dof: 1 } as HelloReply });
-      sequence += 1;
-      told({ sequence, activity, time_s: 100, time_ns: sequence * 1e7, age: 0, valid_fields: 6, positions: [0], velocities: [0] } as unknown as State);
-      await new Promise((done) => setTimeout(done, 5));
+    cell,
+    asked,
+    own: (stage) =>
+      planModel(app).set({
+        preview: { ...NO_PREVIEW, stage, plan: { plan: 5 } as PlansMakeReply },
+        motion: { plan: 5, samples: plannedSamples(COLUMNS, ROWS), path: new Float32Array() },
+      }),
+    states(...activities) {
+      for (const activity of activities) {
+        sequence += 1;
+        told({ sequence, activity, override: 1, time_s: 100, time_ns: sequence * 1e7, age: 0, valid_fields: 6, positions: [0], velocities: [0] } as unknown as State);
+      }
     },
   };
 }
 
-test("a motion is shown beside the plan that it follows", async () => {
-  const { record, state } = rig([{ plan: 4, state: "ready" }, { plan: 5, state: "running" }]);
-  await state(IDLE);
-  await state(MOVING);
-  await state(MOVING);
+const settled = (): Promise<void> => new Promise((done) => setTimeout(done, 5));
+
+test("a motion is shown beside this page's plan that it follows, also once that is over", () => {
+  const { record, own, states } = rig();
+  states(IDLE);
+  own("running");
+  states(MOVING, MOVING);
+  own("done");
+  states(IDLE);
   assert.equal(record.planned?.plan, 5);
-  assert.equal(record.driven()?.times.length, 3);
+  assert.equal(record.driven()?.times.length, 4);
 });
 
-test("a motion without a plan of its own is not compared with the plan before it", async () => {
-  const plans = [{ plan: 5, state: "running" }];
-  const { record, state } = rig(plans);
-  await state(MOVING);
-  await state(IDLE);
-  plans[0]!.state = "done";
-  await state(MOVING);
-  await state(MOVING);
+test("a motion without a plan of its own is not compared with the plan before it", () => {
+  const { record, own, states } = rig();
+  states(IDLE);
+  own("running");
+  states(MOVING);
+  own("done");
+  states(IDLE, MOVING, MOVING);
   assert.equal(record.planned, null);
   assert.notEqual(record.driven(), null);
 });
 
-test("a plan that waits is shown alone, until the robot moves without it", async () => {
-  const { record, state } = rig([{ plan: 5, state: "ready" }]);
-  await state(IDLE);
-  await state(IDLE);
-  await record.lookAtWaiting();
+test("a plan that waits is shown alone, and what was driven again once it waits no more", () => {
+  const { record, own, states } = rig();
+  states(IDLE, JOGGING, IDLE);
+  own("ready");
   assert.equal(record.planned?.plan, 5);
   assert.equal(record.driven(), null);
-  await state(JOGGING);
-  await state(JOGGING);
+  own("stale");
   assert.equal(record.planned, null);
   assert.notEqual(record.driven(), null);
 });
 
-test("another link begins with nothing: its plans have numbers of their own", async () => {
-  const { record, state } = rig([{ plan: 5, state: "running" }]);
-  await state(MOVING);
-  assert.equal(record.planned?.plan, 5);
-  await state(IDLE, 8);
+test("somebody else's plan is read only where it is asked for, and once", async () => {
+  const { record, asked, states } = rig(9);
+  states(IDLE, MOVING);
+  assert.deepEqual(asked, []);
+  await Promise.all([record.readOthers(), record.readOthers()]);
+  await record.readOthers();
+  assert.deepEqual(asked, ["plans.show", "plans.samples"]);
+  assert.equal(record.planned?.plan, 9);
+});
+
+test("where no plan runs, that is asked once for each motion", async () => {
+  const { record, asked, states } = rig();
+  states(IDLE, MOVING);
+  await record.readOthers();
+  await record.readOthers();
+  assert.deepEqual(asked, ["plans.show"]);
+  states(IDLE, MOVING);
+  await record.readOthers();
+  assert.equal(asked.length, 2);
+});
+
+test("another link of the same number begins with nothing, whatever is under way", async () => {
+  const { record, cell, own, states } = rig();
+  states(IDLE);
+  own("running");
+  states(MOVING, MOVING);
+  record.rate = 100;
+  cell.set({ hello: { ...HELLO } });
+  await settled();
   assert.equal(record.planned, null);
   assert.equal(record.driven(), null);
+  assert.equal(record.rate, 30);
+  states(MOVING, MOVING);
+  assert.equal(record.planned, null, "when it began nobody saw");
 });

@@ -10,7 +10,7 @@ import { NO_CELL } from "../src/pendant/cell.ts";
 import type { Cell } from "../src/pendant/cell.ts";
 import { NoticeKind, StateField } from "../src/protocol.ts";
 import type { HelloReply, ShapesShowReply, State } from "../src/protocol.ts";
-import { CellFrames, frameMarks } from "../src/scene/frames.ts";
+import { cellFrames, frameMarks } from "../src/scene/frames.ts";
 import type { App } from "../src/ui/app.ts";
 
 interface Case {
@@ -53,11 +53,27 @@ test("a user frame stands in its parent, and one of an unknown parent is left ou
   assert.ok(distance(marks[2]?.position ?? [0, 0, 0], [0, 0, 1.1]) < 1e-12);
 });
 
+const HELLO = { session: 7 } as HelloReply;
+
 /** A cell whose tool stands in a place along x [m]. */
 function toolAt(x: number, changes: Record<number, number> = {}): Cell {
   const state = { valid_fields: StateField.TOOL, tool_position: [x, 0, 1], tool_orientation: [0, 0, 0, 1] } as unknown as State;
-  return { ...NO_CELL, stage: "up", hello: { session: 7 } as HelloReply, state, changes };
+  return { ...NO_CELL, stage: "up", hello: HELLO, state, changes };
 }
+
+const settled = (): Promise<void> => new Promise((done) => setTimeout(done, 5));
+
+test("many frames come in parts", async () => {
+  const named = (name: string) => ({ name, parent: "base", xyz: [0, 0, 0], quat: [0, 0, 0, 1] });
+  const session = {
+    call: ({ first }: { first: number }) =>
+      Promise.resolve(first === 0 ? { content: { frames: [named("a")] }, next: 50 } : { content: { tools: [{ name: "gripper" }], frames: [named("b")] }, next: null }),
+  };
+  const frames = cellFrames({ session, choice: { set: () => undefined } } as unknown as App);
+  frames.content(toolAt(0));
+  await settled();
+  assert.deepEqual(frames.content(toolAt(0)), { tools: [{ name: "gripper" }], frames: [named("a"), named("b")] });
+});
 
 test("frames are asked for once, and again when they change; the list is another one only where they moved", async () => {
   const asked: string[] = [];
@@ -67,16 +83,19 @@ test("frames are asked for once, and again when they change; the list is another
       return Promise.resolve({ content: { frames: [{ name: "table", parent: "base", xyz: [1, 0, 0], quat: [0, 0, 0, 1] }] } });
     },
   };
-  const frames = new CellFrames({ session, attempt: (act: () => Promise<unknown>) => void act() } as unknown as App);
+  const frames = cellFrames({ session, choice: { set: () => undefined } } as unknown as App);
   const chain = { root: pose([0, 0, 0], [0, 0, 0, 1]), flange: () => pose([0, 0, 0], [0, 0, 0, 1]) } as unknown as Chain;
   assert.deepEqual(frames.all(toolAt(0.5), chain).map(({ name }) => name), ["base", "tool"]);
-  await Promise.resolve();
-  await Promise.resolve();
+  await settled();
   const marks = frames.all(toolAt(0.5), chain);
   assert.deepEqual(marks.map(({ name }) => name), ["base", "tool", "table"]);
   assert.equal(frames.all(toolAt(0.50001), chain), marks);
   assert.notEqual(frames.all(toolAt(0.6), chain), marks);
   assert.equal(asked.length, 1);
   frames.all(toolAt(0.6, { [NoticeKind.FRAMES]: 1 }), chain);
-  assert.deepEqual(asked, ["frames.show", "frames.show"]);
+  assert.equal(asked.length, 2);
+  await settled();
+  const other = { ...toolAt(0.6), hello: { ...HELLO } };
+  assert.deepEqual(frames.all(other, chain).map(({ name }) => name), ["base", "tool"], "another cell has its own");
+  assert.equal(asked.length, 3);
 });

@@ -227,7 +227,7 @@ test("the slider's joints are the samples, and between two on the line", () => {
 });
 
 const told = (sequence: number, activity: number): Parameters<DrivenMotion["take"]>[0] => ({
-  sequence, activity: activity as 0, time_s: 100, time_ns: sequence * 1e7, age: 0, valid_fields: 6,
+  sequence, activity: activity as 0, override: 1, time_s: 100, time_ns: sequence * 1e7, age: 0, valid_fields: 6,
   positions: [sequence, 0], velocities: [0, 0],
 });
 
@@ -240,6 +240,28 @@ test("a motion begins at 0, where it first moved", () => {
   close(times[0], -0.02);
 });
 
+test("a motion that was under way before the first state began at a time that nobody saw", () => {
+  const motion = new DrivenMotion(1);
+  assert.deepEqual([2, 2, 0, 2].map((each, i) => motion.take(told(i + 1, each), 1, PERIOD)), [false, false, false, true]);
+});
+
+const PACES: [string, boolean, { activity: number; override?: number }[]][] = [
+  ["as planned", true, [{ activity: 2 }, { activity: 2 }]],
+  ["slower", false, [{ activity: 2 }, { activity: 2, override: 0.5 }]],
+  ["with a pause", false, [{ activity: 2 }, { activity: 5 }, { activity: 2 }]],
+  ["to a stop", false, [{ activity: 2 }, { activity: 3 }]],
+];
+for (const [name, isAtPace, states] of PACES) {
+  test(`a motion ${name} ${isAtPace ? "has" : "has not"} the times of its plan, and the next one may have them`, () => {
+    const motion = new DrivenMotion(1);
+    const all = [{ activity: 0 }, ...states, { activity: 0 }];
+    all.forEach((each, i) => motion.take({ ...told(i + 1, each.activity), ...each } as ReturnType<typeof told>, 1, PERIOD));
+    assert.equal(motion.isAtPace, isAtPace);
+    motion.take(told(all.length + 1, 2), 1, PERIOD);
+    assert.equal(motion.isAtPace, true);
+  });
+}
+
 test("a jog is a motion, and its ramp is the end of it", () => {
   const motion = new DrivenMotion(1);
   const began = [0, 4, 4, 3, 4, 0, 4].map((each, i) => motion.take(told(i + 1, each), 1, PERIOD));
@@ -248,17 +270,18 @@ test("a jog is a motion, and its ramp is the end of it", () => {
 
 test("a value is put where it was reported, and one report is one value", () => {
   const motion = new DrivenMotion(1);
+  motion.take(told(0, 0), 1, PERIOD);
   for (const [sequence, age] of [[1, 0], [2, 0.004], [3, 0.014], [4, 0]] as const) {
     motion.take({ ...told(sequence, 2), age }, 1, PERIOD);
   }
   const { times } = motion.samples();
-  [0, 0.006, 0.03].forEach((wanted, i) => close(times[i], wanted));
-  assert.equal(times.length, 3);
+  [-0.01, 0, 0.006, 0.03].forEach((wanted, i) => close(times[i], wanted));
+  assert.equal(times.length, 4);
 });
 
 test("a motion that ended is shown a little beyond, and standing no longer", () => {
   const motion = new DrivenMotion(1);
-  for (let i = 1; i <= 500; i++) motion.take(told(i, i < 101 ? 2 : 0), 1, PERIOD);
+  for (let i = 1; i <= 500; i++) motion.take(told(i, i > 1 && i < 102 ? 2 : 0), 1, PERIOD);
   close(motion.samples().times.at(-1), 1.5, 0.011);
 });
 

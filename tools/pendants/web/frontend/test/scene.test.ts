@@ -70,13 +70,13 @@ test("a tool grasps at its own point, the bare flange at its centre with 10 mm",
   assert.deepEqual(graspOf(tools, null, pose([1, 0, 0], [0, 0, 0, 1])), { point: [1, 0, 0], reach: 0.01 });
 });
 
-test("objects of a scene differ in colour while colours last, and keep theirs as others are added", () => {
+test("an object has another colour than the seven before it, and keeps it as others are added", () => {
   const named = (...names: string[]) =>
     readScene({ objects: names.map((name) => ({ name, shape: { type: "sphere", radius: 0.1 } })) }, 1).entries.map(({ colour }) => colour);
   const names = ["bin", "table", "pillar", "part", "fence", "camera", "lamp", "door", "shelf"];
   const colours = named(...names);
   assert.equal(new Set(colours.slice(0, 8)).size, 8);
-  assert.equal(colours.length, 9);
+  assert.ok(!colours.slice(1, 8).includes(colours[8] ?? ""));
   assert.deepEqual(named(...names.slice(0, 5)), colours.slice(0, 5));
 });
 

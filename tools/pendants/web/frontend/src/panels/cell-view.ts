@@ -3,7 +3,7 @@ import { isStale } from "../wire/session.ts";
 import { isInControl, measuredJoints, OVERDUE } from "../pendant/cell.ts";
 import type { Cell } from "../pendant/cell.ts";
 import { jointRows, toolRows, toolValues } from "../pendant/axes.ts";
-import { CellFrames } from "../scene/frames.ts";
+import { cellFrames } from "../scene/frames.ts";
 import { sceneModel } from "../scene/model.ts";
 import { fixed } from "../texts/texts.ts";
 import type { App, Part } from "../ui/app.ts";
@@ -129,7 +129,6 @@ export function cellView(app: App, over: HTMLElement): CellView {
   };
 }
 
-
 function drivenJoints(app: App, cell: Cell): number[] {
   if (app.holding.aim.space === "joints" && app.holding.held.length > 0) {
     return app.holding.held.map((each) => each.axis);
@@ -152,18 +151,16 @@ function heldText(app: App, cell: Cell): string {
 /** The cell's own frames, beside those that a task shows. */
 class ShownFrames {
   readonly #app: App;
-  readonly #own: CellFrames;
   #joined: Record<"own" | "others" | "marks", readonly FrameMark[]> = { own: [], others: [], marks: [] };
 
   constructor(app: App) {
     this.#app = app;
-    this.#own = new CellFrames(app);
   }
 
   beside(others: readonly FrameMark[], cell: Cell): readonly FrameMark[] {
     const chain = sceneModel(this.#app).chain(cell.robot);
     if (chain === null) return others;
-    const own = this.#own.all(cell, chain);
+    const own = cellFrames(this.#app).all(cell, chain);
     if (own !== this.#joined.own || others !== this.#joined.others) {
       const names = new Set(others.map(({ name }) => name));
       this.#joined = { own, others, marks: [...own.filter(({ name }) => !names.has(name)), ...others] };

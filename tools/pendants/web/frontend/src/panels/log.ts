@@ -25,7 +25,7 @@ class LogTask implements TaskPart {
   readonly element: HTMLElement;
   readonly #app: App;
   readonly #list: HTMLElement;
-  readonly #none = h("p", { class: "muted" });
+  readonly #none = h("p", { class: "muted", role: "status" });
   readonly #choices: HTMLButtonElement[];
   readonly #rows = new Map<number, HTMLElement>();
   #isShown = false;
@@ -37,7 +37,7 @@ class LogTask implements TaskPart {
     this.#choices = [words.all, words.troubles].map((word, index) =>
       h("button", { type: "button", onclick: () => this.#sift(index === 1) }, word),
     );
-    this.#list = h("ol", { class: "log-lines", "aria-label": words.list, tabindex: 0 });
+    this.#list = h("ol", { class: "log-lines", role: "list", "aria-label": words.list, tabindex: 0 });
     this.element = h(
       "section",
       { class: "log", "aria-label": log },
@@ -81,7 +81,8 @@ class LogTask implements TaskPart {
 
   #prepend(line: LogLine): void {
     const time = h("time", { datetime: new Date(line.at).toISOString() }, clock(line.at, this.#app.settings.value.language));
-    const row = h("li", { "data-kind": line.kind }, icon(ICONS[line.kind]), time, h("span", {}, line.text));
+    const kind = h("span", { class: "sr-only" }, this.#app.texts.logWords.kindWords[line.kind]);
+    const row = h("li", { "data-kind": line.kind }, icon(ICONS[line.kind]), time, kind, h("span", {}, line.text));
     this.#rows.set(line.number, row);
     this.#list.prepend(row);
   }
@@ -94,6 +95,9 @@ class LogTask implements TaskPart {
   }
 }
 
+/** A tab may be open for days: an older line has its date. */
 function clock(at: number, language: string): string {
-  return new Date(at).toLocaleTimeString(language);
+  const when = new Date(at);
+  const isToday = when.toDateString() === new Date().toDateString();
+  return isToday ? when.toLocaleTimeString(language) : when.toLocaleString(language, { dateStyle: "short", timeStyle: "medium" });
 }

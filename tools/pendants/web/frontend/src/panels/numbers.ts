@@ -7,7 +7,8 @@ import { measuredJoints } from "../pendant/cell.ts";
 import type { Cell } from "../pendant/cell.ts";
 import { NoticeKind } from "../protocol.ts";
 import type { KinematicsFkReply, KinematicsJacobianReply } from "../protocol.ts";
-import { CellFrames } from "../scene/frames.ts";
+import { cellFrames } from "../scene/frames.ts";
+import type { CellFrames } from "../scene/frames.ts";
 import { sceneModel } from "../scene/model.ts";
 import type { NumberTexts } from "../texts/numbers.ts";
 import { fixed } from "../texts/texts.ts";
@@ -52,7 +53,7 @@ class NumbersTask implements TaskPart {
 
   constructor(app: App) {
     this.#app = app;
-    this.#frames = new CellFrames(app);
+    this.#frames = cellFrames(app);
     const words = (this.#words = app.texts.numberWords);
     this.#frame = h("select", { "aria-label": words.frame });
     this.#link = h("select", { "aria-label": words.link });
@@ -203,7 +204,8 @@ class NumbersTask implements TaskPart {
   #picture(cell: Cell): void {
     const chain = sceneModel(this.#app).chain(cell.robot);
     const joints = measuredJoints(cell);
-    const key = `${String(this.#shows.checked)} ${this.#frames.version} ${this.#table?.rows.length ?? 0} ${joints?.map((each) => each.toFixed(4)).join() ?? ""}`;
+    this.#frames.content(cell); // asked for anew where it changed, also of a robot that stands
+    const key = `${String(this.#shows.checked)} ${cell.robot?.robot ?? ""} ${this.#frames.version} ${this.#table?.rows.length ?? 0} ${joints?.map((each) => each.toFixed(4)).join() ?? ""}`;
     if (key !== this.#marks.key) this.#marks = { key, marks: this.#shows.checked && chain !== null ? this.#marksAt(cell, chain, joints) : [] };
     this.#app.overlay({ frames: this.#marks.marks });
   }

@@ -250,8 +250,6 @@ class PlanTask implements TaskPart {
   }
 }
 
-
-
 /** The verdict in one line, then what it is made of. */
 function verdict(app: App, words: PlanTexts, model: PlanModel): Part {
   const sign = h("span", { class: "sign" });

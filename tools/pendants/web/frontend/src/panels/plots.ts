@@ -9,18 +9,17 @@ import {
   type PlotJoint,
 } from "../plots/findings.ts";
 import type { PlannedMotion } from "../plots/plan_samples.ts";
-import { motionRecord } from "../plots/motion_record.ts";
+import { motionRecord, USUAL_RATE } from "../plots/motion_record.ts";
 import type { MotionRecord } from "../plots/motion_record.ts";
 import { planModel } from "../planning/model.ts";
 import { jointColour, Plots, valuesAt } from "../plots/plots.ts";
 import { QUANTITIES, type Quantity, type Samples } from "../plots/series.ts";
 import type { PlotTexts } from "../texts/plots.ts";
 import type { App, TaskPart } from "../ui/app.ts";
-import { attribute, download, h, mark, say, show } from "../ui/elements.ts";
+import { attribute, choose, download, h, mark, say, show } from "../ui/elements.ts";
 
-/** States a second while the plots are seen, and else [Hz]. */
+/** States a second while the plots are seen [Hz]. */
 const RATE_SHOWN = 100;
-const RATE = 30;
 /** Between two pictures of what is being driven [ms]. */
 const EVERY = 100;
 /** A share of a limit that is near it. */
@@ -51,7 +50,7 @@ class PlotsTask implements TaskPart {
   readonly #body = h("tbody", {});
   readonly #shares = h("div", { class: "shares" });
   readonly #against = h("dl", {});
-  readonly #notDriven: HTMLElement;
+  readonly #notCompared = h("p", { class: "muted" });
   readonly #how = h("p", { class: "remark" });
   #joints: PlotJoint[] = [];
   #told: Cell["snapshot"] = null;
@@ -89,7 +88,6 @@ class PlotsTask implements TaskPart {
       ),
       host,
     );
-    this.#notDriven = h("p", { class: "muted" }, words.notDriven);
     this.element = this.#panel(button(words.saveCsv, () => this.#save()), button(words.savePicture, () => this.#savePicture()));
     this.#plots = new Plots(host, {
       words: { quantities: words, number: (value, digits) => this.#number(value, digits) },
@@ -109,6 +107,7 @@ class PlotsTask implements TaskPart {
     const now = this.#app.now();
     if (!this.#isShown || this.#isHeld || now < this.#dueAt) return;
     this.#dueAt = now + EVERY;
+    void this.#record.readOthers();
     this.#draw();
   }
 
@@ -118,20 +117,19 @@ class PlotsTask implements TaskPart {
     this.#subscribe();
     if (!isShown) return;
     this.#learn(this.#app.cell.value);
-    void this.#record.lookAtWaiting();
     this.#draw();
   }
 
   get #rate(): number {
-    const most = this.#app.cell.value.hello?.max_state_rate ?? RATE;
-    return Math.min(most, this.#isShown ? RATE_SHOWN : RATE);
+    const most = this.#app.cell.value.hello?.max_state_rate ?? USUAL_RATE;
+    return Math.min(most, this.#isShown ? RATE_SHOWN : USUAL_RATE);
   }
 
   #subscribe(): void {
     const { hello } = this.#app.cell.value;
     this.#greeted = hello;
-    if (hello === null) return;
     this.#record.rate = this.#rate;
+    if (hello === null) return;
     this.#app.attempt(() => this.#app.session.ask({ type: "subscribe", state_rate: this.#rate }));
   }
 
@@ -140,7 +138,7 @@ class PlotsTask implements TaskPart {
     const row = h("tr", {}, h("th", { scope: "col" }, words.joint), ...this.#heads);
     const table = h("table", { class: "values" }, h("thead", {}, row), this.#body);
     const close = h("section", {}, h("h3", {}, words.howClose), this.#shares);
-    const against = h("section", {}, h("h3", {}, words.against), this.#notDriven, this.#against);
+    const against = h("section", {}, h("h3", {}, words.against), this.#notCompared, this.#against);
     const parts = [this.#title, table, close, against, this.#how, h("div", { class: "acts" }, ...acts)];
     return h("section", { class: "plots-panel", "aria-label": this.#app.texts.plots }, ...parts);
   }
@@ -207,13 +205,8 @@ class PlotsTask implements TaskPart {
       chosen: this.#chosen,
       unit: this.#app.settings.value.areRadians ? "rad" : "deg",
     });
-    for (const [button, isOn] of [
-      [this.#one, this.#chosen !== null],
-      [this.#all, this.#chosen === null],
-    ] as const) {
-      mark(button, "chosen", isOn);
-      attribute(button, "aria-pressed", String(isOn));
-    }
+    choose(this.#one, this.#chosen !== null);
+    choose(this.#all, this.#chosen === null);
     this.#tellPlan();
     this.#tellValues();
     this.#tellShares();
@@ -228,11 +221,10 @@ class PlotsTask implements TaskPart {
   }
 
   #tellPlan(): void {
-    const { planned } = this.#seen;
-    const { problem } = this.#record;
+    const { planned, driven } = this.#seen;
     const seconds = this.#number(planned?.samples.times.at(-1) ?? 0, 2);
-    say(this.#about, planned === null ? problem || this.#words.noPlan : this.#words.planOf(planned.plan, seconds));
-    say(this.#how, this.#words.howMade(this.#number(1000 / this.#rate, 0)));
+    say(this.#about, planned === null ? this.#words.noPlan : this.#words.planOf(planned.plan, seconds));
+    say(this.#how, this.#words.howMade(this.#number(1000 * (driven === null ? 1 / this.#rate : this.#record.period), 0)));
   }
 
   /** What the table and the bars are about: the plan, else what was driven. */
@@ -308,8 +300,8 @@ class PlotsTask implements TaskPart {
     const { driven } = this.#seen;
     const planned = this.#seen.planned?.samples ?? null;
     const both = planned !== null && driven !== null;
-    const largest = both ? largestDifference(planned, driven) : null;
-    show(this.#notDriven, planned !== null && driven === null);
+    const largest = both && this.#record.isAtPace ? largestDifference(planned, driven) : null;
+    say(this.#notCompared, this.#record.isWaiting ? this.#words.notDriven : both && !this.#record.isAtPace ? this.#words.notAtPace : "");
     show(this.#against, largest !== null);
     if (!both || largest === null) return;
     const joint = this.#joints[largest.joint];
@@ -348,7 +340,11 @@ class PlotsTask implements TaskPart {
 
   #savePicture(): void {
     const ground = getComputedStyle(this.stage).backgroundColor;
-    this.#plots.picture(ground).toBlob((png) => png !== null && download(`${this.#fileName}.png`, png));
+    const { planned, driven, limit } = this.#words;
+    const joint = this.#chosen === null ? this.#words.allJoints : (this.#joints[this.#chosen]?.name ?? "");
+    const lines = `${planned} ——  ${driven} ···  ${limit} – –`;
+    const caption = [this.#fileName, joint, this.#about.textContent, lines].join("  ·  ");
+    this.#plots.picture(ground, caption).toBlob((png) => png !== null && download(`${this.#fileName}.png`, png));
   }
 
   get #fileName(): string {

@@ -4,6 +4,7 @@ import { ofRpy, pose as poseOf, rollPitchYaw, vector3 } from "../kinematics/pose
 import type { Pose, Vector3 } from "../kinematics/pose.ts";
 import { isInControl, measuredJoints, toolPose } from "../pendant/cell.ts";
 import type { Cell } from "../pendant/cell.ts";
+import { cellFrames } from "../scene/frames.ts";
 import { sceneModel } from "../scene/model.ts";
 import type { SceneModel } from "../scene/model.ts";
 import { distanceTo, drawn, freeName, graspOf, inBase, isSame, isWall, KINDS, MEASURES, newEntry, ownPose, resized, snapped } from "../scene/objects.ts";
@@ -306,7 +307,6 @@ class ObjectEditor {
   #sizeBoxes: HTMLInputElement[] = [];
   #entry: Entry | null = null;
   #isSure = false;
-  #frames: Record<string, unknown> = {};
   #touchKey = "";
   #grippedBy: { name: string; distance: number } | null = null;
 
@@ -347,7 +347,6 @@ class ObjectEditor {
     say(this.#remove, this.#words.remove);
     if (entry === null) return;
     this.fill(entry);
-    this.#learnGrasp();
   }
 
   fill(entry: Entry): void {
@@ -444,13 +443,6 @@ class ObjectEditor {
     );
   }
 
-  /** Where the tool grasps is asked once an object is chosen. */
-  #learnGrasp(): void {
-    this.#events.act(async () => {
-      this.#frames = (await this.#app.session.call<"frames.show">({ op: "frames.show" })).content;
-    });
-  }
-
   #tellGrasp(cell: Cell, saved: Entry, draft: Entry | null): void {
     const words = this.#words;
     if (saved.link !== null) {
@@ -477,7 +469,7 @@ class ObjectEditor {
 
   #grasp(cell: Cell): Grasp | null {
     const at = toolPose(cell);
-    return at === null ? null : graspOf(this.#frames, cell.snapshot?.tool ?? null, at);
+    return at === null ? null : graspOf(cellFrames(this.#app).content(cell), cell.snapshot?.tool ?? null, at);
   }
 
   #holdOrLeave(): void {

@@ -140,8 +140,9 @@ export function isReal(cell: Cell): boolean {
 
 /** Where the joints were measured [rad, m for a linear axis]; null where that is not known. */
 export function measuredJoints({ state, hello, snapshot }: Cell): number[] | null {
-  if (state === null || (state.valid_fields & StateField.POSITION) === 0) return null;
-  return state.positions.slice(0, hello?.dof ?? snapshot?.joints.length ?? 0);
+  const count = hello?.dof ?? snapshot?.joints.length;
+  if (state === null || count === undefined || (state.valid_fields & StateField.POSITION) === 0) return null;
+  return state.positions.slice(0, count);
 }
 
 /** The tool's place in base; null where it is not known. */

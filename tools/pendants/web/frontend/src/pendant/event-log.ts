@@ -5,11 +5,12 @@ import {
   EnablingPosition,
   JogEnd,
   LinkState,
+  NoticeKind,
   ProgramState,
   StopKind,
   TriState,
 } from "../protocol.ts";
-import type { AuthorityChanged, DocumentChanged, JogEnded, Message, State, StopChanged } from "../protocol.ts";
+import type { AuthorityChanged, DocumentChanged, JogEnded, Message, ProgramReport, State, StopChanged } from "../protocol.ts";
 import { fixed, modeWord } from "../texts/texts.ts";
 import type { Texts } from "../texts/texts.ts";
 import type { Cell } from "./cell.ts";
@@ -27,6 +28,16 @@ export interface LogLine {
   text: string;
 }
 
+type Told = readonly [LogKind, string];
+
+/** What a controller may not know of itself. */
+const REPORTED = ["e_stopped", "in_error", "drives_powered"] as const;
+type Reported = Record<(typeof REPORTED)[number], number>;
+
+const NAMED: readonly number[] = [NoticeKind.PROGRAM, NoticeKind.RECORDING, NoticeKind.EXERCISE];
+/** Signals change many times a second; `EVERYTHING` says that notices were left out. */
+const NOT_TOLD: readonly number[] = [NoticeKind.EVERYTHING, NoticeKind.SIGNALS];
+
 export class EventLog {
   /** Lines that are kept. */
   readonly most: number;
@@ -34,8 +45,12 @@ export class EventLog {
   #count = 0;
   #clock: () => number;
   #state: State | null = null;
-  /** That of the motion that is under way; time of the server's clock [s]. */
-  #began = { at: 0, isJog: false };
+  /** What the controller reported last of what it may not know. */
+  #reported: Partial<Reported> = {};
+  /** How the motion began that is under way; time of the server's clock [s]. */
+  #began = { at: 0, isJog: false, isOfProgram: false };
+  #program: ProgramReport | null = null;
+  #holder = "";
 
   constructor(clock: () => number, most = 500) {
     this.#clock = clock;
@@ -52,14 +67,14 @@ export class EventLog {
     this.#lines = [...this.#lines, { number: this.#count, at: this.#clock(), kind, text }].slice(-this.most);
   }
 
-  /** Take what a message tells; `cell` is what was known before and with it. */
+  /** Take what a message tells; `cell` is what is known with it. */
   hear(message: Message, cell: Cell, texts: Texts): void {
     switch (message.type) {
       case "state":
         this.#hearState(message, texts);
         break;
       case "authority_changed":
-        this.add("event", authorityText(message, cell, texts));
+        this.add("event", this.#authorityText(message, cell, texts));
         break;
       case "authority_wanted":
         this.add("event", texts.wanted(message.client));
@@ -67,11 +82,14 @@ export class EventLog {
       case "stop_changed":
         this.add(message.stop === StopKind.NONE ? "event" : "stop", stopText(message, texts));
         break;
+      case "program_report":
+        this.#hearProgram(message, texts);
+        break;
       case "jog_ended":
         this.#hearJogEnd(message, texts);
         break;
       case "document_changed":
-        this.add("event", documentText(message, texts));
+        if (!NOT_TOLD.includes(message.kind)) this.add("event", documentText(message, texts));
         break;
     }
   }
@@ -82,36 +100,80 @@ export class EventLog {
     const words = texts.logWords;
     if (after.stage === "up") this.add("event", words.connected(after.hello?.cell ?? "", after.hello?.robot ?? ""));
     if (before.stage !== "up") return;
-    this.#state = null; // what changes without a link is no event that was seen
+    // What changes without a link is no event that was seen.
+    this.#state = this.#program = null;
+    this.#reported = {};
     const isLost = after.stage === "lost" || after.stage === "ended";
     this.add(isLost ? "fault" : "event", isLost ? words.lost(after.linkText) : words.left);
   }
 
   #hearJogEnd({ reason, stop_time, tool_distance }: JogEnded, texts: Texts): void {
-    const why = texts.logWords.pressEnds[reason];
-    if (why !== undefined) this.add(reason === JogEnd.STOPPED ? "stop" : "remark", texts.logWords.pressEnded(why, fixed(stop_time, 2), fixed(tool_distance * 1000, 1)));
+    const how = texts.logWords.jogEnds[reason];
+    if (how === undefined) return;
+    this.add(reason === JogEnd.STOPPED ? "stop" : "remark", how(fixed(stop_time, 2), fixed(tool_distance * 1000, 1)));
+  }
+
+  /** Tell where a program began, stands or ended; through its lines it only runs. */
+  #hearProgram(report: ProgramReport, texts: Texts): void {
+    const before = this.#program?.state ?? ProgramState.NONE;
+    const isNewPlace = report.line !== this.#program?.line && report.state !== ProgramState.RUNNING;
+    this.#program = report;
+    if (report.state === before && !isNewPlace) return;
+    const { program, line, state, text } = report;
+    const words = texts.logWords;
+    const told: Readonly<Record<number, string>> = {
+      [ProgramState.NONE]: words.programEnded(program),
+      [ProgramState.RUNNING]: before === ProgramState.NONE ? words.programBegan(program) : words.programGoesOn(program, line),
+      [ProgramState.PAUSED]: words.programPaused(program, line),
+      [ProgramState.AT_BREAKPOINT]: words.atBreakpoint(program, line),
+      [ProgramState.STEPPED]: words.programStepped(program, line),
+    };
+    this.add("motion", `${told[state] ?? ""} ${text}`.trim());
   }
 
   #hearState(state: State, texts: Texts): void {
     const old = this.#state;
     this.#state = state;
-    if (old === null) return;
-    for (const [kind, text] of changesOf(old, state, texts)) this.add(kind, text);
-    this.#hearMotion(old, state, texts);
+    const told = old === null ? [] : changesOf(old, state, texts);
+    for (const [kind, text] of [...told, ...this.#reports(state, texts)]) this.add(kind, text);
+    if (old !== null) this.#hearMotion(old, state, texts);
+  }
+
+  /** Return what the controller reports anew of itself: that it knows nothing is no end of a stop. */
+  #reports(state: State, texts: Texts): Told[] {
+    const told: Told[] = [];
+    for (const what of REPORTED) {
+      const [before, now] = [this.#reported[what], state[what]];
+      if (now === TriState.UNKNOWN) continue;
+      this.#reported[what] = now;
+      if (before !== undefined && before !== now) told.push(reportText(what, state, texts));
+    }
+    return told;
   }
 
   /** One line for each motion, once the robot stands; those of a program are told by its lines. */
   #hearMotion(old: State, state: State, texts: Texts): void {
     const now = secondsOf(state);
-    if (isUnderWay(state) && !isUnderWay(old)) this.#began = { at: now, isJog: state.activity === Activity.JOGGING };
-    if (isUnderWay(state) || !isUnderWay(old) || isInProgram(old)) return;
-    const { at, isJog } = this.#began;
+    if (isUnderWay(state) && !isUnderWay(old)) {
+      const isOfProgram = state.program_state !== ProgramState.NONE;
+      this.#began = { at: now, isJog: state.activity === Activity.JOGGING, isOfProgram };
+    }
+    const { at, isJog, isOfProgram } = this.#began;
+    if (isUnderWay(state) || !isUnderWay(old) || isOfProgram) return;
     const { jogged, moved } = texts.logWords;
     this.add("motion", (isJog ? jogged : moved)(fixed(now - at, 1)));
   }
-}
 
-type Told = readonly [LogKind, string];
+  #authorityText({ holder, reason, client }: AuthorityChanged, cell: Cell, texts: Texts): string {
+    const words = texts.logWords;
+    const how = words.reasons[reason] ?? "";
+    const before = this.#holder;
+    this.#holder = client;
+    if (holder === 0) return words.controlFree(before, how);
+    const who = holder === cell.hello?.session ? words.controlYours : words.controlOf(client || texts.notKnown);
+    return reason === AuthorityReason.GRANTED ? `${who}.` : `${who}: ${how}.`;
+  }
+}
 
 function changesOf(old: State, state: State, texts: Texts): Told[] {
   const words = texts.logWords;
@@ -120,13 +182,9 @@ function changesOf(old: State, state: State, texts: Texts): Told[] {
     if (old[name] !== state[name]) told.push(line);
   };
   when("link", ...linkText(state, texts));
-  when("e_stopped", ...emergencyText(state, texts));
-  when("in_error", ...errorText(state, texts));
-  when("drives_powered", "event", state.drives_powered === TriState.TRUE ? words.drivesOn : words.drivesOff);
   when("operating_mode", "event", words.mode(modeWord(texts, state.operating_mode)));
   when("override", "event", words.speed(Math.round(state.override * 100)));
   if (state.enabling === EnablingPosition.PANIC) when("enabling", "stop", words.pressedThrough);
-  if (old.program_state !== state.program_state || isNewStop(old, state)) told.push(programText(old, state, texts));
   return told;
 }
 
@@ -135,60 +193,29 @@ function linkText(state: State, texts: Texts): Told {
   return ["fault", state.link === LinkState.DOWN ? texts.faultController : texts.faultStale];
 }
 
-function emergencyText(state: State, texts: Texts): Told {
-  if (state.e_stopped === TriState.TRUE) return ["stop", texts.stoppedController];
-  return ["event", texts.logWords.emergencyClear];
-}
-
-function errorText(state: State, texts: Texts): Told {
-  if (state.in_error === TriState.TRUE) return ["fault", texts.faultError(state.error_code)];
-  return ["event", texts.logWords.errorClear];
-}
-
-/** Whether a program that stands came to stand in another line, as it does step by step. */
-function isNewStop(old: State, state: State): boolean {
-  const standing: number[] = [ProgramState.PAUSED, ProgramState.AT_BREAKPOINT, ProgramState.STEPPED];
-  return standing.includes(state.program_state) && old.program_line !== state.program_line;
-}
-
-function programText(old: State, state: State, texts: Texts): Told {
+function reportText(what: keyof Reported, state: State, texts: Texts): Told {
   const words = texts.logWords;
-  const { program_line: line, program_state: now } = state;
-  if (now === ProgramState.NONE) return ["motion", words.programEnded];
-  if (now === ProgramState.PAUSED) return ["motion", words.programPaused(line)];
-  if (now === ProgramState.AT_BREAKPOINT) return ["motion", words.atBreakpoint(line)];
-  if (now === ProgramState.STEPPED) return ["motion", words.programStepped(line)];
-  return ["motion", old.program_state === ProgramState.NONE ? words.programBegan : words.programGoesOn(line)];
-}
-
-function authorityText({ holder, reason, client }: AuthorityChanged, cell: Cell, texts: Texts): string {
-  const words = texts.logWords;
-  const how = words.reasons[reason] ?? "";
-  if (holder === 0) return words.controlFree(how);
-  const isGranted = reason === AuthorityReason.GRANTED;
-  const who = holder === cell.hello?.session ? words.controlYours : words.controlOf(client || texts.notKnown);
-  return isGranted ? `${who}.` : `${who}: ${how}.`;
+  const isTrue = state[what] === TriState.TRUE;
+  if (what === "drives_powered") return ["event", isTrue ? words.drivesOn : words.drivesOff];
+  if (what === "in_error") return isTrue ? ["fault", texts.faultError(state.error_code)] : ["event", words.errorClear];
+  return isTrue ? ["stop", texts.stoppedController] : ["event", words.emergencyClear];
 }
 
 function stopText({ stop, client, reason }: StopChanged, texts: Texts): string {
   if (stop === StopKind.PROTECTIVE) return texts.stoppedServer(reason);
-  const who = client || texts.notKnown;
-  return stop === StopKind.NONE ? texts.logWords.stopReset(who) : texts.logWords.stopped(who, reason);
+  return stop === StopKind.NONE ? texts.logWords.stopReset(client) : texts.logWords.stopped(client, reason);
 }
 
 function documentText({ kind, what, name, from_name, client }: DocumentChanged, texts: Texts): string {
   const words = texts.logWords;
-  const document = `${words.documents[kind] ?? words.documents[0]}${name === "" ? "" : ` “${name}”`}`;
-  const from = from_name === "" ? "" : ` (${words.before} “${from_name}”)`;
-  return `${document} ${words.changes[what] ?? words.changes[2]}${from}${client === "" ? "" : ` · ${client}`}`;
+  const document = words.document(words.documents[kind] ?? "", NAMED.includes(kind) ? name : "");
+  const renamed = from_name === "" ? "" : ` (${words.formerly(from_name)})`;
+  return `${document}: ${words.changes[what] ?? ""}${renamed}${client === "" ? "" : ` · ${client}`}`;
 }
 
+/** Whether a motion is not yet at its end: paused it goes on, or ends without another step. */
 function isUnderWay({ activity }: State): boolean {
-  return activity === Activity.JOGGING || activity === Activity.MOVING || activity === Activity.STOPPING;
-}
-
-function isInProgram({ program_state }: State): boolean {
-  return program_state !== ProgramState.NONE;
+  return activity !== Activity.IDLE && activity !== Activity.PLANNING;
 }
 
 function secondsOf({ time_s, time_ns }: State): number {

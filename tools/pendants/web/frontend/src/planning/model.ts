@@ -6,8 +6,10 @@ import type { PlannedMotion } from "../plots/plan_samples.ts";
 import { measuredJoints } from "../pendant/cell.ts";
 import { Observable } from "../pendant/observable.ts";
 import type { Message, PlanChanged, PlansMakeRequest } from "../protocol.ts";
+import { refusalSentence } from "../texts/texts.ts";
 import type { App } from "../ui/app.ts";
 import { LinkLost, Refused } from "../wire/errors.ts";
+import type { Refusal } from "../wire/errors.ts";
 import { begun, changed, explained, linkLost, made, NO_PREVIEW, refused } from "./preview.ts";
 import type { Preview } from "./preview.ts";
 
@@ -80,9 +82,15 @@ export class PlanModel extends Observable<Shown> {
       this.set({ preview: made(plan, this.#app.now()) });
       await Promise.all([this.#read(plan.plan), this.#lookRound()]);
     } catch (error) {
-      if (error instanceof Refused) this.set({ preview: refused(error.refusal) });
+      if (error instanceof Refused) this.#refused(error.refusal);
       else if (!(error instanceof LinkLost)) throw error;
     }
+  }
+
+  #refused(refusal: Refusal): void {
+    const { log, settings } = this.#app;
+    log.add("refusal", refusalSentence(refusal, settings.value.language, this.#app.jointNames()));
+    this.set({ preview: refused(refusal) });
   }
 
   /** Execute the samples that were shown. */

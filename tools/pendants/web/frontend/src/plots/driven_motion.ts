@@ -7,12 +7,14 @@ const BEFORE = 0.2;
 /** What is seen after it ended: the controller comes to rest behind its plan [s]. */
 const AFTER = 0.5;
 const LAST = 10;
+/** Samples that are kept: six minutes of 100 states a second. */
+const MOST = 36_000;
 /** States whose reports are nearer than this share of a period tell of the same one. */
 const SAME = 0.25;
 
 type Told = Pick<
   State,
-  "sequence" | "time_s" | "time_ns" | "age" | "activity" | "valid_fields" | "positions" | "velocities"
+  "sequence" | "time_s" | "time_ns" | "age" | "activity" | "override" | "valid_fields" | "positions" | "velocities"
 >;
 
 export class DrivenMotion {
@@ -20,20 +22,23 @@ export class DrivenMotion {
   #joints: number;
   #sequence = -1;
   #time = Number.NEGATIVE_INFINITY;
-  #wasMoving = false;
+  /** Null before the first state: a motion that is under way by then began at a time that nobody saw. */
+  #wasMoving: boolean | null = null;
+  /** Whether nothing made the last motion slower than it was planned. */
+  #isAtPace = true;
   #start: number | null = null;
   #end = Number.POSITIVE_INFINITY;
 
   constructor(joints: number) {
     this.#joints = joints;
-    this.#series = new DrivenSeries(joints);
+    this.#series = new DrivenSeries(joints, MOST);
   }
 
   /** Take a state; true where a motion or a jog began with it. */
   take(state: Told, joints: number, period: number): boolean {
     if (joints !== this.#joints) {
       this.#joints = joints;
-      this.#series = new DrivenSeries(joints);
+      this.#series = new DrivenSeries(joints, MOST);
     }
     const needed = StateField.POSITION | StateField.VELOCITY;
     if (state.sequence === this.#sequence || (state.valid_fields & needed) !== needed) return false;
@@ -46,13 +51,23 @@ export class DrivenMotion {
       this.#series.add(state.sequence, time, period, state.positions, state.velocities);
     }
     const isMoving = state.activity === Activity.MOVING || state.activity === Activity.JOGGING;
-    const began = isMoving && !this.#wasMoving;
+    const began = isMoving && this.#wasMoving === false;
     // A motion goes on through a pause and to its end in a ramp.
-    const isUnderWay = isMoving || (this.#wasMoving && isUndecided(state.activity));
-    if (began) [this.#start, this.#end] = [time, Number.POSITIVE_INFINITY];
-    else if (this.#wasMoving && !isUnderWay) this.#end = time;
+    const isUnderWay = isMoving || (this.#wasMoving === true && isUndecided(state.activity));
+    if (began) [this.#start, this.#end, this.#isAtPace] = [time, Number.POSITIVE_INFINITY, true];
+    else if (this.#wasMoving === true && !isUnderWay) this.#end = time;
+    if (isUnderWay && (state.override !== 1 || !isMoving)) this.#isAtPace = false;
     this.#wasMoving = isUnderWay;
     return began;
+  }
+
+  get isUnderWay(): boolean {
+    return this.#wasMoving === true;
+  }
+
+  /** Whether the last motion ran without a pause, a stop and a speed below that of its plan. */
+  get isAtPace(): boolean {
+    return this.#isAtPace;
   }
 
   /** Return the last motion with its beginning at 0; the last seconds where there was none. */
@@ -69,7 +84,7 @@ export class DrivenMotion {
     this.#series.clear();
     this.#time = Number.NEGATIVE_INFINITY;
     this.#start = null;
-    this.#wasMoving = false;
+    this.#wasMoving = null;
   }
 }
 

@@ -46,6 +46,8 @@ const NEAREST_VIEW = 0.02; // s
 const DEGREES = 180 / Math.PI;
 const DOTS = [2, 4];
 const PER = { positions: "", velocities: "/s", accelerations: "/s²" } as const;
+/** Height of the line over a saved picture. */
+const CAPTION = 28;
 /** A joint that is not the chosen one. */
 const FAINT = "55";
 
@@ -124,10 +126,11 @@ export class Plots {
     this.setCursor(this.#cursor);
   }
 
-  /** Return what is drawn on a ground, with the titles, to be saved. */
-  picture(ground: string): HTMLCanvasElement {
+  /** Return what is drawn on a ground, below a line of what it is, to be saved. */
+  picture(ground: string, caption: string): HTMLCanvasElement {
     const whole = document.createElement("canvas");
-    const origin = this.#host.getBoundingClientRect();
+    const host = this.#host.getBoundingClientRect();
+    const origin = new DOMRect(host.x, host.y - CAPTION, host.width, host.height + CAPTION);
     const ratio = globalThis.devicePixelRatio || 1;
     Object.assign(whole, { width: Math.round(origin.width * ratio), height: Math.round(origin.height * ratio) });
     const paper = whole.getContext("2d");
@@ -136,6 +139,7 @@ export class Plots {
     paper.fillStyle = ground;
     paper.fillRect(0, 0, origin.width, origin.height);
     Object.assign(paper, { font: `600 ${FONT}`, textBaseline: "top", fillStyle: INKS[this.#options.theme].cursor });
+    paper.fillText(caption, 10, 8);
     for (const title of this.#titles) {
       const { left, top } = title.getBoundingClientRect();
       paper.fillText(title.textContent, left - origin.left, top - origin.top);

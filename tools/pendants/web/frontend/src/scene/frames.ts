@@ -5,8 +5,10 @@ import type { Pose } from "../kinematics/pose.ts";
 import { measuredJoints, toolPose } from "../pendant/cell.ts";
 import type { Cell } from "../pendant/cell.ts";
 import { NoticeKind } from "../protocol.ts";
+import type { FramesShowReply } from "../protocol.ts";
 import type { App } from "../ui/app.ts";
 import type { FrameMark } from "../view/view.ts";
+import { LinkLost, Refused } from "../wire/errors.ts";
 
 interface Told {
   name: string;
@@ -34,9 +36,22 @@ export function frameMarks(
   return marks;
 }
 
-/** Frames as the server keeps them: asked for when they are first wanted, and again when they change. */
+const models = new WeakMap<App, CellFrames>();
+
+/** Return the frames of this page's cell. */
+export function cellFrames(app: App): CellFrames {
+  let model = models.get(app);
+  if (model === undefined) {
+    model = new CellFrames(app);
+    models.set(app, model);
+  }
+  return model;
+}
+
+/** Frames and tools as the server keeps them: asked for when they are first wanted, and when they change. */
 export class CellFrames {
   readonly #app: App;
+  #hello: Cell["hello"] = null;
   #askedFor = "";
   #content: Record<string, unknown> = {};
   #version = 0;
@@ -46,17 +61,32 @@ export class CellFrames {
     this.#app = app;
   }
 
-  /** Counts how often they came. */
+  /** Counts what they were, so that whoever keeps something of them sees that they are others. */
   get version(): number {
     return this.#version;
   }
 
+  /** Return them as their file has them; empty until they came. */
+  content(cell: Cell): Readonly<Record<string, unknown>> {
+    const { changes, hello, stage } = cell;
+    if (hello !== this.#hello && hello !== null) {
+      this.#hello = hello;
+      this.#askedFor = "";
+      this.#take({});
+    }
+    const wanted = [NoticeKind.FRAMES, NoticeKind.TOOLS, NoticeKind.EVERYTHING].map((each) => changes[each] ?? 0).join();
+    if (stage === "up" && wanted !== this.#askedFor) {
+      this.#askedFor = wanted;
+      void this.#read(hello);
+    }
+    return this.#content;
+  }
+
   /** Return the frames that people made. */
   ofUser(cell: Cell, chain: Chain): FrameMark[] {
-    this.#learn(cell);
-    const tool = toolPose(cell);
-    const known = { root: chain.root, ...(tool === null ? {} : { tool }), flange: chain.flange(measuredJoints(cell)) };
-    return frameMarks(this.#content, known);
+    const [tool, joints] = [toolPose(cell), measuredJoints(cell)];
+    const own = { ...(tool === null ? {} : { tool }), ...(joints === null ? {} : { flange: chain.flange(joints) }) };
+    return frameMarks(this.content(cell), { root: chain.root, ...own });
   }
 
   /** Return those, base and the tool; the same list as long as they stand where they stood. */
@@ -68,13 +98,24 @@ export class CellFrames {
     return this.#placed.marks;
   }
 
-  #learn({ changes, hello, stage }: Cell): void {
-    const wanted = [hello?.session, ...[NoticeKind.FRAMES, NoticeKind.TOOLS, NoticeKind.EVERYTHING].map((each) => changes[each])].join();
-    if (stage !== "up" || wanted === this.#askedFor) return;
-    this.#askedFor = wanted;
-    this.#app.attempt(async () => {
-      this.#content = (await this.#app.session.call<"frames.show">({ op: "frames.show" })).content;
-      this.#version += 1;
-    });
+  async #read(hello: Cell["hello"]): Promise<void> {
+    const whole: Record<string, unknown[]> = {};
+    try {
+      for (let first: number | null = 0; first !== null; ) {
+        const { content, next }: FramesShowReply = await this.#app.session.call<"frames.show">({ op: "frames.show", first });
+        for (const kind of ["tools", "frames"]) (whole[kind] ??= []).push(...((content[kind] ?? []) as unknown[]));
+        first = next ?? null;
+      }
+      if (hello === this.#hello) this.#take(whole);
+    } catch (error) {
+      if (error instanceof Refused) this.#app.refused(error.refusal);
+      else if (!(error instanceof LinkLost)) throw error;
+    }
+  }
+
+  #take(content: Record<string, unknown>): void {
+    this.#content = content;
+    this.#version += 1;
+    this.#app.choice.set({}); // has it drawn
   }
 }

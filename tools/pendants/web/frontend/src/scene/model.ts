@@ -173,4 +173,3 @@ export class SceneModel extends Observable<SceneState> {
     await this.learnNearest();
   }
 }
-

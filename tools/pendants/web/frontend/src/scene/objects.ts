@@ -122,7 +122,7 @@ export function ownPose(entry: Entry, inBaseFrame: Pose, chain: Chain | null): P
 
 const COLOURS = ["#6d7a86", "#4c6a86", "#c0443c", "#d8a51f", "#4c8dff", "#8f6bb8", "#3f9a78", "#b9784a"];
 
-/** Return a colour that no other object has, as long as there is one; the same on every page. */
+/** Return a colour that none of the seven objects before it has; the same on every page. */
 function freeColour(name: string, others: readonly Entry[]): string {
   let sum = 0;
   for (const each of name) sum = (sum * 31 + (each.codePointAt(0) ?? 0)) % 9973;

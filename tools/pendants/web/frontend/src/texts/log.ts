@@ -1,4 +1,5 @@
 // The words of the log, in English.
+import type { LogKind } from "../pendant/event-log.ts";
 import { AuthorityReason, Change, JogEnd, NoticeKind } from "../protocol.ts";
 
 export const logEn = {
@@ -11,25 +12,33 @@ export const logEn = {
   none: "Nothing has happened yet.",
   noneSuch: "No stop, no fault, no refusal.",
   columns: ["time", "kind", "text"],
+  kindWords: {
+    event: "Event",
+    motion: "Motion",
+    remark: "Remark",
+    refusal: "Refusal",
+    stop: "Stop",
+    fault: "Fault",
+  } as Readonly<Record<LogKind, string>>,
   connected: (cell: string, robot: string) => `Connected to cell “${cell}”, ${robot}.`,
   lost: (why: string) => `The link to the server was lost. ${why}`.trim(),
   left: "You left the cell.",
   controlYours: "You hold control",
   controlOf: (who: string) => `${who} holds control`,
-  controlFree: (how: string) => `Nobody holds control: ${how}.`,
+  controlFree: (who: string, how: string) => `Nobody holds control: ${who === "" ? "" : `${who}, `}${how}.`,
   reasons: {
     [AuthorityReason.GRANTED]: "granted",
     [AuthorityReason.RELEASED]: "given up",
-    [AuthorityReason.EXPIRED]: "its pendant fell silent",
-    [AuthorityReason.CONNECTION_LOST]: "its link ended",
+    [AuthorityReason.EXPIRED]: "pendant fell silent",
+    [AuthorityReason.CONNECTION_LOST]: "link ended",
     [AuthorityReason.TAKEN_OVER]: "taken over",
     [AuthorityReason.LOGGED_OUT]: "logged out",
     [AuthorityReason.ROLE_LOST]: "role lost",
   } as Readonly<Record<number, string>>,
   mode: (mode: string) => `Mode: ${mode}.`,
   speed: (percent: number) => `Speed: ${percent} %.`,
-  stopped: (who: string, why: string) => `Stopped by ${who}${why === "" ? "" : `: ${why}`}.`,
-  stopReset: (who: string) => `Stop reset by ${who}.`,
+  stopped: (who: string, why: string) => `Stopped${who === "" ? "" : ` by ${who}`}${why === "" ? "" : `: ${why}`}.`,
+  stopReset: (who: string) => `Stop reset${who === "" ? "" : ` by ${who}`}.`,
   emergencyClear: "The controller reports that its emergency stop is clear.",
   controllerUp: "The controller answers.",
   errorClear: "The controller reports that its error is clear.",
@@ -38,38 +47,36 @@ export const logEn = {
   pressedThrough: "The enabling device was pressed through.",
   jogged: (seconds: string) => `Jogged for ${seconds} s.`,
   moved: (seconds: string) => `Moved for ${seconds} s.`,
-  programBegan: "A program began.",
-  programGoesOn: (line: number) => `The program goes on in line ${line}.`,
-  programPaused: (line: number) => `The program pauses in line ${line}.`,
-  atBreakpoint: (line: number) => `The program stands at a breakpoint, line ${line}.`,
-  programStepped: (line: number) => `One step was run; the program stands at line ${line}.`,
-  programEnded: "The program ended.",
-  pressEnds: {
-    [JogEnd.SILENT]: "fell silent",
-    [JogEnd.CONNECTION_LOST]: "lost its link",
-    [JogEnd.STOPPED]: "was stopped",
-  } as Readonly<Record<number, string>>,
-  pressEnded: (why: string, seconds: string, millimetres: string) =>
-    `A held button ${why}: the robot stood after ${seconds} s and ${millimetres} mm.`,
+  programBegan: (name: string) => `Program “${name}” began.`,
+  programGoesOn: (name: string, line: number) => `Program “${name}” goes on in line ${line}.`,
+  programPaused: (name: string, line: number) => `Program “${name}” pauses in line ${line}.`,
+  atBreakpoint: (name: string, line: number) => `Program “${name}” stands at a breakpoint, line ${line}.`,
+  programStepped: (name: string, line: number) => `One step was run; program “${name}” stands at line ${line}.`,
+  programEnded: (name: string) => `Program “${name}” ended.`,
+  jogEnds: {
+    [JogEnd.SILENT]: (seconds: string, millimetres: string) =>
+      `The jog ended because its page fell silent: the robot stood ${seconds} s and ${millimetres} mm later.`,
+    [JogEnd.STOPPED]: (seconds: string, millimetres: string) =>
+      `The jog ended by a stop: the robot stood ${seconds} s and ${millimetres} mm later.`,
+  } as Readonly<Record<number, (seconds: string, millimetres: string) => string>>,
+  document: (kind: string, name: string) => (name === "" ? kind : `${kind} “${name}”`),
   documents: {
-    [NoticeKind.EVERYTHING]: "What is stored",
     [NoticeKind.PROGRAM]: "Program",
     [NoticeKind.RECORDING]: "Recording",
     [NoticeKind.FRAMES]: "Frames",
     [NoticeKind.TOOLS]: "Tools",
     [NoticeKind.SCENE]: "Scene",
     [NoticeKind.POSITIONS]: "Positions",
-    [NoticeKind.SIGNALS]: "Signals",
     [NoticeKind.EXERCISE]: "Exercise",
     [NoticeKind.ROBOT]: "Robot",
   } as Readonly<Record<number, string>>,
   changes: {
-    [Change.NEW]: "new",
+    [Change.NEW]: "added",
     [Change.CHANGED]: "changed",
     [Change.RENAMED]: "renamed",
     [Change.DELETED]: "deleted",
   } as Readonly<Record<number, string>>,
-  before: "before:",
+  formerly: (name: string) => `formerly “${name}”`,
 };
 
 export type LogTexts = typeof logEn;

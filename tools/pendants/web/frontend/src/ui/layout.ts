@@ -18,6 +18,8 @@ import type { Served } from "../wire/gateway.ts";
 
 export interface Layout extends Part {
   readonly view: CellView;
+  /** Leave the task that is shown, and give back what the view holds. */
+  close(): void;
 }
 
 export function layout(app: App, { servers, hasKeypad }: Served): Layout {
@@ -71,6 +73,10 @@ export function layout(app: App, { servers, hasKeypad }: Served): Layout {
   return {
     element,
     view,
+    close() {
+      if (shownTask !== null) made.get(shownTask)?.shown?.(false);
+      view.close();
+    },
     update(cell: Cell) {
       const part = chosen();
       const where = pageState(cell);

@@ -77,34 +77,44 @@ export class FrameMarks {
   readonly group = new Group();
   #shown: readonly FrameMark[] = [];
   #theme: Theme | null = null;
-  #labels: Sprite[] = [];
+  #length = 0;
+  #axes: LineSegments2[] = [];
+  /** Null for a frame without a name. */
+  #labels: (Sprite | null)[] = [];
 
   show(frames: readonly FrameMark[], length: number, theme: Theme): void {
     if (frames === this.#shown && theme === this.#theme) return;
+    const areSame = theme === this.#theme && length === this.#length && haveSameNames(frames, this.#shown);
     this.#shown = frames;
+    if (areSame) return frames.forEach((mark, index) => this.#put(mark, index));
     this.#theme = theme;
-    for (const label of this.#labels) label.material.map?.dispose();
+    this.#length = length;
+    for (const label of this.#labels) label?.material.map?.dispose();
     emptied(this.group);
-    this.#labels = [];
-    for (const mark of frames) {
-      const axes = threeAxes(length);
-      put(axes, mark);
-      this.group.add(axes);
-      const label = labelled(mark.name, theme);
-      if (label === null) continue;
-      label.position.set(...mark.position);
-      this.#labels.push(label);
-      this.group.add(label);
-    }
+    this.#axes = frames.map(() => threeAxes(length));
+    this.#labels = frames.map(({ name }) => labelled(name, theme));
+    for (const each of [...this.#axes, ...this.#labels]) if (each !== null) this.group.add(each);
+    frames.forEach((mark, index) => this.#put(mark, index));
+  }
+
+  #put(mark: FrameMark, index: number): void {
+    const axes = this.#axes[index];
+    if (axes !== undefined) put(axes, mark);
+    this.#labels[index]?.position.set(...mark.position);
   }
 
   /** Keep the names as large as they are, wherever the camera is. */
   face(camera: Camera): void {
     for (const label of this.#labels) {
+      if (label === null) continue;
       const height = LABEL_HEIGHT * label.position.distanceTo(camera.position);
       label.scale.set(height * (label.userData["aspect"] as number), height, 1);
     }
   }
+}
+
+function haveSameNames(one: readonly FrameMark[], other: readonly FrameMark[]): boolean {
+  return one.length === other.length && one.every(({ name }, index) => name === other[index]?.name);
 }
 
 function threeAxes(length: number): LineSegments2 {

@@ -19,6 +19,7 @@ export const plotsDe: PlotTexts = {
   where: "wo",
   controllerDelay: "Verzug der Steuerung",
   notDriven: "Den Plan ausführen, um ihn mit dem Gefahrenen zu vergleichen.",
+  notAtPace: "Sie wurde langsamer als geplant gefahren, mit einer Pause oder einem Halt: ihre Zeiten sind nicht die des Plans.",
   noPlan: "Zu dieser Bewegung ist kein Plan bekannt: gezeigt wird sie, wie sie gefahren wurde.",
   planOf: (plan, seconds) => `Plan ${plan}, ${seconds} s`,
   howMade: (milliseconds) =>
