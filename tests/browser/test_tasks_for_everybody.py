@@ -25,9 +25,9 @@ THEN = {
 }
 
 
-@pytest.fixture
+@pytest.fixture(scope="module")
 def control(page_rig: PageRig) -> Page:
-    """A page in control."""
+    """A page in control, one for all tasks."""
     page = page_rig.page()
     page.ready()
     return page
