@@ -65,6 +65,15 @@ for (const [name, change, told] of CHANGES) {
   });
 }
 
+test("a motion or a program that was under way before the page came did not begin then", () => {
+  const log = new EventLog(() => 0);
+  const hear = (message: object): void => log.hear(message as Message, CELL, en);
+  hear({ ...STANDS, activity: 2, program_state: 1, program_line: 3 });
+  hear({ type: "program_report", program: "pick", state: 1, line: 4, text: "" });
+  hear({ ...STANDS, time_s: 900 });
+  assert.deepEqual(log.lines, []);
+});
+
 test("a stop that the controller does not know for a while is clear once it says so", () => {
   const { state } = looking();
   state({ e_stopped: 1 });
@@ -86,7 +95,9 @@ test("a program is told where it began, stands and ended, and not line by line",
   assert.deepEqual(report(4, 4), ["motion: One step was run; program “pick” stands at line 4."]);
   assert.deepEqual(report(1, 4), ["motion: Program “pick” goes on in line 4."]);
   assert.deepEqual(report(3, 6), ["motion: Program “pick” stands at a breakpoint, line 6."]);
-  assert.deepEqual(report(0, 0, "Nothing was gripped."), ["motion: Program “pick” ended. Nothing was gripped."]);
+  assert.deepEqual(report(0, 0, "finished"), ["motion: Program “pick” ended."]);
+  report(1, 0);
+  assert.deepEqual(report(0, 0, "nothing is gripped"), ["motion: Program “pick” ended: nothing is gripped"]);
 });
 
 test("the motions of a program are not told one by one, nor is the ramp in which a stop ends them", () => {
@@ -125,8 +136,8 @@ for (const [message, told] of CONTROL) {
 }
 
 test("control that is lost is told with whose it was", () => {
-  const { hear } = looking();
-  hear({ type: "authority_changed", holder: 3, reason: 1, client: "Anna" });
+  const { hear, log } = looking();
+  log.hearLink(CELL, { ...CELL, holderName: "Anna" }, en);
   const lost = { type: "authority_changed", holder: 0, reason: 4, client: "" };
   assert.deepEqual(hear(lost), ["event: Nobody holds control: Anna, link ended."]);
 });

@@ -23,7 +23,7 @@ interface Rig {
   cell: Observable<Cell>;
   asked: string[];
   /** Have this page's own plan be in a stage. */
-  own(stage: Stage): void;
+  own(stage: Stage, plan?: number): void;
   /** Have states come with these activities. */
   states(...activities: number[]): void;
 }
@@ -49,10 +49,10 @@ function rig(others: number | null = null): Rig {
     record,
     cell,
     asked,
-    own: (stage) =>
+    own: (stage, plan = 5) =>
       planModel(app).set({
-        preview: { ...NO_PREVIEW, stage, plan: { plan: 5 } as PlansMakeReply },
-        motion: { plan: 5, samples: plannedSamples(COLUMNS, ROWS), path: new Float32Array() },
+        preview: { ...NO_PREVIEW, stage, plan: { plan } as PlansMakeReply },
+        motion: { plan, samples: plannedSamples(COLUMNS, ROWS), path: new Float32Array() },
       }),
     states(...activities) {
       for (const activity of activities) {
@@ -72,8 +72,8 @@ test("a motion is shown beside this page's plan that it follows, also once that 
   states(MOVING, MOVING);
   own("done");
   states(IDLE);
-  assert.equal(record.planned?.plan, 5);
-  assert.equal(record.driven()?.times.length, 4);
+  assert.equal(record.look().planned?.plan, 5);
+  assert.equal(record.look().driven?.times.length, 4);
 });
 
 test("a motion without a plan of its own is not compared with the plan before it", () => {
@@ -83,19 +83,19 @@ test("a motion without a plan of its own is not compared with the plan before it
   states(MOVING);
   own("done");
   states(IDLE, MOVING, MOVING);
-  assert.equal(record.planned, null);
-  assert.notEqual(record.driven(), null);
+  assert.equal(record.look().planned, null);
+  assert.notEqual(record.look().driven, null);
 });
 
 test("a plan that waits is shown alone, and what was driven again once it waits no more", () => {
   const { record, own, states } = rig();
   states(IDLE, JOGGING, IDLE);
   own("ready");
-  assert.equal(record.planned?.plan, 5);
-  assert.equal(record.driven(), null);
+  assert.equal(record.look().planned?.plan, 5);
+  assert.equal(record.look().driven, null);
   own("stale");
-  assert.equal(record.planned, null);
-  assert.notEqual(record.driven(), null);
+  assert.equal(record.look().planned, null);
+  assert.notEqual(record.look().driven, null);
 });
 
 test("somebody else's plan is read only where it is asked for, and once", async () => {
@@ -105,7 +105,7 @@ test("somebody else's plan is read only where it is asked for, and once", async 
   await Promise.all([record.readOthers(), record.readOthers()]);
   await record.readOthers();
   assert.deepEqual(asked, ["plans.show", "plans.samples"]);
-  assert.equal(record.planned?.plan, 9);
+  assert.equal(record.look().planned?.plan, 9);
 });
 
 test("where no plan runs, that is asked once for each motion", async () => {
@@ -125,11 +125,44 @@ test("another link of the same number begins with nothing, whatever is under way
   own("running");
   states(MOVING, MOVING);
   record.rate = 100;
+  assert.equal(record.look().planned?.plan, 5);
+  cell.set({ hello: null });
+  await settled();
+  assert.equal(record.look().planned?.plan, 5, "without a link it can be looked at");
   cell.set({ hello: { ...HELLO } });
   await settled();
-  assert.equal(record.planned, null);
-  assert.equal(record.driven(), null);
-  assert.equal(record.rate, 30);
+  assert.equal(record.look().planned, null);
+  assert.equal(record.look().driven, null);
+  assert.equal(record.look().period, 1 / 30);
+});
+
+test("a motion whose beginning nobody saw is compared with nothing", async () => {
+  const { record, asked, states } = rig(9);
+  states(MOVING, MOVING, MOVING);
+  await record.readOthers();
+  assert.deepEqual(asked, []);
+  assert.equal(record.look().planned, null);
+  assert.equal(record.look().isMotion, false);
+});
+
+test("a plan is kept beside its motion when the page plans another one, and its samples may come late", async () => {
+  const { record, own, states } = rig();
+  states(IDLE);
+  own("running");
   states(MOVING, MOVING);
-  assert.equal(record.planned, null, "when it began nobody saw");
+  await settled();
+  own("stale", 6);
+  await settled();
+  assert.equal(record.look().planned?.plan, 5);
+});
+
+test("what was driven long ago and is kept no more is compared with nothing", () => {
+  const { record, own, states } = rig();
+  states(IDLE);
+  own("running");
+  states(MOVING);
+  own("done");
+  states(...new Array<number>(37_000).fill(IDLE));
+  assert.equal(record.look().isMotion, false);
+  assert.equal(record.look().planned, null);
 });

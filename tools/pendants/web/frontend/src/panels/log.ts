@@ -80,7 +80,9 @@ class LogTask implements TaskPart {
   }
 
   #prepend(line: LogLine): void {
-    const time = h("time", { datetime: new Date(line.at).toISOString() }, clock(line.at, this.#app.settings.value.language));
+    const { language } = this.#app.settings.value;
+    const when = new Date(line.at);
+    const time = h("time", { datetime: when.toISOString(), title: when.toLocaleString(language, { dateStyle: "long", timeStyle: "medium" }) }, when.toLocaleTimeString(language));
     const kind = h("span", { class: "sr-only" }, this.#app.texts.logWords.kindWords[line.kind]);
     const row = h("li", { "data-kind": line.kind }, icon(ICONS[line.kind]), time, kind, h("span", {}, line.text));
     this.#rows.set(line.number, row);
@@ -93,11 +95,4 @@ class LogTask implements TaskPart {
     const table = [csvRow(texts.logWords.columns), ...rows].join("\r\n");
     download(`${cell.value.hello?.cell ?? "openpendant"}-log.csv`, new Blob([`${table}\r\n`], { type: "text/csv" }));
   }
-}
-
-/** A tab may be open for days: an older line has its date. */
-function clock(at: number, language: string): string {
-  const when = new Date(at);
-  const isToday = when.toDateString() === new Date().toDateString();
-  return isToday ? when.toLocaleTimeString(language) : when.toLocaleString(language, { dateStyle: "short", timeStyle: "medium" });
 }

@@ -3,7 +3,7 @@ import "../numbers.css";
 import type { Chain } from "../kinematics/chain.ts";
 import { dhFrames, dhTable } from "../kinematics/dh.ts";
 import type { DhTable } from "../kinematics/dh.ts";
-import { measuredJoints } from "../pendant/cell.ts";
+import { measuredJoints, toolPose } from "../pendant/cell.ts";
 import type { Cell } from "../pendant/cell.ts";
 import { NoticeKind } from "../protocol.ts";
 import type { KinematicsFkReply, KinematicsJacobianReply } from "../protocol.ts";
@@ -104,8 +104,9 @@ class NumbersTask implements TaskPart {
   /** What changes seldom: the robot's facts, frames, links. */
   #learn(cell: Cell): void {
     const { changes, hello, snapshot } = cell;
-    const wanted = [hello?.session, changes[NoticeKind.FRAMES], changes[NoticeKind.TOOLS]].join();
-    if (snapshot === null || wanted === this.#askedFor) return;
+    if (snapshot === null) return;
+    const wanted = [hello?.session, changes[NoticeKind.ROBOT], ...snapshot.frames].join();
+    if (wanted === this.#askedFor) return;
     this.#askedFor = wanted;
     fill(this.#frame, ["base", ...snapshot.frames.filter((each) => each !== "base" && !OWN_FRAMES.includes(each))], "base");
     fill(this.#link, ["", ...(cell.robot?.links ?? []).map(({ link }) => link)], "", this.#words.toolCentre);
@@ -122,7 +123,7 @@ class NumbersTask implements TaskPart {
   #look(cell: Cell): void {
     const now = this.#app.now();
     const at = measuredJoints(cell)?.map((each) => each.toFixed(4)).join() ?? "";
-    const wanted = `${at} ${this.#frame.value} ${this.#link.value}`;
+    const wanted = `${at} ${this.#frame.value} ${this.#link.value} ${this.#frames.version}`;
     if (this.#isAsking || now < this.#dueAt || wanted === this.#seen) return;
     this.#isAsking = true;
     this.#dueAt = now + EVERY;
@@ -205,7 +206,7 @@ class NumbersTask implements TaskPart {
     const chain = sceneModel(this.#app).chain(cell.robot);
     const joints = measuredJoints(cell);
     this.#frames.content(cell); // asked for anew where it changed, also of a robot that stands
-    const key = `${String(this.#shows.checked)} ${cell.robot?.robot ?? ""} ${this.#frames.version} ${this.#table?.rows.length ?? 0} ${joints?.map((each) => each.toFixed(4)).join() ?? ""}`;
+    const key = `${String(this.#shows.checked)} ${cell.robot?.robot ?? ""} ${this.#frames.version} ${this.#table?.rows.length ?? 0} ${joints?.map((each) => each.toFixed(4)).join() ?? ""} ${toolPose(cell)?.position.map((each) => each.toFixed(4)).join() ?? ""}`;
     if (key !== this.#marks.key) this.#marks = { key, marks: this.#shows.checked && chain !== null ? this.#marksAt(cell, chain, joints) : [] };
     this.#app.overlay({ frames: this.#marks.marks });
   }

@@ -8,12 +8,11 @@ import {
   worstShares,
   type PlotJoint,
 } from "../plots/findings.ts";
-import type { PlannedMotion } from "../plots/plan_samples.ts";
 import { motionRecord, USUAL_RATE } from "../plots/motion_record.ts";
-import type { MotionRecord } from "../plots/motion_record.ts";
+import type { Look, MotionRecord } from "../plots/motion_record.ts";
 import { planModel } from "../planning/model.ts";
 import { jointColour, Plots, valuesAt } from "../plots/plots.ts";
-import { QUANTITIES, type Quantity, type Samples } from "../plots/series.ts";
+import { copied, QUANTITIES, type Quantity, type Samples } from "../plots/series.ts";
 import type { PlotTexts } from "../texts/plots.ts";
 import type { App, TaskPart } from "../ui/app.ts";
 import { attribute, choose, download, h, mark, say, show } from "../ui/elements.ts";
@@ -56,7 +55,7 @@ class PlotsTask implements TaskPart {
   #told: Cell["snapshot"] = null;
   #greeted: Cell["hello"] = null;
   /** What is drawn: what the record has, or had when the picture was held. */
-  #seen: { planned: PlannedMotion | null; driven: Samples | null } = { planned: null, driven: null };
+  #seen: Look;
   #chosen: number | null = 0;
   #cursor: number | null = null;
   #isShown = false;
@@ -66,6 +65,7 @@ class PlotsTask implements TaskPart {
   constructor(app: App) {
     this.#app = app;
     this.#record = motionRecord(app);
+    this.#seen = this.#record.look();
     this.#words = app.texts.plotWords;
     const words = this.#words;
     const button = (word: string, act: () => void): HTMLButtonElement =>
@@ -176,6 +176,8 @@ class PlotsTask implements TaskPart {
 
   #hold(isHeld: boolean): void {
     this.#isHeld = isHeld;
+    const { driven } = this.#seen;
+    if (isHeld && driven !== null) this.#seen = { ...this.#seen, driven: copied(driven) };
     say(this.#pause, isHeld ? this.#words.goOn : this.#words.hold);
     attribute(this.#pause, "aria-pressed", String(isHeld));
   }
@@ -214,17 +216,19 @@ class PlotsTask implements TaskPart {
   }
 
   #see(): void {
-    const { planned } = this.#record;
-    if (planned !== this.#seen.planned) this.#cursor = null;
-    this.#seen = { planned, driven: this.#record.driven() };
+    const seen = this.#record.look();
+    if (seen.planned !== this.#seen.planned) this.#cursor = null;
+    this.#seen = seen;
     this.#plots.setCursor(this.#readAt);
   }
 
   #tellPlan(): void {
-    const { planned, driven } = this.#seen;
+    const { planned, isMotion, period } = this.#seen;
+    const words = this.#words;
     const seconds = this.#number(planned?.samples.times.at(-1) ?? 0, 2);
-    say(this.#about, planned === null ? this.#words.noPlan : this.#words.planOf(planned.plan, seconds));
-    say(this.#how, this.#words.howMade(this.#number(1000 * (driven === null ? 1 / this.#rate : this.#record.period), 0)));
+    const none = isMotion ? words.noPlan : words.noMotion;
+    say(this.#about, planned === null ? none : words.planOf(planned.plan, seconds));
+    say(this.#how, words.howMade(this.#number(1000 * period, 0)));
   }
 
   /** What the table and the bars are about: the plan, else what was driven. */
@@ -297,11 +301,11 @@ class PlotsTask implements TaskPart {
   }
 
   #tellAgainst(): void {
-    const { driven } = this.#seen;
+    const { driven, isAtPace, isWaiting } = this.#seen;
     const planned = this.#seen.planned?.samples ?? null;
     const both = planned !== null && driven !== null;
-    const largest = both && this.#record.isAtPace ? largestDifference(planned, driven) : null;
-    say(this.#notCompared, this.#record.isWaiting ? this.#words.notDriven : both && !this.#record.isAtPace ? this.#words.notAtPace : "");
+    const largest = both && isAtPace ? largestDifference(planned, driven) : null;
+    say(this.#notCompared, isWaiting ? this.#words.notDriven : both && !isAtPace ? this.#words.notAtPace : "");
     show(this.#against, largest !== null);
     if (!both || largest === null) return;
     const joint = this.#joints[largest.joint];

@@ -28,6 +28,11 @@ export interface LogLine {
   text: string;
 }
 
+type Place = Pick<ProgramReport, "state" | "line"> & { program: string | null };
+const NO_PROGRAM: Place = { state: ProgramState.NONE, line: 0, program: null };
+/** What the server says of a program that ended as it should. */
+const FINISHED = "finished";
+
 type Told = readonly [LogKind, string];
 
 /** What a controller may not know of itself. */
@@ -47,9 +52,11 @@ export class EventLog {
   #state: State | null = null;
   /** What the controller reported last of what it may not know. */
   #reported: Partial<Reported> = {};
-  /** How the motion began that is under way; time of the server's clock [s]. */
-  #began = { at: 0, isJog: false, isOfProgram: false };
-  #program: ProgramReport | null = null;
+  /** How the motion began that is under way, by the server's clock [s]; null where nobody saw that. */
+  #began: { at: number; isJog: boolean; isOfProgram: boolean } | null = null;
+  /** Where the program stood last; the name is not known before its first report. */
+  #program: Place = NO_PROGRAM;
+  /** Who held control last. */
   #holder = "";
 
   constructor(clock: () => number, most = 500) {
@@ -96,12 +103,13 @@ export class EventLog {
 
   /** Take what became of the way to the server. */
   hearLink(before: Cell, after: Cell, texts: Texts): void {
+    this.#holder = after.holderName;
     if (before.stage === after.stage) return;
     const words = texts.logWords;
     if (after.stage === "up") this.add("event", words.connected(after.hello?.cell ?? "", after.hello?.robot ?? ""));
     if (before.stage !== "up") return;
     // What changes without a link is no event that was seen.
-    this.#state = this.#program = null;
+    this.#state = this.#began = null;
     this.#reported = {};
     const isLost = after.stage === "lost" || after.stage === "ended";
     this.add(isLost ? "fault" : "event", isLost ? words.lost(after.linkText) : words.left);
@@ -115,25 +123,27 @@ export class EventLog {
 
   /** Tell where a program began, stands or ended; through its lines it only runs. */
   #hearProgram(report: ProgramReport, texts: Texts): void {
-    const before = this.#program?.state ?? ProgramState.NONE;
-    const isNewPlace = report.line !== this.#program?.line && report.state !== ProgramState.RUNNING;
+    const before = this.#program;
     this.#program = report;
-    if (report.state === before && !isNewPlace) return;
+    const isElsewhere = report.line !== before.line || (before.program !== null && report.program !== before.program);
+    if (report.state === before.state && (!isElsewhere || report.state === ProgramState.RUNNING)) return;
     const { program, line, state, text } = report;
     const words = texts.logWords;
     const told: Readonly<Record<number, string>> = {
-      [ProgramState.NONE]: words.programEnded(program),
-      [ProgramState.RUNNING]: before === ProgramState.NONE ? words.programBegan(program) : words.programGoesOn(program, line),
+      [ProgramState.NONE]: words.programEnded(program, text === FINISHED ? "" : text),
+      [ProgramState.RUNNING]: before.state === ProgramState.NONE ? words.programBegan(program) : words.programGoesOn(program, line),
       [ProgramState.PAUSED]: words.programPaused(program, line),
       [ProgramState.AT_BREAKPOINT]: words.atBreakpoint(program, line),
       [ProgramState.STEPPED]: words.programStepped(program, line),
     };
-    this.add("motion", `${told[state] ?? ""} ${text}`.trim());
+    this.add("motion", told[state] ?? "");
   }
 
   #hearState(state: State, texts: Texts): void {
     const old = this.#state;
     this.#state = state;
+    // What is so as the link begins, began before.
+    if (old === null) this.#program = { state: state.program_state, line: state.program_line, program: null };
     const told = old === null ? [] : changesOf(old, state, texts);
     for (const [kind, text] of [...told, ...this.#reports(state, texts)]) this.add(kind, text);
     if (old !== null) this.#hearMotion(old, state, texts);
@@ -158,8 +168,10 @@ export class EventLog {
       const isOfProgram = state.program_state !== ProgramState.NONE;
       this.#began = { at: now, isJog: state.activity === Activity.JOGGING, isOfProgram };
     }
+    if (isUnderWay(state) || this.#began === null) return;
     const { at, isJog, isOfProgram } = this.#began;
-    if (isUnderWay(state) || !isUnderWay(old) || isOfProgram) return;
+    this.#began = null;
+    if (isOfProgram) return;
     const { jogged, moved } = texts.logWords;
     this.add("motion", (isJog ? jogged : moved)(fixed(now - at, 1)));
   }

@@ -65,6 +65,11 @@ export class DrivenMotion {
     return this.#wasMoving === true;
   }
 
+  /** Whether the beginning of the last motion was seen, and is kept still. */
+  get isKnown(): boolean {
+    return this.#start !== null && this.#start >= (this.#series.samples().times[0] ?? Infinity);
+  }
+
   /** Whether the last motion ran without a pause, a stop and a speed below that of its plan. */
   get isAtPace(): boolean {
     return this.#isAtPace;
@@ -74,9 +79,9 @@ export class DrivenMotion {
   samples(): Samples {
     const all = this.#series.samples();
     const last = all.times.at(-1) ?? 0;
-    const isGone = this.#start === null || this.#start < (all.times[0] ?? 0);
-    const start = isGone ? last - LAST : (this.#start ?? 0);
-    const part = isGone ? cut(all, start, last) : cut(all, start - BEFORE, this.#end + AFTER);
+    const { isKnown } = this;
+    const start = isKnown ? (this.#start ?? 0) : last - LAST;
+    const part = isKnown ? cut(all, start - BEFORE, this.#end + AFTER) : cut(all, start, last);
     return delayed(part, -start);
   }
 

@@ -26,66 +26,72 @@ export function motionRecord(app: App): MotionRecord {
   return record;
 }
 
+/** What the record has to show at a moment. */
+export interface Look {
+  /** The plan that waits, or the one that the last motion followed. */
+  planned: PlannedMotion | null;
+  /** What was driven last; nothing beside a plan that waits. */
+  driven: Samples | null;
+  isWaiting: boolean;
+  /** Whether a motion or a jog was driven; else what is driven is how the robot stood. */
+  isMotion: boolean;
+  /** Whether the times of the motion are those of its plan. */
+  isAtPace: boolean;
+  /** Between two samples of what was driven [s]. */
+  period: number;
+}
+
 export class MotionRecord {
-  /** States a second that this link was asked for [Hz]. */
-  rate = USUAL_RATE;
   readonly #app: App;
   readonly #driven = new DrivenMotion(0);
-  /** Number of the plan that the last motion followed; null where it is not known. */
+  /** Number of this page's plan that the last motion followed; null where it followed none. */
   #followed: number | null = null;
-  /** Its samples: somebody else's, or this page's own, which plans another one meanwhile. */
+  /** The samples of that plan, or of somebody else's. */
   #plan: PlannedMotion | null = null;
-  /** States a second while the last motion began [Hz]. */
-  #drivenRate = USUAL_RATE;
   #reading: AbortController | null = null;
+  #rate = USUAL_RATE;
+  /** States a second as the last motion began [Hz]. */
+  #drivenRate = USUAL_RATE;
 
   constructor(app: App) {
     this.#app = app;
     let { hello } = app.cell.value;
     app.cell.watch((cell) => {
-      if (cell.hello === hello) return;
+      // Without a link the last motion can still be looked at.
+      if (cell.hello === hello || cell.hello === null) return;
       ({ hello } = cell);
       this.#beginLink();
     });
     // Not from the model of the cell, which tells the last of several that came together.
     app.session.watchStates((state) => this.#take(state));
+    // The plan's samples may come after its motion began, and the page may plan anew soon after it.
+    planModel(app).watch(() => this.#takeOwn());
   }
 
-  /** The plan of this page that waits, else the one that the last motion followed. */
-  get planned(): PlannedMotion | null {
-    const { motion } = planModel(this.#app).value;
-    if (this.isWaiting) return motion;
-    if (motion !== null && motion.plan === this.#followed) this.#plan = motion;
-    return this.#plan;
+  /** Be told how many states a second this link is asked for [Hz]. */
+  set rate(rate: number) {
+    this.#rate = rate;
   }
 
-  /** Whether that plan is still to be executed. */
-  get isWaiting(): boolean {
+  look(): Look {
     const { preview, motion } = planModel(this.#app).value;
-    return preview.stage === "ready" && motion !== null;
-  }
-
-  /** Whether times of the last motion are those of its plan. */
-  get isAtPace(): boolean {
-    return this.#driven.isAtPace;
-  }
-
-  /** Between two samples of what was driven [s]. */
-  get period(): number {
-    return 1 / this.#drivenRate;
-  }
-
-  /** Return what was driven last; nothing beside a plan that waits. */
-  driven(): Samples | null {
-    if (this.isWaiting) return null;
-    const samples = this.#driven.samples();
-    return samples.times.length > 1 ? samples : null;
+    const isWaiting = preview.stage === "ready" && motion !== null;
+    const isMotion = this.#driven.isKnown;
+    const driven = isWaiting ? null : this.#driven.samples();
+    return {
+      planned: isWaiting ? motion : isMotion ? this.#plan : null,
+      driven: driven !== null && driven.times.length > 1 ? driven : null,
+      isWaiting,
+      isMotion,
+      isAtPace: this.#driven.isAtPace,
+      period: 1 / (isMotion ? this.#drivenRate : this.#rate),
+    };
   }
 
   /** Read the samples of the plan that is under way, where it is not this page's own. */
   async readOthers(): Promise<void> {
-    const isKnown = this.#followed !== null || this.#plan !== null || this.#reading !== null;
-    if (!this.#driven.isUnderWay || isKnown) return;
+    const isAsked = this.#followed !== null || this.#reading !== null;
+    if (!this.#driven.isUnderWay || !this.#driven.isKnown || isAsked) return;
     const reading = (this.#reading = new AbortController());
     try {
       this.#plan = await this.#runningPlan(reading.signal);
@@ -100,6 +106,7 @@ export class MotionRecord {
     const { session } = this.#app;
     const { plans } = await session.call<"plans.show">({ op: "plans.show" });
     const running = plans.find(({ state }) => state === "running");
+    signal.throwIfAborted();
     if (running === undefined) return null;
     const motion = await readPlan((request) => session.call<"plans.samples">(request), running.plan, undefined, signal);
     signal.throwIfAborted();
@@ -108,20 +115,26 @@ export class MotionRecord {
 
   /** Plans of another link have numbers of their own, and its first state tells of no beginning. */
   #beginLink(): void {
-    this.rate = USUAL_RATE;
+    this.#rate = USUAL_RATE;
     this.#forgetPlan();
     this.#driven.clear();
   }
 
   #take(state: State): void {
     const joints = this.#app.cell.value.hello?.dof ?? 0;
-    if (joints === 0 || !this.#driven.take(state, joints, 1 / this.rate)) return;
+    if (joints === 0 || !this.#driven.take(state, joints, 1 / this.#rate)) return;
     // Whatever plan was shown, this motion need not be its own: a false comparison is worse than none.
     this.#forgetPlan();
-    this.#drivenRate = this.rate;
+    this.#drivenRate = this.#rate;
     const { preview } = planModel(this.#app).value;
     const isOwn = state.activity === Activity.MOVING && preview.stage === "running";
     this.#followed = isOwn ? (preview.plan?.plan ?? null) : null;
+    this.#takeOwn();
+  }
+
+  #takeOwn(): void {
+    const { motion } = planModel(this.#app).value;
+    if (motion !== null && motion.plan === this.#followed) this.#plan = motion;
   }
 
   #forgetPlan(): void {

@@ -14,6 +14,13 @@ export interface Samples {
   readonly gaps: readonly Gap[];
 }
 
+/** Return samples that stay as they are: those of a ring are overwritten as it goes on. */
+export function copied(samples: Samples): Samples {
+  const all = (columns: readonly Float32Array[]): Float32Array[] => columns.map((column) => column.slice());
+  const { times, positions, velocities, accelerations, gaps } = samples;
+  return { times: times.slice(), positions: all(positions), velocities: all(velocities), accelerations: all(accelerations), gaps };
+}
+
 export type Gap = readonly [from: number, to: number];
 
 export type Quantity = "positions" | "velocities" | "accelerations";

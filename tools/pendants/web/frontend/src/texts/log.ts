@@ -52,7 +52,7 @@ export const logEn = {
   programPaused: (name: string, line: number) => `Program “${name}” pauses in line ${line}.`,
   atBreakpoint: (name: string, line: number) => `Program “${name}” stands at a breakpoint, line ${line}.`,
   programStepped: (name: string, line: number) => `One step was run; program “${name}” stands at line ${line}.`,
-  programEnded: (name: string) => `Program “${name}” ended.`,
+  programEnded: (name: string, why: string) => `Program “${name}” ended${why === "" ? "." : `: ${why}`}`,
   jogEnds: {
     [JogEnd.SILENT]: (seconds: string, millimetres: string) =>
       `The jog ended because its page fell silent: the robot stood ${seconds} s and ${millimetres} mm later.`,

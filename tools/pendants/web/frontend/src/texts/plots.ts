@@ -19,7 +19,8 @@ export const plotsEn = {
   where: "where",
   controllerDelay: "delay of the controller",
   notDriven: "Execute the plan to compare it with what the robot drives.",
-  notAtPace: "It was driven slower than planned, or with a pause or a stop: its times are not those of the plan.",
+  notAtPace: "The motion was driven slower than planned, or with a pause or a stop: its times are not those of the plan.",
+  noMotion: "Nothing was driven yet: this is how the robot stands.",
   noPlan: "No plan is known for this motion: it is shown as it was driven.",
   planOf: (plan: number, seconds: string) => `plan ${plan}, ${seconds} s`,
   howMade: (milliseconds: string) =>

@@ -19,7 +19,8 @@ export const plotsDe: PlotTexts = {
   where: "wo",
   controllerDelay: "Verzug der Steuerung",
   notDriven: "Den Plan ausführen, um ihn mit dem Gefahrenen zu vergleichen.",
-  notAtPace: "Sie wurde langsamer als geplant gefahren, mit einer Pause oder einem Halt: ihre Zeiten sind nicht die des Plans.",
+  notAtPace: "Die Bewegung wurde langsamer als geplant, mit einer Pause oder mit einem Halt gefahren: ihre Zeiten sind nicht die des Plans.",
+  noMotion: "Noch wurde nichts gefahren: so steht der Roboter.",
   noPlan: "Zu dieser Bewegung ist kein Plan bekannt: gezeigt wird sie, wie sie gefahren wurde.",
   planOf: (plan, seconds) => `Plan ${plan}, ${seconds} s`,
   howMade: (milliseconds) =>
