@@ -26,8 +26,9 @@ def observer(page_rig: PageRig) -> Page:
 
 @pytest.fixture
 def stopped_by_anna(page_rig: PageRig, observer: Page) -> Iterator[Page]:
-    """That page, to which the mode was refused before Anna stopped the robot."""
-    observer.tap_key("KeyM", "m")
+    """That page, to which another speed was refused before Anna stopped the robot."""
+    speed = "[...document.querySelectorAll('.chip')].find(e => e.innerText.startsWith('Speed'))"
+    observer.run(f"{speed}.click()")
     observer.wait(f"{LINES}[0].dataset.kind === 'refusal'")
     with SyncPendantClient.connect(port=page_rig.server, client="Anna") as anna:
         anna.stop("a hand is near")
