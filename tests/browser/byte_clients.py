@@ -12,10 +12,9 @@ from collections import Counter
 
 from aiohttp import ClientSession, ClientWebSocketResponse
 
-from openpendant.tools.bench.jogging_pendants import KEYS, JoggingPendant
+from openpendant.tools.bench.jogging_pendants import BEAT, KEYS, TURN, JoggingPendant
 
 STATE_RATE = 30.0
-BEAT = 0.05
 
 
 class _Bytes(asyncio.Transport):
@@ -35,8 +34,9 @@ class _Bytes(asyncio.Transport):
 
 
 async def _holds(
-    session: ClientSession, page: str, cell: str, at: int, ended: Counter[str]
+    session: ClientSession, page: str, cell: str, at: int, later: float, ended: Counter[str]
 ) -> None:
+    """Hold a key of a cell from some time on [s]: hands neither press nor turn in step."""
     async with session.ws_connect(f"{page}servers/", max_msg_size=0) as socket:
         pendant = JoggingPendant(cell, KEYS[at % len(KEYS)], STATE_RATE)
         pendant.ended = ended
@@ -44,6 +44,7 @@ async def _holds(
         pendant.connection_made(transport)
 
         async def beats() -> None:
+            await asyncio.sleep(later)
             while True:
                 pendant.beat()
                 await transport.send()
@@ -62,9 +63,10 @@ async def _main(page: str, *cells: str) -> None:
     over = asyncio.Event()
     asyncio.get_running_loop().add_signal_handler(signal.SIGTERM, over.set)
     ended = Counter[str]()
+    stretch = TURN * BEAT / len(cells)
     async with ClientSession() as session:
         tasks = [
-            asyncio.ensure_future(_holds(session, page, cell, at, ended))
+            asyncio.ensure_future(_holds(session, page, cell, at, at * stretch, ended))
             for at, cell in enumerate(cells)
         ]
         await over.wait()

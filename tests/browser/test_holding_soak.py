@@ -87,6 +87,16 @@ class _Window:
         """Return whether it jogs; a press that has ended never comes to life again."""
         return "Jogging" in self.front().text(".chips")
 
+    def told(self) -> str:
+        """Return what the page's log says of how the press ended."""
+        page = self.front()
+        page.run("document.querySelector('[data-task=log]').click()")
+        page.wait("document.querySelector('.log-lines li') !== null")
+        lines = "[...document.querySelectorAll('.log-lines li')].slice(0, 3)"
+        told = page.run(f"return {lines}.map(line => line.lastChild.innerText)")
+        page.run("document.querySelector('[data-task=jog]').click()")
+        return " < ".join(told)
+
     def let_go(self) -> None:
         """Let the key go, and wait until the robot stands."""
         page = self.front()
@@ -146,7 +156,7 @@ def _to_and_fro(windows: list[_Window], watch: StallWatch) -> tuple[int, list[st
         time.sleep(HELD_FOR)
         ended = [each for each in windows if not each.is_held()]
         for each in ended:
-            told = each.front().told()
+            told = each.told()
             is_late = watch.worst_since(each.pressed_at) > LATE
             (explained if is_late else false).append(told)
             each.recover()

@@ -51,8 +51,10 @@ from .peers import before_ordinary_programs, pin
 PERIOD_NS = 10_000_000
 """Between two ticks of the server."""
 
-_BEAT = 0.05
-_TURN = 40
+BEAT = 0.05
+"""Between two beats of a key [s]."""
+
+TURN = 40
 """Beats until the direction is reversed, by a new press that takes over."""
 
 _SETTLE = 4.0
@@ -175,7 +177,7 @@ class JoggingPendant(asyncio.Protocol):
         if self._state is None:
             return
         enabling = Enabling(EnablingPosition.HELD)
-        if self._beats % _TURN == 0:
+        if self._beats % TURN == 0:
             self._press += 1
             self._beats = 0
             self._write(enabling, self._start(self._state))
@@ -266,7 +268,7 @@ async def _run(port: int, pid: int, seconds: float, cells: list[str]) -> Jogging
     pendants = [JoggingPendant(*pair) for pair in zip(cells, cycle(KEYS), strict=False)]
     for pendant in pendants:
         await loop.create_connection(partial(_same, pendant), "127.0.0.1", port)
-    stretch = _TURN * _BEAT / len(pendants)
+    stretch = TURN * BEAT / len(pendants)
     keys = [loop.create_task(_hold(each, at * stretch)) for at, each in enumerate(pendants)]
     await asyncio.sleep(_SETTLE)
     for pendant in pendants:
@@ -317,7 +319,7 @@ async def _hold(pendant: JoggingPendant, later: float) -> None:
     await asyncio.sleep(later)
     while True:
         pendant.beat()
-        await asyncio.sleep(_BEAT)
+        await asyncio.sleep(BEAT)
 
 
 def main(argv: list[str]) -> None:
