@@ -31,6 +31,8 @@ LATE = 0.020
 refuses what comes late."""
 
 BROWSER_NICENESS = 3
+"""Put behind by more, the pages themselves fall silent now and then."""
+
 JOG_LEAD = 0.1
 """The most that a jog may have ahead [s]: thirty robots in motion, their gateway and three browser
 windows take two processors whole."""
@@ -145,7 +147,8 @@ def test_in_an_hour_of_holding_nothing_but_the_hand_ends_a_jog() -> None:
     address = f"http://127.0.0.1:{port}/"
     driver = chromium()
     try:
-        with running_room(CELLS, is_pinned=False, jog_lead=JOG_LEAD, is_unhurried=True) as (server, cells):
+        room = running_room(CELLS, is_pinned=False, jog_lead=JOG_LEAD, is_unhurried=True)
+        with room as (server, cells):
             gateway = ("web", "--server", f"127.0.0.1:{server['pendant']}", "--port", str(port))
             with _process("-m", "openpendant.tools", *gateway):
                 wait_for(port)

@@ -1,4 +1,4 @@
-"""Plan, scene, numbers, packets and log for everybody: no rule of WCAG 2.2 AA broken, no line cut."""
+"""Every task for everybody: no rule of WCAG 2.2 AA broken, no line cut."""
 
 import json
 
