@@ -17,7 +17,7 @@ MOST_PACKED_WITHOUT_3D = 120_000
 
 MOST_GERMAN, MOST_PACKED_GERMAN = 50_000, 18_000
 MOST_FILES = 4
-TASKS = ("teach", "plan", "scene", "frames", "plots", "packets", "jog")
+TASKS = ("teach", "plan", "scene", "frames", "plots", "packets", "log", "jog")
 
 
 def _sizes(*left_out: str) -> tuple[int, int]:
