@@ -31,7 +31,7 @@ LATE = 0.020
 refuses what comes late."""
 
 BROWSER_NICENESS = 3
-"""Put behind by more, the pages themselves fall silent now and then."""
+"""At 0 robots run out of points; put behind by more, pages fall silent more often."""
 
 JOG_LEAD = 0.1
 """The most that a jog may have ahead [s]: thirty robots in motion, their gateway and three browser
@@ -179,9 +179,8 @@ def _to_and_fro(windows: list[_Window], watch: StallWatch) -> tuple[int, list[st
         time.sleep(HELD_FOR)
         ended = [each for each in windows if not each.is_held()]
         for each in ended:
-            told = each.told()
             is_late = watch.worst_since(each.pressed_at) > LATE
-            (explained if is_late else false).append(told)
+            (explained if is_late else false).append(each.told())
             each.recover()
         for each in windows:
             if each not in ended:

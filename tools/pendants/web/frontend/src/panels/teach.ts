@@ -7,6 +7,7 @@ import { isOf } from "../teach/findings.ts";
 import { nameProblem } from "../teach/program.ts";
 import type { Program } from "../teach/program.ts";
 import { fixed } from "../texts/texts.ts";
+import { onePerPage } from "../ui/app.ts";
 import type { App, Part, TaskPart } from "../ui/app.ts";
 import { attribute, h, mark, off, say, show } from "../ui/elements.ts";
 import { icon } from "../ui/icons.ts";
@@ -24,11 +25,10 @@ import { textView } from "./teach/text_view.ts";
 import { runKeys } from "./teach/transport.ts";
 
 /** The open program and what was chosen outlive a panel that is made anew in another language. */
-const desks = new WeakMap<App, Desk>();
+const deskOf = onePerPage((app) => new Desk(app));
 
 export function teachTask(app: App): TaskPart {
-  const desk = desks.get(app) ?? new Desk(app);
-  desks.set(app, desk);
+  const desk = deskOf(app);
   const head = heading(desk);
   const views: Record<Tab, Part> = {
     programs: programList(desk),

@@ -7,6 +7,7 @@ import { measuredJoints } from "../pendant/cell.ts";
 import { Observable } from "../pendant/observable.ts";
 import type { Message, PlanChanged, PlansMakeRequest } from "../protocol.ts";
 import { refusalSentence } from "../texts/texts.ts";
+import { onePerPage } from "../ui/app.ts";
 import type { App } from "../ui/app.ts";
 import { LinkLost, Refused } from "../wire/errors.ts";
 import type { Refusal } from "../wire/errors.ts";
@@ -26,17 +27,8 @@ export interface Shown {
   isWatched: boolean;
 }
 
-const models = new WeakMap<App, PlanModel>();
-
 /** Return the plan of this page. */
-export function planModel(app: App): PlanModel {
-  let model = models.get(app);
-  if (model === undefined) {
-    model = new PlanModel(app);
-    models.set(app, model);
-  }
-  return model;
-}
+export const planModel = onePerPage((app) => new PlanModel(app));
 
 export class PlanModel extends Observable<Shown> {
   readonly #app: App;

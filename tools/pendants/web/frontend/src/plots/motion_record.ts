@@ -4,6 +4,7 @@
 import { planModel } from "../planning/model.ts";
 import { Activity } from "../protocol.ts";
 import type { State } from "../protocol.ts";
+import { onePerPage } from "../ui/app.ts";
 import type { App } from "../ui/app.ts";
 import { LinkLost, Refused } from "../wire/errors.ts";
 import { DrivenMotion } from "./driven_motion.ts";
@@ -14,17 +15,8 @@ import type { Samples } from "./series.ts";
 /** States a second with which a link begins [Hz]. */
 export const USUAL_RATE = 30;
 
-const records = new WeakMap<App, MotionRecord>();
-
 /** Return the record of this page, which begins with the first call. */
-export function motionRecord(app: App): MotionRecord {
-  let record = records.get(app);
-  if (record === undefined) {
-    record = new MotionRecord(app);
-    records.set(app, record);
-  }
-  return record;
-}
+export const motionRecord = onePerPage((app) => new MotionRecord(app));
 
 /** What the record has to show at a moment. */
 export interface Look {

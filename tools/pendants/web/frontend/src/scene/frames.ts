@@ -6,6 +6,7 @@ import { measuredJoints, toolPose } from "../pendant/cell.ts";
 import type { Cell } from "../pendant/cell.ts";
 import { NoticeKind } from "../protocol.ts";
 import type { FramesShowReply } from "../protocol.ts";
+import { onePerPage } from "../ui/app.ts";
 import type { App } from "../ui/app.ts";
 import type { FrameMark } from "../view/view.ts";
 import { LinkLost, Refused } from "../wire/errors.ts";
@@ -36,17 +37,8 @@ export function frameMarks(
   return marks;
 }
 
-const models = new WeakMap<App, CellFrames>();
-
 /** Return the frames of this page's cell. */
-export function cellFrames(app: App): CellFrames {
-  let model = models.get(app);
-  if (model === undefined) {
-    model = new CellFrames(app);
-    models.set(app, model);
-  }
-  return model;
-}
+export const cellFrames = onePerPage((app) => new CellFrames(app));
 
 /** Frames and tools as the server keeps them: asked for when they are first wanted, and when they change. */
 export class CellFrames {

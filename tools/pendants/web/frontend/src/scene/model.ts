@@ -9,6 +9,7 @@ import type { Cell } from "../pendant/cell.ts";
 import { Observable } from "../pendant/observable.ts";
 import { NoticeKind } from "../protocol.ts";
 import type { SceneNearestReply } from "../protocol.ts";
+import { onePerPage } from "../ui/app.ts";
 import type { App } from "../ui/app.ts";
 import { LinkLost, Refused } from "../wire/errors.ts";
 import type { SceneObject } from "../view/view.ts";
@@ -25,16 +26,7 @@ export interface SceneState {
 
 const MOST_PAST = 50;
 
-const models = new WeakMap<App, SceneModel>();
-
-export function sceneModel(app: App): SceneModel {
-  let model = models.get(app);
-  if (model === undefined) {
-    model = new SceneModel(app);
-    models.set(app, model);
-  }
-  return model;
-}
+export const sceneModel = onePerPage((app) => new SceneModel(app));
 
 export class SceneModel extends Observable<SceneState> {
   readonly #app: App;

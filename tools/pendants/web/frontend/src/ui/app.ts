@@ -78,3 +78,15 @@ export interface TaskPart extends Part {
 }
 
 export type MakeTask = (app: App) => TaskPart;
+
+/** Return what gives each page the one thing of a kind that it has, made when it is first asked for. */
+export function onePerPage<Made>(make: (app: App) => Made): (app: App) => Made {
+  const made = new WeakMap<App, Made>();
+  return (app) => {
+    const known = made.get(app);
+    if (known !== undefined) return known;
+    const first = make(app);
+    made.set(app, first);
+    return first;
+  };
+}
