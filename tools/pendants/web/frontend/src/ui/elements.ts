@@ -43,7 +43,11 @@ export function attribute(
 
 /** Set the text of an element, if it is another one. */
 export function say(element: Element, text: string): void {
-  if (element.textContent !== text) element.textContent = text;
+  if (element.textContent === text) return;
+  const [only, other] = element.childNodes;
+  // A text that changes costs less than one that comes in place of another, 30 times a second.
+  if (only instanceof Text && other === undefined && text !== "") only.data = text;
+  else element.textContent = text;
 }
 
 export function show(element: HTMLElement, isShown: boolean): void {

@@ -84,6 +84,10 @@ export function layout(app: App, { servers, hasKeypad }: Served): Layout {
       show(work, cell.stage !== "lobby");
       for (const each of parts) each.update(cell);
       part?.update(cell);
+      // Marked here, not asked for by `:has()`, which styles every button anew as often as a text changes.
+      mark(work, "teaching", shownTask === "teach");
+      mark(work, "planning", shownTask === "plan" && part?.dock?.hidden === false);
+      mark(work, "listed", !checklist.element.hidden);
       // One question at a time: what the task has to say waits for it.
       show(taskDock, part?.dock !== undefined && question.element.hidden !== false && stop.element.hidden !== false);
       show(dock, [question.element, stop.element, taskDock].some((each) => each.hidden === false));
