@@ -228,6 +228,32 @@ def test_a_page_that_sleeps_stops_the_robot_and_wakes_with_what_is_true_now(alon
     assert page.rig.tap.seen() == [], "nothing moved while it slept, nor when it woke"
 
 
+_DRAW_SLOWLY = """
+window.drawnFor = 0;
+const next = window.requestAnimationFrame;
+window.requestAnimationFrame = (draw) => next((at) => {
+  const began = performance.now();
+  draw(at);
+  while (performance.now() < began + 60);
+  window.drawnFor += performance.now() - began;
+});
+"""
+
+
+def test_a_page_that_draws_slowly_keeps_half_of_the_time_for_the_beats(alone: Page) -> None:
+    page = alone
+    page.hold_enabling()
+    page.run(_DRAW_SLOWLY)
+    page.key(True, "Digit1", "1")
+    page.jogs()
+    page.run("window.drawnFor = 0; window.lookedFrom = performance.now()")
+    time.sleep(2.0)
+    share = page.run("return window.drawnFor / (performance.now() - window.lookedFrom)")
+    assert 0.2 < share < 0.6
+    assert "Jogging" in page.text(".chips")
+    page.let_all_go()
+
+
 def _await_holder(client: SyncPendantClient, *, is_there: bool) -> None:
     until = time.monotonic() + 2.0
     while client.state is None or (client.state.holder != 0) != is_there:

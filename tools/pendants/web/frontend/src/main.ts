@@ -32,6 +32,8 @@ const SETTINGS = "openpendant.settings";
 const STOOD = "openpendant.stood";
 /** What counts down or ages is shown anew so often [ms]. */
 const TICK = 250;
+/** A picture that took long once holds up the next by no more [ms]. */
+const LONGEST_REST = 100;
 /** What a hand does that a panel may show: it need not wait for the next state that is another. */
 const HANDLED = ["click", "input", "change", "pointerdown", "pointerup", "keydown", "keyup"] as const;
 
@@ -111,6 +113,7 @@ class Page implements App {
   /** That in which the page stands. */
   #language = "";
   #isDue = false;
+  #restsUntil = 0;
   /** Has what is stale by then drawn so. */
   #overdue: ReturnType<typeof setTimeout> | undefined;
   /** STOP was pressed without a link: it is sent as soon as there is one. */
@@ -326,11 +329,23 @@ class Page implements App {
     this.choice.set({ note: { text, kind } });
   }
 
+  /** Draw with the next picture. Drawing takes half of the time at most: the beats of a press go first. */
   #draw(): void {
     if (this.#isDue) return;
     this.#isDue = true;
+    const rest = this.#restsUntil - this.now();
+    if (rest > 0) setTimeout(() => this.#drawNext(), rest);
+    else this.#drawNext();
+  }
+
+  #drawNext(): void {
     requestAnimationFrame(() => {
       this.#isDue = false;
+      const began = this.now();
+      // The task that follows begins when the picture is laid out and painted.
+      setTimeout(() => {
+        this.#restsUntil = this.now() + Math.min(this.now() - began, LONGEST_REST);
+      });
       const ended = this.holding.enabling.endedBy;
       if (ended !== "") {
         this.holding.enabling.endedBy = "";
