@@ -134,7 +134,7 @@ class StickView implements View {
     cancelAnimationFrame(this.#frame);
     this.#frame = 0;
     const { width, height, ratio } = this.#size;
-    const paper = this.#canvas.getContext("2d");
+    const paper = this.#canvas.getContext("2d", { alpha: false });
     if (paper === null) return;
     const palette = PALETTES[this.#content.theme];
     const by = new Projection(this.#orbit, width, height);
@@ -156,7 +156,7 @@ class StickView implements View {
   #layGround(by: Projection, palette: Palette): void {
     const { width, height, ratio } = this.#size;
     const seen = [this.#size, this.#orbit, this.#chain, palette];
-    const paper = this.#ground.getContext("2d");
+    const paper = this.#ground.getContext("2d", { alpha: false });
     if (paper === null || seen.every((each, index) => each === this.#groundSeen[index])) return;
     this.#groundSeen = seen;
     paper.setTransform(ratio, 0, 0, ratio, 0, 0);
