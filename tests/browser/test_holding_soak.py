@@ -188,7 +188,9 @@ def _to_and_fro(
         for each in ended:
             is_late = watch.worst_since(each.pressed_at) > LATE
             is_late |= watch_behind.worst_since(each.pressed_at) > LATE_BEHIND
-            (explained if is_late else false).append(each.told())
+            told = each.told()
+            (explained if is_late else false).append(told)
+            tell(f"press {presses}, {'late machine' if is_late else 'false stop'}: {told}")
             each.recover()
         for each in windows:
             if each not in ended:
