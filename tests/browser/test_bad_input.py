@@ -240,7 +240,7 @@ window.requestAnimationFrame = (draw) => next((at) => {
 """
 
 
-def test_a_page_that_draws_slowly_keeps_half_of_the_time_for_the_beats(alone: Page) -> None:
+def test_a_page_that_draws_slowly_keeps_most_of_the_time_for_the_beats(alone: Page) -> None:
     page = alone
     page.hold_enabling()
     page.run(_DRAW_SLOWLY)
@@ -249,7 +249,7 @@ def test_a_page_that_draws_slowly_keeps_half_of_the_time_for_the_beats(alone: Pa
     page.run("window.drawnFor = 0; window.lookedFrom = performance.now()")
     time.sleep(2.0)
     share = page.run("return window.drawnFor / (performance.now() - window.lookedFrom)")
-    assert 0.2 < share < 0.6
+    assert 0.2 < share < 0.42
     assert "Jogging" in page.text(".chips")
     page.let_all_go()
 

@@ -32,7 +32,7 @@ const SETTINGS = "openpendant.settings";
 const STOOD = "openpendant.stood";
 /** What counts down or ages is shown anew so often [ms]. */
 const TICK = 250;
-/** A picture that took long once holds up the next by no more [ms]. */
+/** A picture holds up the next by no more [ms]. */
 const LONGEST_REST = 100;
 /** What a hand does that a panel may show: it need not wait for the next state that is another. */
 const HANDLED = ["click", "input", "change", "pointerdown", "pointerup", "keydown", "keyup"] as const;
@@ -329,7 +329,7 @@ class Page implements App {
     this.choice.set({ note: { text, kind } });
   }
 
-  /** Draw with the next picture. Drawing takes half of the time at most: the beats of a press go first. */
+  /** Draw with the next picture, and rest twice as long as it took: the beats of a press go first. */
   #draw(): void {
     if (this.#isDue) return;
     this.#isDue = true;
@@ -344,7 +344,8 @@ class Page implements App {
       const began = this.now();
       // The task that follows begins when the picture is laid out and painted.
       setTimeout(() => {
-        this.#restsUntil = this.now() + Math.min(this.now() - began, LONGEST_REST);
+        const ended = this.now();
+        this.#restsUntil = ended + Math.min(2 * (ended - began), LONGEST_REST);
       });
       const ended = this.holding.enabling.endedBy;
       if (ended !== "") {
