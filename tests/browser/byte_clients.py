@@ -1,7 +1,8 @@
-"""Clients of the gateway that are no pages: each holds a key of its own cell, to and fro.
+"""Clients of the gateway that are no pages: each holds a key of its own cell, to and fro, and rests
+as long in between.
 
 Runs as a separate process, `byte_clients.py PAGE CELL...`, until it is ended; then it prints how
-often a press of theirs ended otherwise than by its successor, by reason.
+often a press of theirs was refused or ended by itself, by reason.
 """
 
 import asyncio
@@ -12,9 +13,11 @@ from collections import Counter
 
 from aiohttp import ClientSession, ClientWebSocketResponse
 
-from openpendant.tools.bench.jogging_pendants import BEAT, KEYS, TURN, JoggingPendant
+from openpendant.tools.bench.jogging_pendants import BEAT, KEYS, JoggingPendant
 
 STATE_RATE = 30.0
+HELD, REST = 30, 30
+"""Beats of a press and of the time to the next: a hand at a page has this rhythm, too."""
 
 
 class _Bytes(asyncio.Transport):
@@ -38,7 +41,7 @@ async def _holds(
 ) -> None:
     """Hold a key of a cell from some time on [s]: hands neither press nor turn in step."""
     async with session.ws_connect(f"{page}servers/", max_msg_size=0) as socket:
-        pendant = JoggingPendant(cell, KEYS[at % len(KEYS)], STATE_RATE)
+        pendant = JoggingPendant(cell, KEYS[at % len(KEYS)], STATE_RATE, held=HELD, rest=REST)
         pendant.ended = ended
         transport = _Bytes(socket)
         pendant.connection_made(transport)
@@ -63,7 +66,7 @@ async def _main(page: str, *cells: str) -> None:
     over = asyncio.Event()
     asyncio.get_running_loop().add_signal_handler(signal.SIGTERM, over.set)
     ended = Counter[str]()
-    stretch = TURN * BEAT / len(cells)
+    stretch = (HELD + REST) * BEAT / len(cells)
     async with ClientSession() as session:
         tasks = [
             asyncio.ensure_future(_holds(session, page, cell, at, at * stretch, ended))

@@ -34,6 +34,7 @@ from openpendant.simplemsg.pendant import (
     JogBeat,
     JogEnd,
     JogEnded,
+    JogRelease,
     JogSpace,
     JogStart,
     Notices,
@@ -86,7 +87,9 @@ _MOVES = 1e-4
 
 
 class JoggingPendant(asyncio.Protocol):
-    """One pendant: listens, at 100 Hz unless told otherwise, and holds a key.
+    """One pendant: listens, at 100 Hz unless told otherwise, and holds a key, to and fro.
+
+    Each press takes over from the one before, unless the hand is asked to rest between them.
 
     Attributes:
         ticks: times of the ticks in its state messages [ns].
@@ -95,9 +98,21 @@ class JoggingPendant(asyncio.Protocol):
         slots: state messages, and those that showed a jog, by the slot in which they arrived.
     """
 
-    def __init__(self, cell: str, key: Key, rate: float = 100.0) -> None:
+    def __init__(
+        self, cell: str, key: Key, rate: float = 100.0, *, held: int = TURN, rest: int = 0
+    ) -> None:
+        """Make one that is not yet connected.
+
+        Args:
+            cell: name of the cell.
+            key: what it holds.
+            rate: state messages a second.
+            held: beats that a press lasts.
+            rest: beats between a press and the next.
+        """
         self.key = key
         self._rate = rate
+        self._held, self._rest = held, rest
         self.ticks: list[int] = []
         self.jogging = 0
         self.moving = 0
@@ -146,7 +161,7 @@ class JoggingPendant(asyncio.Protocol):
                     self._press_again(code)
                 case Outcome(outcome=OutcomeKind.ABORTED, code=code):
                     self._press_again(code)
-                case JogEnded(reason=reason) if reason != JogEnd.REPLACED:
+                case JogEnded(reason=reason) if reason not in (JogEnd.REPLACED, JogEnd.RELEASED):
                     self.ended[JogEnd(reason).name] += 1
 
     def _take_control(self) -> None:
@@ -176,13 +191,17 @@ class JoggingPendant(asyncio.Protocol):
         """Hold the enabling device (training) and the key; turn round now and then."""
         if self._state is None:
             return
-        enabling = Enabling(EnablingPosition.HELD)
-        if self._beats % TURN == 0:
+        signs: list[Message] = [Enabling(EnablingPosition.HELD)]
+        self._beats %= self._held + self._rest
+        if self._beats == 0:
             self._press += 1
-            self._beats = 0
-            self._write(enabling, self._start(self._state))
-        else:
-            self._write(enabling, JogBeat(self._press, self._beats))
+            signs.append(self._start(self._state))
+        elif self._beats < self._held:
+            signs.append(JogBeat(self._press, self._beats))
+        elif self._beats == self._held:
+            self._requests += 1
+            signs.append(JogRelease(self._requests, self._press))
+        self._write(*signs)
         self._beats += 1
 
     def _start(self, state: State) -> JogStart:
