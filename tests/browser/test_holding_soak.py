@@ -20,6 +20,7 @@ from rigs.clock.stall_watch import StallWatch
 
 from browser.page_rig import Page, chromium, free_port, show_at, wait_for
 from openpendant.tools.bench.cells import running_room
+from openpendant.tools.bench.peers import before_ordinary_programs
 
 SECONDS = float(os.environ.get("OPENPENDANT_HOLD_SECONDS", "3600"))
 CELLS, PAGES = 30, 3
@@ -55,7 +56,8 @@ def _process(*command: str) -> Iterator[subprocess.Popen[str]]:
 
 
 def _put_behind(pid: int) -> None:
-    """Put a process and its children behind controllers and server, which have machines in life.
+    """Put a process and its children behind controllers, server and gateway, which have machines
+    of their own in life.
 
     A browser that root began even puts its drawing before them (niceness -8). Each thread has a
     niceness of its own, and a new one that of the thread that made it.
@@ -154,7 +156,8 @@ def test_in_an_hour_of_holding_nothing_but_the_hand_ends_a_jog() -> None:
         room = running_room(CELLS, is_pinned=False, jog_lead=JOG_LEAD, is_unhurried=True)
         with room as (server, cells):
             gateway = ("web", "--server", f"127.0.0.1:{server['pendant']}", "--port", str(port))
-            with _process("-m", "openpendant.tools", *gateway):
+            with _process("-m", "openpendant.tools", *gateway) as relaying:
+                before_ordinary_programs(relaying.pid)
                 wait_for(port)
                 with _process(str(BYTE_CLIENTS), address, *cells[PAGES:]) as others:
                     windows = [_Window(driver, address, cell) for cell in cells[:PAGES]]
