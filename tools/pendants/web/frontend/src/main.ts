@@ -329,12 +329,13 @@ class Page implements App {
     this.choice.set({ note: { text, kind } });
   }
 
-  /** Draw with the next picture, and rest twice as long as it took: the beats of a press go first. */
+  /** Draw with the next picture. As long as there are beats, each rests twice as long as it took. */
   #draw(): void {
     if (this.#isDue) return;
     this.#isDue = true;
+    const { isMoving, enabling } = this.holding;
     const rest = this.#restsUntil - this.now();
-    if (rest > 0) setTimeout(() => this.#drawNext(), rest);
+    if (rest > 0 && (isMoving || enabling.isOn)) setTimeout(() => this.#drawNext(), rest);
     else this.#drawNext();
   }
 

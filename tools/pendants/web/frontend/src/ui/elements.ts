@@ -34,7 +34,7 @@ export function attribute(
   value: string | number | boolean | null,
 ): void {
   if (value === null || value === false) {
-    if (element.hasAttribute(name)) element.removeAttribute(name);
+    element.removeAttribute(name);
     return;
   }
   const text = value === true ? "" : String(value);
