@@ -7,7 +7,7 @@ import { cellFrames } from "../scene/frames.ts";
 import { sceneModel } from "../scene/model.ts";
 import { fixed } from "../texts/texts.ts";
 import type { App, Part } from "../ui/app.ts";
-import { attribute, choose, h, say, show } from "../ui/elements.ts";
+import { attribute, choose, h, say, sayOrHide } from "../ui/elements.ts";
 import { isSameOverlay } from "../view/changes.ts";
 import type { LinkMesh } from "../view/meshes.ts";
 import type { RobotMeshes } from "../view/robot_meshes.ts";
@@ -98,11 +98,9 @@ export function cellView(app: App, over: HTMLElement): CellView {
         const value = told?.[index];
         say(each, value === undefined ? "–" : shown(value, index > 2, app.settings.value.areRadians).join(""));
       });
-      say(held, heldText(app, cell));
-      show(held, held.textContent !== "");
+      sayOrHide(held, heldText(app, cell));
       const seconds = (app.now() - cell.stateAt) / 1000;
-      say(age, stale && cell.state !== null ? texts.stale(fixed(seconds, 1)) : "");
-      show(age, age.textContent !== "");
+      sayOrHide(age, stale && cell.state !== null ? texts.stale(fixed(seconds, 1)) : "");
       if (told !== null) trace.add(told);
       if (cell.hello !== greeted) {
         greeted = cell.hello;

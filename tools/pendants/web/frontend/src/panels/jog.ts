@@ -9,7 +9,7 @@ import { EnablingPosition, JogSpace, OperatingMode } from "../protocol.ts";
 import { pageState } from "../pendant/states.ts";
 import { fixed } from "../texts/texts.ts";
 import type { App, AxesFrame, TaskPart } from "../ui/app.ts";
-import { choose, h, mark, off, say, show } from "../ui/elements.ts";
+import { choose, h, mark, off, say, sayOrHide, show } from "../ui/elements.ts";
 import { holdButton } from "../ui/hold-button.ts";
 import { icon } from "../ui/icons.ts";
 import { enablingPad } from "./enabling-pad.ts";
@@ -73,8 +73,7 @@ export function jogTask(app: App): TaskPart {
         if (row !== undefined) each.update(cell, row, why);
       });
       fillFrames(user, cell, app, axes === "user");
-      say(remark, remarkOf(app, cell, axes));
-      show(remark, remark.textContent !== "");
+      sayOrHide(remark, remarkOf(app, cell, axes));
       for (const each of [speed, steps, pad, homes]) each.update(cell);
     },
   };

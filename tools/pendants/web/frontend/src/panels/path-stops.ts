@@ -5,7 +5,7 @@ import type { NamedPosition, ProgramHeading, ProgramsLoadReply } from "../protoc
 import type { ProgramDocument } from "../teach/program.ts";
 import type { PlanTexts } from "../texts/plan.ts";
 import type { App } from "../ui/app.ts";
-import { h, off, say, show } from "../ui/elements.ts";
+import { h, off, sayOrHide, show } from "../ui/elements.ts";
 
 /** Stops that are listed at once. */
 const MOST_SHOWN = 50;
@@ -94,8 +94,7 @@ export class PathStops {
     this.#list.replaceChildren(...listed);
     show(this.#list, stops.length > 0);
     const over = stops.length - listed.length;
-    say(this.#more, stops.length === 0 ? words.noStops : over > 0 ? words.moreStops(over) : "");
-    show(this.#more, this.#more.textContent !== "");
+    sayOrHide(this.#more, stops.length === 0 ? words.noStops : over > 0 ? words.moreStops(over) : "");
     off(this.#clear, stops.length === 0 ? words.noStops : "");
   }
 }

@@ -12,7 +12,7 @@ import type { Entry, Grasp, Kind } from "../scene/objects.ts";
 import type { SceneTexts } from "../texts/scene.ts";
 import { fixed, readNumber } from "../texts/texts.ts";
 import type { App, TaskPart } from "../ui/app.ts";
-import { attribute, h, mark, off, isOff, say, show } from "../ui/elements.ts";
+import { attribute, h, mark, off, isOff, say, sayOrHide, show } from "../ui/elements.ts";
 import { icon } from "../ui/icons.ts";
 import type { Gizmo } from "../view/view.ts";
 
@@ -422,8 +422,7 @@ class ObjectEditor {
     const { distance = null, first = "", second = "" } = nearest ?? {};
     const told = distance === null ? "" : `${fixed(distance * 1000, 0)} mm`;
     const other = first === name ? second : second === name ? first : "";
-    say(this.#near, told === "" ? "" : other === "" ? this.#words.nearestPair(first, second, told) : this.#words.nearestTo(other, told));
-    show(this.#near, told !== "");
+    sayOrHide(this.#near, told === "" ? "" : other === "" ? this.#words.nearestPair(first, second, told) : this.#words.nearestTo(other, told));
   }
 
   #tellTouch(cell: Cell, { name }: Entry): void {

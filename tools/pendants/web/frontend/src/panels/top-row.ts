@@ -72,7 +72,6 @@ export function topRow(app: App): Part {
       for (const name of ["control", "robot", "mode", "frame", "speed", "delay"]) {
         show(chips[name]?.element ?? place, isIn);
       }
-      if (isIn) show(chips["enabling"]?.element ?? place, app.holding.enabling.state !== "released");
       main.update(cell);
       stop.update(cell);
     },

@@ -50,6 +50,12 @@ export function say(element: Element, text: string): void {
   else element.textContent = text;
 }
 
+/** Show an element with a text; with none, not at all. */
+export function sayOrHide(element: HTMLElement, text: string): void {
+  say(element, text);
+  show(element, text !== "");
+}
+
 export function show(element: HTMLElement, isShown: boolean): void {
   if (element.hidden === isShown) element.hidden = !isShown;
 }

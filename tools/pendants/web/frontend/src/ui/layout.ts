@@ -89,8 +89,8 @@ export function layout(app: App, { servers, hasKeypad }: Served): Layout {
       mark(work, "planning", shownTask === "plan" && part?.dock?.hidden === false);
       mark(work, "listed", !checklist.element.hidden);
       // One question at a time: what the task has to say waits for it.
-      show(taskDock, part?.dock !== undefined && question.element.hidden !== false && stop.element.hidden !== false);
-      show(dock, [question.element, stop.element, taskDock].some((each) => each.hidden === false));
+      show(taskDock, !!(part?.dock && question.element.hidden && stop.element.hidden));
+      show(dock, [question.element, stop.element, taskDock].some((each) => !each.hidden));
       for (const button of rail.querySelectorAll("button")) {
         const isChosen = button.dataset["task"] === shownTask;
         mark(button, "chosen", isChosen);

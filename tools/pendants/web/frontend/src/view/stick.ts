@@ -156,7 +156,7 @@ class StickView implements View {
   #layGround(by: Projection, palette: Palette): void {
     const { width, height, ratio } = this.#size;
     const seen = [this.#size, this.#orbit, this.#chain, palette];
-    const paper = this.#ground.getContext("2d", { alpha: false });
+    const paper = this.#ground.getContext("2d");
     if (paper === null || seen.every((each, index) => each === this.#groundSeen[index])) return;
     this.#groundSeen = seen;
     paper.setTransform(ratio, 0, 0, ratio, 0, 0);
