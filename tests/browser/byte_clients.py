@@ -1,8 +1,9 @@
 """Clients of the gateway that are no pages: each holds a key of its own cell, to and fro, and rests
 as long in between.
 
-Runs as a separate process, `byte_clients.py PAGE CELL...`, until it is ended; then it prints how
-often a press of theirs was refused or ended by itself, by reason.
+Runs as a separate process, `byte_clients.py PAGE CELL...`, until it is ended; then it prints which
+share of the time their robots jogged, and how often a press of theirs was refused or ended by
+itself, by reason.
 """
 
 import asyncio
@@ -36,13 +37,9 @@ class _Bytes(asyncio.Transport):
             await self._socket.send_bytes(self.unsent.pop(0))
 
 
-async def _holds(
-    session: ClientSession, page: str, cell: str, at: int, later: float, ended: Counter[str]
-) -> None:
-    """Hold a key of a cell from some time on [s]: hands neither press nor turn in step."""
+async def _holds(session: ClientSession, page: str, pendant: JoggingPendant, later: float) -> None:
+    """Hold a key from some time on [s]: hands neither press nor turn in step."""
     async with session.ws_connect(f"{page}servers/", max_msg_size=0) as socket:
-        pendant = JoggingPendant(cell, KEYS[at % len(KEYS)], STATE_RATE, held=HELD, rest=REST)
-        pendant.ended = ended
         transport = _Bytes(socket)
         pendant.connection_made(transport)
 
@@ -65,18 +62,23 @@ async def _holds(
 async def _main(page: str, *cells: str) -> None:
     over = asyncio.Event()
     asyncio.get_running_loop().add_signal_handler(signal.SIGTERM, over.set)
-    ended = Counter[str]()
+    pendants = [
+        JoggingPendant(cell, KEYS[at % len(KEYS)], STATE_RATE, held=HELD, rest=REST)
+        for at, cell in enumerate(cells)
+    ]
     stretch = (HELD + REST) * BEAT / len(cells)
     async with ClientSession() as session:
         tasks = [
-            asyncio.ensure_future(_holds(session, page, cell, at, at * stretch, ended))
-            for at, cell in enumerate(cells)
+            asyncio.ensure_future(_holds(session, page, pendant, at * stretch))
+            for at, pendant in enumerate(pendants)
         ]
         await over.wait()
         for task in tasks:
             task.cancel()
         await asyncio.gather(*tasks, return_exceptions=True)
-    sys.stdout.write(f"{json.dumps(ended)}\n")
+    jogged = sum(each.jogging for each in pendants) / sum(len(each.ticks) for each in pendants)
+    ended = sum((each.ended for each in pendants), Counter[str]())
+    sys.stdout.write(f"{json.dumps({'jogged': jogged, 'ended': ended})}\n")
 
 
 if __name__ == "__main__":
