@@ -38,6 +38,30 @@ def test_a_ready_line_that_cannot_be_written_is_no_matter_of_ports() -> None:
     assert done.returncode == 1
 
 
+COMES_TO_HAVE_MORE = """
+import gc, os, signal
+from openpendant.server.cli import serve
+
+def ready(*_, **__):
+    before = gc.get_stats()[0]["collections"]
+    kept = [[] for _ in range(40_000)]
+    print(gc.get_stats()[0]["collections"] - before, flush=True)
+    os.kill(os.getpid(), signal.SIGTERM)
+
+serve.say_ready = ready
+raise SystemExit(serve.main(ARGUMENTS))
+"""
+
+
+@pytest.mark.realtime
+def test_what_a_room_of_robots_comes_to_have_is_not_searched_for_cycles() -> None:
+    program = COMES_TO_HAVE_MORE.replace("ARGUMENTS", repr(list(FREE_PORTS)))
+    done = subprocess.run(
+        [sys.executable, "-c", program], capture_output=True, text=True, timeout=60, check=False
+    )
+    assert (done.stdout, done.returncode) == ("0\n", 0), done.stderr
+
+
 ROOM = """
 listen.pendant_port = 0
 [[cells]]
